@@ -1,0 +1,5 @@
+if(LKEMU_SANITIZE)
+  target_compile_options(lk_options INTERFACE
+    -fsanitize=${LKEMU_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(lk_options INTERFACE -fsanitize=${LKEMU_SANITIZE})
+endif()

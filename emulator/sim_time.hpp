@@ -1,0 +1,21 @@
+#pragma once
+
+#include <chrono>
+
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// Simulated time since the bus was powered on: an integer number of nanoseconds. Never read from a
+/// clock in here; the shell decides how it relates to wall time.
+using SimTime = std::chrono::nanoseconds;
+
+/// A frame and the instant at which its last bit was on the bus.
+struct TimedFrame {
+  SimTime at{0};
+  protocol::Frame frame;
+
+  friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
+};
+
+}  // namespace lk::emulator
