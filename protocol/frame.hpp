@@ -5,11 +5,12 @@
 
 namespace lk::protocol {
 
-/// What a CAN controller hands over. Only `kData` frames with a standard identifier carry the protocol.
+/// What a CAN controller hands over. Only `kData` frames with a standard identifier carry the
+/// protocol.
 enum class FrameKind : std::uint8_t { kData, kRemote, kError, kFd };
 
-/// One CAN frame as a value. `id` holds 11 bits, or 29 when `extended`. `dlc` is 0..8 (CAN FD payloads
-/// are not kept: no LK drive speaks CAN FD, such frames are only counted).
+/// One CAN frame as a value. `id` holds 11 bits, or 29 when `extended`. `dlc` is 0..8 (CAN FD
+/// payloads are not kept: no LK drive speaks CAN FD, such frames are only counted).
 struct Frame {
   std::uint32_t id = 0;
   FrameKind kind = FrameKind::kData;

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "emulator/sim_time.hpp"
+
+namespace lk::emulator {
+
+/// Why a frame got no reply.
+enum class Drop : std::uint8_t {
+  kErrorFrame,      // reported by the controller, not sent by anybody
+  kCanFd,           // CAN FD frame
+  kRemote,          // remote transmission request
+  kExtended,        // 29-bit identifier
+  kForeignId,       // neither 0x141..0x160 nor 0x280
+  kNoSuchDrive,     // a drive's identifier, but no such drive on this bus
+  kWrongLength,     // DLC is not 8
+  kUnknownCommand,  // the drive does not know DATA[0]
+  kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
+  kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
+};
+inline constexpr std::size_t kDropKinds = 10;
+
+/// A short name for logs and summaries: "unknown command".
+std::string_view to_string(Drop cause);
+
+/// Counters of one drive since the bus was made; a power cycle does not reset them.
+struct ServoStats {
+  std::uint64_t queries = 0;           // frames the drive accepted
+  std::uint64_t replies = 0;           // replies it gave, one for each query
+  std::uint64_t unknown_commands = 0;  // no reply
+  std::uint64_t wrong_mode = 0;        // single-drive frames ignored in multi-drive mode
+  std::uint64_t refused_motion = 0;    // answered, not executed: the drive is off or has an error
+  std::uint64_t invalid_targets = 0;   // answered, not executed: 0xA5/0xA6 target or direction
+  std::uint64_t rom_writes = 0;        // each one wears the memory of a real drive
+
+  friend bool operator==(const ServoStats&, const ServoStats&) = default;
+};
+
+/// Counters of one bus since it was made.
+struct BusStats {
+  std::uint64_t frames = 0;                         // put on the bus by hosts, whatever they are
+  std::uint64_t queries = 0;                        // accepted by at least one drive
+  std::uint64_t replies = 0;                        // have left the wire
+  std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop; frames = queries + dropped + waiting
+  std::uint64_t refused_motion = 0;                 // sums over the drives
+  std::uint64_t invalid_targets = 0;
+  std::uint64_t rom_writes = 0;
+  std::uint64_t queue_peak = 0;  // most host frames waiting at once
+  SimTime wire_busy{0};          // time the wire was occupied, inter-frame spaces included
+
+  std::uint64_t count(Drop cause) const { return dropped[static_cast<std::size_t>(cause)]; }
+  friend bool operator==(const BusStats&, const BusStats&) = default;
+};
+
+}  // namespace lk::emulator

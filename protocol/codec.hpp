@@ -1,0 +1,61 @@
+#pragma once
+
+/// @file Frames to commands and replies, and back. Total on wire input: what cannot be decoded
+/// comes back as the reason, nothing throws.
+
+#include <cstdint>
+#include <variant>
+
+#include "protocol/commands.hpp"
+#include "protocol/frame.hpp"
+#include "protocol/replies.hpp"
+#include "protocol/wire_format.hpp"
+
+namespace lk::protocol {
+
+/// Why a frame is not part of the protocol, in the order in which it is checked.
+enum class Reject : std::uint8_t {
+  kErrorFrame,
+  kCanFd,
+  kRemote,
+  kExtended,
+  kForeignId,       // neither 0x141..0x160 nor 0x280
+  kWrongLength,     // DLC is not 8
+  kUnknownCommand,  // no row in kOpcodes
+};
+
+/// `Query::id` of a multi-drive command.
+inline constexpr int kMultiDrive = 0;
+
+struct Query {
+  int id = kMultiDrive;  // 1..32, or kMultiDrive
+  Command command;
+  Payload data{};  // as received, for echoes
+};
+
+struct ReplyFrame {
+  int id = kMinId;  // 1..32
+  Reply reply;
+};
+
+/// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all. Does not
+/// look at DATA, so never gives kUnknownCommand.
+std::variant<int, Reject> address(const Frame& frame);
+
+/// The drive's side: what the host wants. Fields beyond their range are clamped to it, except the
+/// target and direction of 0xA5/0xA6, which the drive judges itself.
+std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& format);
+
+/// The host's side: the query frame for the drive `id` (1..32), unused bytes 0. For a MultiTorque
+/// the `id` is ignored.
+Frame encode_query(int id, const Command& command, const WireFormat& format);
+
+/// The drive's side: the reply frame of the drive `id` (1..32). Quantities round to the nearest LSB
+/// and saturate.
+Frame encode_reply(int id, const Reply& reply, const WireFormat& format);
+
+/// The host's side: what a frame that is known to come from a drive says. (Query and reply share
+/// the identifier, so the frame alone does not tell.)
+std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format);
+
+}  // namespace lk::protocol
