@@ -1,0 +1,101 @@
+#include "emulator/profile.hpp"
+
+#include "emulator/profile_fields.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fields = profile_fields;
+
+template <typename Section, std::size_t N>
+void read_section(TableReader& reader, const char* name, const Field<Section> (&table)[N],
+                  Presence presence, Section& section) {
+  auto found = reader.table(name);
+  if (!found) {
+    if (presence == Presence::kRequired) reader.note_missing(name);
+    return;
+  }
+  read_fields<Section>(*found, table, presence, section);
+  found->finish();
+}
+
+void check_direction(TableReader& reader, const model::EncoderParams& encoder) {
+  if (encoder.direction == 0) reader.table("encoder")->fail("direction", "must be 1 or -1");
+}
+
+void check_friction(TableReader& reader, const model::MechanicsParams& mechanics) {
+  if (mechanics.tau_static < mechanics.tau_coulomb) {
+    reader.table("mechanics")->fail("tau_static_mNm", "must not be below tau_coulomb_mNm");
+  }
+}
+
+}  // namespace
+
+void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
+  read_section(reader, "motor", fields::kMotor, presence, params.motor);
+  read_section(reader, "inverter", fields::kInverter, presence, params.inverter);
+  read_section(reader, "mechanics", fields::kMechanics, presence, params.mechanics);
+  read_section(reader, "supply", fields::kSupply, presence, params.supply);
+  read_section(reader, "thermal", fields::kThermal, presence, params.thermal);
+  read_section(reader, "encoder", fields::kEncoder, presence, params.encoder);
+  read_section(reader, "current_sensor", fields::kCurrentSensor, presence, params.current_sensor);
+  read_section(reader, "slow_sensor", fields::kSlowSensor, presence, params.slow_sensor);
+  read_section(reader, "control", fields::kControl, presence, params.control);
+  if (reader.has("encoder")) check_direction(reader, params.encoder);
+  if (reader.has("mechanics")) check_friction(reader, params.mechanics);
+}
+
+void read_load(TableReader& reader, model::LoadParams& load) {
+  read_section(reader, "load", fields::kLoad, Presence::kOptional, load);
+  if (load.theta_min > load.theta_max) {
+    reader.table("load")->fail("theta_min_deg", "must not be above theta_max_deg");
+  }
+}
+
+void read_registers(TableReader& reader, Presence presence, Registers& registers) {
+  read_fields<Registers>(reader, fields::kRegisters, presence, registers);
+  read_section(reader, "gains", fields::kGains, presence, registers.gains);
+  auto protections = reader.table("protection");
+  if (!protections) {
+    if (presence == Presence::kRequired) reader.note_missing("protection");
+    return;
+  }
+  for (std::size_t kind = 0; kind < registers.protections.size(); ++kind) {
+    const auto& keys = fields::kProtections[kind];
+    read_section(*protections, keys.name, keys.fields, presence, registers.protections[kind]);
+  }
+  protections->finish();
+}
+
+Profile parse_profile(const std::string& text, const std::string& file, const std::string& name) {
+  const toml::table document = parse_toml(text, file);
+  TableReader reader(document, file, "");
+  Profile profile;
+  profile.name = name;
+  if (const auto model = reader.text("model")) {
+    profile.model = *model;
+  } else {
+    reader.note_missing("model");
+  }
+  if (const auto series = reader.choice("series", {"MS", "MF", "MG", "MH"})) {
+    profile.series = static_cast<Series>(*series);
+  } else {
+    reader.note_missing("series");
+  }
+  if (const auto span = reader.choice("encoder_span", {"rotor_turn", "output_turn"})) {
+    profile.encoder_span = static_cast<EncoderSpan>(*span);
+  } else {
+    reader.note_missing("encoder_span");
+  }
+  read_drive_params(reader, Presence::kRequired, profile.drive);
+  if (auto factory = reader.table("factory")) {
+    read_registers(*factory, Presence::kRequired, profile.factory);
+    factory->finish();
+  } else {
+    reader.note_missing("factory");
+  }
+  reader.finish();
+  return profile;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <regex>
+#include <sstream>
+
+#include "emulator/config.hpp"
+#include "emulator/profile.hpp"
+#include "tests/emulator/config_support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const std::filesystem::path kMotors = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs/motors";
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+Profile shipped(const std::string& name) {
+  const auto file = kMotors / (name + ".toml");
+  return parse_profile(text_of(file), file.string(), name);
+}
+
+TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
+  const auto file = kMotors.parent_path() / "buses/example.toml";
+  const auto buses = parse_config(text_of(file), file.string(), {}, shipped);
+  ASSERT_EQ(buses.size(), 2U);
+  EXPECT_EQ(buses[0].servos[0].rom.max_torque_current_lsb, 600);
+  EXPECT_EQ(buses[1].servos.size(), 3U);
+}
+
+class ShippedMotor : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedMotor, Parses) {
+  const Profile profile = shipped(GetParam());
+  EXPECT_EQ(profile.name, GetParam());
+  EXPECT_FALSE(profile.model.empty());
+}
+
+TEST_P(ShippedMotor, EveryNumberHasAQualityLetter) {
+  // Protections carry theirs in the comment above them.
+  const std::regex value(R"(^[A-Za-z_0-9]+ = [^{].*)");
+  const std::regex lettered(R"(^[^#]+# [SEDG](:|;|$).*)");
+  std::istringstream lines(text_of(kMotors / (std::string(GetParam()) + ".toml")));
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_match(line, value)) continue;
+    EXPECT_TRUE(std::regex_match(line, lettered)) << line;
+  }
+}
+
+TEST_P(ShippedMotor, EncoderFitsItsSeries) {
+  const Profile profile = shipped(GetParam());
+  const int bits = profile.drive.encoder.bits;
+  switch (profile.series) {
+    case Series::kMs: EXPECT_TRUE(bits == 12 || bits == 18); break;
+    case Series::kMf: EXPECT_TRUE(bits == 14 || bits == 18); break;
+    case Series::kMg: EXPECT_EQ(bits, 18); break;
+    case Series::kMh: EXPECT_EQ(bits, 14); break;
+  }
+  EXPECT_EQ(profile.drive.control.has_current_loop, profile.series != Series::kMs);
+  EXPECT_EQ(profile.drive.mechanics.gear_ratio > 1, profile.series == Series::kMg);
+}
+
+INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor,
+                         testing::Values("ms3506", "mf5010", "mf7015", "mf7015-23t", "mf9025",
+                                         "mh9025", "mg4005", "mg4010", "mg5010", "mg6010",
+                                         "mg6012-i8", "mg6012-i36", "mg8008", "mg8016"),
+                         [](const auto& motor) {
+                           return std::regex_replace(motor.param, std::regex("-"), "_");
+                         });
+
+TEST(ConfigProfile, UnitsAreConverted) {
+  const Profile profile = shipped("mg4005");
+  EXPECT_EQ(profile.series, Series::kMg);
+  EXPECT_EQ(profile.encoder_span, EncoderSpan::kOutputTurn);
+  EXPECT_DOUBLE_EQ(profile.drive.motor.L_d, 0.25e-3);
+  EXPECT_DOUBLE_EQ(profile.drive.mechanics.J, 140e-7);
+  EXPECT_DOUBLE_EQ(profile.drive.inverter.f_pwm, 32e3);
+  EXPECT_DOUBLE_EQ(profile.drive.inverter.t_dead, 200e-9);
+  EXPECT_NEAR(profile.drive.mechanics.backlash_out, 10.0 / 60 * std::numbers::pi / 180, 1e-12);
+  EXPECT_DOUBLE_EQ(profile.drive.supply.C_link, 470e-6);
+  const auto& under_voltage = profile.factory.protections[0];
+  EXPECT_TRUE(under_voltage.enabled);
+  EXPECT_DOUBLE_EQ(under_voltage.threshold, 7.0);
+}
+
+TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
+  const Profile profile = shipped("mg4005");
+  const double k_t = 1.5 * profile.drive.motor.pole_pairs * profile.drive.motor.psi_f;
+  const double lsb_A = profile.drive.mechanics.tau_coulomb / k_t * 4096 / 66;
+  EXPECT_NEAR(lsb_A, 12.4, 0.05);
+}
+
+TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
+  const std::string good = text_of(kMotors / "mf7015.toml");
+  const auto spoilt = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    return std::regex_replace(config_error([&] { parse_profile(text, "m.toml", "m"); }),
+                              std::regex(R"(^m\.toml:\d+: )"), "");
+  };
+  EXPECT_EQ(spoilt("pole_pairs = 14", "pole_pairs = 0"),
+            "motor.pole_pairs: 0 is out of range (1 to 64)");
+  EXPECT_EQ(spoilt("pole_pairs = 14", "pole_pair = 14"),
+            "motor.pole_pair: unknown key, did you mean pole_pairs?");
+  EXPECT_EQ(spoilt("pole_pairs = 14", "#"), "motor.pole_pairs: missing");
+  EXPECT_EQ(spoilt("pole_pairs = 14", "pole_pairs = 14.5"),
+            "motor.pole_pairs: must be a whole number");
+  EXPECT_EQ(spoilt("R_s_ohm = 0.14", "R_s_ohm = inf"),
+            "motor.R_s_ohm: inf is out of range (0.001 to 100)");
+  EXPECT_EQ(spoilt("[thermal]", "[thermic]"), "thermic: unknown key, did you mean thermal?");
+  EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MX\""), "series: \"MX\" is none of MS, MF, MG, MH");
+  EXPECT_EQ(spoilt("tau_coulomb_mNm = ", "tau_coulomb_mNm = 9"),
+            "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
+}
+
+}  // namespace
+}  // namespace lk::emulator
