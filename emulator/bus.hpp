@@ -1,10 +1,18 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "emulator/bus_config.hpp"
+#include "emulator/bus_stats.hpp"
+#include "emulator/can_wire.hpp"
+#include "emulator/servo.hpp"
 #include "emulator/sim_time.hpp"
+#include "model/drive_bank.hpp"
+#include "protocol/codec.hpp"
 
 namespace lk::emulator {
 
@@ -14,15 +22,65 @@ class Bus {
  public:
   explicit Bus(const BusConfig& config);
 
-  /// A host put `frame` on its interface at `at`. Earlier than `time()` counts as now.
+  /// A host put `frame` on its interface at `at`. Earlier than `time()` counts as now. Only when
+  /// the host's send queue is full does this move time, to `at`, to see whether the wire made room
+  /// by then.
   void receive(const TimedFrame& frame);
-  /// Everything that happens up to and including `until`.
+  /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
-  /// Moves out the replies that have left the wire since the last call, in order; appended to `out`.
+  /// Moves out the replies that have left the wire since the last call, in order; appended to
+  /// `out`.
   void take_replies(std::vector<TimedFrame>& out);
   /// When `advance_to` will next have a frame to process or a reply to hand out.
   std::optional<SimTime> next_due() const;
-  SimTime time() const;
+  SimTime time() const { return time_; }
+
+  /// The number of drives.
+  std::size_t size() const { return servos_.size(); }
+  BusStats stats() const;
+
+  bool has(int id) const;
+  // Of the drive `id`, which must be on the bus. All setters act now.
+  const Servo& servo(int id) const { return servos_[seat(id)]; }
+  model::Telemetry telemetry(int id) const;
+  model::Truth truth(int id) const;
+  void set_load(int id, const model::LoadParams& load);
+  void set_supply_voltage(int id, double supply_V);
+  void set_ambient_temperature(int id, double ambient_C);
+  void power_cycle(int id);
+
+ private:
+  /// The motors that share a PWM rate.
+  struct Bank {
+    std::int64_t f_pwm_Hz;
+    model::DriveBank drives;
+  };
+  /// Where a servo's motor is.
+  struct Place {
+    std::size_t bank;
+    std::size_t lane;
+  };
+
+  void build_motors(const BusConfig& config);
+  std::size_t seat(int id) const;
+  Lane lane(std::size_t seat);
+  void bring_motors_to(Bank& bank, SimTime t);
+
+  void process_wire(SimTime until);
+  void process_query(SimTime at, const protocol::Frame& frame);
+  void process_multi_drive(SimTime at, const protocol::Query& query);
+  void answer(SimTime at, std::size_t seat, const protocol::Query& query);
+  void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
+
+  std::int64_t bitrate_;
+  SimTime time_{0};
+  CanWire wire_;
+  std::vector<Bank> banks_;
+  std::vector<Place> places_;                                   // by seat
+  std::vector<Servo> servos_;                                   // by seat; ascending IDs
+  std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // −1 = not on the bus
+  std::vector<TimedFrame> replies_;                             // left the wire, not yet taken
+  BusStats stats_;  // sums over the drives are made on reading
 };
 
 }  // namespace lk::emulator

@@ -10,7 +10,8 @@ namespace lk::emulator {
 /// clock in here; the shell decides how it relates to wall time.
 using SimTime = std::chrono::nanoseconds;
 
-/// A frame and the instant at which its last bit was on the bus.
+/// A frame and an instant. Of a host's frame: when the host put it on its interface. Of a drive's:
+/// when its last bit was on the bus.
 struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;

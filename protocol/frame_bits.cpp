@@ -55,7 +55,6 @@ class BitCounter {
 /// Start of frame up to the end of data.
 BitCounter head(const Frame& frame) {
   assert(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
-  assert(frame.dlc <= frame.data.size());
   const bool remote = frame.kind == FrameKind::kRemote;
   BitCounter counter;
   counter.field(0, 1);  // start of frame
@@ -90,6 +89,17 @@ int frame_bits(const Frame& frame) {
   constexpr int kTail =
       1 + 1 + 1 + 7;  // CRC delimiter, ACK slot, ACK delimiter, end of frame: never stuffed
   return counter.bits() + counter.stuff_bits() + kTail;
+}
+
+std::uint32_t arbitration_field(const Frame& frame) {
+  const std::uint32_t remote = frame.kind == FrameKind::kRemote ? 1 : 0;
+  if (!frame.extended) {
+    // identifier (11), remote request, identifier extension 0
+    return (frame.id & 0x7FFU) << 21U | remote << 20U;
+  }
+  // base identifier (11), substitute remote request 1, identifier extension 1, rest (18), remote
+  // request
+  return (frame.id >> 18U & 0x7FFU) << 21U | 0b11U << 19U | (frame.id & 0x3FFFFU) << 1U | remote;
 }
 
 }  // namespace lk::protocol

@@ -17,6 +17,7 @@ inline constexpr std::uint32_t kSingleDriveId = 0x140;
 inline constexpr std::uint32_t kMultiDriveId = 0x280;
 inline constexpr int kMinId = 1;
 inline constexpr int kMaxId = 32;
+inline constexpr int kMaxDrivesPerBus = kMaxId - kMinId + 1;
 inline constexpr int kMultiDriveSlots = 4;
 
 /// DATA[0] of a query to a single drive.

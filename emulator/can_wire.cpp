@@ -1,0 +1,109 @@
+#include "emulator/can_wire.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "emulator/wire_timing.hpp"
+#include "protocol/frame_bits.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::emulator {
+
+CanWire::CanWire(std::int64_t bitrate) : bitrate_(bitrate), hosts_(kHostQueue) {
+  assert(bitrate >= 0);
+  drives_.reserve(2 * protocol::kMaxDrivesPerBus);
+}
+
+CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
+  Waiting result{.at = at, .frame = frame};
+  if (bitrate_ > 0) {  // else nobody waits for anybody: all priorities equal, replies at once
+    const int bits = protocol::frame_bits(frame);
+    result.priority = protocol::arbitration_field(frame);
+    result.length = bits_duration(bits, bitrate_);
+    result.occupancy = bits_duration(bits + protocol::kInterframeBits, bitrate_);
+  }
+  return result;
+}
+
+void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
+  assert(!host_queue_full());
+  if (host_count_ > 0) {
+    at = std::max(at, hosts_[(host_head_ + host_count_ - 1) % kHostQueue].at);
+  }
+  hosts_[(host_head_ + host_count_) % kHostQueue] = waiting(at, frame);
+  ++host_count_;
+}
+
+void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame) {
+  drives_.push_back(waiting(at, frame));
+}
+
+std::optional<CanWire::Turn> CanWire::next_turn() const {
+  std::optional<SimTime> first;
+  if (host_count_ > 0) {
+    first = hosts_[host_head_].at;
+  }
+  for (const Waiting& reply : drives_) {
+    first = first ? std::min(*first, reply.at) : reply.at;
+  }
+  if (!first) {
+    return std::nullopt;
+  }
+  // All who wait when the wire falls free start together; the lowest arbitration field stays.
+  Turn turn{.start = std::max(*first, free_at_), .drive = std::nullopt};
+  const Waiting* winner = nullptr;
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    const Waiting& reply = drives_[k];
+    if (reply.at <= turn.start && (winner == nullptr || reply.priority < winner->priority)) {
+      winner = &reply;
+      turn.drive = k;
+    }
+  }
+  // Query and reply of a drive share the identifier, so both may start at once and nobody backs
+  // off. The wire of a real robot has a bit error then and both try again; here the reply goes
+  // first.
+  if (host_count_ > 0) {
+    const Waiting& head = hosts_[host_head_];
+    if (head.at <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
+      turn.drive.reset();
+    }
+  }
+  return turn;
+}
+
+const CanWire::Waiting& CanWire::sender(const Turn& turn) const {
+  return turn.drive ? drives_[*turn.drive] : hosts_[host_head_];
+}
+
+void CanWire::remove(const Turn& turn) {
+  if (turn.drive) {
+    drives_.erase(drives_.begin() + static_cast<std::ptrdiff_t>(*turn.drive));
+  } else {
+    host_head_ = (host_head_ + 1) % kHostQueue;
+    --host_count_;
+  }
+}
+
+std::optional<SimTime> CanWire::next_due() const {
+  const auto turn = next_turn();
+  return turn ? std::optional(turn->start + sender(*turn).length) : std::nullopt;
+}
+
+std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
+  const auto turn = next_turn();
+  if (!turn) {
+    return std::nullopt;
+  }
+  const Waiting& frame = sender(*turn);
+  const Delivery delivery{
+      .at = turn->start + frame.length, .frame = frame.frame, .from_host = !turn->drive};
+  if (delivery.at > until) {
+    return std::nullopt;
+  }
+  free_at_ = turn->start + frame.occupancy;
+  busy_ += frame.occupancy;
+  remove(*turn);
+  return delivery;
+}
+
+}  // namespace lk::emulator

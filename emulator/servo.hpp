@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "emulator/bus_config.hpp"
+#include "emulator/bus_stats.hpp"
+#include "emulator/shaft_angles.hpp"
+#include "model/drive_bank.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+/// The motor of one servo: a place in a bank. Valid as long as the bank stays where it is.
+struct Lane {
+  model::DriveBank& bank;
+  std::size_t index;
+
+  void command(const model::Setpoint& setpoint) const { bank.command(index, setpoint); }
+  void configure(const model::ControlSettings& settings) const { bank.configure(index, settings); }
+  void clear_errors() const { bank.clear_errors(index); }
+  void feed_input() const { bank.feed_input(index); }
+  model::Telemetry telemetry() const { return bank.telemetry(index); }
+};
+
+/// The motor that `config` asks for, standing where it stands at power-up. `bus_seed` and the ID
+/// give the noise and, when the configuration leaves it open, the boot angle.
+model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
+
+enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
+
+/// A drive with an ID: the firmware between the wire and the motor. Registers, run state, angles,
+/// and what each command does; moves no motor itself. A value.
+class Servo {
+ public:
+  /// `boot` is what the motor's bank says before its first tick.
+  Servo(const ServoConfig& config, const model::Telemetry& boot);
+
+  int id() const { return config_.id; }
+  const ServoConfig& config() const { return config_; }
+  SimTime reply_time() const { return config_.reply_time; }
+  /// Answers 0x280 only.
+  bool multi_drive_mode() const { return ram_.broadcast_mode; }
+  RunState run_state() const { return run_state_; }
+  const Registers& ram() const { return ram_; }
+  const Registers& rom() const { return rom_; }
+  const ServoStats& stats() const { return stats_; }
+
+  /// Executes a query that is meant for this servo and gives its reply. The motor stands where it
+  /// stands when the query's last bit arrives; the reply tells that state, the query changes the
+  /// next.
+  protocol::Reply handle(const protocol::Query& query, const Lane& lane);
+  /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
+  void count_unknown_command() { ++stats_.unknown_commands; }
+  void count_wrong_mode() { ++stats_.wrong_mode; }
+
+  /// Off and on again: ROM stays, RAM, turn count, errors and command are gone.
+  void power_cycle(const Lane& lane);
+
+ private:
+  struct Context {
+    const protocol::Payload& request;
+    const model::Telemetry& before;
+    const Lane& lane;
+  };
+  /// A motion command, in the terms of the loops.
+  struct Motion {
+    model::Setpoint setpoint = model::Idle{};
+    std::optional<CommandedPosition> position;       // of position commands
+    std::optional<protocol::Position3> single_turn;  // of 0xA5/0xA6: what was asked for
+  };
+
+  protocol::Reply on(const protocol::WriteZeroToRom&, const Context& context);
+  protocol::Reply on(const protocol::ReadPid&, const Context& context) const;
+  protocol::Reply on(const protocol::WritePidToRam& command, const Context& context);
+  protocol::Reply on(const protocol::WritePidToRom& command, const Context& context);
+  protocol::Reply on(const protocol::ReadAcceleration&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteAccelerationToRam& command, const Context& context);
+  protocol::Reply on(const protocol::Off&, const Context& context);
+  protocol::Reply on(const protocol::Stop&, const Context& context);
+  protocol::Reply on(const protocol::Run&, const Context& context);
+  protocol::Reply on(const protocol::ReadEncoder&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteOffsetToRom& command, const Context& context);
+  protocol::Reply on(const protocol::ReadMultiTurnAngle&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadSingleTurnAngle&, const Context& context) const;
+  protocol::Reply on(const protocol::ClearAngle&, const Context& context);
+  protocol::Reply on(const protocol::ReadState1&, const Context& context) const;
+  protocol::Reply on(const protocol::ClearErrors&, const Context& context);
+  protocol::Reply on(const protocol::ReadState2&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadState3&, const Context& context) const;
+  protocol::Reply on(const protocol::Torque& command, const Context& context);
+  protocol::Reply on(const protocol::Speed& command, const Context& context);
+  protocol::Reply on(const protocol::Position1& command, const Context& context);
+  protocol::Reply on(const protocol::Position2& command, const Context& context);
+  protocol::Reply on(const protocol::Position3& command, const Context& context);
+  protocol::Reply on(const protocol::Position4& command, const Context& context);
+  protocol::Reply on(const protocol::Position5& command, const Context& context);
+  protocol::Reply on(const protocol::Position6& command, const Context& context);
+  protocol::Reply on(const protocol::MultiTorque& command, const Context& context);
+
+  void lay_down_after_trip(const model::Telemetry& telemetry);
+  void wake_up(const model::Telemetry& telemetry);
+  static Motion loop_motion(const model::Setpoint& setpoint);
+  Motion to_position(const CommandedPosition& position, std::uint16_t max_speed_dps) const;
+  Motion to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const;
+  std::optional<Motion> to_single_turn(const protocol::Position3& request,
+                                       std::uint16_t max_speed_dps, const Context& context) const;
+  Motion by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
+                      const Context& context) const;
+  /// Starts `motion` unless it is none (an invalid target) or the drive is off; state 2 in any
+  /// case.
+  protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
+                          const Context& context);
+  protocol::Reply state_1(protocol::Opcode command, const model::Telemetry& telemetry) const;
+  protocol::Reply state_2(protocol::Opcode command, const model::Telemetry& telemetry) const;
+  protocol::Opcode reply_opcode(protocol::Opcode command) const;
+
+  ServoConfig config_;
+  Registers rom_;
+  Registers ram_;
+  ShaftAngles angles_;
+  RunState run_state_ = RunState::kRunning;
+  Motion motion_;  // in force, or kept by a stop
+  ServoStats stats_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,116 @@
+#include "emulator/shaft_angles.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "protocol/commands.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::kTurn_cdeg;
+
+constexpr int kMaxWireBits = 16;       // wider encoders show their top 16 bits
+constexpr double kArrived_counts = 2;  // of the wire
+
+/// Rounds towards −∞, unlike `/`.
+std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0 ? 1 : 0); }
+/// 0..b − 1, unlike `%`.
+std::int64_t floor_mod(std::int64_t a, std::int64_t b) { return a % b + (a % b < 0 ? b : 0); }
+
+}  // namespace
+
+ShaftAngles::ShaftAngles(const Profile& profile)
+    : counts_(std::int64_t{1} << profile.drive.encoder.bits),
+      wire_counts_(std::int64_t{1} << std::min(profile.drive.encoder.bits, kMaxWireBits)),
+      sensor_(profile.drive.encoder) {
+  const double span =
+      profile.encoder_span == EncoderSpan::kOutputTurn ? profile.drive.mechanics.gear_ratio : 1.0;
+  counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);
+}
+
+std::uint16_t ShaftAngles::raw(std::int64_t position) const {
+  const double wire_position = std::floor(static_cast<double>(position) / counts_per_wire_lsb_);
+  return static_cast<std::uint16_t>(
+      floor_mod(static_cast<std::int64_t>(wire_position), wire_counts_));
+}
+
+std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) const {
+  return static_cast<std::uint16_t>(
+      floor_mod(std::int64_t{raw(position)} - std::int64_t{offset}, wire_counts_));
+}
+
+std::uint16_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
+  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
+  // Rounded to the nearest 0.01°; the last half of one is the zero of the next turn.
+  const std::int64_t angle_cdeg = (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
+  return static_cast<std::uint16_t>(angle_cdeg % kTurn_cdeg);
+}
+
+std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
+  const std::int64_t turns = floor_div(position - multi_zero_, counts_);
+  const std::int64_t in_turn = floor_mod(position - multi_zero_, counts_);
+  return turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
+}
+
+void ShaftAngles::set_offset(std::uint16_t offset) {
+  single_zero_ = floor_mod(std::llround(offset * counts_per_wire_lsb_), counts_);
+}
+
+void ShaftAngles::forget_turns(std::int64_t position) {
+  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
+  const std::int64_t wrapped = in_turn > counts_ / 2 ? in_turn - counts_ : in_turn;
+  multi_zero_ = position - wrapped;
+}
+
+void ShaftAngles::clear(std::int64_t position) {
+  single_zero_ = floor_mod(position, counts_);
+  multi_zero_ = position;
+}
+
+CommandedPosition ShaftAngles::multi_turn_target(std::int64_t target_cdeg) const {
+  return {multi_zero_, target_cdeg};
+}
+
+CommandedPosition ShaftAngles::single_turn_target(std::int64_t position, bool clockwise,
+                                                  std::uint16_t target_cdeg) const {
+  assert(target_cdeg < kTurn_cdeg);
+  const auto turn = static_cast<double>(counts_);
+  const double arrived =
+      kArrived_counts * static_cast<double>(counts_) / static_cast<double>(wire_counts_);
+  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
+  const double travel = target_cdeg * turn / kTurn_cdeg - static_cast<double>(in_turn);
+  std::int64_t zero = position - in_turn;
+  if (clockwise) {
+    if (travel < -arrived) {
+      zero += counts_;
+    } else if (travel > turn - arrived) {
+      zero -= counts_;
+    }
+  } else {
+    if (travel > arrived) {
+      zero -= counts_;
+    } else if (travel < arrived - turn) {
+      zero += counts_;
+    }
+  }
+  return {zero, target_cdeg};
+}
+
+double ShaftAngles::theta(const CommandedPosition& commanded) const {
+  const double turns = static_cast<double>(commanded.zero_counts) / static_cast<double>(counts_) +
+                       static_cast<double>(commanded.angle_cdeg) / kTurn_cdeg;
+  return 2 * std::numbers::pi * turns;
+}
+
+double ShaftAngles::theta_m_at(double angle_deg) const {
+  // The middle of a count, so that the encoder's noise does not throw it to the neighbour.
+  const double turns =
+      (static_cast<double>(single_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
+  // raw angle = direction·theta_m + offset
+  return sensor_.direction * (2 * std::numbers::pi * turns - sensor_.offset);
+}
+
+}  // namespace lk::emulator

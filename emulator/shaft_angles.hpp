@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+
+#include "emulator/bus_config.hpp"
+
+namespace lk::emulator {
+
+/// A commanded position: an angle from a place on the shaft. Kept as the integers it was commanded
+/// in, so that increments add up without rounding.
+struct CommandedPosition {
+  std::int64_t zero_counts = 0;  // encoder position that the angle counts from
+  std::int64_t angle_cdeg = 0;
+
+  friend bool operator==(const CommandedPosition&, const CommandedPosition&) = default;
+};
+
+/// What the wire makes of the rotor encoder: encoder field, single-turn and multi-turn angle, each
+/// with its own zero. "Position" is the unwrapped count of the rotor encoder (model::Telemetry).
+///
+/// All angles are rotor angles, clockwise positive; on geared drives too.
+class ShaftAngles {
+ public:
+  explicit ShaftAngles(const Profile& profile);
+
+  /// The encoder field has 0..max_wire_count().
+  std::uint16_t max_wire_count() const { return static_cast<std::uint16_t>(wire_counts_ - 1); }
+  /// The encoder's own value, as the wire shows it.
+  std::uint16_t raw(std::int64_t position) const;
+  /// (raw − offset) mod turn.
+  std::uint16_t encoder(std::int64_t position, std::uint16_t offset) const;
+  /// 0..35999, from the single-turn zero.
+  std::uint16_t single_turn_cdeg(std::int64_t position) const;
+  /// From the multi-turn zero.
+  std::int64_t multi_turn_cdeg(std::int64_t position) const;
+
+  /// The encoder offset is in force from now on: the single-turn zero lies there.
+  void set_offset(std::uint16_t offset);
+  /// The turn count is lost: the multi-turn angle continues from the single-turn angle, wrapped to
+  /// (−180°, 180°].
+  void forget_turns(std::int64_t position);
+  /// The present position becomes zero of the single- and the multi-turn angle.
+  void clear(std::int64_t position);
+
+  CommandedPosition at(std::int64_t position) const { return {position, 0}; }
+  CommandedPosition multi_turn_target(std::int64_t target_cdeg) const;
+  /// The next place in the direction of travel where the single-turn angle is `target_cdeg`,
+  /// 0..35999. Up to two encoder counts behind count as arrived: no full turn for the noise of the
+  /// encoder.
+  CommandedPosition single_turn_target(std::int64_t position, bool clockwise,
+                                       std::uint16_t target_cdeg) const;
+
+  /// rad in the frame of model::Telemetry::encoder_position.
+  double theta(const CommandedPosition& commanded) const;
+  /// The shaft angle (model::DriveInit::theta_m) at which the single-turn angle is `angle_deg`.
+  double theta_m_at(double angle_deg) const;
+
+ private:
+  std::int64_t counts_;         // of the rotor encoder, per rotor turn
+  std::int64_t wire_counts_;    // of the encoder field, per turn that it spans
+  double counts_per_wire_lsb_;  // rotor counts
+  model::EncoderParams sensor_;
+  std::int64_t single_zero_ = 0;  // 0..counts_ − 1
+  std::int64_t multi_zero_ = 0;
+};
+
+}  // namespace lk::emulator
