@@ -1,61 +1,243 @@
 #include "model/drive_bank.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <numeric>
+
+#include "model/trig.hpp"
 
 namespace lk::model {
+namespace {
 
-DriveBank::DriveBank(std::span<const DriveInit> drives) {
-  for (const auto& init : drives) {
-    lanes_.push_back({init, Idle{}, init.theta_m, 0.0, 0});
+/// A scalar struct of the tick goes into, or comes out of, one lane of its stored form.
+template <class Stored, class Scalar>
+void put(Stored& stored, std::size_t lane, const Scalar& value) {
+  for_each_field(fields(stored), fields(value), [lane](auto& to, const double& from) { lane_of(to, lane) = from; });
+}
+template <class Scalar, class Stored>
+Scalar get(const Stored& stored, std::size_t lane) {
+  Scalar value;
+  for_each_field(fields(value), fields(stored), [lane](double& to, const auto& from) { to = lane_of(from, lane); });
+  return value;
+}
+
+/// A plant at rest at `theta_m`, at ambient temperature, its link charged.
+PlantState<double> plant_at_rest(const DriveParams& p, double theta_m) {
+  PlantState<double> s;
+  s.theta = theta_m;
+  s.theta_out = theta_m / p.mechanics.gear_ratio;
+  s.v_link = p.supply.v_source;
+  s.temp_winding = s.temp_housing = s.temp_stage = p.thermal.temp_ambient;
+  return s;
+}
+
+/// What the encoder shows at rest, noise aside.
+double counts_at(const DriveParams& p, double theta_m) {
+  const double seen = p.encoder.direction * theta_m + p.encoder.offset;
+  return floor(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
+}
+
+/// ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity potentials.
+double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) {
+  const double link = 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link;
+  const double magnetic = 0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q);
+  const double kinetic = 0.5 * p.T_s * (p.inertia_rate * s.omega * s.omega + p.inertia_rate_out * s.omega_out * s.omega_out);
+  const double twist = s.theta * p.inv_gear - s.theta_out;
+  const double excess = p.compliant * (twist - clamp(twist, -p.half_backlash, p.half_backlash));
+  const double spring = 0.5 * p.gear_stiffness * excess * excess;
+  const double cogging = p.cogging_per_turn == 0.0 ? 0.0 : -p.tau_cogging / p.cogging_per_turn * sincos(p.cogging_per_turn * s.theta).cos;
+  return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
+}
+
+/// Everything inlined: the tick is one straight line of arithmetic.
+[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) { run_block<double>(block, n_ticks); }
+
+}  // namespace
+
+template <class Access>
+decltype(auto) DriveBank::with_block(std::size_t drive, Access access) {
+  assert(drive < units_.size());
+  return wide_.empty() ? access(alone_, std::size_t{0}) : access(wide_[drive / kLanes], drive % kLanes);
+}
+template <class Access>
+decltype(auto) DriveBank::with_block(std::size_t drive, Access access) const {
+  assert(drive < units_.size());
+  return wide_.empty() ? access(alone_, std::size_t{0}) : access(wide_[drive / kLanes], drive % kLanes);
+}
+
+DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : kernel_(kernel) {
+  assert(!drives.empty() && kernel.run != nullptr);
+  if (drives.size() > 1) {
+    wide_.resize((drives.size() + kLanes - 1) / kLanes);
+  }
+  stride_ = drives.front().params.control.motion_divider;
+  for (const DriveInit& init : drives) {
+    assert(init.params.inverter.f_pwm == drives.front().params.inverter.f_pwm);
+    stride_ = std::gcd(stride_, init.params.control.motion_divider);
+    Unit unit;
+    unit.params = init.params;
+    unit.settings = init.settings;
+    unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
+    unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
+    const std::size_t drive = units_.size();
+    units_.push_back(unit);
+    derive_plant(drive);
+    derive_control(drive);
+    with_block(drive, [&](auto& block, std::size_t lane) {
+      put(block.plant, lane, plant_at_rest(init.params, init.theta_m));
+      CurrentLoopState<double> loop;
+      loop.encoder_counts = counts_at(init.params, init.theta_m);
+      put(block.loop, lane, loop);
+      put(block.orders, lane, CurrentOrders<double>{});
+      block.noise.word[lane] = noise_seed(init.seed);
+    });
+  }
+  // Lanes without a drive repeat a resting one, so that they cost nothing odd (no infinities).
+  for (std::size_t spare = units_.size(); spare < wide_.size() * kLanes; ++spare) {
+    TickBlock<Wide>& block = wide_.back();
+    put(block.plant_params, spare % kLanes, plant_params(drives.front().params));
+    put(block.plant, spare % kLanes, plant_at_rest(drives.front().params, 0.0));
+    put(block.loop_params, spare % kLanes, current_loop_params(drives.front().params, drives.front().settings));
+    put(block.loop, spare % kLanes, CurrentLoopState<double>{});
+    put(block.orders, spare % kLanes, CurrentOrders<double>{});
   }
 }
-std::size_t DriveBank::size() const { return lanes_.size(); }
+
+std::size_t DriveBank::size() const { return units_.size(); }
 std::int64_t DriveBank::ticks() const { return ticks_; }
-void DriveBank::advance(std::int64_t n_ticks) {
-  for (std::int64_t k = 0; k < n_ticks; ++k) {
-    ++ticks_;
-    for (auto& lane : lanes_) {
-      const double dt = 1.0 / lane.init.params.inverter.f_pwm;
-      const auto& motor = lane.init.params.motor;
-      if (const auto* torque = std::get_if<Torque>(&lane.setpoint)) {
-        lane.omega += dt * 1.5 * motor.pole_pairs * motor.psi_f * torque->i_q / lane.init.params.mechanics.J;
-      } else if (const auto* speed = std::get_if<Speed>(&lane.setpoint)) {
-        lane.omega += (speed->omega - lane.omega) * dt * 100.0;
-      } else if (const auto* position = std::get_if<Position>(&lane.setpoint)) {
-        const double limit = position->omega_max > 0 ? position->omega_max : lane.init.settings.omega_max;
-        lane.omega = std::clamp((position->theta - lane.theta) * 50.0, -limit, limit);
-      } else {
-        lane.omega -= lane.omega * dt * 5.0;
-      }
-      lane.theta += lane.omega * dt;
+
+void DriveBank::derive_plant(std::size_t drive) {
+  with_block(drive, [&](auto& block, std::size_t lane) { put(block.plant_params, lane, plant_params(units_[drive].params)); });
+}
+
+void DriveBank::derive_control(std::size_t drive) {
+  Unit& unit = units_[drive];
+  unit.motion_params = motion_params(unit.params, unit.settings);
+  with_block(drive, [&](auto& block, std::size_t lane) { put(block.loop_params, lane, current_loop_params(unit.params, unit.settings)); });
+}
+
+void DriveBank::run_motion_loops(std::size_t drive) {
+  Unit& unit = units_[drive];
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    const double i_a = lane_of(block.loop.i_a, lane);
+    const double i_b = lane_of(block.loop.i_b, lane);
+    unit.slow = measure_slowly(unit.params.slow_sensor, lane_of(block.plant.v_link, lane),
+                               lane_of(block.plant.temp_winding, lane), lane_of(block.plant.temp_stage, lane), unit.slow_noise);
+    const double i_peak = std::max({std::abs(i_a), std::abs(i_b), std::abs(i_a + i_b)});
+    const Watched watched{unit.slow.v_bus, unit.slow.temp_motor, unit.slow.temp_driver, i_peak,
+                          lane_of(block.loop.i_q, lane), unit.motion.omega_report};
+    if (watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection)) {
+      unit.setpoint = Off{};
     }
+    CurrentOrders<double> orders;
+    motion_loops(unit.motion_params, unit.setpoint, lane_of(block.loop.encoder_counts, lane), unit.slow.v_bus, unit.motion, orders);
+    put(block.orders, lane, orders);
+  });
+}
+
+void DriveBank::advance(std::int64_t n_ticks) {
+  while (n_ticks > 0) {
+    if (ticks_ % stride_ == 0) {
+      for (std::size_t drive = 0; drive < units_.size(); ++drive) {
+        if (ticks_ % units_[drive].params.control.motion_divider == 0) {
+          run_motion_loops(drive);
+        }
+      }
+    }
+    const auto n = static_cast<int>(std::min<std::int64_t>(n_ticks, stride_ - ticks_ % stride_));
+    if (wide_.empty()) {
+      run_alone(alone_, n);
+    }
+    for (TickBlock<Wide>& block : wide_) {
+      kernel_.run(block, n);
+    }
+    ticks_ += n;
+    n_ticks -= n;
   }
 }
-void DriveBank::command(std::size_t drive, const Setpoint& setpoint) { lanes_[drive].setpoint = setpoint; }
-void DriveBank::configure(std::size_t drive, const ControlSettings& settings) { lanes_[drive].init.settings = settings; }
-void DriveBank::clear_errors(std::size_t drive) { lanes_[drive].errors = 0; }
-void DriveBank::feed_input(std::size_t /*drive*/) {}
-void DriveBank::set_load(std::size_t drive, const LoadParams& load) { lanes_[drive].init.params.load = load; }
-void DriveBank::set_supply_voltage(std::size_t drive, double v) { lanes_[drive].init.params.supply.v_source = v; }
-void DriveBank::set_ambient_temperature(std::size_t drive, double t) { lanes_[drive].init.params.thermal.temp_ambient = t; }
-Telemetry DriveBank::telemetry(std::size_t drive) const {
-  const auto& lane = lanes_[drive];
-  Telemetry t;
-  t.temp_motor = lane.init.params.thermal.temp_ambient;
-  t.v_bus = lane.init.params.supply.v_source;
-  t.omega = lane.omega;
-  const double counts = static_cast<double>(1 << lane.init.params.encoder.bits);
-  t.encoder_position = std::llround(std::floor(lane.theta / (2 * 3.141592653589793) * counts));
-  t.errors = lane.errors;
-  t.bridge_on = !std::holds_alternative<Off>(lane.setpoint);
-  return t;
+
+void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
+  Unit& unit = units_[drive];
+  const double counts = with_block(drive, [](auto& block, std::size_t lane) { return lane_of(block.loop.encoder_counts, lane); });
+  setpoint_changed(unit.motion_params, unit.setpoint, setpoint, counts, unit.motion);
+  unit.setpoint = setpoint;
 }
+
+void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
+  units_[drive].settings = settings;
+  derive_control(drive);
+}
+
+void DriveBank::clear_errors(std::size_t drive) { model::clear_errors(units_[drive].protection); }
+void DriveBank::feed_input(std::size_t drive) { units_[drive].protection.silent_for = 0.0; }
+
+void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
+  units_[drive].params.load = load;
+  derive_plant(drive);
+}
+void DriveBank::set_supply_voltage(std::size_t drive, double v_source) {
+  units_[drive].params.supply.v_source = v_source;
+  derive_plant(drive);
+}
+void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {
+  units_[drive].params.thermal.temp_ambient = temp_ambient;
+  derive_plant(drive);
+}
+
+Telemetry DriveBank::telemetry(std::size_t drive) const {
+  const Unit& unit = units_[drive];
+  return with_block(drive, [&](const auto& block, std::size_t lane) {
+    const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
+    Telemetry t;
+    t.temp_motor = unit.slow.temp_motor;
+    t.temp_driver = unit.slow.temp_driver;
+    t.v_bus = unit.slow.v_bus;
+    t.i_bus = 1.5 * (loop.v_d * loop.i_d + loop.v_q * loop.i_q) / std::max(unit.slow.v_bus, 1.0);
+    t.i_q = loop.i_q;
+    t.power = loop.v_q / std::max(unit.slow.v_bus, 1.0);
+    t.i_a = loop.i_a;
+    t.i_b = loop.i_b;
+    t.i_c = -loop.i_a - loop.i_b;
+    t.omega = unit.motion.omega_report;
+    t.encoder_position = unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
+    t.errors = unit.protection.latched;
+    t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
+    return t;
+  });
+}
+
 Truth DriveBank::truth(std::size_t drive) const {
-  Truth t;
-  t.theta_m = lanes_[drive].theta;
-  t.omega_m = lanes_[drive].omega;
-  return t;
+  const Unit& unit = units_[drive];
+  return with_block(drive, [&](const auto& block, std::size_t lane) {
+    const auto s = get<PlantState<double>>(block.plant, lane);
+    const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
+    Truth t;
+    t.theta_m = s.theta;
+    t.omega_m = s.omega;
+    t.theta_out = s.theta_out;
+    t.omega_out = s.omega_out;
+    t.i_d = s.i_d;
+    t.i_q = s.i_q;
+    t.tau_e = s.tau_e;
+    t.v_bus = s.v_link;
+    t.temp_winding = s.temp_winding;
+    t.temp_housing = s.temp_housing;
+    t.temp_stage = s.temp_stage;
+    t.i_q_ref = unit.motion.i_q_ref;
+    t.omega_ref = unit.motion.omega_ref;
+    t.theta_ref = unit.motion.theta_ref;
+    t.duty_abc = {loop.duty_a, loop.duty_b, loop.duty_c};
+    return t;
+  });
+}
+
+EnergyLedger DriveBank::energy(std::size_t drive) const {
+  return with_block(drive, [](const auto& block, std::size_t lane) {
+    const auto p = get<PlantParams<double>>(block.plant_params, lane);
+    const auto s = get<PlantState<double>>(block.plant, lane);
+    return EnergyLedger{s.e_supply, s.e_copper, s.e_inverter, s.e_friction, s.e_gear, s.e_load, stored_energy(p, s)};
+  });
 }
 
 }  // namespace lk::model

@@ -5,7 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "model/control/motion_loops.hpp"
+#include "model/control/protection.hpp"
 #include "model/drive_params.hpp"
+#include "model/lane_kernel.hpp"
+#include "model/plant/slow_sensors.hpp"
 #include "model/setpoint.hpp"
 
 namespace lk::model {
@@ -23,7 +27,8 @@ struct DriveInit {
 class DriveBank {
  public:
   /// All `f_pwm` must be equal. Every drive starts as after power-up: bridge on, Idle, no errors.
-  explicit DriveBank(std::span<const DriveInit> drives);
+  /// `kernel` is for tests; by default the fastest one of this processor.
+  explicit DriveBank(std::span<const DriveInit> drives, NamedKernel kernel = best_lane_kernel());
 
   std::size_t size() const;
   /// Control ticks done since construction; tick n happens at n/f_pwm.
@@ -44,16 +49,35 @@ class DriveBank {
 
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
+  EnergyLedger energy(std::size_t drive) const;
 
  private:
-  struct Lane {
-    DriveInit init;
+  /// The slow, scalar part of one drive.
+  struct Unit {
+    DriveParams params;
+    ControlSettings settings;
+    MotionParams motion_params;
+    MotionState motion;
+    ProtectionState protection;
     Setpoint setpoint = Idle{};
-    double theta = 0, omega = 0;
-    ErrorBits errors = 0;
+    SlowMeasurement slow;
+    std::uint64_t slow_noise = 1;
   };
-  std::vector<Lane> lanes_;
+  /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide one.
+  template <class Access>
+  decltype(auto) with_block(std::size_t drive, Access access);
+  template <class Access>
+  decltype(auto) with_block(std::size_t drive, Access access) const;
+  void run_motion_loops(std::size_t drive);
+  void derive_plant(std::size_t drive);
+  void derive_control(std::size_t drive);
+
+  std::vector<Unit> units_;
+  TickBlock<double> alone_;                // used when there is exactly one drive
+  std::vector<TickBlock<Wide>> wide_;      // used otherwise, kLanes drives each
+  NamedKernel kernel_;
   std::int64_t ticks_ = 0;
+  int stride_ = 1;                         // ticks between instants at which some motion loop may run
 };
 
 }  // namespace lk::model

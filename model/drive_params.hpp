@@ -26,6 +26,7 @@ struct InverterParams {
   double v_diode = 0.8;      // V, body diode
   double timer_counts = 2625;  // timer counts per half period: the duty's resolution is 1/timer_counts
   double duty_max = 0.98;    // largest duty of a leg, smallest is 1 − duty_max
+  double i_dead_zone = 0.1;  // A, > 0: below it the dead-time voltage error fades linearly to zero
 };
 
 struct MechanicsParams {
@@ -35,7 +36,8 @@ struct MechanicsParams {
   double backlash_out = 0.0;     // rad at the output, total play
   double gear_stiffness_out = 0.0;  // Nm/rad at the output; 0 = rigid coupling without play
   double gear_damping_out = 0.0;    // Nm·s/rad at the output, while the teeth touch
-  double J_out = 0.0;            // kg·m², inertia of the output flange itself
+  double J_out = 0.0;            // kg·m², inertia of the output flange itself; > 0 with gear_stiffness_out > 0
+  double tau_coulomb_out = 0.0;  // Nm at the output, seals and bearings behind the gear
   double tau_coulomb = 0.0;      // Nm
   double tau_static = 0.0;       // Nm, break-away torque, ≥ tau_coulomb
   double omega_stribeck = 1.0;   // rad/s, where the break-away excess has fallen to a half
@@ -100,20 +102,22 @@ struct SlowSensorParams {
   double temp_lsb = 0.5;   // K, temperature ADC
 };
 
-/// How the firmware is built: rates and the rule that turns byte gains into physical ones (docs/model.md).
+/// How the firmware is built: rates, and the rule that turns byte gains into physical ones
+/// (docs/model.md §11). A bandwidth scales linearly with its byte and holds at the reference byte.
 struct ControlParams {
-  int motion_divider = 4;           // current-loop periods per speed/position-loop period
-  bool has_current_loop = true;     // false: MS series, the loops set the voltage vector
-  double current_bandwidth = 2 * 3.141592653589793 * 1000.0;  // rad/s at the reference current bytes
-  double speed_bandwidth = 2 * 3.141592653589793 * 30.0;      // rad/s at the reference speed Kp byte
-  double speed_integral_rate = 20.0;       // 1/s, Ki/Kp at the reference speed bytes
-  double angle_kp_per_byte = 1.5;          // 1/s per LSB of angle Kp
-  double angle_ki_per_byte = 0.0;          // 1/s² per LSB of angle Ki
-  double estimator_bandwidth = 2 * 3.141592653589793 * 150.0;  // rad/s of the speed estimator
-  double ref_current_byte = 50.0;          // the bytes at which the bandwidths above hold
+  int motion_divider = 4;         // current-loop periods per speed/position-loop period
+  bool has_current_loop = true;   // false: MS series, the loops set the voltage vector
+  double current_bandwidth = 6283.0;      // rad/s at current Kp, Ki = ref_current_byte
+  double speed_bandwidth = 200.0;         // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
+  double speed_integral_rate = 20.0;      // 1/s, Ki/Kp at the reference speed bytes
+  double angle_kp_per_byte = 0.5;         // 1/s per LSB of angle Kp
+  double angle_ki_per_byte = 0.05;        // 1/s² per LSB of angle Ki, within a few counts of the target
+  double estimator_bandwidth = 1500.0;    // rad/s, natural frequency of the speed observer
+  double report_bandwidth = 300.0;        // rad/s, low-pass of the reported speed
+  double ref_current_byte = 50.0;
   double ref_speed_kp_byte = 50.0;
   double ref_speed_ki_byte = 40.0;
-  double J_nominal = 933e-7;               // kg·m² the speed gain was designed for
+  double J_nominal = 933e-7;              // kg·m², rotor side, the speed gain was designed for
 };
 
 /// Everything that makes one drive different from another and does not change while it runs.

@@ -80,4 +80,16 @@ struct Truth {
   std::array<double, 3> duty_abc{};
 };
 
+/// Where the energy went since power-up, J. `supply` = the sum of all the others plus the change of
+/// `stored`, up to the integrator's error (docs/model.md §8).
+struct EnergyLedger {
+  double supply = 0;    // at the drive's terminals
+  double copper = 0;
+  double inverter = 0;
+  double friction = 0;
+  double gear = 0;
+  double load = 0;      // work done on the constant load torque
+  double stored = 0;    // link capacitor, inductances, kinetic, gear spring, cogging, gravity
+};
+
 }  // namespace lk::model

@@ -1,0 +1,207 @@
+#include "model/control/motion_loops.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/trig.hpp"
+
+namespace lk::model {
+namespace {
+
+/// Inside this distance of its target the angle integrator works: it trims, it does not travel.
+constexpr double kTrimCounts = 16.0;  // assumed
+
+/// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile, damping 1.
+void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
+  s.counts_hat += p.T_m * s.omega_hat / p.rad_per_count;
+  // The middle of the count is the best guess of where in it the shaft stands.
+  const double error = encoder_counts + 0.5 - s.counts_hat;
+  s.counts_hat += p.observer_k1 * error;
+  s.omega_hat += p.observer_k2 * error * p.rad_per_count;
+  s.omega_report += p.report_share * (s.omega_hat - s.omega_report);
+}
+
+double limit(double x, double most) { return std::clamp(x, -most, most); }
+
+/// Speed PI with conditional integration: the integrator does not push further into a limit.
+double speed_loop(const MotionParams& p, double omega_ref, double i_max, MotionState& s) {
+  s.omega_ref = omega_ref;
+  const double error = omega_ref - s.omega_hat;
+  const double wanted = p.speed_kp * error + s.speed_integral;
+  const double given = limit(wanted, i_max);
+  if (wanted == given || (wanted - given) * error < 0.0) {
+    s.speed_integral = limit(s.speed_integral + p.speed_ki * p.T_m * error, i_max);
+  }
+  return given;
+}
+
+/// Largest speed from which `distance` still suffices to stop at `accel`, period by period: the discrete
+/// form of √(2·a·d), so that the profile lands on its target instead of beside it.
+double stopping_speed(double distance, double accel, double T) {
+  const double steps = std::sqrt(0.25 + 2.0 * distance / (accel * T * T)) - 0.5;
+  return std::min(accel * T * steps, distance / T);
+}
+
+/// One step of the trapezoid towards `target` under accel_max and `omega_max`.
+void trapezoid(const MotionParams& p, double target, double omega_max, MotionState& s) {
+  const double distance = target - s.theta_ref;
+  const double allowed = std::min(omega_max, stopping_speed(std::abs(distance), p.accel_max, p.T_m));
+  const double step = p.accel_max * p.T_m;
+  s.omega_profile = std::clamp(std::copysign(allowed, distance), s.omega_profile - step, s.omega_profile + step);
+  s.theta_ref += s.omega_profile * p.T_m;
+}
+
+double position_loop(const MotionParams& p, const Position& setpoint, double encoder_counts, MotionState& s) {
+  const double omega_max = setpoint.omega_max > 0.0 ? std::min(setpoint.omega_max, p.omega_max) : p.omega_max;
+  if (p.accel_max > 0.0) {
+    trapezoid(p, setpoint.theta, omega_max, s);
+  } else {
+    s.theta_ref = setpoint.theta;
+    s.omega_profile = 0.0;
+  }
+  // In whole counts: inside the count of the target there is nothing left to correct.
+  const double error_counts = round(s.theta_ref / p.rad_per_count) - encoder_counts;
+  const double error = error_counts * p.rad_per_count;
+  if (error_counts == 0.0 || std::abs(error_counts) > kTrimCounts) {
+    s.angle_integral = 0.0;
+  } else {
+    s.angle_integral += p.angle_ki * p.T_m * error;
+  }
+  const double omega_ref = limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
+  return speed_loop(p, omega_ref, p.i_q_max, s);
+}
+
+double speed_setpoint(const MotionParams& p, const Speed& setpoint, MotionState& s) {
+  const double i_max = setpoint.i_q_max > 0.0 ? std::min(setpoint.i_q_max, p.i_q_max) : p.i_q_max;
+  double omega_ref = setpoint.omega;
+  if (p.accel_max > 0.0) {
+    const double step = p.accel_max * p.T_m;
+    omega_ref = std::clamp(setpoint.omega, s.omega_ref - step, s.omega_ref + step);
+  }
+  return speed_loop(p, omega_ref, i_max, s);
+}
+
+bool follows(const Setpoint& setpoint) {
+  return std::holds_alternative<Speed>(setpoint) || std::holds_alternative<Position>(setpoint);
+}
+
+/// Current reference of the setpoint in force, before the current ramp.
+double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts, MotionState& s) {
+  if (const auto* torque = std::get_if<Torque>(&setpoint)) {
+    return limit(torque->i_q, p.i_hardware);
+  }
+  if (const auto* speed = std::get_if<Speed>(&setpoint)) {
+    return speed_setpoint(p, *speed, s);
+  }
+  if (const auto* position = std::get_if<Position>(&setpoint)) {
+    return position_loop(p, *position, encoder_counts, s);
+  }
+  return 0.0;
+}
+
+/// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q + ω·ψ.
+double voltage_for(const MotionParams& p, const Setpoint& setpoint, const MotionState& s) {
+  if (const auto* voltage = std::get_if<Voltage>(&setpoint)) {
+    return voltage->v_q;
+  }
+  return p.R_s * s.i_q_ref + p.pole_pairs * s.omega_hat * p.psi_f;
+}
+
+}  // namespace
+
+MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings) {
+  const ControlParams& c = drive.control;
+  const GainBytes& bytes = settings.gains;
+  const double k_t = 1.5 * drive.motor.pole_pairs * drive.motor.psi_f;
+  const double kp_at_reference = c.speed_bandwidth * c.J_nominal / k_t;
+  MotionParams p;
+  p.T_m = c.motion_divider / drive.inverter.f_pwm;
+  p.rad_per_count = drive.encoder.direction * kTwoPi / static_cast<double>(1 << drive.encoder.bits);
+  p.pole_pairs = drive.motor.pole_pairs;
+  p.advance_time = 1.5 / drive.inverter.f_pwm;
+  p.angle_kp = c.angle_kp_per_byte * bytes.angle_kp;
+  p.angle_ki = c.angle_ki_per_byte * bytes.angle_ki;
+  p.speed_kp = kp_at_reference * bytes.speed_kp / c.ref_speed_kp_byte;
+  p.speed_ki = kp_at_reference * c.speed_integral_rate * bytes.speed_ki / c.ref_speed_ki_byte;
+  const double x = c.estimator_bandwidth * p.T_m;
+  p.observer_k1 = 2.0 * x;
+  p.observer_k2 = c.estimator_bandwidth * x;
+  p.report_share = std::min(1.0, c.report_bandwidth * p.T_m);
+  p.i_q_max = settings.i_q_max;
+  p.omega_max = settings.omega_max;
+  p.accel_max = settings.accel_max;
+  p.current_step = settings.current_ramp * p.T_m;
+  p.i_hardware = drive.current_sensor.range;
+  p.modulation = (2.0 * drive.inverter.duty_max - 1.0) / kSqrt3;
+  p.has_current_loop = c.has_current_loop;
+  p.R_s = drive.motor.R_s;
+  p.psi_f = drive.motor.psi_f;
+  return p;
+}
+
+CurrentLoopParams<double> current_loop_params(const DriveParams& drive, const ControlSettings& settings) {
+  const ControlParams& c = drive.control;
+  const double bandwidth_p = c.current_bandwidth * settings.gains.current_kp / c.ref_current_byte;
+  const double bandwidth_i = c.current_bandwidth * settings.gains.current_ki / c.ref_current_byte;
+  CurrentLoopParams<double> p;
+  p.closed = c.has_current_loop ? 1.0 : 0.0;
+  p.rad_e_per_count = drive.motor.pole_pairs * drive.encoder.direction * kTwoPi / static_cast<double>(1 << drive.encoder.bits);
+  // Half a count: the middle of what was measured.
+  p.rad_e_offset = drive.motor.pole_pairs * drive.encoder.direction * drive.encoder.offset - 0.5 * p.rad_e_per_count;
+  p.kp_d = bandwidth_p * drive.motor.L_d;
+  p.kp_q = bandwidth_p * drive.motor.L_q;
+  p.ki_T = bandwidth_i * drive.motor.R_s / drive.inverter.f_pwm;
+  p.unwind_d = p.kp_d > 0.0 ? std::min(1.0, p.ki_T / p.kp_d) : 1.0;
+  p.unwind_q = p.kp_q > 0.0 ? std::min(1.0, p.ki_T / p.kp_q) : 1.0;
+  p.L_d = drive.motor.L_d;
+  p.L_q = drive.motor.L_q;
+  p.psi_f = drive.motor.psi_f;
+  p.modulation = (2.0 * drive.inverter.duty_max - 1.0) / kSqrt3;
+  p.timer_counts = drive.inverter.timer_counts;
+  p.timer_lsb = 1.0 / drive.inverter.timer_counts;
+  p.duty_max = drive.inverter.duty_max;
+  return p;
+}
+
+MotionState motion_state_at(double encoder_counts) {
+  MotionState s;
+  s.counts_hat = encoder_counts + 0.5;
+  return s;
+}
+
+void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpoint& after,
+                      double encoder_counts, MotionState& s) {
+  if (!follows(after)) {
+    s.speed_integral = 0.0;
+    s.omega_ref = 0.0;
+    return;
+  }
+  if (!follows(before)) {
+    s.speed_integral = 0.0;
+    s.omega_ref = s.omega_hat;
+  }
+  if (!std::holds_alternative<Position>(before)) {
+    s.omega_profile = s.omega_ref;
+    s.theta_ref = encoder_counts * p.rad_per_count;
+    s.angle_integral = 0.0;
+  }
+}
+
+void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts, double v_bus,
+                  MotionState& s, CurrentOrders<double>& orders) {
+  observe(p, encoder_counts, s);
+  const double wanted = wanted_current(p, setpoint, encoder_counts, s);
+  s.i_q_ref = p.current_step > 0.0 ? std::clamp(wanted, s.i_q_ref - p.current_step, s.i_q_ref + p.current_step) : wanted;
+
+  orders.i_q_ref = s.i_q_ref;
+  orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, s);
+  orders.omega_e = p.pole_pairs * s.omega_hat;
+  orders.v_bus = v_bus;
+  orders.inv_v_bus = 1.0 / std::max(v_bus, 1.0);
+  const SinCos<double> advance = sincos(orders.omega_e * p.advance_time);
+  orders.sin_advance = advance.sin;
+  orders.cos_advance = advance.cos;
+  orders.bridge_on = std::holds_alternative<Off>(setpoint) ? 0.0 : 1.0;
+}
+
+}  // namespace lk::model

@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file Protections: quantities watched, delays counted, errors latched (docs/model.md §12).
+
+#include <array>
+#include <cstdint>
+
+#include "model/setpoint.hpp"
+
+namespace lk::model {
+
+/// What the firmware measures for its protections, once per motion-loop period.
+struct Watched {
+  double v_bus = 0;                  // V
+  double temp_motor = 0;             // °C
+  double temp_driver = 0;            // °C
+  double i_peak = 0;                 // A, largest of the three phases
+  double i_q = 0;                    // A
+  double omega = 0;                  // rad/s
+};
+
+struct ProtectionState {
+  std::array<double, kErrorKinds> beyond_for{};  // s, how long each quantity has been beyond its threshold
+  double silent_for = 0;                         // s since the last accepted frame
+  ErrorBits cause = 0;                           // beyond, or not yet back by the hysteresis
+  ErrorBits latched = 0;
+};
+
+/// One period of `T_m` seconds; latches what trips. Returns true if a protection tripped now.
+bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
+           ProtectionState& s);
+
+/// Unlatches every error whose cause is over.
+void clear_errors(ProtectionState& s);
+
+}  // namespace lk::model

@@ -1,0 +1,34 @@
+#include "model/lane_kernel.hpp"
+
+#include <array>
+
+namespace lk::model {
+
+[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) { run_block<Lanes>(block, n_ticks); }
+
+NamedKernel lane_kernel(std::string_view name) {
+  if (name == "baseline") {
+    return {"baseline", run_lanes_baseline};
+  }
+#ifdef LKEMU_X86_KERNELS
+  if (name == "avx2" && __builtin_cpu_supports("avx2")) {
+    return {"avx2", run_lanes_avx2};
+  }
+  if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512vl")) {
+    return {"avx512", run_lanes_avx512};
+  }
+#endif
+  return {};
+}
+
+NamedKernel best_lane_kernel() {
+  for (const std::string_view name : {"avx512", "avx2"}) {
+    if (const NamedKernel kernel = lane_kernel(name); kernel.run != nullptr) {
+      return kernel;
+    }
+  }
+  return lane_kernel("baseline");
+}
+
+}  // namespace lk::model

@@ -1,0 +1,27 @@
+#pragma once
+
+/// @file The fast tick of eight drives, compiled for several instruction sets and chosen at start.
+
+#include <string_view>
+
+#include "model/tick.hpp"
+
+namespace lk::model {
+
+using LaneKernel = void (*)(TickBlock<Wide>& block, int n_ticks);
+
+struct NamedKernel {
+  std::string_view name;  // "baseline", "avx2", "avx512"
+  LaneKernel run = nullptr;
+};
+
+void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks);
+void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks);
+void run_lanes_avx512(TickBlock<Wide>& block, int n_ticks);
+
+/// The fastest kernel this processor can run. All give the same bits.
+NamedKernel best_lane_kernel();
+/// Kernel by name, or one with `run == nullptr` if this build or processor does not have it.
+NamedKernel lane_kernel(std::string_view name);
+
+}  // namespace lk::model

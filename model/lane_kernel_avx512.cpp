@@ -1,0 +1,10 @@
+// Compiled with the instruction set of its name; everything it instantiates lives in a namespace of
+// that name (see real.hpp).
+#define LKEMU_ISA isa_avx512
+#include "model/tick.hpp"
+
+namespace lk::model {
+
+[[gnu::flatten]] void run_lanes_avx512(TickBlock<Wide>& block, int n_ticks) { run_block<Lanes>(block, n_ticks); }
+
+}  // namespace lk::model

@@ -1,0 +1,89 @@
+#pragma once
+
+/// @file PMSM windings over one period, solved exactly (docs/model.md §3).
+
+#include "model/plant/inverter.hpp"
+#include "model/plant/plant_params.hpp"
+#include "model/transforms.hpp"
+
+namespace lk::model {
+
+/// The windings' period: currents at its end, and the means that torque, link and heat need.
+template <class Real>
+struct WindingStep {
+  Dq<Real> i_next, i_mean;
+  Real mean_dd, mean_qq, mean_dq;  // A², means of i_d², i_q², i_d·i_q
+  Real i_link;                     // A drawn from the DC link, mean
+  Real p_inverter;                 // W lost in the semiconductors, mean
+};
+
+inline namespace LKEMU_ISA {
+
+/// ∫₀¹ a(s)·b(s) ds of two parabolas known by both ends and their means.
+template <class Real>
+inline Real mean_product(const Real& a0, const Real& a1, const Real& a_mean, const Real& b0,
+                         const Real& b1, const Real& b_mean) {
+  const Real bulge_a = 6.0 * a_mean - 3.0 * (a0 + a1);
+  const Real bulge_b = 6.0 * b_mean - 3.0 * (b0 + b1);
+  const Real straight = (2.0 * (a0 * b0 + a1 * b1) + a0 * b1 + a1 * b0) * (1.0 / 6);
+  return straight + (bulge_a * (b0 + b1) + bulge_b * (a0 + a1)) * (1.0 / 12) +
+         bulge_a * bulge_b * (1.0 / 30);
+}
+
+/// L_d·di_d/dt = v_d − R·i_d + ω·L_q·i_q,  L_q·di_q/dt = v_q − R·i_q − ω·(L_d·i_d + ψ_f)
+/// with v_dq, ω (electrical) constant over T: i(T) = i∞ + e^(A·T)·(i(0) − i∞), where for a 2×2 matrix
+///   e^(A·T) = e^(μT)·(C·I + S·(A − μI)·T),  μ = tr A/2,  s = −det(A − μI)·T²,
+///   C = cosh√s,  S = sinh√s/√s  as power series in s (they are entire; |s| < 0.4, error < 1e-11).
+/// Means follow from integrating the equations: i_mean = i∞ + A⁻¹·(i(T) − i(0))/T.
+template <class Real>
+inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Real>& i0,
+                                         const InverterOutput<Real>& bridge, const Real& v_link,
+                                         const Real& R_s, const Real& psi_f, const Real& omega_e) {
+  const Real R = R_s + p.R_on;
+  const Real a_d = R * p.inv_L_d;
+  const Real a_q = R * p.inv_L_q;
+  const Real a_dq = omega_e * p.L_q * p.inv_L_d;   // A = [−a_d  a_dq; −a_qd  −a_q]
+  const Real a_qd = omega_e * p.L_d * p.inv_L_q;
+
+  const Real u_d = (v_link * bridge.duty.d - bridge.v_drop.d) * p.inv_L_d;
+  const Real u_q = (v_link * bridge.duty.q - bridge.v_drop.q - omega_e * psi_f) * p.inv_L_q;
+  const Real inv_det = 1.0 / (a_d * a_q + a_dq * a_qd);
+  // A⁻¹·x = −(a_q·x_d + a_dq·x_q, a_d·x_q − a_qd·x_d)/det
+  const auto solve = [&](const Real& x_d, const Real& x_q) {
+    return Dq<Real>{-(a_q * x_d + a_dq * x_q) * inv_det, (a_qd * x_d - a_d * x_q) * inv_det};
+  };
+  const Dq<Real> x_inf = solve(u_d, u_q);  // −i∞
+
+  const Real half_difference = 0.5 * (a_d - a_q) * p.T_s;
+  const Real s = half_difference * half_difference - a_dq * a_qd * p.T_s * p.T_s;
+  const Real C = 1.0 + s * (1.0 / 2 + s * (1.0 / 24 + s * (1.0 / 720 + s * (1.0 / 40320))));
+  const Real S = 1.0 + s * (1.0 / 6 + s * (1.0 / 120 + s * (1.0 / 5040 + s * (1.0 / 362880))));
+  const Real decay = exp_small<Real>(-0.5 * (a_d + a_q) * p.T_s);
+  const Real S_T = S * p.T_s;
+
+  const Real delta_d = i0.d + x_inf.d;
+  const Real delta_q = i0.q + x_inf.q;
+  const Real e_d = decay * ((C - S * half_difference) * delta_d + S_T * a_dq * delta_q);
+  const Real e_q = decay * ((C + S * half_difference) * delta_q - S_T * a_qd * delta_d);
+
+  WindingStep<Real> step;
+  step.i_next = {e_d - x_inf.d, e_q - x_inf.q};
+  const Dq<Real> slope = solve((step.i_next.d - i0.d) * p.f_s, (step.i_next.q - i0.q) * p.f_s);
+  step.i_mean = {slope.d - x_inf.d, slope.q - x_inf.q};
+  step.mean_dd = mean_product(i0.d, step.i_next.d, step.i_mean.d, i0.d, step.i_next.d, step.i_mean.d);
+  step.mean_qq = mean_product(i0.q, step.i_next.q, step.i_mean.q, i0.q, step.i_next.q, step.i_mean.q);
+  step.mean_dq = mean_product(i0.d, step.i_next.d, step.i_mean.d, i0.q, step.i_next.q, step.i_mean.q);
+  step.i_link = 1.5 * (bridge.duty.d * step.i_mean.d + bridge.duty.q * step.i_mean.q);
+  step.p_inverter = 1.5 * (p.R_on * (step.mean_dd + step.mean_qq) + bridge.v_drop.d * step.i_mean.d +
+                           bridge.v_drop.q * step.i_mean.q);
+  return step;
+}
+
+/// τ_e = 3/2·p·(ψ_f·i_q + (L_d − L_q)·i_d·i_q), mean over the period.
+template <class Real>
+inline Real torque(const PlantParams<Real>& p, const WindingStep<Real>& step, const Real& psi_f) {
+  return 1.5 * p.pole_pairs * (psi_f * step.i_mean.q + (p.L_d - p.L_q) * step.mean_dq);
+}
+
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

@@ -1,0 +1,141 @@
+#pragma once
+
+/// @file One PWM period of everything the hardware does (docs/model.md §1): bridge → windings →
+/// mechanics → link and heat. The firmware's part is in control/.
+
+#include <tuple>
+
+#include "model/plant/diode_bridge.hpp"
+#include "model/plant/inverter.hpp"
+#include "model/plant/mechanics.hpp"
+#include "model/plant/motor.hpp"
+#include "model/plant/supply.hpp"
+#include "model/plant/thermal.hpp"
+
+namespace lk::model {
+
+template <class T>
+struct PlantState {
+  T i_d{}, i_q{};                                      // A
+  T theta{}, omega{}, theta_out{}, omega_out{};        // rad, rad/s
+  T omega_change{};                                    // rad/s, over the last period
+  T v_link{}, i_link{};                                // V, A
+  T temp_winding{}, temp_housing{}, temp_stage{};      // °C
+  T tau_e{};                                           // Nm, mean of the last period
+  // Energy ledger since the start, J (docs/model.md §8)
+  T e_supply{}, e_copper{}, e_inverter{}, e_friction{}, e_gear{}, e_load{};
+};
+
+inline namespace LKEMU_ISA {
+
+template <class State>
+  requires requires(State s) { s.e_supply; }
+constexpr auto fields(State& s) {
+  return std::tie(s.i_d, s.i_q, s.theta, s.omega, s.theta_out, s.omega_out, s.omega_change, s.v_link,
+                  s.i_link, s.temp_winding, s.temp_housing, s.temp_stage, s.tau_e, s.e_supply,
+                  s.e_copper, s.e_inverter, s.e_friction, s.e_gear, s.e_load);
+}
+
+inline double get_lane(double x, std::size_t /*lane*/) { return x; }
+inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
+inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
+inline void set_lane(Lanes& x, std::size_t lane, double value) { x.set(lane, value); }
+inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
+inline bool lane_set(const Lanes::Mask& mask, std::size_t lane) { return mask[lane]; }
+template <class Real>
+inline constexpr std::size_t kLanesOf = kLanes;
+template <>
+inline constexpr std::size_t kLanesOf<double> = 1;
+
+/// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time: rare,
+/// and full of decisions. Writes the lanes of `mask` only.
+template <class Real, class Mask>
+inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
+                      const Real& R_s, const Real& psi_f, const Real& theta_e, const Real& omega_e,
+                      const Mask& mask, WindingStep<Real>& step) {
+  for (std::size_t n = 0; n < kLanesOf<Real>; ++n) {
+    if (!lane_set(mask, n)) {
+      continue;
+    }
+    const WindingStep<double> one = diode_bridge(
+        {{get_lane(s.i_d, n), get_lane(s.i_q, n)}, get_lane(theta_e, n), get_lane(omega_e, n),
+         get_lane(v_link, n), get_lane(p.v_diode, n), get_lane(R_s, n), get_lane(p.L_d, n),
+         get_lane(p.L_q, n), get_lane(psi_f, n), get_lane(p.T_s, n)});
+    set_lane(step.i_next.d, n, one.i_next.d);
+    set_lane(step.i_next.q, n, one.i_next.q);
+    set_lane(step.i_mean.d, n, one.i_mean.d);
+    set_lane(step.i_mean.q, n, one.i_mean.q);
+    set_lane(step.mean_dd, n, one.mean_dd);
+    set_lane(step.mean_qq, n, one.mean_qq);
+    set_lane(step.mean_dq, n, one.mean_dq);
+    set_lane(step.i_link, n, one.i_link);
+    set_lane(step.p_inverter, n, one.p_inverter);
+  }
+}
+
+template <class Real, class Mask>
+inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
+  const Real zero(0.0);
+  for (Real* x : {&step.i_next.d, &step.i_next.q, &step.i_mean.d, &step.i_mean.q, &step.mean_dd,
+                  &step.mean_qq, &step.mean_dq, &step.i_link, &step.p_inverter}) {
+    *x = select(mask, zero, *x);
+  }
+}
+
+/// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of the
+/// start of the period, which the sensors need as well.
+template <class Real>
+inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
+                    const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e) {
+  // Speed and link voltage half a period ahead: second order without iterating.
+  const Real omega_middle = s.omega + 0.5 * s.omega_change;
+  const Real omega_e = p.pole_pairs * omega_middle;
+  const Real v_middle = 0.5 * (s.v_link + link(p, s.v_link, s.i_link).v_next);
+
+  const Real R_s = p.R_25 * (1.0 + p.alpha_cu * (s.temp_winding - 25.0));
+  const Real psi_f = p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0));
+
+  const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));
+  const InverterOutput<Real> bridge = inverter(p, duty, i_abc, middle);
+  WindingStep<Real> step = driven_windings(p, {s.i_d, s.i_q}, bridge, v_middle, R_s, psi_f, omega_e);
+
+  const auto off = bridge_on == 0.0;
+  if (any(off)) {
+    clear_where(off, step);
+    const auto conducts = off && (s.i_d != 0.0 || s.i_q != 0.0 ||
+                                  kSqrt3 * psi_f * abs(omega_e) > v_middle + 2.0 * p.v_diode);
+    if (any(conducts)) {
+      freewheel(p, s, v_middle, R_s, psi_f, Real(p.pole_pairs * s.theta), omega_e, conducts, step);
+    }
+  }
+
+  const Real tau_e = torque(p, step, psi_f);
+  const MechanicsStep<Real> mech = mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
+  const LinkStep<Real> dc = link(p, s.v_link, step.i_link);
+  const Real p_copper = 1.5 * R_s * (step.mean_dd + step.mean_qq);
+  const Temperatures<Real> heat = thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
+
+  s.e_supply += 0.5 * (s.v_link + dc.v_next) * dc.i_source * p.T_s;
+  s.e_copper += p_copper * p.T_s;
+  s.e_inverter += step.p_inverter * p.T_s;
+  s.e_friction += mech.p_friction * p.T_s;
+  s.e_gear += mech.p_gear * p.T_s;
+  s.e_load += mech.p_load * p.T_s;
+
+  s.i_d = step.i_next.d;
+  s.i_q = step.i_next.q;
+  s.omega_change = mech.next.omega - s.omega;
+  s.theta = mech.next.theta;
+  s.omega = mech.next.omega;
+  s.theta_out = mech.next.theta_out;
+  s.omega_out = mech.next.omega_out;
+  s.tau_e = tau_e;
+  s.v_link = dc.v_next;
+  s.i_link = step.i_link;
+  s.temp_winding = heat.winding;
+  s.temp_housing = heat.housing;
+  s.temp_stage = heat.stage;
+}
+
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

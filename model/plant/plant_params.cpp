@@ -1,0 +1,121 @@
+#include "model/plant/plant_params.hpp"
+
+#include <cassert>
+
+#include "model/trig.hpp"
+
+namespace lk::model {
+namespace {
+
+/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's, because
+/// derived numbers have to be the same bits everywhere too.
+double exp_decay(double x) {
+  int halvings = 0;
+  while (x < -0.25 && halvings < 12) {
+    x *= 0.5;
+    ++halvings;
+  }
+  double result = x < -0.25 ? 0.0 : exp_small(x);
+  for (; halvings > 0; --halvings) {
+    result *= result;
+  }
+  return result;
+}
+
+void set_electrical(PlantParams<double>& p, const DriveParams& d) {
+  p.T_s = 1.0 / d.inverter.f_pwm;
+  p.f_s = d.inverter.f_pwm;
+  p.pole_pairs = d.motor.pole_pairs;
+  p.R_25 = d.motor.R_s;
+  p.alpha_cu = d.motor.alpha_cu;
+  p.psi_25 = d.motor.psi_f;
+  p.alpha_pm = d.motor.alpha_pm;
+  p.L_d = d.motor.L_d;
+  p.L_q = d.motor.L_q;
+  p.inv_L_d = 1.0 / d.motor.L_d;
+  p.inv_L_q = 1.0 / d.motor.L_q;
+  p.dead_fraction = d.inverter.t_dead * d.inverter.f_pwm;
+  p.dead_drop = 2.0 * p.dead_fraction * d.inverter.v_diode;
+  p.inv_i_dead_zone = 1.0 / d.inverter.i_dead_zone;
+  p.R_on = d.inverter.R_on;
+  p.v_diode = d.inverter.v_diode;
+}
+
+void set_mechanical(PlantParams<double>& p, const DriveParams& d) {
+  const MechanicsParams& m = d.mechanics;
+  const bool compliant = m.gear_stiffness_out > 0.0;
+  const double J_out = m.J_out + d.load.J;
+  const double J_rotor = compliant ? m.J : m.J + J_out / (m.gear_ratio * m.gear_ratio);
+  assert(J_rotor > 0.0 && (!compliant || J_out > 0.0));
+  p.gear_ratio = m.gear_ratio;
+  p.inv_gear = 1.0 / m.gear_ratio;
+  p.inertia_rate = J_rotor * p.f_s;
+  p.B_half = 0.5 * m.B;
+  p.mobility = 1.0 / (p.inertia_rate + p.B_half);
+  p.inertia_rate_out = compliant ? J_out * p.f_s : 0.0;
+  p.mobility_out = compliant ? 1.0 / p.inertia_rate_out : 0.0;
+  p.tau_coulomb = m.tau_coulomb;
+  p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
+  p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
+  p.tau_coulomb_out = m.tau_coulomb_out;
+  p.tau_cogging = m.tau_cogging;
+  p.cogging_per_turn = m.cogging_per_turn;
+  p.compliant = compliant ? 1.0 : 0.0;
+  p.gear_stiffness = m.gear_stiffness_out;
+  p.gear_damping = m.gear_damping_out;
+  p.half_backlash = 0.5 * m.backlash_out;
+  p.gear_loss = (1.0 - m.gear_efficiency) / m.gear_ratio;
+  p.tau_load = d.load.tau;
+  p.tau_gravity = d.load.tau_gravity;
+  p.theta_min = d.load.theta_min;
+  p.theta_max = d.load.theta_max;
+}
+
+void set_supply_and_heat(PlantParams<double>& p, const DriveParams& d) {
+  p.v_source = d.supply.v_source;
+  p.R_source = d.supply.R_source;
+  p.link_decay = exp_decay(-p.T_s / (d.supply.R_source * d.supply.C_link));
+  p.link_rate = d.supply.C_link * p.f_s;
+  p.inv_link_rate = 1.0 / p.link_rate;
+  p.i_regen_max = d.supply.i_regen_max;
+  p.heat_winding = p.T_s / d.thermal.C_winding;
+  p.heat_housing = p.T_s / d.thermal.C_housing;
+  p.heat_stage = p.T_s / d.thermal.C_stage;
+  p.g_winding_housing = 1.0 / d.thermal.R_winding_housing;
+  p.g_housing_ambient = 1.0 / d.thermal.R_housing_ambient;
+  p.g_stage_ambient = 1.0 / d.thermal.R_stage_ambient;
+  p.temp_ambient = d.thermal.temp_ambient;
+}
+
+void set_sensors(PlantParams<double>& p, const DriveParams& d) {
+  p.counts_per_rad = static_cast<double>(1 << d.encoder.bits) / kTwoPi;
+  p.encoder_direction = d.encoder.direction;
+  p.encoder_offset = d.encoder.offset;
+  p.inl_1 = d.encoder.inl_1;
+  p.inl_1_phase = d.encoder.inl_1_phase;
+  p.inl_2 = d.encoder.inl_2;
+  p.inl_2_phase = d.encoder.inl_2_phase;
+  p.encoder_noise = d.encoder.noise;
+  p.encoder_latency = d.encoder.latency;
+  p.gain_a = d.current_sensor.gain_a;
+  p.gain_b = d.current_sensor.gain_b;
+  p.offset_a = d.current_sensor.offset_a;
+  p.offset_b = d.current_sensor.offset_b;
+  p.current_noise = d.current_sensor.noise;
+  p.current_lsb = 2.0 * d.current_sensor.range / static_cast<double>(1 << d.current_sensor.bits);
+  p.inv_current_lsb = 1.0 / p.current_lsb;
+  p.current_max = d.current_sensor.range;
+}
+
+}  // namespace
+
+PlantParams<double> plant_params(const DriveParams& drive) {
+  PlantParams<double> p;
+  set_electrical(p, drive);
+  set_mechanical(p, drive);
+  set_supply_and_heat(p, drive);
+  set_sensors(p, drive);
+  return p;
+}
+
+}  // namespace lk::model

@@ -1,0 +1,29 @@
+#pragma once
+
+/// @file DC link behind a source with resistance (docs/model.md §5).
+
+#include "model/plant/plant_params.hpp"
+
+namespace lk::model {
+
+template <class Real>
+struct LinkStep {
+  Real v_next;    // V
+  Real i_source;  // A from the source, mean over the period
+};
+
+inline namespace LKEMU_ISA {
+
+/// C·dv/dt = i_source − i_link, i_source = (v_source − v)/R ≥ −i_regen_max, i_link constant over T:
+/// exponential towards v_source − R·i_link, or linear while the source refuses to take more back.
+template <class Real>
+inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real& i_link) {
+  const Real v_inf = p.v_source - p.R_source * i_link;
+  const Real v_free = v_inf + (v - v_inf) * p.link_decay;
+  const Real i_free = i_link + (v_free - v) * p.link_rate;
+  const Real i_source = max<Real>(i_free, -p.i_regen_max);
+  return {select(i_source > i_free, v + (i_source - i_link) * p.inv_link_rate, v_free), i_source};
+}
+
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

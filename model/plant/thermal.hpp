@@ -1,0 +1,29 @@
+#pragma once
+
+/// @file Heat: winding → housing → ambient, and the power stage → ambient (docs/model.md §6).
+
+#include "model/plant/plant_params.hpp"
+
+namespace lk::model {
+
+template <class Real>
+struct Temperatures {
+  Real winding, housing, stage;  // °C
+};
+
+inline namespace LKEMU_ISA {
+
+/// One explicit Euler step; the fastest time constant is seconds, the period tens of microseconds.
+template <class Real>
+inline Temperatures<Real> thermal(const PlantParams<Real>& p, const Temperatures<Real>& t,
+                                  const Real& p_copper, const Real& p_inverter) {
+  const Real to_housing = (t.winding - t.housing) * p.g_winding_housing;
+  const Real to_ambient = (t.housing - p.temp_ambient) * p.g_housing_ambient;
+  const Real from_stage = (t.stage - p.temp_ambient) * p.g_stage_ambient;
+  return {t.winding + (p_copper - to_housing) * p.heat_winding,
+          t.housing + (to_housing - to_ambient) * p.heat_housing,
+          t.stage + (p_inverter - from_stage) * p.heat_stage};
+}
+
+}  // namespace LKEMU_ISA
+}  // namespace lk::model
