@@ -34,7 +34,8 @@ int parse_id(const std::string& text) {
   return id;
 }
 
-// --- the configuration file ---------------------------------------------------------------------------
+// --- the configuration file
+// ---------------------------------------------------------------------------
 
 std::vector<int> read_ids(TableReader& reader) {
   const auto id = reader.integer("id", 1, kMaxId);
@@ -150,8 +151,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, const Overrid
 std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
                                   const FindProfile& find) {
   const auto seed = reader.integer("seed", 0, INT64_MAX);
-  const std::int64_t bitrate =
-      reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
+  const std::int64_t bitrate = reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
   const std::string problem = bitrate_problem(bitrate);
   if (!problem.empty()) reader.fail("bitrate", problem);
   std::vector<BusConfig> buses;
@@ -161,18 +161,18 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
     if (!seen.insert(buses.back().interface).second) {
       table.fail("interface", "bus " + buses.back().interface + " is given twice");
     }
-    buses.back().seed =
-        seed ? static_cast<std::uint64_t>(*seed) : kDefaultSeed;
+    buses.back().seed = seed ? static_cast<std::uint64_t>(*seed) : kDefaultSeed;
   }
   if (buses.empty()) reader.note_missing("bus");
   reader.finish();
   return buses;
 }
 
-// --- what the command line says -----------------------------------------------------------------------
+// --- what the command line says
+// -----------------------------------------------------------------------
 
-/// The bus of the file that `request` means: the one on that interface or, when the file and the command
-/// line each name one bus only, that one, moved to the other interface.
+/// The bus of the file that `request` means: the one on that interface or, when the file and the
+/// command line each name one bus only, that one, moved to the other interface.
 BusConfig bus_meant(const BusRequest& request, const std::vector<BusConfig>& of_file, bool only) {
   for (const auto& bus : of_file) {
     if (bus.interface == request.interface) return bus;
@@ -262,7 +262,8 @@ std::vector<BusConfig> parse_config(const std::string& text, const std::string& 
 
 std::vector<BusConfig> default_config(const Overrides& overrides, const FindProfile& find_profile) {
   std::vector<BusConfig> buses = apply(overrides, {}, find_profile);
-  if (buses.empty()) throw std::invalid_argument("no bus: give --bus vcan0 --ids 1-4, or --config FILE");
+  if (buses.empty())
+    throw std::invalid_argument("no bus: give --bus vcan0 --ids 1-4, or --config FILE");
   return buses;
 }
 

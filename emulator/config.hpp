@@ -38,8 +38,8 @@ struct Overrides {
   std::optional<std::int64_t> bitrate;
 };
 
-/// "1-4", "1,3,7-9": ascending. Throws std::invalid_argument with the reason: not a list, an ID outside
-/// 1..32, one given twice.
+/// "1-4", "1,3,7-9": ascending. Throws std::invalid_argument with the reason: not a list, an ID
+/// outside 1..32, one given twice.
 std::vector<int> parse_ids(const std::string& text);
 
 /// Why `name` cannot be an interface's; empty when it can.
@@ -48,12 +48,13 @@ std::string interface_name_problem(const std::string& name);
 /// Why `bitrate` cannot be a bus's; empty when it can: 0, or 10 kbit/s to 1 Mbit/s as CAN 2.0A has.
 std::string bitrate_problem(std::int64_t bitrate);
 
-/// Parses a configuration file (docs/configuration.md) and applies `overrides`. Throws ConfigError; when
-/// what the overrides ask for cannot be had from this file, std::invalid_argument.
+/// Parses a configuration file (docs/configuration.md) and applies `overrides`. Throws ConfigError;
+/// when what the overrides ask for cannot be had from this file, std::invalid_argument.
 std::vector<BusConfig> parse_config(const std::string& text, const std::string& file,
                                     const Overrides& overrides, const FindProfile& find_profile);
 
-/// The buses when there is no configuration file. Throws std::invalid_argument, UnknownMotor, ConfigError.
+/// The buses when there is no configuration file. Throws std::invalid_argument, UnknownMotor,
+/// ConfigError.
 std::vector<BusConfig> default_config(const Overrides& overrides, const FindProfile& find_profile);
 
 }  // namespace lk::emulator

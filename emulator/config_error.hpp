@@ -18,7 +18,7 @@ struct ConfigError : std::runtime_error {
         reason(why) {}
 
   std::string file;
-  int line;  // from 1
+  int line;         // from 1
   std::string key;  // dotted path
   std::string reason;
 };

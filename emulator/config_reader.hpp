@@ -20,8 +20,8 @@ std::string nearest(const std::string& word, const std::vector<std::string>& kno
 /// Parses `text` as TOML; throws ConfigError with the line of the mistake.
 toml::table parse_toml(const std::string& text, const std::string& file);
 
-/// Reads one table strictly: every value has a type and a range, and `finish()` refuses the keys that
-/// nobody asked for. All methods throw ConfigError.
+/// Reads one table strictly: every value has a type and a range, and `finish()` refuses the keys
+/// that nobody asked for. All methods throw ConfigError.
 class TableReader {
  public:
   /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
@@ -73,7 +73,8 @@ struct Field {
   Presence presence = Presence::kRequired;
 };
 
-/// Reads what `fields` lists into `section`. With `kOptional`, absent keys leave the value as it is.
+/// Reads what `fields` lists into `section`. With `kOptional`, absent keys leave the value as it
+/// is.
 template <typename Section>
 void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Presence presence,
                  Section& section) {

@@ -1,1 +1,42 @@
-int main() { return 0; }
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "emulator/cli.hpp"
+#include "emulator/daemon.hpp"
+
+namespace {
+
+void start_logging(const std::string& level) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("lk-emu"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_level(spdlog::level::from_str(level));
+}
+
+int run(int argc, char** argv) {
+  const auto command_line = lk::emulator::parse_command_line(argc, argv);
+  if (!command_line) return 0;
+  start_logging(command_line->log_level);
+  const auto buses = lk::emulator::load_config(*command_line);
+  lk::emulator::Daemon daemon(buses, command_line->create_bus);
+  daemon.run();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  try {
+    return run(argc, argv);
+  } catch (const lk::emulator::StartError& problem) {
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "lk-emu: failed: %s\n", problem.what());
+    return 1;
+  }
+}

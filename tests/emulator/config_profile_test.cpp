@@ -59,10 +59,18 @@ TEST_P(ShippedMotor, EncoderFitsItsSeries) {
   const Profile profile = shipped(GetParam());
   const int bits = profile.drive.encoder.bits;
   switch (profile.series) {
-    case Series::kMs: EXPECT_TRUE(bits == 12 || bits == 18); break;
-    case Series::kMf: EXPECT_TRUE(bits == 14 || bits == 18); break;
-    case Series::kMg: EXPECT_EQ(bits, 18); break;
-    case Series::kMh: EXPECT_EQ(bits, 14); break;
+    case Series::kMs:
+      EXPECT_TRUE(bits == 12 || bits == 18);
+      break;
+    case Series::kMf:
+      EXPECT_TRUE(bits == 14 || bits == 18);
+      break;
+    case Series::kMg:
+      EXPECT_EQ(bits, 18);
+      break;
+    case Series::kMh:
+      EXPECT_EQ(bits, 14);
+      break;
   }
   EXPECT_EQ(profile.drive.control.has_current_loop, profile.series != Series::kMs);
   EXPECT_EQ(profile.drive.mechanics.gear_ratio > 1, profile.series == Series::kMg);
@@ -118,7 +126,8 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   EXPECT_EQ(spoilt("R_s_ohm = 0.14", "R_s_ohm = inf"),
             "motor.R_s_ohm: inf is out of range (0.001 to 100)");
   EXPECT_EQ(spoilt("[thermal]", "[thermic]"), "thermic: unknown key, did you mean thermal?");
-  EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MX\""), "series: \"MX\" is none of MS, MF, MG, MH");
+  EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MX\""),
+            "series: \"MX\" is none of MS, MF, MG, MH");
   EXPECT_EQ(spoilt("tau_coulomb_mNm = ", "tau_coulomb_mNm = 9"),
             "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
 }

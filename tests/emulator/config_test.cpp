@@ -147,7 +147,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {"bus = 1", "robot.toml:1: bus: must be an array of tables, [[bus]]"},
       {"", "robot.toml:1: bus: missing"},
       {"seed = -1", "robot.toml:1: seed: -1 is out of range (0 to 9223372036854775807)"},
-      {"sead = 1\n" + bus + "drive = [{id=1}]", "robot.toml:1: sead: unknown key, did you mean seed?"},
+      {"sead = 1\n" + bus + "drive = [{id=1}]",
+       "robot.toml:1: sead: unknown key, did you mean seed?"},
       {"bitrate = 2000000",
        "robot.toml:1: bitrate: 2000000 is out of range (0, or 10000 to 1000000 bit/s)"},
       {bus, "robot.toml:1: bus.drive: missing"},
@@ -156,13 +157,16 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]", "robot.toml:3: bus.drive.id: missing"},
       {bus + "[[bus.drive]]\nid = 33", "robot.toml:4: bus.drive.id: 33 is out of range (1 to 32)"},
       {bus + "[[bus.drive]]\nid = \"1\"", "robot.toml:4: bus.drive.id: must be a whole number"},
-      {bus + "[[bus.drive]]\nid = 1\nids = \"2\"", "robot.toml:5: bus.drive.ids: give either id or ids"},
-      {bus + "[[bus.drive]]\nids = \"1-40\"", "robot.toml:4: bus.drive.ids: ID 40 is outside 1..32"},
+      {bus + "[[bus.drive]]\nid = 1\nids = \"2\"",
+       "robot.toml:5: bus.drive.ids: give either id or ids"},
+      {bus + "[[bus.drive]]\nids = \"1-40\"",
+       "robot.toml:4: bus.drive.ids: ID 40 is outside 1..32"},
       {bus + "[[bus.drive]]\nid = 1\n[[bus.drive]]\nid = 1",
        "robot.toml:6: bus.drive.id: ID 1 is given twice on this bus"},
       {bus + "[[bus.drive]]\nid = 1\n" + bus + "[[bus.drive]]\nid = 1",
        "robot.toml:6: bus.interface: bus vcan0 is given twice"},
-      {bus + "[[bus.drive]]\nid = 1\nmotor = \"mf\"", "robot.toml:5: bus.drive.motor: no motor \"mf\""},
+      {bus + "[[bus.drive]]\nid = 1\nmotor = \"mf\"",
+       "robot.toml:5: bus.drive.motor: no motor \"mf\""},
       {bus + "[[bus.drive]]\nid = 1\nboot_angle_deg = nan",
        "robot.toml:5: bus.drive.boot_angle_deg: nan is out of range (-360 to 360)"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.clear_angle = \"no\"",
@@ -217,7 +221,8 @@ TEST(Overrides, TheOnlyBusMovesToAnotherInterface) {
 }
 
 TEST(Overrides, ABusNeedsDrives) {
-  EXPECT_THROW(default_config(with_bus("vcan0", std::nullopt), find_profile), std::invalid_argument);
+  EXPECT_THROW(default_config(with_bus("vcan0", std::nullopt), find_profile),
+               std::invalid_argument);
   EXPECT_THROW(default_config({}, find_profile), std::invalid_argument);
 }
 

@@ -1,0 +1,153 @@
+#include "emulator/cli.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+
+#include "emulator/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kFooter = R"(
+One --ids belongs to the --bus before it. Example, two buses:
+  lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
+
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input.)";
+
+/// The values as CLI11 collects them; --bus and --ids may come several times.
+struct Raw {
+  std::vector<std::string> buses;
+  std::vector<std::string> ids;
+  std::string motor;
+  std::string config;
+  std::int64_t seed = 0;
+  std::int64_t bitrate = 0;
+  CommandLine line;
+};
+
+void add_options(CLI::App& app, Raw& raw) {
+  app.add_option("--bus", raw.buses, "CAN interface to answer on, e.g. vcan0 (repeatable)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
+      ->type_name("LIST")
+      ->allow_extra_args(false);
+  app.add_option("--motor", raw.motor,
+                 std::string("motor profile of every drive (default ") + kDefaultMotor + ")")
+      ->type_name("NAME");
+  app.add_option("--config", raw.config, "TOML file with buses, drives and settings")
+      ->type_name("FILE");
+  app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
+  app.add_option("--bitrate", raw.bitrate,
+                 "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
+      ->type_name("N");
+  app.add_flag("--create-bus", raw.line.create_bus,
+               "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+  app.add_option("--log-level", raw.line.log_level,
+                 "trace, debug, info, warn, error or off (default info)")
+      ->type_name("LEVEL");
+}
+
+/// Gives each --ids to the --bus before it.
+std::vector<BusRequest> pair_up(const CLI::App& app, const Raw& raw) {
+  std::vector<BusRequest> requests;
+  auto next_bus = raw.buses.begin();
+  auto next_ids = raw.ids.begin();
+  for (const CLI::Option* option : app.parse_order()) {
+    const std::string name = option->get_name();
+    if (name == "--bus") {
+      const std::string problem = interface_name_problem(*next_bus);
+      if (!problem.empty()) throw StartError("--bus: " + problem);
+      for (const auto& request : requests) {
+        if (request.interface == *next_bus)
+          throw StartError("--bus: " + *next_bus + " is given twice");
+      }
+      requests.push_back({*next_bus++, std::nullopt});
+    } else if (name == "--ids") {
+      if (requests.empty()) throw StartError("--ids " + *next_ids + " has no --bus before it");
+      if (requests.back().ids) {
+        throw StartError("--bus " + requests.back().interface +
+                         " has two --ids; write one list: 1,3,7-9");
+      }
+      try {
+        requests.back().ids = parse_ids(*next_ids++);
+      } catch (const std::invalid_argument& problem) {
+        throw StartError(std::string("--ids: ") + problem.what());
+      }
+    }
+  }
+  return requests;
+}
+
+void check_log_level(const std::string& level) {
+  for (const char* known : {"trace", "debug", "info", "warn", "error", "off"}) {
+    if (level == known) return;
+  }
+  throw StartError("--log-level: \"" + level +
+                   "\" is none of trace, debug, info, warn, error, off");
+}
+
+CommandLine gather(const CLI::App& app, Raw& raw) {
+  CommandLine& line = raw.line;
+  line.overrides.buses = pair_up(app, raw);
+  if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
+  if (app.count("--config") > 0) line.config_file = raw.config;
+  if (app.count("--seed") > 0) {
+    if (raw.seed < 0) throw StartError("--seed: " + std::to_string(raw.seed) + " is negative");
+    line.overrides.seed = static_cast<std::uint64_t>(raw.seed);
+  }
+  if (app.count("--bitrate") > 0) {
+    const std::string problem = bitrate_problem(raw.bitrate);
+    if (!problem.empty()) throw StartError("--bitrate: " + problem);
+    line.overrides.bitrate = raw.bitrate;
+  }
+  check_log_level(line.log_level);
+  return line;
+}
+
+/// A motor file is read once, however many drives use it.
+FindProfile cached_profiles() {
+  return [known = std::map<std::string, Profile>()](const std::string& name) mutable {
+    const auto found = known.find(name);
+    return found != known.end() ? found->second
+                                : known.emplace(name, load_profile(name)).first->second;
+  };
+}
+
+}  // namespace
+
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Virtual LK-TECH servo drives on a real CAN bus", "lk-emu");
+  app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
+  app.footer(kFooter);
+  Raw raw;
+  add_options(app, raw);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& answer) {
+    app.exit(answer);
+    return std::nullopt;
+  } catch (const CLI::ParseError& problem) {
+    throw StartError(std::string(problem.what()) + " (see lk-emu --help)");
+  }
+  return gather(app, raw);
+}
+
+std::vector<BusConfig> load_config(const CommandLine& command_line) {
+  const FindProfile find_profile = cached_profiles();
+  try {
+    if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
+    return parse_config(read_file(*command_line.config_file), command_line.config_file->string(),
+                        command_line.overrides, find_profile);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("--motor: ") + problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/config.hpp"
+
+namespace lk::emulator {
+
+/// Why the program cannot start: one line for the person who typed the command. Exit status 2.
+struct StartError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What the command line says.
+struct CommandLine {
+  Overrides overrides;
+  std::optional<std::filesystem::path> config_file;
+  bool create_bus = false;
+  std::string log_level = "info";
+};
+
+/// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
+/// output). Throws StartError.
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
+
+/// The buses to run: configuration file, profiles and command line together. Throws StartError.
+std::vector<BusConfig> load_config(const CommandLine& command_line);
+
+}  // namespace lk::emulator

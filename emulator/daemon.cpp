@@ -1,0 +1,199 @@
+#include "emulator/daemon.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cinttypes>
+#include <csignal>
+#include <cstdio>
+#include <system_error>
+
+#include "emulator/cli.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// The model is advanced at least this often, so that a query never finds much to catch up with.
+constexpr MonoTime kLongestSleep = std::chrono::milliseconds(1);
+
+/// "1-4,7"
+std::string print_ids(const std::vector<ServoConfig>& servos) {
+  std::string text;
+  for (std::size_t i = 0; i < servos.size();) {
+    std::size_t last = i;
+    while (last + 1 < servos.size() && servos[last + 1].id == servos[last].id + 1) ++last;
+    if (i > 0) text += ',';
+    text += std::to_string(servos[i].id);
+    if (last > i) text += '-';
+    if (last > i) text += std::to_string(servos[last].id);
+    i = last + 1;
+  }
+  return text;
+}
+
+void check_can_support() {
+  const int fd = ::socket(PF_CAN, SOCK_RAW, 1);
+  if (fd >= 0) {
+    ::close(fd);
+    return;
+  }
+  if (errno == EPERM || errno == EACCES) throw StartError("no permission to open a CAN socket");
+  throw StartError(
+      "this kernel has no CAN sockets: sudo modprobe can-raw vcan, or run it under "
+      "scripts/with-vcan");
+}
+
+void make(const std::string& interface) {
+  try {
+    create_vcan(interface);
+  } catch (const std::system_error& problem) {
+    const int error = problem.code().value();
+    if (error == EPERM || error == EACCES) {
+      throw StartError("no permission to make " + interface +
+                       ": --create-bus needs root or CAP_NET_ADMIN");
+    }
+    if (error == EOPNOTSUPP) {
+      throw StartError("cannot make " + interface +
+                       ": this kernel has no vcan (sudo modprobe vcan)");
+    }
+    throw StartError("cannot make " + interface + ": " + problem.code().message());
+  }
+}
+
+void check_interface(const std::string& interface) {
+  const LinkState link = link_state(interface);
+  if (link.index == 0) {
+    throw StartError("there is no interface " + interface + "; make it with: sudo ip link add " +
+                     interface + " type vcan && sudo ip link set " + interface +
+                     " up (or start with --create-bus)");
+  }
+  if (!link.is_can) throw StartError(interface + " is not a CAN interface");
+}
+
+Reception reception_for(const BusConfig& bus) {
+  return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
+}
+
+double in_seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+/// Only what happened: a column of zeros hides the one number that matters.
+void print_nonzero(const char* what, std::uint64_t count) {
+  if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
+}
+
+void print_bus(const BusStats& bus, const std::string& title) {
+  std::printf("  %-46s %10" PRIu64 " frames, %" PRIu64 " queries, %" PRIu64 " replies\n",
+              title.c_str(), bus.frames, bus.queries, bus.replies);
+  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
+    print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
+                  bus.dropped[cause]);
+  }
+  print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
+  print_nonzero("motion not executed: target out of range", bus.invalid_targets);
+  print_nonzero("writes to ROM", bus.rom_writes);
+}
+
+void print_port(const PortStats& port) {
+  print_nonzero("replies lost: interface down", port.lost_link_down);
+  print_nonzero("replies lost: send queue full", port.lost_queue_full);
+  print_nonzero("waits for the send queue", port.waits_for_queue);
+  print_nonzero("frames dropped by the kernel", port.kernel_drops);
+  print_nonzero("times the interface went down or away", port.link_losses);
+}
+
+}  // namespace
+
+Daemon::Daemon(const std::vector<BusConfig>& buses, bool create_buses)
+    : clock_(monotonic_now()),
+      timer_(loop_, [this] { serve_all(); }),
+      links_(loop_, [this] { follow_links(); }),
+      signals_(loop_, SIGINT, SIGTERM),
+      started_(monotonic_now()) {
+  check_can_support();
+  for (const auto& bus : buses) {
+    if (create_buses) make(bus.interface);
+    check_interface(bus.interface);
+  }
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    const auto on_frames = [this, i] {
+      serve(*lines_[i]);
+      arm_timer();
+    };
+    lines_.emplace_back(new Line{
+        Bus(buses[i]), SocketCanPort(loop_, buses[i].interface, reception_for(buses[i]), on_frames),
+        print_ids(buses[i].servos)});
+  }
+}
+
+void Daemon::run() {
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+  started_ = monotonic_now();
+  clock_ = SimClock(started_);
+  follow_links();
+  serve_all();
+  loop_.run();
+  print_summary();
+}
+
+void Daemon::serve(Line& line) {
+  const MonoTime mono = monotonic_now();
+  const auto [now, slipped] = clock_.read(mono, line.bus.time());
+  if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
+  line.port.receive([&, at = now](const ReceivedFrame& received) {
+    line.bus.receive({at - received.age, received.frame});
+  });
+  line.bus.advance_to(now);
+  replies_.clear();
+  line.bus.take_replies(replies_);
+  for (const TimedFrame& reply : replies_) line.port.send(reply.frame);
+}
+
+void Daemon::serve_all() {
+  for (auto& line : lines_) serve(*line);
+  slip_reporter_.check(monotonic_now());
+  arm_timer();
+}
+
+void Daemon::follow_links() {
+  for (auto& line : lines_) line->port.check_link();
+  say_ready_once();
+}
+
+void Daemon::say_ready_once() {
+  const bool all_up = std::all_of(lines_.begin(), lines_.end(),
+                                  [](const auto& line) { return line->port.is_up(); });
+  if (ready_ || !all_up) return;
+  ready_ = true;
+  std::string text = "lk-emu ready";
+  for (const auto& line : lines_) text += " " + line->port.interface() + ":" + line->ids;
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
+}
+
+void Daemon::arm_timer() {
+  MonoTime wake = monotonic_now() + kLongestSleep;
+  for (const auto& line : lines_) {
+    if (const auto due = line->bus.next_due()) wake = std::min(wake, clock_.to_mono(*due));
+  }
+  timer_.wake_by(wake);
+}
+
+void Daemon::print_summary() const {
+  std::printf("lk-emu stopped after %.1f s\n", in_seconds(monotonic_now() - started_));
+  for (const auto& line : lines_) {
+    print_bus(line->bus.stats(), line->port.interface() + ":" + line->ids);
+    print_port(line->port.stats());
+  }
+  if (clock_.slips() > 0) {
+    std::printf("simulated time slipped %" PRIu64 " times, %.3f s in all\n", clock_.slips(),
+                in_seconds(clock_.total_slip()));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace lk::emulator
