@@ -8,16 +8,14 @@
 
 namespace lk::model {
 
-/// Generator state of one drive, or of eight.
+/// Generator states of one drive (`Store` = double) or of a block.
 template <class Store>
-struct NoiseState;
+struct NoiseState {
+  alignas(64) std::array<std::uint64_t, kLanes> word{1, 1, 1, 1, 1, 1, 1, 1};
+};
 template <>
 struct NoiseState<double> {
   std::array<std::uint64_t, 1> word{1};
-};
-template <>
-struct NoiseState<Wide> {
-  alignas(64) std::array<std::uint64_t, kLanes> word{1, 1, 1, 1, 1, 1, 1, 1};
 };
 
 /// Non-zero generator state from any seed (splitmix64, Steele et al. 2014).
@@ -47,13 +45,18 @@ inline double normal_deviate(std::uint64_t& word) {
   return centred * (1.0 / 37837.227);
 }
 
-inline double normal(NoiseState<double>& state) { return normal_deviate(state.word[0]); }
-inline Lanes normal(NoiseState<Wide>& state) {
-  Wide deviates;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    deviates.lane[i] = normal_deviate(state.word[i]);
+/// Deviates of as many drives as `Real` holds, `word` pointing at the generator of the first.
+template <class Real>
+inline Real normal(std::uint64_t* word) {
+  if constexpr (kSizeOf<Real> == 1) {
+    return normal_deviate(*word);
+  } else {
+    alignas(64) std::array<double, kSizeOf<Real>> deviates;
+    for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
+      deviates[n] = normal_deviate(word[n]);
+    }
+    return Real(deviates.data(), std::experimental::vector_aligned);
   }
-  return load(deviates);
 }
 
 }  // namespace LKEMU_ISA

@@ -30,100 +30,18 @@ struct alignas(64) Wide {
 
 inline namespace LKEMU_ISA {
 
-template <class Result, class Operand, class Op>
-inline Result zip(const Operand& a, const Operand& b, Op op) {
-  Result result;
-  for (std::size_t n = 0; n < a.part.size(); ++n) {
-    result.part[n] = op(a.part[n], b.part[n]);
-  }
+/// As many doubles as one vector register of this instruction set holds (2, 4 or 8): the tick runs over
+/// a block of kLanes drives in kLanes / size passes.
+using Lanes = std::experimental::native_simd<double>;
+static_assert(kLanes % Lanes::size() == 0);
+
+inline Lanes select(const Lanes::mask_type& mask, const Lanes& a, const Lanes& b) {
+  Lanes result = b;
+  std::experimental::where(mask, result) = a;
   return result;
 }
-
-/// Eight doubles in as many vector registers as this instruction set needs. (libstdc++'s own
-/// fixed_size_simd keeps its masks as bit sets, which costs more than the arithmetic.)
-struct Lanes {
-  using Vector = std::experimental::native_simd<double>;
-  static constexpr std::size_t kParts = kLanes / Vector::size();
-  static_assert(kParts * Vector::size() == kLanes);
-
-  struct Mask {
-    friend Mask operator&&(const Mask& a, const Mask& b) {
-      return zip<Mask>(a, b, [](const auto& x, const auto& y) { return x && y; });
-    }
-    friend Mask operator||(const Mask& a, const Mask& b) {
-      return zip<Mask>(a, b, [](const auto& x, const auto& y) { return x || y; });
-    }
-    bool operator[](std::size_t lane) const {
-      return part[lane / Vector::size()][lane % Vector::size()];
-    }
-
-    std::array<Vector::mask_type, kParts> part;
-  };
-
-  Lanes() = default;
-  Lanes(double x) { part.fill(Vector(x)); }  // NOLINT(google-explicit-constructor): numbers mix
-
-  double operator[](std::size_t lane) const { return part[lane / Vector::size()][lane % Vector::size()]; }
-  void set(std::size_t lane, double x) { part[lane / Vector::size()][lane % Vector::size()] = x; }
-  void copy_from(const double* x) {
-    for (std::size_t n = 0; n < kParts; ++n) {
-      part[n].copy_from(x + n * Vector::size(), std::experimental::vector_aligned);
-    }
-  }
-  void copy_to(double* x) const {
-    for (std::size_t n = 0; n < kParts; ++n) {
-      part[n].copy_to(x + n * Vector::size(), std::experimental::vector_aligned);
-    }
-  }
-
-  friend Lanes operator+(const Lanes& a, const Lanes& b) {
-    return zip<Lanes>(a, b, [](const auto& x, const auto& y) { return x + y; });
-  }
-  friend Lanes operator-(const Lanes& a, const Lanes& b) {
-    return zip<Lanes>(a, b, [](const auto& x, const auto& y) { return x - y; });
-  }
-  friend Lanes operator*(const Lanes& a, const Lanes& b) {
-    return zip<Lanes>(a, b, [](const auto& x, const auto& y) { return x * y; });
-  }
-  friend Lanes operator/(const Lanes& a, const Lanes& b) {
-    return zip<Lanes>(a, b, [](const auto& x, const auto& y) { return x / y; });
-  }
-  friend Lanes operator-(const Lanes& a) {
-    return zip<Lanes>(a, a, [](const auto& x, const auto& /*same*/) { return -x; });
-  }
-  Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
-
-  friend Mask operator<(const Lanes& a, const Lanes& b) {
-    return zip<Mask>(a, b, [](const auto& x, const auto& y) { return x < y; });
-  }
-  friend Mask operator>(const Lanes& a, const Lanes& b) { return b < a; }
-  friend Mask operator==(const Lanes& a, const Lanes& b) {
-    return zip<Mask>(a, b, [](const auto& x, const auto& y) { return x == y; });
-  }
-  friend Mask operator!=(const Lanes& a, const Lanes& b) {
-    return zip<Mask>(a, b, [](const auto& x, const auto& y) { return x != y; });
-  }
-
-  friend Lanes select(const Mask& mask, const Lanes& a, const Lanes& b) {
-    Lanes result = b;
-    for (std::size_t n = 0; n < kParts; ++n) {
-      std::experimental::where(mask.part[n], result.part[n]) = a.part[n];
-    }
-    return result;
-  }
-  friend bool any(const Mask& mask) {
-    bool result = false;
-    for (const auto& part : mask.part) {
-      result = result || std::experimental::any_of(part);
-    }
-    return result;
-  }
-  friend Lanes sqrt(const Lanes& a) {
-    return zip<Lanes>(a, a, [](const auto& x, const auto& /*same*/) { return std::experimental::sqrt(x); });
-  }
-
-  std::array<Vector, kParts> part;
-};
+inline bool any(const Lanes::mask_type& mask) { return std::experimental::any_of(mask); }
+inline Lanes sqrt(const Lanes& x) { return std::experimental::sqrt(x); }
 
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
@@ -156,15 +74,19 @@ inline Real floor(const Real& x) {
   return select(x < nearest, nearest - 1.0, nearest);
 }
 
-inline double load(double stored) { return stored; }
-inline Lanes load(const Wide& stored) {
-  Lanes value;
-  value.copy_from(stored.lane.data());
-  return value;
+template <class Real>
+inline constexpr std::size_t kSizeOf = Real::size();
+template <>
+inline constexpr std::size_t kSizeOf<double> = 1;
+
+// A `Real` from its stored form and back, beginning at drive `first` of the block.
+inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
+inline void load(Lanes& value, const Wide& stored, std::size_t first) {
+  value.copy_from(stored.lane.data() + first, std::experimental::vector_aligned);
 }
-inline void store(double value, double& to) { to = value; }
-inline void store(const Lanes& value, Wide& to) {
-  value.copy_to(to.lane.data());
+inline void store(double value, double& stored, std::size_t /*first*/) { stored = value; }
+inline void store(const Lanes& value, Wide& stored, std::size_t first) {
+  value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
 }
 
 }  // namespace LKEMU_ISA

@@ -26,10 +26,10 @@ inline namespace LKEMU_ISA {
 
 /// One period. The duties that act are those the firmware computed in the period before: the delay of
 /// one sample that every digital drive has.
-template <class Real, class Noise>
+template <class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
-                 const CurrentOrders<Real>& orders, Noise& noise) {
+                 const CurrentOrders<Real>& orders, std::uint64_t* noise) {
   const SinCos<Real> theta_e = sincos<Real>(plant_params.pole_pairs * plant.theta);
   const Abc<Real> i_abc = inverse_clarke(inverse_park(Dq<Real>{plant.i_d, plant.i_q}, theta_e));
 
@@ -47,11 +47,11 @@ inline void for_each_field(To to, From from, Op op) {
   }(std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
-/// `n_ticks` periods of a block, its quantities held as `Real` meanwhile.
-template <class Real>
-inline void run_block(TickBlock<typename Storage<Real>::type>& block, int n_ticks) {
-  const auto in = [](auto& value, const auto& stored) { value = load(stored); };
-  const auto out = [](auto& stored, const auto& value) { store(value, stored); };
+/// `n_ticks` periods of the drives of a block that one `Real` holds, beginning with drive `first`.
+template <class Real, class Store>
+inline void run_part(TickBlock<Store>& block, std::size_t first, int n_ticks) {
+  const auto in = [first](auto& value, const auto& stored) { load(value, stored, first); };
+  const auto out = [first](auto& stored, const auto& value) { store(value, stored, first); };
   PlantParams<Real> plant_params;
   PlantState<Real> plant;
   CurrentLoopParams<Real> loop_params;
@@ -63,10 +63,18 @@ inline void run_block(TickBlock<typename Storage<Real>::type>& block, int n_tick
   for_each_field(fields(loop), fields(block.loop), in);
   for_each_field(fields(orders), fields(block.orders), in);
   for (int n = 0; n < n_ticks; ++n) {
-    tick(plant_params, plant, loop_params, loop, orders, block.noise);
+    tick(plant_params, plant, loop_params, loop, orders, block.noise.word.data() + first);
   }
   for_each_field(fields(block.plant), fields(plant), out);
   for_each_field(fields(block.loop), fields(loop), out);
+}
+
+/// `n_ticks` periods of a whole block.
+template <class Real, class Store>
+inline void run_block(TickBlock<Store>& block, int n_ticks) {
+  for (std::size_t first = 0; first < block.noise.word.size(); first += kSizeOf<Real>) {
+    run_part<Real>(block, first, n_ticks);
+  }
 }
 
 }  // namespace LKEMU_ISA

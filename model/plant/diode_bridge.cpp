@@ -164,8 +164,7 @@ WindingStep<double> diode_bridge(const DiodeBridgeInput& in) {
     }
     step.i_mean.d += middle.d * kShare;
     step.i_mean.q += middle.q * kShare;
-    step.mean_dd += middle.d * middle.d * kShare;
-    step.mean_qq += middle.q * middle.q * kShare;
+    step.mean_square += (middle.d * middle.d + middle.q * middle.q) * kShare;
     step.mean_dq += middle.d * middle.q * kShare;
   }
   step.i_next = i;

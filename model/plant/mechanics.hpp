@@ -54,7 +54,7 @@ inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m) {
   if (!any(p.tau_cogging != 0.0)) {
     return Real(0.0);
   }
-  return p.tau_cogging * sincos<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega)).sin;
+  return p.tau_cogging * sine<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega));
 }
 
 /// What the world does to the output shaft: τ_load − m·g·l·sin θ_out, half a period ahead.
@@ -63,7 +63,7 @@ inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
   if (!any(p.tau_gravity != 0.0)) {
     return Real(0.0);
   }
-  return p.tau_gravity * sincos<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out).sin;
+  return p.tau_gravity * sine<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out);
 }
 
 /// Hard, inelastic end stops at the output.

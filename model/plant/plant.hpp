@@ -39,21 +39,16 @@ constexpr auto fields(State& s) {
 inline double get_lane(double x, std::size_t /*lane*/) { return x; }
 inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
 inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
-inline void set_lane(Lanes& x, std::size_t lane, double value) { x.set(lane, value); }
+inline void set_lane(Lanes& x, std::size_t lane, double value) { x[lane] = value; }
 inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
-inline bool lane_set(const Lanes::Mask& mask, std::size_t lane) { return mask[lane]; }
-template <class Real>
-inline constexpr std::size_t kLanesOf = kLanes;
-template <>
-inline constexpr std::size_t kLanesOf<double> = 1;
-
+inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 /// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time: rare,
 /// and full of decisions. Writes the lanes of `mask` only.
 template <class Real, class Mask>
 inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
                       const Real& R_s, const Real& psi_f, const Real& theta_e, const Real& omega_e,
                       const Mask& mask, WindingStep<Real>& step) {
-  for (std::size_t n = 0; n < kLanesOf<Real>; ++n) {
+  for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
     if (!lane_set(mask, n)) {
       continue;
     }
@@ -65,8 +60,7 @@ inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, con
     set_lane(step.i_next.q, n, one.i_next.q);
     set_lane(step.i_mean.d, n, one.i_mean.d);
     set_lane(step.i_mean.q, n, one.i_mean.q);
-    set_lane(step.mean_dd, n, one.mean_dd);
-    set_lane(step.mean_qq, n, one.mean_qq);
+    set_lane(step.mean_square, n, one.mean_square);
     set_lane(step.mean_dq, n, one.mean_dq);
     set_lane(step.i_link, n, one.i_link);
     set_lane(step.p_inverter, n, one.p_inverter);
@@ -76,8 +70,8 @@ inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, con
 template <class Real, class Mask>
 inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
   const Real zero(0.0);
-  for (Real* x : {&step.i_next.d, &step.i_next.q, &step.i_mean.d, &step.i_mean.q, &step.mean_dd,
-                  &step.mean_qq, &step.mean_dq, &step.i_link, &step.p_inverter}) {
+  for (Real* x : {&step.i_next.d, &step.i_next.q, &step.i_mean.d, &step.i_mean.q, &step.mean_square,
+                  &step.mean_dq, &step.i_link, &step.p_inverter}) {
     *x = select(mask, zero, *x);
   }
 }
@@ -112,7 +106,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const Real tau_e = torque(p, step, psi_f);
   const MechanicsStep<Real> mech = mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
   const LinkStep<Real> dc = link(p, s.v_link, step.i_link);
-  const Real p_copper = 1.5 * R_s * (step.mean_dd + step.mean_qq);
+  const Real p_copper = 1.5 * R_s * step.mean_square;
   const Temperatures<Real> heat = thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
 
   s.e_supply += 0.5 * (s.v_link + dc.v_next) * dc.i_source * p.T_s;

@@ -91,10 +91,12 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
   p.counts_per_rad = static_cast<double>(1 << d.encoder.bits) / kTwoPi;
   p.encoder_direction = d.encoder.direction;
   p.encoder_offset = d.encoder.offset;
-  p.inl_1 = d.encoder.inl_1;
-  p.inl_1_phase = d.encoder.inl_1_phase;
-  p.inl_2 = d.encoder.inl_2;
-  p.inl_2_phase = d.encoder.inl_2_phase;
+  const SinCos<double> phase_1 = sincos(d.encoder.inl_1_phase);
+  const SinCos<double> phase_2 = sincos(d.encoder.inl_2_phase);
+  p.inl_sin = d.encoder.inl_1 * phase_1.cos;
+  p.inl_cos = d.encoder.inl_1 * phase_1.sin;
+  p.inl_sin_2 = d.encoder.inl_2 * phase_2.cos;
+  p.inl_cos_2 = d.encoder.inl_2 * phase_2.sin;
   p.encoder_noise = d.encoder.noise;
   p.encoder_latency = d.encoder.latency;
   p.gain_a = d.current_sensor.gain_a;

@@ -38,7 +38,8 @@ struct PlantParams {
   T temp_ambient{};
 
   // Sensors (§7)
-  T counts_per_rad{}, encoder_offset{}, inl_1{}, inl_1_phase{}, inl_2{}, inl_2_phase{}, encoder_noise{};
+  T counts_per_rad{}, encoder_offset{}, encoder_noise{};
+  T inl_sin{}, inl_cos{}, inl_sin_2{}, inl_cos_2{};  // rad, Fourier coefficients of the non-linearity
   T encoder_direction{}, encoder_latency{};
   T gain_a{}, gain_b{}, offset_a{}, offset_b{}, current_noise{}, current_lsb{}, inv_current_lsb{};
   T current_max{};
@@ -57,8 +58,8 @@ constexpr auto fields(Params& p) {
       p.gear_stiffness, p.gear_damping, p.half_backlash, p.gear_loss, p.tau_load, p.tau_gravity,
       p.theta_min, p.theta_max, p.v_source, p.R_source, p.link_decay, p.link_rate, p.inv_link_rate,
       p.i_regen_max, p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
-      p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad, p.encoder_offset, p.inl_1,
-      p.inl_1_phase, p.inl_2, p.inl_2_phase, p.encoder_noise, p.encoder_direction, p.encoder_latency,
+      p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad, p.encoder_offset, p.inl_sin,
+      p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise, p.encoder_direction, p.encoder_latency,
       p.gain_a, p.gain_b, p.offset_a, p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb,
       p.current_max);
 }

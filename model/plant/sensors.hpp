@@ -9,31 +9,36 @@
 
 namespace lk::model::inline LKEMU_ISA {
 
-/// Counts of the encoder, unwrapped: floor of the magnet's angle as the chip sees it: late by its
-/// latency, bent by its non-linearity (harmonics 1 and 2), and noisy.
-template <class Real, class Noise>
-inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m, Noise& noise) {
-  const Real seen = p.encoder_direction * (theta_m - omega_m * p.encoder_latency) + p.encoder_offset;
-  Real bent = seen;
-  if (any(p.inl_1 != 0.0) || any(p.inl_2 != 0.0)) {
-    bent += p.inl_1 * sincos<Real>(seen + p.inl_1_phase).sin;
-    bent += p.inl_2 * sincos<Real>(2.0 * seen + p.inl_2_phase).sin;
+/// The encoder chip's error at magnet angle `seen`: a₁·sin + b₁·cos + a₂·sin 2θ + b₂·cos 2θ, rad.
+template <class Real>
+inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
+  if (!any(p.inl_sin != 0.0 || p.inl_cos != 0.0 || p.inl_sin_2 != 0.0 || p.inl_cos_2 != 0.0)) {
+    return Real(0.0);
   }
-  return floor<Real>((bent + p.encoder_noise * normal(noise)) * p.counts_per_rad);
+  const SinCos<Real> t = sincos(seen);
+  return t.sin * (p.inl_sin + 2.0 * (p.inl_sin_2 * t.cos - p.inl_cos_2 * t.sin)) + t.cos * p.inl_cos + p.inl_cos_2;
+}
+
+/// Counts of the encoder, unwrapped: floor of the magnet's angle as the chip sees it: late by its
+/// latency, bent by its non-linearity, and noisy.
+template <class Real>
+inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m, std::uint64_t* noise) {
+  const Real seen = p.encoder_direction * (theta_m - omega_m * p.encoder_latency) + p.encoder_offset;
+  return floor<Real>((seen + non_linearity(p, seen) + p.encoder_noise * normal<Real>(noise)) * p.counts_per_rad);
 }
 
 /// One phase-current channel: amplifier, noise, ADC with its step and its ends.
-template <class Real, class Noise>
+template <class Real>
 inline Real current_channel(const PlantParams<Real>& p, const Real& i, const Real& gain,
-                            const Real& offset, Noise& noise) {
-  const Real amplified = gain * i + offset + p.current_noise * normal(noise);
+                            const Real& offset, std::uint64_t* noise) {
+  const Real amplified = gain * i + offset + p.current_noise * normal<Real>(noise);
   return clamp<Real>(round<Real>(amplified * p.inv_current_lsb) * p.current_lsb, -p.current_max,
                      p.current_max);
 }
 
-template <class Real, class Noise>
+template <class Real>
 inline Measurement<Real> measure(const PlantParams<Real>& p, const Abc<Real>& i_abc, const Real& theta_m,
-                                 const Real& omega_m, Noise& noise) {
+                                 const Real& omega_m, std::uint64_t* noise) {
   Measurement<Real> m;
   m.encoder_counts = encoder(p, theta_m, omega_m, noise);
   m.i_a = current_channel(p, i_abc.a, p.gain_a, p.offset_a, noise);
