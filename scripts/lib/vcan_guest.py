@@ -367,7 +367,9 @@ def kernel(control, on_terminal, argv):
         write_all(control, f"fail {failure}\n".encode())
         sys.exit(125)
     write_all(control, b"ready\n")
-    spec = {"argv": argv, "env": os.environb, "cwd": None}
+    with open("/proc/self/environ", "rb") as file:  # exactly, without what Python adds to it
+        environment = dict(item.split(b"=", 1) for item in file.read().split(b"\0") if b"=" in item)
+    spec = {"argv": argv, "env": environment, "cwd": None}
     pid = start(spec, (0, 1, 2), None, not on_terminal, inherited)
 
     def follow():

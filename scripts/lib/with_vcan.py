@@ -4,22 +4,23 @@ Two ways lead to the bus: a private network namespace of the running kernel wher
 else user-mode Linux, a kernel that is an ordinary process. docs/with-vcan.md describes both.
 """
 
-import collections
+import signal
+
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # no traceback, however early
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
 import fcntl
-import marshal
 import os
 import select
-import shutil
-import signal
 import socket
 import struct
-import subprocess
 import sys
-import tempfile
 import termios
-import threading
 import time
 import tty
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from vcan_buses import Failure, KernelBus, UmlBus
 
 USAGE = """\
 usage: with-vcan [--timeout SECONDS] [COMMAND [ARGUMENT...]]
@@ -34,17 +35,8 @@ user-mode Linux. Directory, environment, streams and exit status are passed thro
 Status: the command's own, 128+N if signal N killed it; 124 time limit, 125 no bus, 126 the command
 is not executable, 127 it does not exist."""
 
-MEMORY_MB = 512
 BOOT_LIMIT_S = 60.0
-PIECE = 3000  # bytes of standard input on their way at a time
 GRACE_S = 1.0  # between passing a signal on and ending what is still there
-GUEST = os.path.join(os.path.dirname(os.path.realpath(__file__)), "vcan_guest.py")
-ISOLATE = ["unshare", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
-CONTROL, STDIN, STDOUT, STDERR, TERMINAL = range(5)
-
-
-class Failure(Exception):
-    """No bus; the text is one line for the user."""
 
 
 def say(text):
@@ -75,209 +67,11 @@ def parse(arguments):
     return limit, arguments
 
 
-# --- the running kernel ----------------------------------------------------------------------
-
-
-class KernelBus:
-    """Namespaces of the running kernel: network for the bus, PID so that everything ends."""
-
-    def __init__(self, streams):
-        self.streams = streams
-        self.prefix = None
-        # As root, or as root of a user namespace where the distribution allows those.
-        for prefix in (ISOLATE, [*ISOLATE, "--map-root-user"]):
-            if self.offers_vcan(prefix):
-                self.prefix = prefix
-                break
-
-    @staticmethod
-    def offers_vcan(prefix):
-        with open(GUEST, encoding="utf-8") as guest:
-            links = guest.read().split('LINKS = b"""')[1].split('"""')[0]
-        path = "/usr/sbin:/sbin:" + os.environ.get("PATH", os.defpath)
-        try:
-            probe = subprocess.run(
-                [*prefix, "ip", "-batch", "-"],
-                input=links.encode(),
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, "PATH": path},
-                check=False,
-            )
-        except OSError:
-            return False
-        return probe.returncode == 0
-
-    def begin(self, command):
-        self.control, theirs = socket.socketpair()
-        on_terminal = self.streams.raw
-        argv = [*self.prefix, sys.executable, "-ISB", GUEST, "kernel", str(theirs.fileno())]
-        argv += ["tty" if on_terminal else "-", *command]
-        # Without a terminal in front, signals reach the command through us alone and only once.
-        self.process = subprocess.Popen(
-            argv, pass_fds=[theirs.fileno()], start_new_session=not on_terminal
-        )
-        theirs.close()
-
-    def ready(self):
-        pass
-
-    def complaint(self):
-        return "the command's namespace went away"
-
-    def end(self):
-        self.process.kill()  # --kill-child takes the namespace's process 1 along, that all others
-        self.process.wait()
-
-
-# --- user-mode Linux -------------------------------------------------------------------------
-
-
-class UmlBus:
-    """A kernel in a process, on the host's own file system, with serial lines for streams."""
-
-    def __init__(self, streams):
-        self.streams = streams
-        self.kernel = shutil.which("linux.uml", path=os.environ.get("PATH", "") + ":/usr/bin")
-        if self.kernel is None:
-            raise Failure(
-                "this kernel lends no vcan here and user-mode-linux is not installed; "
-                "'scripts/packages' installs it (or be root on a kernel with vcan)"
-            )
-        self.log = collections.deque(maxlen=50)
-        self.pumps = []
-
-    @staticmethod
-    def memory_directory():
-        """Where the machine's memory file lives (it is unlinked at once, and mapped executable)."""
-        places = ["/dev/shm", tempfile.gettempdir(), "/var/tmp"]
-        for place in places:
-            try:
-                state = os.statvfs(place)
-            except OSError:
-                continue
-            free = state.f_bavail * state.f_frsize
-            if not state.f_flag & os.ST_NOEXEC and free > (MEMORY_MB + 64) << 20:
-                if os.access(place, os.W_OK | os.X_OK):
-                    return place
-        raise Failure(f"none of {', '.join(places)} has {MEMORY_MB} MB free and allows execution")
-
-    def begin(self, command):
-        memory = self.memory_directory()
-        self.private = tempfile.mkdtemp(prefix="with-vcan.", dir="/tmp")
-        shutil.copy(GUEST, os.path.join(self.private, "init.py"))
-        self.lines, theirs = zip(*(socket.socketpair() for _ in range(5)))
-        self.control = self.lines[CONTROL]
-        console, console_end = os.pipe()
-        argv = [self.kernel, f"mem={MEMORY_MB}M", f"uml_dir={self.private}", "umid=uml"]
-        argv += ["rootfstype=hostfs", "rootflags=/", "rw", "quiet"]
-        argv += ["con=null", "con0=null,fd:1", "ssl=null"]
-        argv += [f"ssl{number}=fd:{end.fileno()}" for number, end in enumerate(theirs)]
-        # Two boot-time benchmarks of RAID checksums take longer than all the rest of the boot.
-        argv += ["initcall_blacklist=raid6_select_algo,calibrate_xor_blocks"]
-        argv += [f"init={sys.executable}", "--", "-ISB", f"{self.private}/init.py", "uml"]
-        self.process = subprocess.Popen(
-            argv,
-            stdin=subprocess.DEVNULL,
-            stdout=console_end,
-            stderr=console_end,
-            pass_fds=[end.fileno() for end in theirs],
-            start_new_session=True,
-            env={**os.environ, "TMPDIR": memory},
-        )
-        os.close(console_end)
-        for end in theirs:
-            end.close()
-        threading.Thread(target=self.keep_log, args=(console,), daemon=True).start()
-        self.spec = marshal.dumps(
-            {
-                "argv": [os.fsencode(word) for word in command],
-                "env": dict(os.environb),
-                "cwd": os.getcwdb(),
-                "host": os.uname().nodename.encode(),
-                "umask": current_umask(),
-                "terminals": self.streams.terminals,
-                "merged": self.streams.merged,
-                "size": self.streams.size(),
-            }
-        )
-
-    def keep_log(self, console):
-        with open(console, encoding="utf-8", errors="replace") as lines:
-            for line in lines:
-                self.log.append(line.strip())
-
-    def ready(self):
-        shutil.rmtree(self.private, ignore_errors=True)
-        self.streams.go_raw()
-        threading.Thread(target=self.pump_in, daemon=True).start()
-        for number in (STDOUT, STDERR, TERMINAL):
-            pump = threading.Thread(target=self.pump_out, args=(number,), daemon=True)
-            pump.start()
-            self.pumps.append(pump)
-
-    def send(self, data):
-        """In acknowledged pieces (vcan_guest.pieces tells why); nothing is the end."""
-        line = self.lines[STDIN]
-        for start in range(0, len(data), PIECE):
-            piece = data[start : start + PIECE]
-            line.sendall(len(piece).to_bytes(2, "big") + piece)
-            if not line.recv(1):
-                raise EOFError
-        if not data:
-            line.sendall(bytes(2))
-
-    def pump_in(self):
-        try:
-            self.send(self.spec)
-            self.send(b"")
-            while True:
-                data = b"" if self.streams.stdin_ignored else os.read(0, 65536)
-                self.send(data)
-                if not data:
-                    return
-        except (OSError, EOFError):
-            pass
-
-    def pump_out(self, number):
-        fd = number - 1 if number != TERMINAL else self.streams.terminal_fd()
-        broken = False
-        while True:
-            try:
-                data = self.lines[number].recv(65536)
-            except OSError:
-                return
-            if not data:
-                return
-            try:
-                while data and not broken:
-                    data = data[os.write(fd, data) :]
-            except OSError:  # whoever read it has gone: let the command know
-                broken = True
-                self.control.sendall(b"close %d\n" % number)
-
-    def complaint(self):
-        words = ("panic", "error", "fail", "cannot", "denied", "not permitted")
-        lines = [line for line in self.log if line and "[<" not in line]
-        telling = [line for line in lines if any(word in line.lower() for word in words)]
-        return f"user-mode Linux ended early: {(telling or lines or ['it said nothing'])[-1]}"
-
-    def end(self):
-        try:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        self.process.wait()
-        shutil.rmtree(self.private, ignore_errors=True)
-
-    def drained(self):
-        return not any(pump.is_alive() for pump in self.pumps)
-
-
-def current_umask():
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
+def in_background():
+    try:
+        return os.tcgetpgrp(0) != os.getpgrp()
+    except OSError:  # a terminal that does not control us has no background
+        return False
 
 
 class Streams:
@@ -286,9 +80,11 @@ class Streams:
     def __init__(self):
         self.terminals = {fd for fd in (0, 1, 2) if os.isatty(fd)}
         self.stdin_ignored = False
-        if 0 in self.terminals and os.tcgetpgrp(0) != os.getpgrp():
+        if 0 in self.terminals and in_background():
             self.terminals.discard(0)  # in the background: the terminal's input is not ours
             self.stdin_ignored = True
+        if 1 not in self.terminals:
+            self.terminals.discard(0)  # in a pipeline the terminal keeps its line mode and Ctrl-C
         self.raw = 0 in self.terminals
         self.saved = termios.tcgetattr(0) if self.raw else None
         out, err = os.fstat(1), os.fstat(2)
@@ -383,6 +179,7 @@ class Supervisor:
                     raise Failure(f"no bus within {BOOT_LIMIT_S:g} s: {self.bus.complaint()}")
                 if self.status is not None:
                     return self.status
+                self.streams.restore()
                 say(f"time limit of {self.limit:g} s reached, ending everything")
                 self.wind_up(signal.SIGTERM, 124)
             if self.wake in readable:
