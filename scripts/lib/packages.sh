@@ -1,0 +1,95 @@
+# shellcheck shell=bash
+# The one list of distribution packages, and the step that installs what is missing.
+# Sourced by scripts/packages, scripts/demo and scripts/test; Debian 12, Ubuntu 24.04 and newer.
+
+# The packages of one group, one a line.
+packages_in() {
+  case $1 in
+  build)
+    printf '%s\n' cmake ninja-build g++ pkg-config \
+      libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev \
+      libgtest-dev libgmock-dev libbenchmark-dev
+    ;;
+  run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
+  test) printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy ;;
+  esac
+}
+
+# Those of the given packages that are not installed, one a line.
+packages_missing() {
+  local name
+  for name in "$@"; do
+    [[ $(dpkg-query -W -f '${db:Status-Status}' "$name" 2>/dev/null) == installed ]] || echo "$name"
+  done
+}
+
+packages_fail() {
+  echo "packages: $1" >&2
+  return 1
+}
+
+# Run one command as root, asking for that only now.
+packages_as_root() {
+  if ((EUID == 0)); then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo -- "$@"
+  else
+    packages_fail "root is needed to install packages and there is no sudo: run scripts/packages as root"
+  fi
+}
+
+# Install what is missing of the given packages. Silent when there is nothing to do; of apt-get's own
+# words only those of a failure are shown.
+packages_install() {
+  local missing log
+  mapfile -t missing < <(packages_missing "$@")
+  ((${#missing[@]})) || return 0
+  command -v apt-get >/dev/null ||
+    packages_fail "no apt-get here; install by other means: ${missing[*]}" || return
+  echo "packages: installing ${missing[*]}" >&2
+  log=$(mktemp)
+  if packages_as_root sh -c 'apt-get -q update && DEBIAN_FRONTEND=noninteractive exec apt-get -q -y \
+      -o DPkg::Lock::Timeout=600 --no-install-recommends install "$@"' sh "${missing[@]}" \
+    >"$log" 2>&1 </dev/null; then
+    rm -f "$log"
+  else
+    tail -n 20 "$log" >&2
+    rm -f "$log"
+    packages_fail "installation failed: ${missing[*]}"
+  fi
+}
+
+packages_exists() { apt-cache show "$1" >/dev/null 2>&1; }
+
+# A way to a CAN bus: the running kernel's, else user-mode Linux, else (Ubuntu has no such package)
+# the kernel's own extra modules.
+packages_install_bus() {
+  local with_vcan extra
+  with_vcan=$(dirname -- "${BASH_SOURCE[0]}")/../with-vcan
+  [[ -z $(packages_missing user-mode-linux) ]] && return
+  WITH_VCAN=kernel "$with_vcan" true >/dev/null 2>&1 </dev/null && return
+  if packages_exists user-mode-linux; then
+    packages_install user-mode-linux
+    return
+  fi
+  extra=linux-modules-extra-$(uname -r)
+  if packages_exists "$extra"; then
+    packages_install "$extra" || return
+    packages_as_root modprobe -a can-raw vcan vxcan
+    return
+  fi
+  packages_fail "neither this kernel nor a package offers vcan: use Debian (user-mode-linux) or load vcan"
+}
+
+# The whole set-up: packages_setup GROUP..., groups being build, run and test.
+packages_setup() {
+  local group names=()
+  for group in "$@"; do
+    mapfile -t -O "${#names[@]}" names < <(packages_in "$group")
+  done
+  packages_install "${names[@]}" || return
+  if [[ " $* " == *" run "* ]]; then
+    packages_install_bus
+  fi
+}
