@@ -1,0 +1,276 @@
+// The program on its interfaces: what it ignores, interfaces that come and go, several buses,
+// stopping.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+constexpr Payload kReadState2 = {0x9C};
+
+/// A vcan of the test's own, so that its coming and going disturbs nobody.
+class OwnInterface {
+ public:
+  explicit OwnInterface(std::string name) : name_(std::move(name)) {
+    ip("link add " + name_ + " type vcan");
+    up();
+  }
+  OwnInterface(const OwnInterface&) = delete;
+  OwnInterface& operator=(const OwnInterface&) = delete;
+  ~OwnInterface() { run("ip link del " + name_ + " 2>/dev/null"); }
+
+  void up() const { ip("link set " + name_ + " up"); }
+  void down() const { ip("link set " + name_ + " down"); }
+  void remove() const { ip("link del " + name_); }
+  void make_again() const {
+    ip("link add " + name_ + " type vcan");
+    up();
+  }
+
+ private:
+  static void ip(const std::string& what) { ASSERT_TRUE(run("ip " + what)) << what; }
+
+  std::string name_;
+};
+
+std::string summary_line(const std::string& text, const std::string& what) {
+  const auto start = text.find(what);
+  return start == std::string::npos ? "" : text.substr(start, text.find('\n', start) - start);
+}
+
+TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
+  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-2"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  can_frame frame{};
+  frame.data[0] = 0x9C;
+  frame.can_id = 0x141;
+  for (std::uint8_t length = 0; length < 8; ++length) {
+    frame.len = length;
+    host.send(frame);
+  }
+  frame.len = 8;
+  frame.can_id = 0x141 | CAN_EFF_FLAG;
+  host.send(frame);
+  frame.can_id = 0x141 | CAN_RTR_FLAG;
+  host.send(frame);
+  for (const canid_t id : {0x140U, 0x143U, 0x161U, 0x241U, 0x7FFU}) host.send(id, kReadState2);
+  canfd_frame fd{};
+  fd.can_id = 0x141;
+  fd.len = 8;
+  fd.data[0] = 0x9C;
+  host.send(fd);
+  host.send(0x280, {});
+  // Had one of them been answered, that reply would come before this one.
+  const auto reply = host.query(2, kReadState2);
+  ASSERT_TRUE(reply);
+
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+  const auto count = [&](const char* cause) {
+    const std::string line = summary_line(result.out, std::string("not answered: ") + cause);
+    return line.empty() ? 0 : std::stoi(line.substr(line.find_last_of(' ')));
+  };
+  EXPECT_EQ(count("wrong length"), 8) << result.out;
+  EXPECT_EQ(count("extended identifier"), 1) << result.out;
+  EXPECT_EQ(count("remote request"), 1) << result.out;
+  EXPECT_EQ(count("CAN FD frame"), 1) << result.out;
+  EXPECT_EQ(count("foreign identifier"), 4) << result.out;
+  EXPECT_EQ(count("no such drive"), 1) << result.out;
+}
+
+TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
+  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1", "--bitrate", "0"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  for (const canid_t id : {0x000U, 0x13FU, 0x180U, 0x27FU, 0x290U, 0x7FFU})
+    host.send(id, kReadState2);
+  host.send(0x145, kReadState2);
+  ASSERT_TRUE(host.query(1, kReadState2));
+  const auto result = emulator.stop();
+  EXPECT_NE(result.out.find(" 2 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
+}
+
+TEST(MultiDrive, AnswersInIdOrder) {
+  const std::string file = testing::TempDir() + "lk-emu-multi-drive.toml";
+  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n"
+                         "settings.broadcast_mode = true\n";
+  EmulatorProcess emulator({"--config", file});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  host.send(0x141, kReadState2);  // not answered in multi-drive mode
+  host.send(0x280, {0, 0, 0, 0, 0, 0, 0, 0});
+  for (canid_t id = 0x141; id <= 0x144; ++id) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->can_id, id);
+    EXPECT_EQ(reply->data[0], 0xA1);
+  }
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
+  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host first("vcan0");
+  Host second("vcan1");
+  for (int id = 1; id <= 32; ++id) EXPECT_TRUE(first.query(id, kReadState2)) << id;
+  for (const int id : {5, 7, 8, 9}) EXPECT_TRUE(second.query(id, kReadState2)) << id;
+  second.send(0x141, kReadState2);
+  const auto reply = second.query(5, kReadState2);
+  EXPECT_TRUE(reply) << "ID 1 is on the other bus only";
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.out.rfind("lk-emu ready vcan0:1-32 vcan1:5,7-9\n", 0), 0U) << result.out;
+}
+
+TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
+  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  constexpr int kQueries = 2000;
+  for (int i = 0; i < kQueries; ++i) host.send(0x141U + static_cast<canid_t>(i % 32), kReadState2);
+  for (int i = 0; i < kQueries; ++i) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply) << i;
+    ASSERT_EQ(reply->can_id, 0x141U + static_cast<canid_t>(i % 32)) << i;
+  }
+  const auto result = emulator.stop();
+  EXPECT_NE(result.out.find(" 2000 frames, 2000 queries, 2000 replies"), std::string::npos)
+      << result.out;
+}
+
+TEST(Buses, ADrivenPairOfVxcanNeedsNoLoopback) {
+  EmulatorProcess emulator({"--bus", "vxcan1", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vxcan0", Host::Loopback::kOff);
+  EXPECT_TRUE(host.query(1, kReadState2));
+}
+
+TEST(Interface, GoesDownAndUp) {
+  const OwnInterface bus("vcandown");
+  EmulatorProcess emulator({"--bus", "vcandown", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  for (int i = 0; i < 2; ++i) {
+    bus.down();
+    ASSERT_TRUE(emulator.wait_for_log("vcandown is down: waiting for it"));
+    bus.up();
+    ASSERT_TRUE(emulator.wait_for_log("vcandown is up: going on"));
+    Host host("vcandown");
+    EXPECT_TRUE(host.query(1, kReadState2));
+  }
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+TEST(Interface, IsDeletedAndMadeAgain) {
+  const OwnInterface bus("vcangone");
+  EmulatorProcess emulator({"--bus", "vcangone", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  bus.remove();
+  ASSERT_TRUE(emulator.wait_for_log("vcangone is gone: waiting"));
+  bus.make_again();
+  ASSERT_TRUE(emulator.wait_for_log("vcangone is up: going on"));
+  Host host("vcangone");
+  EXPECT_TRUE(host.query(1, kReadState2));
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+}
+
+TEST(Interface, DownAtTheStartIsWaitedFor) {
+  const OwnInterface bus("vcanlate");
+  bus.down();
+  EmulatorProcess emulator({"--bus", "vcanlate", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_for_log("vcanlate is down: waiting for it"));
+  bus.up();
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcanlate");
+  EXPECT_TRUE(host.query(1, kReadState2));
+}
+
+TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
+  const auto result = EmulatorProcess({"--bus", "vcanno", "--ids", "1"}).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err,
+            "lk-emu: there is no interface vcanno; make it with: sudo ip link add vcanno type vcan "
+            "&& sudo ip link set vcanno up (or start with --create-bus)\n");
+}
+
+TEST(Interface, OthersThanCanAreRefused) {
+  const auto result = EmulatorProcess({"--bus", "lo", "--ids", "1"}).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err, "lk-emu: lo is not a CAN interface\n");
+}
+
+TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
+  run("ip link del vcanmade 2>/dev/null");
+  EmulatorProcess emulator({"--bus", "vcanmade", "--ids", "1", "--create-bus"});
+  ASSERT_TRUE(emulator.wait_ready());
+  {
+    Host host("vcanmade");
+    EXPECT_TRUE(host.query(1, kReadState2));
+  }
+  EXPECT_EQ(emulator.stop().status, 0);
+  EXPECT_TRUE(run("ip link del vcanmade"));
+}
+
+TEST(CreateBus, BringsUpWhatIsDown) {
+  const OwnInterface bus("vcandead");
+  bus.down();
+  EmulatorProcess emulator({"--bus", "vcandead", "--ids", "1", "--create-bus"});
+  EXPECT_TRUE(emulator.wait_ready());
+}
+
+TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
+  const auto result = EmulatorProcess({"--bus", "vcanperm", "--ids", "1", "--create-bus"},
+                                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
+                          .wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err,
+            "lk-emu: no permission to make vcanperm: --create-bus needs root or CAP_NET_ADMIN\n");
+}
+
+TEST(Stop, SignalsEndTheProgramWithASummary) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-4"});
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_TRUE(host.query(3, kReadState2));
+    const auto result = emulator.stop(number);
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("lk-emu stopped after"), std::string::npos);
+    EXPECT_NE(result.out.find(" 1 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
+  }
+}
+
+TEST(Stop, WorksWhileTheInterfaceIsGone) {
+  const OwnInterface bus("vcanstop");
+  EmulatorProcess emulator({"--bus", "vcanstop", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  bus.remove();
+  ASSERT_TRUE(emulator.wait_for_log("vcanstop is gone"));
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+TEST(Pace, APausedProgramSlipsAndSaysSo) {
+  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  emulator.signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // the pause under test
+  Host host("vcan0");
+  host.send(0x141, kReadState2);
+  emulator.signal(SIGCONT);
+  EXPECT_TRUE(host.receive()) << "what came during the pause is answered after it";
+  EXPECT_TRUE(emulator.wait_for_log("simulated time slips"));
+  const auto result = emulator.stop();
+  EXPECT_NE(result.out.find("simulated time slipped"), std::string::npos) << result.out;
+}
+
+}  // namespace
+}  // namespace lk::vcan

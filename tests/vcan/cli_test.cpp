@@ -1,0 +1,87 @@
+// What the program says to unusable input. None of this needs a bus: input is checked before
+// anything starts.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/vcan/emulator_process.hpp"
+
+namespace lk::vcan {
+namespace {
+
+struct BadInput {
+  const char* name;
+  std::vector<std::string> arguments;
+  const char* message;  // starts the only line
+};
+
+class Refused : public testing::TestWithParam<BadInput> {};
+
+TEST_P(Refused, WithOneLineAndStatus2) {
+  const auto result = EmulatorProcess(GetParam().arguments).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(result.err.rfind(GetParam().message, 0), 0U) << result.err;
+  EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+}
+
+const BadInput kBadInput[] = {
+    {"Nothing", {}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
+    {"IdTooSmall", {"--bus", "vcan0", "--ids", "0"}, "lk-emu: --ids: ID 0 is outside 1..32"},
+    {"IdTooLarge", {"--bus", "vcan0", "--ids", "1-33"}, "lk-emu: --ids: ID 33 is outside 1..32"},
+    {"IdTwice", {"--bus", "vcan0", "--ids", "1-4,3"}, "lk-emu: --ids: ID 3 is given twice"},
+    {"IdNoNumber", {"--bus", "vcan0", "--ids", "all"}, "lk-emu: --ids: \"all\" is not an ID"},
+    {"IdsMissing", {"--bus", "vcan0"}, "lk-emu: bus vcan0 has no drives"},
+    {"IdsBeforeBus", {"--ids", "1", "--bus", "vcan0"}, "lk-emu: --ids 1 has no --bus before it"},
+    {"IdsTwice", {"--bus", "a", "--ids", "1", "--ids", "2"}, "lk-emu: --bus a has two --ids"},
+    {"BusTwice", {"--bus", "a", "--ids", "1", "--bus", "a"}, "lk-emu: --bus: a is given twice"},
+    {"BusNameTooLong",
+     {"--bus", "sixteencharacter", "--ids", "1"},
+     "lk-emu: --bus: \"sixteencharacter\" is longer than an interface name can be"},
+    {"UnknownMotor",
+     {"--bus", "vcan0", "--ids", "1", "--motor", "mf7105"},
+     "lk-emu: --motor: no motor \"mf7105\", did you mean mf7015? (there are: mf5010, "},
+    {"BitrateTooHigh",
+     {"--bus", "vcan0", "--ids", "1", "--bitrate", "5000000"},
+     "lk-emu: --bitrate: 5000000 is out of range"},
+    {"SeedNoNumber", {"--bus", "vcan0", "--ids", "1", "--seed", "x"}, "lk-emu: Could not convert"},
+    {"SeedNegative",
+     {"--bus", "vcan0", "--ids", "1", "--seed=-1"},
+     "lk-emu: --seed: -1 is negative"},
+    {"LogLevel",
+     {"--bus", "vcan0", "--ids", "1", "--log-level", "loud"},
+     "lk-emu: --log-level: \"loud\" is none of"},
+    {"UnknownOption", {"--buss", "vcan0"}, "lk-emu: The following argument"},
+    {"NoConfigFile",
+     {"--config", "/nowhere.toml"},
+     "lk-emu: cannot read /nowhere.toml: No such file"},
+    {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Cli, Refused, testing::ValuesIn(kBadInput),
+                         [](const auto& input) { return input.param.name; });
+
+TEST(Cli, ConfigErrorsNameFileLineKeyAndReason) {
+  const std::string file = testing::TempDir() + "lk-emu-cli-test.toml";
+  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmoter = \"x\"\n";
+  const auto result = EmulatorProcess({"--config", file}).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err,
+            "lk-emu: " + file + ":5: bus.drive.moter: unknown key, did you mean motor?\n");
+}
+
+TEST(Cli, VersionAndHelp) {
+  const auto version = EmulatorProcess({"--version"}).wait();
+  EXPECT_EQ(version.status, 0);
+  EXPECT_EQ(version.out, "lk-emu " LKEMU_VERSION "\n");
+  const auto help = EmulatorProcess({"--help"}).wait();
+  EXPECT_EQ(help.status, 0);
+  for (const char* option : {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate",
+                             "--create-bus", "--log-level", "--version"}) {
+    EXPECT_NE(help.out.find(option), std::string::npos) << option;
+  }
+}
+
+}  // namespace
+}  // namespace lk::vcan

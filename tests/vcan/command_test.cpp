@@ -1,0 +1,178 @@
+// Every command of the protocol through a kernel socket, against the real program.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "protocol/opcodes.hpp"
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+using protocol::Opcode;
+
+std::int16_t int16_at(const Payload& data, std::size_t at) {
+  return static_cast<std::int16_t>(data[at] | (data[at + 1] << 8));
+}
+
+/// Signed 56-bit angle of a 0x92 reply, 0.01°.
+std::int64_t multi_turn_angle(const Payload& reply) {
+  std::uint64_t raw = 0;
+  for (std::size_t i = 7; i >= 1; --i) raw = raw << 8 | reply[i];
+  return static_cast<std::int64_t>(raw << 8) >> 8;
+}
+
+class Command : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    emulator_ = new EmulatorProcess({"--bus", "vcan0", "--ids", "1-4"});
+    ASSERT_TRUE(emulator_->wait_ready());
+  }
+  static void TearDownTestSuite() {
+    const auto result = emulator_->stop();
+    EXPECT_EQ(result.status, 0) << result.err;
+    delete emulator_;
+  }
+
+  /// Asks until `good(reply)`; false when patience ends first.
+  template <typename Good>
+  bool eventually(int id, const Payload& query, Good good) {
+    const auto deadline =
+        std::chrono::steady_clock::now() + std::chrono::milliseconds(kPatience_ms);
+    while (std::chrono::steady_clock::now() < deadline) {
+      const auto reply = host_.query(id, query);
+      if (!reply) return false;
+      if (good(*reply)) return true;
+    }
+    return false;
+  }
+
+  static EmulatorProcess* emulator_;
+  Host host_{"vcan0"};
+};
+EmulatorProcess* Command::emulator_ = nullptr;
+
+bool is_echo(Opcode opcode) {
+  switch (opcode) {
+    case Opcode::kWritePidToRam:
+    case Opcode::kWritePidToRom:
+    case Opcode::kWriteAccelerationToRam:
+    case Opcode::kOff:
+    case Opcode::kStop:
+    case Opcode::kRun:
+    case Opcode::kWriteOffsetToRom:
+    case Opcode::kClearAngle:
+      return true;
+    case Opcode::kWriteZeroToRom:
+    case Opcode::kReadPid:
+    case Opcode::kReadAcceleration:
+    case Opcode::kReadEncoder:
+    case Opcode::kReadMultiTurnAngle:
+    case Opcode::kReadSingleTurnAngle:
+    case Opcode::kReadState1:
+    case Opcode::kClearErrors:
+    case Opcode::kReadState2:
+    case Opcode::kReadState3:
+    case Opcode::kTorque:
+    case Opcode::kSpeed:
+    case Opcode::kPosition1:
+    case Opcode::kPosition2:
+    case Opcode::kPosition3:
+    case Opcode::kPosition4:
+    case Opcode::kPosition5:
+    case Opcode::kPosition6:
+      return false;
+  }
+  return false;
+}
+
+TEST_F(Command, EveryOneOfTheTableIsAnsweredOnceOnItsOwnIdentifier) {
+  ASSERT_EQ(protocol::kOpcodes.size(), 26U);
+  for (const auto& row : protocol::kOpcodes) {
+    const Payload query = {static_cast<std::uint8_t>(row.opcode)};
+    const auto reply = host_.query(4, query);
+    ASSERT_TRUE(reply) << row.name;
+    EXPECT_EQ((*reply)[0], query[0]) << row.name;
+    if (is_echo(row.opcode)) {
+      EXPECT_EQ(*reply, query) << row.name;
+    }
+  }
+}
+
+TEST_F(Command, OthersAreNotAnswered) {
+  std::size_t unknown = 0;
+  for (unsigned byte = 0; byte < 256; ++byte) {
+    const bool known =
+        std::any_of(protocol::kOpcodes.begin(), protocol::kOpcodes.end(),
+                    [byte](const auto& row) { return static_cast<unsigned>(row.opcode) == byte; });
+    if (known) continue;
+    host_.send(0x144, {static_cast<std::uint8_t>(byte)});
+    ++unknown;
+  }
+  EXPECT_EQ(unknown, 230U);
+  // Had one of them been answered, that reply would come before this one.
+  const auto reply = host_.query(4, {0x9A});
+  ASSERT_TRUE(reply);
+  EXPECT_EQ((*reply)[0], 0x9A);
+}
+
+TEST_F(Command, GainsAreKept) {
+  const Payload gains = {0x31, 0, 11, 22, 33, 44, 55, 66};
+  EXPECT_EQ(host_.query(3, gains), gains);
+  EXPECT_EQ(host_.query(3, {0x30}), (Payload{0x30, 0, 11, 22, 33, 44, 55, 66}));
+}
+
+TEST_F(Command, StateOneShowsTheSupplyAndNoError) {
+  const auto reply = host_.query(1, {0x9A});
+  ASSERT_TRUE(reply);
+  EXPECT_NEAR(int16_at(*reply, 3), 240, 5);
+  EXPECT_EQ((*reply)[7], 0);
+}
+
+TEST_F(Command, ASpeedCommandTurnsTheMotor) {
+  ASSERT_TRUE(host_.query(1, {0xA2, 0, 0, 0, 0xA0, 0x8C, 0, 0}));  // 360.00 dps
+  EXPECT_TRUE(eventually(
+      1, {0x9C}, [](const Payload& state) { return std::abs(int16_at(state, 4) - 360) <= 10; }));
+  ASSERT_TRUE(host_.query(1, {0x81}));
+  EXPECT_TRUE(eventually(1, {0x9C}, [](const Payload& state) { return int16_at(state, 4) == 0; }));
+}
+
+TEST_F(Command, APositionCommandArrives) {
+  constexpr std::int64_t kTarget = -7200;  // 0.01°
+  ASSERT_TRUE(host_.query(2, {0xA4, 0, 0x68, 0x01, 0xE0, 0xE3, 0xFF, 0xFF}));
+  EXPECT_TRUE(eventually(2, {0x92}, [](const Payload& reply) {
+    return std::abs(multi_turn_angle(reply) - kTarget) <= 5;
+  }));
+}
+
+TEST_F(Command, BurstsAreAnsweredInOrderAndOnce) {
+  for (std::uint8_t i = 0; i < 4; ++i) host_.send(0x141U + i, {0x9A});
+  for (canid_t i = 0; i < 4; ++i) {
+    const auto reply = host_.receive();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->can_id, 0x141 + i);
+  }
+}
+
+TEST_F(Command, TwoHostsSeeEachOthersQueriesAndAllReplies) {
+  Host other("vcan0");
+  host_.send(0x141, {0x9A});
+  const auto query = other.receive();
+  ASSERT_TRUE(query);
+  EXPECT_EQ(query->can_id, 0x141U);
+  EXPECT_EQ(query->data[3], 0) << "the query";
+  const auto reply = other.receive();
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->can_id, 0x141U);
+  EXPECT_NE(reply->data[3], 0) << "the reply, with the voltage";
+  EXPECT_TRUE(host_.receive());
+  // And the other way round.
+  EXPECT_TRUE(other.query(2, {0x9C}));
+}
+
+}  // namespace
+}  // namespace lk::vcan

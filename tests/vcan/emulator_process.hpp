@@ -1,0 +1,52 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <csignal>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lk::vcan {
+
+/// Time after which a test gives up on something that should have happened: long, since nobody
+/// waits for it unless the test fails.
+inline constexpr int kPatience_ms = 20'000;
+
+/// The real program in a process of its own, with its output captured.
+class EmulatorProcess {
+ public:
+  /// `launcher` stands before the program, e.g. {"setpriv", "--reuid=65534"}.
+  explicit EmulatorProcess(const std::vector<std::string>& arguments,
+                           const std::vector<std::string>& launcher = {});
+  EmulatorProcess(const EmulatorProcess&) = delete;
+  EmulatorProcess& operator=(const EmulatorProcess&) = delete;
+  ~EmulatorProcess();
+
+  /// Waits for "lk-emu ready"; false when the program ended or patience did.
+  bool wait_ready();
+  /// Waits until the log contains `text`.
+  bool wait_for_log(const std::string& text);
+  void signal(int number) const;
+
+  struct Exit {
+    int status = -1;  // exit status; 128 + n when signal n ended it, -1 when patience did
+    std::string out;
+    std::string err;
+  };
+  Exit wait();
+  Exit stop(int number = SIGTERM);
+
+ private:
+  bool pump_until(const std::function<bool()>& done);
+
+  pid_t pid_ = -1;
+  int out_fd_ = -1;
+  int err_fd_ = -1;
+  Exit exit_;
+};
+
+/// Runs a command of the system; false unless it succeeded.
+bool run(const std::string& command);
+
+}  // namespace lk::vcan
