@@ -50,7 +50,7 @@ Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
 void Servo::wake_up(const model::Telemetry& telemetry) {
   ram_ = rom_;
   angles_.set_offset(ram_.encoder_offset);
-  angles_.forget_turns(telemetry.encoder_position);
+  angles_.forget_turns(angles_.position(telemetry));
   run_state_ = RunState::kRunning;
   motion_ = {};
 }
@@ -129,7 +129,7 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
 
 /// In force after the next power-up only.
 Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
-  rom_.encoder_offset = angles_.raw(context.before.encoder_position);
+  rom_.encoder_offset = angles_.raw(angles_.position(context.before));
   ++stats_.rom_writes;
   return protocol::ZeroWritten{rom_.encoder_offset};
 }
@@ -138,22 +138,22 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
 // -----------------------------------------------------------------------------
 
 Reply Servo::on(const protocol::ReadEncoder&, const Context& context) const {
-  const std::int64_t position = context.before.encoder_position;
+  const std::int64_t position = angles_.position(context.before);
   return protocol::Encoder{angles_.encoder(position, ram_.encoder_offset), angles_.raw(position),
                            ram_.encoder_offset};
 }
 
 Reply Servo::on(const protocol::ReadMultiTurnAngle&, const Context& context) const {
-  return protocol::MultiTurnAngle{angles_.multi_turn_cdeg(context.before.encoder_position)};
+  return protocol::MultiTurnAngle{angles_.multi_turn_cdeg(angles_.position(context.before))};
 }
 
 Reply Servo::on(const protocol::ReadSingleTurnAngle&, const Context& context) const {
-  return protocol::SingleTurnAngle{angles_.single_turn_cdeg(context.before.encoder_position)};
+  return protocol::SingleTurnAngle{angles_.single_turn_cdeg(angles_.position(context.before))};
 }
 
 Reply Servo::on(const protocol::ClearAngle&, const Context& context) {
   if (config_.quirks.clear_angle_implemented) {
-    angles_.clear(context.before.encoder_position);
+    angles_.clear(angles_.position(context.before));
     if (motion_.position) {
       motion_ = {};
       if (run_state_ == RunState::kRunning) {
@@ -188,7 +188,7 @@ Reply Servo::on(const protocol::ReadState3&, const Context& context) const {
 Reply Servo::on(const protocol::Off&, const Context& context) {
   run_state_ = RunState::kOff;
   motion_ = {};
-  angles_.forget_turns(context.before.encoder_position);
+  angles_.forget_turns(angles_.position(context.before));
   context.lane.command(model::Off{});
   return echo(context.request);
 }
@@ -197,7 +197,7 @@ Reply Servo::on(const protocol::Stop&, const Context& context) {
   if (run_state_ == RunState::kRunning) {
     run_state_ = RunState::kStopped;
     if (config_.quirks.stop_holds) {
-      const auto here = angles_.at(context.before.encoder_position);
+      const auto here = angles_.at(angles_.position(context.before));
       context.lane.command(model::Position{angles_.theta(here), 0});
     } else {
       context.lane.command(model::Idle{});
@@ -298,17 +298,19 @@ std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& re
   // A host that sends the same target every millisecond means the same place, also when the shaft
   // has swung past it.
   const bool repeated = motion_.position && motion_.single_turn == request;
-  Motion motion = to_position(repeated ? *motion_.position
-                                       : angles_.single_turn_target(context.before.encoder_position,
-                                                                    clockwise, request.target_cdeg),
-                              max_speed_dps);
+  Motion motion =
+      to_position(repeated ? *motion_.position
+                           : angles_.single_turn_target(angles_.position(context.before), clockwise,
+                                                        request.target_cdeg),
+                  max_speed_dps);
   motion.single_turn = request;
   return motion;
 }
 
 Servo::Motion Servo::by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
                                   const Context& context) const {
-  CommandedPosition target = motion_.position.value_or(angles_.at(context.before.encoder_position));
+  CommandedPosition target =
+      motion_.position.value_or(angles_.at(angles_.position(context.before)));
   target.angle_cdeg += increment_cdeg;
   return to_position(target, max_speed_dps);
 }
@@ -342,7 +344,7 @@ Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
       .temperature_C = telemetry.temp_motor,
       .iq_A = telemetry.i_q,
       .speed_dps = dps_from_rad_s(telemetry.omega),
-      .encoder_counts = angles_.encoder(telemetry.encoder_position, ram_.encoder_offset)};
+      .encoder_counts = angles_.encoder(angles_.position(telemetry), ram_.encoder_offset)};
 }
 
 /// DATA[0] of the reply: that of the query, or what the manual misprints.

@@ -109,8 +109,8 @@ double ShaftAngles::theta_m_at(double angle_deg) const {
   // The middle of a count, so that the encoder's noise does not throw it to the neighbour.
   const double turns =
       (static_cast<double>(single_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
-  // raw angle = direction·theta_m + offset
-  return sensor_.direction * (2 * std::numbers::pi * turns - sensor_.offset);
+  // The sensor shows direction·theta_m + offset.
+  return 2 * std::numbers::pi * turns - sensor_.direction * sensor_.offset;
 }
 
 }  // namespace lk::emulator

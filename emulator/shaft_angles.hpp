@@ -23,6 +23,11 @@ class ShaftAngles {
  public:
   explicit ShaftAngles(const Profile& profile);
 
+  /// Counts clockwise, also where the encoder is mounted to count the other way.
+  std::int64_t position(const model::Telemetry& telemetry) const {
+    return sensor_.direction * telemetry.encoder_position;
+  }
+
   /// The encoder field has 0..max_wire_count().
   std::uint16_t max_wire_count() const { return static_cast<std::uint16_t>(wire_counts_ - 1); }
   /// The encoder's own value, as the wire shows it.
@@ -50,7 +55,7 @@ class ShaftAngles {
   CommandedPosition single_turn_target(std::int64_t position, bool clockwise,
                                        std::uint16_t target_cdeg) const;
 
-  /// rad in the frame of model::Telemetry::encoder_position.
+  /// rad, what model::Position wants.
   double theta(const CommandedPosition& commanded) const;
   /// The shaft angle (model::DriveInit::theta_m) at which the single-turn angle is `angle_deg`.
   double theta_m_at(double angle_deg) const;

@@ -1,0 +1,112 @@
+#include "emulator/shaft_angles.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace lk::emulator {
+namespace {
+
+Profile profile(int bits, EncoderSpan span = EncoderSpan::kRotorTurn, double gear_ratio = 1) {
+  Profile result;
+  result.drive.encoder.bits = bits;
+  result.drive.mechanics.gear_ratio = gear_ratio;
+  result.encoder_span = span;
+  return result;
+}
+
+// An MG4005-i10 on a desk: multi-turn angle of the rotor against the encoder field, which spans one
+// turn of the output. The readings of a real drive.
+TEST(ShaftAngles, OutputTurnOfARealDrive) {
+  const ShaftAngles angles(profile(18, EncoderSpan::kOutputTurn, 10));
+  struct Reading {
+    std::int64_t angle_cdeg;
+    int encoder;
+  };
+  for (const auto& reading :
+       {Reading{9811, 1786}, Reading{80986, 14743}, Reading{67425, 12274}, Reading{892, 162}}) {
+    const auto position = static_cast<std::int64_t>(
+        std::round(static_cast<double>(reading.angle_cdeg) / 36000 * (1 << 18)));
+    EXPECT_EQ(angles.multi_turn_cdeg(position), reading.angle_cdeg);
+    EXPECT_EQ(angles.raw(position), reading.encoder);
+  }
+  EXPECT_EQ(angles.raw(10 * (std::int64_t{1} << 18)), 0);  // ten rotor turns are one of the output
+  EXPECT_EQ(angles.raw(-1), 65535);
+}
+
+TEST(ShaftAngles, WideEncodersShowTheirTopSixteenBits) {
+  const ShaftAngles angles(profile(18));
+  EXPECT_EQ(angles.max_wire_count(), 65535);
+  EXPECT_EQ(angles.raw(3), 0);
+  EXPECT_EQ(angles.raw(4), 1);
+  EXPECT_EQ(angles.raw((1 << 18) - 1), 65535);
+  EXPECT_EQ(angles.raw(-1), 65535);
+  EXPECT_EQ(angles.raw(-5), 65534);
+}
+
+TEST(ShaftAngles, NarrowEncodersShowThemselves) {
+  for (const int bits : {12, 14, 15, 16}) {
+    const ShaftAngles angles(profile(bits));
+    EXPECT_EQ(angles.max_wire_count(), (1 << bits) - 1);
+    EXPECT_EQ(angles.raw(1), 1);
+    EXPECT_EQ(angles.raw(-1), (1 << bits) - 1);
+  }
+}
+
+TEST(ShaftAngles, OffsetWrapsAround) {
+  const ShaftAngles angles(profile(14));
+  EXPECT_EQ(angles.encoder(10, 11), 16383);
+  EXPECT_EQ(angles.encoder(11, 11), 0);
+}
+
+// Every count of two turns: 0x94 grows clockwise from 0 to 35999 and starts again, 0x92 goes on.
+TEST(ShaftAngles, SingleTurnGrowsClockwise) {
+  ShaftAngles angles(profile(14));
+  angles.set_offset(100);
+  angles.forget_turns(100);
+  int last_cdeg = -1;
+  for (std::int64_t k = 0; k < 2 * 16384; ++k) {
+    const int single_cdeg = angles.single_turn_cdeg(100 + k);
+    ASSERT_EQ(single_cdeg, std::lround(static_cast<double>(k % 16384) * 36000 / 16384) % 36000);
+    if (k % 16384 != 0) {
+      ASSERT_GT(single_cdeg, last_cdeg);
+    }
+    last_cdeg = single_cdeg;
+    ASSERT_EQ(angles.multi_turn_cdeg(100 + k) % 36000, single_cdeg);
+  }
+  EXPECT_EQ(angles.multi_turn_cdeg(100 - 16384), -36000);
+  EXPECT_EQ(angles.multi_turn_cdeg(99), -2);  // −2.197
+}
+
+TEST(ShaftAngles, FarAwayTurnsStayExact) {
+  const ShaftAngles angles(profile(18));
+  const std::int64_t turns = std::int64_t{1} << 40;
+  EXPECT_EQ(angles.multi_turn_cdeg(turns << 18), turns * 36000);
+  EXPECT_EQ(angles.multi_turn_cdeg(-(turns << 18) + (1 << 16)), -turns * 36000 + 9000);
+}
+
+TEST(ShaftAngles, ThetaOfACommand) {
+  const ShaftAngles angles(profile(14));
+  EXPECT_DOUBLE_EQ(angles.theta({4096, 9000}), std::numbers::pi);
+  EXPECT_DOUBLE_EQ(angles.theta({-16384, -36000}), -4 * std::numbers::pi);
+}
+
+TEST(ShaftAngles, BootsWhereItIsTold) {
+  auto mounted = profile(14);
+  mounted.drive.encoder.offset = 1.0;
+  for (const int direction : {1, -1}) {
+    mounted.drive.encoder.direction = direction;
+    ShaftAngles angles(mounted);
+    angles.set_offset(3000);
+    const double theta_m = angles.theta_m_at(45);
+    // What the sensor shows there, turned so that it counts clockwise.
+    const double seen_counts = (direction * theta_m + 1.0) * 16384 / (2 * std::numbers::pi);
+    model::Telemetry telemetry;
+    telemetry.encoder_position = static_cast<std::int64_t>(std::floor(seen_counts));
+    EXPECT_NEAR(angles.single_turn_cdeg(angles.position(telemetry)), 4500, 3) << direction;
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator

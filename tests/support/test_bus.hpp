@@ -1,0 +1,105 @@
+#pragma once
+
+/// @file A bus with noiseless, frictionless drives, and a host on it, for tests.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <initializer_list>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "emulator/bus.hpp"
+#include "protocol/codec.hpp"
+#include "tests/support/frames.hpp"
+
+namespace lk::test {
+
+using namespace std::chrono_literals;
+
+/// A drive without noise; it boots at 45°, which is 2048 of 16384 counts.
+inline emulator::ServoConfig servo_config(int id) {
+  emulator::ServoConfig config;
+  config.id = id;
+  config.profile.name = "test";
+  config.profile.drive.current_sensor.noise = 0;
+  config.profile.drive.slow_sensor.v_noise = 0;
+  config.rom = config.profile.factory;
+  config.boot_angle_deg = 45;
+  return config;
+}
+
+/// Frames take no time unless a bit rate is given.
+inline emulator::BusConfig bus_config(std::initializer_list<int> ids, std::int64_t bitrate = 0) {
+  emulator::BusConfig config;
+  config.interface = "test";
+  config.bitrate = bitrate;
+  for (const int id : ids) {
+    config.servos.push_back(servo_config(id));
+  }
+  return config;
+}
+
+/// One host that sends, waits and reads.
+class Host {
+ public:
+  explicit Host(const emulator::BusConfig& config) : bus(config) {}
+  explicit Host(const emulator::ServoConfig& servo) : bus(one(servo)) {}
+
+  void wait(emulator::SimTime duration) { bus.advance_to(bus.time() + duration); }
+
+  /// What comes back within `window`.
+  std::vector<protocol::Frame> talk(const protocol::Frame& query, emulator::SimTime window = 0ns) {
+    bus.receive({bus.time(), query});
+    wait(window);
+    std::vector<emulator::TimedFrame> replies;
+    bus.take_replies(replies);
+    std::vector<protocol::Frame> frames;
+    for (const auto& reply : replies) {
+      frames.push_back(reply.frame);
+    }
+    return frames;
+  }
+
+  /// The one reply to a query, on a bus where frames take no time.
+  protocol::Frame ask(const protocol::Frame& query) {
+    const auto replies = talk(query);
+    EXPECT_EQ(replies.size(), 1U) << ::testing::PrintToString(query);
+    return replies.empty() ? protocol::Frame{} : replies.front();
+  }
+  protocol::Frame ask(std::string_view query) { return ask(frame(query)); }
+
+  /// The decoded reply to a command for the drive `id`.
+  template <class Expected>
+  Expected get(const protocol::Command& command, int id = 1) {
+    const auto reply = ask(protocol::encode_query(id, command, protocol::kLegacyFormat));
+    const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);
+    const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
+    if (content == nullptr || !std::holds_alternative<Expected>(content->reply)) {
+      ADD_FAILURE() << "unexpected reply " << ::testing::PrintToString(reply);
+      return {};
+    }
+    EXPECT_EQ(content->id, id);
+    return std::get<Expected>(content->reply);
+  }
+
+  std::int64_t multi_turn_cdeg(int id = 1) {
+    return get<protocol::MultiTurnAngle>(protocol::ReadMultiTurnAngle{}, id).angle_cdeg;
+  }
+  int single_turn_cdeg(int id = 1) {
+    return get<protocol::SingleTurnAngle>(protocol::ReadSingleTurnAngle{}, id).angle_cdeg;
+  }
+  protocol::State2 state_2(int id = 1) { return get<protocol::State2>(protocol::ReadState2{}, id); }
+
+  emulator::Bus bus;
+
+ private:
+  static emulator::BusConfig one(const emulator::ServoConfig& servo) {
+    emulator::BusConfig config = bus_config({});
+    config.servos.push_back(servo);
+    return config;
+  }
+};
+
+}  // namespace lk::test
