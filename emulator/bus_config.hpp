@@ -24,6 +24,7 @@ struct Registers {
   std::int32_t max_torque_current_lsb = 1000;   // 0..2000, units of the iq command
   double max_speed_dps = 16800;                 // > 0
   double max_angle_deg = 0;                     // 0 = no limit
+  double current_ramp_A_s = 0;                  // of the speed and position loops; 0 = none
   bool broadcast_mode = false;                  // answers 0x280 only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
 

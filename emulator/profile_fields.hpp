@@ -146,6 +146,7 @@ inline const Field<R> kRegisters[] = {
     {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, 2000},
     {"max_speed_dps", &R::max_speed_dps, 1, 1, 72000},
     {"max_angle_deg", &R::max_angle_deg, 1, 0, 1e7},
+    {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, 1e6},
     {"broadcast_mode", &R::broadcast_mode},
 };
 

@@ -16,7 +16,7 @@ bool operator==(const Registers& a, const Registers& b) {
          a.encoder_offset == b.encoder_offset &&
          a.max_torque_current_lsb == b.max_torque_current_lsb &&
          a.max_speed_dps == b.max_speed_dps && a.max_angle_deg == b.max_angle_deg &&
-         a.broadcast_mode == b.broadcast_mode &&
+         a.current_ramp_A_s == b.current_ramp_A_s && a.broadcast_mode == b.broadcast_mode &&
          std::ranges::equal(a.protections, b.protections, same);
 }
 
@@ -30,6 +30,7 @@ model::ControlSettings control_settings(const Registers& registers) {
       registers.max_torque_current_lsb * protocol::kLegacyFormat.iq_command_lsb_A, kNoCurrent_A);
   settings.omega_max = rad_s_from_dps(registers.max_speed_dps);
   settings.accel_max = rad_s_from_dps(registers.acceleration_dps_s);
+  settings.current_ramp = registers.current_ramp_A_s;
   settings.protections = registers.protections;
   return settings;
 }

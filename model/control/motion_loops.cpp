@@ -9,7 +9,7 @@ namespace lk::model {
 namespace {
 
 /// Inside this distance of its target the angle integrator works: it trims, it does not travel.
-constexpr double kTrimCounts = 16.0;  // assumed
+constexpr double kTrimAngle = 0.02;  // rad, assumed
 
 /// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile, damping 1.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
@@ -62,7 +62,7 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
   // In whole counts: inside the count of the target there is nothing left to correct.
   const double error_counts = round(s.theta_ref / p.rad_per_count) - encoder_counts;
   const double error = error_counts * p.rad_per_count;
-  if (error_counts == 0.0 || std::abs(error_counts) > kTrimCounts) {
+  if (error_counts == 0.0 || std::abs(error) > kTrimAngle) {
     s.angle_integral = 0.0;
   } else {
     s.angle_integral += p.angle_ki * p.T_m * error;
@@ -97,6 +97,12 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
     return position_loop(p, *position, encoder_counts, s);
   }
   return 0.0;
+}
+
+/// The current ramp limits how fast the speed loop's current grows, to either side; it may shrink at once,
+/// so that the ramp softens starts without delaying the loop's damping. Torque commands pass unramped.
+double soft_start(double wanted, double present, double step) {
+  return std::clamp(wanted, std::min(present, 0.0) - step, std::max(present, 0.0) + step);
 }
 
 /// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q + ω·ψ.
@@ -191,7 +197,8 @@ void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encode
                   MotionState& s, CurrentOrders<double>& orders) {
   observe(p, encoder_counts, s);
   const double wanted = wanted_current(p, setpoint, encoder_counts, s);
-  s.i_q_ref = p.current_step > 0.0 ? std::clamp(wanted, s.i_q_ref - p.current_step, s.i_q_ref + p.current_step) : wanted;
+  const bool ramped = p.current_step > 0.0 && follows(setpoint);
+  s.i_q_ref = ramped ? soft_start(wanted, s.i_q_ref, p.current_step) : wanted;
 
   orders.i_q_ref = s.i_q_ref;
   orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, s);
