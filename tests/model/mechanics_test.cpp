@@ -1,0 +1,160 @@
+// Rotor and friction against closed forms (docs/model.md §4).
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+DriveParams with_friction(double tau_coulomb) {
+  DriveParams d = ideal_drive();
+  d.mechanics.tau_coulomb = d.mechanics.tau_static = tau_coulomb;
+  return d;
+}
+
+TEST(Mechanics, ConstantTorqueGivesTheSlopeOfNewton) {
+  const DriveParams d = with_friction(0.02);
+  Shafts shafts(d);
+  shafts.run(0.5, 0.1);
+  const double acceleration = (0.1 - 0.02) / d.mechanics.J;
+  EXPECT_NEAR(shafts.m.omega, acceleration * 0.5, 1e-9 * acceleration);  // linear: exact but for rounding
+  EXPECT_NEAR(shafts.m.theta, 0.5 * acceleration * 0.25, 1e-9 * acceleration);
+  EXPECT_NEAR(shafts.friction, 0.02 * shafts.m.theta, 1e-9);
+}
+
+TEST(Mechanics, TorqueOfAnImposedCurrentIsKtTimesIt) {
+  // The whole plant: hold 4 A by giving the voltage that R, L and the back-EMF ask for.
+  const DriveParams d = with_friction(0.02);
+  BarePlant plant(d);
+  plant.s.i_q = 4.0;
+  const double T = plant.p.T_s;
+  for (int n = 0; n < 3200; ++n) {
+    // The speed of the middle of the period, where the plant takes it.
+    const double w = d.motor.pole_pairs * (plant.s.omega + 0.5 * plant.s.omega_change);
+    plant.step_dq({-w * d.motor.L_q * 4.0, d.motor.R_s * 4.0 + w * d.motor.psi_f});
+  }
+  const double expected = (k_t(d.motor) * 4.0 - 0.02) / d.mechanics.J * 3200 * T;
+  // The duties are given by the link of the period's start and the first period's speed: 1e-4.
+  EXPECT_NEAR(plant.s.omega, expected, 2e-3 * expected);
+  EXPECT_NEAR(plant.s.i_q, 4.0, 0.02);
+}
+
+TEST(Mechanics, CoulombFrictionStopsACoastingRotorInTheTimeOfItsMomentum) {
+  const DriveParams d = with_friction(0.01);
+  Shafts shafts(d);
+  shafts.m.omega = 100.0;
+  const double expected = d.mechanics.J * 100.0 / 0.01;  // s
+  int n = 0;
+  while (shafts.m.omega != 0.0 && n < 1'000'000) {
+    shafts.step(0.0);
+    ++n;
+  }
+  EXPECT_NEAR(n * shafts.p.T_s, expected, 1.01 * shafts.p.T_s);  // it stops at the end of a period
+  EXPECT_NEAR(shafts.m.theta, 0.5 * 100.0 * expected, 100.0 * shafts.p.T_s);
+  EXPECT_NEAR(shafts.friction, 0.5 * d.mechanics.J * 1e4, 1e-9);  // all of the kinetic energy
+  const double theta = shafts.m.theta;
+  shafts.run(1.0, 0.0);
+  EXPECT_EQ(shafts.m.theta, theta);
+  EXPECT_EQ(shafts.m.omega, 0.0);
+}
+
+TEST(Mechanics, ViscousFrictionDecaysExponentially) {
+  DriveParams d = ideal_drive();
+  d.mechanics.B = 1e-3;
+  Shafts shafts(d);
+  shafts.m.omega = 50.0;
+  const double tau = d.mechanics.J / d.mechanics.B;  // 93 ms
+  shafts.run(0.2, 0.0);
+  // Midpoint rule: (T/τ)²/12 = 1e-8 per unit of t/τ.
+  EXPECT_NEAR(shafts.m.omega, 50.0 * std::exp(-0.2 / tau), 50.0 * 1e-7);
+  EXPECT_NEAR(shafts.friction, 0.5 * d.mechanics.J * (2500.0 - shafts.m.omega * shafts.m.omega), 1e-9);
+}
+
+TEST(Mechanics, TenMinutesUnderASmallTorqueMoveNothing) {
+  DriveParams d = with_friction(0.01);
+  d.mechanics.tau_static = 0.012;
+  d.load.tau = 0.004;
+  Shafts shafts(d);
+  shafts.m.theta = 0.123;
+  shafts.m.theta_out = 0.123;
+  for (int n = 0; n < 600 * 32000; ++n) {
+    shafts.step(n % 2 == 0 ? 0.0079 : -0.0159);  // just inside ±0.012 with the load
+  }
+  EXPECT_EQ(shafts.m.theta, 0.123);
+  EXPECT_EQ(shafts.m.omega, 0.0);
+  EXPECT_EQ(shafts.friction, 0.0);
+}
+
+TEST(Mechanics, BreaksAwayAtTheStaticTorqueAndNotBelow) {
+  DriveParams d = with_friction(0.010);
+  d.mechanics.tau_static = 0.015;
+  d.mechanics.omega_stribeck = 2.0;
+  Shafts below(d);
+  below.run(1.0, 0.015 * (1.0 - 1e-9));
+  EXPECT_EQ(below.m.omega, 0.0);
+  Shafts above(d);
+  above.run(5.0, 0.015 * (1.0 + 1e-3));  // grows from 0.16 rad/s² as the Stribeck excess fades
+  EXPECT_GT(above.m.omega, 10.0);
+}
+
+TEST(Mechanics, StribeckExcessHalvesAtItsSpeed) {
+  // At ω = ω_s friction is τ_c + (τ_s − τ_c)/2: the deceleration of one period says so.
+  DriveParams d = with_friction(0.010);
+  d.mechanics.tau_static = 0.016;
+  d.mechanics.omega_stribeck = 2.0;
+  for (const auto& [omega, level] : {std::pair{2.0, 0.013}, {1e6, 0.010}, {4.0, 0.010 + 0.006 / 5.0}}) {
+    Shafts shafts(d);
+    shafts.m.omega = omega;
+    shafts.step(0.0);
+    const double torque = (omega - shafts.m.omega) * d.mechanics.J * shafts.p.f_s;
+    EXPECT_NEAR(torque, level, 1e-8 * (1.0 + omega));  // a difference of speeds: rounding grows with ω
+  }
+}
+
+TEST(Mechanics, FrictionIsTheSameInBothDirections) {
+  DriveParams d = with_friction(0.01);
+  d.mechanics.B = 1e-4;
+  Shafts forth(d);
+  Shafts back(d);
+  forth.m.omega = 30.0;
+  back.m.omega = -30.0;
+  forth.run(0.3, 0.03);
+  back.run(0.3, -0.03);
+  EXPECT_EQ(forth.m.omega, -back.m.omega);
+  EXPECT_EQ(forth.m.theta, -back.m.theta);
+}
+
+TEST(Mechanics, CoggingHoldsTheRotorInAWellAndConservesEnergy) {
+  DriveParams d = ideal_drive();
+  d.mechanics.tau_cogging = 0.005;
+  d.mechanics.cogging_per_turn = 84;
+  Shafts shafts(d);
+  shafts.m.theta = shafts.m.theta_out = 0.1 * kPiT / 84;
+  // Small oscillation about 0: ω² = τ·n/J.
+  const double omega = std::sqrt(0.005 * 84 / d.mechanics.J);
+  const double period = 2.0 * kPiT / omega;
+  int crossings = 0;
+  double last = shafts.m.theta;
+  double first_at = 0, last_at = 0;
+  for (int n = 1; n < 32000; ++n) {
+    shafts.step(0.0);
+    if (last > 0.0 && shafts.m.theta <= 0.0) {
+      (crossings == 0 ? first_at : last_at) = n * shafts.p.T_s;
+      ++crossings;
+    }
+    last = shafts.m.theta;
+  }
+  // Pendulum at amplitude φ = 0.1·π: period longer by φ²/16 = 0.62 %; crossings are known to a period.
+  const double measured = (last_at - first_at) / (crossings - 1);
+  EXPECT_NEAR(measured, period * (1.0 + std::pow(0.1 * kPiT, 2) / 16.0), 1e-3 * period);
+  // And a rotor pushed above the barrier 2·τ/n passes over it.
+  Shafts fast(d);
+  fast.m.omega = std::sqrt(2.0 * (2.0 * 0.005 / 84) / d.mechanics.J) * 1.01;
+  fast.run(1.0, 0.0);
+  EXPECT_GT(fast.m.theta, 2.0 * kPiT / 84);
+  Shafts slow(d);
+  slow.m.omega = std::sqrt(2.0 * (2.0 * 0.005 / 84) / d.mechanics.J) * 0.99;
+  slow.run(1.0, 0.0);
+  EXPECT_LT(std::abs(slow.m.theta), 2.0 * kPiT / 84);
+}
+
+}  // namespace
+}  // namespace lk::model::test

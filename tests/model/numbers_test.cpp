@@ -1,0 +1,87 @@
+// The tick's own functions against the standard library.
+#include "model/trig.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace lk::model {
+namespace {
+
+TEST(OwnTrigonometry, SinCosFollowTheLibraryOverTenDecades) {
+  std::mt19937_64 random(1);
+  for (int decade = -3; decade <= 8; ++decade) {
+    std::uniform_real_distribution<double> angle(-std::pow(10.0, decade), std::pow(10.0, decade));
+    for (int n = 0; n < 20000; ++n) {
+      const double theta = angle(random);
+      const SinCos<double> own = sincos(theta);
+      // Promised in trig.hpp: the series' remainder, and the reduction's rounding, ulp(|θ|)/2 a step.
+      const double tolerance = 1e-12 + std::abs(theta) * 3e-16;
+      ASSERT_NEAR(own.sin, std::sin(theta), tolerance) << theta;
+      ASSERT_NEAR(own.cos, std::cos(theta), tolerance) << theta;
+      ASSERT_NEAR(sine(theta), std::sin(theta), tolerance) << theta;
+    }
+  }
+}
+
+TEST(OwnTrigonometry, QuadrantsAreExactWhereTheyMeet) {
+  for (int quarter = -40; quarter <= 40; ++quarter) {
+    for (const double offset : {-1e-9, 0.0, 1e-9}) {
+      const double theta = quarter * (kTwoPi / 4) + offset;
+      EXPECT_NEAR(sincos(theta).sin, std::sin(theta), 1e-12) << quarter;
+      EXPECT_NEAR(sincos(theta).cos, std::cos(theta), 1e-12) << quarter;
+      EXPECT_NEAR(sine(theta), std::sin(theta), 1e-12) << quarter;
+    }
+  }
+  EXPECT_EQ(sincos(0.0).sin, 0.0);
+  EXPECT_EQ(sincos(0.0).cos, 1.0);
+  EXPECT_EQ(sine(0.0), 0.0);
+}
+
+TEST(OwnTrigonometry, SmallAngleFormsKeepTheirPromise) {
+  for (double x = -0.5; x <= 0.5; x += 1e-4) {
+    // First omitted terms: x⁹/9! and x⁸/8!; half as much again for the ones after.
+    EXPECT_NEAR(sincos_small(x).sin, std::sin(x), 1e-15 + 1.5 * std::pow(std::abs(x), 9) / 362880);
+    EXPECT_NEAR(sincos_small(x).cos, std::cos(x), 1e-15 + 1.5 * std::pow(x, 8) / 40320);
+  }
+  for (double x = -0.25; x <= 0.1; x += 1e-4) {
+    EXPECT_NEAR(exp_small(x), std::exp(x), 4e-16 + 1.1 * std::pow(std::abs(x), 7) / 5040);
+  }
+}
+
+TEST(RealNumbers, RoundAndFloorAreTheLibrarys) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> wide(-1e9, 1e9);
+  std::uniform_real_distribution<double> narrow(-3.0, 3.0);
+  for (int n = 0; n < 20000; ++n) {
+    for (const double x : {wide(random), narrow(random), std::round(2.0 * narrow(random)) / 2.0}) {
+      EXPECT_EQ(round(x), std::nearbyint(x)) << x;  // both: ties to even
+      EXPECT_EQ(floor(x), std::floor(x)) << x;
+    }
+  }
+}
+
+TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> angle(-1e4, 1e4);
+  for (int n = 0; n < 2000; ++n) {
+    alignas(64) std::array<double, Lanes::size()> x;
+    for (double& value : x) {
+      value = angle(random);
+    }
+    const Lanes lanes(x.data(), std::experimental::vector_aligned);
+    const SinCos<Lanes> t = sincos(lanes);
+    for (std::size_t lane = 0; lane < x.size(); ++lane) {
+      EXPECT_EQ(t.sin[lane], sincos(x[lane]).sin);
+      EXPECT_EQ(t.cos[lane], sincos(x[lane]).cos);
+      EXPECT_EQ(sine(lanes)[lane], sine(x[lane]));
+      EXPECT_EQ(floor(lanes)[lane], floor(x[lane]));
+      EXPECT_EQ(exp_small<Lanes>(lanes * 1e-5)[lane], exp_small(x[lane] * 1e-5));
+      EXPECT_EQ(clamp<Lanes>(lanes, Lanes(-10.0), Lanes(5.0))[lane], clamp(x[lane], -10.0, 5.0));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lk::model

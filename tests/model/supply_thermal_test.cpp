@@ -1,0 +1,137 @@
+// DC link and heat against closed forms (docs/model.md §5, §6).
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+TEST(Supply, LinkFollowsTheRcStepExactly) {
+  DriveParams d = ideal_drive();
+  d.supply = {.v_source = 24.0, .R_source = 0.5, .C_link = 470e-6, .i_regen_max = 1e3};
+  const PlantParams<double> p = plant_params(d);
+  const double tau = 0.5 * 470e-6;
+  double v = 24.0;
+  double charge = 0.0;
+  for (int n = 1; n <= 64; ++n) {
+    const LinkStep<double> s = link(p, v, 6.0);
+    v = s.v_next;
+    charge += s.i_source * p.T_s;
+    // 24 V − 0.5 Ω · 6 A = 21 V in the end.
+    // The decay's series ends with x⁷/7!, x = T/τ = 0.13: 1.5e-10 a period, 1.4e-9 V at its worst.
+    EXPECT_NEAR(v, 21.0 + 3.0 * std::exp(-n * p.T_s / tau), 2e-9);
+    // The source's charge is the load's less what the capacitor gave.
+    EXPECT_NEAR(charge, 6.0 * n * p.T_s + 470e-6 * (v - 24.0), 1e-12);
+  }
+}
+
+TEST(Supply, BlockedRegenerationChargesTheLinkLinearly) {
+  DriveParams d = ideal_drive();
+  d.supply = {.v_source = 24.0, .R_source = 0.05, .C_link = 470e-6, .i_regen_max = 0.0};
+  const PlantParams<double> p = plant_params(d);
+  double v = 24.0;
+  for (int n = 1; n <= 320; ++n) {  // 10 ms of 1 A coming back
+    const LinkStep<double> s = link(p, v, -1.0);
+    v = s.v_next;
+    EXPECT_EQ(s.i_source, 0.0);
+    EXPECT_NEAR(v, 24.0 + n * p.T_s / 470e-6, 1e-9);
+  }
+  // The source takes 0.4 A of it: the rest charges on.
+  d.supply.i_regen_max = 0.4;
+  const LinkStep<double> part = link(plant_params(d), v, -1.0);
+  EXPECT_EQ(part.i_source, -0.4);
+  EXPECT_NEAR(part.v_next - v, 0.6 * p.T_s / 470e-6, 1e-9);
+}
+
+/// A drive spun up and braked to a stop; the highest link voltage on the way down, the lowest on the way up.
+struct Extremes {
+  double lowest = 1e9, highest = -1e9;
+};
+Extremes spin_and_brake(double i_regen_max) {
+  DriveParams d = ideal_drive();
+  d.supply = {.v_source = 24.0, .R_source = 0.2, .C_link = 2e-3, .i_regen_max = i_regen_max};
+  d.load.J = 2e-4;
+  DriveBank bank = one_drive(d);
+  Extremes e;
+  bank.command(0, Torque{10.0});
+  for (int n = 0; n < 300; ++n) {
+    bank.advance(16);
+    e.lowest = std::min(e.lowest, bank.truth(0).v_bus);
+  }
+  bank.command(0, Torque{-6.0});
+  for (int n = 0; n < 2000 && bank.truth(0).omega_m > 5.0; ++n) {
+    bank.advance(16);
+    e.highest = std::max(e.highest, bank.truth(0).v_bus);
+  }
+  return e;
+}
+
+TEST(Supply, SagsUnderLoadAndRisesWhenBraking) {
+  const Extremes free = spin_and_brake(1e3);
+  const Extremes limited = spin_and_brake(0.5);
+  const Extremes blocked = spin_and_brake(0.0);
+  EXPECT_LT(free.lowest, 23.8);  // 10 A at speed: tens of watts over 0.2 Ω
+  EXPECT_GT(free.lowest, 18.0);
+  EXPECT_GT(free.highest, 24.05);
+  EXPECT_GT(limited.highest, free.highest + 0.2);
+  EXPECT_GT(blocked.highest, limited.highest + 0.2);
+  EXPECT_LT(blocked.highest, 100.0);
+}
+
+TEST(Heat, WindingOfAHeldHousingFollowsItsExponential) {
+  DriveParams d = ideal_drive();
+  d.thermal.C_housing = 1e12;
+  const ThermalParams& t = d.thermal;
+  const PlantParams<double> p = plant_params(d);
+  Temperatures<double> temp{25.0, 25.0, 25.0};
+  const double tau = t.R_winding_housing * t.C_winding;  // 45 s
+  const double power = 20.0;
+  const auto periods = static_cast<int>(tau * p.f_s);
+  for (int n = 0; n < periods; ++n) {
+    temp = thermal(p, temp, power, 0.0);
+  }
+  // After one time constant 63.2 % of 30 K. Euler's error: T/(2·τ) = 3.5e-7.
+  EXPECT_NEAR(temp.winding, 25.0 + power * t.R_winding_housing * (1.0 - std::exp(-1.0)), 1e-4);
+  EXPECT_NEAR(temp.housing, 25.0, 1e-6);
+  EXPECT_NEAR(temp.stage, 25.0, 1e-12);
+}
+
+TEST(Heat, PowerStageHasItsOwnTimeConstant) {
+  DriveParams d = ideal_drive();
+  const PlantParams<double> p = plant_params(d);
+  Temperatures<double> temp{25.0, 25.0, 25.0};
+  const double tau = d.thermal.R_stage_ambient * d.thermal.C_stage;  // 225 s
+  for (int n = 0; n < static_cast<int>(tau * p.f_s); ++n) {
+    temp = thermal(p, temp, 0.0, 2.0);
+  }
+  EXPECT_NEAR(temp.stage, 25.0 + 2.0 * d.thermal.R_stage_ambient * (1.0 - std::exp(-1.0)), 1e-4);
+}
+
+TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
+  DriveParams d = ideal_drive();
+  d.thermal.C_winding = 0.05;
+  d.thermal.C_housing = 0.2;
+  d.thermal.temp_ambient = 40.0;
+  const PlantParams<double> p = plant_params(d);
+  Temperatures<double> temp{25.0, 25.0, 25.0};
+  for (int n = 0; n < 20 * 32000; ++n) {  // 20 s, time constants below 0.7 s
+    temp = thermal(p, temp, 12.0, 1.0);
+  }
+  EXPECT_NEAR(temp.housing, 40.0 + 12.0 * d.thermal.R_housing_ambient, 1e-6);
+  EXPECT_NEAR(temp.winding, temp.housing + 12.0 * d.thermal.R_winding_housing, 1e-6);
+}
+
+TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
+  DriveParams d = ideal_drive();
+  d.mechanics.J = 1e6;
+  d.inverter.R_on = 0.02;
+  BarePlant plant(d);
+  plant.s.i_q = 5.0;
+  for (int n = 0; n < 3200; ++n) {
+    plant.step_dq({0.0, (d.motor.R_s + d.inverter.R_on) * 5.0});
+  }
+  // The duty follows the link of the period's start: within 1e-4.
+  EXPECT_NEAR(plant.s.e_copper, 1.5 * d.motor.R_s * 25.0 * 0.1, 2e-3);
+  EXPECT_NEAR(plant.s.e_inverter, 1.5 * d.inverter.R_on * 25.0 * 0.1, 4e-4);
+}
+
+}  // namespace
+}  // namespace lk::model::test

@@ -1,0 +1,110 @@
+#pragma once
+
+/// @file What the tests of model/ share: an ideal drive to disturb one thing at a time, and the plant alone.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "model/drive_bank.hpp"
+#include "model/tick.hpp"
+
+namespace lk::model::test {
+
+inline constexpr double kPiT = std::numbers::pi;
+
+/// A direct drive with nothing in the way: no friction, no noise, no dead time, constant temperature
+/// coefficients off, a stiff source, sensors fine enough not to matter. Tests add what they are about.
+inline DriveParams ideal_drive() {
+  DriveParams d;
+  d.motor.alpha_cu = 0.0;
+  d.motor.alpha_pm = 0.0;
+  d.inverter.t_dead = 0.0;
+  d.inverter.R_on = 0.0;
+  d.inverter.timer_counts = 1e6;
+  d.supply.R_source = 1e-3;
+  d.supply.C_link = 1e-3;
+  d.encoder.bits = 18;
+  d.encoder.latency = 0.0;
+  d.current_sensor.noise = 0.0;
+  d.current_sensor.bits = 20;
+  d.slow_sensor.v_noise = 0.0;
+  d.slow_sensor.v_lsb = 1e-4;
+  return d;
+}
+
+/// Registers that limit nothing.
+inline ControlSettings unlimited() {
+  ControlSettings s;
+  s.i_q_max = 1e3;
+  s.omega_max = 1e4;
+  return s;
+}
+
+inline double k_t(const MotorParams& m) { return 1.5 * m.pole_pairs * m.psi_f; }
+
+/// The plant without any firmware.
+struct BarePlant {
+  PlantParams<double> p;
+  PlantState<double> s;
+
+  explicit BarePlant(const DriveParams& d) : p(plant_params(d)) {
+    s.v_link = d.supply.v_source;
+    s.temp_winding = s.temp_housing = s.temp_stage = d.thermal.temp_ambient;
+  }
+  /// One period with duties of the stator's legs.
+  void step(const Abc<double>& duty, bool bridge_on = true) {
+    const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
+    const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
+    lk::model::advance<double>(p, s, duty, bridge_on ? 1.0 : 0.0, i, theta_e);
+  }
+  /// One period with a voltage [V] in the rotor's frame at the period's middle.
+  void step_dq(const Dq<double>& v) {
+    const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * s.omega);
+    const Abc<double> x = inverse_clarke(inverse_park(v, sincos(theta)));
+    step({0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link});
+  }
+  void free_step() { step({0.5, 0.5, 0.5}, false); }
+  /// Periods in `seconds`, rounded.
+  int periods(double seconds) const { return static_cast<int>(std::lround(seconds * p.f_s)); }
+  double energy() const {  // J, as in the ledger, of a direct drive without springs
+    return 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link +
+           0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q) + 0.5 * p.T_s * p.inertia_rate * s.omega * s.omega;
+  }
+};
+
+/// The shafts alone, under a torque at the rotor.
+struct Shafts {
+  PlantParams<double> p;
+  Motion<double> m{};
+  double friction = 0, gear = 0, load = 0;  // J
+
+  explicit Shafts(const DriveParams& d) : p(plant_params(d)) {}
+  void step(double tau_e) {
+    const MechanicsStep<double> s = mechanics(p, m, tau_e);
+    m = s.next;
+    friction += s.p_friction * p.T_s;
+    gear += s.p_gear * p.T_s;
+    load += s.p_load * p.T_s;
+  }
+  void run(double seconds, double tau_e) {
+    for (long n = std::lround(seconds * p.f_s); n > 0; --n) {
+      step(tau_e);
+    }
+  }
+};
+
+/// One drive alone in its bank.
+inline DriveBank one_drive(const DriveParams& params, const ControlSettings& settings = unlimited(),
+                           double theta_m = 0.0, std::uint64_t seed = 1) {
+  const DriveInit init{params, settings, seed, theta_m};
+  return DriveBank({&init, 1});
+}
+
+inline std::int64_t ticks_in(const DriveParams& d, double seconds) {
+  return std::llround(seconds * d.inverter.f_pwm);
+}
+
+}  // namespace lk::model::test
