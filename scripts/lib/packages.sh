@@ -32,10 +32,8 @@ packages_fail() {
 packages_as_root() {
   if ((EUID == 0)); then
     "$@"
-  elif command -v sudo >/dev/null; then
-    sudo -- "$@"
   else
-    packages_fail "root is needed to install packages and there is no sudo: run scripts/packages as root"
+    sudo -- "$@"
   fi
 }
 
@@ -47,6 +45,10 @@ packages_install() {
   ((${#missing[@]})) || return 0
   command -v apt-get >/dev/null ||
     packages_fail "no apt-get here; install by other means: ${missing[*]}" || return
+  if ((EUID != 0)) && ! command -v sudo >/dev/null; then
+    packages_fail "no sudo here; run scripts/packages as root, it installs: ${missing[*]}"
+    return
+  fi
   echo "packages: installing ${missing[*]}" >&2
   log=$(mktemp)
   if packages_as_root sh -c 'apt-get -q update && DEBIAN_FRONTEND=noninteractive exec apt-get -q -y \

@@ -121,6 +121,8 @@ def mount_system(libc):
     mount(b"tmpfs", "/run", b"mode=755")
     mount(b"tmpfs", "/dev/shm", b"mode=1777")
     mount(b"devpts", "/dev/pts", b"ptmxmode=666")
+    for name, target in (("fd", ""), ("stdin", "/0"), ("stdout", "/1"), ("stderr", "/2")):
+        os.symlink("/proc/self/fd" + target, "/dev/" + name)
     return mount
 
 
