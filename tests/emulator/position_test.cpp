@@ -141,9 +141,9 @@ TEST(MultiTurn, CountsFromTheStoredOffset) {
   auto config = servo_config(1);
   config.rom.encoder_offset = 5000;
   Host host(config);
-  host.ask(query(protocol::Position1{36000}));
-  EXPECT_NEAR(rest_cdeg(host), 36000, kArrived_cdeg);
-  EXPECT_NEAR(host.state_2().encoder_counts, 0, 1);
+  host.ask(query(protocol::Position1{45000}));
+  EXPECT_NEAR(rest_cdeg(host), 45000, kArrived_cdeg);
+  EXPECT_NEAR(host.state_2().encoder_counts, 4096, 1);
 }
 
 // --- single-turn

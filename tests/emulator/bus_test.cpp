@@ -1,0 +1,255 @@
+// A bus with drives: when queries act, when replies leave, what is dropped and why. Lengths counted
+// by hand, see can_wire_test.cpp; further ones:
+//
+//   141#9A1900F000000000   10 stuff bits: 118 bits
+//     00010100000(1)10001000100110100001100100000(1)000111100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
+//     00000(1)01011111(0)10100010
+//   141#A119000000000008   10 stuff bits: 118 bits
+//     00010100000(1)10001000101000010001100100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
+//     0000100000(1)1011100001011
+//   142#A119000000000008    9 stuff bits: 117 bits
+//     0001010000100001000101000010001100100000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)00000(1)
+//     0000100000(1)0101000100110
+//   7FF#0000000000000000   15 stuff bits: 123 bits
+//     011111(0)11111(0)1000100000(1)00000(1) … 00010101001000011
+
+#include "emulator/bus.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using test::bus_config;
+using test::frame;
+
+constexpr std::int64_t kBitrate = 1'000'000;
+
+std::vector<TimedFrame> run_until(Bus& bus, SimTime until) {
+  bus.advance_to(until);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  return replies;
+}
+
+TEST(BusTiming, QueryReplyTimeReply) {
+  Bus bus(bus_config({1}, kBitrate));
+  EXPECT_EQ(bus.next_due(), std::nullopt);
+  bus.receive({0us, frame("141#9A00000000000000")});
+  EXPECT_EQ(bus.next_due(), 120us);
+  EXPECT_TRUE(run_until(bus, 120us - 1ns).empty());
+  EXPECT_EQ(bus.servo(1).stats().queries, 0U);
+  EXPECT_TRUE(run_until(bus, 120us).empty());
+  EXPECT_EQ(bus.servo(1).stats().queries, 1U);
+  EXPECT_EQ(bus.next_due(), 120us + 100us + 118us);
+  EXPECT_TRUE(run_until(bus, 338us - 1ns).empty());
+  const auto replies = run_until(bus, 338us);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0], (TimedFrame{338us, frame("141#9A1900F000000000")}));
+  EXPECT_EQ(bus.next_due(), std::nullopt);
+  EXPECT_EQ(bus.stats().wire_busy, 123us + 121us);
+  EXPECT_TRUE(run_until(bus, 1s).empty());
+}
+
+TEST(BusTiming, ReplyTimeIsASetting) {
+  auto config = bus_config({1}, kBitrate);
+  config.servos[0].reply_time = 200us;
+  Bus bus(config);
+  bus.receive({0us, frame("141#9A00000000000000")});
+  EXPECT_EQ(run_until(bus, 1ms).at(0).at, 438us);
+}
+
+TEST(BusTiming, PipelinedQueriesToOneDrive) {
+  Bus bus(bus_config({1}, kBitrate));
+  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, frame("141#9A00000000000000")});
+  const auto replies = run_until(bus, 2ms);
+  ASSERT_EQ(replies.size(), 3U);
+  // Queries end at 120, 243; the first reply is ready at 220 and goes before the third query.
+  EXPECT_EQ(replies[0].at, 246us + 118us);
+  // The wire is free at 367; the second reply has been ready since 343 and goes before the third
+  // query.
+  EXPECT_EQ(replies[1].at, 367us + 118us);
+  // Third query 488..608, ready at 708.
+  EXPECT_EQ(replies[2].at, 708us + 118us);
+}
+
+TEST(BusTiming, MultiDriveRepliesFollowInOrderOfIds) {
+  auto config = bus_config({1, 2}, kBitrate);
+  config.servos[0].rom.broadcast_mode = true;
+  config.servos[1].rom.broadcast_mode = true;
+  Bus bus(config);
+  bus.receive({0us, frame("280#0000000000000000")});
+  const auto replies = run_until(bus, 1ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0], (TimedFrame{123us + 100us + 118us, frame("141#A119000000000008")}));
+  EXPECT_EQ(replies[1], (TimedFrame{344us + 117us, frame("142#A119000000000008")}));
+}
+
+TEST(BusTiming, ForeignFramesOccupyTheWire) {
+  Bus bus(bus_config({1}, kBitrate));
+  bus.receive({0us, frame("7FF#0000000000000000")});
+  bus.receive({0us, frame("141#9A00000000000000")});
+  EXPECT_EQ(run_until(bus, 1ms).at(0).at, 126us + 120us + 100us + 118us);
+  EXPECT_EQ(bus.stats().count(Drop::kForeignId), 1U);
+}
+
+TEST(BusTiming, CommandsActAtTheNextTickAfterTheirLastBit) {
+  Bus bus(bus_config({1}, kBitrate));
+  bus.receive({1ms, frame("141#A100000064000000")});
+  const auto delivered = bus.next_due();
+  ASSERT_TRUE(delivered);
+  // Motion loops run at every fourth tick of 31.25 µs, the first at 0.
+  bus.advance_to(*delivered);
+  EXPECT_EQ(bus.truth(1).i_q_ref, 0);
+  bus.advance_to(*delivered + 5 * 31250ns);
+  EXPECT_NEAR(bus.truth(1).i_q_ref, 1.6, 1e-9);
+}
+
+TEST(BusTiming, WithoutABitRateRepliesComeAtOnce) {
+  Bus bus(bus_config({1, 2}));
+  bus.receive({3ms, frame("142#9C00000000000000")});
+  bus.receive({3ms, frame("141#9C00000000000000")});
+  bus.receive({5ms, frame("141#9C00000000000000")});
+  EXPECT_EQ(bus.next_due(), 3ms);
+  const auto replies = run_until(bus, 4ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0], (TimedFrame{3ms, frame("142#9C19000000000008")}));
+  EXPECT_EQ(replies[1], (TimedFrame{3ms, frame("141#9C19000000000008")}));
+  EXPECT_EQ(run_until(bus, 5ms).at(0).at, 5ms);
+}
+
+TEST(BusTiming, EarlierFramesCountAsNow) {
+  Bus bus(bus_config({1}));
+  bus.advance_to(1s);
+  bus.receive({1ms, frame("141#9C00000000000000")});
+  EXPECT_EQ(run_until(bus, 1s).at(0).at, 1s);
+  bus.advance_to(1ms);
+  EXPECT_EQ(bus.time(), 1s);
+}
+
+// What the wire is modelled for: one query and its reply take about 244 µs, so 3 drives can be
+// polled at 1 kHz and 12 cannot.
+int replies_per_second(int drives) {
+  BusConfig config = bus_config({}, kBitrate);
+  for (int id = 1; id <= drives; ++id) {
+    config.servos.push_back(test::servo_config(id));
+  }
+  Bus bus(config);
+  for (SimTime cycle = 0ms; cycle < 1s; cycle += 1ms) {
+    for (int id = 1; id <= drives; ++id) {
+      bus.receive(
+          {cycle, protocol::encode_query(id, protocol::ReadState2{}, protocol::kLegacyFormat)});
+    }
+  }
+  return static_cast<int>(run_until(bus, 1s).size());
+}
+
+TEST(BusTiming, ThreeDrivesAtOneKilohertzButNotTwelve) {
+  EXPECT_EQ(replies_per_second(3), 3000);
+  const int replies = replies_per_second(12);
+  EXPECT_GT(replies,
+            3900);  // 2 · 132 + 6 bits a pair at most: 1 s / 270 µs = 3703; at least 222 µs: 4504
+  EXPECT_LT(replies, 4504);
+}
+
+TEST(BusQueue, OverloadFillsTheHostQueueAndIsCounted) {
+  Bus bus(bus_config({1}, kBitrate));
+  for (int k = 0; k < 5000; ++k) {
+    bus.receive({0us, frame("141#9A00000000000000")});
+  }
+  EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 5000 - CanWire::kHostQueue);
+  EXPECT_EQ(bus.stats().queue_peak, CanWire::kHostQueue);
+  EXPECT_EQ(run_until(bus, 10s).size(), CanWire::kHostQueue);
+}
+
+// The queue is full only if the wire has not worked it off by the time of the frame, however far
+// the host of the library runs ahead with receive().
+TEST(BusQueue, FramesOfTheFutureDoNotOverflow) {
+  Bus bus(bus_config({1}, kBitrate));
+  for (int k = 0; k < 5000; ++k) {
+    bus.receive({k * 1ms, frame("141#9A00000000000000")});
+  }
+  EXPECT_EQ(run_until(bus, 10s).size(), 5000U);
+  EXPECT_EQ(bus.stats().count(Drop::kQueueFull), 0U);
+}
+
+TEST(BusDrops, EveryCauseIsCounted) {
+  Bus bus(bus_config({1, 3}, kBitrate));
+  auto error = frame("141#9A00000000000000");
+  error.kind = protocol::FrameKind::kError;
+  auto fd = frame("141#9A00000000000000");
+  fd.kind = protocol::FrameKind::kFd;
+  bus.receive({0us, error});
+  bus.receive({0us, fd});
+  EXPECT_EQ(bus.next_due(), std::nullopt);  // neither occupies a classical wire
+  for (const char* text :
+       {"141#R", "00000141#9A00000000000000", "140#9A00000000000000", "142#9A00000000000000",
+        "141#9A", "141#0000000000000000", "142#0000000000000000", "280#0000000000000000",
+        "141#9A00000000000000"}) {
+    bus.receive({0us, frame(text)});
+  }
+  EXPECT_EQ(run_until(bus, 1s).size(), 1U);
+  const BusStats stats = bus.stats();
+  EXPECT_EQ(stats.count(Drop::kErrorFrame), 1U);
+  EXPECT_EQ(stats.count(Drop::kCanFd), 1U);
+  EXPECT_EQ(stats.count(Drop::kRemote), 1U);
+  EXPECT_EQ(stats.count(Drop::kExtended), 1U);
+  EXPECT_EQ(stats.count(Drop::kForeignId), 1U);
+  EXPECT_EQ(stats.count(Drop::kNoSuchDrive), 2U);
+  EXPECT_EQ(stats.count(Drop::kWrongLength), 1U);
+  EXPECT_EQ(stats.count(Drop::kUnknownCommand), 1U);
+  EXPECT_EQ(stats.count(Drop::kWrongMode), 1U);
+  EXPECT_EQ(stats.frames, 11U);
+  EXPECT_EQ(stats.queries, 1U);
+  EXPECT_EQ(stats.replies, 1U);
+  EXPECT_EQ(std::accumulate(stats.dropped.begin(), stats.dropped.end(), stats.queries),
+            stats.frames);
+}
+
+TEST(BusDrops, CausesHaveNames) {
+  for (std::size_t k = 0; k < kDropKinds; ++k) {
+    EXPECT_GT(to_string(static_cast<Drop>(k)).size(), 3U);
+  }
+}
+
+TEST(Bus, WithoutDrives) {
+  Bus bus(bus_config({}, kBitrate));
+  bus.receive({0us, frame("141#9A00000000000000")});
+  EXPECT_TRUE(run_until(bus, 1s).empty());
+  EXPECT_EQ(bus.size(), 0U);
+  EXPECT_FALSE(bus.has(1));
+}
+
+TEST(Bus, ThirtyTwoDrives) {
+  BusConfig config = bus_config({}, kBitrate);
+  for (int id = 1; id <= 32; ++id) {
+    config.servos.push_back(test::servo_config(id));
+  }
+  Bus bus(config);
+  for (int id = 32; id >= 1; --id) {
+    bus.receive({0us, protocol::encode_query(id, protocol::ReadState1{}, protocol::kLegacyFormat)});
+  }
+  EXPECT_EQ(run_until(bus, 1s).size(), 32U);
+  EXPECT_EQ(bus.size(), 32U);
+}
+
+TEST(Bus, RepliesAreHandedOutOnceAndAppended) {
+  Bus bus(bus_config({1}));
+  bus.receive({0us, frame("141#9C00000000000000")});
+  bus.advance_to(0us);
+  std::vector<TimedFrame> replies(1);
+  bus.take_replies(replies);
+  EXPECT_EQ(replies.size(), 2U);
+  bus.take_replies(replies);
+  EXPECT_EQ(replies.size(), 2U);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,148 @@
+// The emulator is a function of time and frames. So its pure rooms must not know a clock, a socket,
+// a thread, a random device, a log or a stream: this test reads their sources. The link graph is
+// read too: protocol links nothing, and protocol and model do not see each other.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = LKEMU_SOURCE_DIR;
+
+// emulator/ holds core and shell side by side; these are the core.
+constexpr std::array<std::string_view, 11> kCore{
+    "bus",   "bus_config", "bus_stats",    "can_wire", "registers",  "seed",
+    "servo", "sim_time",   "shaft_angles", "units",    "wire_timing"};
+
+std::vector<fs::path> sources_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() == ".hpp" || entry.path().extension() == ".cpp") {
+      files.push_back(entry.path());
+    }
+  }
+  return files;
+}
+
+std::vector<fs::path> pure_sources() {
+  auto files = sources_in(kRoot / "protocol");
+  const auto model = sources_in(kRoot / "model");
+  files.insert(files.end(), model.begin(), model.end());
+  for (const auto& file : sources_in(kRoot / "emulator")) {
+    if (std::ranges::find(kCore, file.stem().string()) != kCore.end()) {
+      files.push_back(file);
+    }
+  }
+  return files;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// The lines without their comments, so that prose may say "socket".
+std::vector<std::string> code_lines(const fs::path& file) {
+  std::istringstream text(text_of(file));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) {
+    lines.push_back(line.substr(0, line.find("//")));
+  }
+  return lines;
+}
+
+TEST(Purity, NoClockSocketThreadRandomLogOrStream) {
+  constexpr std::array<std::string_view, 29> kForbidden{
+      "system_clock",  "steady_clock",  "high_resolution_clock",
+      "clock_gettime", "gettimeofday",  "<ctime>",
+      "<time.h>",      "time(nullptr)", "sys/socket",
+      "linux/can",     "<unistd.h>",    "<boost/",
+      "<thread>",      "<mutex>",       "<atomic>",
+      "<future>",      "std::async",    "rand(",
+      "<random>",      "random_device", "spdlog",
+      "<iostream>",    "<fstream>",     "std::cout",
+      "std::cerr",     "printf(",       "unordered_map",
+      "unordered_set", "getenv"};
+  const auto files = pure_sources();
+  EXPECT_GT(files.size(), 25U);
+  for (const auto& file : files) {
+    int number = 0;
+    for (const auto& line : code_lines(file)) {
+      ++number;
+      for (const auto word : kForbidden) {
+        EXPECT_EQ(line.find(word), std::string::npos)
+            << fs::relative(file, kRoot).string() << ':' << number << ": " << word;
+      }
+    }
+  }
+}
+
+void expect_includes_nothing_of(std::string_view room, const std::set<std::string>& others) {
+  for (const auto& file : sources_in(kRoot / room)) {
+    for (const auto& line : code_lines(file)) {
+      for (const auto& other : others) {
+        EXPECT_EQ(line.find("#include \"" + other + "/"), std::string::npos)
+            << fs::relative(file, kRoot).string() << " includes " << other;
+      }
+    }
+  }
+}
+
+TEST(Purity, ProtocolAndModelDoNotSeeEachOther) {
+  expect_includes_nothing_of("protocol", {"model", "emulator", "tests"});
+  expect_includes_nothing_of("model", {"protocol", "emulator", "tests"});
+}
+
+TEST(Purity, CoreDoesNotSeeTheShell) {
+  for (const auto& file : pure_sources()) {
+    for (const auto& line : code_lines(file)) {
+      const auto include = line.find("#include \"emulator/");
+      if (include == std::string::npos) {
+        continue;
+      }
+      const auto start = line.find('/', include) + 1;
+      const auto stem = line.substr(start, line.find('.', start) - start);
+      EXPECT_NE(std::ranges::find(kCore, stem), kCore.end())
+          << fs::relative(file, kRoot).string() << " includes " << stem;
+    }
+  }
+}
+
+/// The arguments of `target_link_libraries(<target> …)` in a CMakeLists.txt.
+std::set<std::string> links_of(const std::string& target, const fs::path& file) {
+  const std::string text = text_of(file);
+  const std::string call = "target_link_libraries(" + target + " ";
+  std::set<std::string> links;
+  for (auto at = text.find(call); at != std::string::npos; at = text.find(call, at + 1)) {
+    std::istringstream words(text.substr(at + call.size(), text.find(')', at) - at - call.size()));
+    for (std::string word; words >> word;) {
+      links.insert(word);
+    }
+  }
+  links.erase("PUBLIC");
+  links.erase("PRIVATE");
+  links.erase("lk_options");  // compiler flags only
+  return links;
+}
+
+TEST(Purity, LinkGraph) {
+  EXPECT_EQ(links_of("lk_protocol", kRoot / "protocol/CMakeLists.txt"), std::set<std::string>{});
+  const auto model = links_of("lk_model", kRoot / "model/CMakeLists.txt");
+  EXPECT_TRUE(model.empty() || model == std::set<std::string>{"Eigen3::Eigen"});
+  EXPECT_EQ(links_of("lk_emulator", kRoot / "emulator/CMakeLists.txt"),
+            (std::set<std::string>{"lk_protocol", "lk_model"}));
+}
+
+}  // namespace
