@@ -121,8 +121,9 @@ Daemon::Daemon(const std::vector<BusConfig>& buses, bool create_buses)
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     const auto on_frames = [this, i] {
-      serve(*lines_[i]);
-      arm_timer();
+      const MonoTime mono = monotonic_now();
+      serve(*lines_[i], mono);
+      arm_timer(mono);
     };
     lines_.emplace_back(new Line{
         Bus(buses[i]), SocketCanPort(loop_, buses[i].interface, reception_for(buses[i]), on_frames),
@@ -140,8 +141,7 @@ void Daemon::run() {
   print_summary();
 }
 
-void Daemon::serve(Line& line) {
-  const MonoTime mono = monotonic_now();
+void Daemon::serve(Line& line, MonoTime mono) {
   const auto [now, slipped] = clock_.read(mono, line.bus.time());
   if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
   line.port.receive([&, at = now](const ReceivedFrame& received) {
@@ -154,9 +154,11 @@ void Daemon::serve(Line& line) {
 }
 
 void Daemon::serve_all() {
-  for (auto& line : lines_) serve(*line);
-  slip_reporter_.check(monotonic_now());
-  arm_timer();
+  // One reading for all: a clock costs nothing on most machines, and a system call on some.
+  const MonoTime mono = monotonic_now();
+  for (auto& line : lines_) serve(*line, mono);
+  slip_reporter_.check(mono);
+  arm_timer(mono);
 }
 
 void Daemon::follow_links() {
@@ -175,8 +177,8 @@ void Daemon::say_ready_once() {
   std::fflush(stdout);
 }
 
-void Daemon::arm_timer() {
-  MonoTime wake = monotonic_now() + kLongestSleep;
+void Daemon::arm_timer(MonoTime mono) {
+  MonoTime wake = mono + kLongestSleep;
   for (const auto& line : lines_) {
     if (const auto due = line->bus.next_due()) wake = std::min(wake, clock_.to_mono(*due));
   }

@@ -29,11 +29,12 @@ class Daemon {
     std::string ids;  // for people
   };
 
-  void serve(Line& line);
+  /// Takes in what has arrived, brings the bus to `mono`, lets the replies out.
+  void serve(Line& line, MonoTime mono);
   void serve_all();
   void follow_links();
   void say_ready_once();
-  void arm_timer();
+  void arm_timer(MonoTime mono);
   void print_summary() const;
 
   boost::asio::io_context loop_{1};

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file The one mapping between the keys of a motor file and the fields of model::DriveParams:
-/// key, member, value of the key's unit in SI, range in the key's unit. A new field is one line here.
+/// key, member, value of the key's unit in SI, range in the key's unit. A new field is one line
+/// here.
 
 #include <numbers>
 
@@ -18,12 +19,9 @@ inline constexpr double kGramCm2 = 1e-7;
 
 using M = model::MotorParams;
 inline const Field<M> kMotor[] = {
-    {"pole_pairs", &M::pole_pairs, 1, 1, 64},
-    {"R_s_ohm", &M::R_s, 1, 1e-3, 100},
-    {"L_d_mH", &M::L_d, 1e-3, 1e-3, 100},
-    {"L_q_mH", &M::L_q, 1e-3, 1e-3, 100},
-    {"psi_f_Wb", &M::psi_f, 1, 1e-5, 1},
-    {"alpha_cu_per_K", &M::alpha_cu, 1, 0, 0.01},
+    {"pole_pairs", &M::pole_pairs, 1, 1, 64},      {"R_s_ohm", &M::R_s, 1, 1e-3, 100},
+    {"L_d_mH", &M::L_d, 1e-3, 1e-3, 100},          {"L_q_mH", &M::L_q, 1e-3, 1e-3, 100},
+    {"psi_f_Wb", &M::psi_f, 1, 1e-5, 1},           {"alpha_cu_per_K", &M::alpha_cu, 1, 0, 0.01},
     {"alpha_pm_per_K", &M::alpha_pm, 1, -0.01, 0},
 };
 
@@ -99,12 +97,9 @@ inline const Field<E> kEncoder[] = {
 
 using C = model::CurrentSensorParams;
 inline const Field<C> kCurrentSensor[] = {
-    {"range_A", &C::range, 1, 0.1, 1000},
-    {"bits", &C::bits, 1, 6, 24},
-    {"offset_a_A", &C::offset_a, 1, -10, 10},
-    {"offset_b_A", &C::offset_b, 1, -10, 10},
-    {"gain_a", &C::gain_a, 1, 0.5, 1.5},
-    {"gain_b", &C::gain_b, 1, 0.5, 1.5},
+    {"range_A", &C::range, 1, 0.1, 1000},     {"bits", &C::bits, 1, 6, 24},
+    {"offset_a_A", &C::offset_a, 1, -10, 10}, {"offset_b_A", &C::offset_b, 1, -10, 10},
+    {"gain_a", &C::gain_a, 1, 0.5, 1.5},      {"gain_b", &C::gain_b, 1, 0.5, 1.5},
     {"noise_A", &C::noise, 1, 0, 10},
 };
 
