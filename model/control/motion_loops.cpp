@@ -99,10 +99,18 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
   return 0.0;
 }
 
-/// The current ramp limits how fast the speed loop's current grows, to either side; it may shrink at once,
-/// so that the ramp softens starts without delaying the loop's damping. Torque commands pass unramped.
-double soft_start(double wanted, double present, double step) {
-  return std::clamp(wanted, std::min(present, 0.0) - step, std::max(present, 0.0) + step);
+/// The current ramp: how fast the speed loop's current may grow while it accelerates the shaft. It bounds
+/// the current by an envelope that grows by the ramp while it is in the way and shrinks fifty times
+/// slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp softens starts
+/// without taking the loop's damping away. The integrator stays inside the envelope.
+double soft_start(const MotionParams& p, double wanted, MotionState& s) {
+  if (p.current_step <= 0.0) {
+    return wanted;
+  }
+  const bool in_the_way = std::abs(wanted) > s.i_envelope;
+  s.i_envelope = std::max(0.0, s.i_envelope + (in_the_way ? p.current_step : -0.02 * p.current_step));
+  s.speed_integral = limit(s.speed_integral, s.i_envelope);
+  return wanted * s.omega_hat < 0.0 ? wanted : limit(wanted, s.i_envelope);
 }
 
 /// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q + ω·ψ.
@@ -184,6 +192,7 @@ void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpo
   }
   if (!follows(before)) {
     s.speed_integral = 0.0;
+    s.i_envelope = 0.0;
     s.omega_ref = s.omega_hat;
   }
   if (!std::holds_alternative<Position>(before)) {
@@ -197,8 +206,7 @@ void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encode
                   MotionState& s, CurrentOrders<double>& orders) {
   observe(p, encoder_counts, s);
   const double wanted = wanted_current(p, setpoint, encoder_counts, s);
-  const bool ramped = p.current_step > 0.0 && follows(setpoint);
-  s.i_q_ref = ramped ? soft_start(wanted, s.i_q_ref, p.current_step) : wanted;
+  s.i_q_ref = follows(setpoint) ? soft_start(p, wanted, s) : wanted;
 
   orders.i_q_ref = s.i_q_ref;
   orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, s);

@@ -31,6 +31,7 @@ struct MotionParams {
 struct MotionState {
   double counts_hat = 0, omega_hat = 0, omega_report = 0;  // counts, rad/s: observer
   double speed_integral = 0;   // A
+  double i_envelope = 0;       // A, what the current ramp lets through
   double angle_integral = 0;   // rad/s
   double theta_ref = 0, omega_profile = 0;  // rad, rad/s: where the profile is now
   double omega_ref = 0;        // rad/s, what the speed loop was told
