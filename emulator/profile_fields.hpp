@@ -17,11 +17,15 @@ inline constexpr double kDeg = pi / 180;
 inline constexpr double kArcmin = kDeg / 60;
 inline constexpr double kGramCm2 = 1e-7;
 
+// clang-format off: one row a line
 using M = model::MotorParams;
 inline const Field<M> kMotor[] = {
-    {"pole_pairs", &M::pole_pairs, 1, 1, 64},      {"R_s_ohm", &M::R_s, 1, 1e-3, 100},
-    {"L_d_mH", &M::L_d, 1e-3, 1e-3, 100},          {"L_q_mH", &M::L_q, 1e-3, 1e-3, 100},
-    {"psi_f_Wb", &M::psi_f, 1, 1e-5, 1},           {"alpha_cu_per_K", &M::alpha_cu, 1, 0, 0.01},
+    {"pole_pairs", &M::pole_pairs, 1, 1, 64},
+    {"R_s_ohm", &M::R_s, 1, 1e-3, 100},
+    {"L_d_mH", &M::L_d, 1e-3, 1e-3, 100},
+    {"L_q_mH", &M::L_q, 1e-3, 1e-3, 100},
+    {"psi_f_Wb", &M::psi_f, 1, 1e-5, 1},
+    {"alpha_cu_per_K", &M::alpha_cu, 1, 0, 0.01},
     {"alpha_pm_per_K", &M::alpha_pm, 1, -0.01, 0},
 };
 
@@ -97,9 +101,12 @@ inline const Field<E> kEncoder[] = {
 
 using C = model::CurrentSensorParams;
 inline const Field<C> kCurrentSensor[] = {
-    {"range_A", &C::range, 1, 0.1, 1000},     {"bits", &C::bits, 1, 6, 24},
-    {"offset_a_A", &C::offset_a, 1, -10, 10}, {"offset_b_A", &C::offset_b, 1, -10, 10},
-    {"gain_a", &C::gain_a, 1, 0.5, 1.5},      {"gain_b", &C::gain_b, 1, 0.5, 1.5},
+    {"range_A", &C::range, 1, 0.1, 1000},
+    {"bits", &C::bits, 1, 6, 24},
+    {"offset_a_A", &C::offset_a, 1, -10, 10},
+    {"offset_b_A", &C::offset_b, 1, -10, 10},
+    {"gain_a", &C::gain_a, 1, 0.5, 1.5},
+    {"gain_b", &C::gain_b, 1, 0.5, 1.5},
     {"noise_A", &C::noise, 1, 0, 10},
 };
 
@@ -129,9 +136,12 @@ inline const Field<Co> kControl[] = {
 
 using G = model::GainBytes;
 inline const Field<G> kGains[] = {
-    {"angle_kp", &G::angle_kp, 1, 0, 255},     {"angle_ki", &G::angle_ki, 1, 0, 255},
-    {"speed_kp", &G::speed_kp, 1, 0, 255},     {"speed_ki", &G::speed_ki, 1, 0, 255},
-    {"current_kp", &G::current_kp, 1, 0, 255}, {"current_ki", &G::current_ki, 1, 0, 255},
+    {"angle_kp", &G::angle_kp, 1, 0, 255},
+    {"angle_ki", &G::angle_ki, 1, 0, 255},
+    {"speed_kp", &G::speed_kp, 1, 0, 255},
+    {"speed_ki", &G::speed_ki, 1, 0, 255},
+    {"current_kp", &G::current_kp, 1, 0, 255},
+    {"current_ki", &G::current_ki, 1, 0, 255},
 };
 
 using R = Registers;
@@ -144,6 +154,8 @@ inline const Field<R> kRegisters[] = {
     {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, 1e6},
     {"broadcast_mode", &R::broadcast_mode},
 };
+
+// clang-format on
 
 /// The protections, in the order of model::Error, and the unit of their thresholds.
 struct ProtectionKeys {

@@ -91,7 +91,6 @@ TEST(ConfigProfile, UnitsAreConverted) {
   EXPECT_DOUBLE_EQ(profile.drive.motor.L_d, 0.25e-3);
   EXPECT_DOUBLE_EQ(profile.drive.mechanics.J, 140e-7);
   EXPECT_DOUBLE_EQ(profile.drive.inverter.f_pwm, 32e3);
-  EXPECT_DOUBLE_EQ(profile.drive.inverter.t_dead, 200e-9);
   EXPECT_NEAR(profile.drive.mechanics.backlash_out, 10.0 / 60 * std::numbers::pi / 180, 1e-12);
   EXPECT_DOUBLE_EQ(profile.drive.supply.C_link, 470e-6);
   const auto& under_voltage = profile.factory.protections[0];
