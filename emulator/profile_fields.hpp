@@ -17,7 +17,8 @@ inline constexpr double kDeg = pi / 180;
 inline constexpr double kArcmin = kDeg / 60;
 inline constexpr double kGramCm2 = 1e-7;
 
-// clang-format off: one row a line
+// One row a line.
+// clang-format off
 using M = model::MotorParams;
 inline const Field<M> kMotor[] = {
     {"pole_pairs", &M::pole_pairs, 1, 1, 64},
