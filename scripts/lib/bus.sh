@@ -1,14 +1,16 @@
 # shellcheck shell=bash
-# Sourced by scripts/demo and scripts/test: how to call with-vcan on this machine.
+# Sourced by scripts/demo and scripts/test.
 
-# Sets the array `with_vcan`. Without user-mode Linux (Ubuntu has none) the running kernel's vcan may
-# be root's alone: then, and only then, sudo is asked.
-find_bus() {
-  local status=0 script=$1/scripts/with-vcan
-  with_vcan=("$script")
-  "${with_vcan[@]}" true </dev/null 2>/dev/null || status=$?
+# may_use_bus ROOT COMMAND...: run a command that calls with-vcan. Through sudo only where it must be:
+# where user-mode Linux is missing (Ubuntu has none) and the running kernel's vcan is for root alone.
+may_use_bus() {
+  local status=0 root=$1
+  shift
+  "$root/scripts/with-vcan" true </dev/null 2>/dev/null || status=$?
   if ((status == 125 && EUID != 0)) && command -v sudo >/dev/null; then
-    echo "the CAN interfaces of this kernel need root: calling with-vcan through sudo" >&2
-    with_vcan=(sudo -E env "PATH=$PATH" "$script")
+    echo "the CAN interfaces of this kernel need root: going on through sudo" >&2
+    sudo -E env "PATH=$PATH" "$@" </dev/null
+  else
+    "$@" </dev/null
   fi
 }
