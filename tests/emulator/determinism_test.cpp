@@ -81,7 +81,8 @@ Outcome run_plainly(Bus bus, const std::vector<TimedFrame>& frames) {
 
 /// Advances at random instants in between, sometimes not at all, sometimes to the next due time,
 /// and takes the replies at random moments. `copying` goes on with a copy of the bus now and then.
-Outcome run_split(Bus start, const std::vector<TimedFrame>& frames, std::uint32_t seed, bool copying) {
+Outcome run_split(Bus start, const std::vector<TimedFrame>& frames, std::uint32_t seed,
+                  bool copying) {
   std::mt19937 random(seed);
   Bus bus = start;
   Outcome run;
@@ -117,7 +118,7 @@ TEST_P(Determinism, SplitsDoNotMatter) {
   const Bus bus(mixed_config(GetParam(), 1));
   const auto frames = traffic(11, 1500);
   const Outcome plain = run_plainly(bus, frames);
-  EXPECT_GT(plain.replies.size(), 500U);
+  EXPECT_GT(plain.replies.size(), 300U);
   for (std::uint32_t seed = 1; seed <= 4; ++seed) {
     const Outcome split = run_split(bus, frames, seed, seed % 2 == 0);
     ASSERT_EQ(split.replies, plain.replies);

@@ -1,0 +1,152 @@
+// A whole bus under a sequence of frames and interventions. Nothing may crash, every accepted query
+// gets its reply, every frame is accounted for, and time split otherwise gives the same bytes.
+//
+// Input: one byte of settings, then records of an opcode byte and its operands; see `Player::step`.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "emulator/bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr int kMaxSteps = 300;  // keeps one input in the range of milliseconds
+
+void require(bool condition) {
+  if (!condition) {
+    std::abort();
+  }
+}
+
+class Input {
+ public:
+  explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  bool empty() const { return at_ >= bytes_.size(); }
+  std::uint8_t byte() { return empty() ? std::uint8_t{0} : bytes_[at_++]; }
+  std::uint16_t word() {
+    const unsigned low = byte();
+    return static_cast<std::uint16_t>(low | static_cast<unsigned>(byte()) << 8U);
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+};
+
+BusConfig config_from(std::uint8_t settings) {
+  BusConfig config;
+  config.bitrate = (settings & 1U) != 0 ? 1'000'000 : 0;
+  for (const int id : {1, 2, 5}) {
+    ServoConfig servo;
+    servo.id = id;
+    servo.quirks.manual_reply_bytes = (settings & 2U) != 0;
+    servo.quirks.clear_angle_implemented = (settings & 4U) != 0;
+    servo.quirks.stop_holds = (settings & 8U) != 0;
+    servo.quirks.run_resumes = (settings & 16U) != 0;
+    servo.rom.broadcast_mode = (settings & 32U) != 0 && id != 2;
+    servo.rom.max_angle_deg = (settings & 64U) != 0 ? 360 : 0;
+    servo.rom.protections[0] = {true, 7.0, 0.5, 0.001};
+    config.servos.push_back(servo);
+  }
+  return config;
+}
+
+/// Plays an input on a bus; a lazy one lets time pass only where it has to.
+class Player {
+ public:
+  Player(const BusConfig& config, bool lazy) : bus_(config), lazy_(lazy) {}
+
+  std::vector<TimedFrame> play(Input input) {
+    for (int k = 0; k < kMaxSteps && !input.empty(); ++k) {
+      step(input);
+    }
+    now_ += std::chrono::milliseconds(400);  // works off what waits
+    bus_.advance_to(now_);
+    bus_.take_replies(replies_);
+    check_accounts();
+    return replies_;
+  }
+
+ private:
+  void step(Input& input) {
+    const std::uint8_t what = input.byte();
+    const int id = (what & 3U) == 0 ? 1 : (what & 3U) == 1 ? 2 : 5;
+    switch (what >> 5U) {
+      case 0:  // wait: 0..6.5 ms
+        now_ += std::chrono::nanoseconds(100 * input.word());
+        if (!lazy_) {
+          bus_.advance_to(now_);
+        }
+        break;
+      case 1:
+        bus_.advance_to(now_);
+        bus_.set_supply_voltage(id, 0.25 * input.byte());
+        break;
+      case 2:
+        bus_.advance_to(now_);
+        bus_.power_cycle(id);
+        break;
+      case 3:
+        if (!lazy_) {
+          bus_.take_replies(replies_);
+        }
+        break;
+      default:
+        receive(what, input);
+    }
+  }
+
+  void receive(std::uint8_t what, Input& input) {
+    TimedFrame in{now_, {}};
+    const std::uint16_t head = input.word();
+    in.frame.id = (what & 4U) != 0 ? head & 0x7FFU : 0x141U + head % 5U;
+    in.frame.id = (what & 24U) == 24U ? protocol::kMultiDriveId : in.frame.id;
+    if ((what & 8U) != 0) {
+      in.frame.kind = static_cast<protocol::FrameKind>(head >> 14U);
+      in.frame.extended = (head >> 13U & 1U) != 0;
+      in.frame.dlc = static_cast<std::uint8_t>(head >> 9U & 15U);
+    }
+    for (auto& byte : in.frame.data) {
+      byte = input.byte();
+    }
+    bus_.receive(in);
+  }
+
+  void check_accounts() const {
+    const BusStats stats = bus_.stats();
+    require(std::accumulate(stats.dropped.begin(), stats.dropped.end(), stats.queries) ==
+            stats.frames);
+    std::uint64_t replies = 0;
+    for (const int id : {1, 2, 5}) {
+      require(bus_.servo(id).stats().queries == bus_.servo(id).stats().replies);
+      replies += bus_.servo(id).stats().replies;
+    }
+    require(replies == stats.replies && replies == replies_.size());
+  }
+
+  Bus bus_;
+  bool lazy_;
+  SimTime now_{0};
+  std::vector<TimedFrame> replies_;
+};
+
+void check(std::span<const std::uint8_t> bytes) {
+  Input input(bytes);
+  const BusConfig config = config_from(input.byte());
+  const auto eager = Player(config, false).play(input);
+  const auto lazy = Player(config, true).play(input);
+  require(eager == lazy);
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lk::emulator::check({data, size});
+  return 0;
+}
