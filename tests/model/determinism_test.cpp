@@ -1,0 +1,105 @@
+// A drive's bits depend on its parameters, seed and commands, and on nothing else.
+#include <gtest/gtest.h>
+
+#include "tests/model/mixed_run.hpp"
+
+namespace lk::model::test {
+namespace {
+
+const std::vector<int> kCompany{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+
+TEST(Determinism, TheSameRunTwice) {
+  EXPECT_EQ(mixed_run(kCompany, best_lane_kernel()), mixed_run(kCompany, best_lane_kernel()));
+}
+
+TEST(Determinism, TheRunIsNotTrivial) {
+  // Else everything below would hold for drives that do nothing.
+  const auto bits = mixed_run(kCompany, best_lane_kernel());
+  for (std::size_t a = 0; a < bits.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      EXPECT_NE(bits[a], bits[b]) << a << ' ' << b;
+    }
+  }
+}
+
+TEST(Determinism, AloneOrInAnyCompany) {
+  const auto together = mixed_run(kCompany, best_lane_kernel());
+  for (std::size_t n = 0; n < kCompany.size(); ++n) {
+    // Alone the drive runs in the scalar tick: this is lanes against `double` too.
+    EXPECT_EQ(mixed_run({kCompany[n]}, best_lane_kernel()).front(), together[n]) << "drive " << n;
+  }
+  // Another order, other neighbours, another lane.
+  const auto reversed = mixed_run({12, 3, 3, 7, 0}, best_lane_kernel());
+  EXPECT_EQ(reversed[0], together[12]);
+  EXPECT_EQ(reversed[1], together[3]);
+  EXPECT_EQ(reversed[2], together[3]);
+  EXPECT_EQ(reversed[3], together[7]);
+  EXPECT_EQ(reversed[4], together[0]);
+}
+
+TEST(Determinism, HoweverTimeIsSliced) {
+  const auto whole = mixed_run({1, 2, 5, 9}, best_lane_kernel());
+  for (const std::int64_t slice : {1, 3, 7, 100}) {
+    EXPECT_EQ(mixed_run({1, 2, 5, 9}, best_lane_kernel(), slice), whole) << slice;
+    EXPECT_EQ(mixed_run({5}, best_lane_kernel(), slice).front(), whole[2]) << slice;
+  }
+}
+
+class Kernels : public testing::TestWithParam<const char*> {};
+
+TEST_P(Kernels, GiveTheSameBits) {
+  const NamedKernel kernel = lane_kernel(GetParam());
+  if (kernel.run == nullptr) {
+    GTEST_SKIP() << "not run: this processor or build has no " << GetParam();
+  }
+  EXPECT_EQ(mixed_run(kCompany, kernel), mixed_run(kCompany, lane_kernel("baseline")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Determinism, Kernels, testing::Values("avx2", "avx512"),
+                         [](const auto& name) { return std::string(name.param); });
+
+TEST(Determinism, ACopyGoesOnLikeTheOriginal) {
+  const std::vector<int> kinds{4, 8, 11};
+  std::vector<DriveInit> inits;
+  for (const int kind : kinds) {
+    inits.push_back(mixed_drive(kind));
+  }
+  DriveBank bank(inits);
+  for (std::size_t n = 0; n < kinds.size(); ++n) {
+    bank.command(n, Speed{20.0});
+  }
+  bank.advance(1001);  // not a multiple of the motion loops' period
+  DriveBank copy = bank;
+  copy.advance(500);
+  const DriveBank later = copy;
+  bank.advance(500);
+  for (std::size_t n = 0; n < kinds.size(); ++n) {
+    EXPECT_EQ(bits_of(bank, n), bits_of(later, n));
+  }
+  copy.command(0, Off{});
+  copy.advance(500);
+  EXPECT_NE(bits_of(bank, 0), bits_of(copy, 0));
+  EXPECT_EQ(bits_of(bank, 0), bits_of(later, 0));  // untouched by what its copy does
+}
+
+TEST(Determinism, SeedChangesTheNoiseAndNothingElse) {
+  DriveInit a = mixed_drive(1);
+  DriveInit b = a;
+  b.seed += 1;
+  DriveBank bank(std::vector<DriveInit>{a, b});
+  bank.advance(3200);
+  EXPECT_NE(bank.telemetry(0).i_a, bank.telemetry(1).i_a);
+  EXPECT_NEAR(bank.truth(0).theta_m, bank.truth(1).theta_m, 1e-2);
+
+  a.params.encoder.noise = b.params.encoder.noise = 0.0;
+  a.params.current_sensor.noise = b.params.current_sensor.noise = 0.0;
+  a.params.slow_sensor.v_noise = b.params.slow_sensor.v_noise = 0.0;
+  DriveBank silent(std::vector<DriveInit>{a, b});
+  silent.command(0, Speed{10.0});
+  silent.command(1, Speed{10.0});
+  silent.advance(3200);
+  EXPECT_EQ(bits_of(silent, 0), bits_of(silent, 1));
+}
+
+}  // namespace
+}  // namespace lk::model::test

@@ -1,0 +1,64 @@
+#pragma once
+
+/// @file The shipped motor profiles as the model takes them.
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "emulator/profile.hpp"
+#include "emulator/registers.hpp"
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+
+struct NamedDrive {
+  std::string name;
+  DriveInit init;
+};
+
+inline std::vector<NamedDrive> all_profiles() {
+  std::vector<NamedDrive> drives;
+  for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
+    if (entry.path().extension() != ".toml") {
+      continue;
+    }
+    std::ifstream file(entry.path());
+    std::stringstream text;
+    text << file.rdbuf();
+    const std::string name = entry.path().stem().string();
+    const emulator::Profile profile = emulator::parse_profile(text.str(), entry.path().string(), name);
+    drives.push_back({name, {profile.drive, emulator::control_settings(profile.factory), drives.size() + 1, 0.0}});
+  }
+  std::sort(drives.begin(), drives.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return drives;
+}
+
+/// Profiles that share a PWM frequency, so that a bank can hold them.
+inline std::vector<std::vector<NamedDrive>> profiles_by_rate() {
+  std::vector<std::vector<NamedDrive>> groups;
+  for (const NamedDrive& drive : all_profiles()) {
+    const auto fits = [&drive](const auto& group) {
+      return group.front().init.params.inverter.f_pwm == drive.init.params.inverter.f_pwm;
+    };
+    const auto group = std::find_if(groups.begin(), groups.end(), fits);
+    if (group == groups.end()) {
+      groups.push_back({drive});
+    } else {
+      group->push_back(drive);
+    }
+  }
+  return groups;
+}
+
+inline DriveBank bank_of(const std::vector<NamedDrive>& drives) {
+  std::vector<DriveInit> inits;
+  for (const NamedDrive& drive : drives) {
+    inits.push_back(drive.init);
+  }
+  return DriveBank(inits);
+}
+
+}  // namespace lk::model::test

@@ -1,0 +1,18 @@
+# cmake -DPROGRAM=… -DREFERENCE=… -P compare.cmake: both must print the same. A processor that cannot run
+# one of them is said so ("not run"), which CTest shows as skipped.
+execute_process(COMMAND ${REFERENCE} OUTPUT_VARIABLE expected RESULT_VARIABLE reference_status)
+execute_process(COMMAND ${PROGRAM} OUTPUT_VARIABLE printed RESULT_VARIABLE status)
+if(NOT reference_status EQUAL 0)
+  message(FATAL_ERROR "${REFERENCE}: ${reference_status}")
+endif()
+if(status EQUAL 77)
+  message("${printed}")
+  return()
+endif()
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "${PROGRAM}: ${status}\n${printed}")
+endif()
+if(NOT printed STREQUAL expected)
+  message(FATAL_ERROR "${PROGRAM}:\n${printed}\n${REFERENCE}:\n${expected}")
+endif()
+message("${printed}")

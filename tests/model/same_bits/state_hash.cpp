@@ -1,0 +1,44 @@
+// Prints a hash of the states of several unlike drives over a mixed run, and one line a drive for finding
+// out which. The whole model is included, so that one compiler call with one set of options makes all of it.
+#include <cstdio>
+
+#include "model/control/motion_loops.cpp"
+#include "model/control/protection.cpp"
+#include "model/drive_bank.cpp"
+#include "model/lane_kernel.cpp"
+#include "model/plant/diode_bridge.cpp"
+#include "model/plant/plant_params.cpp"
+#include "tests/model/mixed_run.hpp"
+
+int main() {
+#if defined(__AVX512F__)
+  if (!__builtin_cpu_supports("avx512f")) {
+    std::puts("not run: this processor has no AVX-512");
+    return 77;
+  }
+#elif defined(__AVX2__)
+  if (!__builtin_cpu_supports("avx2")) {
+    std::puts("not run: this processor has no AVX2");
+    return 77;
+  }
+#endif
+  using namespace lk::model;
+  using namespace lk::model::test;
+  Hash all;
+  const auto print = [&all](const char* how, int kind, const std::vector<std::uint64_t>& words) {
+    Hash one;
+    for (const std::uint64_t word : words) {
+      one.add(word);
+      all.add(word);
+    }
+    std::printf("%s %2d %016llx\n", how, kind, static_cast<unsigned long long>(one.value()));
+  };
+  const auto together = mixed_run({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, lane_kernel("baseline"));
+  for (std::size_t n = 0; n < together.size(); ++n) {
+    print("lanes", static_cast<int>(n), together[n]);
+  }
+  for (const int kind : {2, 4, 5}) {
+    print("alone", kind, mixed_run({kind}, lane_kernel("baseline")).front());
+  }
+  std::printf("all %016llx\n", static_cast<unsigned long long>(all.value()));
+}
