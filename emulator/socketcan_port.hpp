@@ -32,6 +32,10 @@ class SocketCanPort {
   SocketCanPort(boost::asio::io_context& loop, std::string interface, Reception reception,
                 std::function<void()> on_frames);
 
+  SocketCanPort(const SocketCanPort&) = delete;
+  SocketCanPort& operator=(const SocketCanPort&) = delete;
+  ~SocketCanPort() { close(); }
+
   /// Looks at the interface and follows it: at the start and whenever the kernel reports a change.
   void check_link();
   bool is_up() const { return link_ == Link::kUp; }

@@ -1,0 +1,21 @@
+# Installs into a prefix of its own, moves that elsewhere, and runs the program from there.
+# Variables: BUILD_DIR, SCRATCH
+file(REMOVE_RECURSE ${SCRATCH})
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
+  OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)
+
+set(program ${SCRATCH}/moved/bin/lk-emu)
+execute_process(COMMAND ${program} --version WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+# An unknown motor makes it list those that it finds.
+execute_process(COMMAND ${program} --bus vcan0 --ids 1 --motor none WORKING_DIRECTORY /
+  ERROR_VARIABLE message RESULT_VARIABLE status)
+if(NOT status EQUAL 2 OR NOT message MATCHES "there are: .*mf7015, .*mg4005, .*ms3506")
+  message(FATAL_ERROR "status ${status}: ${message}")
+endif()
+foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/doc/lk-emu/LICENSE)
+  if(NOT EXISTS ${SCRATCH}/moved/${file})
+    message(FATAL_ERROR "${file} is not installed")
+  endif()
+endforeach()
+file(REMOVE_RECURSE ${SCRATCH})
