@@ -65,8 +65,10 @@ class Player {
     for (int k = 0; k < kMaxSteps && !input.empty(); ++k) {
       step(input);
     }
-    now_ += std::chrono::milliseconds(400);  // works off what waits
     bus_.advance_to(now_);
+    while (const auto due = bus_.next_due()) {  // works off what waits
+      bus_.advance_to(*due);
+    }
     bus_.take_replies(replies_);
     check_accounts();
     return replies_;
@@ -77,8 +79,8 @@ class Player {
     const std::uint8_t what = input.byte();
     const int id = (what & 3U) == 0 ? 1 : (what & 3U) == 1 ? 2 : 5;
     switch (what >> 5U) {
-      case 0:  // wait: 0..6.5 ms
-        now_ += std::chrono::nanoseconds(100 * input.word());
+      case 0:  // wait: 0..1.3 ms
+        now_ += std::chrono::nanoseconds(20 * input.word());
         if (!lazy_) {
           bus_.advance_to(now_);
         }

@@ -1,0 +1,288 @@
+// What a host must see of a real motor, with the profile mf7015 as it is delivered: noise,
+// friction, cogging and all. Expected values come from the profile's numbers, not from the code.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/profile.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Host;
+
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+ServoConfig motor(const std::string& name = "mf7015") {
+  ServoConfig config;
+  config.id = 1;
+  config.profile = test::profile(name);
+  config.rom = config.profile.factory;
+  config.boot_angle_deg = 45;
+  return config;
+}
+
+void give(Host& host, const protocol::Command& command) {
+  host.ask(protocol::encode_query(1, command, protocol::kLegacyFormat));
+}
+
+double speed_dps(const Host& host) { return host.bus.truth(1).omega_m * kDegPerRad; }
+
+/// Mean speed over `duration`, from the distance travelled.
+double mean_speed_dps(Host& host, SimTime duration) {
+  const double start = host.bus.truth(1).theta_m;
+  host.wait(duration);
+  return (host.bus.truth(1).theta_m - start) * kDegPerRad /
+         std::chrono::duration<double>(duration).count();
+}
+
+double k_t(const model::DriveParams& drive) {
+  return 1.5 * drive.motor.pole_pairs * drive.motor.psi_f;
+}
+
+// --- torque
+// ----------------------------------------------------------------------------------------
+
+// dω/dt = (k_t·iq − τ_coulomb − B·ω)/J. Cogging averages out over a turn; the magnets are at 25 °C.
+TEST(Torque, SpeedRisesWithTorqueOverInertia) {
+  const auto config = motor();
+  const auto& drive = config.profile.drive;
+  for (const double iq_A : {3.2, -3.2, 1.6}) {
+    Host host(config);
+    give(host, protocol::Torque{iq_A});
+    host.wait(20ms);
+    const double omega_0 = host.bus.truth(1).omega_m;
+    host.wait(30ms);
+    const double omega_1 = host.bus.truth(1).omega_m;
+    const double drag =
+        drive.mechanics.tau_coulomb + drive.mechanics.B * std::abs(omega_0 + omega_1) / 2;
+    const double tau = k_t(drive) * std::abs(iq_A) - drag;
+    const double expected = std::copysign(tau / drive.mechanics.J, iq_A) * 0.030;
+    EXPECT_NEAR(omega_1 - omega_0, expected, 0.03 * std::abs(expected)) << iq_A;
+  }
+}
+
+TEST(Torque, CommandStaysInForceUntilTheSupplyEndsIt) {
+  auto config = motor();
+  Host host(config);
+  give(host, protocol::Torque{3.2});
+  host.wait(2s);
+  const double first = speed_dps(host);
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), first, 0.02 * first);
+  // The back-EMF meets the voltage: ω_max ≤ (V/√3)/(p·ψ_f); duty limit, drag and resistance cost
+  // some.
+  const auto& drive = config.profile.drive;
+  const double no_load_dps = drive.supply.v_source / std::numbers::sqrt3 /
+                             (drive.motor.pole_pairs * drive.motor.psi_f) * kDegPerRad;
+  EXPECT_LT(first, 1.02 * no_load_dps);
+  EXPECT_GT(first, 0.85 * no_load_dps);
+}
+
+TEST(Torque, NoLoadSpeedFollowsTheSupply) {
+  const auto top_dps = [](double supply_V) {
+    Host host(motor());
+    host.bus.set_supply_voltage(1, supply_V);
+    give(host, protocol::Torque{3.2});
+    host.wait(2s);
+    return speed_dps(host);
+  };
+  EXPECT_NEAR(top_dps(12) / top_dps(24), 0.5, 0.05);
+}
+
+TEST(Torque, ReplyShowsTheCurrentThatFlows) {
+  Host host(motor());
+  give(host, protocol::Torque{-3.2});
+  host.wait(20ms);
+  double sum_A = 0;
+  for (int k = 0; k < 20; ++k) {
+    sum_A += host.state_2().iq_A;
+    host.wait(1ms);
+  }
+  EXPECT_NEAR(sum_A / 20, -3.2, 0.1);
+  EXPECT_LT(host.state_2().speed_dps, 0);
+}
+
+// --- speed
+// -----------------------------------------------------------------------------------------
+
+TEST(Speed, ReachedWithoutSteadyError) {
+  for (const double wanted_dps : {720.0, -720.0, 90.0, 3600.0}) {
+    Host host(motor());
+    give(host, protocol::Speed{wanted_dps});
+    host.wait(2s);
+    EXPECT_NEAR(mean_speed_dps(host, 1s), wanted_dps, 0.002 * std::abs(wanted_dps) + 0.5);
+    EXPECT_NEAR(host.state_2().speed_dps, wanted_dps, 0.03 * std::abs(wanted_dps) + 10);
+  }
+}
+
+TEST(Speed, HeldAgainstALoad) {
+  Host host(motor());
+  give(host, protocol::Speed{720});
+  host.wait(1s);
+  model::LoadParams load;
+  load.tau = -0.2;  // Nm, about 2 A
+  host.bus.set_load(1, load);
+  host.wait(1s);
+  EXPECT_NEAR(mean_speed_dps(host, 1s), 720, 2);
+  EXPECT_GT(host.state_2().iq_A, 1);
+}
+
+TEST(Speed, AccelerationIsARamp) {
+  Host host(motor());
+  give(host, protocol::WriteAccelerationToRam{1000});
+  give(host, protocol::Speed{1000});
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 500, 50);
+  host.wait(700ms);
+  EXPECT_NEAR(speed_dps(host), 1000, 50);
+}
+
+// --- position
+// --------------------------------------------------------------------------------------
+
+struct Arrival {
+  const char* name;
+  protocol::Command command;
+  double target_deg;  // multi-turn, from 45°
+};
+
+class Position : public ::testing::TestWithParam<Arrival> {};
+
+// Within one count of 14 bits, which is 0.022°, half a count for the target between two, and it
+// holds.
+TEST_P(Position, ArrivesWithinOneCountAndHolds) {
+  Host host(motor());
+  give(host, GetParam().command);
+  host.wait(3s);
+  for (int k = 0; k < 200; ++k) {
+    host.wait(5ms);
+    const double here_deg = static_cast<double>(host.multi_turn_cdeg()) / 100;
+    ASSERT_NEAR(here_deg, GetParam().target_deg, 1.5 * 360 / 16384 + 0.005);
+    ASSERT_LT(std::abs(host.bus.truth(1).omega_m) * kDegPerRad, 10);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Commands, Position,
+    ::testing::Values(Arrival{"1", protocol::Position1{36000}, 360},
+                      Arrival{"1_back", protocol::Position1{-123456}, -1234.56},
+                      Arrival{"2", protocol::Position2{500, 36000}, 360},
+                      Arrival{"2_back", protocol::Position2{720, -9000}, -90},
+                      Arrival{"3_clockwise", protocol::Position3{0, 9000}, 90},
+                      Arrival{"3_counter", protocol::Position3{1, 9000}, 90 - 360},
+                      Arrival{"4_clockwise", protocol::Position4{0, 360, 2000}, 380},
+                      Arrival{"4_counter", protocol::Position4{1, 360, 2000}, 20},
+                      Arrival{"5", protocol::Position5{1000}, 55},
+                      Arrival{"5_back", protocol::Position5{-100000}, -955},
+                      Arrival{"6", protocol::Position6{360, 18000}, 225},
+                      Arrival{"6_back", protocol::Position6{360, -18000}, -135}),
+    [](const auto& instance) { return instance.param.name; });
+
+TEST(Hold, AgainstALoad) {
+  Host host(motor());
+  give(host, protocol::Position1{9000});
+  host.wait(1s);
+  model::LoadParams load;
+  load.tau = 0.3;
+  host.bus.set_load(1, load);
+  host.wait(1s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 90, 0.05);
+  EXPECT_LT(host.state_2().iq_A, -2);  // pushes back: k_t is about 0.105 Nm/A
+}
+
+TEST(Hold, IncrementsAddUpWhileMoving) {
+  Host host(motor());
+  give(host, protocol::Position1{4500});
+  host.wait(500ms);
+  for (int k = 0; k < 36; ++k) {
+    give(host, protocol::Position6{3600, 1000});
+    host.wait(3ms);
+  }
+  host.wait(2s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 45 + 360, 0.04);
+}
+
+// --- stop, run, off
+// --------------------------------------------------------------------------------
+
+TEST(RunStates, StopEndsTheDriveRunResumesIt) {
+  Host host(motor());
+  give(host, protocol::Speed{720});
+  host.wait(1s);
+  give(host, protocol::Stop{});
+  host.wait(10ms);
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
+  host.wait(5s);
+  EXPECT_NEAR(speed_dps(host), 0, 1);  // friction
+  give(host, protocol::Run{});
+  host.wait(2s);
+  EXPECT_NEAR(mean_speed_dps(host, 500ms), 720, 5);
+}
+
+TEST(RunStates, OffCoastsAndNoCurrentFlows) {
+  Host host(motor());
+  give(host, protocol::Speed{720});
+  host.wait(1s);
+  give(host, protocol::Off{});
+  host.wait(50ms);
+  EXPECT_GT(speed_dps(host), 100);  // coasts
+  EXPECT_NEAR(host.bus.truth(1).i_q, 0, 0.05);
+  host.wait(5s);
+  EXPECT_NEAR(speed_dps(host), 0, 1);
+}
+
+TEST(RunStates, IdleShaftStaysWhereItIs) {
+  Host host(motor());
+  const double start = host.bus.truth(1).theta_m;
+  host.wait(2s);
+  EXPECT_NEAR((host.bus.truth(1).theta_m - start) * kDegPerRad, 0, 0.5);
+}
+
+// --- signs
+// -----------------------------------------------------------------------------------------
+
+// Clockwise is positive in everything: torque, speed, angles, encoder.
+TEST(Signs, ClockwiseIsPositiveEverywhere) {
+  for (const int sign : {1, -1}) {
+    Host host(motor());
+    const auto start = host.state_2();
+    give(host, protocol::Torque{1.6 * sign});
+    host.wait(15ms);
+    const auto state = host.state_2();
+    EXPECT_GT(state.iq_A * sign, 0.5);
+    EXPECT_GT(state.speed_dps * sign, 50);
+    EXPECT_GT((state.encoder_counts - start.encoder_counts) * sign, 5);
+    EXPECT_GT((static_cast<double>(host.multi_turn_cdeg()) - 4500) * sign, 10);
+    EXPECT_GT((host.single_turn_cdeg() - 4500) * sign, 10);
+  }
+}
+
+// --- a geared motor
+// --------------------------------------------------------------------------------
+
+// The rotor's angles on the wire, the encoder field over one turn of the output: 65536 counts are
+// 3600°.
+TEST(Geared, EncoderSpansTheOutputTurn) {
+  auto config = motor("mg4005");
+  config.boot_angle_deg = 8.92;
+  Host host(config);
+  EXPECT_NEAR(host.state_2().encoder_counts, 162, 1);
+  struct Reading {
+    std::int32_t angle_cdeg;
+    int encoder;
+  };
+  for (const auto& reading : {Reading{9811, 1786}, Reading{80986, 14743}, Reading{67425, 12274}}) {
+    give(host, protocol::Position2{1000, reading.angle_cdeg});
+    host.wait(3s);
+    EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), reading.angle_cdeg, 3);
+    EXPECT_NEAR(host.state_2().encoder_counts, reading.encoder, 1);
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
