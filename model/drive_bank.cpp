@@ -13,12 +13,14 @@ namespace {
 /// A scalar struct of the tick goes into, or comes out of, one lane of its stored form.
 template <class Stored, class Scalar>
 void put(Stored& stored, std::size_t lane, const Scalar& value) {
-  for_each_field(fields(stored), fields(value), [lane](auto& to, const double& from) { lane_of(to, lane) = from; });
+  for_each_field(fields(stored), fields(value),
+                 [lane](auto& to, const double& from) { lane_of(to, lane) = from; });
 }
 template <class Scalar, class Stored>
 Scalar get(const Stored& stored, std::size_t lane) {
   Scalar value;
-  for_each_field(fields(value), fields(stored), [lane](double& to, const auto& from) { to = lane_of(from, lane); });
+  for_each_field(fields(value), fields(stored),
+                 [lane](double& to, const auto& from) { to = lane_of(from, lane); });
   return value;
 }
 
@@ -35,35 +37,43 @@ PlantState<double> plant_at_rest(const DriveParams& p, double theta_m) {
 /// What the encoder shows at rest, noise aside.
 double counts_at(const DriveParams& p, double theta_m) {
   const double seen = p.encoder.direction * theta_m + p.encoder.offset;
-  return floor(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
+  return floored(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
 }
 
 /// ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity potentials.
 double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) {
   const double link = 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link;
   const double magnetic = 0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q);
-  const double kinetic = 0.5 * p.T_s * (p.inertia_rate * s.omega * s.omega + p.inertia_rate_out * s.omega_out * s.omega_out);
+  const double kinetic =
+      0.5 * p.T_s *
+      (p.inertia_rate * s.omega * s.omega + p.inertia_rate_out * s.omega_out * s.omega_out);
   const double twist = s.theta * p.inv_gear - s.theta_out;
   const double excess = p.compliant * (twist - clamp(twist, -p.half_backlash, p.half_backlash));
   const double spring = 0.5 * p.gear_stiffness * excess * excess;
-  const double cogging = p.cogging_per_turn == 0.0 ? 0.0 : -p.tau_cogging / p.cogging_per_turn * sincos(p.cogging_per_turn * s.theta).cos;
+  const double cogging = p.cogging_per_turn == 0.0 ? 0.0
+                                                   : -p.tau_cogging / p.cogging_per_turn *
+                                                         sincos(p.cogging_per_turn * s.theta).cos;
   return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
 }
 
 /// Everything inlined: the tick is one straight line of arithmetic.
-[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) { run_block<double>(block, n_ticks); }
+[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) {
+  run_block<double>(block, n_ticks);
+}
 
 }  // namespace
 
 template <class Access>
 decltype(auto) DriveBank::with_block(std::size_t drive, Access access) {
   assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0}) : access(wide_[drive / kLanes], drive % kLanes);
+  return wide_.empty() ? access(alone_, std::size_t{0})
+                       : access(wide_[drive / kLanes], drive % kLanes);
 }
 template <class Access>
 decltype(auto) DriveBank::with_block(std::size_t drive, Access access) const {
   assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0}) : access(wide_[drive / kLanes], drive % kLanes);
+  return wide_.empty() ? access(alone_, std::size_t{0})
+                       : access(wide_[drive / kLanes], drive % kLanes);
 }
 
 DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : kernel_(kernel) {
@@ -98,7 +108,8 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     TickBlock<Wide>& block = wide_.back();
     put(block.plant_params, spare % kLanes, plant_params(drives.front().params));
     put(block.plant, spare % kLanes, plant_at_rest(drives.front().params, 0.0));
-    put(block.loop_params, spare % kLanes, current_loop_params(drives.front().params, drives.front().settings));
+    put(block.loop_params, spare % kLanes,
+        current_loop_params(drives.front().params, drives.front().settings));
     put(block.loop, spare % kLanes, CurrentLoopState<double>{});
     put(block.orders, spare % kLanes, CurrentOrders<double>{});
   }
@@ -108,13 +119,17 @@ std::size_t DriveBank::size() const { return units_.size(); }
 std::int64_t DriveBank::ticks() const { return ticks_; }
 
 void DriveBank::derive_plant(std::size_t drive) {
-  with_block(drive, [&](auto& block, std::size_t lane) { put(block.plant_params, lane, plant_params(units_[drive].params)); });
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    put(block.plant_params, lane, plant_params(units_[drive].params));
+  });
 }
 
 void DriveBank::derive_control(std::size_t drive) {
   Unit& unit = units_[drive];
   unit.motion_params = motion_params(unit.params, unit.settings);
-  with_block(drive, [&](auto& block, std::size_t lane) { put(block.loop_params, lane, current_loop_params(unit.params, unit.settings)); });
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    put(block.loop_params, lane, current_loop_params(unit.params, unit.settings));
+  });
 }
 
 void DriveBank::run_motion_loops(std::size_t drive) {
@@ -123,15 +138,17 @@ void DriveBank::run_motion_loops(std::size_t drive) {
     const double i_a = lane_of(block.loop.i_a, lane);
     const double i_b = lane_of(block.loop.i_b, lane);
     unit.slow = measure_slowly(unit.params.slow_sensor, lane_of(block.plant.v_link, lane),
-                               lane_of(block.plant.temp_winding, lane), lane_of(block.plant.temp_stage, lane), unit.slow_noise);
+                               lane_of(block.plant.temp_winding, lane),
+                               lane_of(block.plant.temp_stage, lane), unit.slow_noise);
     const double i_peak = std::max({std::abs(i_a), std::abs(i_b), std::abs(i_a + i_b)});
-    const Watched watched{unit.slow.v_bus, unit.slow.temp_motor, unit.slow.temp_driver, i_peak,
-                          lane_of(block.loop.i_q, lane), unit.motion.omega_report};
+    const Watched watched{unit.slow.v_bus, unit.slow.temp_motor,          unit.slow.temp_driver,
+                          i_peak,          lane_of(block.loop.i_q, lane), unit.motion.omega_report};
     if (watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection)) {
       unit.setpoint = Off{};
     }
     CurrentOrders<double> orders;
-    motion_loops(unit.motion_params, unit.setpoint, lane_of(block.loop.encoder_counts, lane), unit.slow.v_bus, unit.motion, orders);
+    motion_loops(unit.motion_params, unit.setpoint, lane_of(block.loop.encoder_counts, lane),
+                 unit.slow.v_bus, unit.motion, orders);
     put(block.orders, lane, orders);
   });
 }
@@ -159,7 +176,9 @@ void DriveBank::advance(std::int64_t n_ticks) {
 
 void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
   Unit& unit = units_[drive];
-  const double counts = with_block(drive, [](auto& block, std::size_t lane) { return lane_of(block.loop.encoder_counts, lane); });
+  const double counts = with_block(drive, [](auto& block, std::size_t lane) {
+    return lane_of(block.loop.encoder_counts, lane);
+  });
   setpoint_changed(unit.motion_params, unit.setpoint, setpoint, counts, unit.motion);
   unit.setpoint = setpoint;
 }
@@ -200,7 +219,8 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;
     t.omega = unit.motion.omega_report;
-    t.encoder_position = unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
+    t.encoder_position =
+        unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
     t.errors = unit.protection.latched;
     t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
     return t;
@@ -236,7 +256,9 @@ EnergyLedger DriveBank::energy(std::size_t drive) const {
   return with_block(drive, [](const auto& block, std::size_t lane) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     const auto s = get<PlantState<double>>(block.plant, lane);
-    return EnergyLedger{s.e_supply, s.e_copper, s.e_inverter, s.e_friction, s.e_gear, s.e_load, stored_energy(p, s)};
+    return EnergyLedger{s.p_supply * p.T_s,   s.p_copper * p.T_s, s.p_inverter * p.T_s,
+                        s.p_friction * p.T_s, s.p_gear * p.T_s,   s.p_load * p.T_s,
+                        stored_energy(p, s)};
   });
 }
 

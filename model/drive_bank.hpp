@@ -63,7 +63,8 @@ class DriveBank {
     SlowMeasurement slow;
     std::uint64_t slow_noise = 1;
   };
-  /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide one.
+  /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide
+  /// one.
   template <class Access>
   decltype(auto) with_block(std::size_t drive, Access access);
   template <class Access>
@@ -73,11 +74,11 @@ class DriveBank {
   void derive_control(std::size_t drive);
 
   std::vector<Unit> units_;
-  TickBlock<double> alone_;                // used when there is exactly one drive
-  std::vector<TickBlock<Wide>> wide_;      // used otherwise, kLanes drives each
+  TickBlock<double> alone_;            // used when there is exactly one drive
+  std::vector<TickBlock<Wide>> wide_;  // used otherwise, kLanes drives each
   NamedKernel kernel_;
   std::int64_t ticks_ = 0;
-  int stride_ = 1;                         // ticks between instants at which some motion loop may run
+  int stride_ = 1;  // ticks between instants at which some motion loop may run
 };
 
 }  // namespace lk::model

@@ -2,41 +2,43 @@
 
 /// @file The numbers of one drive, SI units throughout: what a motor profile states.
 ///
-/// Symbols are those of docs/notation.md. Angles in rad, speeds in rad/s of the *rotor* unless a name
-/// says `_out` (behind the gear). Every number's origin stands beside it in `configs/motors/`.
+/// Symbols are those of docs/notation.md. Angles in rad, speeds in rad/s of the *rotor* unless a
+/// name says `_out` (behind the gear). Every number's origin stands beside it in `configs/motors/`.
 
 namespace lk::model {
 
 /// Permanent-magnet synchronous machine in amplitude-invariant dq, d on the magnet flux.
 struct MotorParams {
-  int pole_pairs = 14;         // 1..64
-  double R_s = 0.14;           // Ω, phase, at 25 °C
-  double L_d = 0.12e-3;        // H
-  double L_q = 0.12e-3;        // H
-  double psi_f = 0.00499;      // Wb, at 25 °C
-  double alpha_cu = 0.00393;   // 1/K, copper
-  double alpha_pm = -0.0011;   // 1/K, magnet
+  int pole_pairs = 14;        // 1..64
+  double R_s = 0.14;          // Ω, phase, at 25 °C
+  double L_d = 0.12e-3;       // H
+  double L_q = 0.12e-3;       // H
+  double psi_f = 0.00499;     // Wb, at 25 °C
+  double alpha_cu = 0.00393;  // 1/K, copper
+  double alpha_pm = -0.0011;  // 1/K, magnet
 };
 
 /// Three half bridges and their timer.
 struct InverterParams {
-  double f_pwm = 32e3;       // Hz, also the rate of the current loop
-  double t_dead = 200e-9;    // s
-  double R_on = 10e-3;       // Ω, one switch
-  double v_diode = 0.8;      // V, body diode
-  double timer_counts = 2625;  // timer counts per half period: the duty's resolution is 1/timer_counts
-  double duty_max = 0.98;    // largest duty of a leg, smallest is 1 − duty_max
+  double f_pwm = 32e3;     // Hz, also the rate of the current loop
+  double t_dead = 200e-9;  // s
+  double R_on = 10e-3;     // Ω, one switch
+  double v_diode = 0.8;    // V, body diode
+  double timer_counts =
+      2625;                // timer counts per half period: the duty's resolution is 1/timer_counts
+  double duty_max = 0.98;  // largest duty of a leg, smallest is 1 − duty_max
   double i_dead_zone = 0.1;  // A, > 0: below it the dead-time voltage error fades linearly to zero
 };
 
 struct MechanicsParams {
-  double J = 933e-7;             // kg·m², rotor
-  double gear_ratio = 1.0;       // rotor turns per output turn
-  double gear_efficiency = 1.0;  // 0..1 at full load, either direction
-  double backlash_out = 0.0;     // rad at the output, total play
+  double J = 933e-7;                // kg·m², rotor
+  double gear_ratio = 1.0;          // rotor turns per output turn
+  double gear_efficiency = 1.0;     // 0..1 at full load, either direction
+  double backlash_out = 0.0;        // rad at the output, total play
   double gear_stiffness_out = 0.0;  // Nm/rad at the output; 0 = rigid coupling without play
   double gear_damping_out = 0.0;    // Nm·s/rad at the output, while the teeth touch
-  double J_out = 0.0;            // kg·m², inertia of the output flange itself; > 0 with gear_stiffness_out > 0
+  double J_out =
+      0.0;  // kg·m², inertia of the output flange itself; > 0 with gear_stiffness_out > 0
   double tau_coulomb_out = 0.0;  // Nm at the output, seals and bearings behind the gear
   double tau_coulomb = 0.0;      // Nm
   double tau_static = 0.0;       // Nm, break-away torque, ≥ tau_coulomb
@@ -48,18 +50,19 @@ struct MechanicsParams {
 
 /// What hangs on the output shaft; can be changed while running.
 struct LoadParams {
-  double J = 0.0;            // kg·m², at the output
-  double tau = 0.0;          // Nm at the output, constant, positive pushes clockwise (towards larger angles)
+  double J = 0.0;  // kg·m², at the output
+  double tau =
+      0.0;  // Nm at the output, constant, positive pushes clockwise (towards larger angles)
   double tau_gravity = 0.0;  // Nm, m·g·l of an arm: the torque is −tau_gravity·sin(theta_out)
   double theta_min = -1e9;   // rad at the output, hard end stops
   double theta_max = 1e9;
 };
 
 struct SupplyParams {
-  double v_source = 24.0;     // V, can be changed while running
-  double R_source = 0.05;     // Ω
-  double C_link = 470e-6;     // F
-  double i_regen_max = 1e3;   // A the source takes back; 0 = a rectifier
+  double v_source = 24.0;    // V, can be changed while running
+  double R_source = 0.05;    // Ω
+  double C_link = 470e-6;    // F
+  double i_regen_max = 1e3;  // A the source takes back; 0 = a rectifier
 };
 
 /// Two-body motor (winding, housing) and a power stage, against ambient.
@@ -74,50 +77,50 @@ struct ThermalParams {
 };
 
 struct EncoderParams {
-  int bits = 14;              // 10..18
-  int direction = 1;          // +1 or −1: sign of counts against the rotor angle
-  double offset = 0.0;        // rad, where the magnet was glued: raw angle at rotor angle 0
-  double inl_1 = 0.0;         // rad, integral non-linearity, once per turn
-  double inl_1_phase = 0.0;   // rad
-  double inl_2 = 0.0;         // rad, twice per turn
-  double inl_2_phase = 0.0;   // rad
-  double noise = 0.0;         // rad rms
-  double latency = 2e-6;      // s
+  int bits = 14;             // 10..18
+  int direction = 1;         // +1 or −1: sign of counts against the rotor angle
+  double offset = 0.0;       // rad, where the magnet was glued: raw angle at rotor angle 0
+  double inl_1 = 0.0;        // rad, integral non-linearity, once per turn
+  double inl_1_phase = 0.0;  // rad
+  double inl_2 = 0.0;        // rad, twice per turn
+  double inl_2_phase = 0.0;  // rad
+  double noise = 0.0;        // rad rms
+  double latency = 2e-6;     // s
 };
 
 /// Two phase-current amplifiers (a, b); the drive takes c = −a − b.
 struct CurrentSensorParams {
-  double range = 33.0;     // A, full scale to either side
-  int bits = 12;           // ADC over −range..range
-  double offset_a = 0.0;   // A
-  double offset_b = 0.0;   // A
-  double gain_a = 1.0;     // 1
-  double gain_b = 1.0;     // 1
-  double noise = 0.05;     // A rms
+  double range = 33.0;    // A, full scale to either side
+  int bits = 12;          // ADC over −range..range
+  double offset_a = 0.0;  // A
+  double offset_b = 0.0;  // A
+  double gain_a = 1.0;    // 1
+  double gain_b = 1.0;    // 1
+  double noise = 0.05;    // A rms
 };
 
 struct SlowSensorParams {
-  double v_lsb = 0.01;     // V, bus voltage ADC
-  double v_noise = 0.02;   // V rms
-  double temp_lsb = 0.5;   // K, temperature ADC
+  double v_lsb = 0.01;    // V, bus voltage ADC
+  double v_noise = 0.02;  // V rms
+  double temp_lsb = 0.5;  // K, temperature ADC
 };
 
 /// How the firmware is built: rates, and the rule that turns byte gains into physical ones
 /// (docs/model.md §11). A bandwidth scales linearly with its byte and holds at the reference byte.
 struct ControlParams {
-  int motion_divider = 4;         // current-loop periods per speed/position-loop period
-  bool has_current_loop = true;   // false: MS series, the loops set the voltage vector
-  double current_bandwidth = 6283.0;      // rad/s at current Kp, Ki = ref_current_byte
-  double speed_bandwidth = 200.0;         // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
-  double speed_integral_rate = 20.0;      // 1/s, Ki/Kp at the reference speed bytes
-  double angle_kp_per_byte = 0.5;         // 1/s per LSB of angle Kp
-  double angle_ki_per_byte = 0.05;        // 1/s² per LSB of angle Ki, within a few counts of the target
-  double estimator_bandwidth = 1500.0;    // rad/s, natural frequency of the speed observer
-  double report_bandwidth = 300.0;        // rad/s, low-pass of the reported speed
+  int motion_divider = 4;             // current-loop periods per speed/position-loop period
+  bool has_current_loop = true;       // false: MS series, the loops set the voltage vector
+  double current_bandwidth = 6283.0;  // rad/s at current Kp, Ki = ref_current_byte
+  double speed_bandwidth = 200.0;     // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
+  double speed_integral_rate = 20.0;  // 1/s, Ki/Kp at the reference speed bytes
+  double angle_kp_per_byte = 0.5;     // 1/s per LSB of angle Kp
+  double angle_ki_per_byte = 0.05;  // 1/s² per LSB of angle Ki, within a few counts of the target
+  double estimator_bandwidth = 1500.0;  // rad/s, natural frequency of the speed observer
+  double report_bandwidth = 300.0;      // rad/s, low-pass of the reported speed
   double ref_current_byte = 50.0;
   double ref_speed_kp_byte = 50.0;
   double ref_speed_ki_byte = 40.0;
-  double J_nominal = 933e-7;              // kg·m², rotor side, the speed gain was designed for
+  double J_nominal = 933e-7;  // kg·m², rotor side, the speed gain was designed for
 };
 
 /// Everything that makes one drive different from another and does not change while it runs.

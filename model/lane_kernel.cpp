@@ -4,7 +4,9 @@
 
 namespace lk::model {
 
-[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) { run_block<Lanes>(block, n_ticks); }
+[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) {
+  run_block<Lanes>(block, n_ticks);
+}
 
 NamedKernel lane_kernel(std::string_view name) {
   if (name == "baseline") {

@@ -5,6 +5,8 @@
 
 namespace lk::model {
 
-[[gnu::flatten]] void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks) { run_block<Lanes>(block, n_ticks); }
+[[gnu::flatten]] void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks) {
+  run_block<Lanes>(block, n_ticks);
+}
 
 }  // namespace lk::model

@@ -29,8 +29,8 @@ constexpr std::uint64_t noise_seed(std::uint64_t seed) {
 
 inline namespace LKEMU_ISA {
 
-/// One deviate of mean 0 and variance 1: xorshift64 (Marsaglia 2003), its four 16-bit quarters added up
-/// (Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7), so that no logarithm is needed.
+/// One deviate of mean 0 and variance 1: xorshift64 (Marsaglia 2003), its four 16-bit quarters
+/// added up (Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7), so that no logarithm is needed.
 inline double normal_deviate(std::uint64_t& word) {
   word ^= word << 13U;
   word ^= word >> 7U;
@@ -38,10 +38,9 @@ inline double normal_deviate(std::uint64_t& word) {
   constexpr std::uint64_t kQuarters = 0x0000FFFF0000FFFFU;
   std::uint64_t sum = (word & kQuarters) + ((word >> 16U) & kQuarters);
   sum = (sum & 0x1FFFFU) + (sum >> 32U);
-  // The sum becomes the low mantissa bits of 2^52; taking 2^52 and the mean (4·65535/2) off leaves it
-  // centred. Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
-  const double centred =
-      std::bit_cast<double>(sum | 0x4330000000000000U) - (0x1p52 + 131070.0);
+  // The sum becomes the low mantissa bits of 2^52; taking 2^52 and the mean (4·65535/2) off leaves
+  // it centred. Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
+  const double centred = std::bit_cast<double>(sum | 0x4330000000000000U) - (0x1p52 + 131070.0);
   return centred * (1.0 / 37837.227);
 }
 

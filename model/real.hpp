@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The number type of the fast tick: one drive (`double`) or eight drives side by side (`Lanes`).
+/// @file The number type of the fast tick: one drive (`double`) or eight drives side by side
+/// (`Lanes`).
 ///
 /// Everything the tick computes is written once over `Real`. The functions here are the only place
 /// that knows there are two of them; both do the same IEEE operations in the same order, so a drive
@@ -30,8 +31,8 @@ struct alignas(64) Wide {
 
 inline namespace LKEMU_ISA {
 
-/// As many doubles as one vector register of this instruction set holds (2, 4 or 8): the tick runs over
-/// a block of kLanes drives in kLanes / size passes.
+/// As many doubles as one vector register of this instruction set holds (2, 4 or 8): the tick runs
+/// over a block of kLanes drives in kLanes / size passes.
 using Lanes = std::experimental::native_simd<double>;
 static_assert(kLanes % Lanes::size() == 0);
 
@@ -42,36 +43,34 @@ inline Lanes select(const Lanes::mask_type& mask, const Lanes& a, const Lanes& b
 }
 inline bool any(const Lanes::mask_type& mask) { return std::experimental::any_of(mask); }
 inline Lanes sqrt(const Lanes& x) { return std::experimental::sqrt(x); }
+inline Lanes abs(const Lanes& x) { return std::experimental::abs(x); }
 
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
 inline double sqrt(double x) { return std::sqrt(x); }
+inline double abs(double x) { return std::abs(x); }
 
-template <class Real>
-inline Real min(const Real& a, const Real& b) {
-  return select(b < a, b, a);
+// The same choice between equal arguments as std::experimental's, which argument-dependent look-up
+// prefers for lanes.
+inline double min(double a, double b) { return a < b ? a : b; }
+inline double max(double a, double b) { return a > b ? a : b; }
+inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
+inline Lanes min(const Lanes& a, const Lanes& b) { return std::experimental::min(a, b); }
+inline Lanes max(const Lanes& a, const Lanes& b) { return std::experimental::max(a, b); }
+inline Lanes clamp(const Lanes& x, const Lanes& low, const Lanes& high) {
+  return min(high, max(low, x));
 }
-template <class Real>
-inline Real max(const Real& a, const Real& b) {
-  return select(a < b, b, a);
-}
-template <class Real>
-inline Real clamp(const Real& x, const Real& low, const Real& high) {
-  return min(max(x, low), high);
-}
-template <class Real>
-inline Real abs(const Real& x) {
-  return select(x < 0.0, -x, x);
-}
+
 /// Nearest integer, ties to even, for |x| < 2^51: the sum loses exactly the fraction bits.
 template <class Real>
-inline Real round(const Real& x) {
+inline Real nearest(const Real& x) {
   return (x + 0x1.8p52) - 0x1.8p52;
 }
+/// Largest integer not above x, for |x| < 2^51.
 template <class Real>
-inline Real floor(const Real& x) {
-  const Real nearest = round(x);
-  return select(x < nearest, nearest - 1.0, nearest);
+inline Real floored(const Real& x) {
+  const Real integer = nearest(x);
+  return select(x < integer, integer - 1.0, integer);
 }
 
 template <class Real>

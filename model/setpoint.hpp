@@ -7,13 +7,24 @@
 namespace lk::model {
 
 // What the host wants of the shaft. Positions are rotor angles in the frame of
-// `Telemetry::encoder_position` (0 rad = encoder count 0 of the turn in which the drive powered up).
-struct Off {};        // bridge off, shaft free
-struct Idle {};       // bridge on, current reference 0 (speed and position loops at rest)
-struct Torque { double i_q = 0; };                     // A
-struct Speed { double omega = 0; double i_q_max = 0; };  // rad/s; A, 0 = the setting's limit
-struct Position { double theta = 0; double omega_max = 0; };  // rad; rad/s, 0 = the setting's limit
-struct Voltage { double v_q = 0; };                    // V, open loop (MS series)
+// `Telemetry::encoder_position` (0 rad = encoder count 0 of the turn in which the drive powered
+// up).
+struct Off {};   // bridge off, shaft free
+struct Idle {};  // bridge on, current reference 0 (speed and position loops at rest)
+struct Torque {
+  double i_q = 0;
+};  // A
+struct Speed {
+  double omega = 0;
+  double i_q_max = 0;
+};  // rad/s; A, 0 = the setting's limit
+struct Position {
+  double theta = 0;
+  double omega_max = 0;
+};  // rad; rad/s, 0 = the setting's limit
+struct Voltage {
+  double v_q = 0;
+};  // V, open loop (MS series)
 using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, Voltage>;
 
 /// Byte gains as the wire carries them; docs/model.md gives the rule that makes them physical.
@@ -26,14 +37,21 @@ struct GainBytes {
 
 /// Bits of errorState as the newest firmware numbers them (docs/protocol.md §6).
 enum class Error : std::uint8_t {
-  kUnderVoltage = 0, kOverVoltage, kDriverTemperature, kMotorTemperature, kOverCurrent, kShort, kStall, kLostInput,
+  kUnderVoltage = 0,
+  kOverVoltage,
+  kDriverTemperature,
+  kMotorTemperature,
+  kOverCurrent,
+  kShort,
+  kStall,
+  kLostInput,
 };
 inline constexpr int kErrorKinds = 8;
 using ErrorBits = std::uint8_t;  // bit n = Error(n)
 constexpr ErrorBits bit(Error e) { return static_cast<ErrorBits>(1U << static_cast<unsigned>(e)); }
 
-/// One protection: trips when the quantity has been beyond `threshold` for `delay`; its cause is over
-/// when the quantity is back by `hysteresis`. Units by kind: V, V, °C, °C, A, A, s, s.
+/// One protection: trips when the quantity has been beyond `threshold` for `delay`; its cause is
+/// over when the quantity is back by `hysteresis`. Units by kind: V, V, °C, °C, A, A, s, s.
 struct Protection {
   bool enabled = false;
   double threshold = 0;
@@ -41,40 +59,42 @@ struct Protection {
   double delay = 0;  // s
 };
 
-/// The registers of the drive that the loops and protections read. Host-visible limits in SI, rotor side.
+/// The registers of the drive that the loops and protections read. Host-visible limits in SI, rotor
+/// side.
 struct ControlSettings {
   GainBytes gains;
-  double i_q_max = 16.0;     // A, > 0: "Max Torque Current" (not for Setpoint Torque)
-  double omega_max = 293.2;  // rad/s, > 0: "Max Speed"
-  double accel_max = 0.0;    // rad/s², 0 = no ramp: "Max Acceleration"
-  double current_ramp = 0.0; // A/s, 0 = none
+  double i_q_max = 16.0;      // A, > 0: "Max Torque Current" (not for Setpoint Torque)
+  double omega_max = 293.2;   // rad/s, > 0: "Max Speed"
+  double accel_max = 0.0;     // rad/s², 0 = no ramp: "Max Acceleration"
+  double current_ramp = 0.0;  // A/s, 0 = none
   std::array<Protection, kErrorKinds> protections{};  // by Error; lost input is fed by `feed_input`
 };
 
 /// What the drive knows of itself after the last control tick (measured, never the true state).
 struct Telemetry {
-  double temp_motor = 0;   // °C
-  double temp_driver = 0;  // °C
-  double v_bus = 0;        // V
-  double i_bus = 0;        // A, estimated from duties and phase currents
-  double i_q = 0;          // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
-  double power = 0;        // −1..1, duty of the bus voltage
+  double temp_motor = 0;             // °C
+  double temp_driver = 0;            // °C
+  double v_bus = 0;                  // V
+  double i_bus = 0;                  // A, estimated from duties and phase currents
+  double i_q = 0;                    // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
+  double power = 0;                  // −1..1, duty of the bus voltage
   double i_a = 0, i_b = 0, i_c = 0;  // A
-  double omega = 0;        // rad/s, rotor
-  std::int64_t encoder_position = 0;  // counts of the rotor encoder, unwrapped since power-up; mod 2^bits = raw
-  ErrorBits errors = 0;    // latched
+  double omega = 0;                  // rad/s, rotor
+  std::int64_t encoder_position =
+      0;                 // counts of the rotor encoder, unwrapped since power-up; mod 2^bits = raw
+  ErrorBits errors = 0;  // latched
   bool bridge_on = true;
 };
 
 /// The true state, for tests, plots and the bench; never for the control.
 struct Truth {
-  double theta_m = 0;    // rad, rotor, unwrapped
-  double omega_m = 0;    // rad/s, rotor
-  double theta_out = 0;  // rad, output
-  double omega_out = 0;  // rad/s
-  double i_d = 0, i_q = 0;      // A
-  double tau_e = 0;      // Nm
-  double v_bus = 0;      // V
+  double theta_m = 0;                                         // rad, rotor, unwrapped
+  double omega_m = 0;                                         // rad/s, rotor
+  double theta_out = 0;                                       // rad, output
+  double omega_out = 0;                                       // rad/s
+  double i_d = 0, i_q = 0;                                    // A
+  double tau_e = 0;                                           // Nm
+  double v_bus = 0;                                           // V
   double temp_winding = 0, temp_housing = 0, temp_stage = 0;  // °C
   double i_q_ref = 0, omega_ref = 0, theta_ref = 0;           // what the loops were told
   std::array<double, 3> duty_abc{};
@@ -83,13 +103,13 @@ struct Truth {
 /// Where the energy went since power-up, J. `supply` = the sum of all the others plus the change of
 /// `stored`, up to the integrator's error (docs/model.md §8).
 struct EnergyLedger {
-  double supply = 0;    // at the drive's terminals
+  double supply = 0;  // at the drive's terminals
   double copper = 0;
   double inverter = 0;
   double friction = 0;
   double gear = 0;
-  double load = 0;      // work done on the constant load torque
-  double stored = 0;    // link capacitor, inductances, kinetic, gear spring, cogging, gravity
+  double load = 0;    // work done on the constant load torque
+  double stored = 0;  // link capacitor, inductances, kinetic, gear spring, cogging, gravity
 };
 
 }  // namespace lk::model

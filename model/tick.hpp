@@ -24,8 +24,8 @@ struct TickBlock {
 
 inline namespace LKEMU_ISA {
 
-/// One period. The duties that act are those the firmware computed in the period before: the delay of
-/// one sample that every digital drive has.
+/// One period. The duties that act are those the firmware computed in the period before: the delay
+/// of one sample that every digital drive has.
 template <class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
@@ -44,7 +44,8 @@ template <class To, class From, class Op>
 inline void for_each_field(To to, From from, Op op) {
   [&]<std::size_t... N>(std::index_sequence<N...>) {
     (op(std::get<N>(to), std::get<N>(from)), ...);
-  }(std::make_index_sequence<std::tuple_size_v<To>>{});
+  }
+  (std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
 /// `n_ticks` periods of the drives of a block that one `Real` holds, beginning with drive `first`.

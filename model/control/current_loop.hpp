@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Field-oriented current control, once per PWM period (docs/model.md §10). Sees measurements only.
+/// @file Field-oriented current control, once per PWM period (docs/model.md §10). Sees measurements
+/// only.
 
 #include <tuple>
 
@@ -12,67 +13,72 @@ namespace lk::model {
 /// Gains and calibration. Change when the host writes current gains.
 template <class T>
 struct CurrentLoopParams {
-  T closed{};                                       // 1: current loop; 0: voltage mode (MS series)
-  T rad_e_per_count{}, rad_e_offset{};              // encoder counts → electrical angle
-  T kp_d{}, kp_q{}, ki_T{}, unwind_d{}, unwind_q{}; // V/A, V/A per period, 1 per period
-  T L_d{}, L_q{}, psi_f{};                          // nominal, for decoupling
-  T modulation{};                                   // largest |v| as a fraction of v_bus
+  T closed{};                                        // 1: current loop; 0: voltage mode (MS series)
+  T rad_e_per_count{}, rad_e_offset{};               // encoder counts → electrical angle
+  T kp_d{}, kp_q{}, ki_T{}, unwind_d{}, unwind_q{};  // V/A, V/A per period, 1 per period
+  T L_d{}, L_q{}, psi_f{};                           // nominal, for decoupling
+  T modulation{};                                    // largest |v| as a fraction of v_bus
   T timer_counts{}, timer_lsb{}, duty_max{};
 };
 
 /// What the slower loops tell this one; held between their runs.
 template <class T>
 struct CurrentOrders {
-  T i_q_ref{};                     // A
-  T v_q_ref{};                     // V, voltage mode only
-  T omega_e{};                     // rad/s, estimated
+  T i_q_ref{};  // A
+  T v_q_ref{};  // V, voltage mode only
+  T omega_e{};  // rad/s, estimated
   T v_bus{24.0}, inv_v_bus{1.0 / 24.0};
   T sin_advance{}, cos_advance{1.0};  // of ω_e·1.5·T_s: where the rotor is when the duties act
-  T bridge_on{};                   // 1 or 0
+  T bridge_on{};                      // 1 or 0
 };
 
 template <class T>
 struct CurrentLoopState {
-  T x_d{}, x_q{};                        // V, integrators
-  T i_a{}, i_b{}, i_d{}, i_q{};          // A, measured
-  T encoder_counts{};                    // last measurement
-  T v_d{}, v_q{};                        // V, requested, after limiting
+  T x_d{}, x_q{};                           // V, integrators
+  T i_a{}, i_b{}, i_d{}, i_q{};             // A, measured
+  T encoder_counts{};                       // last measurement
+  T v_d{}, v_q{};                           // V, requested, after limiting
   T duty_a{0.5}, duty_b{0.5}, duty_c{0.5};  // acting in the next period
-  T bridge{};                            // 1 while the bridge acts in the next period
+  T bridge{};                               // 1 while the bridge acts in the next period
 };
 
 inline namespace LKEMU_ISA {
 
 template <class P>
-  requires requires(P p) { p.rad_e_per_count; }
+requires requires(P p) { p.rad_e_per_count; }
 constexpr auto fields(P& p) {
   return std::tie(p.closed, p.rad_e_per_count, p.rad_e_offset, p.kp_d, p.kp_q, p.ki_T, p.unwind_d,
                   p.unwind_q, p.L_d, p.L_q, p.psi_f, p.modulation, p.timer_counts, p.timer_lsb,
                   p.duty_max);
 }
 template <class O>
-  requires requires(O o) { o.sin_advance; }
+requires requires(O o) { o.sin_advance; }
 constexpr auto fields(O& o) {
-  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.inv_v_bus, o.sin_advance, o.cos_advance,
-                  o.bridge_on);
+  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.inv_v_bus, o.sin_advance,
+                  o.cos_advance, o.bridge_on);
 }
 template <class S>
-  requires requires(S s) { s.duty_a; s.x_d; }
+requires requires(S s) {
+  s.duty_a;
+  s.x_d;
+}
 constexpr auto fields(S& s) {
-  return std::tie(s.x_d, s.x_q, s.i_a, s.i_b, s.i_d, s.i_q, s.encoder_counts, s.v_d, s.v_q, s.duty_a,
-                  s.duty_b, s.duty_c, s.bridge);
+  return std::tie(s.x_d, s.x_q, s.i_a, s.i_b, s.i_d, s.i_q, s.encoder_counts, s.v_d, s.v_q,
+                  s.duty_a, s.duty_b, s.duty_c, s.bridge);
 }
 
 /// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle;
 /// x += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge can really give.
 template <class Real>
-inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders,
-                                   CurrentLoopState<Real>& s) {
+inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
+                                   const CurrentOrders<Real>& orders, CurrentLoopState<Real>& s) {
   const Real e_d = -s.i_d;
   const Real e_q = orders.i_q_ref - s.i_q;
-  const Real v_d = select(p.closed != 0.0, p.kp_d * e_d + s.x_d - orders.omega_e * p.L_q * s.i_q, Real(0.0));
-  const Real v_q = select(p.closed != 0.0,
-                          p.kp_q * e_q + s.x_q + orders.omega_e * (p.L_d * s.i_d + p.psi_f), orders.v_q_ref);
+  const Real v_d =
+      select(p.closed != 0.0, p.kp_d * e_d + s.x_d - orders.omega_e * p.L_q * s.i_q, Real(0.0));
+  const Real v_q =
+      select(p.closed != 0.0, p.kp_q * e_q + s.x_q + orders.omega_e * (p.L_d * s.i_d + p.psi_f),
+             orders.v_q_ref);
   const Real v_max = p.modulation * orders.v_bus;
   const Real magnitude = sqrt(v_d * v_d + v_q * v_q);
   const Real scale = select(magnitude > v_max, v_max / magnitude, Real(1.0));
@@ -96,7 +102,8 @@ inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<R
 
   const Dq<Real> v = current_controller(p, orders, s);
   const SinCos<Real> ahead = rotate(theta_e, {orders.sin_advance, orders.cos_advance});
-  const Abc<Real> duty = svpwm(inverse_park(v, ahead), orders.inv_v_bus, p.timer_counts, p.timer_lsb, p.duty_max);
+  const Abc<Real> duty =
+      svpwm(inverse_park(v, ahead), orders.inv_v_bus, p.timer_counts, p.timer_lsb, p.duty_max);
 
   const auto on = orders.bridge_on != 0.0;
   const Real half(0.5);

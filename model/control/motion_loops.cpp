@@ -11,7 +11,8 @@ namespace {
 /// Inside this distance of its target the angle integrator works: it trims, it does not travel.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
 
-/// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile, damping 1.
+/// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile,
+/// damping 1.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   s.counts_hat += p.T_m * s.omega_hat / p.rad_per_count;
   // The middle of the count is the best guess of where in it the shaft stands.
@@ -35,8 +36,8 @@ double speed_loop(const MotionParams& p, double omega_ref, double i_max, MotionS
   return given;
 }
 
-/// Largest speed from which `distance` still suffices to stop at `accel`, period by period: the discrete
-/// form of √(2·a·d), so that the profile lands on its target instead of beside it.
+/// Largest speed from which `distance` still suffices to stop at `accel`, period by period: the
+/// discrete form of √(2·a·d), so that the profile lands on its target instead of beside it.
 double stopping_speed(double distance, double accel, double T) {
   const double steps = std::sqrt(0.25 + 2.0 * distance / (accel * T * T)) - 0.5;
   return std::min(accel * T * steps, distance / T);
@@ -45,14 +46,18 @@ double stopping_speed(double distance, double accel, double T) {
 /// One step of the trapezoid towards `target` under accel_max and `omega_max`.
 void trapezoid(const MotionParams& p, double target, double omega_max, MotionState& s) {
   const double distance = target - s.theta_ref;
-  const double allowed = std::min(omega_max, stopping_speed(std::abs(distance), p.accel_max, p.T_m));
+  const double allowed =
+      std::min(omega_max, stopping_speed(std::abs(distance), p.accel_max, p.T_m));
   const double step = p.accel_max * p.T_m;
-  s.omega_profile = std::clamp(std::copysign(allowed, distance), s.omega_profile - step, s.omega_profile + step);
+  s.omega_profile =
+      std::clamp(std::copysign(allowed, distance), s.omega_profile - step, s.omega_profile + step);
   s.theta_ref += s.omega_profile * p.T_m;
 }
 
-double position_loop(const MotionParams& p, const Position& setpoint, double encoder_counts, MotionState& s) {
-  const double omega_max = setpoint.omega_max > 0.0 ? std::min(setpoint.omega_max, p.omega_max) : p.omega_max;
+double position_loop(const MotionParams& p, const Position& setpoint, double encoder_counts,
+                     MotionState& s) {
+  const double omega_max =
+      setpoint.omega_max > 0.0 ? std::min(setpoint.omega_max, p.omega_max) : p.omega_max;
   if (p.accel_max > 0.0) {
     trapezoid(p, setpoint.theta, omega_max, s);
   } else {
@@ -60,14 +65,15 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
     s.omega_profile = 0.0;
   }
   // In whole counts: inside the count of the target there is nothing left to correct.
-  const double error_counts = round(s.theta_ref / p.rad_per_count) - encoder_counts;
+  const double error_counts = nearest(s.theta_ref / p.rad_per_count) - encoder_counts;
   const double error = error_counts * p.rad_per_count;
   if (error_counts == 0.0 || std::abs(error) > kTrimAngle) {
     s.angle_integral = 0.0;
   } else {
     s.angle_integral += p.angle_ki * p.T_m * error;
   }
-  const double omega_ref = limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
+  const double omega_ref =
+      limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
   return speed_loop(p, omega_ref, p.i_q_max, s);
 }
 
@@ -86,7 +92,8 @@ bool follows(const Setpoint& setpoint) {
 }
 
 /// Current reference of the setpoint in force, before the current ramp.
-double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts, MotionState& s) {
+double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
+                      MotionState& s) {
   if (const auto* torque = std::get_if<Torque>(&setpoint)) {
     return limit(torque->i_q, p.i_hardware);
   }
@@ -99,21 +106,23 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
   return 0.0;
 }
 
-/// The current ramp: how fast the speed loop's current may grow while it accelerates the shaft. It bounds
-/// the current by an envelope that grows by the ramp while it is in the way and shrinks fifty times
-/// slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp softens starts
-/// without taking the loop's damping away. The integrator stays inside the envelope.
+/// The current ramp: how fast the speed loop's current may grow while it accelerates the shaft. It
+/// bounds the current by an envelope that grows by the ramp while it is in the way and shrinks
+/// fifty times slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp
+/// softens starts without taking the loop's damping away. The integrator stays inside the envelope.
 double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   if (p.current_step <= 0.0) {
     return wanted;
   }
   const bool in_the_way = std::abs(wanted) > s.i_envelope;
-  s.i_envelope = std::max(0.0, s.i_envelope + (in_the_way ? p.current_step : -0.02 * p.current_step));
+  s.i_envelope =
+      std::max(0.0, s.i_envelope + (in_the_way ? p.current_step : -0.02 * p.current_step));
   s.speed_integral = limit(s.speed_integral, s.i_envelope);
   return wanted * s.omega_hat < 0.0 ? wanted : limit(wanted, s.i_envelope);
 }
 
-/// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q + ω·ψ.
+/// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q +
+/// ω·ψ.
 double voltage_for(const MotionParams& p, const Setpoint& setpoint, const MotionState& s) {
   if (const auto* voltage = std::get_if<Voltage>(&setpoint)) {
     return voltage->v_q;
@@ -153,15 +162,18 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   return p;
 }
 
-CurrentLoopParams<double> current_loop_params(const DriveParams& drive, const ControlSettings& settings) {
+CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
+                                              const ControlSettings& settings) {
   const ControlParams& c = drive.control;
   const double bandwidth_p = c.current_bandwidth * settings.gains.current_kp / c.ref_current_byte;
   const double bandwidth_i = c.current_bandwidth * settings.gains.current_ki / c.ref_current_byte;
   CurrentLoopParams<double> p;
   p.closed = c.has_current_loop ? 1.0 : 0.0;
-  p.rad_e_per_count = drive.motor.pole_pairs * drive.encoder.direction * kTwoPi / static_cast<double>(1 << drive.encoder.bits);
+  p.rad_e_per_count = drive.motor.pole_pairs * drive.encoder.direction * kTwoPi /
+                      static_cast<double>(1 << drive.encoder.bits);
   // Half a count: the middle of what was measured.
-  p.rad_e_offset = drive.motor.pole_pairs * drive.encoder.direction * drive.encoder.offset - 0.5 * p.rad_e_per_count;
+  p.rad_e_offset = drive.motor.pole_pairs * drive.encoder.direction * drive.encoder.offset -
+                   0.5 * p.rad_e_per_count;
   p.kp_d = bandwidth_p * drive.motor.L_d;
   p.kp_q = bandwidth_p * drive.motor.L_q;
   p.ki_T = bandwidth_i * drive.motor.R_s / drive.inverter.f_pwm;
@@ -202,8 +214,8 @@ void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpo
   }
 }
 
-void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts, double v_bus,
-                  MotionState& s, CurrentOrders<double>& orders) {
+void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
+                  double v_bus, MotionState& s, CurrentOrders<double>& orders) {
   observe(p, encoder_counts, s);
   const double wanted = wanted_current(p, setpoint, encoder_counts, s);
   s.i_q_ref = follows(setpoint) ? soft_start(p, wanted, s) : wanted;

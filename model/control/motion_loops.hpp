@@ -16,38 +16,40 @@ struct MotionParams {
   double T_m = 1.0 / 8000;   // s, period of these loops
   double rad_per_count = 0;  // rotor rad per encoder count, signed by the encoder's direction
   double pole_pairs = 1;
-  double advance_time = 0;   // s, from a current sample to the middle of the duties it causes
-  double angle_kp = 0, angle_ki = 0;  // 1/s, 1/s²
-  double speed_kp = 0, speed_ki = 0;  // A·s/rad, A/rad
+  double advance_time = 0;  // s, from a current sample to the middle of the duties it causes
+  double angle_kp = 0, angle_ki = 0;        // 1/s, 1/s²
+  double speed_kp = 0, speed_ki = 0;        // A·s/rad, A/rad
   double observer_k1 = 0, observer_k2 = 0;  // per period: angle and speed correction
-  double report_share = 1;            // of the low-pass of the reported speed
-  double i_q_max = 0, omega_max = 0, accel_max = 0, current_step = 0;  // A, rad/s, rad/s², A per period
-  double i_hardware = 0;              // A, what the current sensor can show
-  double modulation = 0;              // largest |v| / v_bus
+  double report_share = 1;                  // of the low-pass of the reported speed
+  double i_q_max = 0, omega_max = 0, accel_max = 0,
+         current_step = 0;  // A, rad/s, rad/s², A per period
+  double i_hardware = 0;    // A, what the current sensor can show
+  double modulation = 0;    // largest |v| / v_bus
   bool has_current_loop = true;
-  double R_s = 0, psi_f = 0;          // nominal, for the voltage mode
+  double R_s = 0, psi_f = 0;  // nominal, for the voltage mode
 };
 
 struct MotionState {
   double counts_hat = 0, omega_hat = 0, omega_report = 0;  // counts, rad/s: observer
-  double speed_integral = 0;   // A
-  double i_envelope = 0;       // A, what the current ramp lets through
-  double angle_integral = 0;   // rad/s
-  double theta_ref = 0, omega_profile = 0;  // rad, rad/s: where the profile is now
-  double omega_ref = 0;        // rad/s, what the speed loop was told
-  double i_q_ref = 0;          // A
+  double speed_integral = 0;                               // A
+  double i_envelope = 0;                                   // A, what the current ramp lets through
+  double angle_integral = 0;                               // rad/s
+  double theta_ref = 0, omega_profile = 0;                 // rad, rad/s: where the profile is now
+  double omega_ref = 0;                                    // rad/s, what the speed loop was told
+  double i_q_ref = 0;                                      // A
 };
 
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);
-CurrentLoopParams<double> current_loop_params(const DriveParams& drive, const ControlSettings& settings);
+CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
+                                              const ControlSettings& settings);
 
 /// The observer's start: at rest where the encoder stands.
 MotionState motion_state_at(double encoder_counts);
 
 /// One period: observer, then the loops the setpoint asks for. `v_bus` as measured.
 /// Writes the orders for the current loop; `Off` turns the bridge off.
-void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts, double v_bus,
-                  MotionState& s, CurrentOrders<double>& orders);
+void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
+                  double v_bus, MotionState& s, CurrentOrders<double>& orders);
 
 /// A new setpoint has replaced another: the references start from where the shaft is.
 void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpoint& after,

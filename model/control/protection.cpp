@@ -11,16 +11,22 @@ constexpr double kStallSpeed = 1.0;  // rad/s, slower than this is standing stil
 /// How far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
 double excess(Error error, const Protection& p, const Watched& w, double silent_for) {
   switch (error) {
-    case Error::kUnderVoltage: return p.threshold - w.v_bus;
-    case Error::kOverVoltage: return w.v_bus - p.threshold;
-    case Error::kDriverTemperature: return w.temp_driver - p.threshold;
-    case Error::kMotorTemperature: return w.temp_motor - p.threshold;
+    case Error::kUnderVoltage:
+      return p.threshold - w.v_bus;
+    case Error::kOverVoltage:
+      return w.v_bus - p.threshold;
+    case Error::kDriverTemperature:
+      return w.temp_driver - p.threshold;
+    case Error::kMotorTemperature:
+      return w.temp_motor - p.threshold;
     case Error::kOverCurrent:
-    case Error::kShort: return w.i_peak - p.threshold;
+    case Error::kShort:
+      return w.i_peak - p.threshold;
     case Error::kStall:
       return std::abs(w.omega) < kStallSpeed ? std::abs(w.i_q) - p.threshold
                                              : -std::numeric_limits<double>::infinity();
-    case Error::kLostInput: return silent_for - p.threshold;
+    case Error::kLostInput:
+      return silent_for - p.threshold;
   }
   return 0.0;
 }

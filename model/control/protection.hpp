@@ -11,18 +11,19 @@ namespace lk::model {
 
 /// What the firmware measures for its protections, once per motion-loop period.
 struct Watched {
-  double v_bus = 0;                  // V
-  double temp_motor = 0;             // °C
-  double temp_driver = 0;            // °C
-  double i_peak = 0;                 // A, largest of the three phases
-  double i_q = 0;                    // A
-  double omega = 0;                  // rad/s
+  double v_bus = 0;        // V
+  double temp_motor = 0;   // °C
+  double temp_driver = 0;  // °C
+  double i_peak = 0;       // A, largest of the three phases
+  double i_q = 0;          // A
+  double omega = 0;        // rad/s
 };
 
 struct ProtectionState {
-  std::array<double, kErrorKinds> beyond_for{};  // s, how long each quantity has been beyond its threshold
-  double silent_for = 0;                         // s since the last accepted frame
-  ErrorBits cause = 0;                           // beyond, or not yet back by the hysteresis
+  std::array<double, kErrorKinds>
+      beyond_for{};       // s, how long each quantity has been beyond its threshold
+  double silent_for = 0;  // s since the last accepted frame
+  ErrorBits cause = 0;    // beyond, or not yet back by the hysteresis
   ErrorBits latched = 0;
 };
 

@@ -6,8 +6,8 @@
 
 namespace lk::model::inline LKEMU_ISA {
 
-/// Duties 0..1 of the three legs for a phase-voltage request: the common mode −(max + min)/2 centres
-/// the three, which is the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to
+/// Duties 0..1 of the three legs for a phase-voltage request: the common mode −(max + min)/2
+/// centres the three, which is the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to
 /// |v| = v_bus/√3. Rounded to the timer, then kept within duty_min..duty_max.
 template <class Real>
 inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Real& timer_counts,
@@ -16,7 +16,7 @@ inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Re
   const Real centre = 0.5 * (max(max(x.a, x.b), x.c) + min(min(x.a, x.b), x.c));
   const auto leg = [&](const Real& v_x) {
     const Real duty = 0.5 + (v_x - centre) * inv_v_bus;
-    return clamp<Real>(round<Real>(duty * timer_counts) * timer_lsb, 1.0 - duty_max, duty_max);
+    return clamp(nearest(duty * timer_counts) * timer_lsb, 1.0 - duty_max, duty_max);
   };
   return {leg(x.a), leg(x.b), leg(x.c)};
 }

@@ -75,7 +75,8 @@ Pattern conducting(const Phases& i) {
 /// No current at all: the pair with the largest back-EMF starts if it exceeds the link.
 Pattern rectifying(const DiodeBridgeInput& in, const std::array<SinCos<double>, 3>& axes) {
   const Phases emf = to_phases({0.0, in.omega_e * in.psi_f}, axes);
-  const auto high = static_cast<std::size_t>(std::max_element(emf.begin(), emf.end()) - emf.begin());
+  const auto high =
+      static_cast<std::size_t>(std::max_element(emf.begin(), emf.end()) - emf.begin());
   const auto low = static_cast<std::size_t>(std::min_element(emf.begin(), emf.end()) - emf.begin());
   Pattern pattern{};
   if (emf[high] - emf[low] > in.v_link + 2.0 * in.v_diode) {
@@ -110,7 +111,8 @@ Phases terminal_voltages(const DiodeBridgeInput& in, const Dq<double>& i,
   return v;
 }
 
-/// A phase whose current has reversed, or that floats, stays at zero; the others share the remainder.
+/// A phase whose current has reversed, or that floats, stays at zero; the others share the
+/// remainder.
 Phases without_reversals(Phases i, const Pattern& pattern) {
   for (std::size_t n = 0; n < 3; ++n) {
     if (i[n] * pattern[n] <= 0.0) {
@@ -154,7 +156,8 @@ WindingStep<double> diode_bridge(const DiodeBridgeInput& in) {
     const Dq<double> k2 = slope(in, middle, v_middle, axes_middle[0]);
 
     const auto axes_end = phase_axes(in.theta_e + in.omega_e * dt * (k + 1));
-    const Phases end = without_reversals(to_phases({i.d + dt * k2.d, i.q + dt * k2.q}, axes_end), pattern_middle);
+    const Phases end =
+        without_reversals(to_phases({i.d + dt * k2.d, i.q + dt * k2.q}, axes_end), pattern_middle);
     i = to_dq(end, axes_end[0]);
 
     const Phases flowing = to_phases(middle, axes_middle);

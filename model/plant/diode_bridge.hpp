@@ -15,8 +15,9 @@ struct DiodeBridgeInput {
   double T_s;
 };
 
-/// Currents decay against the rails, each phase until it reaches zero and stays there; with no current
-/// a phase pair conducts only while the line-to-line back-EMF exceeds the link plus two diodes.
+/// Currents decay against the rails, each phase until it reaches zero and stays there; with no
+/// current a phase pair conducts only while the line-to-line back-EMF exceeds the link plus two
+/// diodes.
 WindingStep<double> diode_bridge(const DiodeBridgeInput& in);
 
 }  // namespace lk::model

@@ -16,14 +16,15 @@ struct InverterOutput {
 
 inline namespace LKEMU_ISA {
 
-/// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone): while both switches are off the current picks
-/// the diode, so the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, ch. 1).
-/// Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation, assumed).
+/// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone): while both switches are off the current
+/// picks the diode, so the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, ch. 1).
+/// Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
+/// assumed).
 template <class Real>
 inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>& duty,
                                      const Abc<Real>& i, const SinCos<Real>& theta_e) {
   const auto sign = [&p](const Real& i_x) {
-    return clamp<Real>(i_x * p.inv_i_dead_zone, Real(-1.0), Real(1.0));
+    return clamp(i_x * p.inv_i_dead_zone, Real(-1.0), Real(1.0));
   };
   const Abc<Real> s{sign(i.a), sign(i.b), sign(i.c)};
   const Abc<Real> effective{duty.a - p.dead_fraction * s.a, duty.b - p.dead_fraction * s.b,

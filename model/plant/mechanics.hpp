@@ -22,15 +22,16 @@ struct MechanicsStep {
 
 inline namespace LKEMU_ISA {
 
-/// Torque that friction takes from a body whose momentum per period would be `drive` [Nm]: as much as
-/// it needs to stop it, at most `level`. So a body at rest under less than `level` stays exactly there.
+/// Torque that friction takes from a body whose momentum per period would be `drive` [Nm]: as much
+/// as it needs to stop it, at most `level`. So a body at rest under less than `level` stays exactly
+/// there.
 template <class Real>
 inline Real dry_friction(const Real& drive, const Real& level) {
-  return clamp<Real>(drive, -level, level);
+  return clamp(drive, -level, level);
 }
 
-/// Gear with stiffness, damping and play: torque at the output [Nm] for the twist half a period ahead.
-/// The teeth push, they never pull. Split into the spring's part and what damping takes.
+/// Gear with stiffness, damping and play: torque at the output [Nm] for the twist half a period
+/// ahead. The teeth push, they never pull. Split into the spring's part and what damping takes.
 template <class Real>
 struct ToothTorque {
   Real total, damping;
@@ -40,11 +41,11 @@ template <class Real>
 inline ToothTorque<Real> tooth_torque(const PlantParams<Real>& p, const Motion<Real>& m) {
   const Real rate = m.omega * p.inv_gear - m.omega_out;
   const Real twist = m.theta * p.inv_gear - m.theta_out + 0.5 * p.T_s * rate;
-  const Real excess = twist - clamp<Real>(twist, -p.half_backlash, p.half_backlash);
+  const Real excess = twist - clamp(twist, -p.half_backlash, p.half_backlash);
   const Real spring = p.gear_stiffness * excess;
   const Real free = spring + p.gear_damping * rate;
-  const Real total = select(excess > 0.0, max<Real>(free, Real(0.0)),
-                            select(excess < 0.0, min<Real>(free, Real(0.0)), Real(0.0)));
+  const Real total = select(excess > 0.0, max(free, Real(0.0)),
+                            select(excess < 0.0, min(free, Real(0.0)), Real(0.0)));
   return {total, total - spring};
 }
 
@@ -84,7 +85,8 @@ inline void stop_at_ends(const PlantParams<Real>& p, Motion<Real>& m) {
 /// J·(ω₁ − ω₀)/T = τ − B·(ω₀ + ω₁)/2 − τ_dry,  θ₁ = θ₀ + T·(ω₀ + ω₁)/2,
 /// forces taken at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
-/// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either direction.
+/// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either
+/// direction.
 template <class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {
@@ -95,7 +97,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
 
   // What the output asks of the rotor's side of the gear.
   const Real transmitted = select(compliant, tooth.total, -tau_world);
-  const Real bearing = p.tau_coulomb + p.tau_static_excess / (1.0 + m.omega * m.omega * p.inv_omega_stribeck2);
+  const Real bearing =
+      p.tau_coulomb + p.tau_static_excess / (1.0 + m.omega * m.omega * p.inv_omega_stribeck2);
   const Real tau = tau_e - cogging(p, m) - transmitted * p.inv_gear;
 
   const Real drive = (p.inertia_rate - p.B_half) * m.omega + tau;
@@ -109,7 +112,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
 
   const Real drive_out = p.inertia_rate_out * m.omega_out + tooth.total + tau_world;
   const Real tau_dry_out = dry_friction(drive_out, p.tau_coulomb_out);
-  next.omega_out = select(compliant, (drive_out - tau_dry_out) * p.mobility_out, next.omega * p.inv_gear);
+  next.omega_out =
+      select(compliant, (drive_out - tau_dry_out) * p.mobility_out, next.omega * p.inv_gear);
   const Real omega_out_mean = 0.5 * (m.omega_out + next.omega_out);
   next.theta_out = select(compliant, m.theta_out + p.T_s * omega_out_mean, next.theta * p.inv_gear);
 

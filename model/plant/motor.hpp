@@ -12,9 +12,9 @@ namespace lk::model {
 template <class Real>
 struct WindingStep {
   Dq<Real> i_next, i_mean;
-  Real mean_square, mean_dq;       // A², means of i_d² + i_q² and of i_d·i_q
-  Real i_link;                     // A drawn from the DC link, mean
-  Real p_inverter;                 // W lost in the semiconductors, mean
+  Real mean_square, mean_dq;  // A², means of i_d² + i_q² and of i_d·i_q
+  Real i_link;                // A drawn from the DC link, mean
+  Real p_inverter;            // W lost in the semiconductors, mean
 };
 
 inline namespace LKEMU_ISA {
@@ -38,10 +38,11 @@ inline Real mean_product(const Course<Real>& a, const Course<Real>& b) {
 }
 
 /// L_d·di_d/dt = v_d − R·i_d + ω·L_q·i_q,  L_q·di_q/dt = v_q − R·i_q − ω·(L_d·i_d + ψ_f)
-/// with v_dq, ω (electrical) constant over T: i(T) = i∞ + e^(A·T)·(i(0) − i∞), where for a 2×2 matrix
+/// with v_dq, ω (electrical) constant over T: i(T) = i∞ + e^(A·T)·(i(0) − i∞), where for a 2×2
+/// matrix
 ///   e^(A·T) = e^(μT)·(C·I + S·(A − μI)·T),  μ = tr A/2,  s = −det(A − μI)·T²,
-///   C = cosh√s,  S = sinh√s/√s  as power series in s (they are entire; remainder s⁴/8! = 2e-7 at the |s| = 0.3 of a motor at
-///   its fastest, 1e-12 at ordinary speeds).
+///   C = cosh√s,  S = sinh√s/√s  as power series in s (they are entire; remainder s⁴/8! = 2e-7 at
+///   the |s| = 0.3 of a motor at its fastest, 1e-12 at ordinary speeds).
 /// Means follow from integrating the equations: i_mean = i∞ + A⁻¹·(i(T) − i(0))/T.
 template <class Real>
 inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Real>& i0,
@@ -50,7 +51,7 @@ inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Re
   const Real R = R_s + p.R_on;
   const Real a_d = R * p.inv_L_d;
   const Real a_q = R * p.inv_L_q;
-  const Real a_dq = omega_e * p.L_q * p.inv_L_d;   // A = [−a_d  a_dq; −a_qd  −a_q]
+  const Real a_dq = omega_e * p.L_q * p.inv_L_d;  // A = [−a_d  a_dq; −a_qd  −a_q]
   const Real a_qd = omega_e * p.L_d * p.inv_L_q;
 
   const Real u_d = (v_link * bridge.duty.d - bridge.v_drop.d) * p.inv_L_d;

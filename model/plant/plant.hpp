@@ -16,24 +16,24 @@ namespace lk::model {
 
 template <class T>
 struct PlantState {
-  T i_d{}, i_q{};                                      // A
-  T theta{}, omega{}, theta_out{}, omega_out{};        // rad, rad/s
-  T omega_change{};                                    // rad/s, over the last period
-  T v_link{}, i_link{};                                // V, A
-  T temp_winding{}, temp_housing{}, temp_stage{};      // °C
-  T tau_e{};                                           // Nm, mean of the last period
-  // Energy ledger since the start, J (docs/model.md §8)
-  T e_supply{}, e_copper{}, e_inverter{}, e_friction{}, e_gear{}, e_load{};
+  T i_d{}, i_q{};                                  // A
+  T theta{}, omega{}, theta_out{}, omega_out{};    // rad, rad/s
+  T omega_change{};                                // rad/s, over the last period
+  T v_link{}, i_link{};                            // V, A
+  T temp_winding{}, temp_housing{}, temp_stage{};  // °C
+  T tau_e{};                                       // Nm, mean of the last period
+  // Energy ledger since the start: sums of period means, W; times T_s they are J (docs/model.md §8)
+  T p_supply{}, p_copper{}, p_inverter{}, p_friction{}, p_gear{}, p_load{};
 };
 
 inline namespace LKEMU_ISA {
 
 template <class State>
-  requires requires(State s) { s.e_supply; }
+requires requires(State s) { s.p_supply; }
 constexpr auto fields(State& s) {
-  return std::tie(s.i_d, s.i_q, s.theta, s.omega, s.theta_out, s.omega_out, s.omega_change, s.v_link,
-                  s.i_link, s.temp_winding, s.temp_housing, s.temp_stage, s.tau_e, s.e_supply,
-                  s.e_copper, s.e_inverter, s.e_friction, s.e_gear, s.e_load);
+  return std::tie(s.i_d, s.i_q, s.theta, s.omega, s.theta_out, s.omega_out, s.omega_change,
+                  s.v_link, s.i_link, s.temp_winding, s.temp_housing, s.temp_stage, s.tau_e,
+                  s.p_supply, s.p_copper, s.p_inverter, s.p_friction, s.p_gear, s.p_load);
 }
 
 inline double get_lane(double x, std::size_t /*lane*/) { return x; }
@@ -42,8 +42,8 @@ inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value;
 inline void set_lane(Lanes& x, std::size_t lane, double value) { x[lane] = value; }
 inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
 inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
-/// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time: rare,
-/// and full of decisions. Writes the lanes of `mask` only.
+/// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time:
+/// rare, and full of decisions. Writes the lanes of `mask` only.
 template <class Real, class Mask>
 inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
                       const Real& R_s, const Real& psi_f, const Real& theta_e, const Real& omega_e,
@@ -52,10 +52,16 @@ inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, con
     if (!lane_set(mask, n)) {
       continue;
     }
-    const WindingStep<double> one = diode_bridge(
-        {{get_lane(s.i_d, n), get_lane(s.i_q, n)}, get_lane(theta_e, n), get_lane(omega_e, n),
-         get_lane(v_link, n), get_lane(p.v_diode, n), get_lane(R_s, n), get_lane(p.L_d, n),
-         get_lane(p.L_q, n), get_lane(psi_f, n), get_lane(p.T_s, n)});
+    const WindingStep<double> one = diode_bridge({{get_lane(s.i_d, n), get_lane(s.i_q, n)},
+                                                  get_lane(theta_e, n),
+                                                  get_lane(omega_e, n),
+                                                  get_lane(v_link, n),
+                                                  get_lane(p.v_diode, n),
+                                                  get_lane(R_s, n),
+                                                  get_lane(p.L_d, n),
+                                                  get_lane(p.L_q, n),
+                                                  get_lane(psi_f, n),
+                                                  get_lane(p.T_s, n)});
     set_lane(step.i_next.d, n, one.i_next.d);
     set_lane(step.i_next.q, n, one.i_next.q);
     set_lane(step.i_mean.d, n, one.i_mean.d);
@@ -76,8 +82,8 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
   }
 }
 
-/// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of the
-/// start of the period, which the sensors need as well.
+/// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
+/// the start of the period, which the sensors need as well.
 template <class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
                     const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e) {
@@ -91,7 +97,8 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
 
   const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));
   const InverterOutput<Real> bridge = inverter(p, duty, i_abc, middle);
-  WindingStep<Real> step = driven_windings(p, {s.i_d, s.i_q}, bridge, v_middle, R_s, psi_f, omega_e);
+  WindingStep<Real> step =
+      driven_windings(p, {s.i_d, s.i_q}, bridge, v_middle, R_s, psi_f, omega_e);
 
   const auto off = bridge_on == 0.0;
   if (any(off)) {
@@ -104,17 +111,19 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   }
 
   const Real tau_e = torque(p, step, psi_f);
-  const MechanicsStep<Real> mech = mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
+  const MechanicsStep<Real> mech =
+      mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
   const LinkStep<Real> dc = link(p, s.v_link, step.i_link);
   const Real p_copper = 1.5 * R_s * step.mean_square;
-  const Temperatures<Real> heat = thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
+  const Temperatures<Real> heat =
+      thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
 
-  s.e_supply += 0.5 * (s.v_link + dc.v_next) * dc.i_source * p.T_s;
-  s.e_copper += p_copper * p.T_s;
-  s.e_inverter += step.p_inverter * p.T_s;
-  s.e_friction += mech.p_friction * p.T_s;
-  s.e_gear += mech.p_gear * p.T_s;
-  s.e_load += mech.p_load * p.T_s;
+  s.p_supply += 0.5 * (s.v_link + dc.v_next) * dc.i_source;
+  s.p_copper += p_copper;
+  s.p_inverter += step.p_inverter;
+  s.p_friction += mech.p_friction;
+  s.p_gear += mech.p_gear;
+  s.p_load += mech.p_load;
 
   s.i_d = step.i_next.d;
   s.i_q = step.i_next.q;

@@ -7,8 +7,8 @@
 namespace lk::model {
 namespace {
 
-/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's, because
-/// derived numbers have to be the same bits everywhere too.
+/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's,
+/// because derived numbers have to be the same bits everywhere too.
 double exp_decay(double x) {
   int halvings = 0;
   while (x < -0.25 && halvings < 12) {

@@ -22,7 +22,8 @@ struct PlantParams {
 
   // Mechanics (§4)
   T gear_ratio{}, inv_gear{};
-  T inertia_rate{}, inertia_rate_out{};    // J/T_s of rotor (or of both, when rigid) and of the output
+  T inertia_rate{},
+      inertia_rate_out{};  // J/T_s of rotor (or of both, when rigid) and of the output
   T B_half{}, mobility{}, mobility_out{};  // B/2; 1/(J/T_s + B/2); T_s/J_out, 0 when rigid
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
   T tau_cogging{}, cogging_per_turn{};
@@ -34,12 +35,14 @@ struct PlantParams {
   T v_source{}, R_source{}, link_decay{}, link_rate{}, inv_link_rate{}, i_regen_max{};
 
   // Heat (§6): T_s/C in K/J·s per node, conductances in W/K
-  T heat_winding{}, heat_housing{}, heat_stage{}, g_winding_housing{}, g_housing_ambient{}, g_stage_ambient{};
+  T heat_winding{}, heat_housing{}, heat_stage{}, g_winding_housing{}, g_housing_ambient{},
+      g_stage_ambient{};
   T temp_ambient{};
 
   // Sensors (§7)
   T counts_per_rad{}, encoder_offset{}, encoder_noise{};
-  T inl_sin{}, inl_cos{}, inl_sin_2{}, inl_cos_2{};  // rad, Fourier coefficients of the non-linearity
+  T inl_sin{}, inl_cos{}, inl_sin_2{},
+      inl_cos_2{};  // rad, Fourier coefficients of the non-linearity
   T encoder_direction{}, encoder_latency{};
   T gain_a{}, gain_b{}, offset_a{}, offset_b{}, current_noise{}, current_lsb{}, inv_current_lsb{};
   T current_max{};
@@ -48,20 +51,23 @@ struct PlantParams {
 inline namespace LKEMU_ISA {
 
 template <class Params>
-  requires requires(Params p) { p.inv_L_q; p.current_max; }
+requires requires(Params p) {
+  p.inv_L_q;
+  p.current_max;
+}
 constexpr auto fields(Params& p) {
   return std::tie(
-      p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d, p.L_q, p.inv_L_d, p.inv_L_q,
-      p.dead_fraction, p.dead_drop, p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear, p.inertia_rate,
-      p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out, p.tau_coulomb, p.tau_static_excess,
-      p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn, p.compliant,
-      p.gear_stiffness, p.gear_damping, p.half_backlash, p.gear_loss, p.tau_load, p.tau_gravity,
-      p.theta_min, p.theta_max, p.v_source, p.R_source, p.link_decay, p.link_rate, p.inv_link_rate,
-      p.i_regen_max, p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
-      p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad, p.encoder_offset, p.inl_sin,
-      p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise, p.encoder_direction, p.encoder_latency,
-      p.gain_a, p.gain_b, p.offset_a, p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb,
-      p.current_max);
+      p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d, p.L_q, p.inv_L_d,
+      p.inv_L_q, p.dead_fraction, p.dead_drop, p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio,
+      p.inv_gear, p.inertia_rate, p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out,
+      p.tau_coulomb, p.tau_static_excess, p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging,
+      p.cogging_per_turn, p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash,
+      p.gear_loss, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source, p.R_source,
+      p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.heat_winding, p.heat_housing,
+      p.heat_stage, p.g_winding_housing, p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient,
+      p.counts_per_rad, p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2,
+      p.encoder_noise, p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a,
+      p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
 }
 
 }  // namespace LKEMU_ISA

@@ -16,15 +16,19 @@ inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
     return Real(0.0);
   }
   const SinCos<Real> t = sincos(seen);
-  return t.sin * (p.inl_sin + 2.0 * (p.inl_sin_2 * t.cos - p.inl_cos_2 * t.sin)) + t.cos * p.inl_cos + p.inl_cos_2;
+  return t.sin * (p.inl_sin + 2.0 * (p.inl_sin_2 * t.cos - p.inl_cos_2 * t.sin)) +
+         t.cos * p.inl_cos + p.inl_cos_2;
 }
 
 /// Counts of the encoder, unwrapped: floor of the magnet's angle as the chip sees it: late by its
 /// latency, bent by its non-linearity, and noisy.
 template <class Real>
-inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m, std::uint64_t* noise) {
-  const Real seen = p.encoder_direction * (theta_m - omega_m * p.encoder_latency) + p.encoder_offset;
-  return floor<Real>((seen + non_linearity(p, seen) + p.encoder_noise * normal<Real>(noise)) * p.counts_per_rad);
+inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m,
+                    std::uint64_t* noise) {
+  const Real seen =
+      p.encoder_direction * (theta_m - omega_m * p.encoder_latency) + p.encoder_offset;
+  return floored((seen + non_linearity(p, seen) + p.encoder_noise * normal<Real>(noise)) *
+                 p.counts_per_rad);
 }
 
 /// One phase-current channel: amplifier, noise, ADC with its step and its ends.
@@ -32,13 +36,13 @@ template <class Real>
 inline Real current_channel(const PlantParams<Real>& p, const Real& i, const Real& gain,
                             const Real& offset, std::uint64_t* noise) {
   const Real amplified = gain * i + offset + p.current_noise * normal<Real>(noise);
-  return clamp<Real>(round<Real>(amplified * p.inv_current_lsb) * p.current_lsb, -p.current_max,
-                     p.current_max);
+  return clamp(nearest(amplified * p.inv_current_lsb) * p.current_lsb, -p.current_max,
+               p.current_max);
 }
 
 template <class Real>
-inline Measurement<Real> measure(const PlantParams<Real>& p, const Abc<Real>& i_abc, const Real& theta_m,
-                                 const Real& omega_m, std::uint64_t* noise) {
+inline Measurement<Real> measure(const PlantParams<Real>& p, const Abc<Real>& i_abc,
+                                 const Real& theta_m, const Real& omega_m, std::uint64_t* noise) {
   Measurement<Real> m;
   m.encoder_counts = encoder(p, theta_m, omega_m, noise);
   m.i_a = current_channel(p, i_abc.a, p.gain_a, p.offset_a, noise);

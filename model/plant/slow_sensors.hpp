@@ -16,7 +16,7 @@ struct SlowMeasurement {
 };
 
 /// `lsb` > 0: the step of the converter.
-inline double quantised(double x, double lsb) { return round(x / lsb) * lsb; }
+inline double quantised(double x, double lsb) { return nearest(x / lsb) * lsb; }
 
 inline SlowMeasurement measure_slowly(const SlowSensorParams& p, double v_link, double temp_winding,
                                       double temp_stage, std::uint64_t& noise) {

@@ -21,7 +21,7 @@ inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real
   const Real v_inf = p.v_source - p.R_source * i_link;
   const Real v_free = v_inf + (v - v_inf) * p.link_decay;
   const Real i_free = i_link + (v_free - v) * p.link_rate;
-  const Real i_source = max<Real>(i_free, -p.i_regen_max);
+  const Real i_source = max(i_free, -p.i_regen_max);
   return {select(i_source > i_free, v + (i_source - i_link) * p.inv_link_rate, v_free), i_source};
 }
 
