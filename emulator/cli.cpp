@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "emulator/motor_listing.hpp"
 #include "emulator/profile_files.hpp"
 
 namespace lk::emulator {
@@ -24,6 +25,7 @@ struct Raw {
   std::string config;
   std::int64_t seed = 0;
   std::int64_t bitrate = 0;
+  std::string motor_to_show;
   CommandLine line;
 };
 
@@ -48,6 +50,24 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");
+}
+
+CLI::App* add_motors_command(CLI::App& app, Raw& raw) {
+  CLI::App* motors = app.add_subcommand("motors", "list the motor profiles, or show one of them");
+  motors->add_option("NAME", raw.motor_to_show, "profile to show with its derived figures");
+  return motors;
+}
+
+/// Profiles as asked for on standard output.
+void print_motors(const std::string& name) {
+  try {
+    const std::string text = name.empty() ? list_motors() : describe_motor(load_profile(name));
+    std::fputs(text.c_str(), stdout);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("motors: ") + problem.what());
+  }
 }
 
 /// Gives each --ids to the --bus before it.
@@ -124,6 +144,7 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
   app.footer(kFooter);
   Raw raw;
   add_options(app, raw);
+  const CLI::App* motors = add_motors_command(app, raw);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& answer) {
@@ -131,6 +152,10 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
     return std::nullopt;
   } catch (const CLI::ParseError& problem) {
     throw StartError(std::string(problem.what()) + " (see lk-emu --help)");
+  }
+  if (motors->parsed()) {
+    print_motors(raw.motor_to_show);
+    return std::nullopt;
   }
   return gather(app, raw);
 }

@@ -87,6 +87,7 @@ Profile parse_profile(const std::string& text, const std::string& file, const st
   } else {
     reader.note_missing("encoder_span");
   }
+  read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
   read_drive_params(reader, Presence::kRequired, profile.drive);
   if (auto factory = reader.table("factory")) {
     read_registers(*factory, Presence::kRequired, profile.factory);

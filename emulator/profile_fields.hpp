@@ -19,6 +19,14 @@ inline constexpr double kGramCm2 = 1e-7;
 
 // One row a line.
 // clang-format off
+using Ra = Rating;
+inline const Field<Ra> kRating[] = {
+    {"torque_rated_Nm", &Ra::torque_rated_Nm, 1, 0, 1e4},
+    {"torque_peak_Nm", &Ra::torque_peak_Nm, 1, 0, 1e4},
+    {"speed_rated_rpm", &Ra::speed_rated_rpm, 1, 0, 1e5},
+    {"speed_no_load_rpm", &Ra::speed_no_load_rpm, 1, 0, 1e5},
+};
+
 using M = model::MotorParams;
 inline const Field<M> kMotor[] = {
     {"pole_pairs", &M::pole_pairs, 1, 1, 64},

@@ -141,8 +141,13 @@ void DriveBank::run_motion_loops(std::size_t drive) {
                                lane_of(block.plant.temp_winding, lane),
                                lane_of(block.plant.temp_stage, lane), unit.slow_noise);
     const double i_peak = std::max({std::abs(i_a), std::abs(i_b), std::abs(i_a + i_b)});
-    const Watched watched{unit.slow.v_bus, unit.slow.temp_motor,          unit.slow.temp_driver,
-                          i_peak,          lane_of(block.loop.i_q, lane), unit.motion.omega_report};
+    const Watched watched{unit.slow.v_bus,
+                          unit.slow.temp_motor,
+                          unit.slow.temp_driver,
+                          i_peak,
+                          lane_of(block.loop.i_q, lane),
+                          unit.motion_params.i_q_max,
+                          unit.motion.omega_report};
     if (watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection)) {
       unit.setpoint = Off{};
     }

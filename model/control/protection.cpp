@@ -1,15 +1,15 @@
 #include "model/control/protection.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace lk::model {
 namespace {
 
-constexpr double kStallSpeed = 1.0;  // rad/s, slower than this is standing still (assumed)
+constexpr double kStallSpeed = 1.0;    // rad/s, slower than this is standing still (assumed)
+constexpr double kStallCurrent = 0.8;  // of the current limit: pushing with all it has (assumed)
 
 /// How far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
-double excess(Error error, const Protection& p, const Watched& w, double silent_for) {
+double excess(Error error, const Protection& p, const Watched& w, const ProtectionState& s) {
   switch (error) {
     case Error::kUnderVoltage:
       return p.threshold - w.v_bus;
@@ -23,10 +23,9 @@ double excess(Error error, const Protection& p, const Watched& w, double silent_
     case Error::kShort:
       return w.i_peak - p.threshold;
     case Error::kStall:
-      return std::abs(w.omega) < kStallSpeed ? std::abs(w.i_q) - p.threshold
-                                             : -std::numeric_limits<double>::infinity();
+      return s.stalled_for - p.threshold;
     case Error::kLostInput:
-      return silent_for - p.threshold;
+      return s.silent_for - p.threshold;
   }
   return 0.0;
 }
@@ -36,6 +35,9 @@ double excess(Error error, const Protection& p, const Watched& w, double silent_
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s) {
   s.silent_for += T_m;
+  const bool stalled = std::abs(watched.omega) < kStallSpeed &&
+                       std::abs(watched.i_q) > kStallCurrent * watched.i_q_max;
+  s.stalled_for = stalled ? s.stalled_for + T_m : 0.0;
   const ErrorBits before = s.latched;
   for (int n = 0; n < kErrorKinds; ++n) {
     const auto index = static_cast<std::size_t>(n);
@@ -46,7 +48,7 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
       s.cause = static_cast<ErrorBits>(s.cause & ~bit(error));
       continue;
     }
-    const double beyond = excess(error, p, watched, s.silent_for);
+    const double beyond = excess(error, p, watched, s);
     s.beyond_for[index] = beyond > 0.0 ? s.beyond_for[index] + T_m : 0.0;
     if (beyond > 0.0 && s.beyond_for[index] > p.delay) {
       s.cause |= bit(error);
