@@ -2,6 +2,7 @@
 
 /// @file The shipped motor profiles as the model takes them.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>

@@ -1,0 +1,153 @@
+// The same motion computed by an independent solver at tight tolerance.
+#include "tests/model/reference_solver.hpp"
+
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+DriveParams smooth_drive() {
+  DriveParams d = ideal_drive();
+  d.motor.L_q = 2.0 * d.motor.L_d;
+  d.motor.alpha_cu = 0.00393;
+  d.motor.alpha_pm = -0.0011;
+  d.inverter.t_dead = 100e-9;
+  d.inverter.R_on = 10e-3;
+  d.mechanics.B = 1e-4;
+  d.mechanics.tau_cogging = 0.004;
+  d.load.tau_gravity = 0.15;
+  d.load.J = 1e-4;
+  d.supply = {.v_source = 24.0, .R_source = 0.05, .C_link = 470e-6, .i_regen_max = 1e3};
+  return d;
+}
+
+/// The firmware alone, for a plant of any kind: what DriveBank does between its sensors and its duties.
+class Firmware {
+ public:
+  Firmware(const DriveParams& drive, const ControlSettings& settings)
+      : drive_(drive),
+        plant_(plant_params(drive)),
+        motion_params_(motion_params(drive, settings)),
+        loop_params_(current_loop_params(drive, settings)),
+        motion_(motion_state_at(0.0)) {}
+
+  void command(const Setpoint& setpoint) {
+    setpoint_changed(motion_params_, setpoint_, setpoint, loop_.encoder_counts, motion_);
+    setpoint_ = setpoint;
+  }
+  /// One period: takes what the sensors see now, returns the duties that act in it.
+  std::array<double, 3> step(const ReferenceState& s) {
+    const double v_bus = quantised(s[4], drive_.slow_sensor.v_lsb);
+    if (tick_++ % drive_.control.motion_divider == 0) {
+      motion_loops(motion_params_, setpoint_, loop_.encoder_counts, v_bus, motion_, orders_);
+    }
+    const std::array<double, 3> acting{loop_.duty_a, loop_.duty_b, loop_.duty_c};
+    const SinCos<double> theta_e = sincos(plant_.pole_pairs * s[2]);
+    const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s[0], s[1]}, theta_e));
+    const Measurement<double> m = measure<double>(plant_, i, s[2], s[3], &noise_);
+    current_loop<double>(loop_params_, orders_, m, loop_);
+    return acting;
+  }
+
+ private:
+  DriveParams drive_;
+  PlantParams<double> plant_;  // the sensors' numbers
+  MotionParams motion_params_;
+  CurrentLoopParams<double> loop_params_;
+  MotionState motion_;
+  CurrentLoopState<double> loop_;
+  CurrentOrders<double> orders_;
+  Setpoint setpoint_ = Idle{};
+  std::uint64_t noise_ = 1;  // all amplitudes are zero here
+  int tick_ = 0;
+};
+
+TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
+  const DriveParams d = smooth_drive();
+  ControlSettings settings = unlimited();
+  settings.i_q_max = 8.0;
+  settings.accel_max = 800.0;
+  DriveBank bank = one_drive(d, settings);
+  Firmware firmware(d, settings);
+  ReferenceSolver reference(d, {0, 0, 0, 0, 24.0, 25.0, 25.0, 25.0});
+
+  // Torque comes last: it leaves the angle free, and what differs there stays (cogging: 84 periods a turn).
+  const std::array<Setpoint, 6> script{Speed{80.0},  Speed{-60.0}, Position{3.0}, Position{-9.0, 40.0},
+                                       Speed{120.0}, Torque{-1.0}};
+  // Required: 0.5 % of the rated current, 0.1 % of speed (here: of the fastest of the run).
+  const double i_rated = 1.0 / k_t(d.motor);  // MF7015-10T: 1 Nm
+  const double i_tolerance = 0.005 * i_rated;
+  double fastest = 0.0;
+  double worst_i = 0.0, worst_omega = 0.0, worst_temp = 0.0, largest_i = 0.0;
+  const double T = 1.0 / d.inverter.f_pwm;
+  for (const Setpoint& setpoint : script) {
+    bank.command(0, setpoint);
+    firmware.command(setpoint);
+    for (std::int64_t n = ticks_in(d, 2.0 / 6.0); n > 0; --n) {
+      bank.advance(1);
+      reference.advance(firmware.step(reference.state()), T);
+      const Truth t = bank.truth(0);
+      const ReferenceState r = reference.state();
+      fastest = std::max(fastest, std::abs(r[3]));
+      largest_i = std::max(largest_i, std::abs(r[1]));
+      worst_i = std::max({worst_i, std::abs(t.i_d - r[0]), std::abs(t.i_q - r[1])});
+      worst_omega = std::max(worst_omega, std::abs(t.omega_m - r[3]));
+      worst_temp = std::max(worst_temp, std::abs(t.temp_winding - r[5]));
+    }
+  }
+  EXPECT_LT(worst_i, i_tolerance);
+  EXPECT_LT(worst_omega, 1e-3 * fastest);
+  EXPECT_LT(worst_temp, 0.01);
+  EXPECT_GT(fastest, 100.0);   // the script has really moved it
+  EXPECT_GT(largest_i, 4.0);
+  RecordProperty("worst_current_of_rated", std::to_string(worst_i / i_rated));
+  RecordProperty("worst_speed_of_fastest", std::to_string(worst_omega / fastest));
+}
+
+/// Largest errors of i_q and ω over 30 ms under duties prescribed every 125 µs, with `parts` periods each.
+struct Errors {
+  double current = 0, speed = 0;
+};
+Errors errors_with(int parts) {
+  DriveParams d = smooth_drive();
+  d.inverter.t_dead = 0.0;  // its sign is by definition that of the period's start
+  d.supply.C_link = 10e-3;
+  d.inverter.f_pwm = 8000.0;
+  ReferenceSolver reference(d, {0, 0, 0, 30.0, 24.0, 25.0, 25.0, 25.0});
+  d.inverter.f_pwm *= parts;
+  BarePlant plant(d);
+  plant.s.omega = 30.0;
+  Errors worst;
+  for (int n = 0; n < 240; ++n) {
+    // A voltage vector that turns with the rotor's initial speed and swells.
+    const double angle = d.motor.pole_pairs * 30.0 * (n + 0.5) * 125e-6 + 1.4;
+    const double amplitude = (2.2 + 0.6 * std::sin(0.05 * n)) / 24.0;
+    const Abc<double> duty = inverse_clarke(AlphaBeta<double>{amplitude * std::cos(angle), amplitude * std::sin(angle)});
+    const Abc<double> legs{0.5 + duty.a, 0.5 + duty.b, 0.5 + duty.c};
+    reference.advance({legs.a, legs.b, legs.c}, 125e-6);
+    for (int k = 0; k < parts; ++k) {
+      plant.step(legs);
+    }
+    const ReferenceState r = reference.state();
+    worst.current = std::max(worst.current, std::hypot(plant.s.i_d - r[0], plant.s.i_q - r[1]));
+    worst.speed = std::max(worst.speed, std::abs(plant.s.omega - r[3]));
+  }
+  return worst;
+}
+
+TEST(ReferenceSolver, ErrorFallsWithTheSquareOfThePeriod) {
+  Errors coarse = errors_with(1);
+  for (const int parts : {2, 4, 8}) {
+    const Errors fine = errors_with(parts);
+    // Second order: a quarter. Leave room for the next orders on the coarsest step.
+    EXPECT_GT(coarse.current / fine.current, 3.3) << parts;
+    EXPECT_LT(coarse.current / fine.current, 5.0) << parts;
+    EXPECT_GT(coarse.speed / fine.speed, 3.3) << parts;
+    EXPECT_LT(coarse.speed / fine.speed, 5.0) << parts;
+    coarse = fine;
+  }
+  EXPECT_LT(coarse.current, 1e-2);
+}
+
+}  // namespace
+}  // namespace lk::model::test

@@ -1,0 +1,143 @@
+// Whatever a host says for a minute, the state stays finite and within what the hardware can be.
+#include <functional>
+
+#include "tests/model/profiles.hpp"
+
+namespace lk::model::test {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr double kMinute = 6.0;  // instrumented code is ten times slower
+#else
+constexpr double kMinute = 60.0;
+#endif
+
+void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives, const std::string& what) {
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    const DriveParams& d = drives[n].init.params;
+    const Truth t = bank.truth(n);
+    const Telemetry m = bank.telemetry(n);
+    const EnergyLedger e = bank.energy(n);
+    for (const double x : {t.theta_m, t.omega_m, t.theta_out, t.i_d, t.i_q, t.tau_e, t.v_bus, t.temp_winding,
+                           t.temp_stage, t.i_q_ref, t.omega_ref, t.theta_ref, m.omega, m.i_q, m.i_bus, m.power,
+                           m.v_bus, m.temp_motor, e.supply, e.stored}) {
+      ASSERT_TRUE(std::isfinite(x)) << drives[n].name << ' ' << what;
+    }
+    for (const double duty : t.duty_abc) {
+      ASSERT_GE(duty, 0.0) << drives[n].name << ' ' << what;
+      ASSERT_LE(duty, 1.0) << drives[n].name << ' ' << what;
+    }
+    // The most a bridge can do: twice the link against R (back-EMF in step with it), at twice the speed at
+    // which the back-EMF is the link's.
+    ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s) << drives[n].name << ' ' << what;
+    ASSERT_LT(std::abs(t.omega_m), 2.0 * d.supply.v_source / (d.motor.pole_pairs * d.motor.psi_f))
+        << drives[n].name << ' ' << what;
+    ASSERT_GT(t.v_bus, 0.0) << drives[n].name << ' ' << what;
+    ASSERT_LT(t.v_bus, 5.0 * d.supply.v_source) << drives[n].name << ' ' << what;
+  }
+}
+
+/// A minute of `setpoint_of(drive, n)`, a new one every `stretch` seconds.
+template <class SetpointOf>
+void survive(const std::string& what, double stretch, SetpointOf setpoint_of,
+             const std::function<void(DriveInit&)>& change = [](DriveInit&) {}) {
+  for (std::vector<NamedDrive>& group : profiles_by_rate()) {
+    for (NamedDrive& drive : group) {
+      change(drive.init);
+    }
+    DriveBank bank = bank_of(group);
+    for (int n = 0; n * stretch < kMinute; ++n) {
+      for (std::size_t drive = 0; drive < group.size(); ++drive) {
+        bank.command(drive, setpoint_of(group[drive].init, n));
+      }
+      bank.advance(ticks_in(group.front().init.params, stretch));
+      expect_sane(bank, group, what + ", stretch " + std::to_string(n));
+      if (testing::Test::HasFatalFailure()) {
+        return;
+      }
+    }
+  }
+}
+
+double sign(int n) { return n % 2 == 0 ? 1.0 : -1.0; }
+constexpr double kWireSpeed = 3.75e5;     // rad/s: int32 of 0.01 °/s
+constexpr double kWirePosition = 3.75e5;  // rad: int32 of 0.01 °
+
+Setpoint at_the_limits(const DriveInit& d, int n) {
+  const std::array<Setpoint, 9> kinds{
+      Torque{33.0 * sign(n / 9)},  Speed{kWireSpeed * sign(n / 9)}, Position{kWirePosition * sign(n / 9)},
+      Voltage{100.0 * sign(n / 9)}, Off{}, Speed{1e-3, 0.01}, Position{0.0, 1e-3}, Idle{},
+      Position{10.0 * sign(n), d.settings.omega_max}};
+  return kinds[static_cast<std::size_t>(n) % kinds.size()];
+}
+
+TEST(Survival, BeyondReachEitherWay) {
+  survive("rails", 1.5, [](const DriveInit&, int n) -> Setpoint {
+    switch (n / 10 % 3) {
+      case 0: return Torque{sign(n) * 33.0};
+      case 1: return Speed{sign(n) * kWireSpeed};
+      default: return Position{sign(n) * kWirePosition};
+    }
+  });
+}
+TEST(Survival, VoltageEitherWayAndBridgeOff) {
+  survive("voltage", 0.7, [](const DriveInit&, int n) -> Setpoint {
+    return n % 3 == 2 ? Setpoint{Off{}} : Setpoint{Voltage{sign(n) * 60.0}};
+  });
+}
+TEST(Survival, EverySetpointAtItsLimits) { survive("limits", 0.35, at_the_limits); }
+
+TEST(Survival, EverySetpointWithTheGreatestGains) {
+  survive("bytes 255", 0.7, at_the_limits, [](DriveInit& d) {
+    d.settings.gains = {255, 255, 255, 255, 255, 255};
+  });
+}
+TEST(Survival, EverySetpointWithoutGains) {
+  survive("bytes 0", 0.7, at_the_limits, [](DriveInit& d) { d.settings.gains = {0, 0, 0, 0, 0, 0}; });
+}
+TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
+  survive("ramps", 0.7, at_the_limits, [](DriveInit& d) {
+    d.settings.accel_max = 1e-3;
+    d.settings.current_ramp = 1e-3;
+    d.settings.gains = {255, 0, 0, 255, 1, 255};
+  });
+  survive("rectifier", 0.7, at_the_limits, [](DriveInit& d) {
+    d.settings.accel_max = 1e6;
+    // A braking chopper's place is taken by the protection, as on a real bench.
+    d.params.supply.i_regen_max = 0.0;
+    d.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {true, 1.5 * d.params.supply.v_source, 1.0, 0.0};
+  });
+}
+
+/// The drives under a third of their break-away torque, bridges off; nothing moves once it has settled.
+void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
+  for (NamedDrive& drive : drives) {
+    DriveParams& d = drive.init.params;
+    d.load.tau = 0.3 * std::max(d.mechanics.tau_static, d.mechanics.tau_coulomb) * d.mechanics.gear_ratio;
+    ASSERT_GT(d.load.tau, 0.0) << drive.name;
+    drive.init.theta_m = 0.25;
+  }
+  DriveBank bank = bank_of(drives);
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    bank.command(n, Off{});
+  }
+  bank.advance(ticks_in(drives.front().init.params, 2.0));  // the load takes up the play of a gear
+  const DriveBank settled = bank;
+  bank.advance(ticks_in(drives.front().init.params, seconds));
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    EXPECT_EQ(bank.truth(n).theta_m, settled.truth(n).theta_m) << drives[n].name;
+    EXPECT_EQ(bank.truth(n).omega_m, 0.0) << drives[n].name;
+    EXPECT_NEAR(bank.truth(n).theta_m, 0.25, 0.1) << drives[n].name;
+  }
+}
+
+TEST(Standstill, TenMinutesOfASmallTorqueMoveNothing) { expect_standstill({all_profiles().front()}, 10 * kMinute); }
+
+TEST(Standstill, HalfAMinuteOfASmallTorqueMovesNoProfile) {
+  for (const std::vector<NamedDrive>& group : profiles_by_rate()) {
+    expect_standstill(group, 0.5 * kMinute);
+  }
+}
+
+}  // namespace
+}  // namespace lk::model::test
