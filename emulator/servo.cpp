@@ -339,10 +339,12 @@ Reply Servo::state_1(Opcode command, const model::Telemetry& telemetry) const {
 }
 
 Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
+  // MS drives have no current sensors: their field carries the duty of the bus voltage, per mille.
+  const double power_as_iq_A = telemetry.power * 1000 * protocol::kLegacyFormat.iq_reply_lsb_A;
   return protocol::State2{
       .command = reply_opcode(command),
       .temperature_C = telemetry.temp_motor,
-      .iq_A = telemetry.i_q,
+      .iq_A = config_.profile.series == Series::kMs ? power_as_iq_A : telemetry.i_q,
       .speed_dps = dps_from_rad_s(telemetry.omega),
       .encoder_counts = angles_.encoder(angles_.position(telemetry), ram_.encoder_offset)};
 }

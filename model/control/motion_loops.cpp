@@ -10,6 +10,9 @@ namespace {
 
 /// Inside this distance of its target the angle integrator works: it trims, it does not travel.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
+/// Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than one
+/// count of a 14-bit encoder.
+constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
 
 /// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile,
 /// damping 1.
@@ -64,10 +67,12 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
     s.theta_ref = setpoint.theta;
     s.omega_profile = 0.0;
   }
-  // In whole counts: inside the count of the target there is nothing left to correct.
+  // In whole counts, and nothing within the resolution of the wire: there is nothing left to
+  // correct.
   const double error_counts = nearest(s.theta_ref / p.rad_per_count) - encoder_counts;
-  const double error = error_counts * p.rad_per_count;
-  if (error_counts == 0.0 || std::abs(error) > kTrimAngle) {
+  const double distance = error_counts * p.rad_per_count;
+  const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
+  if (error == 0.0 || std::abs(error) > kTrimAngle) {
     s.angle_integral = 0.0;
   } else {
     s.angle_integral += p.angle_ki * p.T_m * error;
