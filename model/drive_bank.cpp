@@ -88,6 +88,7 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     Unit unit;
     unit.params = init.params;
     unit.settings = init.settings;
+    unit.slow_sensors = slow_sensors(init.params.slow_sensor);
     unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
     unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
     const std::size_t drive = units_.size();
@@ -137,7 +138,7 @@ void DriveBank::run_motion_loops(std::size_t drive) {
   with_block(drive, [&](auto& block, std::size_t lane) {
     const double i_a = lane_of(block.loop.i_a, lane);
     const double i_b = lane_of(block.loop.i_b, lane);
-    unit.slow = measure_slowly(unit.params.slow_sensor, lane_of(block.plant.v_link, lane),
+    unit.slow = measure_slowly(unit.slow_sensors, lane_of(block.plant.v_link, lane),
                                lane_of(block.plant.temp_winding, lane),
                                lane_of(block.plant.temp_stage, lane), unit.slow_noise);
     const double i_peak = std::max({std::abs(i_a), std::abs(i_b), std::abs(i_a + i_b)});
@@ -190,6 +191,7 @@ void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
 
 void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
   units_[drive].settings = settings;
+  settings_changed(settings.protections, units_[drive].protection);
   derive_control(drive);
 }
 

@@ -60,6 +60,7 @@ class DriveBank {
     MotionState motion;
     ProtectionState protection;
     Setpoint setpoint = Idle{};
+    SlowSensors slow_sensors{};
     SlowMeasurement slow;
     std::uint64_t slow_noise = 1;
   };

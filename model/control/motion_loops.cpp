@@ -17,7 +17,7 @@ constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
 /// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile,
 /// damping 1.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
-  s.counts_hat += p.T_m * s.omega_hat / p.rad_per_count;
+  s.counts_hat += p.T_m * s.omega_hat * p.counts_per_rad;
   // The middle of the count is the best guess of where in it the shaft stands.
   const double error = encoder_counts + 0.5 - s.counts_hat;
   s.counts_hat += p.observer_k1 * error;
@@ -69,7 +69,7 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
   }
   // In whole counts, and nothing within the resolution of the wire: there is nothing left to
   // correct.
-  const double error_counts = nearest(s.theta_ref / p.rad_per_count) - encoder_counts;
+  const double error_counts = nearest(s.theta_ref * p.counts_per_rad) - encoder_counts;
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
   if (error == 0.0 || std::abs(error) > kTrimAngle) {
@@ -145,6 +145,7 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   MotionParams p;
   p.T_m = c.motion_divider / drive.inverter.f_pwm;
   p.rad_per_count = drive.encoder.direction * kTwoPi / static_cast<double>(1 << drive.encoder.bits);
+  p.counts_per_rad = 1.0 / p.rad_per_count;
   p.pole_pairs = drive.motor.pole_pairs;
   p.advance_time = 1.5 / drive.inverter.f_pwm;
   p.angle_kp = c.angle_kp_per_byte * bytes.angle_kp;

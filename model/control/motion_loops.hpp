@@ -13,8 +13,9 @@ namespace lk::model {
 
 /// Physical gains and limits; derived anew whenever a register changes.
 struct MotionParams {
-  double T_m = 1.0 / 8000;   // s, period of these loops
-  double rad_per_count = 0;  // rotor rad per encoder count, signed by the encoder's direction
+  double T_m = 1.0 / 8000;    // s, period of these loops
+  double rad_per_count = 0;   // rotor rad per encoder count, signed by the encoder's direction
+  double counts_per_rad = 0;  // its inverse
   double pole_pairs = 1;
   double advance_time = 0;  // s, from a current sample to the middle of the duties it causes
   double angle_kp = 0, angle_ki = 0;        // 1/s, 1/s²

@@ -44,8 +44,6 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
     const auto error = static_cast<Error>(n);
     const Protection& p = settings[index];
     if (!p.enabled) {
-      s.beyond_for[index] = 0.0;
-      s.cause = static_cast<ErrorBits>(s.cause & ~bit(error));
       continue;
     }
     const double beyond = excess(error, p, watched, s);
@@ -58,6 +56,15 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
     }
   }
   return s.latched != before;
+}
+
+void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s) {
+  for (int n = 0; n < kErrorKinds; ++n) {
+    if (!settings[static_cast<std::size_t>(n)].enabled) {
+      s.beyond_for[static_cast<std::size_t>(n)] = 0.0;
+      s.cause = static_cast<ErrorBits>(s.cause & ~bit(static_cast<Error>(n)));
+    }
+  }
 }
 
 void clear_errors(ProtectionState& s) { s.latched &= s.cause; }

@@ -33,6 +33,9 @@ struct ProtectionState {
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s);
 
+/// Forgets the timers and causes of protections that are no longer enabled; what latched stays.
+void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
+
 /// Unlatches every error whose cause is over.
 void clear_errors(ProtectionState& s);
 

@@ -15,13 +15,21 @@ struct SlowMeasurement {
   double temp_driver = 0;  // °C, at the power stage
 };
 
-/// `lsb` > 0: the step of the converter.
-inline double quantised(double x, double lsb) { return nearest(x / lsb) * lsb; }
+/// The converters, with the inverses of their steps.
+struct SlowSensors {
+  double v_noise, v_lsb, inv_v_lsb, temp_lsb, inv_temp_lsb;
+};
 
-inline SlowMeasurement measure_slowly(const SlowSensorParams& p, double v_link, double temp_winding,
+inline SlowSensors slow_sensors(const SlowSensorParams& p) {
+  return {p.v_noise, p.v_lsb, 1.0 / p.v_lsb, p.temp_lsb, 1.0 / p.temp_lsb};
+}
+
+inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link, double temp_winding,
                                       double temp_stage, std::uint64_t& noise) {
-  return {quantised(v_link + p.v_noise * normal_deviate(noise), p.v_lsb),
-          quantised(temp_winding, p.temp_lsb), quantised(temp_stage, p.temp_lsb)};
+  const double v_seen = v_link + p.v_noise * normal_deviate(noise);
+  return {nearest(v_seen * p.inv_v_lsb) * p.v_lsb,
+          nearest(temp_winding * p.inv_temp_lsb) * p.temp_lsb,
+          nearest(temp_stage * p.inv_temp_lsb) * p.temp_lsb};
 }
 
 }  // namespace lk::model
