@@ -1,4 +1,5 @@
-// The control tick: items are drive-ticks, so that items_per_second of one drive and of many compare.
+// The control tick: items are drive-ticks, so that items_per_second of one drive and of many
+// compare.
 #include <benchmark/benchmark.h>
 
 #include <vector>

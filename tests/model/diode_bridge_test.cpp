@@ -18,9 +18,10 @@ TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {
     in.i = diode_bridge(in).i_next;
     const Abc<double> i = inverse_clarke(inverse_park(in.i, sincos(0.0)));
     const double t = n * in.T_s;
-    const double expected = std::max(0.0, -v / in.R_s + (5.0 + v / in.R_s) * std::exp(-in.R_s / in.L_d * t));
-    // Second order in a sixteenth of a period: (R·h/L)²/6 of what changes = 1e-6 of v/R = 91 A; and the
-    // instant of zero is known to one part of sixteen.
+    const double expected =
+        std::max(0.0, -v / in.R_s + (5.0 + v / in.R_s) * std::exp(-in.R_s / in.L_d * t));
+    // Second order in a sixteenth of a period: (R·h/L)²/6 of what changes = 1e-6 of v/R = 91 A; and
+    // the instant of zero is known to one part of sixteen.
     const double tolerance = expected > 0.0 ? 5e-4 : v / in.L_d * in.T_s / 16;
     EXPECT_NEAR(i.a, expected, tolerance) << n;
     EXPECT_NEAR(i.b, -expected, tolerance) << n;
@@ -59,8 +60,9 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
       in.theta_e += in.omega_e * in.T_s;
       const WindingStep<double> step = diode_bridge(in);
       ASSERT_TRUE(std::isfinite(step.i_next.d) && std::isfinite(step.i_next.q));
-      // A rectifier only ever charges the link; an instant of zero is known to a sixteenth of a period, in
-      // which a current changes by V/L·T/16 = 0.4 A at most, for a sixteenth of the mean.
+      // A rectifier only ever charges the link; an instant of zero is known to a sixteenth of a
+      // period, in which a current changes by V/L·T/16 = 0.4 A at most, for a sixteenth of the
+      // mean.
       ASSERT_LE(step.i_link, 0.03);
       charge += step.i_link;
       torque_sign += step.i_mean.q * in.omega_e;
@@ -77,7 +79,9 @@ TEST(DiodeBridge, EnergyBalances) {
       DiodeBridgeInput in = at_rest({1.0, 9.0});
       in.L_q = ratio * in.L_d;
       in.omega_e = part * (24.0 + 1.6) / (std::sqrt(3.0) * 0.00499);
-      const auto magnetic = [&] { return 0.75 * (in.L_d * in.i.d * in.i.d + in.L_q * in.i.q * in.i.q); };
+      const auto magnetic = [&] {
+        return 0.75 * (in.L_d * in.i.d * in.i.d + in.L_q * in.i.q * in.i.q);
+      };
       const double before = magnetic();
       double copper = 0, diodes = 0, link = 0, mechanical = 0, turnover = before;
       for (int n = 0; n < 3000; ++n) {
@@ -85,14 +89,15 @@ TEST(DiodeBridge, EnergyBalances) {
         copper += 1.5 * in.R_s * s.mean_square * in.T_s;
         diodes += s.p_inverter * in.T_s;
         link += in.v_link * s.i_link * in.T_s;
-        const double power = 1.5 * in.omega_e * (in.psi_f * s.i_mean.q + (in.L_d - in.L_q) * s.mean_dq);
+        const double power =
+            1.5 * in.omega_e * (in.psi_f * s.i_mean.q + (in.L_d - in.L_q) * s.mean_dq);
         mechanical += power * in.T_s;
         turnover += std::abs(power) * in.T_s;
         in.theta_e += in.omega_e * in.T_s;
         in.i = s.i_next;
       }
-      // Each commutation's instant is known to a sixteenth of a period: a per cent of what was stored or
-      // turned over. (A ledger over a whole run sees far less: the bridge is rarely off.)
+      // Each commutation's instant is known to a sixteenth of a period: a per cent of what was
+      // stored or turned over. (A ledger over a whole run sees far less: the bridge is rarely off.)
       EXPECT_NEAR(link, copper + diodes + mechanical + magnetic() - before, 0.01 * turnover)
           << part << ' ' << ratio;
       EXPECT_GT(diodes, 0.0);
@@ -109,7 +114,7 @@ TEST(DiodeBridge, FreeWheelingMotorBelowTheThresholdFeelsNothing) {
     plant.free_step();
   }
   EXPECT_NEAR(plant.s.omega, omega, omega * 32000 * 2.3e-16);  // a rounding a period
-  EXPECT_EQ(plant.s.e_copper, 0.0);
+  EXPECT_EQ(plant.copper(), 0.0);
 }
 
 TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
@@ -125,10 +130,13 @@ TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
     ASSERT_TRUE(std::isfinite(plant.s.i_q));
   }
   EXPECT_LT(plant.s.omega, 1.5 * threshold);
-  // In the end no line-to-line voltage exceeds the link any more (diodes included; the hair is ringing).
-  EXPECT_LE(std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs * plant.s.omega, plant.s.v_link + 1.6 + 0.1);
+  // In the end no line-to-line voltage exceeds the link any more (diodes included; the hair is
+  // ringing).
+  EXPECT_LE(std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs * plant.s.omega,
+            plant.s.v_link + 1.6 + 0.1);
   EXPECT_GT(plant.s.v_link, 24.0 * 1.3);
-  EXPECT_NEAR(plant.energy() + plant.s.e_copper + plant.s.e_inverter - plant.s.e_supply, before, 0.01 * (before));
+  EXPECT_NEAR(plant.energy() + plant.copper() + plant.inverter() - plant.supplied(), before,
+              0.01 * (before));
 }
 
 }  // namespace

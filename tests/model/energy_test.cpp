@@ -1,4 +1,5 @@
-// The energy ledger closes: what the supply gave is what was lost, delivered or stored (docs/model.md §8).
+// The energy ledger closes: what the supply gave is what was lost, delivered or stored
+// (docs/model.md §8).
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {
@@ -6,7 +7,8 @@ namespace {
 
 double residual(const EnergyLedger& now, const EnergyLedger& start) {
   const double spent = now.copper + now.inverter + now.friction + now.gear + now.load + now.stored;
-  const double spent_before = start.copper + start.inverter + start.friction + start.gear + start.load + start.stored;
+  const double spent_before =
+      start.copper + start.inverter + start.friction + start.gear + start.load + start.stored;
   return (now.supply - start.supply) - (spent - spent_before);
 }
 
@@ -18,18 +20,25 @@ void mixed_two_seconds(DriveBank& bank, const std::vector<NamedDrive>& drives) {
     }
   };
   const auto free_speed = [](const DriveInit& d) {
-    return d.params.supply.v_source / std::sqrt(3.0) / (d.params.motor.pole_pairs * d.params.motor.psi_f);
+    return d.params.supply.v_source / std::sqrt(3.0) /
+           (d.params.motor.pole_pairs * d.params.motor.psi_f);
   };
-  const auto advance = [&](double seconds) { bank.advance(ticks_in(drives.front().init.params, seconds)); };
+  const auto advance = [&](double seconds) {
+    bank.advance(ticks_in(drives.front().init.params, seconds));
+  };
   all([&](const DriveInit& d) { return Speed{0.6 * free_speed(d)}; });
   advance(0.4);
   all([&](const DriveInit& d) { return Speed{-0.5 * free_speed(d)}; });
   advance(0.3);
   all([](const DriveInit&) { return Position{5.0}; });
   advance(0.4);
-  all([](const DriveInit& d) { return Torque{-0.1 * d.params.supply.v_source / d.params.motor.R_s}; });
+  all([](const DriveInit& d) {
+    return Torque{-0.1 * d.params.supply.v_source / d.params.motor.R_s};
+  });
   advance(0.15);
-  all([](const DriveInit& d) { return Torque{0.1 * d.params.supply.v_source / d.params.motor.R_s}; });
+  all([](const DriveInit& d) {
+    return Torque{0.1 * d.params.supply.v_source / d.params.motor.R_s};
+  });
   advance(0.15);
   all([](const DriveInit&) { return Off{}; });
   advance(0.2);

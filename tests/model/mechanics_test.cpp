@@ -15,7 +15,8 @@ TEST(Mechanics, ConstantTorqueGivesTheSlopeOfNewton) {
   Shafts shafts(d);
   shafts.run(0.5, 0.1);
   const double acceleration = (0.1 - 0.02) / d.mechanics.J;
-  EXPECT_NEAR(shafts.m.omega, acceleration * 0.5, 1e-9 * acceleration);  // linear: exact but for rounding
+  EXPECT_NEAR(shafts.m.omega, acceleration * 0.5,
+              1e-9 * acceleration);  // linear: exact but for rounding
   EXPECT_NEAR(shafts.m.theta, 0.5 * acceleration * 0.25, 1e-9 * acceleration);
   EXPECT_NEAR(shafts.friction, 0.02 * shafts.m.theta, 1e-9);
 }
@@ -65,7 +66,8 @@ TEST(Mechanics, ViscousFrictionDecaysExponentially) {
   shafts.run(0.2, 0.0);
   // Midpoint rule: (T/τ)²/12 = 1e-8 per unit of t/τ.
   EXPECT_NEAR(shafts.m.omega, 50.0 * std::exp(-0.2 / tau), 50.0 * 1e-7);
-  EXPECT_NEAR(shafts.friction, 0.5 * d.mechanics.J * (2500.0 - shafts.m.omega * shafts.m.omega), 1e-9);
+  EXPECT_NEAR(shafts.friction, 0.5 * d.mechanics.J * (2500.0 - shafts.m.omega * shafts.m.omega),
+              1e-9);
 }
 
 TEST(Mechanics, TenMinutesUnderASmallTorqueMoveNothing) {
@@ -100,12 +102,14 @@ TEST(Mechanics, StribeckExcessHalvesAtItsSpeed) {
   DriveParams d = with_friction(0.010);
   d.mechanics.tau_static = 0.016;
   d.mechanics.omega_stribeck = 2.0;
-  for (const auto& [omega, level] : {std::pair{2.0, 0.013}, {1e6, 0.010}, {4.0, 0.010 + 0.006 / 5.0}}) {
+  for (const auto& [omega, level] :
+       {std::pair{2.0, 0.013}, {1e6, 0.010}, {4.0, 0.010 + 0.006 / 5.0}}) {
     Shafts shafts(d);
     shafts.m.omega = omega;
     shafts.step(0.0);
     const double torque = (omega - shafts.m.omega) * d.mechanics.J * shafts.p.f_s;
-    EXPECT_NEAR(torque, level, 1e-8 * (1.0 + omega));  // a difference of speeds: rounding grows with ω
+    EXPECT_NEAR(torque, level,
+                1e-8 * (1.0 + omega));  // a difference of speeds: rounding grows with ω
   }
 }
 
@@ -142,7 +146,8 @@ TEST(Mechanics, CoggingHoldsTheRotorInAWellAndConservesEnergy) {
     }
     last = shafts.m.theta;
   }
-  // Pendulum at amplitude φ = 0.1·π: period longer by φ²/16 = 0.62 %; crossings are known to a period.
+  // Pendulum at amplitude φ = 0.1·π: period longer by φ²/16 = 0.62 %; crossings are known to a
+  // period.
   const double measured = (last_at - first_at) / (crossings - 1);
   EXPECT_NEAR(measured, period * (1.0 + std::pow(0.1 * kPiT, 2) / 16.0), 1e-3 * period);
   // And a rotor pushed above the barrier 2·τ/n passes over it.

@@ -1,7 +1,7 @@
 #pragma once
 
-/// @file A run that uses everything: several unlike drives, every kind of setpoint, changing loads; and the
-/// bits it leaves behind.
+/// @file A run that uses everything: several unlike drives, every kind of setpoint, changing loads;
+/// and the bits it leaves behind.
 
 #include <array>
 #include <bit>
@@ -51,24 +51,42 @@ inline DriveInit mixed_drive(int kind) {
   d.control.has_current_loop = kind != 5;
   init.settings.accel_max = kind % 2 == 0 ? 0.0 : 500.0;
   init.settings.current_ramp = kind % 3 == 0 ? 0.0 : 2000.0;
-  init.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {true, 36.0, 1.0, 0.002};
+  init.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {true, 36.0, 1.0,
+                                                                              0.002};
   return init;
 }
 
 /// What drive `kind` is told in stretch `n` of the run.
 inline void direct(DriveBank& bank, std::size_t drive, int kind, int n) {
   switch ((kind + n) % 8) {
-    case 0: bank.command(drive, Speed{30.0 - 9.0 * kind, 0.0}); break;
-    case 1: bank.command(drive, Position{4.0 * kind - 2.0 * n, 0.0}); break;
-    case 2: bank.command(drive, Torque{2.0 - 0.5 * kind}); break;
-    case 3: bank.command(drive, Off{}); break;
-    case 4: bank.command(drive, Speed{-120.0, 6.0}); break;
-    case 5: bank.command(drive, Voltage{3.0}); break;
-    case 6: bank.command(drive, Position{-1.0, 60.0}); break;
-    case 7: bank.command(drive, Idle{}); break;
+    case 0:
+      bank.command(drive, Speed{30.0 - 9.0 * kind, 0.0});
+      break;
+    case 1:
+      bank.command(drive, Position{4.0 * kind - 2.0 * n, 0.0});
+      break;
+    case 2:
+      bank.command(drive, Torque{2.0 - 0.5 * kind});
+      break;
+    case 3:
+      bank.command(drive, Off{});
+      break;
+    case 4:
+      bank.command(drive, Speed{-120.0, 6.0});
+      break;
+    case 5:
+      bank.command(drive, Voltage{3.0});
+      break;
+    case 6:
+      bank.command(drive, Position{-1.0, 60.0});
+      break;
+    case 7:
+      bank.command(drive, Idle{});
+      break;
   }
   if (n == 3) {
-    bank.set_load(drive, {.J = 1e-4, .tau = 0.02, .tau_gravity = 0.1, .theta_min = -20.0, .theta_max = 20.0});
+    bank.set_load(
+        drive, {.J = 1e-4, .tau = 0.02, .tau_gravity = 0.1, .theta_min = -20.0, .theta_max = 20.0});
     bank.set_supply_voltage(drive, 22.0);
   }
   if (n == 5) {
@@ -84,10 +102,12 @@ inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t dri
   const EnergyLedger e = bank.energy(drive);
   std::vector<std::uint64_t> words;
   for (const double x :
-       {t.theta_m, t.omega_m, t.theta_out, t.omega_out, t.i_d, t.i_q, t.tau_e, t.v_bus, t.temp_winding, t.temp_housing,
-        t.temp_stage, t.i_q_ref, t.omega_ref, t.theta_ref, t.duty_abc[0], t.duty_abc[1], t.duty_abc[2], m.temp_motor,
-        m.temp_driver, m.v_bus, m.i_bus, m.i_q, m.power, m.i_a, m.i_b, m.i_c, m.omega, e.supply, e.copper, e.inverter,
-        e.friction, e.gear, e.load, e.stored}) {
+       {t.theta_m,     t.omega_m,   t.theta_out,    t.omega_out,    t.i_d,         t.i_q,
+        t.tau_e,       t.v_bus,     t.temp_winding, t.temp_housing, t.temp_stage,  t.i_q_ref,
+        t.omega_ref,   t.theta_ref, t.duty_abc[0],  t.duty_abc[1],  t.duty_abc[2], m.temp_motor,
+        m.temp_driver, m.v_bus,     m.i_bus,        m.i_q,          m.power,       m.i_a,
+        m.i_b,         m.i_c,       m.omega,        e.supply,       e.copper,      e.inverter,
+        e.friction,    e.gear,      e.load,         e.stored}) {
     words.push_back(std::bit_cast<std::uint64_t>(x));
   }
   words.push_back(static_cast<std::uint64_t>(m.encoder_position));
@@ -114,7 +134,8 @@ class Hash {
 };
 
 /// The states of `kinds` after every stretch, run together in one bank.
-inline std::vector<std::vector<std::uint64_t>> mixed_run(const std::vector<int>& kinds, NamedKernel kernel,
+inline std::vector<std::vector<std::uint64_t>> mixed_run(const std::vector<int>& kinds,
+                                                         NamedKernel kernel,
                                                          std::int64_t slice = kStretchTicks) {
   std::vector<DriveInit> inits;
   for (const int kind : kinds) {

@@ -52,14 +52,16 @@ TEST(Noise, HasNoMemory) {
 }
 
 TEST(Noise, FillsEveryTenthOfItsRangeAsItShould) {
-  // P(x < 1) of Irwin–Hall n = 4: u = 2 + 1/√3 of 0..4; F = 1 − (4 − u)⁴/24 + 4·(3 − u)⁴/24, u in 2..3.
+  // P(x < 1) of Irwin–Hall n = 4: u = 2 + 1/√3 of 0..4; F = 1 − (4 − u)⁴/24 + 4·(3 − u)⁴/24, u
+  // in 2..3.
   const double u = 2.0 + 1.0 / std::sqrt(3.0);
   const double expected = 1.0 - std::pow(4.0 - u, 4) / 24.0 + 4.0 * std::pow(3.0 - u, 4) / 24.0;
   int below = 0;
   for (const double x : deviates(3)) {
     below += x < 1.0 ? 1 : 0;
   }
-  EXPECT_NEAR(static_cast<double>(below) / kCount, expected, 5.0 * std::sqrt(expected * (1 - expected) / kCount));
+  EXPECT_NEAR(static_cast<double>(below) / kCount, expected,
+              5.0 * std::sqrt(expected * (1 - expected) / kCount));
 }
 
 TEST(Noise, NeighbouringSeedsAreStrangersAndNoSeedIsDead) {

@@ -22,7 +22,8 @@ struct NamedDrive {
 
 inline std::vector<NamedDrive> all_profiles() {
   std::vector<NamedDrive> drives;
-  for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
     if (entry.path().extension() != ".toml") {
       continue;
     }
@@ -30,10 +31,14 @@ inline std::vector<NamedDrive> all_profiles() {
     std::stringstream text;
     text << file.rdbuf();
     const std::string name = entry.path().stem().string();
-    const emulator::Profile profile = emulator::parse_profile(text.str(), entry.path().string(), name);
-    drives.push_back({name, {profile.drive, emulator::control_settings(profile.factory), drives.size() + 1, 0.0}});
+    const emulator::Profile profile =
+        emulator::parse_profile(text.str(), entry.path().string(), name);
+    drives.push_back(
+        {name,
+         {profile.drive, emulator::control_settings(profile.factory), drives.size() + 1, 0.0}});
   }
-  std::sort(drives.begin(), drives.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::sort(drives.begin(), drives.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
   return drives;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
-/// @file The plant's equations written a second time, in continuous time, and given to SUNDIALS CVODE.
+/// @file The plant's equations written a second time, in continuous time, and given to SUNDIALS
+/// CVODE.
 ///
-/// Nothing of model/plant/ is used here: three phases and their angles, no dq shortcuts for the bridge.
-/// Smooth effects only (no dry friction, no play): a solver of this kind needs derivatives.
+/// Nothing of model/plant/ is used here: three phases and their angles, no dq shortcuts for the
+/// bridge. Smooth effects only (no dry friction, no play): a solver of this kind needs derivatives.
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
@@ -30,7 +31,8 @@ class ReferenceSolver {
     check(SUNContext_Create(nullptr, &context_));
     y_ = N_VNew_Serial(static_cast<sunindextype>(start.size()), context_);
     std::copy(start.begin(), start.end(), N_VGetArrayPointer(y_));
-    matrix_ = SUNDenseMatrix(static_cast<sunindextype>(start.size()), static_cast<sunindextype>(start.size()), context_);
+    matrix_ = SUNDenseMatrix(static_cast<sunindextype>(start.size()),
+                             static_cast<sunindextype>(start.size()), context_);
     linear_ = SUNLinSol_Dense(y_, matrix_, context_);
     solver_ = CVodeCreate(CV_ADAMS, context_);
     check(CVodeInit(solver_, slopes, 0.0, y_));
@@ -72,7 +74,8 @@ class ReferenceSolver {
   }
 
   static int slopes(double /*t*/, N_Vector y, N_Vector dy, void* self) {
-    static_cast<const ReferenceSolver*>(self)->slopes(N_VGetArrayPointer(y), N_VGetArrayPointer(dy));
+    static_cast<const ReferenceSolver*>(self)->slopes(N_VGetArrayPointer(y),
+                                                      N_VGetArrayPointer(dy));
     return 0;
   }
 
@@ -83,7 +86,8 @@ class ReferenceSolver {
     const double R = p.motor.R_s * (1.0 + p.motor.alpha_cu * (y[5] - 25.0));
     const double psi = p.motor.psi_f * (1.0 + p.motor.alpha_pm * (y[5] - 25.0));
 
-    // Each leg: its duty, shifted by dead time against the current; diode drop; projected on d and q.
+    // Each leg: its duty, shifted by dead time against the current; diode drop; projected on d and
+    // q.
     const double dead = p.inverter.t_dead * p.inverter.f_pwm;
     double v_d = 0.0, v_q = 0.0, drop_d = 0.0, drop_q = 0.0, i_link = 0.0;
     for (int phase = 0; phase < 3; ++phase) {
@@ -107,9 +111,12 @@ class ReferenceSolver {
     const double J = m.J + (m.J_out + p.load.J) / (m.gear_ratio * m.gear_ratio);
     const double tau_out = p.load.tau - p.load.tau_gravity * std::sin(theta / m.gear_ratio);
     dy[2] = omega;
-    dy[3] = (tau_e - m.B * omega - m.tau_cogging * std::sin(m.cogging_per_turn * theta) + tau_out / m.gear_ratio) / J;
+    dy[3] = (tau_e - m.B * omega - m.tau_cogging * std::sin(m.cogging_per_turn * theta) +
+             tau_out / m.gear_ratio) /
+            J;
 
-    const double i_source = std::max((p.supply.v_source - v) / p.supply.R_source, -p.supply.i_regen_max);
+    const double i_source =
+        std::max((p.supply.v_source - v) / p.supply.R_source, -p.supply.i_regen_max);
     dy[4] = (i_source - i_link) / p.supply.C_link;
 
     const ThermalParams& h = p.thermal;

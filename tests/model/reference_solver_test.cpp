@@ -21,7 +21,8 @@ DriveParams smooth_drive() {
   return d;
 }
 
-/// The firmware alone, for a plant of any kind: what DriveBank does between its sensors and its duties.
+/// The firmware alone, for a plant of any kind: what DriveBank does between its sensors and its
+/// duties.
 class Firmware {
  public:
   Firmware(const DriveParams& drive, const ControlSettings& settings)
@@ -71,9 +72,10 @@ TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
   Firmware firmware(d, settings);
   ReferenceSolver reference(d, {0, 0, 0, 0, 24.0, 25.0, 25.0, 25.0});
 
-  // Torque comes last: it leaves the angle free, and what differs there stays (cogging: 84 periods a turn).
-  const std::array<Setpoint, 6> script{Speed{80.0},  Speed{-60.0}, Position{3.0}, Position{-9.0, 40.0},
-                                       Speed{120.0}, Torque{-1.0}};
+  // Torque comes last: it leaves the angle free, and what differs there stays (cogging: 84 periods
+  // a turn).
+  const std::array<Setpoint, 6> script{Speed{80.0},          Speed{-60.0}, Position{3.0},
+                                       Position{-9.0, 40.0}, Speed{120.0}, Torque{-1.0}};
   // Required: 0.5 % of the rated current, 0.1 % of speed (here: of the fastest of the run).
   const double i_rated = 1.0 / k_t(d.motor);  // MF7015-10T: 1 Nm
   const double i_tolerance = 0.005 * i_rated;
@@ -98,13 +100,14 @@ TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
   EXPECT_LT(worst_i, i_tolerance);
   EXPECT_LT(worst_omega, 1e-3 * fastest);
   EXPECT_LT(worst_temp, 0.01);
-  EXPECT_GT(fastest, 100.0);   // the script has really moved it
+  EXPECT_GT(fastest, 100.0);  // the script has really moved it
   EXPECT_GT(largest_i, 4.0);
   RecordProperty("worst_current_of_rated", std::to_string(worst_i / i_rated));
   RecordProperty("worst_speed_of_fastest", std::to_string(worst_omega / fastest));
 }
 
-/// Largest errors of i_q and ω over 30 ms under duties prescribed every 125 µs, with `parts` periods each.
+/// Largest errors of i_q and ω over 30 ms under duties prescribed every 125 µs, with `parts`
+/// periods each.
 struct Errors {
   double current = 0, speed = 0;
 };
@@ -122,7 +125,8 @@ Errors errors_with(int parts) {
     // A voltage vector that turns with the rotor's initial speed and swells.
     const double angle = d.motor.pole_pairs * 30.0 * (n + 0.5) * 125e-6 + 1.4;
     const double amplitude = (2.2 + 0.6 * std::sin(0.05 * n)) / 24.0;
-    const Abc<double> duty = inverse_clarke(AlphaBeta<double>{amplitude * std::cos(angle), amplitude * std::sin(angle)});
+    const Abc<double> duty =
+        inverse_clarke(AlphaBeta<double>{amplitude * std::cos(angle), amplitude * std::sin(angle)});
     const Abc<double> legs{0.5 + duty.a, 0.5 + duty.b, 0.5 + duty.c};
     reference.advance({legs.a, legs.b, legs.c}, 125e-6);
     for (int k = 0; k < parts; ++k) {

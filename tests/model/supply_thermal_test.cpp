@@ -41,7 +41,8 @@ TEST(Supply, BlockedRegenerationChargesTheLinkLinearly) {
   EXPECT_NEAR(part.v_next - v, 0.6 * p.T_s / 470e-6, 1e-9);
 }
 
-/// A drive spun up and braked to a stop; the highest link voltage on the way down, the lowest on the way up.
+/// A drive spun up and braked to a stop; the highest link voltage on the way down, the lowest on
+/// the way up.
 struct Extremes {
   double lowest = 1e9, highest = -1e9;
 };
@@ -129,8 +130,8 @@ TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
     plant.step_dq({0.0, (d.motor.R_s + d.inverter.R_on) * 5.0});
   }
   // The duty follows the link of the period's start: within 1e-4.
-  EXPECT_NEAR(plant.s.e_copper, 1.5 * d.motor.R_s * 25.0 * 0.1, 2e-3);
-  EXPECT_NEAR(plant.s.e_inverter, 1.5 * d.inverter.R_on * 25.0 * 0.1, 4e-4);
+  EXPECT_NEAR(plant.copper(), 1.5 * d.motor.R_s * 25.0 * 0.1, 2e-3);
+  EXPECT_NEAR(plant.inverter(), 1.5 * d.inverter.R_on * 25.0 * 0.1, 4e-4);
 }
 
 }  // namespace

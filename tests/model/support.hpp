@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file What the tests of model/ share: an ideal drive to disturb one thing at a time, and the plant alone.
+/// @file What the tests of model/ share: an ideal drive to disturb one thing at a time, and the
+/// plant alone.
 
 #include <gtest/gtest.h>
 
@@ -15,8 +16,9 @@ namespace lk::model::test {
 
 inline constexpr double kPiT = std::numbers::pi;
 
-/// A direct drive with nothing in the way: no friction, no noise, no dead time, constant temperature
-/// coefficients off, a stiff source, sensors fine enough not to matter. Tests add what they are about.
+/// A direct drive with nothing in the way: no friction, no noise, no dead time, constant
+/// temperature coefficients off, a stiff source, sensors fine enough not to matter. Tests add what
+/// they are about.
 inline DriveParams ideal_drive() {
   DriveParams d;
   d.motor.alpha_cu = 0.0;
@@ -69,9 +71,13 @@ struct BarePlant {
   void free_step() { step({0.5, 0.5, 0.5}, false); }
   /// Periods in `seconds`, rounded.
   int periods(double seconds) const { return static_cast<int>(std::lround(seconds * p.f_s)); }
+  double supplied() const { return s.p_supply * p.T_s; }    // J
+  double copper() const { return s.p_copper * p.T_s; }      // J
+  double inverter() const { return s.p_inverter * p.T_s; }  // J
   double energy() const {  // J, as in the ledger, of a direct drive without springs
     return 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link +
-           0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q) + 0.5 * p.T_s * p.inertia_rate * s.omega * s.omega;
+           0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q) +
+           0.5 * p.T_s * p.inertia_rate * s.omega * s.omega;
   }
 };
 

@@ -12,24 +12,27 @@ constexpr double kMinute = 6.0;  // instrumented code is ten times slower
 constexpr double kMinute = 60.0;
 #endif
 
-void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives, const std::string& what) {
+void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives,
+                 const std::string& what) {
   for (std::size_t n = 0; n < drives.size(); ++n) {
     const DriveParams& d = drives[n].init.params;
     const Truth t = bank.truth(n);
     const Telemetry m = bank.telemetry(n);
     const EnergyLedger e = bank.energy(n);
-    for (const double x : {t.theta_m, t.omega_m, t.theta_out, t.i_d, t.i_q, t.tau_e, t.v_bus, t.temp_winding,
-                           t.temp_stage, t.i_q_ref, t.omega_ref, t.theta_ref, m.omega, m.i_q, m.i_bus, m.power,
-                           m.v_bus, m.temp_motor, e.supply, e.stored}) {
+    for (const double x :
+         {t.theta_m,      t.omega_m,    t.theta_out, t.i_d,        t.i_q,       t.tau_e, t.v_bus,
+          t.temp_winding, t.temp_stage, t.i_q_ref,   t.omega_ref,  t.theta_ref, m.omega, m.i_q,
+          m.i_bus,        m.power,      m.v_bus,     m.temp_motor, e.supply,    e.stored}) {
       ASSERT_TRUE(std::isfinite(x)) << drives[n].name << ' ' << what;
     }
     for (const double duty : t.duty_abc) {
       ASSERT_GE(duty, 0.0) << drives[n].name << ' ' << what;
       ASSERT_LE(duty, 1.0) << drives[n].name << ' ' << what;
     }
-    // The most a bridge can do: twice the link against R (back-EMF in step with it), at twice the speed at
-    // which the back-EMF is the link's.
-    ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s) << drives[n].name << ' ' << what;
+    // The most a bridge can do: twice the link against R (back-EMF in step with it), at twice the
+    // speed at which the back-EMF is the link's.
+    ASSERT_LT(std::hypot(t.i_d, t.i_q), 2.0 * d.supply.v_source / d.motor.R_s)
+        << drives[n].name << ' ' << what;
     ASSERT_LT(std::abs(t.omega_m), 2.0 * d.supply.v_source / (d.motor.pole_pairs * d.motor.psi_f))
         << drives[n].name << ' ' << what;
     ASSERT_GT(t.v_bus, 0.0) << drives[n].name << ' ' << what;
@@ -39,8 +42,9 @@ void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives, c
 
 /// A minute of `setpoint_of(drive, n)`, a new one every `stretch` seconds.
 template <class SetpointOf>
-void survive(const std::string& what, double stretch, SetpointOf setpoint_of,
-             const std::function<void(DriveInit&)>& change = [](DriveInit&) {}) {
+void survive(
+    const std::string& what, double stretch, SetpointOf setpoint_of,
+    const std::function<void(DriveInit&)>& change = [](DriveInit&) {}) {
   for (std::vector<NamedDrive>& group : profiles_by_rate()) {
     for (NamedDrive& drive : group) {
       change(drive.init);
@@ -64,19 +68,27 @@ constexpr double kWireSpeed = 3.75e5;     // rad/s: int32 of 0.01 °/s
 constexpr double kWirePosition = 3.75e5;  // rad: int32 of 0.01 °
 
 Setpoint at_the_limits(const DriveInit& d, int n) {
-  const std::array<Setpoint, 9> kinds{
-      Torque{33.0 * sign(n / 9)},  Speed{kWireSpeed * sign(n / 9)}, Position{kWirePosition * sign(n / 9)},
-      Voltage{100.0 * sign(n / 9)}, Off{}, Speed{1e-3, 0.01}, Position{0.0, 1e-3}, Idle{},
-      Position{10.0 * sign(n), d.settings.omega_max}};
+  const std::array<Setpoint, 9> kinds{Torque{33.0 * sign(n / 9)},
+                                      Speed{kWireSpeed * sign(n / 9)},
+                                      Position{kWirePosition * sign(n / 9)},
+                                      Voltage{100.0 * sign(n / 9)},
+                                      Off{},
+                                      Speed{1e-3, 0.01},
+                                      Position{0.0, 1e-3},
+                                      Idle{},
+                                      Position{10.0 * sign(n), d.settings.omega_max}};
   return kinds[static_cast<std::size_t>(n) % kinds.size()];
 }
 
 TEST(Survival, BeyondReachEitherWay) {
   survive("rails", 1.5, [](const DriveInit&, int n) -> Setpoint {
     switch (n / 10 % 3) {
-      case 0: return Torque{sign(n) * 33.0};
-      case 1: return Speed{sign(n) * kWireSpeed};
-      default: return Position{sign(n) * kWirePosition};
+      case 0:
+        return Torque{sign(n) * 33.0};
+      case 1:
+        return Speed{sign(n) * kWireSpeed};
+      default:
+        return Position{sign(n) * kWirePosition};
     }
   });
 }
@@ -88,12 +100,12 @@ TEST(Survival, VoltageEitherWayAndBridgeOff) {
 TEST(Survival, EverySetpointAtItsLimits) { survive("limits", 0.35, at_the_limits); }
 
 TEST(Survival, EverySetpointWithTheGreatestGains) {
-  survive("bytes 255", 0.7, at_the_limits, [](DriveInit& d) {
-    d.settings.gains = {255, 255, 255, 255, 255, 255};
-  });
+  survive("bytes 255", 0.7, at_the_limits,
+          [](DriveInit& d) { d.settings.gains = {255, 255, 255, 255, 255, 255}; });
 }
 TEST(Survival, EverySetpointWithoutGains) {
-  survive("bytes 0", 0.7, at_the_limits, [](DriveInit& d) { d.settings.gains = {0, 0, 0, 0, 0, 0}; });
+  survive("bytes 0", 0.7, at_the_limits,
+          [](DriveInit& d) { d.settings.gains = {0, 0, 0, 0, 0, 0}; });
 }
 TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
   survive("ramps", 0.7, at_the_limits, [](DriveInit& d) {
@@ -105,15 +117,18 @@ TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
     d.settings.accel_max = 1e6;
     // A braking chopper's place is taken by the protection, as on a real bench.
     d.params.supply.i_regen_max = 0.0;
-    d.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {true, 1.5 * d.params.supply.v_source, 1.0, 0.0};
+    d.settings.protections[static_cast<std::size_t>(Error::kOverVoltage)] = {
+        true, 1.5 * d.params.supply.v_source, 1.0, 0.0};
   });
 }
 
-/// The drives under a third of their break-away torque, bridges off; nothing moves once it has settled.
+/// The drives under a third of their break-away torque, bridges off; nothing moves once it has
+/// settled.
 void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
   for (NamedDrive& drive : drives) {
     DriveParams& d = drive.init.params;
-    d.load.tau = 0.3 * std::max(d.mechanics.tau_static, d.mechanics.tau_coulomb) * d.mechanics.gear_ratio;
+    d.load.tau =
+        0.3 * std::max(d.mechanics.tau_static, d.mechanics.tau_coulomb) * d.mechanics.gear_ratio;
     ASSERT_GT(d.load.tau, 0.0) << drive.name;
     drive.init.theta_m = 0.25;
   }
@@ -131,7 +146,9 @@ void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
   }
 }
 
-TEST(Standstill, TenMinutesOfASmallTorqueMoveNothing) { expect_standstill({all_profiles().front()}, 10 * kMinute); }
+TEST(Standstill, TenMinutesOfASmallTorqueMoveNothing) {
+  expect_standstill({all_profiles().front()}, 10 * kMinute);
+}
 
 TEST(Standstill, HalfAMinuteOfASmallTorqueMovesNoProfile) {
   for (const std::vector<NamedDrive>& group : profiles_by_rate()) {

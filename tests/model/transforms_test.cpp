@@ -16,7 +16,7 @@ constexpr double kRounding = 1e-12;  // a few operations on numbers of order ten
 
 TEST(Transforms, RoundTripsAndAmplitude) {
   for (double theta = -10.0; theta < 10.0; theta += 0.037) {
-    const SinCos<double> t = sincos(theta);
+    const SinCos<double> t{std::sin(theta), std::cos(theta)};
     const Dq<double> x{3.0 * std::cos(0.3 * theta), -2.0 + theta};
     const Dq<double> back = park(clarke(inverse_clarke(inverse_park(x, t))), t);
     EXPECT_NEAR(back.d, x.d, kRounding * 10);
@@ -32,7 +32,7 @@ TEST(Transforms, RoundTripsAndAmplitude) {
 
 TEST(Transforms, PowerIsThreeHalvesOfTheDqProduct) {
   for (double theta = 0.0; theta < 7.0; theta += 0.1) {
-    const SinCos<double> t = sincos(theta);
+    const SinCos<double> t{std::sin(theta), std::cos(theta)};
     const Dq<double> v{4.0, -7.0};
     const Dq<double> i{-1.5, 9.0};
     const Abc<double> v_abc = inverse_clarke(inverse_park(v, t));
@@ -74,7 +74,8 @@ TEST(SpaceVector, CommonModeIsTheTriangularThirdHarmonic) {
   for (double theta = 0.0; theta < 6.3; theta += 0.003) {
     const Abc<double> duty = svpwm(request(amplitude, theta), 1.0 / kVBus, kFine, 1.0 / kFine, 1.0);
     // −(max + min)/2 of three cosines: half the one in the middle; periodic three times a turn.
-    std::array<double, 3> phase{amplitude * std::cos(theta), amplitude * std::cos(theta - 2 * std::numbers::pi / 3),
+    std::array<double, 3> phase{amplitude * std::cos(theta),
+                                amplitude * std::cos(theta - 2 * std::numbers::pi / 3),
                                 amplitude * std::cos(theta + 2 * std::numbers::pi / 3)};
     std::sort(phase.begin(), phase.end());
     const double common = (duty.a + duty.b + duty.c) / 3.0 - 0.5;
@@ -87,10 +88,12 @@ TEST(SpaceVector, CommonModeIsTheTriangularThirdHarmonic) {
 }
 
 TEST(SpaceVector, LinearRangeEndsAtTheInscribedCircle) {
-  // At |v| = V/√3 the duties touch the rails (at the middle of each sextant) and nowhere cross them.
+  // At |v| = V/√3 the duties touch the rails (at the middle of each sextant) and nowhere cross
+  // them.
   double widest = 0.0;
   for (double theta = 0.0; theta < 6.3; theta += 0.001) {
-    const Abc<double> duty = svpwm(request(kVBus / std::sqrt(3.0), theta), 1.0 / kVBus, kFine, 1.0 / kFine, 2.0);
+    const Abc<double> duty =
+        svpwm(request(kVBus / std::sqrt(3.0), theta), 1.0 / kVBus, kFine, 1.0 / kFine, 2.0);
     widest = std::max({widest, duty.a - 0.5, duty.b - 0.5, duty.c - 0.5});
   }
   EXPECT_NEAR(widest, 0.5, 1e-6);  // the scan's step: 1 − cos(0.0005) = 1.3e-7
@@ -98,7 +101,8 @@ TEST(SpaceVector, LinearRangeEndsAtTheInscribedCircle) {
   // Beyond it the clamp cuts the request: 10 % more is not delivered at 30° but is at 0°.
   const double more = 1.1 * kVBus / std::sqrt(3.0);
   const auto given = [&](double theta) {
-    const AlphaBeta<double> v = clarke(svpwm(request(more, theta), 1.0 / kVBus, kFine, 1.0 / kFine, 1.0));
+    const AlphaBeta<double> v =
+        clarke(svpwm(request(more, theta), 1.0 / kVBus, kFine, 1.0 / kFine, 1.0));
     return kVBus * std::hypot(v.alpha, v.beta);
   };
   EXPECT_NEAR(given(0.0), more, 1e-6);  // towards a corner of the hexagon (2/3·V) there is room
@@ -110,9 +114,12 @@ TEST(SpaceVector, DutiesAreWholeTimerCountsWithinTheirLimits) {
   const double duty_max = 0.98;
   for (double theta = 0.0; theta < 6.3; theta += 0.0037) {
     for (const double amplitude : {0.3, 5.0, 14.0, 30.0}) {
-      const Abc<double> duty = svpwm(request(amplitude, theta), 1.0 / kVBus, counts, 1.0 / counts, duty_max);
-      const Abc<double> exact = svpwm(request(amplitude, theta), 1.0 / kVBus, kFine, 1.0 / kFine, duty_max);
-      for (const auto& [coarse, fine] : {std::pair{duty.a, exact.a}, {duty.b, exact.b}, {duty.c, exact.c}}) {
+      const Abc<double> duty =
+          svpwm(request(amplitude, theta), 1.0 / kVBus, counts, 1.0 / counts, duty_max);
+      const Abc<double> exact =
+          svpwm(request(amplitude, theta), 1.0 / kVBus, kFine, 1.0 / kFine, duty_max);
+      for (const auto& [coarse, fine] :
+           {std::pair{duty.a, exact.a}, {duty.b, exact.b}, {duty.c, exact.c}}) {
         EXPECT_LE(std::abs(coarse - fine), 0.5 / counts + 1e-8);
         EXPECT_GE(coarse, 1.0 - duty_max);
         EXPECT_LE(coarse, duty_max);

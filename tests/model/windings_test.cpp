@@ -16,7 +16,8 @@ WindingStep<double> one_period(const Machine& m, const Dq<double>& i0, const Dq<
   d.motor.L_q = m.L_q;
   const PlantParams<double> p = plant_params(d);
   const double v_link = 24.0;
-  return driven_windings<double>(p, i0, {{v.d / v_link, v.q / v_link}, {0.0, 0.0}}, v_link, m.R, m.psi, m.omega_e);
+  return driven_windings<double>(p, i0, {{v.d / v_link, v.q / v_link}, {0.0, 0.0}}, v_link, m.R,
+                                 m.psi, m.omega_e);
 }
 
 Dq<double> slope(const Machine& m, const Dq<double>& i, const Dq<double>& v) {
@@ -44,7 +45,8 @@ Reference runge_kutta(const Machine& m, Dq<double> i, const Dq<double>& v, doubl
     const Dq<double> k2 = slope(m, {i.d + 0.5 * h * k1.d, i.q + 0.5 * h * k1.q}, v);
     const Dq<double> k3 = slope(m, {i.d + 0.5 * h * k2.d, i.q + 0.5 * h * k2.q}, v);
     const Dq<double> k4 = slope(m, {i.d + h * k3.d, i.q + h * k3.q}, v);
-    i = {i.d + h / 6 * (k1.d + 2 * k2.d + 2 * k3.d + k4.d), i.q + h / 6 * (k1.q + 2 * k2.q + 2 * k3.q + k4.q)};
+    i = {i.d + h / 6 * (k1.d + 2 * k2.d + 2 * k3.d + k4.d),
+         i.q + h / 6 * (k1.q + 2 * k2.q + 2 * k3.q + k4.q)};
   }
   weigh(i, 1.0 / (3.0 * steps));
   r.end = i;
@@ -96,7 +98,8 @@ TEST(Windings, OnePeriodAgreesWithAFineRungeKutta) {
       const Dq<double> v{-4.0, 9.0};
       const WindingStep<double> step = one_period(m, i0, v);
       const Reference r = runge_kutta(m, i0, v, T, 1000);
-      // sinh and cosh series are cut at s⁴/8!, s = (ω·T)², of what decays, i(0) − i∞: less than 60 A.
+      // sinh and cosh series are cut at s⁴/8!, s = (ω·T)², of what decays, i(0) − i∞: less than 60
+      // A.
       const double x = std::abs(omega_e) * T;
       const double cut = 60.0 * std::pow(x, 8) / 40320 + 1e-11;
       EXPECT_NEAR(step.i_next.d, r.end.d, cut) << omega_e;
@@ -128,10 +131,13 @@ TEST(Windings, ElectricalPowerBalancesWithinThePeriod) {
     const WindingStep<double> s = one_period(m, i0, v);
     const double in = 1.5 * (v.d * s.i_mean.d + v.q * s.i_mean.q) * T;
     const double copper = 1.5 * m.R * s.mean_square * T;
-    const double mechanical = 1.5 * m.omega_e * (m.psi * s.i_mean.q + (m.L_d - m.L_q) * s.mean_dq) * T;
-    const auto magnetic = [&m](const Dq<double>& i) { return 0.75 * (m.L_d * i.d * i.d + m.L_q * i.q * i.q); };
-    // What the parabola misses of i² (see above), (ω·T)²·Δi²/360 = 1e-4 A² of 65, is copper loss of a
-    // hundredth of the power.
+    const double mechanical =
+        1.5 * m.omega_e * (m.psi * s.i_mean.q + (m.L_d - m.L_q) * s.mean_dq) * T;
+    const auto magnetic = [&m](const Dq<double>& i) {
+      return 0.75 * (m.L_d * i.d * i.d + m.L_q * i.q * i.q);
+    };
+    // What the parabola misses of i² (see above), (ω·T)²·Δi²/360 = 1e-4 A² of 65, is copper loss of
+    // a hundredth of the power.
     EXPECT_NEAR(in, copper + mechanical + magnetic(s.i_next) - magnetic(i0), in * 1e-7);
   }
 }
@@ -153,7 +159,8 @@ TEST(Windings, DeadTimeCostsTheVoltageOfItsShare) {
   d.inverter.i_dead_zone = 0.1;
   const PlantParams<double> p = plant_params(d);
   const double share = 300e-9 * 32e3;
-  // Phase a carries 10 A in, b and c 5 A out each; rotor axis on a: the vector (1, −1, −1) has α = 4/3.
+  // Phase a carries 10 A in, b and c 5 A out each; rotor axis on a: the vector (1, −1, −1) has α =
+  // 4/3.
   const InverterOutput<double> out =
       inverter<double>(p, {0.5, 0.5, 0.5}, {10.0, -5.0, -5.0}, SinCos<double>{0.0, 1.0});
   EXPECT_NEAR(out.duty.d, -share * 4.0 / 3.0, 1e-15);
@@ -176,7 +183,8 @@ TEST(Windings, ResistanceAndFluxFollowTheTemperature) {
   for (int n = 0; n < 3200; ++n) {  // 0.1 s = 116 time constants
     plant.step_dq({0.0, 0.5});
   }
-  // Link: 0.5 V·i over 1 mΩ lowers it by a few millivolts, which the duty follows: v_q is exact to 1e-4.
+  // Link: 0.5 V·i over 1 mΩ lowers it by a few millivolts, which the duty follows: v_q is exact to
+  // 1e-4.
   EXPECT_NEAR(plant.s.i_q, 0.5 / (0.14 * 1.393), 1e-3);
   EXPECT_NEAR(plant.s.tau_e, 1.5 * 14 * 0.00499 * (1.0 - 0.11) * plant.s.i_q, 1e-9);
 }

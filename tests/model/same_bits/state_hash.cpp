@@ -1,5 +1,6 @@
-// Prints a hash of the states of several unlike drives over a mixed run, and one line a drive for finding
-// out which. The whole model is included, so that one compiler call with one set of options makes all of it.
+// Prints a hash of the states of several unlike drives over a mixed run, and one line a drive for
+// finding out which. The whole model is included, so that one compiler call with one set of options
+// makes all of it.
 #include <cstdio>
 
 #include "model/control/motion_loops.cpp"

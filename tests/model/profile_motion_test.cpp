@@ -1,0 +1,125 @@
+// The trapezoid and the ramps: durations by hand arithmetic (docs/model.md §11).
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+struct Move {
+  double duration = 0, fastest = 0, steepest = 0, end = 0, overshoot = 0;
+};
+
+/// The reference of a move, without a plant: it does not depend on where the shaft really is.
+Move reference_move(double distance, double omega_max, double accel) {
+  const DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  settings.accel_max = accel;
+  const MotionParams p = motion_params(d, settings);
+  MotionState s = motion_state_at(0.0);
+  CurrentOrders<double> orders;
+  const Position setpoint{distance, omega_max};
+  setpoint_changed(p, Idle{}, setpoint, 0.0, s);
+  Move move;
+  double omega = 0.0;
+  for (int n = 1; n < 2'000'000; ++n) {
+    const double before = s.theta_ref;
+    const double counts = std::floor(s.theta_ref / p.rad_per_count);  // a shaft that follows
+    motion_loops(p, setpoint, counts, 24.0, s, orders);
+    const double now = (s.theta_ref - before) / p.T_m;
+    move.fastest = std::max(move.fastest, std::abs(now));
+    move.steepest = std::max(move.steepest, std::abs(now - omega) / p.T_m);
+    move.overshoot =
+        std::max(move.overshoot, (s.theta_ref - distance) * (distance > 0 ? 1.0 : -1.0));
+    omega = now;
+    if (std::abs(s.theta_ref - distance) < 1e-9 && std::abs(now) < 1e-6) {
+      move.duration = (n - 1) * p.T_m;
+      move.end = s.theta_ref;
+      break;
+    }
+  }
+  return move;
+}
+
+TEST(Trapezoid, LastsWhatArithmeticSays) {
+  for (const double distance : {0.01, 0.5, -3.0, 40.0, -400.0}) {
+    for (const double omega_max : {5.0, 60.0, 250.0}) {
+      for (const double accel : {50.0, 1000.0, 20000.0}) {
+        const double way = std::abs(distance);
+        const bool triangle = way < omega_max * omega_max / accel;
+        const double expected =
+            triangle ? 2.0 * std::sqrt(way / accel) : way / omega_max + omega_max / accel;
+        const Move move = reference_move(distance, omega_max, accel);
+        // Speed changes in steps of a·T_m once a period of 125 µs: the ends and the corner cost a
+        // few periods; the last step is whatever distance is left.
+        EXPECT_NEAR(move.duration, expected, 5.0 * 125e-6 + 0.005 * expected)
+            << distance << ' ' << omega_max << ' ' << accel;
+        EXPECT_LE(move.fastest, omega_max * (1 + 1e-9));
+        // A part of a period is left over at the end: a·T_m²/8 at most.
+        EXPECT_LE(move.overshoot, accel * 125e-6 * 125e-6 / 8.0);
+        EXPECT_NEAR(move.end, distance, 1e-9);
+        EXPECT_LE(move.steepest, 2.0 * accel * (1 + 1e-6));  // the last step may halve
+        if (!triangle) {
+          EXPECT_NEAR(move.fastest, omega_max, accel * 125e-6 + 1e-9);
+        }
+      }
+    }
+  }
+}
+
+TEST(Trapezoid, ShaftArrivesWithIt) {
+  DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  settings.accel_max = 400.0;
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Position{6.0, 40.0});
+  const double expected = 6.0 / 40.0 + 40.0 / 400.0;  // 250 ms
+  bank.advance(ticks_in(d, 0.5 * expected));
+  EXPECT_NEAR(bank.truth(0).omega_m, 40.0, 4.0);
+  EXPECT_NEAR(bank.truth(0).theta_m, 3.0, 0.5);
+  bank.advance(ticks_in(d, 0.5 * expected + 0.25));
+  EXPECT_NEAR(bank.truth(0).theta_m, 6.0, 1e-3);
+  EXPECT_NEAR(bank.truth(0).omega_m, 0.0, 0.2);
+}
+
+TEST(SpeedRamp, RisesByTheAcceleration) {
+  DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  settings.accel_max = 100.0;
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Speed{50.0});
+  bank.advance(ticks_in(d, 0.25));
+  EXPECT_NEAR(bank.truth(0).omega_ref, 25.0, 100.0 * 125e-6 * 1.01);
+  EXPECT_NEAR(bank.truth(0).omega_m, 25.0, 1.5);  // lags by the speed loop's time constant
+  bank.advance(ticks_in(d, 0.75));
+  EXPECT_NEAR(bank.truth(0).omega_m, 50.0, 0.5);
+}
+
+TEST(Limits, CurrentNeverExceedsTheSettingNorSpeedTheFrame) {
+  DriveParams d = ideal_drive();
+  d.load.J = 1e-3;
+  ControlSettings settings = unlimited();
+  settings.i_q_max = 3.0;
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Position{30.0, 20.0});
+  double largest_i = 0.0, fastest = 0.0;
+  for (int n = 0; n < 4000; ++n) {
+    bank.advance(16);
+    largest_i = std::max(largest_i, std::abs(bank.truth(0).i_q_ref));
+    fastest = std::max(fastest, std::abs(bank.truth(0).omega_ref));
+  }
+  EXPECT_LE(largest_i, 3.0);
+  EXPECT_GE(largest_i, 2.99);
+  EXPECT_LE(fastest, 20.0 * (1 + 1e-12));
+  bank.advance(ticks_in(d, 3.0));
+  EXPECT_NEAR(bank.truth(0).theta_m, 30.0, 0.01);
+
+  // A frame's own current limit counts if it is the smaller one.
+  bank.command(0, Speed{-100.0, 1.0});
+  bank.advance(400);
+  EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 1.0);
+  bank.command(0, Speed{-100.0, 10.0});
+  bank.advance(400);
+  EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 3.0);
+}
+
+}  // namespace
+}  // namespace lk::model::test

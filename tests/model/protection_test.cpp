@@ -1,0 +1,157 @@
+// Protections: thresholds, delays, hysteresis, latching (docs/model.md §12).
+#include "model/control/protection.hpp"
+
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+constexpr double kPeriod = 125e-6;
+using Settings = std::array<Protection, kErrorKinds>;
+
+Settings only(Error error, const Protection& protection) {
+  Settings s{};
+  s[static_cast<std::size_t>(error)] = protection;
+  return s;
+}
+
+/// A calm drive with one quantity moved to `value`.
+Watched watched(Error error, double value) {
+  Watched w{.v_bus = 24.0,
+            .temp_motor = 30.0,
+            .temp_driver = 30.0,
+            .i_peak = 1.0,
+            .i_q = 1.0,
+            .omega = 50.0};
+  switch (error) {
+    case Error::kUnderVoltage:
+    case Error::kOverVoltage:
+      w.v_bus = value;
+      break;
+    case Error::kDriverTemperature:
+      w.temp_driver = value;
+      break;
+    case Error::kMotorTemperature:
+      w.temp_motor = value;
+      break;
+    case Error::kOverCurrent:
+    case Error::kShort:
+      w.i_peak = value;
+      break;
+    case Error::kStall:
+    case Error::kLostInput:
+      break;
+  }
+  return w;
+}
+
+struct Case {
+  Error error;
+  double threshold, inside, beyond, recovered;
+};
+
+class Thresholds : public testing::TestWithParam<Case> {};
+
+TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
+  const Case c = GetParam();
+  constexpr double kDelay = 0.010;
+  const Settings settings = only(c.error, {true, c.threshold, 1.0, kDelay});
+  ProtectionState s;
+  for (int n = 0; n < 1000; ++n) {
+    EXPECT_FALSE(watch(settings, watched(c.error, c.inside), kPeriod, s));
+  }
+  EXPECT_EQ(s.latched, 0);
+
+  // Shorter than the delay: no trip, and the count begins anew.
+  for (int n = 0; n < 70; ++n) {
+    EXPECT_FALSE(watch(settings, watched(c.error, c.beyond), kPeriod, s));
+  }
+  watch(settings, watched(c.error, c.inside), kPeriod, s);
+  int periods = 0;
+  while (!watch(settings, watched(c.error, c.beyond), kPeriod, s) && periods < 1000) {
+    ++periods;
+  }
+  EXPECT_NEAR((periods + 1) * kPeriod, kDelay, 1.01 * kPeriod);
+  EXPECT_EQ(s.latched, bit(c.error));
+
+  // Beyond or within the hysteresis the cause is not over; latched even after it is.
+  for (const double value : {c.beyond, c.inside}) {
+    watch(settings, watched(c.error, value), kPeriod, s);
+    clear_errors(s);
+    EXPECT_EQ(s.latched, bit(c.error));
+  }
+  for (int n = 0; n < 10; ++n) {
+    watch(settings, watched(c.error, c.recovered), kPeriod, s);
+  }
+  EXPECT_EQ(s.latched, bit(c.error));
+  clear_errors(s);
+  EXPECT_EQ(s.latched, 0);
+}
+
+// `inside` is within the hysteresis of 1 of the threshold.
+INSTANTIATE_TEST_SUITE_P(Protection, Thresholds,
+                         testing::Values(Case{Error::kUnderVoltage, 7.0, 7.5, 6.5, 8.5},
+                                         Case{Error::kOverVoltage, 30.0, 29.5, 30.5, 28.5},
+                                         Case{Error::kDriverTemperature, 100.0, 99.5, 100.5, 98.0},
+                                         Case{Error::kMotorTemperature, 100.0, 99.5, 100.5, 98.0},
+                                         Case{Error::kOverCurrent, 20.0, 19.5, 20.5, 18.0},
+                                         Case{Error::kShort, 30.0, 29.5, 30.5, 28.0}));
+
+TEST(Protection, DisabledNeverTrips) {
+  Settings settings{};
+  for (Protection& p : settings) {
+    p = {false, 0.0, 0.0, 0.0};
+  }
+  ProtectionState s;
+  for (int n = 0; n < 100; ++n) {
+    EXPECT_FALSE(watch(
+        settings, {.v_bus = 1e3, .temp_motor = 1e3, .temp_driver = 1e3, .i_peak = 1e3}, 1.0, s));
+  }
+  EXPECT_EQ(s.latched, 0);
+}
+
+TEST(Protection, LostInputCountsFromTheLastFrame) {
+  DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  settings.protections = only(Error::kLostInput, {true, 0.1, 0.0, 0.0});
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Torque{0.5});
+  for (int n = 0; n < 10; ++n) {  // fed every 60 ms
+    bank.feed_input(0);
+    bank.advance(ticks_in(d, 0.06));
+    ASSERT_EQ(bank.telemetry(0).errors, 0) << n;
+  }
+  bank.feed_input(0);
+  bank.advance(ticks_in(d, 0.099));
+  EXPECT_EQ(bank.telemetry(0).errors, 0);
+  bank.advance(ticks_in(d, 0.002));
+  EXPECT_EQ(bank.telemetry(0).errors, bit(Error::kLostInput));
+  EXPECT_FALSE(bank.telemetry(0).bridge_on);
+}
+
+TEST(Protection, TrippedDriveOpensItsBridgeAndStaysOff) {
+  DriveParams d = ideal_drive();
+  d.mechanics.J = 1e3;
+  ControlSettings settings = unlimited();
+  settings.protections = only(Error::kOverCurrent, {true, 5.0, 1.0, 0.0});
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Torque{4.0});
+  bank.advance(ticks_in(d, 0.1));
+  EXPECT_EQ(bank.telemetry(0).errors, 0);
+  bank.command(0, Torque{8.0});
+  bank.advance(ticks_in(d, 0.1));
+  EXPECT_EQ(bank.telemetry(0).errors, bit(Error::kOverCurrent));
+  EXPECT_FALSE(bank.telemetry(0).bridge_on);
+  EXPECT_EQ(bank.truth(0).i_q, 0.0);
+  bank.clear_errors(0);
+  bank.advance(ticks_in(d, 0.01));
+  EXPECT_EQ(bank.telemetry(0).errors, 0);
+  EXPECT_FALSE(bank.telemetry(0).bridge_on);  // until the next setpoint
+  bank.command(0, Torque{2.0});
+  bank.advance(ticks_in(d, 0.05));
+  EXPECT_TRUE(bank.telemetry(0).bridge_on);
+  EXPECT_NEAR(bank.truth(0).i_q, 2.0, 0.05);
+}
+
+}  // namespace
+}  // namespace lk::model::test
