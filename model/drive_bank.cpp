@@ -56,11 +56,6 @@ double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) 
   return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
 }
 
-/// Everything inlined: the tick is one straight line of arithmetic.
-[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) {
-  run_block<double>(block, n_ticks);
-}
-
 }  // namespace
 
 template <class Access>

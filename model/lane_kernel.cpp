@@ -4,6 +4,11 @@
 
 namespace lk::model {
 
+// Flattened: the tick is one straight line of arithmetic.
+[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) {
+  run_block<double>(block, n_ticks);
+}
+
 [[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) {
   run_block<Lanes>(block, n_ticks);
 }

@@ -15,6 +15,9 @@ struct NamedKernel {
   LaneKernel run = nullptr;
 };
 
+/// The same tick for a drive that has no company.
+void run_alone(TickBlock<double>& block, int n_ticks);
+
 void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks);
 void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks);
 void run_lanes_avx512(TickBlock<Wide>& block, int n_ticks);
