@@ -110,6 +110,32 @@ TEST(Protection, DisabledNeverTrips) {
   EXPECT_EQ(s.latched, 0);
 }
 
+TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
+  DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  settings.i_q_max = 4.0;
+  settings.protections = only(Error::kStall, {true, 0.5, 0.0, 0.0});
+  // A shaft that turns, at full current or not, is not stalled.
+  d.mechanics.B = 4.0 * k_t(d.motor) / 60.0;
+  DriveBank turning = one_drive(d, settings);
+  turning.command(0, Speed{200.0});
+  turning.advance(ticks_in(d, 1.5));
+  EXPECT_EQ(turning.telemetry(0).errors, 0);
+  // A locked one is, after the threshold's half second.
+  d.mechanics.J = 1e3;
+  DriveBank locked = one_drive(d, settings);
+  locked.command(0, Speed{200.0});
+  locked.advance(ticks_in(d, 0.49));
+  EXPECT_EQ(locked.telemetry(0).errors, 0);
+  locked.advance(ticks_in(d, 0.05));
+  EXPECT_EQ(locked.telemetry(0).errors, bit(Error::kStall));
+  // Nor is one that stands under a small torque.
+  DriveBank resting = one_drive(d, settings);
+  resting.command(0, Torque{2.0});
+  resting.advance(ticks_in(d, 1.5));
+  EXPECT_EQ(resting.telemetry(0).errors, 0);
+}
+
 TEST(Protection, LostInputCountsFromTheLastFrame) {
   DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();

@@ -140,7 +140,7 @@ TEST(CurrentSensor, NoiseHasItsSpread) {
 TEST(SlowSensors, RoundVoltageAndTemperaturesToTheirSteps) {
   std::uint64_t noise = 1;
   const SlowSensorParams p{.v_lsb = 0.1, .v_noise = 0.0, .temp_lsb = 0.5};
-  const SlowMeasurement m = measure_slowly(p, 23.96, 40.3, 61.74, noise);
+  const SlowMeasurement m = measure_slowly(slow_sensors(p), 23.96, 40.3, 61.74, noise);
   EXPECT_NEAR(m.v_bus, 24.0, 1e-12);
   EXPECT_NEAR(m.temp_motor, 40.5, 1e-12);
   EXPECT_NEAR(m.temp_driver, 61.5, 1e-12);
