@@ -1,11 +1,11 @@
 # Every dependency comes from the distribution; docs/decisions/0001-dependencies.md gives the reasons.
-find_package(Eigen3 3.4 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(Boost 1.74 REQUIRED)
 if(LKEMU_TESTS)
   find_package(GTest REQUIRED)
+  find_package(Eigen3 3.4 REQUIRED)
 endif()
 if(LKEMU_BENCH)
   find_package(benchmark REQUIRED)

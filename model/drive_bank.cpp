@@ -83,8 +83,11 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     Unit unit;
     unit.params = init.params;
     unit.settings = init.settings;
-    unit.slow_sensors = slow_sensors(init.params.slow_sensor);
     unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
+    unit.slow_sensors = slow_sensors(init.params.slow_sensor);
+    unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source,
+                               init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
+                               unit.slow_noise);
     unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
     const std::size_t drive = units_.size();
     units_.push_back(unit);

@@ -26,7 +26,9 @@ inline SlowSensors slow_sensors(const SlowSensorParams& p) {
 
 inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link, double temp_winding,
                                       double temp_stage, std::uint64_t& noise) {
-  const double v_seen = v_link + p.v_noise * normal_deviate(noise);
+  // The converter has no negative end: noise around an empty link must not become a negative
+  // voltage.
+  const double v_seen = max(v_link + p.v_noise * normal_deviate(noise), 0.0);
   return {nearest(v_seen * p.inv_v_lsb) * p.v_lsb,
           nearest(temp_winding * p.inv_temp_lsb) * p.temp_lsb,
           nearest(temp_stage * p.inv_temp_lsb) * p.temp_lsb};

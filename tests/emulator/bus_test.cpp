@@ -251,5 +251,16 @@ TEST(Bus, RepliesAreHandedOutOnceAndAppended) {
   EXPECT_EQ(replies.size(), 2U);
 }
 
+/// A host may be waiting before the first control tick: 24.0 V and 25 °C then as well.
+TEST(Bus, TheFirstInstantAlreadyHasAVoltageAndATemperature) {
+  Bus bus(bus_config({1}));
+  bus.receive({0us, frame("141#9A00000000000000")});
+  bus.advance_to(0us);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].frame, frame("141#9A1900F000000000"));
+}
+
 }  // namespace
 }  // namespace lk::emulator

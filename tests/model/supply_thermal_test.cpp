@@ -1,4 +1,6 @@
 // DC link and heat against closed forms (docs/model.md §5, §6).
+#include <span>
+
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
@@ -75,6 +77,23 @@ TEST(Supply, SagsUnderLoadAndRisesWhenBraking) {
   EXPECT_GT(limited.highest, free.highest + 0.2);
   EXPECT_GT(blocked.highest, limited.highest + 0.2);
   EXPECT_LT(blocked.highest, 100.0);
+}
+
+/// Noise around an empty link once read as a negative voltage, and a negative voltage circle as
+/// NaN.
+TEST(Supply, EmptyLinkLeavesEverythingFinite) {
+  DriveInit init;
+  init.settings.gains.current_kp = 0;
+  init.settings.gains.current_ki = 0;
+  DriveBank bank(std::span(&init, 1));
+  bank.command(0, Speed{10.0, 0.0});
+  bank.advance(320);
+  bank.set_supply_voltage(0, 0.0);
+  bank.advance(32000);
+  EXPECT_GE(bank.telemetry(0).v_bus, 0.0);
+  EXPECT_LT(bank.truth(0).v_bus, 1e-3);
+  EXPECT_TRUE(std::isfinite(bank.truth(0).omega_m));
+  EXPECT_TRUE(std::isfinite(bank.truth(0).i_q));
 }
 
 TEST(Heat, WindingOfAHeldHousingFollowsItsExponential) {
