@@ -147,7 +147,8 @@ void DriveBank::run_motion_loops(std::size_t drive) {
                           lane_of(block.loop.i_q, lane),
                           unit.motion_params.i_q_max,
                           unit.motion.omega_report};
-    if (watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection)) {
+    watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection);
+    if (unit.protection.latched != 0) {
       unit.setpoint = Off{};
     }
     CurrentOrders<double> orders;

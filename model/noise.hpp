@@ -54,7 +54,9 @@ inline Real normal(std::uint64_t* word) {
     for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
       deviates[n] = normal_deviate(word[n]);
     }
-    return Real(deviates.data(), std::experimental::vector_aligned);
+    Real result;
+    result.copy_from(deviates.data(), std::experimental::vector_aligned);
+    return result;
   }
 }
 

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <experimental/simd>
+#include <type_traits>
 
 #ifndef LKEMU_ISA
 #define LKEMU_ISA isa_generic
@@ -31,19 +32,78 @@ struct alignas(64) Wide {
 
 inline namespace LKEMU_ISA {
 
-/// As many doubles as one vector register of this instruction set holds (2, 4 or 8): the tick runs
-/// over a block of kLanes drives in kLanes / size passes.
-using Lanes = std::experimental::native_simd<double>;
-static_assert(kLanes % Lanes::size() == 0);
+using Vector = std::experimental::native_simd<double>;
 
-inline Lanes select(const Lanes::mask_type& mask, const Lanes& a, const Lanes& b) {
-  Lanes result = b;
+/// Two vector registers side by side. The tick is a long chain of dependent operations; the second
+/// register fills the gaps in which the first one waits.
+struct Pair {
+  struct Mask {
+    Vector::mask_type low, high;
+    bool operator[](std::size_t lane) const {
+      return lane < Vector::size() ? low[lane] : high[lane - Vector::size()];
+    }
+    friend Mask operator&&(const Mask& a, const Mask& b) {
+      return {a.low && b.low, a.high && b.high};
+    }
+    friend Mask operator||(const Mask& a, const Mask& b) {
+      return {a.low || b.low, a.high || b.high};
+    }
+  };
+  using mask_type = Mask;
+
+  Vector low, high;
+
+  Pair() = default;
+  Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): numbers mix
+  Pair(const Vector& l, const Vector& h) : low(l), high(h) {}
+
+  static constexpr std::size_t size() { return 2 * Vector::size(); }
+  double operator[](std::size_t lane) const {
+    return lane < Vector::size() ? low[lane] : high[lane - Vector::size()];
+  }
+  void copy_from(const double* from, std::experimental::vector_aligned_tag tag) {
+    low.copy_from(from, tag);
+    high.copy_from(from + Vector::size(), tag);
+  }
+  void copy_to(double* to, std::experimental::vector_aligned_tag tag) const {
+    low.copy_to(to, tag);
+    high.copy_to(to + Vector::size(), tag);
+  }
+
+  Pair& operator+=(const Pair& b) { return *this = *this + b; }
+  friend Pair operator-(const Pair& a) { return {-a.low, -a.high}; }
+  friend Pair operator+(const Pair& a, const Pair& b) { return {a.low + b.low, a.high + b.high}; }
+  friend Pair operator-(const Pair& a, const Pair& b) { return {a.low - b.low, a.high - b.high}; }
+  friend Pair operator*(const Pair& a, const Pair& b) { return {a.low * b.low, a.high * b.high}; }
+  friend Pair operator/(const Pair& a, const Pair& b) { return {a.low / b.low, a.high / b.high}; }
+  friend Mask operator<(const Pair& a, const Pair& b) { return {a.low < b.low, a.high < b.high}; }
+  friend Mask operator>(const Pair& a, const Pair& b) { return {a.low > b.low, a.high > b.high}; }
+  friend Mask operator==(const Pair& a, const Pair& b) {
+    return {a.low == b.low, a.high == b.high};
+  }
+  friend Mask operator!=(const Pair& a, const Pair& b) {
+    return {a.low != b.low, a.high != b.high};
+  }
+};
+
+inline Vector select(const Vector::mask_type& mask, const Vector& a, const Vector& b) {
+  Vector result = b;
   std::experimental::where(mask, result) = a;
   return result;
 }
-inline bool any(const Lanes::mask_type& mask) { return std::experimental::any_of(mask); }
-inline Lanes sqrt(const Lanes& x) { return std::experimental::sqrt(x); }
-inline Lanes abs(const Lanes& x) { return std::experimental::abs(x); }
+inline Pair select(const Pair::Mask& mask, const Pair& a, const Pair& b) {
+  return {select(mask.low, a.low, b.low), select(mask.high, a.high, b.high)};
+}
+inline bool any(const Vector::mask_type& mask) { return std::experimental::any_of(mask); }
+inline bool any(const Pair::Mask& mask) { return any(mask.low || mask.high); }
+inline Vector sqrt(const Vector& x) { return std::experimental::sqrt(x); }
+inline Pair sqrt(const Pair& x) { return {sqrt(x.low), sqrt(x.high)}; }
+inline Vector abs(const Vector& x) { return std::experimental::abs(x); }
+inline Pair abs(const Pair& x) { return {abs(x.low), abs(x.high)}; }
+
+/// What the lane kernels compute with: a pair, or one register where that holds a whole block.
+using Lanes = std::conditional_t<Vector::size() < kLanes, Pair, Vector>;
+static_assert(kLanes % Lanes::size() == 0);
 
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
@@ -55,8 +115,10 @@ inline double abs(double x) { return std::abs(x); }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
-inline Lanes min(const Lanes& a, const Lanes& b) { return std::experimental::min(a, b); }
-inline Lanes max(const Lanes& a, const Lanes& b) { return std::experimental::max(a, b); }
+inline Vector min(const Vector& a, const Vector& b) { return std::experimental::min(a, b); }
+inline Vector max(const Vector& a, const Vector& b) { return std::experimental::max(a, b); }
+inline Pair min(const Pair& a, const Pair& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
+inline Pair max(const Pair& a, const Pair& b) { return {max(a.low, b.low), max(a.high, b.high)}; }
 inline Lanes clamp(const Lanes& x, const Lanes& low, const Lanes& high) {
   return min(high, max(low, x));
 }

@@ -67,8 +67,9 @@ constexpr auto fields(S& s) {
                   s.duty_a, s.duty_b, s.duty_c, s.bridge);
 }
 
-/// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle;
-/// x += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge can really give.
+/// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle, d first: with the flux axis
+/// under control a motor that has run out of voltage still turns as fast as its back-EMF allows; x
+/// += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge can really give.
 template <class Real>
 inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
                                    const CurrentOrders<Real>& orders, CurrentLoopState<Real>& s) {
@@ -80,9 +81,9 @@ inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
       select(p.closed != 0.0, p.kp_q * e_q + s.x_q + orders.omega_e * (p.L_d * s.i_d + p.psi_f),
              orders.v_q_ref);
   const Real v_max = p.modulation * orders.v_bus;
-  const Real magnitude = sqrt(v_d * v_d + v_q * v_q);
-  const Real scale = select(magnitude > v_max, v_max / magnitude, Real(1.0));
-  const Dq<Real> v{v_d * scale, v_q * scale};
+  const Real v_d_given = clamp(v_d, -v_max, v_max);
+  const Real room = sqrt(v_max * v_max - v_d_given * v_d_given);
+  const Dq<Real> v{v_d_given, clamp(v_q, -room, room)};
   s.x_d += p.ki_T * e_d + p.unwind_d * (v.d - v_d);
   s.x_q += p.ki_T * e_q + p.unwind_q * (v.q - v_q);
   return v;
