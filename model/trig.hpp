@@ -4,7 +4,8 @@
 
 #include "model/real.hpp"
 
-namespace lk::model::inline LKEMU_ISA {
+namespace lk::model {
+inline namespace LKEMU_ISA {
 
 inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kTwoPi = 6.28318530717958647692;
@@ -75,4 +76,5 @@ inline Real exp_small(const Real& x) {
                                x * (1.0 / 6 + x * (1.0 / 24 + x * (1.0 / 120 + x * (1.0 / 720))))));
 }
 
-}  // namespace lk::model::inline LKEMU_ISA
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

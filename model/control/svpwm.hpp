@@ -4,7 +4,8 @@
 
 #include "model/transforms.hpp"
 
-namespace lk::model::inline LKEMU_ISA {
+namespace lk::model {
+inline namespace LKEMU_ISA {
 
 /// Duties 0..1 of the three legs for a phase-voltage request: the common mode −(max + min)/2
 /// centres the three, which is the symmetric space-vector sequence (Zhou & Wang 2002). Linear up to
@@ -21,4 +22,5 @@ inline Abc<Real> svpwm(const AlphaBeta<Real>& v, const Real& inv_v_bus, const Re
   return {leg(x.a), leg(x.b), leg(x.c)};
 }
 
-}  // namespace lk::model::inline LKEMU_ISA
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

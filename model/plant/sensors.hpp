@@ -7,7 +7,8 @@
 #include "model/plant/plant_params.hpp"
 #include "model/transforms.hpp"
 
-namespace lk::model::inline LKEMU_ISA {
+namespace lk::model {
+inline namespace LKEMU_ISA {
 
 /// The encoder chip's error at magnet angle `seen`: a₁·sin + b₁·cos + a₂·sin 2θ + b₂·cos 2θ, rad.
 template <class Real>
@@ -50,4 +51,5 @@ inline Measurement<Real> measure(const PlantParams<Real>& p, const Abc<Real>& i_
   return m;
 }
 
-}  // namespace lk::model::inline LKEMU_ISA
+}  // namespace LKEMU_ISA
+}  // namespace lk::model

@@ -73,7 +73,8 @@ TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
     for (double& value : x) {
       value = angle(random);
     }
-    const Lanes lanes(x.data(), std::experimental::vector_aligned);
+    Lanes lanes;
+    lanes.copy_from(x.data(), std::experimental::vector_aligned);
     const SinCos<Lanes> t = sincos(lanes);
     for (std::size_t lane = 0; lane < x.size(); ++lane) {
       EXPECT_EQ(t.sin[lane], sincos(x[lane]).sin);
