@@ -20,11 +20,12 @@ struct SinCos {
 template <class Real>
 inline SinCos<Real> sincos_octant(const Real& x) {
   const Real x2 = x * x;
+  const Real x4 = x2 * x2;
+  // Pairs instead of Horner's chain: the halves of a polynomial do not wait for each other.
   const Real sin_tail =
-      x2 * (-1.0 / 6 + x2 * (1.0 / 120 + x2 * (-1.0 / 5040 + x2 * (1.0 / 362880))));
-  const Real cos_tail =
-      x2 *
-      (-0.5 + x2 * (1.0 / 24 + x2 * (-1.0 / 720 + x2 * (1.0 / 40320 + x2 * (-1.0 / 3628800)))));
+      x2 * ((-1.0 / 6 + x2 * (1.0 / 120)) + x4 * (-1.0 / 5040 + x2 * (1.0 / 362880)));
+  const Real cos_tail = x2 * ((-0.5 + x2 * (1.0 / 24)) +
+                              x4 * ((-1.0 / 720 + x2 * (1.0 / 40320)) + x4 * (-1.0 / 3628800)));
   return {x + x * sin_tail, 1.0 + cos_tail};
 }
 
@@ -49,11 +50,10 @@ inline Real sine(const Real& theta) {
   const Real whole = nearest(halves);
   const Real x = (halves - whole) * (kTwoPi / 2);
   const Real x2 = x * x;
-  const Real tail =
-      x2 * (-1.0 / 6 +
-            x2 * (1.0 / 120 +
-                  x2 * (-1.0 / 5040 +
-                        x2 * (1.0 / 362880 + x2 * (-1.0 / 39916800 + x2 * (1.0 / 6227020800.0))))));
+  const Real x4 = x2 * x2;
+  const Real tail = x2 * ((-1.0 / 6 + x2 * (1.0 / 120)) +
+                          x4 * ((-1.0 / 5040 + x2 * (1.0 / 362880)) +
+                                x4 * (-1.0 / 39916800 + x2 * (1.0 / 6227020800.0))));
   const Real odd = whole - 2.0 * nearest<Real>(whole * 0.5);  // −1, 0 or 1
   const Real sin = x + x * tail;
   return select(odd == 0.0, sin, -sin);
@@ -72,8 +72,9 @@ inline SinCos<Real> sincos_small(const Real& x) {
 /// windings.
 template <class Real>
 inline Real exp_small(const Real& x) {
-  return 1.0 + x * (1.0 + x * (1.0 / 2 +
-                               x * (1.0 / 6 + x * (1.0 / 24 + x * (1.0 / 120 + x * (1.0 / 720))))));
+  const Real x2 = x * x;
+  return (1.0 + x) +
+         x2 * ((1.0 / 2 + x * (1.0 / 6)) + x2 * ((1.0 / 24 + x * (1.0 / 120)) + x2 * (1.0 / 720)));
 }
 
 }  // namespace LKEMU_ISA

@@ -65,8 +65,9 @@ inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Re
 
   const Real half_difference = 0.5 * (a_d - a_q) * p.T_s;
   const Real s = half_difference * half_difference - a_dq * a_qd * p.T_s * p.T_s;
-  const Real C = 1.0 + s * (1.0 / 2 + s * (1.0 / 24 + s * (1.0 / 720)));
-  const Real S = 1.0 + s * (1.0 / 6 + s * (1.0 / 120 + s * (1.0 / 5040)));
+  const Real s2 = s * s;
+  const Real C = (1.0 + s * (1.0 / 2)) + s2 * (1.0 / 24 + s * (1.0 / 720));
+  const Real S = (1.0 + s * (1.0 / 6)) + s2 * (1.0 / 120 + s * (1.0 / 5040));
   const Real decay = exp_small<Real>(-0.5 * (a_d + a_q) * p.T_s);
   const Real S_T = S * p.T_s;
 
