@@ -220,7 +220,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.v_bus = unit.slow.v_bus;
     t.i_bus = 1.5 * (loop.v_d * loop.i_d + loop.v_q * loop.i_q) / std::max(unit.slow.v_bus, 1.0);
     t.i_q = loop.i_q;
-    t.power = loop.v_q / std::max(unit.slow.v_bus, 1.0);
+    t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0));
     t.i_a = loop.i_a;
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;

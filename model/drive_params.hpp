@@ -114,7 +114,7 @@ struct ControlParams {
   double speed_bandwidth = 200.0;     // rad/s at speed Kp = ref_speed_kp_byte and inertia J_nominal
   double speed_integral_rate = 20.0;  // 1/s, Ki/Kp at the reference speed bytes
   double angle_kp_per_byte = 0.5;     // 1/s per LSB of angle Kp
-  double angle_ki_per_byte = 0.05;  // 1/s² per LSB of angle Ki, within a few counts of the target
+  double angle_ki_per_byte = 0.05;    // 1/s² per LSB of angle Ki, within 0.02 rad of the target
   double estimator_bandwidth = 1500.0;  // rad/s, natural frequency of the speed observer
   double report_bandwidth = 300.0;      // rad/s, low-pass of the reported speed
   double ref_current_byte = 50.0;

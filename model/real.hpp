@@ -150,6 +150,18 @@ inline void store(const Lanes& value, Wide& stored, std::size_t first) {
   value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
 }
 
+// One drive's share of a value, for what is decided drive by drive.
+inline double get_lane(double x, std::size_t /*lane*/) { return x; }
+inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
+inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
+inline void set_lane(Lanes& x, std::size_t lane, double value) {
+  Wide all;
+  store(x, all, 0);
+  all.lane[lane] = value;
+  load(x, all, 0);
+}
+inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
+inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 }  // namespace LKEMU_ISA
 
 /// How a `Real` is kept between ticks.

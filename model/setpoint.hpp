@@ -72,12 +72,12 @@ struct ControlSettings {
 
 /// What the drive knows of itself after the last control tick (measured, never the true state).
 struct Telemetry {
-  double temp_motor = 0;             // °C
-  double temp_driver = 0;            // °C
-  double v_bus = 0;                  // V
-  double i_bus = 0;                  // A, estimated from duties and phase currents
-  double i_q = 0;                    // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
-  double power = 0;                  // −1..1, duty of the bus voltage
+  double temp_motor = 0;   // °C
+  double temp_driver = 0;  // °C
+  double v_bus = 0;        // V
+  double i_bus = 0;        // A, estimated from duties and phase currents
+  double i_q = 0;          // A; MS series: v_q/v_bus as a fraction −1..1 is in `power`
+  double power = 0;        // −1..1, v_q as a share of the largest voltage the bus allows
   double i_a = 0, i_b = 0, i_c = 0;  // A
   double omega = 0;                  // rad/s, rotor
   std::int64_t encoder_position =

@@ -10,6 +10,8 @@ namespace {
 
 /// Inside this distance of its target the angle integrator works: it trims, it does not travel.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
+/// Slower than this the sign of the estimated speed is noise, and nothing is called braking.
+constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 /// Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than one
 /// count of a 14-bit encoder.
 constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
@@ -27,14 +29,33 @@ void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
 
 double limit(double x, double most) { return std::clamp(x, -most, most); }
 
+/// Currents between which the speed loop may choose.
+struct CurrentRange {
+  double low, high;
+};
+
+/// ±i_max; in voltage mode also what the voltage left beside the back-EMF can drive through R.
+CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
+                           const MotionState& s) {
+  if (p.has_current_loop) {
+    return {-i_max, i_max};
+  }
+  const double v_max = p.modulation * v_bus;
+  const double emf = p.pole_pairs * s.omega_hat * p.psi_f;
+  return {std::clamp((-v_max - emf) / p.R_s, -i_max, i_max),
+          std::clamp((v_max - emf) / p.R_s, -i_max, i_max)};
+}
+
 /// Speed PI with conditional integration: the integrator does not push further into a limit.
-double speed_loop(const MotionParams& p, double omega_ref, double i_max, MotionState& s) {
+double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& range,
+                  MotionState& s) {
   s.omega_ref = omega_ref;
   const double error = omega_ref - s.omega_hat;
   const double wanted = p.speed_kp * error + s.speed_integral;
-  const double given = limit(wanted, i_max);
+  const double given = std::clamp(wanted, range.low, range.high);
   if (wanted == given || (wanted - given) * error < 0.0) {
-    s.speed_integral = limit(s.speed_integral + p.speed_ki * p.T_m * error, i_max);
+    s.speed_integral =
+        std::clamp(s.speed_integral + p.speed_ki * p.T_m * error, range.low, range.high);
   }
   return given;
 }
@@ -57,8 +78,19 @@ void trapezoid(const MotionParams& p, double target, double omega_max, MotionSta
   s.theta_ref += s.omega_profile * p.T_m;
 }
 
+/// The angle integrator: works near the target only, starts anew on either side of it, and never
+/// asks for more speed than the limit, however long the shaft is held.
+void trim(const MotionParams& p, double error, double omega_max, MotionState& s) {
+  const bool other_side = error * s.angle_integral < 0.0;
+  if (error == 0.0 || other_side || std::abs(error) > kTrimAngle) {
+    s.angle_integral = 0.0;
+  } else {
+    s.angle_integral = limit(s.angle_integral + p.angle_ki * p.T_m * error, omega_max);
+  }
+}
+
 double position_loop(const MotionParams& p, const Position& setpoint, double encoder_counts,
-                     MotionState& s) {
+                     double v_bus, MotionState& s) {
   const double omega_max =
       setpoint.omega_max > 0.0 ? std::min(setpoint.omega_max, p.omega_max) : p.omega_max;
   if (p.accel_max > 0.0) {
@@ -72,24 +104,20 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
   const double error_counts = nearest(s.theta_ref * p.counts_per_rad) - encoder_counts;
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
-  if (error == 0.0 || std::abs(error) > kTrimAngle) {
-    s.angle_integral = 0.0;
-  } else {
-    s.angle_integral += p.angle_ki * p.T_m * error;
-  }
+  trim(p, error, omega_max, s);
   const double omega_ref =
       limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
-  return speed_loop(p, omega_ref, p.i_q_max, s);
+  return speed_loop(p, omega_ref, current_range(p, p.i_q_max, v_bus, s), s);
 }
 
-double speed_setpoint(const MotionParams& p, const Speed& setpoint, MotionState& s) {
+double speed_setpoint(const MotionParams& p, const Speed& setpoint, double v_bus, MotionState& s) {
   const double i_max = setpoint.i_q_max > 0.0 ? std::min(setpoint.i_q_max, p.i_q_max) : p.i_q_max;
   double omega_ref = setpoint.omega;
   if (p.accel_max > 0.0) {
     const double step = p.accel_max * p.T_m;
     omega_ref = std::clamp(setpoint.omega, s.omega_ref - step, s.omega_ref + step);
   }
-  return speed_loop(p, omega_ref, i_max, s);
+  return speed_loop(p, omega_ref, current_range(p, i_max, v_bus, s), s);
 }
 
 bool follows(const Setpoint& setpoint) {
@@ -98,15 +126,15 @@ bool follows(const Setpoint& setpoint) {
 
 /// Current reference of the setpoint in force, before the current ramp.
 double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
-                      MotionState& s) {
+                      double v_bus, MotionState& s) {
   if (const auto* torque = std::get_if<Torque>(&setpoint)) {
     return limit(torque->i_q, p.i_hardware);
   }
   if (const auto* speed = std::get_if<Speed>(&setpoint)) {
-    return speed_setpoint(p, *speed, s);
+    return speed_setpoint(p, *speed, v_bus, s);
   }
   if (const auto* position = std::get_if<Position>(&setpoint)) {
-    return position_loop(p, *position, encoder_counts, s);
+    return position_loop(p, *position, encoder_counts, v_bus, s);
   }
   return 0.0;
 }
@@ -116,14 +144,15 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
 /// fifty times slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp
 /// softens starts without taking the loop's damping away. The integrator stays inside the envelope.
 double soft_start(const MotionParams& p, double wanted, MotionState& s) {
-  if (p.current_step <= 0.0) {
+  const bool brakes = wanted * s.omega_hat < 0.0 && std::abs(s.omega_hat) > kRampSpeed;
+  if (p.current_step <= 0.0 || brakes) {
     return wanted;
   }
   const bool in_the_way = std::abs(wanted) > s.i_envelope;
   s.i_envelope =
       std::max(0.0, s.i_envelope + (in_the_way ? p.current_step : -0.02 * p.current_step));
   s.speed_integral = limit(s.speed_integral, s.i_envelope);
-  return wanted * s.omega_hat < 0.0 ? wanted : limit(wanted, s.i_envelope);
+  return limit(wanted, s.i_envelope);
 }
 
 /// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q +
@@ -223,7 +252,7 @@ void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpo
 void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
                   double v_bus, MotionState& s, CurrentOrders<double>& orders) {
   observe(p, encoder_counts, s);
-  const double wanted = wanted_current(p, setpoint, encoder_counts, s);
+  const double wanted = wanted_current(p, setpoint, encoder_counts, v_bus, s);
   s.i_q_ref = follows(setpoint) ? soft_start(p, wanted, s) : wanted;
 
   orders.i_q_ref = s.i_q_ref;

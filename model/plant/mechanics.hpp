@@ -58,7 +58,7 @@ inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m) {
   return p.tau_cogging * sine<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega));
 }
 
-/// What the world does to the output shaft: τ_load − m·g·l·sin θ_out, half a period ahead.
+/// m·g·l·sin θ_out of an arm at the output, half a period ahead.
 template <class Real>
 inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
   if (!any(p.tau_gravity != 0.0)) {
@@ -102,7 +102,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   const Real tau = tau_e - cogging(p, m) - transmitted * p.inv_gear;
 
   const Real drive = (p.inertia_rate - p.B_half) * m.omega + tau;
-  const Real tau_dry = dry_friction<Real>(drive, bearing + p.gear_loss * abs(transmitted));
+  const Real tooth_loss = select(transmitted * m.omega > 0.0, p.loss_driving, p.loss_driven);
+  const Real tau_dry = dry_friction<Real>(drive, bearing + tooth_loss * abs(transmitted));
 
   MechanicsStep<Real> step;
   Motion<Real>& next = step.next;

@@ -36,17 +36,6 @@ constexpr auto fields(State& s) {
                   s.p_supply, s.p_copper, s.p_inverter, s.p_friction, s.p_gear, s.p_load);
 }
 
-inline double get_lane(double x, std::size_t /*lane*/) { return x; }
-inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
-inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
-inline void set_lane(Lanes& x, std::size_t lane, double value) {
-  Wide all;
-  store(x, all, 0);
-  all.lane[lane] = value;
-  load(x, all, 0);
-}
-inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
-inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 /// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time:
 /// rare, and full of decisions. Writes the lanes of `mask` only.
 template <class Real, class Mask>

@@ -54,7 +54,7 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d) {
   p.mobility = 1.0 / (p.inertia_rate + p.B_half);
   p.inertia_rate_out = compliant ? J_out * p.f_s : 0.0;
   p.mobility_out = compliant ? 1.0 / p.inertia_rate_out : 0.0;
-  p.tau_coulomb = m.tau_coulomb;
+  p.tau_coulomb = m.tau_coulomb + (compliant ? 0.0 : m.tau_coulomb_out / m.gear_ratio);
   p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
   p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
   p.tau_coulomb_out = m.tau_coulomb_out;
@@ -64,7 +64,8 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d) {
   p.gear_stiffness = m.gear_stiffness_out;
   p.gear_damping = m.gear_damping_out;
   p.half_backlash = 0.5 * m.backlash_out;
-  p.gear_loss = (1.0 - m.gear_efficiency) / m.gear_ratio;
+  p.loss_driving = (1.0 / m.gear_efficiency - 1.0) / m.gear_ratio;
+  p.loss_driven = (1.0 - m.gear_efficiency) / m.gear_ratio;
   p.tau_load = d.load.tau;
   p.tau_gravity = d.load.tau_gravity;
   p.theta_min = d.load.theta_min;
@@ -99,11 +100,13 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
   p.inl_cos_2 = d.encoder.inl_2 * phase_2.sin;
   p.encoder_noise = d.encoder.noise;
   p.encoder_latency = d.encoder.latency;
-  p.gain_a = d.current_sensor.gain_a;
-  p.gain_b = d.current_sensor.gain_b;
-  p.offset_a = d.current_sensor.offset_a;
-  p.offset_b = d.current_sensor.offset_b;
-  p.current_noise = d.current_sensor.noise;
+  // Voltage mode (MS series): there are no current sensors; what is not there reads zero.
+  const double there = d.control.has_current_loop ? 1.0 : 0.0;
+  p.gain_a = there * d.current_sensor.gain_a;
+  p.gain_b = there * d.current_sensor.gain_b;
+  p.offset_a = there * d.current_sensor.offset_a;
+  p.offset_b = there * d.current_sensor.offset_b;
+  p.current_noise = there * d.current_sensor.noise;
   p.current_lsb = 2.0 * d.current_sensor.range / static_cast<double>(1 << d.current_sensor.bits);
   p.inv_current_lsb = 1.0 / p.current_lsb;
   p.current_max = d.current_sensor.range;

@@ -1,6 +1,6 @@
 /// @file The behaviour of a real MG4005-i10, seen through the same frames: its owner's log has 0xA4
 /// with a limit of 573 dps, gains 100/100, 40/14, 50/50, 24 V, no ramps, sampled every 12 ms over
-/// CAN. docs/model.md §13 gives the log's figures; the bounds here are the spread that such a drive
+/// CAN. docs/decisions/0003 tells of it; the bounds here are the spread that such a drive
 /// may show.
 
 #include <gtest/gtest.h>

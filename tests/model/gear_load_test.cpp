@@ -32,22 +32,31 @@ TEST(Gear, LoadTorquePushesTowardsLargerAnglesAndItsWorkIsBooked) {
   EXPECT_NEAR(shafts.load, -0.2 * shafts.m.theta_out, 1e-9);  // the world gave this to the drive
 }
 
-TEST(Gear, LosesItsShareInEitherDirection) {
+TEST(Gear, PassesOnItsShareOfThePowerInEitherDirection) {
   DriveParams d = geared();
   d.mechanics.gear_efficiency = 0.8;
   d.load.tau = -1.0;  // at the output: 100 mNm asked of the rotor
-  // Lifting needs 100/… plus 20 mNm of friction; holding back 20 mNm less.
+  // Lifting takes 100/0.8 = 125 mNm, holding back 0.8·100 = 80 mNm.
   Shafts lifting(d);
   lifting.m.omega = 10.0;
-  lifting.run(0.05, 0.120);
+  lifting.run(0.05, 0.125);
   EXPECT_NEAR(lifting.m.omega, 10.0, 1e-9);
   Shafts lowering(d);
   lowering.m.omega = -10.0;
   lowering.run(0.05, 0.080);
   EXPECT_NEAR(lowering.m.omega, -10.0, 1e-9);
-  // Each has lost 20 mNm times the way of the rotor.
-  EXPECT_NEAR(lifting.gear, 0.020 * 10.0 * 0.05, 1e-9);
+  // Lost: what went in less what came out, times the way of the rotor.
+  EXPECT_NEAR(lifting.gear, 0.025 * 10.0 * 0.05, 1e-9);
   EXPECT_NEAR(lowering.gear, 0.020 * 10.0 * 0.05, 1e-9);
+}
+
+TEST(Gear, RigidOneFeelsTheFrictionBehindIt) {
+  DriveParams d = geared();
+  d.mechanics.tau_coulomb_out = 1.0;
+  d.load.tau = 0.5;
+  Shafts shafts(d);
+  shafts.run(0.05, 0.0);
+  EXPECT_EQ(shafts.m.omega, 0.0);  // 0.5 Nm do not overcome 1 Nm
 }
 
 DriveParams with_play() {
