@@ -1,6 +1,7 @@
 #include "emulator/cli.hpp"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -23,8 +24,8 @@ struct Raw {
   std::vector<std::string> ids;
   std::string motor;
   std::string config;
-  std::int64_t seed = 0;
-  std::int64_t bitrate = 0;
+  std::string seed;
+  std::string bitrate;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -109,19 +110,35 @@ void check_log_level(const std::string& level) {
                    "\" is none of trace, debug, info, warn, error, off");
 }
 
+/// A plain decimal number: 010 is ten, and what does not fit is said so.
+std::int64_t parse_number(const char* option, const std::string& text) {
+  std::int64_t number = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error == std::errc::result_out_of_range) {
+    throw StartError(std::string(option) + ": " + text + " is out of range");
+  }
+  if (error != std::errc() || end != last) {
+    throw StartError(std::string(option) + ": \"" + text + "\" is not a whole number");
+  }
+  return number;
+}
+
 CommandLine gather(const CLI::App& app, Raw& raw) {
   CommandLine& line = raw.line;
   line.overrides.buses = pair_up(app, raw);
   if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
   if (app.count("--config") > 0) line.config_file = raw.config;
   if (app.count("--seed") > 0) {
-    if (raw.seed < 0) throw StartError("--seed: " + std::to_string(raw.seed) + " is negative");
-    line.overrides.seed = static_cast<std::uint64_t>(raw.seed);
+    const std::int64_t seed = parse_number("--seed", raw.seed);
+    if (seed < 0) throw StartError("--seed: " + raw.seed + " is negative");
+    line.overrides.seed = static_cast<std::uint64_t>(seed);
   }
   if (app.count("--bitrate") > 0) {
-    const std::string problem = bitrate_problem(raw.bitrate);
+    const std::int64_t bitrate = parse_number("--bitrate", raw.bitrate);
+    const std::string problem = bitrate_problem(bitrate);
     if (!problem.empty()) throw StartError("--bitrate: " + problem);
-    line.overrides.bitrate = raw.bitrate;
+    line.overrides.bitrate = bitrate;
   }
   check_log_level(line.log_level);
   return line;

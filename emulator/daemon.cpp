@@ -59,6 +59,11 @@ void make(const std::string& interface) {
       throw StartError("cannot make " + interface +
                        ": this kernel has no vcan (sudo modprobe vcan)");
     }
+    if (link_state(interface).index != 0) {
+      throw StartError("cannot bring up " + interface + " (" + problem.code().message() +
+                       "); set its bit rate first: sudo ip link set " + interface +
+                       " type can bitrate 1000000");
+    }
     throw StartError("cannot make " + interface + ": " + problem.code().message());
   }
 }
@@ -115,9 +120,12 @@ Daemon::Daemon(const std::vector<BusConfig>& buses, bool create_buses)
       signals_(loop_, SIGINT, SIGTERM),
       started_(monotonic_now()) {
   check_can_support();
+  // Nothing is made or brought up before all that exists has been looked at.
+  for (const auto& bus : buses) {
+    if (!create_buses || link_state(bus.interface).index != 0) check_interface(bus.interface);
+  }
   for (const auto& bus : buses) {
     if (create_buses) make(bus.interface);
-    check_interface(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     const auto on_frames = [this, i] {

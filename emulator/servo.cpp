@@ -123,6 +123,7 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
   if (config_.quirks.offset_write_takes_effect) {
     ram_.encoder_offset = rom_.encoder_offset;
     angles_.set_offset(ram_.encoder_offset);
+    motion_.single_turn.reset();  // the same target is another place from now on
   }
   return echo(context.request);
 }
@@ -296,8 +297,9 @@ std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& re
     return std::nullopt;
   }
   // A host that sends the same target every millisecond means the same place, also when the shaft
-  // has swung past it.
-  const bool repeated = motion_.position && motion_.single_turn == request;
+  // has swung past it. Once stopped, the drive travels anew.
+  const bool repeated =
+      run_state_ == RunState::kRunning && motion_.position && motion_.single_turn == request;
   Motion motion =
       to_position(repeated ? *motion_.position
                            : angles_.single_turn_target(angles_.position(context.before), clockwise,

@@ -195,7 +195,7 @@ void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
 }
 
 void DriveBank::clear_errors(std::size_t drive) { model::clear_errors(units_[drive].protection); }
-void DriveBank::feed_input(std::size_t drive) { units_[drive].protection.silent_for = 0.0; }
+void DriveBank::feed_input(std::size_t drive) { model::feed_input(units_[drive].protection); }
 
 void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
   units_[drive].params.load = load;

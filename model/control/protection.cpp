@@ -67,6 +67,11 @@ void settings_changed(const std::array<Protection, kErrorKinds>& settings, Prote
   }
 }
 
+void feed_input(ProtectionState& s) {
+  s.silent_for = 0.0;
+  s.cause = static_cast<ErrorBits>(s.cause & ~bit(Error::kLostInput));
+}
+
 void clear_errors(ProtectionState& s) { s.latched &= s.cause; }
 
 }  // namespace lk::model

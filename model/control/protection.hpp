@@ -36,6 +36,9 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
 /// Forgets the timers and causes of protections that are no longer enabled; what latched stays.
 void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
+/// An accepted frame has arrived: input is not lost, whatever is latched.
+void feed_input(ProtectionState& s);
+
 /// Unlatches every error whose cause is over.
 void clear_errors(ProtectionState& s);
 

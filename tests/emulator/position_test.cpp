@@ -203,6 +203,43 @@ TEST(SingleTurn, RepeatedCommandKeepsItsTurn) {
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
 }
 
+/// After a stop the direction counts again: from 45° clockwise to 110°, on by hand to 200°, and the
+/// same command travels clockwise to 470°, not back.
+TEST(SingleTurn, StoppedDriveTravelsAnew) {
+  Host host(servo_config(1));
+  const auto clockwise_to_110 = query(protocol::Position3{protocol::kClockwise, 11000});
+  host.ask(clockwise_to_110);
+  EXPECT_NEAR(rest_cdeg(host), 11000, kArrived_cdeg);
+  host.ask(query(protocol::Position1{20000}));
+  EXPECT_NEAR(rest_cdeg(host), 20000, kArrived_cdeg);
+  host.ask(clockwise_to_110);
+  EXPECT_NEAR(rest_cdeg(host), 47000, kArrived_cdeg);
+  host.ask("141#8100000000000000");
+  model::LoadParams push;
+  push.tau = 0.05;  // turns the free shaft clockwise, past the target
+  host.bus.set_load(1, push);
+  while (host.multi_turn_cdeg() < 50000) {
+    host.wait(1ms);
+  }
+  host.bus.set_load(1, {});
+  host.ask(clockwise_to_110);
+  EXPECT_GT(rest_cdeg(host), 80000);
+  EXPECT_NEAR(host.single_turn_cdeg(), 11000, kArrived_cdeg);
+}
+
+/// Where 0x91 takes effect at once, the same single-turn target is another place.
+TEST(SingleTurn, NewOffsetMovesTheTarget) {
+  Host host(servo_config(1));
+  const auto clockwise_to_100 = query(protocol::Position3{protocol::kClockwise, 10000});
+  host.ask(clockwise_to_100);
+  rest_cdeg(host);
+  host.ask("141#9100000000000010");  // 4096 counts: 90°
+  EXPECT_NEAR(host.single_turn_cdeg(), 1000, kArrived_cdeg);
+  host.ask(clockwise_to_100);
+  rest_cdeg(host);
+  EXPECT_NEAR(host.single_turn_cdeg(), 10000, kArrived_cdeg);
+}
+
 TEST(SingleTurn, InvalidTargetsAreAnsweredAndCounted) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position1{9000}));

@@ -252,6 +252,21 @@ TEST(Errors, LostInput) {
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
+/// The clearing frame may be the one that ends the silence: input is back with it.
+TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
+  auto config = servo_config(1);
+  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  Host host(config);
+  host.wait(500ms);
+  ASSERT_EQ(host.bus.telemetry(1).errors, model::bit(model::Error::kLostInput));
+  host.ask("141#9B00000000000000");
+  host.ask("141#8800000000000000");
+  host.ask("141#A100000064000000");
+  host.wait(1ms);
+  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
+  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
+}
+
 // --- misprints and modes
 // ---------------------------------------------------------------------------
 
