@@ -1,0 +1,96 @@
+// What the motion loops must not pile up while they cannot have their way (docs/model.md §11).
+#include <span>
+
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+constexpr std::int64_t kPeriod = 4;  // ticks of the motion loops
+constexpr double kPeriod_s = 4.0 / 32e3;
+
+DriveInit start(const DriveParams& params, const ControlSettings& settings) {
+  DriveInit init;
+  init.params = params;
+  init.settings = settings;
+  return init;
+}
+
+double position_rad(const DriveBank& bank) {
+  return static_cast<double>(bank.telemetry(0).encoder_position) * 2.0 * kPiT / (1 << 18);
+}
+
+TEST(CurrentRamp, BoundsTheGrowthFromRest) {
+  ControlSettings settings = unlimited();
+  settings.current_ramp = 25.0;
+  const DriveInit init = start(ideal_drive(), settings);
+  DriveBank bank(std::span(&init, 1));
+  bank.advance(3200);
+  bank.command(0, Speed{100.0, 0.0});
+  bool reached = false;
+  for (int n = 1; n <= 160; ++n) {
+    bank.advance(kPeriod);
+    // The reference after n periods is the envelope's at most; one period of slack for the start.
+    EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 25.0 * kPeriod_s * (n + 1)) << "period " << n;
+    reached = reached || bank.truth(0).i_q_ref > 0.9 * 25.0 * kPeriod_s * n;
+  }
+  EXPECT_TRUE(reached);  // the ramp was what limited it
+}
+
+TEST(CurrentRamp, DoesNotDelayBraking) {
+  ControlSettings settings = unlimited();
+  settings.current_ramp = 25.0;
+  const DriveInit init = start(ideal_drive(), settings);
+  DriveBank bank(std::span(&init, 1));
+  bank.command(0, Speed{50.0, 0.0});
+  bank.advance(64000);
+  bank.command(0, Speed{0.0, 0.0});
+  bank.advance(2 * kPeriod);
+  // Unramped PI: K_p·50 rad/s at least half of it; the ramp alone would allow 6 mA.
+  const ControlParams& c = init.params.control;
+  const double k_p = c.speed_bandwidth * c.J_nominal / k_t(init.params.motor);
+  EXPECT_LT(bank.truth(0).i_q_ref, -0.5 * k_p * 50.0);
+}
+
+/// Held 10 mrad short of its target for seconds, then sent the other way: it goes at once.
+TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
+  DriveParams d = ideal_drive();
+  d.control.angle_ki_per_byte = 20.0;
+  d.load.theta_max = 0.01;
+  ControlSettings settings = unlimited();
+  settings.i_q_max = 2.0;
+  settings.omega_max = 50.0;
+  const DriveInit init = start(d, settings);
+  DriveBank bank(std::span(&init, 1));
+  bank.command(0, Position{0.02, 0.0});
+  for (int second = 0; second < 5; ++second) {
+    bank.advance(32000);
+    EXPECT_LE(std::abs(bank.truth(0).omega_ref), settings.omega_max);
+  }
+  ASSERT_NEAR(position_rad(bank), 0.01, 1e-3);
+  bank.command(0, Position{0.0, 0.0});
+  bank.advance(16000);  // half a second, ten time constants of the position loop at 50 1/s and more
+  EXPECT_NEAR(position_rad(bank), 0.0, 1e-3);
+}
+
+/// A voltage-mode drive asked for more speed than its supply gives comes back when asked for less.
+TEST(VoltageMode, SpeedLoopDoesNotWindUpAgainstTheSupply) {
+  DriveParams d = ideal_drive();
+  d.motor.R_s = 3.0;
+  d.motor.L_d = d.motor.L_q = 1e-3;
+  d.control.has_current_loop = false;
+  const DriveInit init = start(d, unlimited());
+  DriveBank bank(std::span(&init, 1));
+  bank.command(0, Speed{1e3, 0.0});
+  bank.advance(5 * 32000);
+  const double fastest = bank.truth(0).omega_m;
+  ASSERT_GT(fastest, 50.0);
+  ASSERT_LT(fastest, 0.99e3);
+  const double wanted = 0.8 * fastest;
+  bank.command(0, Speed{wanted, 0.0});
+  bank.advance(16000);
+  EXPECT_NEAR(bank.truth(0).omega_m, wanted, 0.05 * wanted);
+}
+
+}  // namespace
+}  // namespace lk::model::test
