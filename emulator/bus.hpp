@@ -22,10 +22,10 @@ class Bus {
  public:
   explicit Bus(const BusConfig& config);
 
-  /// A host put `frame` on its interface at `at`. Earlier than `time()` counts as now. Only when
+  /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only when
   /// the host's send queue is full does this move time, to `at`, to see whether the wire made room
   /// by then.
-  void receive(const TimedFrame& frame);
+  void receive(const TimedFrame& in);
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
   /// Moves out the replies that have left the wire since the last call, in order; appended to
