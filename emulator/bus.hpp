@@ -22,9 +22,9 @@ class Bus {
  public:
   explicit Bus(const BusConfig& config);
 
-  /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only when
-  /// the host's send queue is full does this move time, to `at`, to see whether the wire made room
-  /// by then.
+  /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only
+  /// when the host's send queue is full does this move time, to `at`, to see whether the wire made
+  /// room by then.
   void receive(const TimedFrame& in);
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
