@@ -18,11 +18,10 @@ using std::numbers::pi;
 double no_load_speed_rad_s(const model::DriveParams& p, double k_t) {
   const model::MechanicsParams& m = p.mechanics;
   const double R = p.motor.R_s + p.inverter.R_on;
-  const double modulation = (2 * p.inverter.duty_max - 1) / std::sqrt(3.0);
   // The dead time takes a square wave of this height; its fundamental is 4/π of it.
   const double v_dead = 4 / pi * p.inverter.t_dead * p.inverter.f_pwm * p.supply.v_source;
   const double tau = m.tau_coulomb + m.tau_coulomb_out / m.gear_ratio;
-  return (modulation * p.supply.v_source - v_dead - R * tau / k_t) /
+  return (model::modulation(p.inverter) * p.supply.v_source - v_dead - R * tau / k_t) /
          (p.motor.pole_pairs * p.motor.psi_f + R * m.B / k_t);
 }
 

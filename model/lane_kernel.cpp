@@ -1,7 +1,5 @@
 #include "model/lane_kernel.hpp"
 
-#include <array>
-
 namespace lk::model {
 
 // Flattened: the tick is one straight line of arithmetic.

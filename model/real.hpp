@@ -164,16 +164,6 @@ inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
 inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 }  // namespace LKEMU_ISA
 
-/// How a `Real` is kept between ticks.
-template <class Real>
-struct Storage {
-  using type = Wide;
-};
-template <>
-struct Storage<double> {
-  using type = double;
-};
-
 // One drive's value in stored form.
 inline double& lane_of(double& stored, std::size_t /*lane*/) { return stored; }
 inline double& lane_of(Wide& stored, std::size_t lane) { return stored.lane[lane]; }

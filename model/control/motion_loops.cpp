@@ -166,6 +166,10 @@ double voltage_for(const MotionParams& p, const Setpoint& setpoint, const Motion
 
 }  // namespace
 
+double modulation(const InverterParams& inverter) {
+  return (2.0 * inverter.duty_max - 1.0) / kSqrt3;
+}
+
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings) {
   const ControlParams& c = drive.control;
   const GainBytes& bytes = settings.gains;
@@ -190,7 +194,7 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   p.accel_max = settings.accel_max;
   p.current_step = settings.current_ramp * p.T_m;
   p.i_hardware = drive.current_sensor.range;
-  p.modulation = (2.0 * drive.inverter.duty_max - 1.0) / kSqrt3;
+  p.modulation = modulation(drive.inverter);
   p.has_current_loop = c.has_current_loop;
   p.R_s = drive.motor.R_s;
   p.psi_f = drive.motor.psi_f;
@@ -217,7 +221,7 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   p.L_d = drive.motor.L_d;
   p.L_q = drive.motor.L_q;
   p.psi_f = drive.motor.psi_f;
-  p.modulation = (2.0 * drive.inverter.duty_max - 1.0) / kSqrt3;
+  p.modulation = modulation(drive.inverter);
   p.timer_counts = drive.inverter.timer_counts;
   p.timer_lsb = 1.0 / drive.inverter.timer_counts;
   p.duty_max = drive.inverter.duty_max;

@@ -40,6 +40,9 @@ struct MotionState {
   double i_q_ref = 0;                                      // A
 };
 
+/// Largest |v| as a fraction of v_bus: the circle inside the hexagon, less what the legs keep back.
+double modulation(const InverterParams& inverter);
+
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);
 CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                                               const ControlSettings& settings);
