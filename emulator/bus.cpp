@@ -42,6 +42,7 @@ Bus::Bus(const BusConfig& config) : bitrate_(config.bitrate), wire_(config.bitra
   seat_of_id_.fill(-1);
   build_motors(config);
   servos_.reserve(config.servos.size());
+  rom_writes_.reserve(config.servos.size());
   for (std::size_t k = 0; k < config.servos.size(); ++k) {
     const ServoConfig& servo = config.servos[k];
     assert(servo.id >= protocol::kMinId && servo.id <= protocol::kMaxId && !has(servo.id));
@@ -105,6 +106,15 @@ void Bus::take_replies(std::vector<TimedFrame>& out) {
   replies_.clear();
 }
 
+void Bus::take_rom_writes(std::vector<RomWrite>& out) {
+  out.insert(out.end(), rom_writes_.begin(), rom_writes_.end());
+  rom_writes_.clear();
+}
+
+void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
+  servos_[seat(id)].restore_rom(rom, wear);
+}
+
 std::optional<SimTime> Bus::next_due() const { return wire_.next_due(); }
 
 void Bus::process_wire(SimTime until) {
@@ -112,7 +122,7 @@ void Bus::process_wire(SimTime until) {
     if (delivery->from_host) {
       process_query(delivery->at, delivery->frame);
     } else {
-      replies_.push_back({delivery->at, delivery->frame});
+      replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write});
       ++stats_.replies;
     }
   }
@@ -163,10 +173,16 @@ void Bus::process_multi_drive(SimTime at, const protocol::Query& query) {
 void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
   bring_motors_to(banks_[places_[seat].bank], at);
   Servo& servo = servos_[seat];
+  const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(seat));
+  std::uint64_t rom_write = 0;
+  if (servo.stats().rom_writes != writes_before) {
+    rom_write = servo.stats().rom_writes;
+    rom_writes_.push_back({rom_write, servo.id(), servo.rom(), servo.wear()});
+  }
   const protocol::Frame frame = protocol::encode_reply(servo.id(), reply, kLegacyFormat);
   // Without a modelled wire the drive has no reply time either.
-  wire_.send_from_drive(bitrate_ > 0 ? at + servo.reply_time() : at, frame);
+  wire_.send_from_drive(bitrate_ > 0 ? at + servo.reply_time() : at, frame, rom_write);
 }
 
 /// A command that arrives at `t` acts at the first tick after it.

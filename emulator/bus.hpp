@@ -9,6 +9,7 @@
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
 #include "emulator/can_wire.hpp"
+#include "emulator/rom_write.hpp"
 #include "emulator/servo.hpp"
 #include "emulator/sim_time.hpp"
 #include "model/drive_bank.hpp"
@@ -31,6 +32,10 @@ class Bus {
   /// Moves out the replies that have left the wire since the last call, in order; appended to
   /// `out`.
   void take_replies(std::vector<TimedFrame>& out);
+  /// Moves out what drives have written to their ROM since the last call, in order; appended.
+  void take_rom_writes(std::vector<RomWrite>& out);
+  /// The last write of the drive `id` did not reach what keeps it: its ROM holds this instead.
+  void restore_rom(int id, const Registers& rom, const RomWear& wear);
   /// When `advance_to` will next have a frame to process or a reply to hand out.
   std::optional<SimTime> next_due() const;
   SimTime time() const { return time_; }
@@ -80,6 +85,7 @@ class Bus {
   std::vector<Servo> servos_;                                   // by seat; ascending IDs
   std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // −1 = not on the bus
   std::vector<TimedFrame> replies_;                             // left the wire, not yet taken
+  std::vector<RomWrite> rom_writes_;                            // not yet taken
   BusStats stats_;  // sums over the drives are made on reading
 };
 

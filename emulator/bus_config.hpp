@@ -1,20 +1,25 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "emulator/directive.hpp"
 #include "emulator/sim_time.hpp"
 #include "model/drive_params.hpp"
 #include "model/setpoint.hpp"
+#include "protocol/wire_format.hpp"
 
 namespace lk::emulator {
 
-enum class Series : std::uint8_t { kMs, kMf, kMg, kMh };
+using protocol::Series;
 
 /// Which turn the encoder field of the wire spans on geared motors (docs/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
+
+enum class Generation : std::uint8_t { kLegacy, kV235, kV236 };
 
 /// The drive's parameter memory. RAM starts as a copy of ROM at power-up.
 struct Registers {
@@ -22,6 +27,7 @@ struct Registers {
   std::int32_t acceleration_dps_s = 0;         // 0 = no ramp
   std::uint16_t encoder_offset = 0;            // wire counts
   std::int32_t max_torque_current_lsb = 1000;  // 0..2000, units of the iq command
+  std::int32_t max_power_permille = 850;       // 0..850, MS series
   double max_speed_dps = 16800;                // > 0
   double max_angle_deg = 0;                    // 0 = no limit
   double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
@@ -31,10 +37,34 @@ struct Registers {
   friend bool operator==(const Registers&, const Registers&);
 };
 
-/// Misprints of the manual and open points of the protocol, each its own switch (docs/protocol.md).
+/// What ROM holds, one by one: each is written, and wears, by itself.
+enum class RomParameter : std::uint8_t {
+  kGains,
+  kAcceleration,
+  kEncoderOffset,
+  kMaxTorqueCurrent,
+  kMaxPower,
+  kMaxSpeed,
+  kMaxAngle,
+  kCurrentRamp,
+  kBroadcastMode,
+  kProtections,
+};
+inline constexpr std::size_t kRomParameters = 10;
+/// How often each parameter was written.
+using RomWear = std::array<std::uint32_t, kRomParameters>;
+
+/// What the memory is made of.
+struct RomParams {
+  SimTime write_time = std::chrono::milliseconds(2);  // assumed: a page of flash
+  std::uint32_t endurance = 10'000;  // writes of one parameter; STM32 data sheets' minimum
+};
+
+/// Misprints of the manual, open points of the protocol, and what sets the generations apart: each
+/// its own switch (docs/protocol.md). The values here are those of `legacy`.
 struct Quirks {
   bool manual_reply_bytes = false;  // DATA[0] of 0x9B, 0xA7, 0xA8 replies as the manual prints them
-  bool clear_angle_implemented = false;   // 0x95 does what it is meant to do
+  protocol::Dialect dialect;        // what is on the wire
   bool offset_write_takes_effect = true;  // 0x91 is in force at once
   bool run_resumes = true;                // 0x88 after 0x81 resumes the earlier mode
   bool stop_holds = false;                // 0x81 holds the position instead of freeing the shaft
@@ -64,8 +94,11 @@ struct Profile {
 struct ServoConfig {
   int id = 1;  // 1..32
   Profile profile;
-  Registers rom;  // starts as profile.factory
+  Generation generation = Generation::kLegacy;  // what `quirks` started from
   Quirks quirks;
+  Registers rom;    // what power-up finds there; profile.factory unless something else is said
+  RomWear wear{};   // the writes it has seen
+  RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
   std::optional<double> boot_angle_deg;                 // rotor; drawn from seed and ID when absent
 };
@@ -74,7 +107,8 @@ struct BusConfig {
   std::string interface;             // "vcan0"
   std::int64_t bitrate = 1'000'000;  // bit/s; 0 = frames take no time and drives answer at once
   std::uint64_t seed = 1;
-  std::vector<ServoConfig> servos;  // ascending, distinct IDs
+  std::vector<ServoConfig> servos;     // ascending, distinct IDs
+  std::vector<TimedDirective> events;  // ascending times
 };
 
 }  // namespace lk::emulator

@@ -34,8 +34,10 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
   ++host_count_;
 }
 
-void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame) {
+void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
+                              std::uint64_t after_rom_write) {
   drives_.push_back(waiting(at, frame));
+  drives_.back().after_rom_write = after_rom_write;
 }
 
 std::optional<CanWire::Turn> CanWire::next_turn() const {
@@ -95,8 +97,10 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
     return std::nullopt;
   }
   const Waiting& frame = sender(*turn);
-  const Delivery delivery{
-      .at = turn->start + frame.length, .frame = frame.frame, .from_host = !turn->drive};
+  const Delivery delivery{.at = turn->start + frame.length,
+                          .frame = frame.frame,
+                          .from_host = !turn->drive,
+                          .after_rom_write = frame.after_rom_write};
   if (delivery.at > until) {
     return std::nullopt;
   }

@@ -22,6 +22,7 @@ class CanWire {
     SimTime at;  // its last bit
     protocol::Frame frame;
     bool from_host;
+    std::uint64_t after_rom_write;  // as given to send_from_drive
   };
 
   /// `bitrate` in bit/s; 0 = frames take no time and do not wait for each other.
@@ -32,8 +33,8 @@ class CanWire {
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
   /// is kData or kRemote.
   void send_from_host(SimTime at, const protocol::Frame& frame);
-  /// A drive's frame waits from `at` on.
-  void send_from_drive(SimTime at, const protocol::Frame& frame);
+  /// A drive's frame waits from `at` on. `after_rom_write` is handed through.
+  void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write = 0);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
   std::optional<SimTime> next_due() const;
@@ -48,6 +49,7 @@ class CanWire {
   struct Waiting {
     SimTime at{0};
     protocol::Frame frame;
+    std::uint64_t after_rom_write = 0;
     std::uint32_t priority = 0;  // arbitration field, the lower wins
     SimTime length{0};           // up to the last bit
     SimTime occupancy{0};        // and the inter-frame space

@@ -73,8 +73,8 @@ void read_quirks(TableReader& reader, Quirks& quirks) {
       {"stop_holds", &Quirks::stop_holds},
   };
   read_fields<Quirks>(*found, switches, Presence::kOptional, quirks);
-  if (const auto word = found->choice("clear_angle", {"ignored", "implemented"})) {
-    quirks.clear_angle_implemented = *word == 1;
+  if (const auto word = found->choice("clear_angle", {"ignored", "implemented", "sets_angle"})) {
+    quirks.dialect.clear_angle = static_cast<protocol::ClearAngleMeaning>(*word);
   }
   found->finish();
 }

@@ -145,12 +145,12 @@ inline const Field<Co> kControl[] = {
 
 using G = model::GainBytes;
 inline const Field<G> kGains[] = {
-    {"angle_kp", &G::angle_kp, 1, 0, 255},
-    {"angle_ki", &G::angle_ki, 1, 0, 255},
-    {"speed_kp", &G::speed_kp, 1, 0, 255},
-    {"speed_ki", &G::speed_ki, 1, 0, 255},
-    {"current_kp", &G::current_kp, 1, 0, 255},
-    {"current_ki", &G::current_ki, 1, 0, 255},
+    {"angle_kp", &G::angle_kp, 1, 0, 65535},
+    {"angle_ki", &G::angle_ki, 1, 0, 65535},
+    {"speed_kp", &G::speed_kp, 1, 0, 65535},
+    {"speed_ki", &G::speed_ki, 1, 0, 65535},
+    {"current_kp", &G::current_kp, 1, 0, 65535},
+    {"current_ki", &G::current_ki, 1, 0, 65535},
 };
 
 using R = Registers;

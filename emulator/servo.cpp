@@ -43,7 +43,7 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
 }
 
 Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
-    : config_(config), rom_(config.rom), angles_(config.profile) {
+    : config_(config), rom_(config.rom), wear_(config.wear), angles_(config.profile) {
   wake_up(boot);
 }
 
@@ -88,8 +88,12 @@ void Servo::lay_down_after_trip(const model::Telemetry& telemetry) {
 
 Reply Servo::on(const protocol::ReadPid&, const Context&) const {
   const auto& gains = ram_.gains;
-  return protocol::Pid{{gains.angle_kp, gains.angle_ki, gains.speed_kp, gains.speed_ki,
-                        gains.current_kp, gains.current_ki}};
+  // A byte has no room for what 0xC1 may have written.
+  const auto byte = [](std::uint16_t gain) {
+    return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
+  };
+  return protocol::Pid{{byte(gains.angle_kp), byte(gains.angle_ki), byte(gains.speed_kp),
+                        byte(gains.speed_ki), byte(gains.current_kp), byte(gains.current_ki)}};
 }
 
 Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) {
@@ -102,8 +106,9 @@ Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) 
 
 Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) {
   on(protocol::WritePidToRam{command.gains}, context);
-  rom_.gains = ram_.gains;
-  ++stats_.rom_writes;
+  Registers wanted = rom_;
+  wanted.gains = ram_.gains;
+  write_rom(RomParameter::kGains, wanted);
   return echo(context.request);
 }
 
@@ -118,10 +123,11 @@ Reply Servo::on(const protocol::WriteAccelerationToRam& command, const Context& 
 }
 
 Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& context) {
-  rom_.encoder_offset = std::min(command.offset_counts, angles_.max_wire_count());
-  ++stats_.rom_writes;
+  Registers wanted = rom_;
+  wanted.encoder_offset = std::min(command.offset_counts, angles_.max_wire_count());
+  write_rom(RomParameter::kEncoderOffset, wanted);
   if (config_.quirks.offset_write_takes_effect) {
-    ram_.encoder_offset = rom_.encoder_offset;
+    ram_.encoder_offset = wanted.encoder_offset;
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the same target is another place from now on
   }
@@ -130,9 +136,21 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
 
 /// In force after the next power-up only.
 Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
-  rom_.encoder_offset = angles_.raw(angles_.position(context.before));
+  Registers wanted = rom_;
+  wanted.encoder_offset = angles_.raw(angles_.position(context.before));
+  write_rom(RomParameter::kEncoderOffset, wanted);
+  return protocol::ZeroWritten{wanted.encoder_offset};
+}
+
+/// Worn cells keep what they have; the firmware does not look, so the reply is the same.
+void Servo::write_rom(RomParameter parameter, const Registers& rom) {
+  std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
   ++stats_.rom_writes;
-  return protocol::ZeroWritten{rom_.encoder_offset};
+  if (writes >= config_.flash.endurance) {
+    return;
+  }
+  ++writes;
+  rom_ = rom;
 }
 
 // --- angles and states
@@ -153,7 +171,7 @@ Reply Servo::on(const protocol::ReadSingleTurnAngle&, const Context& context) co
 }
 
 Reply Servo::on(const protocol::ClearAngle&, const Context& context) {
-  if (config_.quirks.clear_angle_implemented) {
+  if (config_.quirks.dialect.clear_angle == protocol::ClearAngleMeaning::kImplemented) {
     angles_.clear(angles_.position(context.before));
     if (motion_.position) {
       motion_ = {};

@@ -45,6 +45,7 @@ class Servo {
   RunState run_state() const { return run_state_; }
   const Registers& ram() const { return ram_; }
   const Registers& rom() const { return rom_; }
+  const RomWear& wear() const { return wear_; }
   const ServoStats& stats() const { return stats_; }
 
   /// Executes a query that is meant for this servo and gives its reply. The motor stands where it
@@ -54,6 +55,12 @@ class Servo {
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
+
+  /// ROM holds this from now on.
+  void restore_rom(const Registers& rom, const RomWear& wear) {
+    rom_ = rom;
+    wear_ = wear;
+  }
 
   /// Off and on again: ROM stays, RAM, turn count, errors and command are gone.
   void power_cycle(const Lane& lane);
@@ -112,12 +119,15 @@ class Servo {
   /// case.
   protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
                           const Context& context);
+  /// The register `parameter` of ROM becomes what `rom` says, unless its cells are worn out.
+  void write_rom(RomParameter parameter, const Registers& rom);
   protocol::Reply state_1(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Reply state_2(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Opcode reply_opcode(protocol::Opcode command) const;
 
   ServoConfig config_;
   Registers rom_;
+  RomWear wear_;
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 
 #include "protocol/frame.hpp"
 
@@ -15,6 +16,7 @@ using SimTime = std::chrono::nanoseconds;
 struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
+  std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };

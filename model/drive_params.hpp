@@ -63,6 +63,21 @@ struct SupplyParams {
   double R_source = 0.05;    // Ω
   double C_link = 470e-6;    // F
   double i_regen_max = 1e3;  // A the source takes back; 0 = a rectifier
+  double i_logic = 0.0;      // A, what the drive's electronics draw from the link
+};
+
+/// The drive's controller: what it needs to be alive.
+struct LogicParams {
+  double v_reset = 6.0;             // V at the link, below it the controller is in reset
+  double v_reset_hysteresis = 0.5;  // V above v_reset at which it starts
+  double boot_time = 0.05;          // s from there until it answers
+};
+
+/// Power-off brake on the rotor: a spring holds it, a coil releases it.
+struct BrakeParams {
+  double tau = 0.0;            // Nm at the rotor; 0 = none fitted
+  double engage_time = 0.02;   // s from coil off to full torque
+  double release_time = 0.03;  // s from coil on to none
 };
 
 /// Two-body motor (winding, housing) and a power stage, against ambient.
@@ -134,6 +149,8 @@ struct DriveParams {
   EncoderParams encoder;
   CurrentSensorParams current_sensor;
   SlowSensorParams slow_sensor;
+  LogicParams logic;
+  BrakeParams brake;
   ControlParams control;
 };
 

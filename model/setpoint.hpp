@@ -22,16 +22,18 @@ struct Position {
   double theta = 0;
   double omega_max = 0;
 };  // rad; rad/s, 0 = the setting's limit
-struct Voltage {
-  double v_q = 0;
-};  // V, open loop (MS series)
-using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, Voltage>;
+struct OpenLoop {
+  double power = 0;
+};  // −1..1, v_q as a share of the largest voltage the bus allows (MS series)
+using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop>;
 
-/// Byte gains as the wire carries them; docs/model.md gives the rule that makes them physical.
+/// Gains as the wire carries them: bytes in `legacy`, 16 bits in `v236`, on one scale;
+/// docs/model.md gives the rule that makes them physical.
 struct GainBytes {
-  std::uint8_t angle_kp = 100, angle_ki = 100;
-  std::uint8_t speed_kp = 50, speed_ki = 40;
-  std::uint8_t current_kp = 50, current_ki = 50;
+  std::uint16_t angle_kp = 100, angle_ki = 100;
+  std::uint16_t speed_kp = 50, speed_ki = 40;
+  std::uint16_t current_kp = 50, current_ki = 50;
+  std::uint16_t angle_kd = 0, speed_kd = 0, current_kd = 0;  // kept and read back only
   friend bool operator==(const GainBytes&, const GainBytes&) = default;
 };
 
@@ -56,7 +58,8 @@ struct Protection {
   bool enabled = false;
   double threshold = 0;
   double hysteresis = 0;
-  double delay = 0;  // s
+  double delay = 0;         // s
+  bool recoverable = true;  // false: only a power cycle clears it
 };
 
 /// The registers of the drive that the loops and protections read. Host-visible limits in SI, rotor
@@ -64,6 +67,7 @@ struct Protection {
 struct ControlSettings {
   GainBytes gains;
   double i_q_max = 16.0;      // A, > 0: "Max Torque Current" (not for Setpoint Torque)
+  double power_max = 1.0;     // 0..1: "Max Power" of the MS series (not for Setpoint OpenLoop)
   double omega_max = 293.2;   // rad/s, > 0: "Max Speed"
   double accel_max = 0.0;     // rad/s², 0 = no ramp: "Max Acceleration"
   double current_ramp = 0.0;  // A/s, 0 = none

@@ -157,9 +157,10 @@ double soft_start(const MotionParams& p, double wanted, MotionState& s) {
 
 /// Without current sensors the loops set the voltage that would drive the current: v_q = R·i_q +
 /// ω·ψ.
-double voltage_for(const MotionParams& p, const Setpoint& setpoint, const MotionState& s) {
-  if (const auto* voltage = std::get_if<Voltage>(&setpoint)) {
-    return voltage->v_q;
+double voltage_for(const MotionParams& p, const Setpoint& setpoint, double v_bus,
+                   const MotionState& s) {
+  if (const auto* open_loop = std::get_if<OpenLoop>(&setpoint)) {
+    return open_loop->power * p.modulation * v_bus;
   }
   return p.R_s * s.i_q_ref + p.pole_pairs * s.omega_hat * p.psi_f;
 }
@@ -260,7 +261,7 @@ void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encode
   s.i_q_ref = follows(setpoint) ? soft_start(p, wanted, s) : wanted;
 
   orders.i_q_ref = s.i_q_ref;
-  orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, s);
+  orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, v_bus, s);
   orders.omega_e = p.pole_pairs * s.omega_hat;
   orders.v_bus = v_bus;
   orders.inv_v_bus = 1.0 / std::max(v_bus, 1.0);

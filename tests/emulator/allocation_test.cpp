@@ -31,6 +31,7 @@ std::size_t allocations_while_polling(std::int64_t bitrate) {
   Bus bus(test::bus_config({1, 2, 3, 4}, bitrate));
   std::vector<TimedFrame> replies;
   replies.reserve(100);
+  std::vector<RomWrite> rom_writes;
   const auto poll = [&](int cycles) {
     for (int k = 0; k < cycles; ++k) {
       for (const auto& row : protocol::kOpcodes) {
@@ -42,6 +43,8 @@ std::size_t allocations_while_polling(std::int64_t bitrate) {
       bus.advance_to(bus.time() + 10ms);
       bus.take_replies(replies);
       replies.clear();
+      bus.take_rom_writes(rom_writes);
+      rom_writes.clear();
     }
   };
   poll(10);

@@ -124,7 +124,7 @@ drive = [ { id = 1 } ]
   EXPECT_EQ(servo.reply_time, std::chrono::microseconds(250));
   EXPECT_EQ(servo.boot_angle_deg, -12.5);
   EXPECT_TRUE(servo.quirks.manual_reply_bytes);
-  EXPECT_TRUE(servo.quirks.clear_angle_implemented);
+  EXPECT_EQ(servo.quirks.dialect.clear_angle, protocol::ClearAngleMeaning::kImplemented);
   EXPECT_FALSE(servo.quirks.offset_write_takes_effect);
   EXPECT_FALSE(servo.quirks.run_resumes);
   EXPECT_TRUE(servo.quirks.stop_holds);
@@ -170,7 +170,7 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]\nid = 1\nboot_angle_deg = nan",
        "robot.toml:5: bus.drive.boot_angle_deg: nan is out of range (-360 to 360)"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.clear_angle = \"no\"",
-       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is none of ignored, implemented"},
+       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is none of ignored, implemented, sets_angle"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.stop_holds = 1",
        "robot.toml:5: bus.drive.quirks.stop_holds: must be true or false"},
       {bus + "[[bus.drive]]\nid = 1\nsettings.max_speed = 1",
@@ -178,8 +178,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]\nid = 1\nsettings.encoder_offset = 16384",
        "robot.toml:5: bus.drive.settings.encoder_offset: does not fit the encoder of this motor "
        "(14 bit on the wire)"},
-      {bus + "[[bus.drive]]\nid = 1\nsettings.gains.speed_kp = 256",
-       "robot.toml:5: bus.drive.settings.gains.speed_kp: 256 is out of range (0 to 255)"},
+      {bus + "[[bus.drive]]\nid = 1\nsettings.gains.speed_kp = 65536",
+       "robot.toml:5: bus.drive.settings.gains.speed_kp: 65536 is out of range (0 to 65535)"},
       {bus + "[[bus.drive]]\nid = 1\nload = 3", "robot.toml:5: bus.drive.load: must be a table"},
       {bus + "[[bus.drive]]\nid = 1\nprofile.encoder.direction = 0",
        "robot.toml:5: bus.drive.profile.encoder.direction: must be 1 or -1"},

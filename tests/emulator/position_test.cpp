@@ -322,7 +322,7 @@ TEST(Increments, StopKeepsTheBase) {
 
 TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
   auto config = servo_config(1);
-  config.quirks.clear_angle_implemented = true;
+  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
   Host host(config);
   host.ask(query(protocol::Position1{9000}));
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
@@ -337,7 +337,7 @@ TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
 
 TEST(ClearAngle, LeavesSpeedAlone) {
   auto config = servo_config(1);
-  config.quirks.clear_angle_implemented = true;
+  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
   Host host(config);
   host.ask(query(protocol::Speed{360}));
   host.wait(500ms);

@@ -196,7 +196,7 @@ TEST(Angles, ClearAngleDoesNothing) {
 
 TEST(Angles, ClearAngleImplemented) {
   auto config = servo_config(1);
-  config.quirks.clear_angle_implemented = true;
+  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
   Host host(config);
   host.ask("141#9500000000000000");
   EXPECT_EQ(host.multi_turn_cdeg(), 0);

@@ -45,7 +45,9 @@ BusConfig config_from(std::uint8_t settings) {
     ServoConfig servo;
     servo.id = id;
     servo.quirks.manual_reply_bytes = (settings & 2U) != 0;
-    servo.quirks.clear_angle_implemented = (settings & 4U) != 0;
+    servo.quirks.dialect.clear_angle = (settings & 4U) != 0
+                                           ? protocol::ClearAngleMeaning::kImplemented
+                                           : protocol::ClearAngleMeaning::kIgnored;
     servo.quirks.stop_holds = (settings & 8U) != 0;
     servo.quirks.run_resumes = (settings & 16U) != 0;
     servo.rom.broadcast_mode = (settings & 32U) != 0 && id != 2;

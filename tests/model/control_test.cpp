@@ -36,7 +36,7 @@ TEST(VoltageMode, SpeedRisesWithTheMechanicalTimeConstant) {
   d.motor.R_s = 2.0;
   d.motor.L_d = d.motor.L_q = 0.3e-3;
   DriveBank bank = one_drive(d);
-  bank.command(0, Voltage{2.0});
+  bank.command(0, OpenLoop{2.0 / (modulation(d.inverter) * d.supply.v_source)});
   // τ_m = J·R/(3/2·p²·ψ²); ω∞ = v/(p·ψ). L changes both by (ω·L/R)² = 0.4 %, L/R delays by 0.15 ms.
   const double p_psi = d.motor.pole_pairs * d.motor.psi_f;
   const double tau = d.mechanics.J * d.motor.R_s / (1.5 * p_psi * p_psi);

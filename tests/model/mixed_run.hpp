@@ -75,7 +75,7 @@ inline void direct(DriveBank& bank, std::size_t drive, int kind, int n) {
       bank.command(drive, Speed{-120.0, 6.0});
       break;
     case 5:
-      bank.command(drive, Voltage{3.0});
+      bank.command(drive, OpenLoop{0.2});
       break;
     case 6:
       bank.command(drive, Position{-1.0, 60.0});

@@ -71,7 +71,7 @@ Setpoint at_the_limits(const DriveInit& d, int n) {
   const std::array<Setpoint, 9> kinds{Torque{33.0 * sign(n / 9)},
                                       Speed{kWireSpeed * sign(n / 9)},
                                       Position{kWirePosition * sign(n / 9)},
-                                      Voltage{100.0 * sign(n / 9)},
+                                      OpenLoop{sign(n / 9)},
                                       Off{},
                                       Speed{1e-3, 0.01},
                                       Position{0.0, 1e-3},
@@ -94,7 +94,7 @@ TEST(Survival, BeyondReachEitherWay) {
 }
 TEST(Survival, VoltageEitherWayAndBridgeOff) {
   survive("voltage", 0.7, [](const DriveInit&, int n) -> Setpoint {
-    return n % 3 == 2 ? Setpoint{Off{}} : Setpoint{Voltage{sign(n) * 60.0}};
+    return n % 3 == 2 ? Setpoint{Off{}} : Setpoint{OpenLoop{sign(n)}};
   });
 }
 TEST(Survival, EverySetpointAtItsLimits) { survive("limits", 0.35, at_the_limits); }

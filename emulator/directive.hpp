@@ -1,0 +1,47 @@
+#pragma once
+
+/// @file What can be done to a running bus besides sending frames: plain values, handled by the
+/// core.
+
+#include <variant>
+
+#include "emulator/sim_time.hpp"
+#include "model/drive_params.hpp"
+
+namespace lk::emulator {
+
+// Of one drive.
+struct PowerOn {};
+struct PowerOff {};  // the supply is disconnected: the link runs empty
+struct PowerCycle {
+  SimTime off_for{std::chrono::milliseconds(500)};  // disconnected; how long until the drive is
+                                                    // dead depends on its link
+};
+/// The source's voltage moves there, evenly within `ramp`; at once when that is 0.
+struct SupplyVoltage {
+  double supply_V = 0;
+  SimTime ramp{0};
+};
+struct AmbientTemperature {
+  double ambient_C = 25;
+};
+struct Load {
+  model::LoadParams load;
+};
+/// The output shaft is turned by hand, by so much, clockwise positive.
+struct TurnShaft {
+  double turn_deg = 0;
+};
+
+struct Directive {
+  int id = 1;  // the drive
+  std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, AmbientTemperature, Load, TurnShaft>
+      what;
+};
+
+struct TimedDirective {
+  SimTime at{0};
+  Directive directive;
+};
+
+}  // namespace lk::emulator
