@@ -36,6 +36,14 @@ Drop drop_cause(protocol::Reject reject) {
   return Drop::kForeignId;
 }
 
+/// The events begin with this drive's supply switched off.
+bool starts_without_power(const BusConfig& config, int id) {
+  return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
+    return event.at == SimTime{0} && event.directive.id == id &&
+           std::holds_alternative<PowerOff>(event.directive.what);
+  });
+}
+
 }  // namespace
 
 Bus::Bus(const BusConfig& config) : bitrate_(config.bitrate), wire_(config.bitrate) {
@@ -49,6 +57,14 @@ Bus::Bus(const BusConfig& config) : bitrate_(config.bitrate), wire_(config.bitra
     assert(k == 0 || servo.id > config.servos[k - 1].id);
     seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
     servos_.emplace_back(servo, lane(k).telemetry());
+    Timeline timeline;
+    timeline.supply_V = servo.profile.drive.supply.v_source;
+    timeline.alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
+    timelines_.push_back(timeline);
+  }
+  for (const TimedDirective& event : config.events) {
+    assert(has(event.directive.id));
+    agenda_.enter(event.at, event.directive);
   }
 }
 
@@ -65,6 +81,7 @@ void Bus::build_motors(const BusConfig& config) {
     }
     places_.push_back({bank, motors[bank].size()});
     motors[bank].push_back(make_drive(servo, config.seed));
+    motors[bank].back().connected = !starts_without_power(config, servo.id);
   }
   for (std::size_t k = 0; k < rates_Hz.size(); ++k) {
     banks_.push_back({rates_Hz[k], model::DriveBank(motors[k])});
@@ -94,10 +111,22 @@ void Bus::receive(const TimedFrame& in) {
 }
 
 void Bus::advance_to(SimTime until) {
-  process_wire(until);
-  time_ = std::max(time_, until);
-  for (Bank& bank : banks_) {
-    bring_motors_to(bank, time_);
+  until = std::max(until, time_);
+  for (;;) {
+    const std::optional<SimTime> due = next_due();
+    const SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    if (bring_motors_to(target)) {
+      continue;  // what was due may be void
+    }
+    time_ = target;
+    if (!due || *due > until) {
+      return;
+    }
+    if (agenda_.next_due() && *agenda_.next_due() <= target) {
+      perform(agenda_.take());
+    } else {
+      deliver_next();
+    }
   }
 }
 
@@ -115,16 +144,20 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   servos_[seat(id)].restore_rom(rom, wear);
 }
 
-std::optional<SimTime> Bus::next_due() const { return wire_.next_due(); }
+std::optional<SimTime> Bus::next_due() const {
+  const std::optional<SimTime> wire = wire_.next_due();
+  const std::optional<SimTime> agenda = agenda_.next_due();
+  return wire && agenda ? std::min(wire, agenda) : wire ? wire : agenda;
+}
 
-void Bus::process_wire(SimTime until) {
-  while (const auto delivery = wire_.deliver(until)) {
-    if (delivery->from_host) {
-      process_query(delivery->at, delivery->frame);
-    } else {
-      replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write});
-      ++stats_.replies;
-    }
+void Bus::deliver_next() {
+  const auto delivery = wire_.deliver(time_);
+  assert(delivery);
+  if (delivery->from_host) {
+    process_query(delivery->at, delivery->frame);
+  } else {
+    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write});
+    ++stats_.replies;
   }
 }
 
@@ -137,6 +170,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   const int id = std::get<int>(addressed);
   if (id != protocol::kMultiDrive && !has(id)) {
     drop(Drop::kNoSuchDrive);
+    return;
+  }
+  if (id != protocol::kMultiDrive && !timelines_[seat(id)].alive) {
+    drop(Drop::kNoPower);
     return;
   }
   const auto decoded = protocol::decode_query(frame, kLegacyFormat);
@@ -158,7 +195,7 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 void Bus::process_multi_drive(SimTime at, const protocol::Query& query) {
   bool heard = false;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
-    if (servos_[k].multi_drive_mode()) {
+    if (timelines_[k].alive && servos_[k].multi_drive_mode()) {
       answer(at, k, query);
       heard = true;
     }
@@ -171,26 +208,72 @@ void Bus::process_multi_drive(SimTime at, const protocol::Query& query) {
 }
 
 void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
-  bring_motors_to(banks_[places_[seat].bank], at);
   Servo& servo = servos_[seat];
+  Timeline& timeline = timelines_[seat];
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(seat));
+  // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
+  SimTime ready = bitrate_ > 0 ? at + servo.reply_time() : at;
   std::uint64_t rom_write = 0;
   if (servo.stats().rom_writes != writes_before) {
     rom_write = servo.stats().rom_writes;
-    rom_writes_.push_back({rom_write, servo.id(), servo.rom(), servo.wear()});
+    const SimTime begin = timeline.writing.empty() ? at : timeline.writing.back().done;
+    const SimTime done = begin + servo.config().flash.write_time;
+    timeline.writing.push_back({done,
+                                {rom_write, servo.id(), servo.rom(), servo.wear()},
+                                servo.rom_before(),
+                                servo.wear_before()});
+    agenda_.enter(done, RomWritten{seat});
+    ready = std::max(ready, done);
   }
-  const protocol::Frame frame = protocol::encode_reply(servo.id(), reply, kLegacyFormat);
-  // Without a modelled wire the drive has no reply time either.
-  wire_.send_from_drive(bitrate_ > 0 ? at + servo.reply_time() : at, frame, rom_write);
+  ready = timeline.last_reply = std::max(ready, timeline.last_reply);
+  wire_.send_from_drive(ready, protocol::encode_reply(servo.id(), reply, kLegacyFormat), rom_write);
 }
 
-/// A command that arrives at `t` acts at the first tick after it.
-void Bus::bring_motors_to(Bank& bank, SimTime t) {
-  const std::int64_t missing = ticks_until(t, bank.f_pwm_Hz) - bank.drives.ticks();
-  if (missing > 0) {
-    bank.drives.advance(missing);
+bool Bus::bring_motors_to(SimTime t) {
+  bool edge = false;
+  for (Bank& bank : banks_) {
+    // A command that arrives at `t` acts at the first tick after it.
+    const std::int64_t missing = ticks_until(t, bank.f_pwm_Hz) - bank.drives.ticks();
+    if (missing > 0) {
+      edge = bank.drives.advance_to_edge(missing) || edge;
+    }
   }
+  return edge && follow_lives();
+}
+
+/// Some drive has died or come alive. The banks may be apart by what was left to the instant asked
+/// for; drives meet on the wire only, and there nothing happens before it.
+bool Bus::follow_lives() {
+  for (std::size_t k = 0; k < servos_.size(); ++k) {
+    const bool alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
+    if (alive == timelines_[k].alive) {
+      continue;
+    }
+    timelines_[k].alive = alive;
+    if (alive) {
+      servos_[k].power_cycle(lane(k));
+    } else {
+      lose_power(k);
+    }
+  }
+  return true;
+}
+
+/// What it was about to say is lost, and so is what its memory had not taken yet.
+void Bus::lose_power(std::size_t seat) {
+  Timeline& timeline = timelines_[seat];
+  wire_.forget_replies(protocol::kSingleDriveId + static_cast<std::uint32_t>(servos_[seat].id()));
+  if (!timeline.writing.empty()) {
+    servos_[seat].restore_rom(timeline.writing.front().rom_before,
+                              timeline.writing.front().wear_before);
+    timeline.writing.clear();
+    agenda_.forget([seat](const Task& task) {
+      const auto* written = std::get_if<RomWritten>(&task);
+      return written != nullptr && written->seat == seat;
+    });
+  }
+  timeline.last_reply = SimTime{0};
 }
 
 BusStats Bus::stats() const {
@@ -224,26 +307,6 @@ model::Telemetry Bus::telemetry(int id) const {
 model::Truth Bus::truth(int id) const {
   const Place& place = places_[seat(id)];
   return banks_[place.bank].drives.truth(place.lane);
-}
-
-void Bus::set_load(int id, const model::LoadParams& load) {
-  const Lane motor = lane(seat(id));
-  motor.bank.set_load(motor.index, load);
-}
-
-void Bus::set_supply_voltage(int id, double supply_V) {
-  const Lane motor = lane(seat(id));
-  motor.bank.set_supply_voltage(motor.index, supply_V);
-}
-
-void Bus::set_ambient_temperature(int id, double ambient_C) {
-  const Lane motor = lane(seat(id));
-  motor.bank.set_ambient_temperature(motor.index, ambient_C);
-}
-
-void Bus::power_cycle(int id) {
-  const std::size_t k = seat(id);
-  servos_[k].power_cycle(lane(k));
 }
 
 }  // namespace lk::emulator

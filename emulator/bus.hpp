@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/agenda.hpp"
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
 #include "emulator/can_wire.hpp"
@@ -36,7 +37,10 @@ class Bus {
   void take_rom_writes(std::vector<RomWrite>& out);
   /// The last write of the drive `id` did not reach what keeps it: its ROM holds this instead.
   void restore_rom(int id, const Registers& rom, const RomWear& wear);
-  /// When `advance_to` will next have a frame to process or a reply to hand out.
+  /// Done now, or begun now. Its drive must be on the bus.
+  void apply(const Directive& directive);
+  /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
+  /// event.
   std::optional<SimTime> next_due() const;
   SimTime time() const { return time_; }
 
@@ -45,13 +49,15 @@ class Bus {
   BusStats stats() const;
 
   bool has(int id) const;
-  // Of the drive `id`, which must be on the bus. All setters act now.
+  // Of the drive `id`, which must be on the bus.
   const Servo& servo(int id) const { return servos_[seat(id)]; }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
+  // Act now.
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);
+  /// The controller starts anew, without having lost its power for long.
   void power_cycle(int id);
 
  private:
@@ -66,12 +72,48 @@ class Bus {
     std::size_t lane;
   };
 
+  /// What a servo does over time besides answering.
+  struct Timeline {
+    SimTime last_reply{0};  // a drive answers in order
+    /// Writes to its memory that are not done yet, and what stood there before each.
+    struct Writing {
+      SimTime done;
+      RomWrite after;
+      Registers rom_before;
+      RomWear wear_before;
+    };
+    std::vector<Writing> writing;
+    /// Where the supply's voltage is going.
+    struct Ramp {
+      double from_V, to_V;
+      SimTime begin, end;
+    };
+    double supply_V = 0;
+    std::optional<Ramp> ramp;
+    bool alive = true;
+  };
+
   void build_motors(const BusConfig& config);
   std::size_t seat(int id) const;
   Lane lane(std::size_t seat);
-  void bring_motors_to(Bank& bank, SimTime t);
 
-  void process_wire(SimTime until);
+  /// All motors to `t`, or to the first instant before at which a drive dies or wakes; true then.
+  bool bring_motors_to(SimTime t);
+  bool follow_lives();
+  void lose_power(std::size_t seat);
+
+  void act(std::size_t seat, const PowerOn& power);
+  void act(std::size_t seat, const PowerOff& power);
+  void act(std::size_t seat, const PowerCycle& cycle);
+  void act(std::size_t seat, const SupplyVoltage& supply);
+  void act(std::size_t seat, const AmbientTemperature& ambient);
+  void act(std::size_t seat, const Load& load);
+  void act(std::size_t seat, const TurnShaft& turn);
+  void perform(const Task& task);
+  void step_supply(std::size_t seat);
+  void finish_rom_write(std::size_t seat);
+
+  void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Query& query);
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
@@ -81,8 +123,10 @@ class Bus {
   SimTime time_{0};
   CanWire wire_;
   std::vector<Bank> banks_;
-  std::vector<Place> places_;                                   // by seat
-  std::vector<Servo> servos_;                                   // by seat; ascending IDs
+  std::vector<Place> places_;        // by seat
+  std::vector<Servo> servos_;        // by seat; ascending IDs
+  std::vector<Timeline> timelines_;  // by seat
+  Agenda agenda_;
   std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // −1 = not on the bus
   std::vector<TimedFrame> replies_;                             // left the wire, not yet taken
   std::vector<RomWrite> rom_writes_;                            // not yet taken

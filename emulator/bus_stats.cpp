@@ -22,6 +22,8 @@ std::string_view to_string(Drop cause) {
       return "unknown command";
     case Drop::kWrongMode:
       return "wrong mode";
+    case Drop::kNoPower:
+      return "drive without power";
     case Drop::kQueueFull:
       return "queue full";
   }

@@ -20,9 +20,10 @@ enum class Drop : std::uint8_t {
   kWrongLength,     // DLC is not 8
   kUnknownCommand,  // the drive does not know DATA[0]
   kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
+  kNoPower,    // the drive is without power, or still booting
   kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
 };
-inline constexpr std::size_t kDropKinds = 10;
+inline constexpr std::size_t kDropKinds = 11;
 
 /// A short name for logs and summaries: "unknown command".
 std::string_view to_string(Drop cause);

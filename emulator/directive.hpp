@@ -33,8 +33,9 @@ struct TurnShaft {
   double turn_deg = 0;
 };
 
+/// To the drive `id`, which must be on the bus.
 struct Directive {
-  int id = 1;  // the drive
+  int id = 1;
   std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, AmbientTemperature, Load, TurnShaft>
       what;
 };

@@ -58,8 +58,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
 void Servo::power_cycle(const Lane& lane) {
   wake_up(lane.telemetry());
   lane.configure(control_settings(ram_));
-  lane.clear_errors();
-  lane.command(model::Idle{});
+  lane.restart();
 }
 
 Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
@@ -144,6 +143,8 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
 
 /// Worn cells keep what they have; the firmware does not look, so the reply is the same.
 void Servo::write_rom(RomParameter parameter, const Registers& rom) {
+  rom_before_ = rom_;
+  wear_before_ = wear_;
   std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
   ++stats_.rom_writes;
   if (writes >= config_.flash.endurance) {

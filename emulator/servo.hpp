@@ -20,6 +20,7 @@ struct Lane {
   void command(const model::Setpoint& setpoint) const { bank.command(index, setpoint); }
   void configure(const model::ControlSettings& settings) const { bank.configure(index, settings); }
   void clear_errors() const { bank.clear_errors(index); }
+  void restart() const { bank.restart(index); }
   void feed_input() const { bank.feed_input(index); }
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };
@@ -46,6 +47,9 @@ class Servo {
   const Registers& ram() const { return ram_; }
   const Registers& rom() const { return rom_; }
   const RomWear& wear() const { return wear_; }
+  // What the last write to ROM replaced.
+  const Registers& rom_before() const { return rom_before_; }
+  const RomWear& wear_before() const { return wear_before_; }
   const ServoStats& stats() const { return stats_; }
 
   /// Executes a query that is meant for this servo and gives its reply. The motor stands where it
@@ -62,7 +66,7 @@ class Servo {
     wear_ = wear;
   }
 
-  /// Off and on again: ROM stays, RAM, turn count, errors and command are gone.
+  /// The controller has started: ROM stays, RAM, turn count, errors and command are gone.
   void power_cycle(const Lane& lane);
 
  private:
@@ -128,6 +132,8 @@ class Servo {
   ServoConfig config_;
   Registers rom_;
   RomWear wear_;
+  Registers rom_before_;
+  RomWear wear_before_{};
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;

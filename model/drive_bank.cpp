@@ -25,11 +25,11 @@ Scalar get(const Stored& stored, std::size_t lane) {
 }
 
 /// A plant at rest at `theta_m`, at ambient temperature, its link charged.
-PlantState<double> plant_at_rest(const DriveParams& p, double theta_m) {
+PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
   PlantState<double> s;
   s.theta = theta_m;
   s.theta_out = theta_m / p.mechanics.gear_ratio;
-  s.v_link = p.supply.v_source;
+  s.v_link = connected ? p.supply.v_source : 0.0;
   s.temp_winding = s.temp_housing = s.temp_stage = p.thermal.temp_ambient;
   return s;
 }
@@ -83,6 +83,11 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     Unit unit;
     unit.params = init.params;
     unit.settings = init.settings;
+    unit.connected = init.connected;
+    if (!init.connected || init.params.supply.v_source < init.params.logic.v_reset) {
+      unit.life.life = Life::kInReset;
+      unit.setpoint = Off{};
+    }
     unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
     unit.slow_sensors = slow_sensors(init.params.slow_sensor);
     unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source,
@@ -94,7 +99,7 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     derive_plant(drive);
     derive_control(drive);
     with_block(drive, [&](auto& block, std::size_t lane) {
-      put(block.plant, lane, plant_at_rest(init.params, init.theta_m));
+      put(block.plant, lane, plant_at_rest(init.params, init.theta_m, init.connected));
       CurrentLoopState<double> loop;
       loop.encoder_counts = counts_at(init.params, init.theta_m);
       put(block.loop, lane, loop);
@@ -118,8 +123,16 @@ std::size_t DriveBank::size() const { return units_.size(); }
 std::int64_t DriveBank::ticks() const { return ticks_; }
 
 void DriveBank::derive_plant(std::size_t drive) {
+  const Unit& unit = units_[drive];
+  DriveParams params = unit.params;
+  if (!unit.connected) {  // a source of nothing that takes nothing back
+    params.supply.v_source = 0.0;
+    params.supply.i_regen_max = 0.0;
+  }
+  params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
+  params.mechanics.tau_static += params.brake.tau * unit.brake.pressed;
   with_block(drive, [&](auto& block, std::size_t lane) {
-    put(block.plant_params, lane, plant_params(units_[drive].params));
+    put(block.plant_params, lane, plant_params(params));
   });
 }
 
@@ -129,6 +142,44 @@ void DriveBank::derive_control(std::size_t drive) {
   with_block(drive, [&](auto& block, std::size_t lane) {
     put(block.loop_params, lane, current_loop_params(unit.params, unit.settings));
   });
+}
+
+bool DriveBank::run_firmware(std::size_t drive) {
+  Unit& unit = units_[drive];
+  const double T_m = unit.motion_params.T_m;
+  if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m, unit.brake)) {
+    derive_plant(drive);
+  }
+  const double v_link = with_block(
+      drive, [](const auto& block, std::size_t lane) { return lane_of(block.plant.v_link, lane); });
+  const bool edge = live(unit.params.logic, v_link, T_m, unit.life);
+  if (edge) {
+    unit.life.life == Life::kAlive ? restart(drive) : die(drive);
+  }
+  if (unit.life.life == Life::kAlive) {
+    run_motion_loops(drive);
+  }
+  return edge;
+}
+
+/// Without a controller the switches are open and the brake's coil is dead.
+void DriveBank::die(std::size_t drive) {
+  Unit& unit = units_[drive];
+  unit.setpoint = Off{};
+  unit.brake.coil_on = false;
+  with_block(drive, [](auto& block, std::size_t lane) {
+    put(block.orders, lane, CurrentOrders<double>{});
+  });
+}
+
+void DriveBank::restart(std::size_t drive) {
+  Unit& unit = units_[drive];
+  const double counts = with_block(drive, [](const auto& block, std::size_t lane) {
+    return lane_of(block.loop.encoder_counts, lane);
+  });
+  unit.protection = {};
+  unit.motion = motion_state_at(counts);
+  unit.setpoint = Idle{};
 }
 
 void DriveBank::run_motion_loops(std::size_t drive) {
@@ -159,15 +210,27 @@ void DriveBank::run_motion_loops(std::size_t drive) {
 }
 
 void DriveBank::advance(std::int64_t n_ticks) {
-  while (n_ticks > 0) {
+  const std::int64_t end = ticks_ + n_ticks;
+  while (ticks_ < end) {
+    advance_to_edge(end - ticks_);
+  }
+}
+
+bool DriveBank::advance_to_edge(std::int64_t n_ticks) {
+  const std::int64_t end = ticks_ + n_ticks;
+  bool edge = false;
+  while (!edge && ticks_ < end) {
     if (ticks_ % stride_ == 0) {
       for (std::size_t drive = 0; drive < units_.size(); ++drive) {
         if (ticks_ % units_[drive].params.control.motion_divider == 0) {
-          run_motion_loops(drive);
+          edge = run_firmware(drive) || edge;
         }
       }
     }
-    const auto n = static_cast<int>(std::min<std::int64_t>(n_ticks, stride_ - ticks_ % stride_));
+    // After an edge one tick only, however many were asked for: the caller acts at the same
+    // instant.
+    const std::int64_t left = edge ? 1 : end - ticks_;
+    const auto n = static_cast<int>(std::min<std::int64_t>(left, stride_ - ticks_ % stride_));
     if (wide_.empty()) {
       run_alone(alone_, n);
     }
@@ -175,9 +238,11 @@ void DriveBank::advance(std::int64_t n_ticks) {
       kernel_.run(block, n);
     }
     ticks_ += n;
-    n_ticks -= n;
   }
+  return edge;
 }
+
+bool DriveBank::alive(std::size_t drive) const { return units_[drive].life.life == Life::kAlive; }
 
 void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
   Unit& unit = units_[drive];
@@ -194,7 +259,9 @@ void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
   derive_control(drive);
 }
 
-void DriveBank::clear_errors(std::size_t drive) { model::clear_errors(units_[drive].protection); }
+void DriveBank::clear_errors(std::size_t drive) {
+  model::clear_errors(units_[drive].settings.protections, units_[drive].protection);
+}
 void DriveBank::feed_input(std::size_t drive) { model::feed_input(units_[drive].protection); }
 
 void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
@@ -204,6 +271,21 @@ void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
 void DriveBank::set_supply_voltage(std::size_t drive, double v_source) {
   units_[drive].params.supply.v_source = v_source;
   derive_plant(drive);
+}
+void DriveBank::connect_supply(std::size_t drive, bool connected) {
+  units_[drive].connected = connected;
+  derive_plant(drive);
+}
+void DriveBank::set_brake_coil(std::size_t drive, bool on) {
+  Unit& unit = units_[drive];
+  unit.brake.coil_on = on && unit.life.life == Life::kAlive;
+}
+void DriveBank::turn_shaft(std::size_t drive, double angle) {
+  const double gear_ratio = units_[drive].params.mechanics.gear_ratio;
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    lane_of(block.plant.theta, lane) += angle * gear_ratio;
+    lane_of(block.plant.theta_out, lane) += angle;
+  });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {
   units_[drive].params.thermal.temp_ambient = temp_ambient;
@@ -229,6 +311,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
         unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
     t.errors = unit.protection.latched;
     t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
+    t.alive = unit.life.life == Life::kAlive;
     return t;
   });
 }

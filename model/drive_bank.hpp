@@ -5,10 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "model/control/life.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/control/protection.hpp"
 #include "model/drive_params.hpp"
 #include "model/lane_kernel.hpp"
+#include "model/plant/brake.hpp"
 #include "model/plant/slow_sensors.hpp"
 #include "model/setpoint.hpp"
 
@@ -20,6 +22,7 @@ struct DriveInit {
   ControlSettings settings;
   std::uint64_t seed = 1;  // noise only
   double theta_m = 0.0;    // rad, where the shaft stands at power-up
+  bool connected = true;   // false: without supply, the link empty
 };
 
 /// Drives with one common PWM rate, advanced together, tick by tick. A value: copying it copies the
@@ -34,10 +37,16 @@ class DriveBank {
   /// Control ticks done since construction; tick n happens at n/f_pwm.
   std::int64_t ticks() const;
   void advance(std::int64_t n_ticks);
+  /// As `advance`, but stops after the tick in which some drive died or came alive, and says so.
+  bool advance_to_edge(std::int64_t n_ticks);
+  /// The controller has power and has booted.
+  bool alive(std::size_t drive) const;
 
   // All of these act at the next tick.
   void command(std::size_t drive, const Setpoint& setpoint);
   void configure(std::size_t drive, const ControlSettings& settings);
+  /// The controller starts anew: Idle, errors, timers and observers as after power-up.
+  void restart(std::size_t drive);
   /// Clears latched errors whose cause is over; the bridge stays off until the next setpoint.
   void clear_errors(std::size_t drive);
   /// An accepted frame arrived: restarts the lost-input window.
@@ -45,6 +54,12 @@ class DriveBank {
 
   void set_load(std::size_t drive, const LoadParams& load);
   void set_supply_voltage(std::size_t drive, double v_source);
+  /// Disconnected, the link feeds the drive until it is empty.
+  void connect_supply(std::size_t drive, bool connected);
+  /// Current through the coil releases the brake. A drive that loses its power lets go of it.
+  void set_brake_coil(std::size_t drive, bool on);
+  /// Turns the output by `angle` rad, by hand; the rotor goes with it.
+  void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
 
   Telemetry telemetry(std::size_t drive) const;
@@ -59,6 +74,9 @@ class DriveBank {
     MotionParams motion_params;
     MotionState motion;
     ProtectionState protection;
+    LifeState life;
+    BrakeState brake;
+    bool connected = true;
     Setpoint setpoint = Idle{};
     SlowSensors slow_sensors{};
     SlowMeasurement slow;
@@ -70,7 +88,10 @@ class DriveBank {
   decltype(auto) with_block(std::size_t drive, Access access);
   template <class Access>
   decltype(auto) with_block(std::size_t drive, Access access) const;
+  /// What the drive does once every few ticks. Returns true if it died or came alive.
+  bool run_firmware(std::size_t drive);
   void run_motion_loops(std::size_t drive);
+  void die(std::size_t drive);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);
 

@@ -63,12 +63,12 @@ struct SupplyParams {
   double R_source = 0.05;    // Ω
   double C_link = 470e-6;    // F
   double i_regen_max = 1e3;  // A the source takes back; 0 = a rectifier
-  double i_logic = 0.0;      // A, what the drive's electronics draw from the link
+  double i_logic = 0.0;      // A at 24 V, what the drive's electronics draw from the link
 };
 
 /// The drive's controller: what it needs to be alive.
 struct LogicParams {
-  double v_reset = 6.0;             // V at the link, below it the controller is in reset
+  double v_reset = 5.0;             // V at the link, below it the controller is in reset
   double v_reset_hysteresis = 0.5;  // V above v_reset at which it starts
   double boot_time = 0.05;          // s from there until it answers
 };

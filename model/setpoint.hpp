@@ -88,6 +88,7 @@ struct Telemetry {
       0;                 // counts of the rotor encoder, unwrapped since power-up; mod 2^bits = raw
   ErrorBits errors = 0;  // latched
   bool bridge_on = true;
+  bool alive = true;  // the controller has power and has booted
 };
 
 /// The true state, for tests, plots and the bench; never for the control.
@@ -109,7 +110,7 @@ struct Truth {
 struct EnergyLedger {
   double supply = 0;  // at the drive's terminals
   double copper = 0;
-  double inverter = 0;
+  double inverter = 0;  // and the drive's electronics
   double friction = 0;
   double gear = 0;
   double load = 0;    // work done on the constant load torque

@@ -40,7 +40,7 @@ CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
   if (p.has_current_loop) {
     return {-i_max, i_max};
   }
-  const double v_max = p.modulation * v_bus;
+  const double v_max = p.power_max * p.modulation * v_bus;
   const double emf = p.pole_pairs * s.omega_hat * p.psi_f;
   return {std::clamp((-v_max - emf) / p.R_s, -i_max, i_max),
           std::clamp((v_max - emf) / p.R_s, -i_max, i_max)};
@@ -160,7 +160,7 @@ double soft_start(const MotionParams& p, double wanted, MotionState& s) {
 double voltage_for(const MotionParams& p, const Setpoint& setpoint, double v_bus,
                    const MotionState& s) {
   if (const auto* open_loop = std::get_if<OpenLoop>(&setpoint)) {
-    return open_loop->power * p.modulation * v_bus;
+    return limit(open_loop->power, 1.0) * p.modulation * v_bus;
   }
   return p.R_s * s.i_q_ref + p.pole_pairs * s.omega_hat * p.psi_f;
 }
@@ -196,6 +196,7 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   p.current_step = settings.current_ramp * p.T_m;
   p.i_hardware = drive.current_sensor.range;
   p.modulation = modulation(drive.inverter);
+  p.power_max = settings.power_max;
   p.has_current_loop = c.has_current_loop;
   p.R_s = drive.motor.R_s;
   p.psi_f = drive.motor.psi_f;

@@ -26,6 +26,7 @@ struct MotionParams {
          current_step = 0;  // A, rad/s, rad/s², A per period
   double i_hardware = 0;    // A, what the current sensor can show
   double modulation = 0;    // largest |v| / v_bus
+  double power_max = 1;     // share of it that the speed and position loops may use (voltage mode)
   bool has_current_loop = true;
   double R_s = 0, psi_f = 0;  // nominal, for the voltage mode
 };

@@ -72,6 +72,14 @@ void feed_input(ProtectionState& s) {
   s.cause = static_cast<ErrorBits>(s.cause & ~bit(Error::kLostInput));
 }
 
-void clear_errors(ProtectionState& s) { s.latched &= s.cause; }
+void clear_errors(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s) {
+  ErrorBits stays = s.cause;
+  for (int n = 0; n < kErrorKinds; ++n) {
+    if (!settings[static_cast<std::size_t>(n)].recoverable) {
+      stays |= bit(static_cast<Error>(n));
+    }
+  }
+  s.latched &= stays;
+}
 
 }  // namespace lk::model

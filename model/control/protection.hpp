@@ -39,7 +39,7 @@ void settings_changed(const std::array<Protection, kErrorKinds>& settings, Prote
 /// An accepted frame has arrived: input is not lost, whatever is latched.
 void feed_input(ProtectionState& s);
 
-/// Unlatches every error whose cause is over.
-void clear_errors(ProtectionState& s);
+/// Unlatches every error whose cause is over, and that may be cleared without a power cycle.
+void clear_errors(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
 }  // namespace lk::model

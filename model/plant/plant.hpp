@@ -107,14 +107,17 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const Real tau_e = torque(p, step, psi_f);
   const MechanicsStep<Real> mech =
       mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
-  const LinkStep<Real> dc = link(p, s.v_link, step.i_link);
+  const Real i_logic = p.g_logic * s.v_link;
+  const Real i_link = step.i_link + i_logic;
+  const LinkStep<Real> dc = link(p, s.v_link, i_link);
+  const Real v_mean = 0.5 * (s.v_link + dc.v_next);
   const Real p_copper = 1.5 * R_s * step.mean_square;
   const Temperatures<Real> heat =
       thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
 
-  s.p_supply += 0.5 * (s.v_link + dc.v_next) * dc.i_source;
+  s.p_supply += v_mean * dc.i_source;
   s.p_copper += p_copper;
-  s.p_inverter += step.p_inverter;
+  s.p_inverter += step.p_inverter + v_mean * i_logic;
   s.p_friction += mech.p_friction;
   s.p_gear += mech.p_gear;
   s.p_load += mech.p_load;
@@ -128,7 +131,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   s.omega_out = mech.next.omega_out;
   s.tau_e = tau_e;
   s.v_link = dc.v_next;
-  s.i_link = step.i_link;
+  s.i_link = i_link;
   s.temp_winding = heat.winding;
   s.temp_housing = heat.housing;
   s.temp_stage = heat.stage;

@@ -78,6 +78,7 @@ void set_supply_and_heat(PlantParams<double>& p, const DriveParams& d) {
   p.link_decay = exp_decay(-p.T_s / (d.supply.R_source * d.supply.C_link));
   p.link_rate = d.supply.C_link * p.f_s;
   p.inv_link_rate = 1.0 / p.link_rate;
+  p.g_logic = d.supply.i_logic / 24.0;
   p.i_regen_max = d.supply.i_regen_max;
   p.heat_winding = p.T_s / d.thermal.C_winding;
   p.heat_housing = p.T_s / d.thermal.C_housing;

@@ -33,6 +33,7 @@ struct PlantParams {
 
   // Supply (§5)
   T v_source{}, R_source{}, link_decay{}, link_rate{}, inv_link_rate{}, i_regen_max{};
+  T g_logic{};  // S, the drive's electronics
 
   // Heat (§6): T_s/C in K/J·s per node, conductances in W/K
   T heat_winding{}, heat_housing{}, heat_stage{}, g_winding_housing{}, g_housing_ambient{},
@@ -63,7 +64,7 @@ constexpr auto fields(Params& p) {
                   p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn,
                   p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving,
                   p.loss_driven, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source,
-                  p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max,
+                  p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
                   p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
                   p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
                   p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,

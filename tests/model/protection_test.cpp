@@ -77,14 +77,14 @@ TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
   // Beyond or within the hysteresis the cause is not over; latched even after it is.
   for (const double value : {c.beyond, c.inside}) {
     watch(settings, watched(c.error, value), kPeriod, s);
-    clear_errors(s);
+    clear_errors(settings, s);
     EXPECT_EQ(s.latched, bit(c.error));
   }
   for (int n = 0; n < 10; ++n) {
     watch(settings, watched(c.error, c.recovered), kPeriod, s);
   }
   EXPECT_EQ(s.latched, bit(c.error));
-  clear_errors(s);
+  clear_errors(settings, s);
   EXPECT_EQ(s.latched, 0);
 }
 

@@ -27,6 +27,7 @@ inline emulator::ServoConfig servo_config(int id) {
   config.profile.drive.slow_sensor.v_noise = 0;
   config.rom = config.profile.factory;
   config.boot_angle_deg = 45;
+  config.flash.write_time = std::chrono::nanoseconds(0);
   return config;
 }
 

@@ -3,6 +3,7 @@
 // makes all of it.
 #include <cstdio>
 
+#include "model/control/life.cpp"  // NOLINT
 #include "model/control/motion_loops.cpp"
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"

@@ -1,0 +1,105 @@
+#include <algorithm>
+
+#include "emulator/bus.hpp"
+#include "emulator/units.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// A ramp moves the source in steps this long.
+constexpr SimTime kRampStep = std::chrono::milliseconds(1);
+
+double fraction(SimTime part, SimTime whole) {
+  return static_cast<double>(part.count()) / static_cast<double>(whole.count());
+}
+
+}  // namespace
+
+void Bus::apply(const Directive& directive) {
+  std::visit([&](const auto& what) { act(seat(directive.id), what); }, directive.what);
+}
+
+void Bus::perform(const Task& task) {
+  if (const auto* directive = std::get_if<Directive>(&task)) {
+    apply(*directive);
+  } else if (const auto* step = std::get_if<SupplyStep>(&task)) {
+    step_supply(step->seat);
+  } else {
+    finish_rom_write(std::get<RomWritten>(task).seat);
+  }
+}
+
+void Bus::act(std::size_t seat, const PowerOn&) {
+  const Lane motor = lane(seat);
+  motor.bank.connect_supply(motor.index, true);
+}
+
+void Bus::act(std::size_t seat, const PowerOff&) {
+  const Lane motor = lane(seat);
+  motor.bank.connect_supply(motor.index, false);
+}
+
+void Bus::act(std::size_t seat, const PowerCycle& cycle) {
+  act(seat, PowerOff{});
+  agenda_.enter(time_ + cycle.off_for, Directive{servos_[seat].id(), PowerOn{}});
+}
+
+void Bus::act(std::size_t seat, const SupplyVoltage& supply) {
+  Timeline& timeline = timelines_[seat];
+  agenda_.forget([seat](const Task& task) {
+    const auto* step = std::get_if<SupplyStep>(&task);
+    return step != nullptr && step->seat == seat;
+  });
+  timeline.ramp = {timeline.supply_V, supply.supply_V, time_, time_ + supply.ramp};
+  step_supply(seat);
+}
+
+void Bus::step_supply(std::size_t seat) {
+  Timeline& timeline = timelines_[seat];
+  const Timeline::Ramp ramp = *timeline.ramp;
+  if (time_ >= ramp.end) {
+    timeline.supply_V = ramp.to_V;
+    timeline.ramp.reset();
+  } else {
+    const double share = fraction(time_ - ramp.begin, ramp.end - ramp.begin);
+    timeline.supply_V = ramp.from_V + share * (ramp.to_V - ramp.from_V);
+    agenda_.enter(std::min(time_ + kRampStep, ramp.end), SupplyStep{seat});
+  }
+  const Lane motor = lane(seat);
+  motor.bank.set_supply_voltage(motor.index, timeline.supply_V);
+}
+
+void Bus::act(std::size_t seat, const AmbientTemperature& ambient) {
+  const Lane motor = lane(seat);
+  motor.bank.set_ambient_temperature(motor.index, ambient.ambient_C);
+}
+
+void Bus::act(std::size_t seat, const Load& load) {
+  const Lane motor = lane(seat);
+  motor.bank.set_load(motor.index, load.load);
+}
+
+void Bus::act(std::size_t seat, const TurnShaft& turn) {
+  const Lane motor = lane(seat);
+  motor.bank.turn_shaft(motor.index, turn.turn_deg * kRadPerDeg);
+}
+
+void Bus::finish_rom_write(std::size_t seat) {
+  auto& writing = timelines_[seat].writing;
+  rom_writes_.push_back(writing.front().after);
+  writing.erase(writing.begin());
+}
+
+void Bus::set_load(int id, const model::LoadParams& load) { act(seat(id), Load{load}); }
+void Bus::set_supply_voltage(int id, double supply_V) {
+  act(seat(id), SupplyVoltage{supply_V, SimTime{0}});
+}
+void Bus::set_ambient_temperature(int id, double ambient_C) {
+  act(seat(id), AmbientTemperature{ambient_C});
+}
+void Bus::power_cycle(int id) {
+  const std::size_t k = seat(id);
+  servos_[k].power_cycle(lane(k));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,26 @@
+#pragma once
+
+/// @file A power-off brake: its spring presses within `engage_time`, its coil lifts within
+/// `release_time` (docs/model.md §4).
+
+#include <algorithm>
+
+#include "model/drive_params.hpp"
+
+namespace lk::model {
+
+struct BrakeState {
+  bool coil_on = false;
+  double pressed = 1.0;  // 0..1, share of the brake's torque in force
+};
+
+/// `T` seconds; returns true if the torque changed. Even in time either way (assumed).
+inline bool move_brake(const BrakeParams& p, double T, BrakeState& s) {
+  const double before = s.pressed;
+  const double time = s.coil_on ? p.release_time : p.engage_time;
+  const double step = time > 0.0 ? T / time : 1.0;
+  s.pressed = std::clamp(s.pressed + (s.coil_on ? -step : step), 0.0, 1.0);
+  return s.pressed != before;
+}
+
+}  // namespace lk::model
