@@ -20,7 +20,11 @@ struct SupplyStep {
 struct RomWritten {
   std::size_t seat;
 };
-using Task = std::variant<Directive, SupplyStep, RomWritten>;
+/// The end of a power cycle.
+struct Reconnect {
+  std::size_t seat;
+};
+using Task = std::variant<Directive, SupplyStep, RomWritten, Reconnect>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.

@@ -263,7 +263,8 @@ bool Bus::follow_lives() {
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat) {
   Timeline& timeline = timelines_[seat];
-  wire_.forget_replies(protocol::kSingleDriveId + static_cast<std::uint32_t>(servos_[seat].id()));
+  stats_.replies_lost += wire_.forget_replies(protocol::kSingleDriveId +
+                                              static_cast<std::uint32_t>(servos_[seat].id()));
   if (!timeline.writing.empty()) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);

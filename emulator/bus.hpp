@@ -111,6 +111,8 @@ class Bus {
   void act(std::size_t seat, const TurnShaft& turn);
   void perform(const Task& task);
   void step_supply(std::size_t seat);
+  void reconnect(std::size_t seat);
+  void cancel_reconnect(std::size_t seat);
   void finish_rom_write(std::size_t seat);
 
   void deliver_next();

@@ -9,6 +9,9 @@ namespace {
 /// A ramp moves the source in steps this long.
 constexpr SimTime kRampStep = std::chrono::milliseconds(1);
 
+/// How often a power cycle looks whether the drive is dead.
+constexpr SimTime kDeathWatch = std::chrono::milliseconds(1);
+
 double fraction(SimTime part, SimTime whole) {
   return static_cast<double>(part.count()) / static_cast<double>(whole.count());
 }
@@ -24,24 +27,44 @@ void Bus::perform(const Task& task) {
     apply(*directive);
   } else if (const auto* step = std::get_if<SupplyStep>(&task)) {
     step_supply(step->seat);
+  } else if (const auto* written = std::get_if<RomWritten>(&task)) {
+    finish_rom_write(written->seat);
   } else {
-    finish_rom_write(std::get<RomWritten>(task).seat);
+    reconnect(std::get<Reconnect>(task).seat);
   }
 }
 
 void Bus::act(std::size_t seat, const PowerOn&) {
+  cancel_reconnect(seat);
   const Lane motor = lane(seat);
   motor.bank.connect_supply(motor.index, true);
 }
 
 void Bus::act(std::size_t seat, const PowerOff&) {
+  cancel_reconnect(seat);
   const Lane motor = lane(seat);
   motor.bank.connect_supply(motor.index, false);
 }
 
+/// What was said last counts.
+void Bus::cancel_reconnect(std::size_t seat) {
+  agenda_.forget([seat](const Task& task) {
+    const auto* reconnect = std::get_if<Reconnect>(&task);
+    return reconnect != nullptr && reconnect->seat == seat;
+  });
+}
+
 void Bus::act(std::size_t seat, const PowerCycle& cycle) {
   act(seat, PowerOff{});
-  agenda_.enter(time_ + cycle.off_for, Directive{servos_[seat].id(), PowerOn{}});
+  agenda_.enter(time_ + cycle.off_for, Reconnect{seat});
+}
+
+void Bus::reconnect(std::size_t seat) {
+  if (timelines_[seat].alive) {
+    agenda_.enter(time_ + kDeathWatch, Reconnect{seat});
+  } else {
+    act(seat, PowerOn{});
+  }
 }
 
 void Bus::act(std::size_t seat, const SupplyVoltage& supply) {

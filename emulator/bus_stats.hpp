@@ -46,6 +46,7 @@ struct BusStats {
   std::uint64_t frames = 0;                         // put on the bus by hosts, whatever they are
   std::uint64_t queries = 0;                        // accepted by at least one drive
   std::uint64_t replies = 0;                        // have left the wire
+  std::uint64_t replies_lost = 0;                   // with the power of the drive
   std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop; frames = queries + dropped + waiting
   std::uint64_t refused_motion = 0;                 // sums over the drives
   std::uint64_t invalid_targets = 0;

@@ -40,8 +40,9 @@ void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
   drives_.back().after_rom_write = after_rom_write;
 }
 
-void CanWire::forget_replies(std::uint32_t reply_id) {
-  std::erase_if(drives_, [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; });
+std::size_t CanWire::forget_replies(std::uint32_t reply_id) {
+  return std::erase_if(drives_,
+                       [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; });
 }
 
 std::optional<CanWire::Turn> CanWire::next_turn() const {

@@ -36,8 +36,9 @@ class CanWire {
   /// A drive's frame waits from `at` on. `after_rom_write` is handed through.
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write = 0);
 
-  /// The drive that answers with `reply_id` has lost its power, and with it what it wanted to send.
-  void forget_replies(std::uint32_t reply_id);
+  /// The drive that answers with `reply_id` has lost its power, and with it what it wanted to send:
+  /// so many frames.
+  std::size_t forget_replies(std::uint32_t reply_id);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
   std::optional<SimTime> next_due() const;

@@ -13,9 +13,10 @@ namespace lk::emulator {
 // Of one drive.
 struct PowerOn {};
 struct PowerOff {};  // the supply is disconnected: the link runs empty
+/// Off, and on again when `off_for` has passed and the drive is dead: its link feeds it for a
+/// while.
 struct PowerCycle {
-  SimTime off_for{std::chrono::milliseconds(500)};  // disconnected; how long until the drive is
-                                                    // dead depends on its link
+  SimTime off_for{std::chrono::milliseconds(500)};
 };
 /// The source's voltage moves there, evenly within `ramp`; at once when that is 0.
 struct SupplyVoltage {

@@ -130,7 +130,7 @@ class Player {
       require(bus_.servo(id).stats().queries == bus_.servo(id).stats().replies);
       replies += bus_.servo(id).stats().replies;
     }
-    require(replies == stats.replies && replies == replies_.size());
+    require(replies == stats.replies + stats.replies_lost && stats.replies == replies_.size());
   }
 
   Bus bus_;
