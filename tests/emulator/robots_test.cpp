@@ -58,11 +58,13 @@ TEST_P(Robot, RunsASecondWithoutErrors) {
       SCOPED_TRACE(config.interface + " drive " + std::to_string(servo.id));
       const std::uint32_t id =
           servo.quirks.dialect.reply_id_base + static_cast<std::uint32_t>(servo.id);
-      for (const std::uint8_t command : {0x9A, 0x9C, 0x92}) {
+      for (const std::uint8_t command : std::initializer_list<std::uint8_t>{0x9A, 0x9C, 0x92}) {
         const auto reply = ask(bus, servo, command);
         EXPECT_EQ(reply.id, id);
         EXPECT_EQ(reply.data[0], command);
-        if (command == 0x9A) EXPECT_EQ(reply.data[7], 0) << "errorState";
+        if (command == 0x9A) {
+          EXPECT_EQ(reply.data[7], 0) << "errorState";
+        }
       }
       EXPECT_EQ(bus.telemetry(servo.id).errors, 0);
       EXPECT_TRUE(bus.telemetry(servo.id).bridge_on);
@@ -82,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Config, Robot,
 TEST(Robots, AreAllTested) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/buses")) {
-    files += entry.path().extension() == ".toml" ? 1 : 0;
+    if (entry.path().extension() == ".toml") ++files;
   }
   EXPECT_EQ(files, 5U) << "name the new one above";
 }
