@@ -25,18 +25,36 @@ std::vector<BusConfig> robot(const std::string& name) {
   return parse_config(text.str(), file, {}, test::profile);
 }
 
-/// The one reply to a query without arguments.
-protocol::Frame ask(Bus& bus, const ServoConfig& servo, std::uint8_t command) {
+/// The one reply to a query.
+protocol::Frame ask(Bus& bus, const ServoConfig& servo, const protocol::Payload& payload) {
   protocol::Frame query;
   query.id = 0x140U + static_cast<std::uint32_t>(servo.id);
   query.dlc = 8;
-  query.data[0] = command;
+  query.data = payload;
   bus.receive({bus.time(), query});
   bus.advance_to(bus.time() + 2ms);
   std::vector<TimedFrame> replies;
   bus.take_replies(replies);
   EXPECT_EQ(replies.size(), 1U) << "drive " << servo.id;
   return replies.empty() ? protocol::Frame{} : replies[0].frame;
+}
+
+/// Multi-turn angle by 0x92, 0.01°, of the low 32 bits: nothing here turns further.
+std::int32_t angle_cdeg(Bus& bus, const ServoConfig& servo) {
+  const auto reply = ask(bus, servo, {0x92});
+  std::uint32_t bits = 0;
+  for (std::size_t k = 4; k >= 1; --k) bits = bits << 8U | reply.data[k];
+  return static_cast<std::int32_t>(bits);
+}
+
+/// 0xA4: there with at most 100 °/s.
+void go_to(Bus& bus, const ServoConfig& servo, std::int32_t target_cdeg) {
+  const auto bits = static_cast<std::uint32_t>(target_cdeg);
+  protocol::Payload payload{0xA4, 0, 100, 0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    payload[4 + k] = static_cast<std::uint8_t>(bits >> 8U * k);
+  }
+  ask(bus, servo, payload);
 }
 
 bool finite(const model::Truth& truth) {
@@ -59,7 +77,7 @@ TEST_P(Robot, RunsASecondWithoutErrors) {
       const std::uint32_t id =
           servo.quirks.dialect.reply_id_base + static_cast<std::uint32_t>(servo.id);
       for (const std::uint8_t command : std::initializer_list<std::uint8_t>{0x9A, 0x9C, 0x92}) {
-        const auto reply = ask(bus, servo, command);
+        const auto reply = ask(bus, servo, {command});
         EXPECT_EQ(reply.id, id);
         EXPECT_EQ(reply.data[0], command);
         if (command == 0x9A) {
@@ -73,6 +91,24 @@ TEST_P(Robot, RunsASecondWithoutErrors) {
       const double stop_give_rad = 0.05;  // assumed: the stops are springs
       EXPECT_GE(truth.theta_out, servo.profile.drive.load.theta_min - stop_give_rad);
       EXPECT_LE(truth.theta_out, servo.profile.drive.load.theta_max + stop_give_rad);
+    }
+  }
+}
+
+TEST_P(Robot, MovesEveryShaftToItsTarget) {
+  for (const BusConfig& config : robot(GetParam())) {
+    Bus bus(config);
+    bus.advance_to(200ms);
+    std::vector<std::pair<const ServoConfig*, std::int32_t>> targets;
+    for (const ServoConfig& servo : config.servos) {
+      if (servo.profile.drive.brake.tau > 0) continue;  // nobody released it
+      targets.emplace_back(&servo, angle_cdeg(bus, servo) + 1500);
+      go_to(bus, servo, targets.back().second);
+    }
+    bus.advance_to(4s);
+    for (const auto& [servo, target_cdeg] : targets) {
+      EXPECT_NEAR(angle_cdeg(bus, *servo), target_cdeg, 30)
+          << config.interface << " drive " << servo->id;
     }
   }
 }
