@@ -74,6 +74,8 @@ struct Quirks {
 
 /// What the vendor prints, at the output shaft; 0 = not printed.
 struct Rating {
+  double voltage_min_V = 0;
+  double voltage_max_V = 0;
   double torque_rated_Nm = 0;
   double torque_peak_Nm = 0;
   double speed_rated_rpm = 0;

@@ -48,6 +48,8 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("N");
   app.add_flag("--create-bus", raw.line.create_bus,
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+  app.add_flag("--check", raw.line.check,
+               "print what would run and start nothing; needs no CAN interface");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");
@@ -69,6 +71,14 @@ void print_motors(const std::string& name) {
   } catch (const UnknownMotor& problem) {
     throw StartError(std::string("motors: ") + problem.what());
   }
+}
+
+/// The listing runs nothing, so it does not take what a run takes.
+void refuse_options_of_a_run(const CLI::App& app) {
+  const auto given = app.parse_order();
+  if (given.empty()) return;
+  throw StartError("motors: takes no " + given.front()->get_name() +
+                   "; it lists the profiles and runs nothing");
 }
 
 /// Gives each --ids to the --bus before it.
@@ -171,6 +181,7 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
     throw StartError(std::string(problem.what()) + " (see lk-emu --help)");
   }
   if (motors->parsed()) {
+    refuse_options_of_a_run(app);
     print_motors(raw.motor_to_show);
     return std::nullopt;
   }

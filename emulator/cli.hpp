@@ -20,6 +20,7 @@ struct CommandLine {
   Overrides overrides;
   std::optional<std::filesystem::path> config_file;
   bool create_bus = false;
+  bool check = false;  // say what would run, and start nothing
   std::string log_level = "info";
 };
 

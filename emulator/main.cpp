@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "emulator/cli.hpp"
+#include "emulator/config_listing.hpp"
 #include "emulator/daemon.hpp"
 
 namespace {
@@ -21,6 +22,10 @@ int run(int argc, char** argv) {
   if (!command_line) return 0;
   start_logging(command_line->log_level);
   const auto buses = lk::emulator::load_config(*command_line);
+  if (command_line->check) {
+    std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
+    return 0;
+  }
   lk::emulator::Daemon daemon(buses, command_line->create_bus);
   daemon.run();
   return 0;

@@ -8,20 +8,6 @@
 namespace lk::emulator {
 namespace {
 
-const char* series_name(Series series) {
-  switch (series) {
-    case Series::kMs:
-      return "MS";
-    case Series::kMf:
-      return "MF";
-    case Series::kMg:
-      return "MG";
-    case Series::kMh:
-      return "MH";
-  }
-  return "";
-}
-
 /// A printed number, or a dash where the vendor is silent.
 std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", value) : "-"; }
 
@@ -54,9 +40,45 @@ std::string numbers(const Profile& profile) {
               fmt::format("{:.3g} mNm, {:.3g} mNm at the rotor", p.mechanics.tau_coulomb * 1e3,
                           p.mechanics.tau_static * 1e3)) +
          line("encoder", fmt::format("{} bit", p.encoder.bits)) +
+         line("supply", fmt::format("{:.4g} V, {:.3g} ohm, {:.4g} uF in the link",
+                                    p.supply.v_source, p.supply.R_source, p.supply.C_link * 1e6)) +
+         line("logic", fmt::format("resets below {:.4g} V, starts above {:.4g} V within {:.4g} ms, "
+                                   "draws {:.4g} mA",
+                                   p.logic.v_reset, p.logic.v_reset + p.logic.v_reset_hysteresis,
+                                   p.logic.boot_time * 1e3, p.supply.i_logic * 1e3)) +
+         line("brake", p.brake.tau == 0
+                           ? std::string("none")
+                           : fmt::format("{:.4g} Nm at the rotor, engages in {:.4g} ms, releases "
+                                         "in {:.4g} ms",
+                                         p.brake.tau, p.brake.engage_time * 1e3,
+                                         p.brake.release_time * 1e3)) +
          line("PWM and current loop", fmt::format("{:.4g} kHz", p.inverter.f_pwm * 1e-3)) +
          line("speed and position loops",
               fmt::format("{:.4g} kHz", p.inverter.f_pwm / p.control.motion_divider * 1e-3));
+}
+
+/// The protections that are on, as they leave the factory, and the limit of the loops.
+std::string registers(const Profile& profile) {
+  static constexpr const char* kNames[model::kErrorKinds] = {
+      "under-voltage", "over-voltage", "driver temperature", "motor temperature", "over-current",
+      "short circuit", "stall",        "lost input"};
+  static constexpr const char* kUnits[model::kErrorKinds] = {"V", "V", "C", "C",
+                                                             "A", "A", "s", "s"};
+  const Registers& r = profile.factory;
+  std::string text =
+      profile.series == Series::kMs
+          ? line("Max Power", fmt::format("{} permille", r.max_power_permille))
+          : line("Max Torque Current", fmt::format("{} LSB", r.max_torque_current_lsb));
+  text += line("Max Speed", fmt::format("{:.6g} dps at the rotor", r.max_speed_dps));
+  for (std::size_t kind = 0; kind < r.protections.size(); ++kind) {
+    const model::Protection& p = r.protections[kind];
+    const std::string hysteresis =
+        p.hysteresis > 0 ? fmt::format(", hysteresis {:.4g} {}", p.hysteresis, kUnits[kind]) : "";
+    text += line(kNames[kind], fmt::format("{:.4g} {}{}, {}{}", p.threshold, kUnits[kind],
+                                           hysteresis, p.enabled ? "on" : "off",
+                                           p.recoverable ? "" : ", cleared by power-off only"));
+  }
+  return text;
 }
 
 std::string derived(const Profile& profile) {
@@ -77,6 +99,20 @@ std::string derived(const Profile& profile) {
 
 }  // namespace
 
+const char* series_name(Series series) {
+  switch (series) {
+    case Series::kMs:
+      return "MS";
+    case Series::kMf:
+      return "MF";
+    case Series::kMg:
+      return "MG";
+    case Series::kMh:
+      return "MH";
+  }
+  return "";
+}
+
 std::string list_motors() {
   std::string text =
       "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder\n"
@@ -93,11 +129,14 @@ std::string describe_motor(const Profile& profile) {
   return fmt::format("{} ({}, series {}), {:.4g} V\n", profile.name, profile.model,
                      series_name(profile.series), profile.drive.supply.v_source) +
          "\nPrinted by the vendor, at the output shaft\n" +
+         line("supply",
+              fmt::format("{} to {} V", printed(r.voltage_min_V), printed(r.voltage_max_V))) +
          line("torque rated / peak",
               fmt::format("{} / {} Nm", printed(r.torque_rated_Nm), printed(r.torque_peak_Nm))) +
          line("speed rated / no load", fmt::format("{} / {} rpm", printed(r.speed_rated_rpm),
                                                    printed(r.speed_no_load_rpm))) +
          "\nNumbers of the profile (origins in its file)\n" + numbers(profile) +
+         "\nRegisters as they leave the factory\n" + registers(profile) +
          "\nWhat they amount to (25 C, factory registers; at the output shaft unless it says "
          "rotor)\n" +
          derived(profile);

@@ -6,6 +6,9 @@
 
 namespace lk::emulator {
 
+/// "MS", "MF", "MG" or "MH".
+const char* series_name(Series series);
+
 /// All shipped profiles as a table, one line each (`lk-emu motors`). Throws ConfigError.
 std::string list_motors();
 

@@ -29,6 +29,51 @@ void check_friction(TableReader& reader, const model::MechanicsParams& mechanics
   }
 }
 
+/// Max Torque Current, or what an MS drive has in its place.
+void read_limit(TableReader& reader, Presence presence, const RegisterRules& rules,
+                Registers& registers) {
+  const bool ms = rules.series == Series::kMs;
+  if (ms && reader.has("max_torque_current_lsb")) {
+    reader.fail("max_torque_current_lsb", "an MS drive has max_power_permille in its place");
+  }
+  if (!ms && reader.has("max_power_permille")) {
+    reader.fail("max_power_permille",
+                "MS drives only; this one has max_torque_current_lsb in its place");
+  }
+  const Field<Registers> limit[] = {ms ? fields::max_power()
+                                       : fields::max_torque_current(rules.iq_limit_lsb)};
+  read_fields<Registers>(reader, limit, presence, registers);
+}
+
+void read_gains(TableReader& reader, Presence presence, const RegisterRules& rules,
+                model::GainBytes& gains) {
+  if (rules.wide_gains) {
+    read_section(reader, "gains", fields::kWideGains, presence, gains);
+    return;
+  }
+  if (reader.has("gains")) {
+    const auto table = reader.table("gains");
+    for (const char* key : {"angle_kd", "speed_kd", "current_kd"}) {
+      if (table->has(key)) table->fail(key, "only drives with parameter_commands have it");
+    }
+  }
+  read_section(reader, "gains", fields::kGains, presence, gains);
+}
+
+/// A drive that is reset before its protection notices could not report under-voltage.
+void check_reset(TableReader& reader, const Profile& profile) {
+  constexpr auto kUnderVoltage = static_cast<std::size_t>(model::Error::kUnderVoltage);
+  const model::LogicParams& logic = profile.drive.logic;
+  if (logic.v_reset + logic.v_reset_hysteresis <
+      profile.factory.protections[kUnderVoltage].threshold) {
+    return;
+  }
+  reader.table("factory")
+      ->table("protection")
+      ->table("under_voltage")
+      ->fail("threshold_V", "must be above logic.reset_V + logic.reset_hysteresis_V");
+}
+
 }  // namespace
 
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
@@ -36,6 +81,10 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "inverter", fields::kInverter, presence, params.inverter);
   read_section(reader, "mechanics", fields::kMechanics, presence, params.mechanics);
   read_section(reader, "supply", fields::kSupply, presence, params.supply);
+  read_section(reader, "logic", fields::kLogic, presence, params.logic);
+  // All keys of a brake, or no brake.
+  const Presence fitted = reader.has("brake") ? presence : Presence::kOptional;
+  read_section(reader, "brake", fields::kBrake, fitted, params.brake);
   read_section(reader, "thermal", fields::kThermal, presence, params.thermal);
   read_section(reader, "encoder", fields::kEncoder, presence, params.encoder);
   read_section(reader, "current_sensor", fields::kCurrentSensor, presence, params.current_sensor);
@@ -52,9 +101,11 @@ void read_load(TableReader& reader, model::LoadParams& load) {
   }
 }
 
-void read_registers(TableReader& reader, Presence presence, Registers& registers) {
+void read_registers(TableReader& reader, Presence presence, const RegisterRules& rules,
+                    Registers& registers) {
   read_fields<Registers>(reader, fields::kRegisters, presence, registers);
-  read_section(reader, "gains", fields::kGains, presence, registers.gains);
+  read_limit(reader, presence, rules, registers);
+  read_gains(reader, presence, rules, registers.gains);
   auto protections = reader.table("protection");
   if (!protections) {
     if (presence == Presence::kRequired) reader.note_missing("protection");
@@ -90,12 +141,16 @@ Profile parse_profile(const std::string& text, const std::string& file, const st
   read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
   read_drive_params(reader, Presence::kRequired, profile.drive);
   if (auto factory = reader.table("factory")) {
-    read_registers(*factory, Presence::kRequired, profile.factory);
+    read_registers(*factory, Presence::kRequired, {.series = profile.series}, profile.factory);
     factory->finish();
   } else {
     reader.note_missing("factory");
   }
   reader.finish();
+  check_reset(reader, profile);
+  if (profile.rating.voltage_min_V > profile.rating.voltage_max_V) {
+    reader.table("rating")->fail("voltage_min_V", "must not be above voltage_max_V");
+  }
   return profile;
 }
 

@@ -21,6 +21,8 @@ inline constexpr double kGramCm2 = 1e-7;
 // clang-format off
 using Ra = Rating;
 inline const Field<Ra> kRating[] = {
+    {"voltage_min_V", &Ra::voltage_min_V, 1, 0, 100},
+    {"voltage_max_V", &Ra::voltage_max_V, 1, 0, 100},
     {"torque_rated_Nm", &Ra::torque_rated_Nm, 1, 0, 1e4},
     {"torque_peak_Nm", &Ra::torque_peak_Nm, 1, 0, 1e4},
     {"speed_rated_rpm", &Ra::speed_rated_rpm, 1, 0, 1e5},
@@ -82,6 +84,21 @@ inline const Field<S> kSupply[] = {
     {"R_source_ohm", &S::R_source, 1, 0, 10},
     {"C_link_uF", &S::C_link, 1e-6, 1, 1e5},
     {"i_regen_max_A", &S::i_regen_max, 1, 0, 1000},
+    {"i_logic_mA", &S::i_logic, 1e-3, 0, 2000},
+};
+
+using Lo = model::LogicParams;
+inline const Field<Lo> kLogic[] = {
+    {"reset_V", &Lo::v_reset, 1, 0, 60},
+    {"reset_hysteresis_V", &Lo::v_reset_hysteresis, 1, 0, 10},
+    {"boot_time_ms", &Lo::boot_time, 1e-3, 0, 60000},
+};
+
+using B = model::BrakeParams;
+inline const Field<B> kBrake[] = {
+    {"tau_mNm", &B::tau, 1e-3, 0, 1e5},
+    {"engage_ms", &B::engage_time, 1e-3, 0, 10000},
+    {"release_ms", &B::release_time, 1e-3, 0, 10000},
 };
 
 using T = model::ThermalParams;
@@ -143,44 +160,64 @@ inline const Field<Co> kControl[] = {
     {"J_nominal_g_cm2", &Co::J_nominal, kGramCm2, 0.1, 1e6},
 };
 
+inline constexpr double kGainMax = 255;        // a byte of 0x31, 0x32
+inline constexpr double kWideGainMax = 65535;  // 16 bits of 0xC1
 using G = model::GainBytes;
 inline const Field<G> kGains[] = {
-    {"angle_kp", &G::angle_kp, 1, 0, 65535},
-    {"angle_ki", &G::angle_ki, 1, 0, 65535},
-    {"speed_kp", &G::speed_kp, 1, 0, 65535},
-    {"speed_ki", &G::speed_ki, 1, 0, 65535},
-    {"current_kp", &G::current_kp, 1, 0, 65535},
-    {"current_ki", &G::current_ki, 1, 0, 65535},
+    {"angle_kp", &G::angle_kp, 1, 0, kGainMax},
+    {"angle_ki", &G::angle_ki, 1, 0, kGainMax},
+    {"speed_kp", &G::speed_kp, 1, 0, kGainMax},
+    {"speed_ki", &G::speed_ki, 1, 0, kGainMax},
+    {"current_kp", &G::current_kp, 1, 0, kGainMax},
+    {"current_ki", &G::current_ki, 1, 0, kGainMax},
+};
+
+inline const Field<G> kWideGains[] = {
+    {"angle_kp", &G::angle_kp, 1, 0, kWideGainMax},
+    {"angle_ki", &G::angle_ki, 1, 0, kWideGainMax},
+    {"angle_kd", &G::angle_kd, 1, 0, kWideGainMax},
+    {"speed_kp", &G::speed_kp, 1, 0, kWideGainMax},
+    {"speed_ki", &G::speed_ki, 1, 0, kWideGainMax},
+    {"speed_kd", &G::speed_kd, 1, 0, kWideGainMax},
+    {"current_kp", &G::current_kp, 1, 0, kWideGainMax},
+    {"current_ki", &G::current_ki, 1, 0, kWideGainMax},
+    {"current_kd", &G::current_kd, 1, 0, kWideGainMax},
 };
 
 using R = Registers;
 inline const Field<R> kRegisters[] = {
     {"acceleration_dps_s", &R::acceleration_dps_s, 1, 0, 2147483647.0},
     {"encoder_offset", &R::encoder_offset, 1, 0, 65535},
-    {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, 2000},
     {"max_speed_dps", &R::max_speed_dps, 1, 1, 72000},
     {"max_angle_deg", &R::max_angle_deg, 1, 0, 1e7},
     {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, 1e6},
     {"broadcast_mode", &R::broadcast_mode},
 };
 
+/// What limits the loops of the series: MS, and all others.
+inline constexpr Field<R> max_power() { return {"max_power_permille", &R::max_power_permille, 1, 0, 850}; }
+inline constexpr Field<R> max_torque_current(double limit_lsb) {
+  return {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, limit_lsb};
+}
 // clang-format on
 
 /// The protections, in the order of model::Error, and the unit of their thresholds.
 struct ProtectionKeys {
   const char* name;
-  Field<model::Protection> fields[4];
+  Field<model::Protection> fields[5];
 };
 using P = model::Protection;
 inline constexpr Field<P> protection_enabled() { return {"enabled", &P::enabled}; }
 inline constexpr Field<P> protection_delay() { return {"delay_s", &P::delay, 1, 0, 3600}; }
+inline constexpr Field<P> protection_recoverable() { return {"recoverable", &P::recoverable}; }
 inline constexpr ProtectionKeys protection(const char* name, const char* threshold,
                                            const char* hysteresis, double min, double max) {
   return {name,
           {protection_enabled(),
            {threshold, &P::threshold, 1, min, max},
            {hysteresis, &P::hysteresis, 1, 0, max},
-           protection_delay()}};
+           protection_delay(),
+           protection_recoverable()}};
 }
 inline const ProtectionKeys kProtections[model::kErrorKinds] = {
     protection("under_voltage", "threshold_V", "hysteresis_V", 0, 100),

@@ -33,6 +33,9 @@ TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
   const auto buses = parse_config(text_of(file), file.string(), {}, shipped);
   ASSERT_EQ(buses.size(), 2U);
   EXPECT_EQ(buses[0].servos[0].rom.max_torque_current_lsb, 600);
+  EXPECT_EQ(buses[0].servos[0].quirks, Quirks{}) << "it shows the values of legacy";
+  EXPECT_EQ(buses[0].servos[2].rom.max_power_permille, 600);
+  EXPECT_EQ(buses[0].events.size(), 15U);
   EXPECT_EQ(buses[1].servos.size(), 3U);
 }
 
@@ -45,8 +48,7 @@ TEST_P(ShippedMotor, Parses) {
 }
 
 TEST_P(ShippedMotor, EveryNumberHasAQualityLetter) {
-  // Protections carry theirs in the comment above them.
-  const std::regex value(R"(^[A-Za-z_0-9]+ = [^{].*)");
+  const std::regex value(R"(^[A-Za-z_0-9]+ = .*)");
   const std::regex lettered(R"(^[^#]+# [SEDG](:|;|$).*)");
   std::istringstream lines(text_of(kMotors / (std::string(GetParam()) + ".toml")));
   for (std::string line; std::getline(lines, line);) {
@@ -74,6 +76,34 @@ TEST_P(ShippedMotor, EncoderFitsItsSeries) {
   }
   EXPECT_EQ(profile.drive.control.has_current_loop, profile.series != Series::kMs);
   EXPECT_EQ(profile.drive.mechanics.gear_ratio > 1, profile.series == Series::kMg);
+}
+
+TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
+  const Profile profile = shipped(GetParam());
+  const Rating& rating = profile.rating;
+  EXPECT_GE(profile.drive.supply.v_source, rating.voltage_min_V);
+  EXPECT_LE(profile.drive.supply.v_source, rating.voltage_max_V);
+  // Over the whole supply range the drive runs, and errors of the voltage can be cleared.
+  const auto& under = profile.factory.protections[0];
+  const auto& over = profile.factory.protections[1];
+  EXPECT_LT(under.threshold + under.hysteresis, rating.voltage_min_V);
+  EXPECT_GT(over.threshold - over.hysteresis, rating.voltage_max_V);
+  // Under-voltage is reported before the controller is reset.
+  const model::LogicParams& logic = profile.drive.logic;
+  EXPECT_LT(logic.v_reset + logic.v_reset_hysteresis, under.threshold);
+}
+
+TEST_P(ShippedMotor, ProtectionsAreWithinWhatItsSensorsSee) {
+  const Profile profile = shipped(GetParam());
+  const auto& all = profile.factory.protections;
+  const auto of = [&](model::Error kind) { return all[static_cast<std::size_t>(kind)]; };
+  EXPECT_LT(of(model::Error::kOverCurrent).threshold, of(model::Error::kShort).threshold);
+  EXPECT_LT(of(model::Error::kShort).threshold, profile.drive.current_sensor.range);
+  EXPECT_FALSE(of(model::Error::kShort).recoverable);
+  for (const auto kind : {model::Error::kUnderVoltage, model::Error::kMotorTemperature}) {
+    EXPECT_TRUE(of(kind).enabled) << "legacy firmware has these two";
+    EXPECT_TRUE(of(kind).recoverable);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor,
@@ -129,6 +159,24 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
             "series: \"MX\" is none of MS, MF, MG, MH");
   EXPECT_EQ(spoilt("tau_coulomb_mNm = ", "tau_coulomb_mNm = 9"),
             "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
+  EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_torque_current_lsb = 2048"),
+            "factory.max_torque_current_lsb: 2048 is out of range (0 to 2000)");
+  EXPECT_EQ(
+      spoilt("max_torque_current_lsb = 1000", "max_power_permille = 850"),
+      "factory.max_power_permille: MS drives only; this one has max_torque_current_lsb in its "
+      "place");
+  EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MS\""),
+            "factory.max_torque_current_lsb: an MS drive has max_power_permille in its place");
+  EXPECT_EQ(spoilt("reset_V = 6.0", "reset_V = 6.5"),
+            "factory.protection.under_voltage.threshold_V: must be above logic.reset_V + "
+            "logic.reset_hysteresis_V");
+  EXPECT_EQ(spoilt("boot_time_ms", "#"), "logic.boot_time_ms: missing");
+  EXPECT_EQ(spoilt("i_logic_mA", "#"), "supply.i_logic_mA: missing");
+  EXPECT_EQ(spoilt("delay_s = 0, recoverable = true", "delay_s = 0"),
+            "factory.protection.stall.recoverable: missing");
+  EXPECT_EQ(spoilt("voltage_min_V = 12", "voltage_min_V = 40"),
+            "rating.voltage_min_V: must not be above voltage_max_V");
+  EXPECT_EQ(spoilt("[thermal]", "[brake]\ntau_mNm = 500\n[thermal]"), "brake.engage_ms: missing");
 }
 
 }  // namespace

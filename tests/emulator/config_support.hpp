@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
-#include "emulator/config_error.hpp"
+#include "emulator/config.hpp"
 
 namespace lk::emulator {
 
@@ -17,6 +18,32 @@ std::string config_error(Parse parse) {
     return error.what();
   }
   return "accepted";
+}
+
+/// Knows some motors without looking at any file.
+inline Profile find_test_profile(const std::string& name) {
+  Profile profile;
+  profile.name = name;
+  if (name == "mg4005") {
+    profile.series = Series::kMg;
+    profile.drive.encoder.bits = 18;
+    profile.drive.mechanics.gear_ratio = 10;
+  } else if (name == "ms3506") {
+    profile.series = Series::kMs;
+  } else if (name == "braked") {
+    profile.drive.brake.tau = 1;
+  } else if (name != "mf7015") {
+    throw UnknownMotor("no motor \"" + name + "\"");
+  }
+  return profile;
+}
+
+inline std::vector<BusConfig> parse(const std::string& text, const Overrides& overrides = {}) {
+  return parse_config(text, "robot.toml", overrides, find_test_profile);
+}
+
+inline std::string parse_error(const std::string& text) {
+  return config_error([&] { parse(text); });
 }
 
 }  // namespace lk::emulator

@@ -5,28 +5,10 @@
 #include <map>
 #include <numbers>
 
-#include "emulator/profile.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
 namespace {
-
-/// Knows two motors without looking at any file.
-Profile find_profile(const std::string& name) {
-  if (name != "mf7015" && name != "mg4005") throw UnknownMotor("no motor \"" + name + "\"");
-  Profile profile;
-  profile.name = name;
-  if (name == "mg4005") profile.drive.encoder.bits = 18;
-  return profile;
-}
-
-std::vector<BusConfig> parse(const std::string& text, const Overrides& overrides = {}) {
-  return parse_config(text, "robot.toml", overrides, find_profile);
-}
-
-std::string parse_error(const std::string& text) {
-  return config_error([&] { parse(text); });
-}
 
 Overrides with_bus(const std::string& interface, std::optional<std::vector<int>> ids) {
   Overrides overrides;
@@ -98,13 +80,14 @@ ids = "2,5-6"
 motor = "mg4005"
 reply_time_us = 250
 boot_angle_deg = -12.5
+rom = { write_time_ms = 1.5, endurance_writes = 7 }
 quirks = { manual_reply_bytes = true, clear_angle = "implemented", offset_write_takes_effect = false, run_resumes = false, stop_holds = true }
 load = { J_g_cm2 = 1000, tau_Nm = -0.5, theta_min_deg = -90 }
 [bus.drive.settings]
 max_torque_current_lsb = 500
 encoder_offset = 65535
 gains = { angle_kp = 50 }
-protection.lost_input = { enabled = true, threshold_s = 0.2 }
+protection.lost_input = { enabled = true, threshold_s = 0.2, recoverable = false }
 [bus.drive.profile.supply]
 v_source_V = 30
 [[bus]]
@@ -128,6 +111,8 @@ drive = [ { id = 1 } ]
   EXPECT_FALSE(servo.quirks.offset_write_takes_effect);
   EXPECT_FALSE(servo.quirks.run_resumes);
   EXPECT_TRUE(servo.quirks.stop_holds);
+  EXPECT_EQ(servo.flash.write_time, std::chrono::microseconds(1500));
+  EXPECT_EQ(servo.flash.endurance, 7U);
   EXPECT_DOUBLE_EQ(servo.profile.drive.load.J, 1e-4);
   EXPECT_DOUBLE_EQ(servo.profile.drive.load.tau, -0.5);
   EXPECT_DOUBLE_EQ(servo.profile.drive.load.theta_min, -std::numbers::pi / 2);
@@ -139,6 +124,7 @@ drive = [ { id = 1 } ]
   const auto& lost = servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)];
   EXPECT_TRUE(lost.enabled);
   EXPECT_DOUBLE_EQ(lost.threshold, 0.2);
+  EXPECT_FALSE(lost.recoverable);
 }
 
 TEST(Config, MistakesNameFileLineKeyAndReason) {
@@ -170,7 +156,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]\nid = 1\nboot_angle_deg = nan",
        "robot.toml:5: bus.drive.boot_angle_deg: nan is out of range (-360 to 360)"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.clear_angle = \"no\"",
-       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is none of ignored, implemented, sets_angle"},
+       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is none of ignored, implemented, "
+       "sets_angle"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.stop_holds = 1",
        "robot.toml:5: bus.drive.quirks.stop_holds: must be true or false"},
       {bus + "[[bus.drive]]\nid = 1\nsettings.max_speed = 1",
@@ -178,8 +165,17 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]\nid = 1\nsettings.encoder_offset = 16384",
        "robot.toml:5: bus.drive.settings.encoder_offset: does not fit the encoder of this motor "
        "(14 bit on the wire)"},
-      {bus + "[[bus.drive]]\nid = 1\nsettings.gains.speed_kp = 65536",
-       "robot.toml:5: bus.drive.settings.gains.speed_kp: 65536 is out of range (0 to 65535)"},
+      {bus + "[[bus.drive]]\nid = 1\nsettings.gains.speed_kp = 256",
+       "robot.toml:5: bus.drive.settings.gains.speed_kp: 256 is out of range (0 to 255)"},
+      {bus + "[[bus.drive]]\nid = 1\nrom.write_time_ms = -1",
+       "robot.toml:5: bus.drive.rom.write_time_ms: -1 is out of range (0 to 10000)"},
+      {bus + "[[bus.drive]]\nid = 1\nboot_angle_deg = 50\nload.theta_max_deg = 45",
+       "robot.toml:6: bus.drive.load.theta_max_deg: the shaft starts beyond this end stop, at "
+       "50.01 "
+       "deg"},
+      {bus + "[[bus.drive]]\nid = 1\nload.theta_min_deg = 1\nload.theta_max_deg = 400",
+       "robot.toml:5: bus.drive.load.theta_min_deg: the drawn start may lie beyond this end stop: "
+       "give boot_angle_deg"},
       {bus + "[[bus.drive]]\nid = 1\nload = 3", "robot.toml:5: bus.drive.load: must be a table"},
       {bus + "[[bus.drive]]\nid = 1\nprofile.encoder.direction = 0",
        "robot.toml:5: bus.drive.profile.encoder.direction: must be 1 or -1"},
@@ -221,15 +217,15 @@ TEST(Overrides, TheOnlyBusMovesToAnotherInterface) {
 }
 
 TEST(Overrides, ABusNeedsDrives) {
-  EXPECT_THROW(default_config(with_bus("vcan0", std::nullopt), find_profile),
+  EXPECT_THROW(default_config(with_bus("vcan0", std::nullopt), find_test_profile),
                std::invalid_argument);
-  EXPECT_THROW(default_config({}, find_profile), std::invalid_argument);
+  EXPECT_THROW(default_config({}, find_test_profile), std::invalid_argument);
 }
 
 TEST(Overrides, WithoutAFile) {
   auto overrides = with_bus("vcan0", std::vector{1, 2});
   overrides.buses.push_back({"vcan1", std::vector{1}});
-  const auto buses = default_config(overrides, find_profile);
+  const auto buses = default_config(overrides, find_test_profile);
   ASSERT_EQ(buses.size(), 2U);
   EXPECT_EQ(buses[0].servos.size(), 2U);
   EXPECT_EQ(buses[0].servos[0].profile.name, kDefaultMotor);

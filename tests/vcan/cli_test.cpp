@@ -64,6 +64,10 @@ const BadInput kBadInput[] = {
     {"NoConfigFile",
      {"--config", "/nowhere.toml"},
      "lk-emu: cannot read /nowhere.toml: No such file"},
+    {"MotorsWithOptionsOfARun",
+     {"--bus", "vcan0", "--ids", "1", "motors", "mf7015"},
+     "lk-emu: motors: takes no --bus; it lists the profiles and runs nothing"},
+    {"CheckOfNothing", {"--check"}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
 };
 
@@ -79,6 +83,68 @@ TEST(Cli, ConfigErrorsNameFileLineKeyAndReason) {
             "lk-emu: " + file + ":5: bus.drive.moter: unknown key, did you mean motor?\n");
 }
 
+TEST(Cli, CheckRefusesWhatARunRefuses) {
+  const std::string file = testing::TempDir() + "lk-emu-check-test.toml";
+  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 0\n";
+  const auto result = EmulatorProcess({"--config", file, "--check"}).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(result.err, "lk-emu: " + file + ":4: bus.drive.id: 0 is out of range (1 to 32)\n");
+}
+
+TEST(Cli, CheckPrintsWhatWouldRunAndStartsNothing) {
+  const std::string file = testing::TempDir() + "lk-emu-check-test.toml";
+  std::ofstream(file) << R"(bitrate = 500000
+[[bus]]
+interface = "nowhere0"
+[[bus.drive]]
+id = 3
+motor = "mg4005"
+generation = "v236"
+quirks.pid_commands = true
+boot_angle_deg = 12.5
+load = { J_g_cm2 = 100, tau_gravity_Nm = 0.5, theta_min_deg = -10, theta_max_deg = 20 }
+rom.endurance_writes = 9
+settings = { acceleration_dps_s = 100, max_angle_deg = 90, encoder_offset = 7 }
+profile.supply.v_source_V = 12
+[[bus.drive]]
+id = 12
+motor = "ms3506"
+[[bus.event]]
+at_s = 1
+id = 3
+sag_to_V = 5
+sag_s = 1
+)";
+  const auto result = EmulatorProcess({"--config", file, "--check"}).wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(
+      result.out,
+      R"(nowhere0: 500 kbit/s, 2 drives, 2 events, seed 1
+)"
+      R"(  id  motor   series  generation  gear  supply       current  speed  accel.)"
+      R"(  angle    zero   boot  ROM     ROM  events  load
+)"
+      R"(                                             V      or power    dps   dps/s)"
+      R"(    deg  counts    deg   ms  writes
+)"
+      R"(   3  mg4005  MG      v236 mixed    10      12      1000 LSB  16800     100)"
+      R"(     90       7   12.5    2       9       2  100 g cm2, gravity 0.5 Nm, stops -10..20 deg
+)"
+      R"(  12  ms3506  MS      legacy         1      12  850 permille  16800       -)"
+      R"(      -       0  drawn    2   10000       -  -
+
+note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
+)");
+}
+
+TEST(Cli, CheckNeedsNoFile) {
+  const auto result = EmulatorProcess({"--bus", "nowhere0", "--ids", "1-12", "--check"}).wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(result.out.rfind("nowhere0: 1 Mbit/s, 12 drives, 0 events, seed 1\n", 0), 0U);
+}
+
 TEST(Cli, VersionAndHelp) {
   const auto version = EmulatorProcess({"--version"}).wait();
   EXPECT_EQ(version.status, 0);
@@ -86,7 +152,7 @@ TEST(Cli, VersionAndHelp) {
   const auto help = EmulatorProcess({"--help"}).wait();
   EXPECT_EQ(help.status, 0);
   for (const char* option : {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate",
-                             "--create-bus", "--log-level", "--version"}) {
+                             "--create-bus", "--check", "--log-level", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
 }

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "emulator/bus_config.hpp"
+#include "emulator/config_reader.hpp"
+
+namespace lk::emulator {
+
+/// The word that a configuration file has for it.
+const char* generation_name(Generation generation);
+
+/// Reads `generation` and [quirks] of a drive: the preset, and every switch that differs from it.
+/// The profile must be the drive's: its series decides what makes sense, and its `encoder_span`
+/// is one of the switches.
+void read_generation(TableReader& reader, ServoConfig& servo);
+
+}  // namespace lk::emulator

@@ -1,0 +1,104 @@
+// The example has every key that docs/configuration.md lists, and the document explains every key
+// that the example has.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "emulator/config_reader.hpp"
+#include "emulator/profile_fields.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const std::string kRoot = LKEMU_SOURCE_DIR;
+
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(kRoot + "/" + file).rdbuf();
+  return text.str();
+}
+
+/// The last parts of all dotted keys.
+void collect(const toml::node& node, std::set<std::string>& keys) {
+  if (const auto* table = node.as_table()) {
+    for (const auto& [key, value] : *table) {
+      keys.insert(std::string(key.str()));
+      collect(value, keys);
+    }
+  } else if (const auto* array = node.as_array()) {
+    for (const auto& element : *array) collect(element, keys);
+  }
+}
+
+std::set<std::string> keys_of_example() {
+  std::set<std::string> keys;
+  const toml::table document = parse_toml(text_of("configs/buses/example.toml"), "example.toml");
+  collect(document, keys);
+  return keys;
+}
+
+/// What is a key in the first column of the tables, its last part only.
+std::set<std::string> documented_keys() {
+  const std::string all = text_of("docs/configuration.md");
+  std::istringstream lines(all.substr(0, all.find("\n## Motor files")));
+  const std::regex quoted("`([^`]+)`");
+  std::set<std::string> keys;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| `")) continue;
+    const std::string cell = line.substr(1, line.find('|', 1) - 1);
+    for (std::sregex_iterator key(cell.begin(), cell.end(), quoted), end; key != end; ++key) {
+      std::string name = (*key)[1];
+      name.erase(
+          std::remove_if(name.begin(), name.end(), [](char c) { return c == '[' || c == ']'; }),
+          name.end());
+      keys.insert(name.substr(name.rfind('.') + 1));
+    }
+  }
+  return keys;
+}
+
+// Words that stand for several keys.
+const std::set<std::string> kPlaceholders{"SECTION", "threshold_U", "hysteresis_U"};
+
+TEST(ConfigDocuments, TheExampleHasEveryKey) {
+  const auto example = keys_of_example();
+  const auto documented = documented_keys();
+  EXPECT_GT(documented.size(), 60U);
+  for (const auto& key : documented) {
+    EXPECT_TRUE(kPlaceholders.contains(key) || example.contains(key)) << key;
+  }
+}
+
+TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
+  const std::string document = text_of("docs/configuration.md");
+  const std::regex with_unit("(threshold|hysteresis)_[VCAs]");
+  for (const auto& key : keys_of_example()) {
+    if (std::regex_match(key, with_unit)) continue;
+    const std::regex in_code("`[^`\\n]*\\b" + key + "\\b[^`\\n]*`");
+    EXPECT_TRUE(std::regex_search(document, in_code)) << key;
+  }
+}
+
+TEST(ConfigDocuments, EveryRegisterIsExplained) {
+  const auto documented = documented_keys();
+  for (const auto& field : profile_fields::kRegisters) {
+    EXPECT_TRUE(documented.contains(field.key)) << field.key;
+  }
+  for (const auto& field : profile_fields::kWideGains) {
+    EXPECT_TRUE(documented.contains(field.key)) << field.key;
+  }
+  for (const auto& field : profile_fields::kLoad) {
+    EXPECT_TRUE(documented.contains(field.key)) << field.key;
+  }
+  for (const auto& kind : profile_fields::kProtections) {
+    EXPECT_TRUE(documented.contains(kind.name)) << kind.name;
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,163 @@
+// Generations of firmware and their switches.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+
+#include "emulator/generation.hpp"
+#include "tests/emulator/config_support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const std::string kDrive = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
+
+ServoConfig drive_of(const std::string& keys) { return parse(kDrive + keys)[0].servos[0]; }
+
+TEST(ConfigGeneration, IsAPresetOfSwitches) {
+  EXPECT_EQ(drive_of("").generation, Generation::kLegacy);
+  EXPECT_EQ(drive_of("").quirks, Quirks{});
+  const auto v235 = drive_of("generation = \"v235\"");
+  EXPECT_EQ(v235.generation, Generation::kV235);
+  EXPECT_EQ(v235.quirks.dialect, protocol::kV235Dialect);
+  EXPECT_FALSE(v235.quirks.run_resumes);
+  const auto v236 = drive_of("generation = \"v236\"");
+  EXPECT_EQ(v236.generation, Generation::kV236);
+  EXPECT_EQ(v236.quirks.dialect, protocol::kV236Dialect);
+  EXPECT_FALSE(v236.quirks.run_resumes);
+}
+
+TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
+  using protocol::ClearAngleMeaning;
+  using protocol::CurrentScale;
+  using protocol::State1Layout;
+  // What each line changes in the quirks of `legacy`.
+  const std::map<std::string, std::function<void(Quirks&)>> changes = {
+      {"manual_reply_bytes = true", [](Quirks& q) { q.manual_reply_bytes = true; }},
+      {"offset_write_takes_effect = false", [](Quirks& q) { q.offset_write_takes_effect = false; }},
+      {"run_resumes = false", [](Quirks& q) { q.run_resumes = false; }},
+      {"stop_holds = true", [](Quirks& q) { q.stop_holds = true; }},
+      {"state_1 = \"centivolt\"", [](Quirks& q) { q.dialect.state_1 = State1Layout::kCentiVolt; }},
+      {"state_1 = \"centivolt_and_bus_current\"",
+       [](Quirks& q) { q.dialect.state_1 = State1Layout::kCentiVoltAndBusCurrent; }},
+      {"single_turn_bits = 32", [](Quirks& q) { q.dialect.wide_single_turn = true; }},
+      {"single_turn_target_bits = 32", [](Quirks& q) { q.dialect.wide_single_turn_target = true; }},
+      {"pid_commands = false", [](Quirks& q) { q.dialect.pid_commands = false; }},
+      {"offset_command = false", [](Quirks& q) { q.dialect.offset_command = false; }},
+      {"clear_angle = \"implemented\"",
+       [](Quirks& q) { q.dialect.clear_angle = ClearAngleMeaning::kImplemented; }},
+      {"clear_angle = \"sets_angle\"",
+       [](Quirks& q) { q.dialect.clear_angle = ClearAngleMeaning::kSetsAngle; }},
+      {"speed_iq_limit = true", [](Quirks& q) { q.dialect.speed_iq_limit = true; }},
+      {"brake_command = true", [](Quirks& q) { q.dialect.brake_command = true; }},
+      {"parameter_commands = true", [](Quirks& q) { q.dialect.parameter_commands = true; }},
+      {"multi_drive_more = true", [](Quirks& q) { q.dialect.multi_drive_more = true; }},
+      {"all_error_bits = true", [](Quirks& q) { q.dialect.all_error_bits = true; }},
+      {"iq_command_limit_lsb = 2048", [](Quirks& q) { q.dialect.iq_command_limit_lsb = 2048; }},
+      {"iq_scale = \"series\"", [](Quirks& q) { q.dialect.iq_scale = CurrentScale::kSeries; }},
+      {"phase_current_scale = \"series\"",
+       [](Quirks& q) { q.dialect.phase_current_scale = CurrentScale::kSeries; }},
+      {"reply_id_base = 0x180", [](Quirks& q) { q.dialect.reply_id_base = 0x180; }},
+  };
+  for (const auto& [line, change] : changes) {
+    Quirks expected;
+    change(expected);
+    EXPECT_NE(expected, Quirks{}) << line;
+    EXPECT_EQ(drive_of("quirks." + line).quirks, expected) << line;
+  }
+  Quirks open_loop;
+  open_loop.dialect.open_loop_command = true;
+  EXPECT_EQ(drive_of("motor = \"ms3506\"\nquirks.open_loop_command = true").quirks, open_loop);
+}
+
+TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
+  const auto drive = drive_of(
+      "generation = \"v236\"\n"
+      "quirks = { state_1 = \"decivolt\", pid_commands = true, single_turn_bits = 16 }");
+  Quirks expected = quirks_of(Generation::kV236);
+  expected.dialect.state_1 = protocol::State1Layout::kDeciVolt;
+  expected.dialect.pid_commands = true;
+  expected.dialect.wide_single_turn = false;
+  EXPECT_EQ(drive.quirks, expected);
+}
+
+TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
+  EXPECT_EQ(drive_of("").profile.encoder_span, EncoderSpan::kRotorTurn);
+  EXPECT_EQ(drive_of("quirks.encoder_span = \"output_turn\"").profile.encoder_span,
+            EncoderSpan::kOutputTurn);
+}
+
+TEST(ConfigGeneration, RangesOfRegistersFollowIt) {
+  EXPECT_EQ(drive_of("generation = \"v235\"\nsettings.max_torque_current_lsb = 2048")
+                .rom.max_torque_current_lsb,
+            2048);
+  const auto wide = drive_of(
+      "generation = \"v236\"\nsettings.gains = { speed_kp = 65535, angle_kd = 1, speed_kd = 2, "
+      "current_kd = 3 }");
+  EXPECT_EQ(wide.rom.gains.speed_kp, 65535);
+  EXPECT_EQ(wide.rom.gains.angle_kd, 1);
+  EXPECT_EQ(wide.rom.gains.speed_kd, 2);
+  EXPECT_EQ(wide.rom.gains.current_kd, 3);
+  EXPECT_EQ(
+      drive_of("motor = \"ms3506\"\nsettings.max_power_permille = 500").rom.max_power_permille,
+      500);
+}
+
+TEST(ConfigGeneration, ABrakeNeedsItsCommand) {
+  EXPECT_EQ(drive_of("generation = \"v236\"\nprofile.brake.tau_mNm = 500").profile.drive.brake.tau,
+            0.5);
+  EXPECT_EQ(drive_of("motor = \"braked\"\nquirks.brake_command = true").profile.drive.brake.tau, 1);
+}
+
+TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
+  const std::map<std::string, std::string> errors = {
+      {"generation = \"v300\"",
+       "robot.toml:5: bus.drive.generation: \"v300\" is none of legacy, v235, v236"},
+      {"quirks.state_1 = \"volt\"",
+       "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is none of decivolt, centivolt, "
+       "centivolt_and_bus_current"},
+      {"quirks.single_turn_bits = 24",
+       "robot.toml:5: bus.drive.quirks.single_turn_bits: must be 16 or 32"},
+      {"quirks.single_turn_target_bits = \"32\"",
+       "robot.toml:5: bus.drive.quirks.single_turn_target_bits: must be a whole number"},
+      {"quirks.iq_command_limit_lsb = 2049",
+       "robot.toml:5: bus.drive.quirks.iq_command_limit_lsb: must be 2000 or 2048"},
+      {"quirks.reply_id_base = 0x141",
+       "robot.toml:5: bus.drive.quirks.reply_id_base: must be 0x140 or 0x180"},
+      {"quirks.iq_scale = 1", "robot.toml:5: bus.drive.quirks.iq_scale: must be a string"},
+      {"quirks.pid_command = true",
+       "robot.toml:5: bus.drive.quirks.pid_command: unknown key, did you mean pid_commands?"},
+      {"\nquirks.open_loop_command = true",
+       "robot.toml:6: bus.drive.quirks.open_loop_command: MS drives only"},
+      {"settings.max_torque_current_lsb = 2001",
+       "robot.toml:5: bus.drive.settings.max_torque_current_lsb: 2001 is out of range (0 to 2000)"},
+      {"generation = \"v235\"\nsettings.max_torque_current_lsb = 2049",
+       "robot.toml:6: bus.drive.settings.max_torque_current_lsb: 2049 is out of range (0 to 2048)"},
+      {"settings.max_power_permille = 1",
+       "robot.toml:5: bus.drive.settings.max_power_permille: MS drives only; this one has "
+       "max_torque_current_lsb in its place"},
+      {"motor = \"ms3506\"\nsettings.max_torque_current_lsb = 1",
+       "robot.toml:6: bus.drive.settings.max_torque_current_lsb: an MS drive has "
+       "max_power_permille in its place"},
+      {"motor = \"ms3506\"\nsettings.max_power_permille = 851",
+       "robot.toml:6: bus.drive.settings.max_power_permille: 851 is out of range (0 to 850)"},
+      {"generation = \"v235\"\nsettings.gains.angle_kp = 256",
+       "robot.toml:6: bus.drive.settings.gains.angle_kp: 256 is out of range (0 to 255)"},
+      {"generation = \"v236\"\nsettings.gains.angle_kp = 65536",
+       "robot.toml:6: bus.drive.settings.gains.angle_kp: 65536 is out of range (0 to 65535)"},
+      {"settings.gains.speed_kd = 1",
+       "robot.toml:5: bus.drive.settings.gains.speed_kd: only drives with parameter_commands have "
+       "it"},
+      {"generation = \"v235\"\nprofile.brake.tau_mNm = 500",
+       "robot.toml:6: bus.drive.profile.brake: nothing could release it: the drive has no brake "
+       "command (generation v236 has, or quirks.brake_command)"},
+      {"motor = \"braked\"",
+       "robot.toml:5: bus.drive.motor: has a brake, and nothing could release it: the drive has no "
+       "brake command (generation v236 has, or quirks.brake_command)"},
+  };
+  for (const auto& [keys, error] : errors) EXPECT_EQ(parse_error(kDrive + keys), error) << keys;
+}
+
+}  // namespace
+}  // namespace lk::emulator
