@@ -89,6 +89,7 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
                                init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
                                unit.slow_noise);
     unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
+    unit.brake_engaged = init.params.brake.tau > 0.0;
     const std::size_t drive = units_.size();
     units_.push_back(unit);
     derive_plant(drive);
@@ -196,6 +197,9 @@ void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
 
 void DriveBank::clear_errors(std::size_t drive) { model::clear_errors(units_[drive].protection); }
 void DriveBank::feed_input(std::size_t drive) { model::feed_input(units_[drive].protection); }
+void DriveBank::set_brake(std::size_t drive, bool engaged) {
+  units_[drive].brake_engaged = engaged && units_[drive].params.brake.tau > 0.0;
+}
 
 void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
   units_[drive].params.load = load;

@@ -42,6 +42,8 @@ class DriveBank {
   void clear_errors(std::size_t drive);
   /// An accepted frame arrived: restarts the lost-input window.
   void feed_input(std::size_t drive);
+  /// The brake's coil: engaged = unpowered. Nothing to a drive without a brake.
+  void set_brake(std::size_t drive, bool engaged);
 
   void set_load(std::size_t drive, const LoadParams& load);
   void set_supply_voltage(std::size_t drive, double v_source);
@@ -60,6 +62,7 @@ class DriveBank {
     MotionState motion;
     ProtectionState protection;
     Setpoint setpoint = Idle{};
+    bool brake_engaged = false;
     SlowSensors slow_sensors{};
     SlowMeasurement slow;
     std::uint64_t slow_noise = 1;
