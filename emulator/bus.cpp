@@ -10,8 +10,6 @@
 namespace lk::emulator {
 namespace {
 
-using protocol::kLegacyFormat;
-
 std::int64_t f_pwm_Hz(const ServoConfig& servo) {
   return std::llround(servo.profile.drive.inverter.f_pwm);
 }
@@ -139,34 +137,53 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kNoSuchDrive);
     return;
   }
-  const auto decoded = protocol::decode_query(frame, kLegacyFormat);
-  const auto* query = std::get_if<protocol::Query>(&decoded);
   if (id == protocol::kMultiDrive) {
-    process_multi_drive(at, *query);  // any eight bytes are a multi-drive command
-  } else if (Servo& servo = servos_[seat(id)]; servo.multi_drive_mode()) {
+    process_multi_drive(at, frame);
+    return;
+  }
+  Servo& servo = servos_[seat(id)];
+  if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     drop(Drop::kWrongMode);
-  } else if (query == nullptr) {
-    servo.count_unknown_command();
-    drop(Drop::kUnknownCommand);
-  } else {
+    return;
+  }
+  const auto understood = servo.understand(frame);
+  if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     ++stats_.queries;
     answer(at, seat(id), *query);
+  } else {
+    servo.count_unknown_command();
+    drop(Drop::kUnknownCommand);
   }
 }
 
-void Bus::process_multi_drive(SimTime at, const protocol::Query& query) {
+/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
+/// that came closest to it.
+void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   bool heard = false;
+  Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
-    if (servos_[k].multi_drive_mode()) {
-      answer(at, k, query);
+    Servo& servo = servos_[k];
+    const auto understood = servo.understand(frame);
+    const auto* query = std::get_if<protocol::Query>(&understood);
+    if (query == nullptr) {
+      const bool unknown =
+          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
+      if (unknown && servo.multi_drive_mode()) {
+        servo.count_unknown_command();
+        cause = Drop::kUnknownCommand;
+      }
+    } else if (servo.multi_drive_mode()) {
+      answer(at, k, *query);
       heard = true;
+    } else if (cause == Drop::kForeignId) {
+      cause = Drop::kWrongMode;
     }
   }
   if (heard) {
     ++stats_.queries;
   } else {
-    drop(Drop::kWrongMode);
+    drop(cause);
   }
 }
 
@@ -180,7 +197,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
     rom_write = servo.stats().rom_writes;
     rom_writes_.push_back({rom_write, servo.id(), servo.rom(), servo.wear()});
   }
-  const protocol::Frame frame = protocol::encode_reply(servo.id(), reply, kLegacyFormat);
+  const protocol::Frame frame = servo.encode(reply);
   // Without a modelled wire the drive has no reply time either.
   wire_.send_from_drive(bitrate_ > 0 ? at + servo.reply_time() : at, frame, rom_write);
 }
