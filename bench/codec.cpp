@@ -11,10 +11,13 @@
 namespace lk::protocol {
 namespace {
 
-/// One query of each kind.
+/// One query of each kind that `legacy` knows.
 std::vector<Frame> queries() {
   std::vector<Frame> frames;
   for (const auto& row : kOpcodes) {
+    if (!answers(kLegacyFormat, row.opcode)) {
+      continue;
+    }
     Frame frame;
     frame.id = kSingleDriveId + 1;
     frame.data = {static_cast<std::uint8_t>(row.opcode), 0, 0x34, 0x12, 0x78, 0x56, 0x01, 0};

@@ -10,8 +10,6 @@
 namespace lk::emulator {
 namespace {
 
-using protocol::kLegacyFormat;
-
 std::int64_t f_pwm_Hz(const ServoConfig& servo) {
   return std::llround(servo.profile.drive.inverter.f_pwm);
 }
@@ -172,38 +170,60 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kNoSuchDrive);
     return;
   }
-  if (id != protocol::kMultiDrive && !timelines_[seat(id)].alive) {
+  if (id == protocol::kMultiDrive) {
+    process_multi_drive(at, frame);
+    return;
+  }
+  if (!timelines_[seat(id)].alive) {
     drop(Drop::kNoPower);
     return;
   }
-  const auto decoded = protocol::decode_query(frame, kLegacyFormat);
-  const auto* query = std::get_if<protocol::Query>(&decoded);
-  if (id == protocol::kMultiDrive) {
-    process_multi_drive(at, *query);  // any eight bytes are a multi-drive command
-  } else if (Servo& servo = servos_[seat(id)]; servo.multi_drive_mode()) {
+  Servo& servo = servos_[seat(id)];
+  if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     drop(Drop::kWrongMode);
-  } else if (query == nullptr) {
-    servo.count_unknown_command();
-    drop(Drop::kUnknownCommand);
-  } else {
+    return;
+  }
+  const auto understood = servo.understand(frame);
+  if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     ++stats_.queries;
     answer(at, seat(id), *query);
+  } else {
+    servo.count_unknown_command();
+    drop(Drop::kUnknownCommand);
   }
 }
 
-void Bus::process_multi_drive(SimTime at, const protocol::Query& query) {
+/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
+/// that came closest to it.
+void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   bool heard = false;
+  Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
-    if (timelines_[k].alive && servos_[k].multi_drive_mode()) {
-      answer(at, k, query);
+    if (!timelines_[k].alive) {
+      continue;
+    }
+    Servo& servo = servos_[k];
+    const auto understood = servo.understand(frame);
+    const auto* query = std::get_if<protocol::Query>(&understood);
+    if (query == nullptr) {
+      const bool unknown =
+          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
+      if (unknown && servo.multi_drive_mode()) {
+        servo.count_unknown_command();
+        cause = Drop::kUnknownCommand;
+      }
+    } else if (servo.multi_drive_mode()) {
+      answer(at, k, *query);
       heard = true;
+    } else if (cause == Drop::kForeignId) {
+      cause = Drop::kWrongMode;
     }
   }
   if (heard) {
     ++stats_.queries;
   } else {
-    drop(Drop::kWrongMode);
+    drop(cause);
   }
 }
 
@@ -227,7 +247,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
     ready = std::max(ready, done);
   }
   ready = timeline.last_reply = std::max(ready, timeline.last_reply);
-  wire_.send_from_drive(ready, protocol::encode_reply(servo.id(), reply, kLegacyFormat), rom_write);
+  wire_.send_from_drive(ready, servo.encode(reply), rom_write);
 }
 
 bool Bus::bring_motors_to(SimTime t) {
@@ -263,8 +283,7 @@ bool Bus::follow_lives() {
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat) {
   Timeline& timeline = timelines_[seat];
-  stats_.replies_lost += wire_.forget_replies(protocol::kSingleDriveId +
-                                              static_cast<std::uint32_t>(servos_[seat].id()));
+  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id());
   if (!timeline.writing.empty()) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);

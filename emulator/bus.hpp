@@ -117,7 +117,7 @@ class Bus {
 
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
-  void process_multi_drive(SimTime at, const protocol::Query& query);
+  void process_multi_drive(SimTime at, const protocol::Frame& frame);
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
   void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
 

@@ -34,7 +34,7 @@ struct Registers {
   bool broadcast_mode = false;                 // answers 0x280 only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
 
-  friend bool operator==(const Registers&, const Registers&);
+  friend bool operator==(const Registers&, const Registers&) = default;
 };
 
 /// What ROM holds, one by one: each is written, and wears, by itself.

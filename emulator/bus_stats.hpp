@@ -15,10 +15,10 @@ enum class Drop : std::uint8_t {
   kCanFd,           // CAN FD frame
   kRemote,          // remote transmission request
   kExtended,        // 29-bit identifier
-  kForeignId,       // neither 0x141..0x160 nor 0x280
+  kForeignId,       // no drive's, nor one for several drives that a drive here knows
   kNoSuchDrive,     // a drive's identifier, but no such drive on this bus
   kWrongLength,     // DLC is not 8
-  kUnknownCommand,  // the drive does not know DATA[0]
+  kUnknownCommand,  // the drive does not know DATA[0], or the parameter in DATA[1]
   kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
   kNoPower,    // the drive is without power, or still booting
   kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
@@ -35,7 +35,7 @@ struct ServoStats {
   std::uint64_t unknown_commands = 0;  // no reply
   std::uint64_t wrong_mode = 0;        // single-drive frames ignored in multi-drive mode
   std::uint64_t refused_motion = 0;    // answered, not executed: the drive is off or has an error
-  std::uint64_t invalid_targets = 0;   // answered, not executed: 0xA5/0xA6 target or direction
+  std::uint64_t invalid_targets = 0;   // answered, not executed: 0xA5/0xA6 target, 0x8C action
   std::uint64_t rom_writes = 0;        // each one wears the memory of a real drive
 
   friend bool operator==(const ServoStats&, const ServoStats&) = default;

@@ -4,7 +4,7 @@
 
 namespace lk::emulator {
 
-/// What sets a generation of firmware apart (docs/protocol.md §7).
+/// The switches as the drives of a generation have them (docs/protocol.md §10.1).
 Quirks quirks_of(Generation generation);
 
 }  // namespace lk::emulator

@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <variant>
 
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
+#include "emulator/registers.hpp"
 #include "emulator/shaft_angles.hpp"
 #include "model/drive_bank.hpp"
 #include "protocol/codec.hpp"
@@ -22,6 +24,7 @@ struct Lane {
   void clear_errors() const { bank.clear_errors(index); }
   void restart() const { bank.restart(index); }
   void feed_input() const { bank.feed_input(index); }
+  void set_brake_coil(bool on) const { bank.set_brake_coil(index, on); }
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };
 
@@ -41,8 +44,10 @@ class Servo {
   int id() const { return config_.id; }
   const ServoConfig& config() const { return config_; }
   SimTime reply_time() const { return config_.reply_time; }
-  /// Answers 0x280 only.
+  /// Answers the commands for several drives only.
   bool multi_drive_mode() const { return ram_.broadcast_mode; }
+  /// How it speaks.
+  const protocol::WireFormat& format() const { return format_; }
   RunState run_state() const { return run_state_; }
   const Registers& ram() const { return ram_; }
   const Registers& rom() const { return rom_; }
@@ -52,10 +57,20 @@ class Servo {
   const RomWear& wear_before() const { return wear_before_; }
   const ServoStats& stats() const { return stats_; }
 
-  /// Executes a query that is meant for this servo and gives its reply. The motor stands where it
+  /// What a frame asks of this servo, told of its own kind; kForeignId or kUnknownCommand when it
+  /// is nothing that this drive answers.
+  std::variant<protocol::Query, protocol::Reject> understand(const protocol::Frame& frame) const;
+  /// Executes a query that this servo has understood and gives its reply. The motor stands where it
   /// stands when the query's last bit arrives; the reply tells that state, the query changes the
   /// next.
   protocol::Reply handle(const protocol::Query& query, const Lane& lane);
+  /// Identifier of its replies.
+  std::uint32_t reply_id() const {
+    return format_.dialect.reply_id_base + static_cast<std::uint32_t>(id());
+  }
+  protocol::Frame encode(const protocol::Reply& reply) const {
+    return protocol::encode_reply(id(), reply, format_);
+  }
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -91,15 +106,17 @@ class Servo {
   protocol::Reply on(const protocol::Off&, const Context& context);
   protocol::Reply on(const protocol::Stop&, const Context& context);
   protocol::Reply on(const protocol::Run&, const Context& context);
+  protocol::Reply on(const protocol::Brake& command, const Context& context);
   protocol::Reply on(const protocol::ReadEncoder&, const Context& context) const;
   protocol::Reply on(const protocol::WriteOffsetToRom& command, const Context& context);
   protocol::Reply on(const protocol::ReadMultiTurnAngle&, const Context& context) const;
   protocol::Reply on(const protocol::ReadSingleTurnAngle&, const Context& context) const;
-  protocol::Reply on(const protocol::ClearAngle&, const Context& context);
+  protocol::Reply on(const protocol::ClearAngle& command, const Context& context);
   protocol::Reply on(const protocol::ReadState1&, const Context& context) const;
   protocol::Reply on(const protocol::ClearErrors&, const Context& context);
   protocol::Reply on(const protocol::ReadState2&, const Context& context) const;
   protocol::Reply on(const protocol::ReadState3&, const Context& context) const;
+  protocol::Reply on(const protocol::OpenLoop& command, const Context& context);
   protocol::Reply on(const protocol::Torque& command, const Context& context);
   protocol::Reply on(const protocol::Speed& command, const Context& context);
   protocol::Reply on(const protocol::Position1& command, const Context& context);
@@ -108,10 +125,19 @@ class Servo {
   protocol::Reply on(const protocol::Position4& command, const Context& context);
   protocol::Reply on(const protocol::Position5& command, const Context& context);
   protocol::Reply on(const protocol::Position6& command, const Context& context);
+  protocol::Reply on(const protocol::ReadParameter& command, const Context& context) const;
+  protocol::Reply on(const protocol::WriteParameter& command, const Context& context);
   protocol::Reply on(const protocol::MultiTorque& command, const Context& context);
+  protocol::Reply on(const protocol::MultiSpeed& command, const Context& context);
+  protocol::Reply on(const protocol::MultiPosition& command, const Context& context);
+  protocol::Reply on(const protocol::MultiCommand& command, const Context& context);
 
   void lay_down_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
+  /// The place of this drive in the commands for several; none above ID 4.
+  std::optional<std::size_t> slot() const;
+  /// The loops and protections read the registers again.
+  void configure(const Lane& lane) const { lane.configure(control_settings(ram_, format_)); }
   static Motion loop_motion(const model::Setpoint& setpoint);
   Motion to_position(const CommandedPosition& position, std::uint16_t max_speed_dps) const;
   Motion to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const;
@@ -130,6 +156,7 @@ class Servo {
   protocol::Opcode reply_opcode(protocol::Opcode command) const;
 
   ServoConfig config_;
+  protocol::WireFormat format_;
   Registers rom_;
   RomWear wear_;
   Registers rom_before_;
@@ -137,7 +164,8 @@ class Servo {
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;
-  Motion motion_;  // in force, or kept by a stop
+  Motion motion_;               // in force, or kept by a stop
+  bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
   ServoStats stats_;
 };
 

@@ -22,13 +22,16 @@ std::int64_t floor_mod(std::int64_t a, std::int64_t b) { return a % b + (a % b <
 
 }  // namespace
 
-ShaftAngles::ShaftAngles(const Profile& profile)
+ShaftAngles::ShaftAngles(const Profile& profile, bool wide_single_turn)
     : counts_(std::int64_t{1} << profile.drive.encoder.bits),
       wire_counts_(std::int64_t{1} << std::min(profile.drive.encoder.bits, kMaxWireBits)),
       sensor_(profile.drive.encoder) {
   const double span =
       profile.encoder_span == EncoderSpan::kOutputTurn ? profile.drive.mechanics.gear_ratio : 1.0;
   counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);
+  const double circle_turns = wide_single_turn ? span : 1.0;
+  circle_counts_ = std::llround(circle_turns * static_cast<double>(counts_));
+  circle_cdeg_ = static_cast<std::uint32_t>(std::llround(circle_turns * kTurn_cdeg));
 }
 
 std::uint16_t ShaftAngles::raw(std::int64_t position) const {
@@ -42,58 +45,66 @@ std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) 
       floor_mod(std::int64_t{raw(position)} - std::int64_t{offset}, wire_counts_));
 }
 
-std::uint16_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
-  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
-  // Rounded to the nearest 0.01°; the last half of one is the zero of the next turn.
-  const std::int64_t angle_cdeg = (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
-  return static_cast<std::uint16_t>(angle_cdeg % kTurn_cdeg);
+std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
+  const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
+  // Rounded to the nearest 0.01°; the last half of one is the zero of the next circle.
+  const std::int64_t angle_cdeg = (in_circle * kTurn_cdeg + counts_ / 2) / counts_;
+  return static_cast<std::uint32_t>(angle_cdeg % circle_cdeg_);
 }
 
 std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
   const std::int64_t turns = floor_div(position - multi_zero_, counts_);
   const std::int64_t in_turn = floor_mod(position - multi_zero_, counts_);
-  return turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
+  return multi_zero_cdeg_ + turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
 }
 
 void ShaftAngles::set_offset(std::uint16_t offset) {
-  single_zero_ = floor_mod(std::llround(offset * counts_per_wire_lsb_), counts_);
+  single_zero_ = floor_mod(std::llround(offset * counts_per_wire_lsb_), circle_counts_);
 }
 
 void ShaftAngles::forget_turns(std::int64_t position) {
-  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
-  const std::int64_t wrapped = in_turn > counts_ / 2 ? in_turn - counts_ : in_turn;
+  const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
+  const std::int64_t wrapped =
+      in_circle > circle_counts_ / 2 ? in_circle - circle_counts_ : in_circle;
   multi_zero_ = position - wrapped;
+  multi_zero_cdeg_ = 0;
 }
 
 void ShaftAngles::clear(std::int64_t position) {
-  single_zero_ = floor_mod(position, counts_);
+  single_zero_ = floor_mod(position, circle_counts_);
+  set_multi_turn(position, 0);
+}
+
+void ShaftAngles::set_multi_turn(std::int64_t position, std::int64_t angle_cdeg) {
   multi_zero_ = position;
+  multi_zero_cdeg_ = angle_cdeg;
 }
 
 CommandedPosition ShaftAngles::multi_turn_target(std::int64_t target_cdeg) const {
-  return {multi_zero_, target_cdeg};
+  return {multi_zero_, target_cdeg - multi_zero_cdeg_};
 }
 
 CommandedPosition ShaftAngles::single_turn_target(std::int64_t position, bool clockwise,
-                                                  std::uint16_t target_cdeg) const {
-  assert(target_cdeg < kTurn_cdeg);
-  const auto turn = static_cast<double>(counts_);
+                                                  std::uint32_t target_cdeg) const {
+  assert(target_cdeg < circle_cdeg_);
+  const auto circle = static_cast<double>(circle_counts_);
   const double arrived =
       kArrived_counts * static_cast<double>(counts_) / static_cast<double>(wire_counts_);
-  const std::int64_t in_turn = floor_mod(position - single_zero_, counts_);
-  const double travel = target_cdeg * turn / kTurn_cdeg - static_cast<double>(in_turn);
-  std::int64_t zero = position - in_turn;
+  const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
+  const double travel =
+      target_cdeg * static_cast<double>(counts_) / kTurn_cdeg - static_cast<double>(in_circle);
+  std::int64_t zero = position - in_circle;
   if (clockwise) {
     if (travel < -arrived) {
-      zero += counts_;
-    } else if (travel > turn - arrived) {
-      zero -= counts_;
+      zero += circle_counts_;
+    } else if (travel > circle - arrived) {
+      zero -= circle_counts_;
     }
   } else {
     if (travel > arrived) {
-      zero -= counts_;
-    } else if (travel < arrived - turn) {
-      zero += counts_;
+      zero -= circle_counts_;
+    } else if (travel < arrived - circle) {
+      zero += circle_counts_;
     }
   }
   return {zero, target_cdeg};

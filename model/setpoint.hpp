@@ -60,6 +60,7 @@ struct Protection {
   double hysteresis = 0;
   double delay = 0;         // s
   bool recoverable = true;  // false: only a power cycle clears it
+  friend bool operator==(const Protection&, const Protection&) = default;
 };
 
 /// The registers of the drive that the loops and protections read. Host-visible limits in SI, rotor

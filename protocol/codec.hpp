@@ -19,9 +19,9 @@ enum class Reject : std::uint8_t {
   kCanFd,
   kRemote,
   kExtended,
-  kForeignId,       // neither 0x141..0x160 nor 0x280
+  kForeignId,       // no drive's, nor one for several drives
   kWrongLength,     // DLC is not 8
-  kUnknownCommand,  // no row in kOpcodes
+  kUnknownCommand,  // this drive has no such command, or no such parameter
 };
 
 /// `Query::id` of a multi-drive command.
@@ -38,16 +38,22 @@ struct ReplyFrame {
   Reply reply;
 };
 
-/// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all. Does not
-/// look at DATA, so never gives kUnknownCommand.
+/// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all, whatever the
+/// drive. Does not look at DATA, so never gives kUnknownCommand.
 std::variant<int, Reject> address(const Frame& frame);
 
 /// The drive's side: what the host wants. Fields beyond their range are clamped to it, except the
-/// target and direction of 0xA5/0xA6, which the drive judges itself.
+/// target and direction of 0xA5/0xA6 and the action of 0x8C, which the drive judges itself. An
+/// identifier for several drives that this one does not know is foreign to it; 0x280 is an unknown
+/// command to MS drives.
 std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& format);
 
-/// The host's side: the query frame for the drive `id` (1..32), unused bytes 0. For a MultiTorque
-/// the `id` is ignored.
+/// What `query` means to the drive `id`: a MultiCommand becomes the command in the drive's slot,
+/// with a payload of zeros, and is foreign to a drive without a slot. All others stay as they are.
+std::variant<Query, Reject> for_drive(int id, const Query& query, const WireFormat& format);
+
+/// The host's side: the query frame for the drive `id` (1..32), unused bytes 0. For the commands to
+/// several drives the `id` is ignored.
 Frame encode_query(int id, const Command& command, const WireFormat& format);
 
 /// The drive's side: the reply frame of the drive `id` (1..32). Quantities round to the nearest LSB

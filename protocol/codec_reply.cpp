@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cassert>
 
 #include "protocol/codec.hpp"
+#include "protocol/parameter_codec.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::protocol {
@@ -11,6 +13,22 @@ void put_temperature_C(Payload& data, double temperature_C) {
 }
 
 double get_temperature_C(const Payload& data) { return get_le<std::int8_t>(data, 1); }
+
+constexpr double kBusCurrentLsb_A = 0.01;
+constexpr std::uint8_t kStateOn = 0x00;
+constexpr std::uint8_t kStateOff = 0x10;
+constexpr std::uint32_t kUint16Max = 0xFFFF;
+constexpr double kPowerLsb = 1e-3;
+
+/// The iq field of state 2, which carries power on MS drives.
+void put_effort(Payload& data, const State2& reply, const WireFormat& format) {
+  const bool power = format.series == Series::kMs;
+  const std::int16_t limit = power ? kPowerReplyLimit_permille : kIqReplyLimit_lsb;
+  put_le(data, 2,
+         quantize<std::int16_t>(power ? reply.power : reply.iq_A,
+                                power ? kPowerLsb : format.iq_reply_lsb_A,
+                                static_cast<std::int16_t>(-limit), limit));
+}
 
 /// Writes DATA of one reply.
 struct ReplyWriter {
@@ -38,6 +56,10 @@ struct ReplyWriter {
     start(Opcode::kReadAcceleration);
     put_le(data, 4, reply.acceleration_dps_s);
   }
+  void operator()(const BrakeState& reply) const {
+    start(Opcode::kBrake);
+    data[1] = reply.coil_powered ? 1 : 0;
+  }
   void operator()(const Encoder& reply) const {
     start(Opcode::kReadEncoder);
     put_le(data, 2, reply.encoder_counts);
@@ -50,21 +72,35 @@ struct ReplyWriter {
   }
   void operator()(const SingleTurnAngle& reply) const {
     start(Opcode::kReadSingleTurnAngle);
-    put_le(data, 6, reply.angle_cdeg);
+    if (format.dialect.wide_single_turn) {
+      put_le(data, 4, reply.angle_cdeg);
+    } else {
+      put_le(data, 6, static_cast<std::uint16_t>(std::min(reply.angle_cdeg, kUint16Max)));
+    }
   }
   void operator()(const State1& reply) const {
     start(reply.command);
     put_temperature_C(data, reply.temperature_C);
-    put_le(data, 3, quantize<std::uint16_t>(reply.voltage_V, format.voltage_lsb_V));
+    const auto voltage = quantize<std::uint16_t>(reply.voltage_V, format.voltage_lsb_V);
+    switch (format.dialect.state_1) {
+      case State1Layout::kDeciVolt:
+        put_le(data, 3, voltage);
+        break;
+      case State1Layout::kCentiVolt:
+        put_le(data, 2, voltage);
+        break;
+      case State1Layout::kCentiVoltAndBusCurrent:
+        put_le(data, 2, voltage);
+        put_le(data, 4, quantize<std::int16_t>(reply.bus_current_A, kBusCurrentLsb_A));
+        data[6] = reply.bridge_on ? kStateOn : kStateOff;
+        break;
+    }
     data[7] = reply.errors;
   }
   void operator()(const State2& reply) const {
-    const auto limit = format.iq_reply_limit_lsb;
     start(reply.command);
     put_temperature_C(data, reply.temperature_C);
-    put_le(data, 2,
-           quantize<std::int16_t>(reply.iq_A, format.iq_reply_lsb_A,
-                                  static_cast<std::int16_t>(-limit), limit));
+    put_effort(data, reply, format);
     put_le(data, 4, quantize<std::int16_t>(reply.speed_dps, 1.0));
     put_le(data, 6, reply.encoder_counts);
   }
@@ -75,21 +111,42 @@ struct ReplyWriter {
     put_le(data, 4, quantize<std::int16_t>(reply.i_b_A, format.phase_current_lsb_A));
     put_le(data, 6, quantize<std::int16_t>(reply.i_c_A, format.phase_current_lsb_A));
   }
+  void operator()(const ParameterValue& reply) const {
+    start(Opcode::kReadParameter);
+    put_parameter(data, reply.parameter);
+  }
 };
 
 State1 read_state_1(Opcode command, const Payload& data, const WireFormat& format) {
-  return {.command = command,
-          .temperature_C = get_temperature_C(data),
-          .voltage_V = get_le<std::uint16_t>(data, 3) * format.voltage_lsb_V,
-          .errors = data[7]};
+  State1 reply{.command = command,
+               .temperature_C = get_temperature_C(data),
+               .voltage_V = 0,
+               .errors = data[7]};
+  switch (format.dialect.state_1) {
+    case State1Layout::kDeciVolt:
+      reply.voltage_V = get_le<std::uint16_t>(data, 3) * format.voltage_lsb_V;
+      break;
+    case State1Layout::kCentiVolt:
+      reply.voltage_V = get_le<std::uint16_t>(data, 2) * format.voltage_lsb_V;
+      break;
+    case State1Layout::kCentiVoltAndBusCurrent:
+      reply.voltage_V = get_le<std::uint16_t>(data, 2) * format.voltage_lsb_V;
+      reply.bus_current_A = get_le<std::int16_t>(data, 4) * kBusCurrentLsb_A;
+      reply.bridge_on = data[6] != kStateOff;
+      break;
+  }
+  return reply;
 }
 
 State2 read_state_2(Opcode command, const Payload& data, const WireFormat& format) {
+  const bool power = format.series == Series::kMs;
+  const auto effort = get_le<std::int16_t>(data, 2);
   return {.command = command,
           .temperature_C = get_temperature_C(data),
-          .iq_A = get_le<std::int16_t>(data, 2) * format.iq_reply_lsb_A,
+          .iq_A = power ? 0 : effort * format.iq_reply_lsb_A,
           .speed_dps = static_cast<double>(get_le<std::int16_t>(data, 4)),
-          .encoder_counts = get_le<std::uint16_t>(data, 6)};
+          .encoder_counts = get_le<std::uint16_t>(data, 6),
+          .power = power ? effort * kPowerLsb : 0};
 }
 
 State3 read_state_3(const Payload& data, const WireFormat& format) {
@@ -107,17 +164,21 @@ Reply read_reply(Opcode opcode, const Payload& data, const WireFormat& format) {
       return Pid{{data[2], data[3], data[4], data[5], data[6], data[7]}};
     case Opcode::kReadAcceleration:
       return Acceleration{get_le<std::int32_t>(data, 4)};
+    case Opcode::kBrake:
+      return BrakeState{data[1] != 0};
     case Opcode::kReadEncoder:
       return Encoder{get_le<std::uint16_t>(data, 2), get_le<std::uint16_t>(data, 4),
                      get_le<std::uint16_t>(data, 6)};
     case Opcode::kReadMultiTurnAngle:
       return MultiTurnAngle{get_le56(data)};
     case Opcode::kReadSingleTurnAngle:
-      return SingleTurnAngle{get_le<std::uint16_t>(data, 6)};
+      return SingleTurnAngle{format.dialect.wide_single_turn ? get_le<std::uint32_t>(data, 4)
+                                                             : get_le<std::uint16_t>(data, 6)};
     case Opcode::kReadState1:
     case Opcode::kClearErrors:
       return read_state_1(opcode, data, format);
     case Opcode::kReadState2:
+    case Opcode::kOpenLoop:
     case Opcode::kTorque:
     case Opcode::kSpeed:
     case Opcode::kPosition1:
@@ -137,7 +198,10 @@ Reply read_reply(Opcode opcode, const Payload& data, const WireFormat& format) {
     case Opcode::kRun:
     case Opcode::kWriteOffsetToRom:
     case Opcode::kClearAngle:
+    case Opcode::kWriteParameter:
       return Echo{data};
+    case Opcode::kReadParameter:
+      return ParameterValue{get_parameter(data)};
   }
   assert(false && "an opcode comes from the table");
   return Echo{data};
@@ -148,13 +212,16 @@ Reply read_reply(Opcode opcode, const Payload& data, const WireFormat& format) {
 Frame encode_reply(int id, const Reply& reply, const WireFormat& format) {
   assert(id >= kMinId && id <= kMaxId);
   Frame frame;
-  frame.id = kSingleDriveId + static_cast<std::uint32_t>(id);
+  frame.id = format.dialect.reply_id_base + static_cast<std::uint32_t>(id);
   std::visit(ReplyWriter{frame.data, format}, reply);
   return frame;
 }
 
 std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format) {
-  const auto addressed = address(frame);
+  // Where replies have identifiers of their own, they pass the same checks as queries would.
+  Frame as_query = frame;
+  as_query.id = frame.id - format.dialect.reply_id_base + kSingleDriveId;
+  const auto addressed = address(as_query);
   if (const auto* reject = std::get_if<Reject>(&addressed)) {
     return *reject;
   }
@@ -163,7 +230,10 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
     return Reject::kForeignId;  // no drive answers there
   }
   const OpcodeRow* row = find_opcode(frame.data[0]);
-  if (row == nullptr) {
+  if (row == nullptr || !answers(format, row->opcode)) {
+    return Reject::kUnknownCommand;
+  }
+  if (row->opcode == Opcode::kReadParameter && !known_parameter(frame.data[1])) {
     return Reject::kUnknownCommand;
   }
   return ReplyFrame{id, read_reply(row->opcode, frame.data, format)};

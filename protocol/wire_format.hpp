@@ -9,7 +9,7 @@ namespace lk::protocol {
 /// MS: voltage mode, no current sensors. MG: geared.
 enum class Series : std::uint8_t { kMs, kMf, kMg, kMh };
 
-/// Replies to 0x9A and 0x9B (docs/protocol.md §7).
+/// Replies to 0x9A and 0x9B (docs/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };
 
 /// What 0x95 does: nothing; what the manual says it is meant to do; take the angle in its payload.
@@ -35,7 +35,7 @@ struct Dialect {
   std::int16_t iq_command_limit_lsb = 2000;
   CurrentScale iq_scale = CurrentScale::kManual;
   CurrentScale phase_current_scale = CurrentScale::kManual;
-  std::uint32_t reply_id_base = kSingleDriveId;
+  std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies, less the ID
 
   friend bool operator==(const Dialect&, const Dialect&) = default;
 };
@@ -69,25 +69,61 @@ inline constexpr Dialect kV236Dialect{
     .phase_current_scale = CurrentScale::kSeries,
 };
 
-/// The scales that differ between generations and series of drives: how much one LSB is. Everything
-/// else on the wire (0.01°, 0.01 dps, 1 dps, 1 dps/s, 1 °C) has one scale for all of them.
+/// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on
+/// the wire (0.01°, 0.01 dps, 1 dps, 1 dps/s, 1 °C) has one scale for all of them.
 struct WireFormat {
-  double iq_command_lsb_A;            // 0xA1, 0x280
-  std::int16_t iq_command_limit_lsb;  // commands beyond are clamped
-  double iq_reply_lsb_A;              // state 2
-  std::int16_t iq_reply_limit_lsb;
-  double phase_current_lsb_A;  // state 3
-  double voltage_lsb_V;        // state 1
+  Dialect dialect;
+  Series series = Series::kMf;
+  double iq_command_lsb_A = 0;     // 0xA1, 0xA2, 0x280, Max Torque Current
+  double iq_reply_lsb_A = 0;       // state 2; not on MS, whose field carries power
+  double phase_current_lsb_A = 0;  // state 3
+  double voltage_lsb_V = 0;        // state 1
+
+  friend bool operator==(const WireFormat&, const WireFormat&) = default;
 };
 
-/// The manual's drive: ±2000 is ±32 A in commands, ±2048 is ±33 A in replies.
-inline constexpr WireFormat kLegacyFormat{
-    .iq_command_lsb_A = 32.0 / 2000.0,
-    .iq_command_limit_lsb = 2000,
-    .iq_reply_lsb_A = 33.0 / 2048.0,
-    .iq_reply_limit_lsb = 2048,
-    .phase_current_lsb_A = 1.0 / 64.0,
-    .voltage_lsb_V = 0.1,
-};
+inline constexpr std::int16_t kIqReplyLimit_lsb = 2048;
+inline constexpr std::int16_t kPowerReplyLimit_permille = 1000;  // MS
+inline constexpr std::int16_t kOpenLoopLimit_permille = 850;     // 0xA0 and Max Power
+
+/// Full scale is 2048: ±33 A on MG, ±16.5 A on the others. MS drives measure no current; what they
+/// are told of one (an iq limit) has no meaning there, but is a number all the same.
+constexpr double series_current_lsb_A(Series series) {
+  return series == Series::kMg ? 66.0 / 4096.0 : 33.0 / 4096.0;
+}
+
+constexpr WireFormat wire_format(const Dialect& dialect, Series series) {
+  const bool by_series = dialect.iq_scale == CurrentScale::kSeries;
+  const bool phases_by_series = dialect.phase_current_scale == CurrentScale::kSeries;
+  // The manual's drive: ±2000 is ±32 A in commands, ±2048 is ±33 A in replies.
+  return {
+      .dialect = dialect,
+      .series = series,
+      .iq_command_lsb_A = by_series ? series_current_lsb_A(series) : 32.0 / 2000.0,
+      .iq_reply_lsb_A = by_series ? series_current_lsb_A(series) : 33.0 / 2048.0,
+      .phase_current_lsb_A = phases_by_series ? series_current_lsb_A(series) : 1.0 / 64.0,
+      .voltage_lsb_V = dialect.state_1 == State1Layout::kDeciVolt ? 0.1 : 0.01,
+  };
+}
+
+inline constexpr WireFormat kLegacyFormat = wire_format(kLegacyDialect, Series::kMf);
+
+/// Does a drive of this series know the command?
+constexpr bool fits(Fits which, Series series) {
+  switch (which) {
+    case Fits::kAllSeries:
+      return true;
+    case Fits::kMsOnly:
+      return series == Series::kMs;
+    case Fits::kAllButMs:
+      return series != Series::kMs;
+  }
+  return false;
+}
+
+/// Does this drive answer the command byte?
+bool answers(const WireFormat& format, Opcode opcode);
+/// Does this drive, in multi-drive mode, know the identifier?
+bool knows_multi_drive(const WireFormat& format, std::uint32_t id);
 
 }  // namespace lk::protocol

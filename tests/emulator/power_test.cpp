@@ -114,7 +114,7 @@ TEST(Power, ARampIsEven) {
   host.bus.apply({1, SupplyVoltage{14.0, 100ms}});
   host.wait(50ms);
   EXPECT_NEAR(host.bus.truth(1).v_bus, 19.0, 0.15);  // a step of the ramp is 0.1 V
-  host.wait(51ms);  // and a while for the link
+  host.wait(51ms);                                   // and a while for the link
   EXPECT_NEAR(host.bus.truth(1).v_bus, 14.0, 0.05);
   host.bus.apply({1, SupplyVoltage{24.0, 100ms}});
   host.wait(50ms);

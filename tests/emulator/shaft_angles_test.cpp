@@ -67,7 +67,7 @@ TEST(ShaftAngles, SingleTurnGrowsClockwise) {
   angles.forget_turns(100);
   int last_cdeg = -1;
   for (std::int64_t k = 0; k < 2 * 16384; ++k) {
-    const int single_cdeg = angles.single_turn_cdeg(100 + k);
+    const auto single_cdeg = static_cast<int>(angles.single_turn_cdeg(100 + k));
     ASSERT_EQ(single_cdeg, std::lround(static_cast<double>(k % 16384) * 36000 / 16384) % 36000);
     if (k % 16384 != 0) {
       ASSERT_GT(single_cdeg, last_cdeg);

@@ -1,7 +1,8 @@
 // A whole bus under a sequence of frames and interventions. Nothing may crash, every accepted query
 // gets its reply, every frame is accounted for, and time split otherwise gives the same bytes.
 //
-// Input: one byte of settings, then records of an opcode byte and its operands; see `Player::step`.
+// Input: one byte of settings, one of generations when its top bit is set, then records of an
+// opcode byte and its operands; see `Player::step`.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "emulator/bus.hpp"
+#include "emulator/generation.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -38,16 +40,24 @@ class Input {
   std::size_t at_ = 0;
 };
 
-BusConfig config_from(std::uint8_t settings) {
+constexpr Series kSeries[] = {Series::kMf, Series::kMg, Series::kMh, Series::kMs};
+
+/// Two bits of `generations` for each drive, and the series in the upper two.
+BusConfig config_from(std::uint8_t settings, std::uint8_t generations) {
   BusConfig config;
   config.bitrate = (settings & 1U) != 0 ? 1'000'000 : 0;
   for (const int id : {1, 2, 5}) {
     ServoConfig servo;
     servo.id = id;
+    const unsigned own = unsigned{generations} >> (2 * config.servos.size()) & 3U;
+    servo.generation = static_cast<Generation>(own % 3U);
+    servo.quirks = quirks_of(servo.generation);
+    servo.profile.series = kSeries[generations >> 6U & 3U];
+    servo.profile.drive.control.has_current_loop = servo.profile.series != Series::kMs;
     servo.quirks.manual_reply_bytes = (settings & 2U) != 0;
-    servo.quirks.dialect.clear_angle = (settings & 4U) != 0
-                                           ? protocol::ClearAngleMeaning::kImplemented
-                                           : protocol::ClearAngleMeaning::kIgnored;
+    if ((settings & 4U) != 0) {
+      servo.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
+    }
     servo.quirks.stop_holds = (settings & 8U) != 0;
     servo.quirks.run_resumes = (settings & 16U) != 0;
     servo.rom.broadcast_mode = (settings & 32U) != 0 && id != 2;
@@ -109,7 +119,9 @@ class Player {
     TimedFrame in{now_, {}};
     const std::uint16_t head = input.word();
     in.frame.id = (what & 4U) != 0 ? head & 0x7FFU : 0x141U + head % 5U;
-    in.frame.id = (what & 24U) == 24U ? protocol::kMultiDriveId : in.frame.id;
+    if ((what & 24U) == 24U) {
+      in.frame.id = protocol::kMultiDriveRows[head % protocol::kMultiDriveRows.size()].id;
+    }
     if ((what & 8U) != 0) {
       in.frame.kind = static_cast<protocol::FrameKind>(head >> 14U);
       in.frame.extended = (head >> 13U & 1U) != 0;
@@ -141,7 +153,9 @@ class Player {
 
 void check(std::span<const std::uint8_t> bytes) {
   Input input(bytes);
-  const BusConfig config = config_from(input.byte());
+  const std::uint8_t settings = input.byte();
+  const bool more = (settings & 128U) != 0;
+  const BusConfig config = config_from(settings, more ? input.byte() : std::uint8_t{0});
   const auto eager = Player(config, false).play(input);
   const auto lazy = Player(config, true).play(input);
   require(eager == lazy);

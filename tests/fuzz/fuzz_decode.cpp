@@ -1,7 +1,7 @@
 // One frame, whatever it is, through decode and back.
 //
-// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2), DLC, 8 data bytes;
-// missing bytes are 0.
+// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2), DLC, 8 data bytes,
+// then the dialect (3 bytes, see `format_from`); missing bytes are 0, and 0 is `legacy`.
 
 #include <array>
 #include <cstddef>
@@ -20,11 +20,41 @@ void require(bool condition) {
   }
 }
 
-Frame frame_from(const std::uint8_t* data, std::size_t size) {
-  std::array<std::uint8_t, 12> bytes{};
+using Bytes = std::array<std::uint8_t, 15>;
+
+Bytes bytes_from(const std::uint8_t* data, std::size_t size) {
+  Bytes bytes{};
   for (std::size_t k = 0; k < size && k < bytes.size(); ++k) {
     bytes[k] = data[k];
   }
+  return bytes;
+}
+
+/// Each switch a bit, so that all mixtures occur.
+WireFormat format_from(const Bytes& bytes) {
+  const unsigned bits = bytes[12] | (unsigned{bytes[13]} << 8U) | (unsigned{bytes[14]} << 16U);
+  const auto on = [bits](unsigned n) { return (bits >> n & 1U) != 0; };
+  Dialect dialect;
+  dialect.state_1 = static_cast<State1Layout>((bits & 3U) % 3U);
+  dialect.clear_angle = static_cast<ClearAngleMeaning>((bits >> 2U & 3U) % 3U);
+  dialect.wide_single_turn = on(4);
+  dialect.wide_single_turn_target = on(5);
+  dialect.pid_commands = !on(6);
+  dialect.offset_command = !on(7);
+  dialect.open_loop_command = on(8);
+  dialect.speed_iq_limit = on(9);
+  dialect.brake_command = on(10);
+  dialect.parameter_commands = on(11);
+  dialect.multi_drive_more = on(12);
+  dialect.iq_command_limit_lsb = on(13) ? 2048 : 2000;
+  dialect.iq_scale = on(14) ? CurrentScale::kSeries : CurrentScale::kManual;
+  dialect.phase_current_scale = on(15) ? CurrentScale::kSeries : CurrentScale::kManual;
+  dialect.reply_id_base = on(16) ? 0x180 : kSingleDriveId;
+  constexpr Series kSeries[] = {Series::kMf, Series::kMg, Series::kMh, Series::kMs};
+  return wire_format(dialect, kSeries[bits >> 17U & 3U]);
+}
+
+Frame frame_from(const Bytes& bytes) {
   Frame frame;
   frame.id = static_cast<std::uint32_t>(bytes[0] | (bytes[1] << 8));
   frame.kind = static_cast<FrameKind>(bytes[2] & 3U);
@@ -36,25 +66,36 @@ Frame frame_from(const std::uint8_t* data, std::size_t size) {
   return frame;
 }
 
-void check_query(const Frame& frame) {
-  const auto result = decode_query(frame, kLegacyFormat);
-  if (const auto* query = std::get_if<Query>(&result)) {
-    // What was understood, encoded again, is understood the same.
-    const Frame again = encode_query(query->id, query->command, kLegacyFormat);
-    const auto second = decode_query(again, kLegacyFormat);
-    require(std::holds_alternative<Query>(second));
-    require(std::get<Query>(second).command == query->command);
-    require(again.id == frame.id);
+/// What a drive takes from its slot is a command of its own.
+void check_slots(const Query& query, const WireFormat& format) {
+  for (int id = kMinId; id <= kMaxId; ++id) {
+    const auto own = for_drive(id, query, format);
+    if (const auto* single = std::get_if<Query>(&own)) {
+      require(!std::holds_alternative<MultiCommand>(single->command));
+    }
   }
 }
 
-void check_reply(const Frame& frame) {
-  const auto result = decode_reply(frame, kLegacyFormat);
+void check_query(const Frame& frame, const WireFormat& format) {
+  const auto result = decode_query(frame, format);
+  if (const auto* query = std::get_if<Query>(&result)) {
+    // What was understood, encoded again, is understood the same.
+    const Frame again = encode_query(query->id, query->command, format);
+    const auto second = decode_query(again, format);
+    require(std::holds_alternative<Query>(second));
+    require(std::get<Query>(second).command == query->command);
+    require(again.id == frame.id);
+    check_slots(*query, format);
+  }
+}
+
+void check_reply(const Frame& frame, const WireFormat& format) {
+  const auto result = decode_reply(frame, format);
   if (const auto* reply = std::get_if<ReplyFrame>(&result)) {
-    const Frame again = encode_reply(reply->id, reply->reply, kLegacyFormat);
+    const Frame again = encode_reply(reply->id, reply->reply, format);
     require(again.id == frame.id && again.data[0] == frame.data[0]);
-    const auto second = decode_reply(again, kLegacyFormat);
-    require(encode_reply(reply->id, std::get<ReplyFrame>(second).reply, kLegacyFormat) == again);
+    const auto second = decode_reply(again, format);
+    require(encode_reply(reply->id, std::get<ReplyFrame>(second).reply, format) == again);
   }
 }
 
@@ -65,9 +106,11 @@ void check_length(const Frame& frame) {
   }
 }
 
-void check(const Frame& frame) {
-  check_query(frame);
-  check_reply(frame);
+void check(const Bytes& bytes) {
+  const Frame frame = frame_from(bytes);
+  const WireFormat format = format_from(bytes);
+  check_query(frame, format);
+  check_reply(frame, format);
   check_length(frame);
 }
 
@@ -75,6 +118,6 @@ void check(const Frame& frame) {
 }  // namespace lk::protocol
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  lk::protocol::check(lk::protocol::frame_from(data, size));
+  lk::protocol::check(lk::protocol::bytes_from(data, size));
   return 0;
 }

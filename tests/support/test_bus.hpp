@@ -74,8 +74,9 @@ class Host {
   /// The decoded reply to a command for the drive `id`.
   template <class Expected>
   Expected get(const protocol::Command& command, int id = 1) {
-    const auto reply = ask(protocol::encode_query(id, command, protocol::kLegacyFormat));
-    const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);
+    const auto& format = bus.servo(id).format();
+    const auto reply = ask(protocol::encode_query(id, command, format));
+    const auto decoded = protocol::decode_reply(reply, format);
     const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
     if (content == nullptr || !std::holds_alternative<Expected>(content->reply)) {
       ADD_FAILURE() << "unexpected reply " << ::testing::PrintToString(reply);
@@ -89,7 +90,8 @@ class Host {
     return get<protocol::MultiTurnAngle>(protocol::ReadMultiTurnAngle{}, id).angle_cdeg;
   }
   int single_turn_cdeg(int id = 1) {
-    return get<protocol::SingleTurnAngle>(protocol::ReadSingleTurnAngle{}, id).angle_cdeg;
+    const protocol::ReadSingleTurnAngle query;
+    return static_cast<int>(get<protocol::SingleTurnAngle>(query, id).angle_cdeg);
   }
   protocol::State2 state_2(int id = 1) { return get<protocol::State2>(protocol::ReadState2{}, id); }
 

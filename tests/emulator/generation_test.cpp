@@ -1,0 +1,463 @@
+// Generations and series of drives, on a bus: what they answer, what it looks like, what it does.
+
+#include "emulator/generation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using test::frame;
+using test::Host;
+
+constexpr double kMgLsb_A = 66.0 / 4096;
+constexpr double kMfLsb_A = 33.0 / 4096;
+
+ServoConfig drive(Generation generation, Series series = Series::kMg, int id = 1) {
+  ServoConfig config = test::servo_config(id);
+  config.generation = generation;
+  config.quirks = quirks_of(generation);
+  config.profile.series = series;
+  config.profile.drive.control.has_current_loop = series != Series::kMs;
+  return config;
+}
+
+/// The numbers of an MG4005-i10 that its angles depend on.
+ServoConfig mg4005(Generation generation, double boot_angle_deg) {
+  ServoConfig config = drive(generation);
+  config.profile.drive.encoder.bits = 18;
+  config.profile.drive.mechanics.gear_ratio = 10;
+  config.profile.encoder_span = EncoderSpan::kOutputTurn;
+  config.boot_angle_deg = boot_angle_deg;
+  return config;
+}
+
+Host on_bus(std::initializer_list<ServoConfig> servos) {
+  BusConfig config = test::bus_config({});
+  config.servos = servos;
+  return Host(config);
+}
+
+double truth_deg(const Host& host) { return host.bus.truth(1).theta_m * 180 / std::numbers::pi; }
+
+// --- what is answered
+// ------------------------------------------------------------------------------
+
+TEST(Generation, LegacyIsTheDefault) {
+  EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{});
+  EXPECT_FALSE(quirks_of(Generation::kV235).run_resumes);
+  EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
+}
+
+TEST(Generation, AnswersWhatTheTableSays) {
+  struct Case {
+    Generation generation;
+    protocol::Generations bit;
+  };
+  for (const Case& c :
+       {Case{Generation::kLegacy, protocol::kLegacy}, Case{Generation::kV235, protocol::kV235},
+        Case{Generation::kV236, protocol::kV236}}) {
+    for (const Series series : {Series::kMs, Series::kMf, Series::kMg, Series::kMh}) {
+      Host host(drive(c.generation, series));
+      std::uint64_t silent = 0;
+      for (unsigned byte = 0; byte < 256; ++byte) {
+        protocol::Frame query = frame("141#000A000000000000");
+        query.data[0] = static_cast<std::uint8_t>(byte);
+        const auto* row = protocol::find_opcode(query.data[0]);
+        const bool expected =
+            row != nullptr && (row->generations & c.bit) != 0 && protocol::fits(row->fits, series);
+        const auto replies = host.talk(query);
+        ASSERT_EQ(replies.size(), expected ? 1U : 0U) << byte;
+        if (expected) {
+          EXPECT_EQ(replies[0].data[0], byte);
+        }
+        silent += expected ? 0 : 1;
+      }
+      EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, silent);
+      EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
+    }
+  }
+}
+
+TEST(Generation, UnknownParametersGetNoReply) {
+  Host host(drive(Generation::kV236));
+  EXPECT_TRUE(host.talk(frame("141#C00D000000000000")).empty());
+  EXPECT_TRUE(host.talk(frame("141#C10D000000000000")).empty());
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 2U);
+  EXPECT_EQ(host.bus.servo(1).stats().queries, 0U);
+}
+
+TEST(Generation, RepliesMayHaveIdentifiersOfTheirOwn) {
+  auto config = drive(Generation::kV236, Series::kMg, 3);
+  config.quirks.dialect.reply_id_base = 0x180;
+  Host host(config);
+  EXPECT_EQ(host.ask("143#8C10000000000000"), frame("183#8C00000000000000"));
+}
+
+// --- captures of real drives
+// -----------------------------------------------------------------------
+
+TEST(Generation, StateOfRealDrivesAtRest) {
+  struct Capture {
+    const char* text;
+    double temperature_C, voltage_V;
+  };
+  for (const Capture& capture : {Capture{"141#9A24081300000000", 36, 48.72},     // MG6010E-i6
+                                 Capture{"141#9A1F540900000000", 31, 23.88}}) {  // MG4005-i10
+    auto config = drive(Generation::kV236);
+    config.profile.drive.thermal.temp_ambient = capture.temperature_C;
+    config.profile.drive.supply.v_source = capture.voltage_V;
+    Host host(config);
+    host.wait(50ms);
+    EXPECT_EQ(host.ask("141#9A00000000000000"), frame(capture.text));
+  }
+}
+
+// Angle and encoder field of a real MG4005-i10. Its encoder reports in steps of 0.055°, its angle
+// in steps of 0.01°, so a pair leaves open where within five angles its encoder really stood; all
+// of these come out right with the field rounded down.
+TEST(Generation, AnglesOfARealDrive) {
+  struct Reading {
+    int angle_cdeg;
+    int encoder;
+  };
+  for (const auto& reading :
+       {Reading{9811, 1786}, Reading{80986, 14743}, Reading{67425, 12274}, Reading{892, 162}}) {
+    Host host(mg4005(Generation::kV236, reading.angle_cdeg / 100.0));
+    host.wait(5ms);
+    EXPECT_EQ(host.multi_turn_cdeg(), reading.angle_cdeg);
+    EXPECT_EQ(host.single_turn_cdeg(), reading.angle_cdeg);
+    EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).encoder_counts, reading.encoder);
+    EXPECT_EQ(host.state_2().encoder_counts, reading.encoder);
+  }
+}
+
+TEST(Generation, EncodersOfEveryWidth) {
+  for (const int bits : {12, 14, 15, 16, 18}) {
+    for (const EncoderSpan span : {EncoderSpan::kRotorTurn, EncoderSpan::kOutputTurn}) {
+      for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
+        auto config = drive(generation);
+        config.profile.drive.encoder.bits = bits;
+        config.profile.drive.mechanics.gear_ratio = 10;
+        config.profile.encoder_span = span;
+        config.rom.encoder_offset = 100;
+        Host host(config);
+        const int turn = 1 << std::min(bits, 16);
+        const int expected = span == EncoderSpan::kRotorTurn ? turn / 8 : turn / 80;  // 45°
+        const auto encoder = host.get<protocol::Encoder>(protocol::ReadEncoder{});
+        // Where ten rotor turns share the field, 45° need not be a whole number of its counts.
+        const int slack = span == EncoderSpan::kRotorTurn ? 0 : 1;
+        EXPECT_NEAR(encoder.encoder_counts, expected, slack) << bits;
+        EXPECT_NEAR(encoder.raw_counts, expected + 100, slack) << bits;
+        EXPECT_EQ(encoder.offset_counts, 100);
+        EXPECT_NEAR(host.single_turn_cdeg(), 4500, 36000.0 / (1 << bits)) << bits;
+        EXPECT_EQ(host.bus.servo(1).ram().encoder_offset, 100);
+      }
+    }
+  }
+}
+
+// --- state 1
+// ---------------------------------------------------------------------------------------
+
+TEST(Generation, StateTellsOffAndAllErrors) {
+  for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
+    auto config = drive(generation);
+    config.rom.protections[1] = {true, 60.0, 1.0, 0.001};  // over-voltage
+    Host host(config);
+    host.ask("141#8000000000000000");
+    const bool legacy = generation == Generation::kLegacy;
+    EXPECT_EQ(host.ask("141#9A00000000000000"),
+              legacy ? frame("141#9A1900F000000000") : frame("141#9A19600900001000"));
+    host.ask("141#8800000000000000");
+    host.bus.set_supply_voltage(1, 70);
+    host.wait(20ms);
+    const auto reply = host.ask("141#9A00000000000000");
+    EXPECT_EQ(reply.data[7], legacy ? 0x00 : 0x02);
+    EXPECT_EQ(reply.data[6], legacy ? 0x00 : 0x10);
+  }
+}
+
+TEST(Generation, BusCurrentIsThatOfTheMotor) {
+  Host host(drive(Generation::kV236));
+  host.ask(protocol::encode_query(1, protocol::Torque{4}, host.bus.servo(1).format()));
+  host.wait(30ms);
+  const double expected_A = host.bus.telemetry(1).i_bus;
+  EXPECT_GT(expected_A, 0.1);
+  const auto state = host.get<protocol::State1>(protocol::ReadState1{});
+  EXPECT_NEAR(state.bus_current_A, expected_A, 0.005);
+  EXPECT_TRUE(state.bridge_on);
+}
+
+TEST(Generation, CurrentsHaveTheScaleOfTheSeries) {
+  for (const Series series : {Series::kMf, Series::kMg}) {
+    const double lsb_A = series == Series::kMg ? kMgLsb_A : kMfLsb_A;
+    Host host(drive(Generation::kV236, series));
+    host.ask("141#A100000064000000");  // 100
+    host.wait(5ms);
+    EXPECT_NEAR(host.bus.truth(1).i_q_ref, 100 * lsb_A, 1e-9);
+    const auto reply = host.ask("141#9C00000000000000");
+    EXPECT_NEAR(protocol::get_le<std::int16_t>(reply.data, 2), host.bus.telemetry(1).i_q / lsb_A,
+                0.5);
+    EXPECT_NEAR(protocol::get_le<std::int16_t>(reply.data, 2), 100, 3);
+  }
+}
+
+// --- angles
+// ----------------------------------------------------------------------------------------
+
+TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
+  Host host(mg4005(Generation::kV236, 3599.0));
+  EXPECT_EQ(host.ask("141#9400000000000000"), frame("141#94000000DC7D0500"));  // 359900
+  EXPECT_EQ(host.multi_turn_cdeg(), -100);  // half an output turn to either side
+  Host legacy(mg4005(Generation::kLegacy, 3599.0));
+  EXPECT_EQ(legacy.ask("141#9400000000000000"), frame("141#9400000000003C8C"));  // 35900
+  Host rotor(drive(Generation::kV236));
+  EXPECT_EQ(rotor.ask("141#9400000000000000"), frame("141#9400000094110000"));
+}
+
+TEST(Generation, TargetsCoverTheOutputTurn) {
+  const auto moved_to = [](const char* text) {
+    Host host(mg4005(Generation::kV236, 90));
+    host.ask(text);
+    host.wait(3s);
+    EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 0U);
+    return static_cast<double>(host.multi_turn_cdeg());
+  };
+  EXPECT_NEAR(moved_to("141#A500000020BF0200"), 180000, 10);  // clockwise to 1800°
+  EXPECT_NEAR(moved_to("141#A501000030570500"), -10000, 10);  // back through 0 to 3500°
+  Host host(mg4005(Generation::kV236, 90));
+  host.ask("141#A5000000407E0500");  // 360000: beyond
+  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
+  Host rotor(drive(Generation::kV236));
+  rotor.ask("141#A5000000A08C0000");  // 36000
+  EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 1U);
+  rotor.ask("141#A50000009F8C0100");  // 35999 and a bit that 16 do not hold
+  EXPECT_EQ(rotor.bus.servo(1).stats().invalid_targets, 2U);
+}
+
+TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
+  Host host(drive(Generation::kV236));
+  host.ask("141#A300000028230000");  // 90°
+  host.wait(1s);
+  const double before_deg = truth_deg(host);
+  EXPECT_EQ(host.ask("141#95123456D5860100"), frame("141#95123456D5860100"));  // 1000.53°
+  EXPECT_EQ(host.multi_turn_cdeg(), 100053);
+  EXPECT_NEAR(host.single_turn_cdeg(), 9000, 4);  // of the multi-turn angle only
+  host.wait(1s);
+  EXPECT_NEAR(truth_deg(host), before_deg, 360.0 / 16384);
+  host.ask("141#A700000010270000");  // 100° on, from the place that was commanded
+  host.wait(1s);
+  EXPECT_NEAR(truth_deg(host), before_deg + 100, 0.05);
+  host.ask("141#A3000000D5860100");  // and back to what is 1000.53° now
+  host.wait(1s);
+  EXPECT_NEAR(truth_deg(host), before_deg, 0.05);
+  host.bus.power_cycle(1);  // RAM
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 4);
+}
+
+// --- run and speed
+// ---------------------------------------------------------------------------------
+
+TEST(Generation, RunAfterStopWaitsForACommand) {
+  for (const Generation generation : {Generation::kLegacy, Generation::kV235, Generation::kV236}) {
+    Host host(drive(generation));
+    host.ask("141#A100000064000000");
+    host.ask("141#8100000000000000");
+    host.ask("141#8800000000000000");
+    host.wait(1ms);
+    EXPECT_EQ(host.bus.truth(1).i_q_ref != 0, generation == Generation::kLegacy);
+  }
+}
+
+TEST(Generation, SpeedHasLimits) {
+  for (const Generation generation : {Generation::kV235, Generation::kV236}) {
+    const bool limited = generation == Generation::kV236;
+    auto config = drive(generation);
+    config.rom.max_speed_dps = 360;
+    Host host(config);
+    host.ask("141#A2000A0010270000");  // 100 dps, 10 LSB = 0.16 A
+    double most_A = 0;
+    for (int k = 0; k < 40; ++k) {
+      host.wait(250us);
+      most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
+    }
+    if (limited) {
+      EXPECT_NEAR(most_A, 10 * kMgLsb_A, 1e-9);
+    } else {
+      EXPECT_GT(most_A, 0.3);
+    }
+    host.ask("141#A2000000A0860100");  // 1000 dps, limit 0 = Max Torque Current
+    host.wait(1s);
+    EXPECT_NEAR(host.bus.truth(1).omega_m * 180 / std::numbers::pi, limited ? 360 : 1000, 20);
+  }
+}
+
+TEST(Generation, FrameLimitDoesNotRaiseMaxTorqueCurrent) {
+  auto config = drive(Generation::kV236);
+  config.rom.max_torque_current_lsb = 50;
+  Host host(config);
+  host.ask("141#A200000840420F00");
+  double most_A = 0;
+  for (int k = 0; k < 40; ++k) {
+    host.wait(250us);
+    most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
+  }
+  EXPECT_NEAR(most_A, 50 * kMgLsb_A, 1e-9);
+}
+
+// --- MS
+// --------------------------------------------------------------------------------------------
+
+TEST(Generation, OpenLoopPowerOfMsDrives) {
+  Host host(drive(Generation::kV236, Series::kMs));
+  EXPECT_EQ(host.ask("141#A0000000FA000000"), frame("141#A019000000000008"));  // 250, state before
+  host.wait(200ms);
+  const auto state = host.state_2();
+  EXPECT_NEAR(state.power, 0.25, 0.002);
+  EXPECT_EQ(state.iq_A, 0);
+  EXPECT_GT(state.speed_dps, 100);
+  host.ask("141#A0000000FF7F0000");  // beyond 850
+  host.wait(200ms);
+  EXPECT_NEAR(host.state_2().power, 0.85, 0.002);
+  host.ask("141#8000000000000000");
+  host.ask("141#A0000000FA000000");
+  EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
+}
+
+TEST(Generation, MsDrivesKnowNoTorque) {
+  auto config = drive(Generation::kLegacy, Series::kMs);
+  config.rom.broadcast_mode = true;
+  Host host(config);
+  EXPECT_TRUE(host.talk(frame("280#6400640064006400")).empty());
+  EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 1U);
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
+}
+
+// --- brake
+// -----------------------------------------------------------------------------------------
+
+TEST(Generation, BrakeTellsItsCoil) {
+  Host host(drive(Generation::kV236));
+  EXPECT_EQ(host.ask("141#8C10FFFFFFFFFFFF"), frame("141#8C00000000000000"));
+  EXPECT_EQ(host.ask("141#8C01FFFFFFFFFFFF"), frame("141#8C01000000000000"));
+  EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
+  EXPECT_EQ(host.ask("141#8C02000000000000"), frame("141#8C01000000000000"));
+  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
+  host.ask("141#8000000000000000");  // off frees the shaft, not the brake
+  EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C01000000000000"));
+  EXPECT_EQ(host.ask("141#8C00000000000000"), frame("141#8C00000000000000"));
+  host.ask("141#8C01000000000000");
+  host.bus.power_cycle(1);
+  EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C00000000000000"));
+}
+
+// --- commands for several drives
+// -------------------------------------------------------------------
+
+/// v236 drives 1, 2, 3 and 6 and a legacy one, 4, all in multi-drive mode.
+Host several() {
+  std::initializer_list<ServoConfig> servos = {
+      drive(Generation::kV236, Series::kMg, 1), drive(Generation::kV236, Series::kMf, 2),
+      drive(Generation::kV236, Series::kMs, 3), drive(Generation::kLegacy, Series::kMf, 4),
+      drive(Generation::kV236, Series::kMg, 6)};
+  BusConfig config = test::bus_config({});
+  config.servos = servos;
+  for (auto& servo : config.servos) {
+    servo.rom.broadcast_mode = true;
+  }
+  return Host(config);
+}
+
+std::vector<std::uint32_t> ids(const std::vector<protocol::Frame>& replies) {
+  std::vector<std::uint32_t> result;
+  for (const auto& reply : replies) {
+    result.push_back(reply.id);
+  }
+  return result;
+}
+
+using Ids = std::vector<std::uint32_t>;
+
+TEST(SeveralDrives, TorqueInTheScaleOfEach) {
+  Host host = several();
+  const auto replies = host.talk(frame("280#6400640064006400"));
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x144, 0x146}));  // MS knows no torque
+  host.wait(1ms);
+  EXPECT_NEAR(host.bus.truth(1).i_q_ref, 100 * kMgLsb_A, 1e-9);
+  EXPECT_NEAR(host.bus.truth(2).i_q_ref, 100 * kMfLsb_A, 1e-9);
+  EXPECT_NEAR(host.bus.truth(4).i_q_ref, 1.6, 1e-9);
+  EXPECT_EQ(host.bus.truth(6).i_q_ref, 0);
+}
+
+TEST(SeveralDrives, Speed) {
+  Host host = several();
+  const auto replies = host.talk(frame("281#680198FE68016801"));  // 360, −360, 360, 360
+  EXPECT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));     // legacy knows it not
+  for (const auto& reply : replies) {
+    EXPECT_EQ(reply, [&] {
+      auto expected = frame("141#A219000000000008");
+      expected.id = reply.id;
+      return expected;
+    }());
+  }
+  host.wait(1s);
+  const auto speed_dps = [&](int id) {
+    return host.bus.truth(id).omega_m * 180 / std::numbers::pi;
+  };
+  EXPECT_NEAR(speed_dps(1), 360, 10);
+  EXPECT_NEAR(speed_dps(2), -360, 10);
+  EXPECT_NEAR(speed_dps(6), 0, 1);
+}
+
+TEST(SeveralDrives, Position) {
+  Host host = several();
+  const auto replies = host.talk(frame("282#6400 9CFF 6400 6400"));  // 100, −100, 100, 100
+  ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));
+  EXPECT_EQ(replies[0].data[0], 0xA3);
+  host.wait(2s);
+  const auto moved_deg = [&](int id) {
+    return (host.bus.truth(id).theta_m * 180 / std::numbers::pi) - 45;
+  };
+  EXPECT_NEAR(moved_deg(1), 55, 0.1);
+  EXPECT_NEAR(moved_deg(2), -145, 0.1);
+  EXPECT_NEAR(moved_deg(6), 0, 0.1);
+}
+
+TEST(SeveralDrives, AnyCommand) {
+  Host host = several();
+  const auto replies = host.talk(frame("288#9AFF9C0092009A00"));
+  ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143}));  // 4 is legacy, 6 has no slot
+  EXPECT_EQ(replies[0], frame("141#9A19600900000000"));
+  EXPECT_EQ(replies[1], frame("142#9C19000000000008"));
+  EXPECT_EQ(replies[2], frame("143#9294110000000000"));
+  // Torque is nothing for MS, 0x30 nothing for v236; what is left is answered.
+  EXPECT_EQ(ids(host.talk(frame("288#3000 8100 A100 9A00"))), (Ids{0x142}));
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(3).stats().unknown_commands, 1U);
+  EXPECT_EQ(host.bus.servo(6).stats().unknown_commands, 0U);
+  EXPECT_EQ(host.bus.servo(2).run_state(), RunState::kStopped);
+  EXPECT_EQ(host.bus.stats().queries, 2U);
+}
+
+TEST(SeveralDrives, OnlyInMultiDriveMode) {
+  Host host = on_bus({drive(Generation::kV236)});
+  for (const char* text : {"280#0000000000000000", "281#0000000000000000", "282#0000000000000000",
+                           "288#9A00000000000000"}) {
+    EXPECT_TRUE(host.talk(frame(text)).empty());
+  }
+  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 4U);
+  Host legacy = on_bus({drive(Generation::kLegacy)});
+  EXPECT_TRUE(legacy.talk(frame("281#0000000000000000")).empty());
+  EXPECT_EQ(legacy.bus.stats().count(Drop::kForeignId), 1U);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,133 @@
+// 0xC0 and 0xC1: each parameter, its range, and what it does.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "emulator/generation.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using test::frame;
+using test::Host;
+
+ServoConfig drive(Series series = Series::kMg) {
+  ServoConfig config = test::servo_config(1);
+  config.quirks = quirks_of(Generation::kV236);
+  config.profile.series = series;
+  config.profile.drive.control.has_current_loop = series != Series::kMs;
+  return config;
+}
+
+/// What 0xC0 says after 0xC1, which repeats the query.
+protocol::Frame written(Host& host, const char* write) {
+  const auto query = frame(write);
+  EXPECT_EQ(host.ask(query), query);
+  protocol::Frame read = frame("141#C000000000000000");
+  read.data[1] = query.data[1];
+  return host.ask(read);
+}
+
+TEST(Parameters, AsTheyLeaveTheFactory) {
+  auto config = drive();
+  config.rom.current_ramp_A_s = 25;
+  config.rom.acceleration_dps_s = 720;
+  config.rom.max_angle_deg = 360;
+  Host host(config);
+  EXPECT_EQ(host.ask("141#C00AFFFFFFFFFFFF"), frame("141#C00A640064000000"));
+  EXPECT_EQ(host.ask("141#C00B000000000000"), frame("141#C00B320028000000"));
+  EXPECT_EQ(host.ask("141#C00C000000000000"), frame("141#C00C320032000000"));
+  EXPECT_EQ(host.ask("141#C01E000000000000"), frame("141#C01E0000E8030000"));  // 1000
+  EXPECT_EQ(host.ask("141#C020000000000000"), frame("141#C020000080A21900"));  // 16800.00 dps
+  EXPECT_EQ(host.ask("141#C022000000000000"), frame("141#C0220000A08C0000"));  // 360.00°
+  EXPECT_EQ(host.ask("141#C024000000000000"), frame("141#C0240000A8610000"));  // 25000 mA/s
+  EXPECT_EQ(host.ask("141#C026000000000000"), frame("141#C0260000D0020000"));  // 720 dps/s
+}
+
+TEST(Parameters, WrittenToRamAndReadBack) {
+  Host host(drive());
+  EXPECT_EQ(written(host, "141#C10A0102030405FF"), frame("141#C00A0102030405FF"));
+  EXPECT_EQ(written(host, "141#C10B640032000700"), frame("141#C00B640032000700"));
+  EXPECT_EQ(written(host, "141#C10CFFFFFFFFFFFF"), frame("141#C00CFFFFFFFFFFFF"));
+  EXPECT_EQ(written(host, "141#C11E55AAF4015555"), frame("141#C01E0000F4010000"));
+  EXPECT_EQ(written(host, "141#C120 0000 A1860100"), frame("141#C0200000A1860100"));
+  EXPECT_EQ(written(host, "141#C1220000A18C0000"), frame("141#C0220000A18C0000"));
+  EXPECT_EQ(written(host, "141#C124000001000000"), frame("141#C024000001000000"));
+  EXPECT_EQ(written(host, "141#C1260000FFFFFF7F"), frame("141#C0260000FFFFFF7F"));
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+  host.bus.power_cycle(1);
+  EXPECT_EQ(host.bus.servo(1).ram(), host.bus.servo(1).config().rom);
+}
+
+TEST(Parameters, AreClampedToTheirRange) {
+  Host host(drive());
+  EXPECT_EQ(written(host, "141#C11E0000FF7F0000"), frame("141#C01E000000080000"));  // 2048
+  EXPECT_EQ(written(host, "141#C11E0000FFFF0000"), frame("141#C01E000000000000"));
+  EXPECT_EQ(written(host, "141#C120000000000000"), frame("141#C020000064000000"));  // 1 dps
+  EXPECT_EQ(written(host, "141#C1200000FFFFFF7F"), frame("141#C020000000DD6D00"));  // 72000 dps
+  EXPECT_EQ(written(host, "141#C1220000FFFFFF7F"), frame("141#C022000000CA9A3B"));  // 1e7°
+  EXPECT_EQ(written(host, "141#C1220000FFFFFFFF"), frame("141#C022000000000000"));
+  EXPECT_EQ(written(host, "141#C124000000000080"), frame("141#C024000000000000"));
+  EXPECT_EQ(written(host, "141#C126000000000080"), frame("141#C026000000000000"));
+}
+
+// Every value of the 16-bit ones and as many of the others: what is read is what was written.
+TEST(Parameters, EveryValueComesBack) {
+  Host host(drive());
+  protocol::Frame write = frame("141#C11E000000000000");
+  protocol::Frame read = frame("141#C01E000000000000");
+  for (int n = 0; n <= 2048; ++n) {
+    protocol::put_le(write.data, 4, static_cast<std::int16_t>(n));
+    host.ask(write);
+    protocol::put_le(read.data, 4, static_cast<std::int16_t>(n));
+    ASSERT_EQ(host.ask("141#C01E000000000000"), read);
+  }
+  for (const int id : {0x20, 0x22, 0x24, 0x26}) {
+    for (std::int32_t n = 100; n < 7'000'000; n += 6997) {
+      write.data = {0xC1, static_cast<std::uint8_t>(id)};
+      protocol::put_le(write.data, 4, n);
+      host.ask(write);
+      read = write;
+      read.data[0] = 0xC0;
+      protocol::Frame query = frame("141#C000000000000000");
+      query.data[1] = static_cast<std::uint8_t>(id);
+      ASSERT_EQ(host.ask(query), read);
+    }
+  }
+}
+
+TEST(Parameters, MaxTorqueCurrentLimitsTheLoops) {
+  Host host(drive());
+  host.ask("141#C11E000064000000");  // 100
+  host.ask("141#A200000040420F00");
+  double most_A = 0;
+  for (int k = 0; k < 40; ++k) {
+    host.wait(250us);
+    most_A = std::max(most_A, std::abs(host.bus.truth(1).i_q_ref));
+  }
+  EXPECT_NEAR(most_A, 100 * 66.0 / 4096, 1e-9);
+}
+
+TEST(Parameters, MsHaveMaxPowerInstead) {
+  Host host(drive(Series::kMs));
+  EXPECT_EQ(host.ask("141#C01E000000000000"), frame("141#C01E000052030000"));  // 850
+  EXPECT_EQ(written(host, "141#C11E0000FF7F0000"), frame("141#C01E000052030000"));
+  EXPECT_EQ(written(host, "141#C11E000064000000"), frame("141#C01E000064000000"));
+  EXPECT_EQ(host.bus.servo(1).ram().max_torque_current_lsb, 1000);
+}
+
+TEST(Parameters, ByteCommandsLeaveKdAlone) {
+  auto config = drive();
+  config.quirks.dialect.pid_commands = true;  // a mixture
+  Host host(config);
+  host.ask("141#C10A0102030405FF");
+  EXPECT_EQ(host.ask("141#3000000000000000"), frame("141#3000FFFF32283232"));  // bytes end at 255
+  host.ask("141#3100010203040506");
+  EXPECT_EQ(host.ask("141#C00A000000000000"), frame("141#C00A0100020005FF"));
+}
+
+}  // namespace
+}  // namespace lk::emulator

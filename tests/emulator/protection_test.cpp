@@ -1,0 +1,206 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using model::Error;
+using test::Host;
+
+/// One protection: how its drive is set up, what brings it about, what takes the cause away. Errors
+/// are never set; the supply, the heat, the currents and the motion of the model trip them.
+struct Case {
+  const char* name;
+  Error error;
+  model::Protection setting;
+  std::function<void(ServoConfig&)> set_up;
+  std::function<void(Host&)> provoke;
+  std::function<void(Host&)> relieve;
+};
+
+void nothing(ServoConfig& /*config*/) {}
+
+void spin_and_brake(Host& host) {
+  host.ask("141#A200000050C30000");  // 500 dps
+  host.wait(1s);
+  host.ask("141#A2000000B03CFFFF");  // −500 dps
+  host.wait(200ms);
+}
+
+const Case kCases[] = {
+    {"UnderVoltage",
+     Error::kUnderVoltage,
+     {true, 18.0, 1.0, 0.002},
+     nothing,
+     [](Host& host) {
+       host.bus.apply({1, SupplyVoltage{12.0, 0ns}});
+       host.wait(10ms);
+     },
+     [](Host& host) {
+       host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
+       host.wait(10ms);
+     }},
+    {"OverVoltage",
+     Error::kOverVoltage,
+     {true, 32.0, 1.0, 0.0},
+     [](ServoConfig& config) {  // a flywheel and a rectifier
+       config.profile.drive.supply.i_regen_max = 0.0;
+       config.profile.drive.supply.i_logic = 0.5;
+       config.profile.drive.load.J = 0.01;
+     },
+     spin_and_brake,
+     [](Host& host) { host.wait(1s); }},  // the electronics empty the link
+    {"DriverTemperature",
+     Error::kDriverTemperature,
+     {true, 50.0, 10.0, 0.0},
+     [](ServoConfig& config) {
+       config.profile.drive.thermal.C_stage = 0.1;
+       config.profile.drive.load.theta_max = 0.9;
+     },
+     [](Host& host) {
+       host.ask("141#A100000058020000");  // 9.6 A
+       host.wait(3s);
+     },
+     [](Host& host) { host.wait(20s); }},
+    {"MotorTemperature",
+     Error::kMotorTemperature,
+     {true, 60.0, 10.0, 0.0},
+     [](ServoConfig& config) {
+       config.profile.drive.thermal.C_winding = 2.0;
+       config.profile.drive.thermal.C_housing = 2.0;
+       config.profile.drive.load.theta_max = 0.9;
+     },
+     [](Host& host) {
+       host.ask("141#A100000058020000");
+       host.wait(20s);
+     },
+     [](Host& host) { host.wait(120s); }},
+    {"OverCurrent",
+     Error::kOverCurrent,
+     {true, 5.0, 1.0, 0.001},
+     [](ServoConfig& config) { config.profile.drive.load.theta_max = 0.9; },
+     [](Host& host) {
+       host.ask("141#A100000090010000");  // 6.4 A
+       host.wait(100ms);
+     },
+     [](Host& host) { host.wait(10ms); }},
+    {"Short",
+     Error::kShort,
+     {true, 20.0, 1.0, 0.0},
+     [](ServoConfig& config) { config.profile.drive.load.theta_max = 0.9; },
+     [](Host& host) {
+       host.ask("141#A1000000D0070000");  // 32 A
+       host.wait(100ms);
+     },
+     [](Host& host) { host.wait(10ms); }},
+    {"Stall",
+     Error::kStall,
+     {true, 0.3, 0.0, 0.0},
+     [](ServoConfig& config) {
+       config.profile.drive.load.theta_max = 0.9;
+       config.rom.max_torque_current_lsb = 100;
+     },
+     [](Host& host) {
+       host.ask("141#A200000010270000");
+       host.wait(1s);
+     },
+     [](Host& host) { host.wait(10ms); }},
+    {"LostInput",
+     Error::kLostInput,
+     {true, 0.1, 0.0, 0.0},
+     nothing,
+     [](Host& host) {
+       host.ask("141#A200000010270000");
+       host.wait(150ms);
+     },
+     [](Host& host) { host.ask("141#9C00000000000000"); }},
+};
+
+class Tripping : public testing::TestWithParam<Case> {
+ protected:
+  static ServoConfig drive() {
+    ServoConfig config = test::servo_config(1);
+    config.quirks.dialect.all_error_bits = true;
+    config.rom.protections[static_cast<std::size_t>(GetParam().error)] = GetParam().setting;
+    GetParam().set_up(config);
+    return config;
+  }
+  static unsigned errors(Host& host) { return host.ask("141#9A00000000000000").data[7]; }
+};
+
+TEST_P(Tripping, LatchesOpensTheBridgeAndComesBackInOrder) {
+  const unsigned mask = model::bit(GetParam().error);
+  Host host(drive());
+  EXPECT_EQ(errors(host), 0U);
+  GetParam().provoke(host);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  EXPECT_EQ(errors(host), mask);
+  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+
+  // Answered, not executed.
+  host.ask("141#A100000064000000");
+  host.wait(20ms);
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+
+  GetParam().relieve(host);
+  EXPECT_EQ(errors(host), mask);  // latched although its cause is over
+  host.ask("141#8800000000000000");
+  host.wait(1ms);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // not before 0x9B
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0U);
+  host.ask("141#A100000064000000");
+  host.wait(1ms);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);  // nor before 0x88
+  host.ask("141#8800000000000000");
+  host.wait(1ms);
+  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);  // the command is forgotten
+}
+
+TEST_P(Tripping, NotWhenDisabled) {
+  ServoConfig config = drive();
+  config.rom.protections[static_cast<std::size_t>(GetParam().error)].enabled = false;
+  Host host(config);
+  GetParam().provoke(host);
+  EXPECT_EQ(errors(host), 0U);
+  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+}
+
+TEST_P(Tripping, StaysUntilAPowerCycleWhenNotRecoverable) {
+  ServoConfig config = drive();
+  config.rom.protections[static_cast<std::size_t>(GetParam().error)].recoverable = false;
+  Host host(config);
+  GetParam().provoke(host);
+  GetParam().relieve(host);
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], model::bit(GetParam().error));
+  host.bus.power_cycle(1);
+  host.wait(1ms);
+  EXPECT_EQ(errors(host), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Protections, Tripping, testing::ValuesIn(kCases),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST(ClearErrors, KeepsWhatIsNotOver) {
+  ServoConfig config = test::servo_config(1);
+  config.rom.protections[0] = {true, 18.0, 1.0, 0.0};
+  Host host(config);
+  host.bus.apply({1, SupplyVoltage{12.0, 0ns}});
+  host.wait(10ms);
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 1U);
+  host.bus.apply({1, SupplyVoltage{18.5, 0ns}});  // within the hysteresis
+  host.wait(10ms);
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 1U);
+  host.bus.apply({1, SupplyVoltage{19.5, 0ns}});
+  host.wait(10ms);
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0U);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,343 @@
+// What sets the generations and the series apart on the wire, byte for byte, both directions. The
+// bytes are worked out by hand from docs/protocol.md §10.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocol/codec.hpp"
+#include "tests/support/frames.hpp"
+
+namespace lk::protocol {
+namespace {
+
+using test::frame;
+
+constexpr WireFormat kMgV236 = wire_format(kV236Dialect, Series::kMg);
+constexpr WireFormat kMfV236 = wire_format(kV236Dialect, Series::kMf);
+constexpr WireFormat kMfV235 = wire_format(kV235Dialect, Series::kMf);
+constexpr WireFormat kMsV236 = wire_format(kV236Dialect, Series::kMs);
+constexpr WireFormat kMsLegacy = wire_format(kLegacyDialect, Series::kMs);
+
+constexpr Series kAllOfSeries[] = {Series::kMs, Series::kMf, Series::kMg, Series::kMh};
+
+struct Preset {
+  Generations bit;
+  Dialect dialect;
+};
+const Preset kPresets[] = {{kLegacy, kLegacyDialect}, {kV235, kV235Dialect}, {kV236, kV236Dialect}};
+
+// --- who answers what
+// ------------------------------------------------------------------------------
+
+// Every byte, every generation, every series: the table's columns are what the presets make of it.
+TEST(Dialect, PresetsAgreeWithTheTable) {
+  for (const auto& preset : kPresets) {
+    for (const Series series : kAllOfSeries) {
+      for (unsigned byte = 0; byte < 256; ++byte) {
+        Frame query = frame("141#000A000000000000");  // a parameter that 0xC0 and 0xC1 know
+        query.data[0] = static_cast<std::uint8_t>(byte);
+        const auto* row = find_opcode(query.data[0]);
+        const bool expected =
+            row != nullptr && (row->generations & preset.bit) != 0 && fits(row->fits, series);
+        const auto result = decode_query(query, wire_format(preset.dialect, series));
+        ASSERT_EQ(std::holds_alternative<Query>(result), expected)
+            << byte << " generation " << int{preset.bit} << " series " << static_cast<int>(series);
+      }
+      for (const auto& row : kMultiDriveRows) {
+        Frame query;
+        query.id = row.id;
+        const bool expected = (row.generations & preset.bit) != 0 && fits(row.fits, series);
+        const auto result = decode_query(query, wire_format(preset.dialect, series));
+        EXPECT_EQ(std::holds_alternative<Query>(result), expected) << row.name;
+      }
+    }
+  }
+}
+
+TEST(Dialect, SwitchesStandAlone) {
+  const auto answered = [](const Dialect& dialect, const char* text) {
+    return std::holds_alternative<Query>(
+        decode_query(frame(text), wire_format(dialect, Series::kMf)));
+  };
+  Dialect dialect;
+  dialect.brake_command = true;
+  EXPECT_TRUE(answered(dialect, "141#8C10000000000000"));
+  EXPECT_FALSE(answered(dialect, "141#C00A000000000000"));
+  dialect = {};
+  dialect.pid_commands = false;
+  for (const char* text : {"141#3000000000000000", "141#3100000000000000", "141#3200000000000000",
+                           "141#3300000000000000", "141#3400000000000000"}) {
+    EXPECT_FALSE(answered(dialect, text));
+    EXPECT_TRUE(answered({}, text));
+  }
+  EXPECT_TRUE(answered(dialect, "141#9100000000000000"));
+}
+
+TEST(Dialect, UnknownParametersAreUnknownCommands) {
+  for (unsigned id = 0; id < 256; ++id) {
+    const bool known =
+        std::ranges::find(kParameterIds, static_cast<ParameterId>(id)) != kParameterIds.end();
+    for (const char* text : {"141#C000000000000000", "141#C100000000000000"}) {
+      Frame query = frame(text);
+      query.data[1] = static_cast<std::uint8_t>(id);
+      const auto result = decode_query(query, kMgV236);
+      ASSERT_EQ(std::holds_alternative<Query>(result), known) << id;
+      if (!known) {
+        EXPECT_EQ(std::get<Reject>(result), Reject::kUnknownCommand);
+      }
+    }
+  }
+}
+
+// --- bytes
+// -----------------------------------------------------------------------------------------
+
+struct GoldenQuery {
+  const char* text;
+  int id;
+  Command command;
+};
+
+const GoldenQuery kQueries[] = {
+    {"141#8C01000000000000", 1, Brake{kBrakeRelease}},
+    {"141#8C10000000000000", 1, Brake{kBrakeRead}},
+    {"141#95000000B0040000", 1, ClearAngle{1200}},  // 0x04B0
+    {"141#9500000050FBFFFF", 1, ClearAngle{-1200}},
+    {"141#A10000000008 0000", 1, Torque{33}},  // 2048 of 66/4096 A
+    {"141#A2003E00A0860100", 1, Speed{1000.0, 62 * 66.0 / 4096}},
+    {"141#A5010000407E0500", 1, Position3{kCounterClockwise, 360000}},  // 0x057E40
+    {"141#A600F401A08C0000", 1, Position4{kClockwise, 500, 36000}},
+    {"142#C00A000000000000", 2, ReadParameter{ParameterId::kAngleGains}},
+    {"142#C10B640032000100", 2,
+     WriteParameter{{ParameterId::kSpeedGains, {.kp = 100, .ki = 50, .kd = 1}, 0}}},
+    {"142#C11E0000E8030000", 2, WriteParameter{{ParameterId::kMaxTorqueCurrent, {}, 1000}}},
+    {"142#C120000040420F00", 2, WriteParameter{{ParameterId::kMaxSpeed, {}, 1000000}}},
+    {"142#C1220000A08C0000", 2, WriteParameter{{ParameterId::kMaxAngle, {}, 36000}}},
+    {"142#C1240000A8610000", 2, WriteParameter{{ParameterId::kCurrentRamp, {}, 25000}}},
+    {"142#C1260000FFFFFFFF", 2, WriteParameter{{ParameterId::kSpeedRamp, {}, -1}}},
+    {"281#0100FFFFFF7F0080", kMultiDrive, MultiSpeed{{1, -1, 32767, -32768}}},
+    {"282#0100FFFFFF7F0080", kMultiDrive, MultiPosition{{1, -1, 32767, -32768}}},
+    {"288#9A009C00920000 00", kMultiDrive, MultiCommand{{0x9A, 0x9C, 0x92, 0}}},
+};
+
+TEST(Dialect, GoldenQueriesBothDirections) {
+  for (const auto& golden : kQueries) {
+    EXPECT_EQ(encode_query(golden.id, golden.command, kMgV236), frame(golden.text));
+    const auto result = decode_query(frame(golden.text), kMgV236);
+    const auto* query = std::get_if<Query>(&result);
+    ASSERT_NE(query, nullptr) << golden.text;
+    EXPECT_EQ(query->id, golden.id) << golden.text;
+    EXPECT_EQ(query->command, golden.command) << golden.text;
+  }
+}
+
+struct GoldenReply {
+  const char* text;
+  WireFormat format;
+  Reply reply;
+};
+
+constexpr double kMfLsb_A = 33.0 / 4096;
+
+const GoldenReply kReplies[] = {
+    // An MG6010E-i6 and an MG4005-i10, both v236 and on: what real drives sent.
+    {"141#9A24081300000000", kMgV236, State1{Opcode::kReadState1, 36, 48.72, 0}},
+    {"141#9A1F540900000000", kMgV236, State1{Opcode::kReadState1, 31, 23.88, 0}},
+    {"141#9A240813000000 09", kMfV235, State1{Opcode::kReadState1, 36, 48.72, 9}},
+    {"141#9BF60813850010 81", kMgV236, State1{Opcode::kClearErrors, -10, 48.72, 0x81, 1.33, false}},
+    {"141#9AF608137BFF00 00", kMgV236, State1{Opcode::kReadState1, -10, 48.72, 0, -1.33}},
+    {"141#8C01000000000000", kMgV236, BrakeState{true}},
+    {"141#8C00000000000000", kMgV236, BrakeState{false}},
+    {"141#940000003F7E0500", kMgV236, SingleTurnAngle{359999}},
+    {"141#9C2364000CFE3412", kMfV236,
+     State2{Opcode::kReadState2, 35, 100 * kMfLsb_A, -500, 0x1234}},
+    {"141#9C2364000CFE3412", kMgV236,
+     State2{Opcode::kReadState2, 35, 200 * kMfLsb_A, -500, 0x1234}},
+    {"141#A02318FC0CFE3412", kMsV236, State2{Opcode::kOpenLoop, 35, 0, -500, 0x1234, -1.0}},
+    {"141#9C23FA000CFE3412", kMsLegacy, State2{Opcode::kReadState2, 35, 0, -500, 0x1234, 0.25}},
+    {"141#9D23 C000 4CFF F4FF", kMfV236,
+     State3{35, 192 * kMfLsb_A, -180 * kMfLsb_A, -12 * kMfLsb_A}},
+    {"141#9D23 C000 4CFF F4FF", kMfV235, State3{35, 3.0, -2.8125, -0.1875}},  // 1/64 A
+    {"141#C00C0100020003FF", kMgV236,
+     ParameterValue{{ParameterId::kCurrentGains, {.kp = 1, .ki = 2, .kd = 0xFF03}, 0}}},
+    {"141#C01E0000E8030000", kMgV236, ParameterValue{{ParameterId::kMaxTorqueCurrent, {}, 1000}}},
+    {"141#C0200000A0A21900", kMgV236, ParameterValue{{ParameterId::kMaxSpeed, {}, 1680032}}},
+    {"141#C11E12345678 9ABC", kMgV236, Echo{{0xC1, 0x1E, 0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC}}},
+};
+
+TEST(Dialect, GoldenRepliesBothDirections) {
+  for (const auto& golden : kReplies) {
+    EXPECT_EQ(encode_reply(1, golden.reply, golden.format), frame(golden.text));
+    const auto result = decode_reply(frame(golden.text), golden.format);
+    const auto* reply = std::get_if<ReplyFrame>(&result);
+    ASSERT_NE(reply, nullptr) << golden.text;
+    EXPECT_EQ(reply->id, 1);
+    EXPECT_EQ(reply->reply.index(), golden.reply.index()) << golden.text;
+    EXPECT_EQ(encode_reply(1, reply->reply, golden.format), frame(golden.text));
+  }
+}
+
+TEST(Dialect, DecodesValues) {
+  const auto state_1 = std::get<State1>(
+      std::get<ReplyFrame>(decode_reply(frame("141#9BF6081385001081"), kMgV236)).reply);
+  EXPECT_NEAR(state_1.voltage_V, 48.72, 1e-12);
+  EXPECT_NEAR(state_1.bus_current_A, 1.33, 1e-12);
+  EXPECT_FALSE(state_1.bridge_on);
+  const auto state_2 = std::get<State2>(
+      std::get<ReplyFrame>(decode_reply(frame("141#9C2318FC0CFE3412"), kMsV236)).reply);
+  EXPECT_NEAR(state_2.power, -1.0, 1e-12);
+  EXPECT_EQ(state_2.iq_A, 0);
+}
+
+// Full scale by series: 2048 is ±33 A on MG, ±16.5 A on MF and MH, both ways.
+TEST(Dialect, CurrentScaleFollowsTheSeries) {
+  struct Scale {
+    Series series;
+    double full_A;
+  };
+  for (const Scale& scale :
+       {Scale{Series::kMg, 33.0}, Scale{Series::kMf, 16.5}, Scale{Series::kMh, 16.5}}) {
+    for (const Dialect& dialect : {kV235Dialect, kV236Dialect}) {
+      const WireFormat format = wire_format(dialect, scale.series);
+      EXPECT_DOUBLE_EQ(format.iq_command_lsb_A * 2048, scale.full_A);
+      EXPECT_DOUBLE_EQ(format.iq_reply_lsb_A * 2048, scale.full_A);
+    }
+    EXPECT_DOUBLE_EQ(wire_format(kV236Dialect, scale.series).phase_current_lsb_A * 2048,
+                     scale.full_A);
+    EXPECT_EQ(wire_format(kV235Dialect, scale.series).phase_current_lsb_A, 1.0 / 64);
+    EXPECT_EQ(wire_format(kLegacyDialect, scale.series).iq_command_lsb_A, 32.0 / 2000);
+    EXPECT_EQ(wire_format(kLegacyDialect, scale.series).iq_reply_lsb_A, 33.0 / 2048);
+  }
+}
+
+// --- every value
+// -----------------------------------------------------------------------------------
+
+TEST(Dialect, EveryIqCommand) {
+  for (const WireFormat& format : {kMgV236, kMfV236}) {
+    for (int n = -32768; n <= 32767; ++n) {
+      Frame query = frame("141#A100000000000000");
+      put_le(query.data, 4, static_cast<std::int16_t>(n));
+      const auto torque = std::get<Torque>(std::get<Query>(decode_query(query, format)).command);
+      const int held = std::clamp(n, -2048, 2048);
+      ASSERT_NEAR(torque.iq_A, held * format.iq_command_lsb_A, 1e-12);
+      put_le(query.data, 4, static_cast<std::int16_t>(held));
+      ASSERT_EQ(encode_query(1, torque, format), query);
+
+      query = frame("141#A200000010270000");
+      put_le(query.data, 2, static_cast<std::int16_t>(n));
+      const auto speed = std::get<Speed>(std::get<Query>(decode_query(query, format)).command);
+      const int limit = std::clamp(n, 0, 2048);  // a negative limit is none
+      ASSERT_NEAR(speed.iq_limit_A, limit * format.iq_command_lsb_A, 1e-12);
+      ASSERT_NEAR(speed.speed_dps, 100, 1e-12);
+      put_le(query.data, 2, static_cast<std::int16_t>(limit));
+      ASSERT_EQ(encode_query(1, speed, format), query);
+    }
+  }
+}
+
+TEST(Dialect, EveryOpenLoopPower) {
+  for (int n = -32768; n <= 32767; ++n) {
+    Frame query = frame("141#A000000000000000");
+    put_le(query.data, 4, static_cast<std::int16_t>(n));
+    const auto command = std::get<OpenLoop>(std::get<Query>(decode_query(query, kMsV236)).command);
+    const int held = std::clamp(n, -850, 850);
+    ASSERT_EQ(command.power_permille, held);
+    put_le(query.data, 4, static_cast<std::int16_t>(held));
+    ASSERT_EQ(encode_query(1, command, kMsV236), query);
+  }
+}
+
+TEST(Dialect, EverySixteenBitField) {
+  struct Field {
+    const char* text;
+    std::size_t at;
+    int lowest, highest;
+    WireFormat format;
+  };
+  for (const Field& field : {
+           Field{"141#9A00000000000000", 2, 0, 65535, kMfV235},
+           Field{"141#9A00000000000000", 2, 0, 65535, kMgV236},
+           Field{"141#9B00000000001000", 4, 0, 65535, kMgV236},
+           Field{"141#9400000000000500", 4, 0, 65535, kMgV236},
+           Field{"141#9400000005000000", 6, 0, 65535, kMgV236},
+           Field{"141#9C00000000000000", 2, -2048, 2048, kMfV236},
+           Field{"141#9C00000000000000", 2, -1000, 1000, kMsV236},
+           Field{"141#9D00000000000000", 6, 0, 65535, kMfV236},
+           Field{"141#C00A000000000000", 2, 0, 65535, kMgV236},
+           Field{"141#C00A000000000000", 4, 0, 65535, kMgV236},
+           Field{"141#C00A000000000000", 6, 0, 65535, kMgV236},
+           Field{"141#C01E000000000000", 4, 0, 65535, kMgV236},
+           Field{"141#C026000000000080", 4, 0, 65535, kMgV236},
+       }) {
+    Frame reply = frame(field.text);
+    for (int n = field.lowest; n <= field.highest; ++n) {
+      put_le(reply.data, field.at, static_cast<std::uint16_t>(n));
+      const auto decoded = decode_reply(reply, field.format);
+      ASSERT_EQ(encode_reply(1, std::get<ReplyFrame>(decoded).reply, field.format), reply);
+    }
+  }
+}
+
+TEST(Dialect, SaturatesWhereItsFieldEnds) {
+  EXPECT_EQ(encode_reply(1, State1{Opcode::kReadState1, 0, 700, 0, 400}, kMgV236),
+            frame("141#9A00FFFFFF7F0000"));
+  EXPECT_EQ(encode_reply(1, State1{Opcode::kReadState1, 0, -1, 0, -400}, kMgV236),
+            frame("141#9A00000000800000"));
+  EXPECT_EQ(encode_reply(1, State2{Opcode::kReadState2, 0, 17, 0, 0}, kMfV236),
+            frame("141#9C00000800000000"));
+  EXPECT_EQ(encode_reply(1, State2{Opcode::kReadState2, 0, 0, 0, 0, 1.2}, kMsV236),
+            frame("141#9C00E80300000000"));
+  EXPECT_EQ(encode_reply(1, SingleTurnAngle{70000}, kLegacyFormat), frame("141#940000000000FFFF"));
+  EXPECT_EQ(encode_query(1, Position3{0, 70000}, kLegacyFormat), frame("141#A5000000FFFF0000"));
+}
+
+TEST(Dialect, LegacyIgnoresWhatNewerOnesRead) {
+  const auto decoded = [](const char* text) {
+    return std::get<Query>(decode_query(frame(text), kLegacyFormat)).command;
+  };
+  EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
+  EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});
+  EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
+}
+
+// --- identifiers
+// -----------------------------------------------------------------------------------
+
+TEST(Dialect, RepliesMayHaveIdentifiersOfTheirOwn) {
+  Dialect dialect = kV236Dialect;
+  dialect.reply_id_base = 0x180;
+  const WireFormat format = wire_format(dialect, Series::kMg);
+  EXPECT_EQ(encode_reply(3, BrakeState{true}, format), frame("183#8C01000000000000"));
+  EXPECT_EQ(std::get<ReplyFrame>(decode_reply(frame("1A0#8C01000000000000"), format)).id, 32);
+  EXPECT_EQ(std::get<Reject>(decode_reply(frame("143#8C01000000000000"), format)),
+            Reject::kForeignId);
+  EXPECT_EQ(std::get<Query>(decode_query(frame("143#8C10000000000000"), format)).id, 3);
+}
+
+TEST(Dialect, MultiDriveIdentifiersAreForeignToThoseWithoutThem) {
+  for (const char* text :
+       {"281#0000000000000000", "282#0000000000000000", "288#0000000000000000"}) {
+    EXPECT_EQ(std::get<Reject>(decode_query(frame(text), kMfV235)), Reject::kForeignId);
+  }
+  EXPECT_EQ(std::get<Reject>(decode_query(frame("280#0000000000000000"), kMsV236)),
+            Reject::kUnknownCommand);
+}
+
+TEST(Dialect, AnyCommandComesOutOfItsSlot) {
+  const auto multi = std::get<Query>(decode_query(frame("288#9AFF9C008011FF00"), kMgV236));
+  const auto first = std::get<Query>(for_drive(1, multi, kMgV236));
+  EXPECT_EQ(first.command, Command{ReadState1{}});
+  EXPECT_EQ(first.id, 1);
+  EXPECT_EQ(first.data, (Payload{0x9A}));  // the high byte of the slot is not part of it
+  EXPECT_EQ(std::get<Query>(for_drive(3, multi, kMgV236)).data, (Payload{0x80}));
+  EXPECT_EQ(std::get<Reject>(for_drive(4, multi, kMgV236)), Reject::kUnknownCommand);
+  EXPECT_EQ(std::get<Reject>(for_drive(5, multi, kMgV236)), Reject::kForeignId);
+  const auto torque = std::get<Query>(decode_query(frame("280#0100000000000000"), kMgV236));
+  EXPECT_EQ(std::get<Query>(for_drive(5, torque, kMgV236)).command, torque.command);
+}
+
+}  // namespace
+}  // namespace lk::protocol
