@@ -151,6 +151,9 @@ inline const Field<G> kGains[] = {
     {"speed_ki", &G::speed_ki, 1, 0, 65535},
     {"current_kp", &G::current_kp, 1, 0, 65535},
     {"current_ki", &G::current_ki, 1, 0, 65535},
+    {"angle_kd", &G::angle_kd, 1, 0, 65535, kOptional},
+    {"speed_kd", &G::speed_kd, 1, 0, 65535, kOptional},
+    {"current_kd", &G::current_kd, 1, 0, 65535, kOptional},
 };
 
 using R = Registers;
@@ -158,6 +161,7 @@ inline const Field<R> kRegisters[] = {
     {"acceleration_dps_s", &R::acceleration_dps_s, 1, 0, 2147483647.0},
     {"encoder_offset", &R::encoder_offset, 1, 0, 65535},
     {"max_torque_current_lsb", &R::max_torque_current_lsb, 1, 0, 2000},
+    {"max_power_permille", &R::max_power_permille, 1, 0, 850, kOptional},
     {"max_speed_dps", &R::max_speed_dps, 1, 1, 72000},
     {"max_angle_deg", &R::max_angle_deg, 1, 0, 1e7},
     {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, 1e6},
@@ -169,18 +173,22 @@ inline const Field<R> kRegisters[] = {
 /// The protections, in the order of model::Error, and the unit of their thresholds.
 struct ProtectionKeys {
   const char* name;
-  Field<model::Protection> fields[4];
+  Field<model::Protection> fields[5];
 };
 using P = model::Protection;
 inline constexpr Field<P> protection_enabled() { return {"enabled", &P::enabled}; }
 inline constexpr Field<P> protection_delay() { return {"delay_s", &P::delay, 1, 0, 3600}; }
+inline constexpr Field<P> protection_recoverable() {
+  return {"recoverable", &P::recoverable, 1, 0, 0, kOptional};
+}
 inline constexpr ProtectionKeys protection(const char* name, const char* threshold,
                                            const char* hysteresis, double min, double max) {
   return {name,
           {protection_enabled(),
            {threshold, &P::threshold, 1, min, max},
            {hysteresis, &P::hysteresis, 1, 0, max},
-           protection_delay()}};
+           protection_delay(),
+           protection_recoverable()}};
 }
 inline const ProtectionKeys kProtections[model::kErrorKinds] = {
     protection("under_voltage", "threshold_V", "hysteresis_V", 0, 100),
