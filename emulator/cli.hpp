@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "emulator/config.hpp"
+#include "emulator/rom_options.hpp"
 
 namespace lk::emulator {
 
@@ -20,6 +21,7 @@ struct CommandLine {
   Overrides overrides;
   std::optional<std::filesystem::path> config_file;
   bool create_bus = false;
+  RomOptions rom;
   std::string log_level = "info";
 };
 

@@ -20,8 +20,8 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  const auto buses = lk::emulator::load_config(*command_line);
-  lk::emulator::Daemon daemon(buses, command_line->create_bus);
+  lk::emulator::Daemon daemon(lk::emulator::load_config(*command_line), command_line->create_bus,
+                              command_line->rom);
   daemon.run();
   return 0;
 }
@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {

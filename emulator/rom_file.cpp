@@ -232,6 +232,7 @@ void read_rom(const std::string& text, const std::string& file, const std::strin
   with_rom.wear = read_writes(reader);
   auto settings = reader.table("settings");
   if (!settings) reader.fail("settings", "missing");
+  with_rom.boot_offset = servo.boot_offset.value_or(servo.rom.encoder_offset);
   read_settings(*settings, with_rom.wear, with_rom);
   reader.finish();
   servo = std::move(with_rom);

@@ -35,7 +35,7 @@ Reply echo(const protocol::Payload& request) { return protocol::Echo{request}; }
 
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   ShaftAngles angles(config.profile);
-  angles.set_offset(config.rom.encoder_offset);
+  angles.set_offset(config.boot_offset.value_or(config.rom.encoder_offset));
   return {.params = config.profile.drive,
           .settings = control_settings(config.rom),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
