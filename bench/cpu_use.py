@@ -48,7 +48,9 @@ def sleep_a_little():
 
 def main(program="build/release/emulator/lk-emu", seconds="10"):
     emulator = subprocess.Popen(
-        [program, "--bus", "vcan0", "--ids", f"1-{IDS}"], stdout=subprocess.PIPE, text=True
+        [program, "--bus", "vcan0", "--ids", f"1-{IDS}", "--rom", ":memory:"],
+        stdout=subprocess.PIPE,
+        text=True,
     )
     emulator.stdout.readline()
     bus = socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW)

@@ -103,6 +103,9 @@ struct ServoConfig {
   RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
   std::optional<double> boot_angle_deg;                 // rotor; drawn from seed and ID when absent
+  // The zero that the boot angle counts from: the shaft stays where it is when a host moves the
+  // zero in ROM. That of `rom` when absent.
+  std::optional<std::uint16_t> boot_offset;
 };
 
 struct BusConfig {

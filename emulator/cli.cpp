@@ -26,6 +26,7 @@ struct Raw {
   std::string config;
   std::string seed;
   std::string bitrate;
+  std::string rom;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -46,6 +47,12 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bitrate", raw.bitrate,
                  "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
       ->type_name("N");
+  app.add_option("--rom", raw.rom,
+                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
+                 "(default lk-emu/BUS in the user's state directory)")
+      ->type_name("DIR");
+  app.add_flag("--wipe-rom", raw.line.rom.wipe,
+               "remove the ROM files of these drives first: they start as configured");
   app.add_flag("--create-bus", raw.line.create_bus,
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--check", raw.line.check,
@@ -134,6 +141,15 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   return number;
 }
 
+void read_rom_option(const std::string& text, RomOptions& rom) {
+  if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
+  rom.in_memory = text == ":memory:";
+  if (!rom.in_memory) rom.directory = text;
+  if (rom.in_memory && rom.wipe) {
+    throw StartError("--wipe-rom: with --rom :memory: there is nothing to wipe");
+  }
+}
+
 CommandLine gather(const CLI::App& app, Raw& raw) {
   CommandLine& line = raw.line;
   line.overrides.buses = pair_up(app, raw);
@@ -150,6 +166,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!problem.empty()) throw StartError("--bitrate: " + problem);
     line.overrides.bitrate = bitrate;
   }
+  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
   check_log_level(line.log_level);
   return line;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "emulator/config.hpp"
+#include "emulator/rom_options.hpp"
 
 namespace lk::emulator {
 
@@ -21,6 +22,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> config_file;
   bool create_bus = false;
   bool check = false;  // say what would run, and start nothing
+  RomOptions rom;
   std::string log_level = "info";
 };
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <cinttypes>
 #include <csignal>
@@ -18,6 +19,8 @@ namespace {
 
 /// The model is advanced at least this often, so that a query never finds much to catch up with.
 constexpr MonoTime kLongestSleep = std::chrono::milliseconds(1);
+/// How long the end waits for the disk. A write that was not acknowledged may be lost.
+constexpr auto kLongestGoodbye = std::chrono::seconds(3);
 
 /// "1-4,7"
 std::string print_ids(const std::vector<ServoConfig>& servos) {
@@ -103,6 +106,12 @@ void print_bus(const BusStats& bus, const std::string& title) {
   print_nonzero("writes to ROM", bus.rom_writes);
 }
 
+void print_gate(const RomGate& gate) {
+  print_nonzero("writes to ROM that failed: not kept", gate.failed_writes());
+  print_nonzero("replies not sent: not kept in ROM", gate.lost_replies());
+  print_nonzero("drives whose last ROM write is not confirmed", gate.waiting());
+}
+
 void print_port(const PortStats& port) {
   print_nonzero("replies lost: interface down", port.lost_link_down);
   print_nonzero("replies lost: send queue full", port.lost_queue_full);
@@ -113,34 +122,36 @@ void print_port(const PortStats& port) {
 
 }  // namespace
 
-Daemon::Daemon(const std::vector<BusConfig>& buses, bool create_buses)
+Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom)
     : clock_(monotonic_now()),
       timer_(loop_, [this] { serve_all(); }),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
+      patience_(loop_),
       started_(monotonic_now()) {
   check_can_support();
   // Nothing is made or brought up before all that exists has been looked at.
   for (const auto& bus : buses) {
     if (!create_buses || link_state(bus.interface).index != 0) check_interface(bus.interface);
   }
+  if (!rom.in_memory) rom_store_.emplace(rom, buses);
   for (const auto& bus : buses) {
     if (create_buses) make(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     const auto on_frames = [this, i] {
       const MonoTime mono = monotonic_now();
-      serve(*lines_[i], mono);
+      serve(i, mono);
       arm_timer(mono);
     };
     lines_.emplace_back(new Line{
         Bus(buses[i]), SocketCanPort(loop_, buses[i].interface, reception_for(buses[i]), on_frames),
-        print_ids(buses[i].servos)});
+        RomGate(buses[i]), print_ids(buses[i].servos)});
   }
 }
 
 void Daemon::run() {
-  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
   started_ = monotonic_now();
   clock_ = SimClock(started_);
   follow_links();
@@ -149,22 +160,85 @@ void Daemon::run() {
   print_summary();
 }
 
-void Daemon::serve(Line& line, MonoTime mono) {
+void Daemon::serve(std::size_t index, MonoTime mono) {
+  if (stopping_) return;
+  Line& line = *lines_[index];
   const auto [now, slipped] = clock_.read(mono, line.bus.time());
   if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
   line.port.receive([&, at = now](const ReceivedFrame& received) {
     line.bus.receive({at - received.age, received.frame});
   });
   line.bus.advance_to(now);
+  keep_rom(index);
   replies_.clear();
   line.bus.take_replies(replies_);
-  for (const TimedFrame& reply : replies_) line.port.send(reply.frame);
+  leaving_.clear();
+  for (const TimedFrame& reply : replies_) line.gate.pass(reply, leaving_);
+  for (const protocol::Frame& frame : leaving_) line.port.send(frame);
+}
+
+void Daemon::keep_rom(std::size_t index) {
+  Line& line = *lines_[index];
+  rom_writes_.clear();
+  line.bus.take_rom_writes(rom_writes_);
+  for (const RomWrite& write : rom_writes_) {
+    line.gate.begin(write);
+    if (rom_store_) {
+      rom_writer().write(rom_store_->place(index, write.id), write);
+    } else {
+      settle_rom(index, write, 0);
+    }
+  }
+}
+
+/// Most runs write nothing and get by without a second thread.
+RomWriter& Daemon::rom_writer() {
+  if (!rom_writer_) {
+    rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
+      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+        settle_rom(bus, write, error);
+        if (stopping_ && rom_is_settled()) loop_.stop();
+      });
+    });
+  }
+  return *rom_writer_;
+}
+
+void Daemon::settle_rom(std::size_t index, const RomWrite& write, int error) {
+  Line& line = *lines_[index];
+  if (error != 0) {
+    spdlog::error("{}:{}: ROM not written: {}; the drive goes on with RAM", line.port.interface(),
+                  write.id, std::generic_category().message(error));
+  }
+  leaving_.clear();
+  if (const auto* kept = line.gate.settle(write, error == 0, leaving_)) {
+    line.bus.restore_rom(write.id, kept->rom, kept->wear);
+  }
+  for (const protocol::Frame& frame : leaving_) line.port.send(frame);
+}
+
+bool Daemon::rom_is_settled() const {
+  return std::all_of(lines_.begin(), lines_.end(),
+                     [](const auto& line) { return line->gate.idle(); });
+}
+
+/// What was written is acknowledged before the power goes, if the disk answers in time; another
+/// signal does not wait for that.
+void Daemon::begin_stop() {
+  stopping_ = true;
+  if (rom_is_settled()) {
+    loop_.stop();
+    return;
+  }
+  patience_.expires_after(kLongestGoodbye);
+  patience_.async_wait([this](const auto& /*error*/) { loop_.stop(); });
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
 }
 
 void Daemon::serve_all() {
   // One reading for all: a clock costs nothing on most machines, and a system call on some.
   const MonoTime mono = monotonic_now();
-  for (auto& line : lines_) serve(*line, mono);
+  for (std::size_t i = 0; i < lines_.size(); ++i) serve(i, mono);
   slip_reporter_.check(mono);
   arm_timer(mono);
 }
@@ -197,6 +271,7 @@ void Daemon::print_summary() const {
   std::printf("lk-emu stopped after %.1f s\n", in_seconds(monotonic_now() - started_));
   for (const auto& line : lines_) {
     print_bus(line->bus.stats(), line->port.interface() + ":" + line->ids);
+    print_gate(line->gate);
     print_port(line->port.stats());
   }
   if (clock_.slips() > 0) {

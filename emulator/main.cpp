@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <utility>
 
 #include "emulator/cli.hpp"
 #include "emulator/config_listing.hpp"
@@ -21,12 +22,12 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  const auto buses = lk::emulator::load_config(*command_line);
+  auto buses = lk::emulator::load_config(*command_line);
   if (command_line->check) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
-  lk::emulator::Daemon daemon(buses, command_line->create_bus);
+  lk::emulator::Daemon daemon(std::move(buses), command_line->create_bus, command_line->rom);
   daemon.run();
   return 0;
 }
@@ -35,6 +36,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {

@@ -175,12 +175,12 @@ inline const Field<G> kGains[] = {
 inline const Field<G> kWideGains[] = {
     {"angle_kp", &G::angle_kp, 1, 0, kWideGainMax},
     {"angle_ki", &G::angle_ki, 1, 0, kWideGainMax},
-    {"angle_kd", &G::angle_kd, 1, 0, kWideGainMax},
     {"speed_kp", &G::speed_kp, 1, 0, kWideGainMax},
     {"speed_ki", &G::speed_ki, 1, 0, kWideGainMax},
-    {"speed_kd", &G::speed_kd, 1, 0, kWideGainMax},
     {"current_kp", &G::current_kp, 1, 0, kWideGainMax},
     {"current_ki", &G::current_ki, 1, 0, kWideGainMax},
+    {"angle_kd", &G::angle_kd, 1, 0, kWideGainMax},
+    {"speed_kd", &G::speed_kd, 1, 0, kWideGainMax},
     {"current_kd", &G::current_kd, 1, 0, kWideGainMax},
 };
 

@@ -31,7 +31,7 @@ double boot_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   const protocol::Dialect& dialect = config.quirks.dialect;
   ShaftAngles angles(config.profile, dialect.wide_single_turn);
-  angles.set_offset(config.rom.encoder_offset);
+  angles.set_offset(config.boot_offset.value_or(config.rom.encoder_offset));
   return {.params = config.profile.drive,
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),

@@ -68,7 +68,7 @@ class Host:
         self.error_deg = {}  # of each drive that went where it was told
         self.frames = Lines("candump", "-L", f"{BUS},140:7E0,7FF:7FF")
         self.wait_for_listener()
-        self.emulator = Lines(emulator, "--bus", BUS, "--ids", "1-4")
+        self.emulator = Lines(emulator, "--bus", BUS, "--ids", "1-4", "--rom", ":memory:")
         deadline = time.monotonic() + START_LIMIT_S
         while True:
             line = self.emulator.next(deadline)

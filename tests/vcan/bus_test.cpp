@@ -47,7 +47,7 @@ std::string summary_line(const std::string& text, const std::string& what) {
 }
 
 TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
-  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-2"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   can_frame frame{};
@@ -88,7 +88,7 @@ TEST(BadFrames, AreCountedByCauseAndNotAnswered) {
 }
 
 TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
-  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1", "--bitrate", "0"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   for (const canid_t id : {0x000U, 0x13FU, 0x180U, 0x27FU, 0x290U, 0x7FFU})
@@ -103,7 +103,7 @@ TEST(MultiDrive, AnswersInIdOrder) {
   const std::string file = testing::TempDir() + "lk-emu-multi-drive.toml";
   std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n"
                          "settings.broadcast_mode = true\n";
-  EmulatorProcess emulator({"--config", file});
+  EmulatorProcess emulator({"--rom", ":memory:", "--config", file});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   host.send(0x141, kReadState2);  // not answered in multi-drive mode
@@ -118,7 +118,8 @@ TEST(MultiDrive, AnswersInIdOrder) {
 }
 
 TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
-  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
+  EmulatorProcess emulator(
+      {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
   ASSERT_TRUE(emulator.wait_ready());
   Host first("vcan0");
   Host second("vcan1");
@@ -132,7 +133,8 @@ TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
 }
 
 TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
-  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
+  EmulatorProcess emulator(
+      {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   constexpr int kQueries = 2000;
@@ -148,7 +150,7 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
 }
 
 TEST(Buses, ADrivenPairOfVxcanNeedsNoLoopback) {
-  EmulatorProcess emulator({"--bus", "vxcan1", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vxcan1", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vxcan0", Host::Loopback::kOff);
   EXPECT_TRUE(host.query(1, kReadState2));
@@ -156,7 +158,7 @@ TEST(Buses, ADrivenPairOfVxcanNeedsNoLoopback) {
 
 TEST(Interface, GoesDownAndUp) {
   const OwnInterface bus("vcandown");
-  EmulatorProcess emulator({"--bus", "vcandown", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcandown", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   for (int i = 0; i < 2; ++i) {
     bus.down();
@@ -171,7 +173,7 @@ TEST(Interface, GoesDownAndUp) {
 
 TEST(Interface, IsDeletedAndMadeAgain) {
   const OwnInterface bus("vcangone");
-  EmulatorProcess emulator({"--bus", "vcangone", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcangone", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   bus.remove();
   ASSERT_TRUE(emulator.wait_for_log("vcangone is gone: waiting"));
@@ -186,7 +188,7 @@ TEST(Interface, IsDeletedAndMadeAgain) {
 TEST(Interface, DownAtTheStartIsWaitedFor) {
   const OwnInterface bus("vcanlate");
   bus.down();
-  EmulatorProcess emulator({"--bus", "vcanlate", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanlate", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_for_log("vcanlate is down: waiting for it"));
   bus.up();
   ASSERT_TRUE(emulator.wait_ready());
@@ -195,7 +197,8 @@ TEST(Interface, DownAtTheStartIsWaitedFor) {
 }
 
 TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
-  const auto result = EmulatorProcess({"--bus", "vcanno", "--ids", "1"}).wait();
+  const auto result =
+      EmulatorProcess({"--rom", ":memory:", "--bus", "vcanno", "--ids", "1"}).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
             "lk-emu: there is no interface vcanno; make it with: sudo ip link add vcanno type vcan "
@@ -203,14 +206,15 @@ TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
 }
 
 TEST(Interface, OthersThanCanAreRefused) {
-  const auto result = EmulatorProcess({"--bus", "lo", "--ids", "1"}).wait();
+  const auto result = EmulatorProcess({"--rom", ":memory:", "--bus", "lo", "--ids", "1"}).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err, "lk-emu: lo is not a CAN interface\n");
 }
 
 TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
   run("ip link del vcanmade 2>/dev/null");
-  EmulatorProcess emulator({"--bus", "vcanmade", "--ids", "1", "--create-bus"});
+  EmulatorProcess emulator(
+      {"--rom", ":memory:", "--bus", "vcanmade", "--ids", "1", "--create-bus"});
   ASSERT_TRUE(emulator.wait_ready());
   {
     Host host("vcanmade");
@@ -223,14 +227,16 @@ TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
 TEST(CreateBus, BringsUpWhatIsDown) {
   const OwnInterface bus("vcandead");
   bus.down();
-  EmulatorProcess emulator({"--bus", "vcandead", "--ids", "1", "--create-bus"});
+  EmulatorProcess emulator(
+      {"--rom", ":memory:", "--bus", "vcandead", "--ids", "1", "--create-bus"});
   EXPECT_TRUE(emulator.wait_ready());
 }
 
 TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
-  const auto result = EmulatorProcess({"--bus", "vcanperm", "--ids", "1", "--create-bus"},
-                                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
-                          .wait();
+  const auto result =
+      EmulatorProcess({"--rom", ":memory:", "--bus", "vcanperm", "--ids", "1", "--create-bus"},
+                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
+          .wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
             "lk-emu: no permission to make vcanperm: --create-bus needs root or CAP_NET_ADMIN\n");
@@ -238,7 +244,7 @@ TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
 
 TEST(Stop, SignalsEndTheProgramWithASummary) {
   for (const int number : {SIGTERM, SIGINT}) {
-    EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-4"});
+    EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-4"});
     ASSERT_TRUE(emulator.wait_ready());
     Host host("vcan0");
     EXPECT_TRUE(host.query(3, kReadState2));
@@ -251,7 +257,7 @@ TEST(Stop, SignalsEndTheProgramWithASummary) {
 
 TEST(Stop, WorksWhileTheInterfaceIsGone) {
   const OwnInterface bus("vcanstop");
-  EmulatorProcess emulator({"--bus", "vcanstop", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanstop", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   bus.remove();
   ASSERT_TRUE(emulator.wait_for_log("vcanstop is gone"));
@@ -259,7 +265,7 @@ TEST(Stop, WorksWhileTheInterfaceIsGone) {
 }
 
 TEST(Pace, APausedProgramSlipsAndSaysSo) {
-  EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1"});
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
   emulator.signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));  // the pause under test

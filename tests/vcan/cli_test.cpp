@@ -60,6 +60,10 @@ const BadInput kBadInput[] = {
     {"LogLevel",
      {"--bus", "vcan0", "--ids", "1", "--log-level", "loud"},
      "lk-emu: --log-level: \"loud\" is none of"},
+    {"RomNowhere", {"--bus", "a", "--ids", "1", "--rom", ""}, "lk-emu: --rom: needs a directory"},
+    {"RomWipedInMemory",
+     {"--bus", "a", "--ids", "1", "--wipe-rom", "--rom", ":memory:"},
+     "lk-emu: --wipe-rom: with --rom :memory: there is nothing to wipe"},
     {"UnknownOption", {"--buss", "vcan0"}, "lk-emu: The following argument"},
     {"NoConfigFile",
      {"--config", "/nowhere.toml"},
@@ -151,8 +155,9 @@ TEST(Cli, VersionAndHelp) {
   EXPECT_EQ(version.out, "lk-emu " LKEMU_VERSION "\n");
   const auto help = EmulatorProcess({"--help"}).wait();
   EXPECT_EQ(help.status, 0);
-  for (const char* option : {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate",
-                             "--create-bus", "--check", "--log-level", "--version"}) {
+  for (const char* option :
+       {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate", "--create-bus", "--check",
+        "--rom", "--wipe-rom", "--log-level", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
 }

@@ -29,7 +29,7 @@ std::int64_t multi_turn_angle(const Payload& reply) {
 class Command : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    emulator_ = new EmulatorProcess({"--bus", "vcan0", "--ids", "1-4"});
+    emulator_ = new EmulatorProcess({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-4"});
     ASSERT_TRUE(emulator_->wait_ready());
   }
   static void TearDownTestSuite() {

@@ -28,6 +28,7 @@ class EmulatorProcess {
   /// Waits until the log contains `text`.
   bool wait_for_log(const std::string& text);
   void signal(int number) const;
+  pid_t pid() const { return pid_; }
 
   struct Exit {
     int status = -1;  // exit status; 128 + n when signal n ended it, -1 when patience did

@@ -39,7 +39,7 @@ def check_motion(bus):
 
 
 def main(program):
-    emulator = subprocess.Popen([program, "--bus", "vcan0", "--ids", "1-4"], stdout=subprocess.PIPE, text=True)
+    emulator = subprocess.Popen([program, "--bus", "vcan0", "--ids", "1-4", "--rom", ":memory:"], stdout=subprocess.PIPE, text=True)
     try:
         assert emulator.stdout.readline() == "lk-emu ready vcan0:1-4\n"
         with can.Bus(interface="socketcan", channel="vcan0") as bus:

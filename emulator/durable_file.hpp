@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace lk::emulator {
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept;
+  Descriptor& operator=(Descriptor&& other) noexcept;
+  ~Descriptor();
+
+  int get() const { return fd_; }
+  explicit operator bool() const { return fd_ >= 0; }
+
+ private:
+  int fd_;
+};
+
+/// Puts `text` into the file `name` of the directory `directory_fd`, all of it or nothing: whatever
+/// happens, the file holds what it held before or `text`. Returns 0 once that is durable, else
+/// errno.
+int write_durably(int directory_fd, const std::string& name, const std::string& text);
+
+/// What a write that was cut short leaves behind; nobody reads it.
+std::string unfinished(const std::string& name);
+
+/// Makes `path` and what is missing above it, for this user alone, durably. Returns 0 or errno.
+int make_directories(const std::filesystem::path& path);
+
+}  // namespace lk::emulator

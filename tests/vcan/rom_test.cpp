@@ -1,0 +1,261 @@
+// ROM that outlives the program: restarts, refusals, full and slow disks.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Payload kReadPid = {0x30};
+constexpr Payload kReadEncoder = {0x90};
+constexpr Payload kReadState2 = {0x9C};
+constexpr Payload kWriteZero = {0x19};
+constexpr Payload kPidToRam = {0x31, 0, 9, 8, 7, 6, 5, 4};
+constexpr Payload kPidToRom = {0x32, 0, 1, 2, 3, 4, 5, 6};
+constexpr Payload kPid = {0x30, 0, 1, 2, 3, 4, 5, 6};
+constexpr Payload kFactoryPid = {0x30, 0, 100, 100, 50, 40, 50, 50};
+
+class Rom : public testing::Test {
+ protected:
+  Rom() {
+    std::string name = testing::TempDir() + "lk-emu-rom-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    directory_ = name;
+  }
+  ~Rom() override { fs::remove_all(directory_); }
+
+  std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all = {"--bus", "vcan0", "--ids", "1-2", "--rom", directory_};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  std::string file(int id) const { return directory_ + "/vcan0-" + std::to_string(id) + ".toml"; }
+
+  std::string directory_;
+};
+
+std::string text_of(const std::string& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+TEST_F(Rom, GainsWrittenToItSurviveAndThoseInRamDoNot) {
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);
+    EXPECT_EQ(host.query(2, kPidToRam), kPidToRam);
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("writes to ROM"), std::string::npos) << result.out;
+  }
+  EXPECT_NE(text_of(file(1)).find("gains = 1\n"), std::string::npos) << text_of(file(1));
+  EXPECT_FALSE(fs::exists(file(2)));
+  EmulatorProcess emulator(arguments());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, kReadPid), kPid);
+  EXPECT_EQ(host.query(2, kReadPid), kFactoryPid);
+}
+
+TEST_F(Rom, TheZeroIsInForceAfterTheRestart) {
+  Payload written{};
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    const auto reply = host.query(1, kWriteZero);
+    ASSERT_TRUE(reply);
+    written = *reply;
+    const auto now = host.query(1, kReadEncoder);
+    ASSERT_TRUE(now);
+    EXPECT_EQ((*now)[6] | (*now)[7], 0) << "not before the next power-up";
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  EmulatorProcess emulator(arguments());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const auto reply = host.query(1, kReadEncoder);
+  ASSERT_TRUE(reply);
+  EXPECT_EQ((*reply)[6], written[6]);
+  EXPECT_EQ((*reply)[7], written[7]);
+  // The shaft boots where it booted before, which is where zero is now, within its noise.
+  const int encoder = (*reply)[2] | (*reply)[3] << 8;
+  EXPECT_LT(std::min(encoder, 16384 - encoder), 20) << encoder;
+}
+
+TEST_F(Rom, WipedItIsAsConfigured) {
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    EXPECT_TRUE(Host("vcan0").query(1, kPidToRom));
+  }
+  std::ofstream(file(2)) << "damaged";
+  EmulatorProcess emulator(arguments({"--wipe-rom"}));
+  ASSERT_TRUE(emulator.wait_ready());
+  EXPECT_TRUE(emulator.wait_for_log("vcan0:1: ROM wiped, " + file(1) + " removed"));
+  EXPECT_TRUE(emulator.wait_for_log("vcan0:2: ROM wiped, " + file(2) + " removed"));
+  EXPECT_EQ(Host("vcan0").query(1, kReadPid), kFactoryPid);
+  EXPECT_FALSE(fs::exists(file(1)));
+}
+
+TEST_F(Rom, ADamagedFileIsRefusedAndLeftAlone) {
+  std::ofstream(file(2)) << "format = 1\nbus = \"vcan0\"\nid = 2\nmotor = 7\n";
+  const std::string before = text_of(file(2));
+  const auto result = EmulatorProcess(arguments()).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err, "lk-emu: " + file(2) +
+                            ":4: motor: must be a string (give another --rom DIR, or start anew "
+                            "with --wipe-rom)\n");
+  EXPECT_EQ(text_of(file(2)), before);
+}
+
+TEST_F(Rom, ASecondProgramIsToldWhoHasTheDirectory) {
+  EmulatorProcess first(arguments());
+  ASSERT_TRUE(first.wait_ready());
+  const auto second = EmulatorProcess({"--bus", "vcan1", "--ids", "1", "--rom", directory_}).wait();
+  EXPECT_EQ(second.status, 2);
+  EXPECT_EQ(second.err, "lk-emu: " + directory_ + " is in use by lk-emu (pid " +
+                            std::to_string(first.pid()) +
+                            "); end that, or give another --rom DIR\n");
+  first.signal(SIGKILL);
+  first.wait();
+  EmulatorProcess third(arguments());
+  EXPECT_TRUE(third.wait_ready()) << "a killed program holds nothing";
+}
+
+TEST_F(Rom, ByDefaultItIsTheUsersStateByBus) {
+  const std::vector<std::string> state = {"env", "XDG_STATE_HOME=" + directory_};
+  EmulatorProcess first({"--bus", "vcan0", "--ids", "1"}, state);
+  EmulatorProcess second({"--bus", "vcan1", "--ids", "1"}, state);
+  ASSERT_TRUE(first.wait_ready());
+  ASSERT_TRUE(second.wait_ready()) << "programs on different buses do not meet";
+  EXPECT_EQ(Host("vcan1").query(1, kPidToRom), kPidToRom);
+  EXPECT_TRUE(fs::exists(directory_ + "/lk-emu/vcan1/vcan1-1.toml"));
+  const auto third = EmulatorProcess({"--bus", "vcan1", "--ids", "7"}, state).wait();
+  EXPECT_NE(third.err.find("lk-emu/vcan1 is in use by lk-emu (pid "), std::string::npos)
+      << third.err;
+}
+
+TEST_F(Rom, ADefaultThatCannotBeUsedSaysWhatToDo) {
+  const auto refused = [](const std::vector<std::string>& environment) {
+    const auto result = EmulatorProcess({"--bus", "vcan0", "--ids", "1"}, environment).wait();
+    EXPECT_EQ(result.status, 2);
+    return result.err;
+  };
+  EXPECT_EQ(refused({"env", "-u", "HOME", "-u", "XDG_STATE_HOME"}),
+            "lk-emu: nowhere to keep ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, "
+            "or --rom :memory:\n");
+  ASSERT_TRUE(run("mount -t tmpfs -o ro none " + directory_));
+  EXPECT_EQ(refused({"env", "XDG_STATE_HOME=" + directory_}),
+            "lk-emu: cannot keep ROM in " + directory_ +
+                "/lk-emu/vcan0: Read-only file system; give --rom DIR, or --rom :memory:\n");
+  EXPECT_TRUE(run("umount " + directory_));
+}
+
+TEST_F(Rom, InMemoryItLeavesNoTrace) {
+  const std::vector<std::string> arguments = {"--bus", "vcan0", "--ids", "1", "--rom", ":memory:"};
+  const std::vector<std::string> state = {"env", "-C", directory_, "HOME=" + directory_,
+                                          "XDG_STATE_HOME=" + directory_};
+  {
+    EmulatorProcess emulator(arguments, state);
+    ASSERT_TRUE(emulator.wait_ready());
+    EXPECT_EQ(Host("vcan0").query(1, kPidToRom), kPidToRom);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  EXPECT_TRUE(fs::is_empty(directory_));
+  EmulatorProcess emulator(arguments, state);
+  ASSERT_TRUE(emulator.wait_ready());
+  EXPECT_EQ(Host("vcan0").query(1, kReadPid), kFactoryPid);
+}
+
+TEST_F(Rom, AFullDiskIsNotAcknowledgedAndTheDriveGoesOn) {
+  ASSERT_TRUE(run("mount -t tmpfs -o size=64k none " + directory_));
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);
+    run("head -c 1000000 /dev/zero >" + directory_ + "/filler 2>/dev/null");
+    host.send(0x141, {0x32, 0, 99, 99, 99, 99, 99, 99});
+    ASSERT_TRUE(emulator.wait_for_log(
+        "vcan0:1: ROM not written: No space left on device; the drive goes on with RAM"));
+    EXPECT_EQ(host.query(1, kReadPid), (Payload{0x30, 0, 99, 99, 99, 99, 99, 99}))
+        << "the next reply, since the write is not acknowledged";
+    EXPECT_TRUE(host.query(2, kReadState2));
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("writes to ROM that failed"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("replies not sent: not kept in ROM"), std::string::npos);
+  }
+  fs::remove(directory_ + "/filler");
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    EXPECT_EQ(Host("vcan0").query(1, kReadPid), kPid) << "the last that was acknowledged";
+  }
+  EXPECT_TRUE(run("umount " + directory_));
+}
+
+/// The real program on a disk whose fsync waits until `SlowDisk::go_on` (slow_disk.cpp).
+class SlowDisk : public Rom {
+ protected:
+  SlowDisk() : fifo_(directory_ + "/disk") { EXPECT_TRUE(run("mkfifo " + fifo_)); }
+  std::vector<std::string> launcher() const {
+    return {"env", "LD_PRELOAD=" LKEMU_SLOW_DISK, "LKEMU_SLOW_DISK=" + fifo_};
+  }
+  /// From now on the disk is fast.
+  void go_on() const { std::ofstream(fifo_) << std::string(100, '.'); }
+
+  std::string fifo_;
+};
+
+TEST_F(SlowDisk, OnlyTheDriveThatWroteWaitsForIt) {
+  EmulatorProcess emulator(arguments(), launcher());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  host.send(0x141, kPidToRom);
+  host.send(0x141, kReadState2);
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(host.query(2, kReadState2)) << "a reply of drive 1, or none at all";
+  }
+  go_on();
+  for (const std::uint8_t command : {std::uint8_t{0x32}, std::uint8_t{0x9C}}) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->can_id, 0x141U);
+    EXPECT_EQ(reply->data[0], command);
+  }
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.out.find("slipped"), std::string::npos) << result.out;
+}
+
+TEST_F(SlowDisk, StoppingWaitsForItAndAcknowledges) {
+  EmulatorProcess emulator(arguments(), launcher());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  host.send(0x141, kPidToRom);
+  // Once drive 2 has answered what came later, the write is on its way.
+  ASSERT_TRUE(host.query(2, kReadState2));
+  ASSERT_TRUE(emulator.wait_for_log("writing"));
+  emulator.signal(SIGTERM);
+  go_on();
+  const auto reply = host.receive();
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->data[0], 0x32);
+  EXPECT_EQ(emulator.wait().status, 0);
+  EXPECT_NE(text_of(file(1)).find("gains = 1\n"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lk::vcan
