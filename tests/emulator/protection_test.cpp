@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <ostream>
 #include <string>
 
 #include "tests/support/test_bus.hpp"
@@ -23,12 +24,14 @@ struct Case {
   std::function<void(Host&)> relieve;
 };
 
+void PrintTo(const Case& tripping, std::ostream* out) { *out << tripping.name; }
+
 void nothing(ServoConfig& /*config*/) {}
 
 void spin_and_brake(Host& host) {
-  host.ask("141#A200000050C30000");  // 500 dps
+  host.ask("141#A200000020A10700");  // 5000 dps
   host.wait(1s);
-  host.ask("141#A2000000B03CFFFF");  // −500 dps
+  host.ask("141#A2000000E05EF8FF");  // −5000 dps
   host.wait(200ms);
 }
 
@@ -50,14 +53,14 @@ const Case kCases[] = {
      {true, 32.0, 1.0, 0.0},
      [](ServoConfig& config) {  // a flywheel and a rectifier
        config.profile.drive.supply.i_regen_max = 0.0;
-       config.profile.drive.supply.i_logic = 0.5;
-       config.profile.drive.load.J = 0.01;
+       config.profile.drive.supply.i_logic = 0.04;
+       config.profile.drive.load.J = 0.002;
      },
      spin_and_brake,
-     [](Host& host) { host.wait(1s); }},  // the electronics empty the link
+     [](Host& host) { host.wait(2s); }},  // the electronics empty the link
     {"DriverTemperature",
      Error::kDriverTemperature,
-     {true, 50.0, 10.0, 0.0},
+     {true, 40.0, 10.0, 0.0},
      [](ServoConfig& config) {
        config.profile.drive.thermal.C_stage = 0.1;
        config.profile.drive.load.theta_max = 0.9;
