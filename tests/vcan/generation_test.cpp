@@ -1,0 +1,183 @@
+// Generations, power and protections through the real program: what a host sees, restarts between
+// the steps.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// A configuration file and a ROM directory of its own.
+class Configured : public testing::Test {
+ protected:
+  Configured() {
+    std::string name = testing::TempDir() + "lk-emu-run-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    directory_ = name;
+  }
+  ~Configured() override { fs::remove_all(directory_); }
+
+  /// Arguments of a run of one drive on vcan0, ID 1, with `keys` of [[bus.drive]] and after it.
+  std::vector<std::string> run_of(const std::string& keys) {
+    std::ofstream(directory_ + "/robot.toml") << "[[bus]]\ninterface = \"vcan0\"\n"
+                                                 "[[bus.drive]]\nid = 1\n"
+                                              << keys;
+    return {"--config", directory_ + "/robot.toml", "--rom", directory_ + "/rom"};
+  }
+
+  std::string directory_;
+};
+
+/// Asks until the reply is `wanted`; unanswered queries are asked again.
+bool becomes(Host& host, const Payload& query, const Payload& wanted) {
+  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  while (Clock::now() < deadline) {
+    host.send(0x141, query);
+    const auto reply = host.receive(20);
+    Payload data{};
+    if (reply) std::copy_n(reply->data, data.size(), data.begin());
+    if (reply && data == wanted) return true;
+  }
+  return false;
+}
+
+unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] | data[at + 1] << 8U; }
+
+TEST_F(Configured, TheSameQueryIsAnsweredInTheWayOfEachGeneration) {
+  const struct {
+    const char* generation;
+    std::size_t voltage_at;
+    double lsb_V;
+    bool gains;
+  } kinds[] = {{"legacy", 3, 0.1, true}, {"v235", 2, 0.01, false}, {"v236", 2, 0.01, false}};
+  for (const auto& kind : kinds) {
+    SCOPED_TRACE(kind.generation);
+    EmulatorProcess emulator(run_of(std::string("generation = \"") + kind.generation + "\"\n"));
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    const auto state = host.query(1, {0x9A});
+    ASSERT_TRUE(state);
+    EXPECT_NEAR(uint16_at(*state, kind.voltage_at) * kind.lsb_V, 24.0, 0.5);
+    host.send(0x141, {0x30});
+    host.send(0x141, {0x9C});
+    const auto first = host.receive();
+    ASSERT_TRUE(first);
+    EXPECT_EQ(first->data[0], kind.gains ? 0x30 : 0x9C);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+}
+
+TEST_F(Configured, AParameterOfV236IsGoneAfterTheRestart) {
+  const auto arguments = run_of("generation = \"v236\"\n");
+  const Payload write = {0xC1, 0x0A, 0x2C, 0x01, 30, 0, 7, 0};  // angle Kp 300, Ki 30, Kd 7
+  Payload before{};
+  {
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    before = host.query(1, {0xC0, 0x0A}).value_or(Payload{});
+    EXPECT_EQ(host.query(1, write), write);
+    Payload expected = write;
+    expected[0] = 0xC0;
+    EXPECT_EQ(host.query(1, {0xC0, 0x0A}), expected);
+    emulator.stop();
+  }
+  EmulatorProcess emulator(arguments);
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, {0xC0, 0x0A}), before);
+}
+
+TEST_F(Configured, ASagBelowResetKillsTheDriveUntilTheVoltageIsBack) {
+  EmulatorProcess emulator(
+      run_of("[[bus.event]]\nat_s = 0.3\nsupply_V = 2\n"
+             "[[bus.event]]\nat_s = 0.8\nsupply_V = 24\n"));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Payload acceleration = {0x34, 0, 0, 0, 0x68, 1, 0, 0};
+  EXPECT_EQ(host.query(1, acceleration), acceleration);
+  EXPECT_TRUE(becomes(host, {0x33}, {0x33}));  // RAM is gone
+  const auto result = emulator.stop();
+  EXPECT_NE(result.out.find("drive without power"), std::string::npos) << result.out;
+}
+
+TEST_F(Configured, LostInputLatchesAndTakesClearAndRun) {
+  EmulatorProcess emulator(
+      run_of("quirks.all_error_bits = true\n"
+             "settings.protection.lost_input = { enabled = true, threshold_s = 0.2 }\n"));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Payload turn = {0xA2, 0, 0, 0, 0xA0, 0x8C, 0, 0};
+  ASSERT_TRUE(host.query(1, turn));
+  // Silence is the stimulus: there is nothing to wait for but time.
+  EXPECT_FALSE(host.receive(400));
+  const auto state = host.query(1, {0x9A});
+  ASSERT_TRUE(state);
+  EXPECT_EQ((*state)[7], 0x80);
+  EXPECT_TRUE(host.query(1, turn));  // answered, ignored
+  EXPECT_EQ((*host.query(1, {0x9A}))[7], 0x80);
+  EXPECT_EQ((*host.query(1, {0x9B}))[7], 0);
+  EXPECT_EQ(host.query(1, {0x88}), (Payload{0x88}));
+  EXPECT_TRUE(host.query(1, turn));
+  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  int speed_dps = 0;
+  while (speed_dps < 300 && Clock::now() < deadline) {
+    const auto telemetry = host.query(1, {0x9C});
+    ASSERT_TRUE(telemetry);
+    speed_dps = static_cast<std::int16_t>(uint16_at(*telemetry, 4));
+  }
+  EXPECT_GE(speed_dps, 300);
+}
+
+TEST_F(Configured, MsDrivesHaveOpenLoopAndNoTorque) {
+  EmulatorProcess emulator(run_of("motor = \"ms3506\"\ngeneration = \"v235\"\n"));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  for (const std::uint8_t unsupported : {std::uint8_t{0xA1}, std::uint8_t{0x9D}}) {
+    host.send(0x141, {unsupported});
+    EXPECT_EQ(host.query(1, {0x9C}).value_or(Payload{})[0], 0x9C);  // the first to be answered
+  }
+  ASSERT_TRUE(host.query(1, {0xA0, 0, 0, 0, 0xF4, 0x01}));  // 500 of 1000
+  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  int power = 0;
+  while (power < 490 && Clock::now() < deadline) {
+    const auto telemetry = host.query(1, {0x9C});
+    ASSERT_TRUE(telemetry);
+    power = static_cast<std::int16_t>(uint16_at(*telemetry, 2));
+  }
+  EXPECT_NEAR(power, 500, 10);
+}
+
+TEST_F(Configured, TheFourDeliveredRobotsAnswer) {
+  const fs::path robots = fs::path(LKEMU_SOURCE_DIR) / "configs/buses";
+  for (const char* robot : {"gimbal", "turntable", "bench"}) {
+    SCOPED_TRACE(robot);
+    EmulatorProcess emulator({"--config", (robots / robot).replace_extension("toml"), "--bus",
+                              "vcan0", "--rom", directory_ + "/rom"});
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(1, {0x9C}).value_or(Payload{})[0], 0x9C);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  EmulatorProcess emulator({"--config", robots / "quadruped.toml", "--rom", directory_ + "/rom"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host front("vcan0");
+  Host hind("vcan1");
+  for (int id = 1; id <= 6; ++id) EXPECT_TRUE(front.query(id, {0x92})) << id;
+  for (int id = 7; id <= 12; ++id) EXPECT_TRUE(hind.query(id, {0x92})) << id;
+}
+
+}  // namespace
+}  // namespace lk::vcan
