@@ -11,6 +11,7 @@
 /// the linker must never merge a function built for one with that of another.
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,9 @@ struct alignas(64) Wide {
 inline namespace LKEMU_ISA {
 
 using Vector = std::experimental::native_simd<double>;
+/// Whole 64-bit words in a register of the same size: noise generators, and the bits of numbers.
+using Words = std::experimental::rebind_simd_t<std::uint64_t, Vector>;
+static_assert(Words::size() == Vector::size());
 
 /// Two vector registers side by side. The tick is a long chain of dependent operations; the second
 /// register fills the gaps in which the first one waits.
@@ -123,10 +127,20 @@ inline Lanes clamp(const Lanes& x, const Lanes& low, const Lanes& high) {
   return min(high, max(low, x));
 }
 
-/// Nearest integer, ties to even, for |x| < 2^51: the sum loses exactly the fraction bits.
+/// Nearest integer, ties to even, for |x| < 2^51, still carrying the 1.5·2^52 whose addition loses
+/// exactly the fraction bits: in this form the last bit says whether it is odd.
+template <class Real>
+inline Real shifted_nearest(const Real& x) {
+  return x + 0x1.8p52;
+}
+template <class Real>
+inline Real unshifted(const Real& x) {
+  return x - 0x1.8p52;
+}
+/// Nearest integer, ties to even, for |x| < 2^51.
 template <class Real>
 inline Real nearest(const Real& x) {
-  return (x + 0x1.8p52) - 0x1.8p52;
+  return unshifted(shifted_nearest(x));
 }
 /// Largest integer not above x, for |x| < 2^51.
 template <class Real>
@@ -134,6 +148,40 @@ inline Real floored(const Real& x) {
   const Real integer = nearest(x);
   return select(x < integer, integer - 1.0, integer);
 }
+
+// Bits as numbers and numbers as bits.
+inline double as_number(std::uint64_t bits) { return std::bit_cast<double>(bits); }
+inline Vector as_number(const Words& bits) { return std::bit_cast<Vector>(bits); }
+inline std::uint64_t as_bits(double x) { return std::bit_cast<std::uint64_t>(x); }
+inline Words as_bits(const Vector& x) { return std::bit_cast<Words>(x); }
+
+/// −x where `n`, from shifted_nearest(), is odd: its last bit moves to where the sign is.
+template <class Real>
+inline Real negate_if_odd(const Real& x, const Real& n) {
+  return as_number(as_bits(x) ^ (as_bits(n) << 63));
+}
+inline Pair negate_if_odd(const Pair& x, const Pair& n) {
+  return {negate_if_odd(x.low, n.low), negate_if_odd(x.high, n.high)};
+}
+
+/// A word beside every drive of a `Real`.
+struct WordPair {
+  Words low, high;
+};
+template <class Real>
+struct WordsBeside {
+  using type = Words;
+};
+template <>
+struct WordsBeside<Pair> {
+  using type = WordPair;
+};
+template <>
+struct WordsBeside<double> {
+  using type = std::uint64_t;
+};
+template <class Real>
+using WordsOf = typename WordsBeside<Real>::type;
 
 template <class Real>
 inline constexpr std::size_t kSizeOf = Real::size();
@@ -148,6 +196,23 @@ inline void load(Lanes& value, const Wide& stored, std::size_t first) {
 inline void store(double value, double& stored, std::size_t /*first*/) { stored = value; }
 inline void store(const Lanes& value, Wide& stored, std::size_t first) {
   value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
+}
+
+inline void load(std::uint64_t& word, const std::uint64_t* stored) { word = *stored; }
+inline void load(Words& words, const std::uint64_t* stored) {
+  words.copy_from(stored, std::experimental::vector_aligned);
+}
+inline void load(WordPair& words, const std::uint64_t* stored) {
+  load(words.low, stored);
+  load(words.high, stored + Words::size());
+}
+inline void store(std::uint64_t word, std::uint64_t* stored) { *stored = word; }
+inline void store(const Words& words, std::uint64_t* stored) {
+  words.copy_to(stored, std::experimental::vector_aligned);
+}
+inline void store(const WordPair& words, std::uint64_t* stored) {
+  store(words.low, stored);
+  store(words.high, stored + Words::size());
 }
 
 // One drive's share of a value, for what is decided drive by drive.

@@ -29,7 +29,7 @@ inline namespace LKEMU_ISA {
 template <class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
-                 const CurrentOrders<Real>& orders, std::uint64_t* noise) {
+                 const CurrentOrders<Real>& orders, WordsOf<Real>& noise) {
   const SinCos<Real> theta_e = sincos<Real>(plant_params.pole_pairs * plant.theta);
   const Abc<Real> i_abc = inverse_clarke(inverse_park(Dq<Real>{plant.i_d, plant.i_q}, theta_e));
 
@@ -58,14 +58,17 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, int n_ticks) {
   CurrentLoopParams<Real> loop_params;
   CurrentLoopState<Real> loop;
   CurrentOrders<Real> orders;
+  WordsOf<Real> noise;
   for_each_field(fields(plant_params), fields(block.plant_params), in);
   for_each_field(fields(plant), fields(block.plant), in);
   for_each_field(fields(loop_params), fields(block.loop_params), in);
   for_each_field(fields(loop), fields(block.loop), in);
   for_each_field(fields(orders), fields(block.orders), in);
+  load(noise, block.noise.word.data() + first);
   for (int n = 0; n < n_ticks; ++n) {
-    tick(plant_params, plant, loop_params, loop, orders, block.noise.word.data() + first);
+    tick(plant_params, plant, loop_params, loop, orders, noise);
   }
+  store(noise, block.noise.word.data() + first);
   for_each_field(fields(block.plant), fields(plant), out);
   for_each_field(fields(block.loop), fields(loop), out);
 }
