@@ -158,25 +158,31 @@ void DriveBank::run_motion_loops(std::size_t drive) {
   });
 }
 
-void DriveBank::advance(std::int64_t n_ticks) {
-  while (n_ticks > 0) {
-    if (ticks_ % stride_ == 0) {
-      for (std::size_t drive = 0; drive < units_.size(); ++drive) {
-        if (ticks_ % units_[drive].params.control.motion_divider == 0) {
-          run_motion_loops(drive);
-        }
-      }
+void DriveBank::give_orders(void* block_drives, std::size_t first, std::size_t count,
+                            std::int64_t tick) {
+  const BlockDrives& drives = *static_cast<const BlockDrives*>(block_drives);
+  std::vector<Unit>& units = drives.bank->units_;
+  const std::size_t end = std::min(drives.begin + first + count, units.size());
+  for (std::size_t drive = drives.begin + first; drive < end; ++drive) {
+    if (tick % units[drive].params.control.motion_divider == 0) {
+      drives.bank->run_motion_loops(drive);
     }
-    const auto n = static_cast<int>(std::min<std::int64_t>(n_ticks, stride_ - ticks_ % stride_));
-    if (wide_.empty()) {
-      run_alone(alone_, n);
-    }
-    for (TickBlock<Wide>& block : wide_) {
-      kernel_.run(block, n);
-    }
-    ticks_ += n;
-    n_ticks -= n;
   }
+}
+
+void DriveBank::advance(std::int64_t n_ticks) {
+  // Block by block through the whole time, so that each stays in the cache: drives do not influence
+  // each other.
+  BlockDrives drives{this, 0};
+  const Stretch stretch{ticks_, ticks_ + n_ticks, stride_, give_orders, &drives};
+  if (wide_.empty()) {
+    run_alone(alone_, stretch);
+  }
+  for (TickBlock<Wide>& block : wide_) {
+    kernel_.run(block, stretch);
+    drives.begin += kLanes;
+  }
+  ticks_ += n_ticks;
 }
 
 void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {

@@ -71,6 +71,13 @@ class DriveBank {
   template <class Access>
   decltype(auto) with_block(std::size_t drive, Access access) const;
   void run_motion_loops(std::size_t drive);
+  /// The drives of one block, as the tick sees them from inside a stretch.
+  struct BlockDrives {
+    DriveBank* bank;
+    std::size_t begin;
+  };
+  static void give_orders(void* block_drives, std::size_t first, std::size_t count,
+                          std::int64_t tick);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);
 

@@ -3,12 +3,12 @@
 namespace lk::model {
 
 // Flattened: the tick is one straight line of arithmetic.
-[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) {
-  run_block<double>(block, n_ticks);
+[[gnu::flatten]] void run_alone(TickBlock<double>& block, const Stretch& stretch) {
+  run_block<double>(block, stretch);
 }
 
-[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) {
-  run_block<Lanes>(block, n_ticks);
+[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes>(block, stretch);
 }
 
 NamedKernel lane_kernel(std::string_view name) {

@@ -57,7 +57,7 @@ struct Pair {
 
   Vector low, high;
 
-  Pair() = default;
+  Pair() {}  // NOLINT(modernize-use-equals-default): `{}` of thousands must not write zeros
   Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): numbers mix
   Pair(const Vector& l, const Vector& h) : low(l), high(h) {}
 
@@ -182,6 +182,17 @@ struct WordsBeside<double> {
 };
 template <class Real>
 using WordsOf = typename WordsBeside<Real>::type;
+
+/// `a` where `mask` is set, else `b`, in a build of the tick for drives that `can` have it set;
+/// else `b` and nothing to compute.
+template <bool can, class Mask, class Real>
+inline Real select_if(const Mask& mask, const Real& a, const Real& b) {
+  if constexpr (can) {
+    return select(mask, a, b);
+  } else {
+    return b;
+  }
+}
 
 template <class Real>
 inline constexpr std::size_t kSizeOf = Real::size();

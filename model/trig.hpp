@@ -34,18 +34,18 @@ inline HalfTurn<Real> within_half_turn(const Real& theta) {
 template <class Real>
 inline Real sine_series(const Real& x, const Real& x2, const Real& x4) {
   // Pairs instead of Horner's chain: the halves of a polynomial do not wait for each other.
-  const Real tail = (-0.16666666606467134 + x2 * 0.008333330495676389) +
-                    x4 * ((-1.9840804039771915e-4 + x2 * 2.7522618881175285e-6) +
-                          x4 * -2.384669445306741e-8);
+  const Real tail =
+      (-0.16666666606467134 + x2 * 0.008333330495676389) +
+      x4 * ((-1.9840804039771915e-4 + x2 * 2.7522618881175285e-6) + x4 * -2.384669445306741e-8);
   return x + (x * x2) * tail;
 }
 
 /// cos x = 1 + x²·P(x²) likewise: error < 3e-10.
 template <class Real>
 inline Real cosine_series(const Real& x2, const Real& x4) {
-  const Real tail = (-0.49999999549557234 + x2 * 0.041666640728057716) +
-                    x4 * ((-1.3888403508185373e-3 + x2 * 2.476188624661561e-5) +
-                          x4 * -2.607710532345082e-7);
+  const Real tail =
+      (-0.49999999549557234 + x2 * 0.041666640728057716) +
+      x4 * ((-1.3888403508185373e-3 + x2 * 2.476188624661561e-5) + x4 * -2.607710532345082e-7);
   return 1.0 + x2 * tail;
 }
 

@@ -13,9 +13,6 @@ inline namespace LKEMU_ISA {
 /// The encoder chip's error at magnet angle `seen`: a₁·sin + b₁·cos + a₂·sin 2θ + b₂·cos 2θ, rad.
 template <class Real>
 inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
-  if (!any(p.inl_sin != 0.0 || p.inl_cos != 0.0 || p.inl_sin_2 != 0.0 || p.inl_cos_2 != 0.0)) {
-    return Real(0.0);
-  }
   const SinCos<Real> t = sincos(seen);
   return t.sin * (p.inl_sin + 2.0 * (p.inl_sin_2 * t.cos - p.inl_cos_2 * t.sin)) +
          t.cos * p.inl_cos + p.inl_cos_2;
