@@ -176,7 +176,7 @@ void DriveBank::advance(std::int64_t n_ticks) {
   BlockDrives drives{this, 0};
   const Stretch stretch{ticks_, ticks_ + n_ticks, stride_, give_orders, &drives};
   if (wide_.empty()) {
-    run_alone(alone_, stretch);
+    kernel_.run_alone(alone_, stretch);
   }
   for (TickBlock<Wide>& block : wide_) {
     kernel_.run(block, stretch);

@@ -5,6 +5,10 @@
 
 namespace lk::model {
 
+[[gnu::flatten]] void run_alone_avx2(TickBlock<double>& block, const Stretch& stretch) {
+  run_block<Solo>(block, stretch);
+}
+
 [[gnu::flatten]] void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch) {
   run_block<Lanes>(block, stretch);
 }

@@ -48,5 +48,31 @@ inline Pair normal_deviate(WordPair& words) {
   return {normal_deviate(words.low), normal_deviate(words.high)};
 }
 
+// Generators from their stored form and back, beginning at drive `first` of the block.
+template <class Word>
+inline void load(Word& word, const NoiseState<double>& stored, std::size_t /*first*/) {
+  word = stored.word[0];
+}
+inline void load(Words& words, const NoiseState<Wide>& stored, std::size_t first) {
+  words.copy_from(stored.word.data() + first, std::experimental::vector_aligned);
+}
+inline void load(WordPair& words, const NoiseState<Wide>& stored, std::size_t first) {
+  load(words.low, stored, first);
+  load(words.high, stored, first + Words::size());
+}
+inline void store(std::uint64_t word, NoiseState<double>& stored, std::size_t /*first*/) {
+  stored.word[0] = word;
+}
+inline void store(const WordsOf<Solo>& words, NoiseState<double>& stored, std::size_t /*first*/) {
+  stored.word[0] = words[0];
+}
+inline void store(const Words& words, NoiseState<Wide>& stored, std::size_t first) {
+  words.copy_to(stored.word.data() + first, std::experimental::vector_aligned);
+}
+inline void store(const WordPair& words, NoiseState<Wide>& stored, std::size_t first) {
+  store(words.low, stored, first);
+  store(words.high, stored, first + Words::size());
+}
+
 }  // namespace LKEMU_ISA
 }  // namespace lk::model

@@ -84,7 +84,7 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   for_each_field(fields(plant), fields(block.plant), in);
   for_each_field(fields(loop_params), fields(block.loop_params), in);
   for_each_field(fields(loop), fields(block.loop), in);
-  load(noise, block.noise.word.data() + first);
+  load(noise, block.noise, first);
   const auto run = [&]<Parts parts>(const Held<Real>& held, std::int64_t n_ticks) {
     for (; n_ticks > 0; --n_ticks) {
       tick<parts>(plant_params, plant, loop_params, loop, orders, held, noise);
@@ -106,7 +106,7 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
     for_each_field(fields(block.plant), fields(plant), out);
     for_each_field(fields(block.loop), fields(loop), out);
   }
-  store(noise, block.noise.word.data() + first);
+  store(noise, block.noise, first);
 }
 
 /// The periods of `stretch`, of a whole block.
