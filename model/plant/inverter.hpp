@@ -27,10 +27,10 @@ inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>
     return clamp(i_x * p.inv_i_dead_zone, Real(-1.0), Real(1.0));
   };
   const Abc<Real> s{sign(i.a), sign(i.b), sign(i.c)};
-  const Abc<Real> effective{duty.a - p.dead_fraction * s.a, duty.b - p.dead_fraction * s.b,
-                            duty.c - p.dead_fraction * s.c};
   const Dq<Real> direction = park(clarke(s), theta_e);
-  return {park(clarke(effective), theta_e), {p.dead_drop * direction.d, p.dead_drop * direction.q}};
+  const Dq<Real> wanted = park(clarke(duty), theta_e);
+  return {{wanted.d - p.dead_fraction * direction.d, wanted.q - p.dead_fraction * direction.q},
+          {p.dead_drop * direction.d, p.dead_drop * direction.q}};
 }
 
 }  // namespace LKEMU_ISA
