@@ -19,7 +19,7 @@ inline namespace LKEMU_ISA {
 /// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone): while both switches are off the current
 /// picks the diode, so the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, ch. 1).
 /// Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
-/// assumed).
+/// assumed). Turning into the rotor's frame is linear, so wanted duty and error are turned apart.
 template <class Real>
 inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>& duty,
                                      const Abc<Real>& i, const SinCos<Real>& theta_e) {
