@@ -102,15 +102,21 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
       block.noise.word[lane] = noise_seed(init.seed);
     });
   }
-  // Lanes without a drive repeat a resting one, so that they cost nothing odd (no infinities).
+  // Lanes without a drive hold one at rest, its bridge on and nothing on its shaft: they cost
+  // nothing odd (no infinities) and need no more of the tick than their neighbours.
+  DriveParams resting = drives.back().params;
+  resting.load = LoadParams{};
   for (std::size_t spare = units_.size(); spare < wide_.size() * kLanes; ++spare) {
     TickBlock<Wide>& block = wide_.back();
-    put(block.plant_params, spare % kLanes, plant_params(drives.front().params));
-    put(block.plant, spare % kLanes, plant_at_rest(drives.front().params, 0.0));
-    put(block.loop_params, spare % kLanes,
-        current_loop_params(drives.front().params, drives.front().settings));
-    put(block.loop, spare % kLanes, CurrentLoopState<double>{});
-    put(block.orders, spare % kLanes, CurrentOrders<double>{});
+    CurrentLoopState<double> loop;
+    loop.bridge = 1.0;
+    CurrentOrders<double> orders;
+    orders.bridge_on = 1.0;
+    put(block.plant_params, spare % kLanes, plant_params(resting));
+    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0));
+    put(block.loop_params, spare % kLanes, current_loop_params(resting, drives.back().settings));
+    put(block.loop, spare % kLanes, loop);
+    put(block.orders, spare % kLanes, orders);
   }
 }
 
