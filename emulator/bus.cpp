@@ -254,10 +254,7 @@ bool Bus::bring_motors_to(SimTime t) {
   bool edge = false;
   for (Bank& bank : banks_) {
     // A command that arrives at `t` acts at the first tick after it.
-    const std::int64_t missing = ticks_until(t, bank.f_pwm_Hz) - bank.drives.ticks();
-    if (missing > 0) {
-      edge = bank.drives.advance_to_edge(missing) || edge;
-    }
+    edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
   }
   return edge && follow_lives();
 }

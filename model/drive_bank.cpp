@@ -107,15 +107,21 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
       block.noise.word[lane] = noise_seed(init.seed);
     });
   }
-  // Lanes without a drive repeat a resting one, so that they cost nothing odd (no infinities).
+  // Lanes without a drive hold one at rest, its bridge on and nothing on its shaft: they cost
+  // nothing odd (no infinities) and need no more of the tick than their neighbours.
+  DriveParams resting = drives.back().params;
+  resting.load = LoadParams{};
   for (std::size_t spare = units_.size(); spare < wide_.size() * kLanes; ++spare) {
     TickBlock<Wide>& block = wide_.back();
-    put(block.plant_params, spare % kLanes, plant_params(drives.front().params));
-    put(block.plant, spare % kLanes, plant_at_rest(drives.front().params, 0.0));
-    put(block.loop_params, spare % kLanes,
-        current_loop_params(drives.front().params, drives.front().settings));
-    put(block.loop, spare % kLanes, CurrentLoopState<double>{});
-    put(block.orders, spare % kLanes, CurrentOrders<double>{});
+    CurrentLoopState<double> loop;
+    loop.bridge = 1.0;
+    CurrentOrders<double> orders;
+    orders.bridge_on = 1.0;
+    put(block.plant_params, spare % kLanes, plant_params(resting));
+    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0));
+    put(block.loop_params, spare % kLanes, current_loop_params(resting, drives.back().settings));
+    put(block.loop, spare % kLanes, loop);
+    put(block.orders, spare % kLanes, orders);
   }
 }
 
@@ -144,22 +150,22 @@ void DriveBank::derive_control(std::size_t drive) {
   });
 }
 
-bool DriveBank::run_firmware(std::size_t drive) {
+void DriveBank::run_firmware(std::size_t drive) {
   Unit& unit = units_[drive];
   const double T_m = unit.motion_params.T_m;
   if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m, unit.brake)) {
     derive_plant(drive);
+    stopped_ = true;  // the tick has the plant's numbers in registers
   }
   const double v_link = with_block(
       drive, [](const auto& block, std::size_t lane) { return lane_of(block.plant.v_link, lane); });
-  const bool edge = live(unit.params.logic, v_link, T_m, unit.life);
-  if (edge) {
+  if (live(unit.params.logic, v_link, T_m, unit.life)) {
+    edge_ = stopped_ = true;
     unit.life.life == Life::kAlive ? restart(drive) : die(drive);
   }
   if (unit.life.life == Life::kAlive) {
     run_motion_loops(drive);
   }
-  return edge;
 }
 
 /// Without a controller the switches are open and the brake's coil is dead.
@@ -209,37 +215,49 @@ void DriveBank::run_motion_loops(std::size_t drive) {
   });
 }
 
+bool DriveBank::give_orders(void* block_drives, std::size_t first, std::size_t count,
+                            std::int64_t tick) {
+  const BlockDrives& drives = *static_cast<const BlockDrives*>(block_drives);
+  DriveBank& bank = *drives.bank;
+  const std::size_t end = std::min(drives.begin + first + count, bank.units_.size());
+  bank.stopped_ = false;
+  for (std::size_t drive = drives.begin + first; drive < end; ++drive) {
+    if (tick % bank.units_[drive].params.control.motion_divider == 0) {
+      bank.run_firmware(drive);
+    }
+  }
+  return bank.stopped_;
+}
+
 void DriveBank::advance(std::int64_t n_ticks) {
-  const std::int64_t end = ticks_ + n_ticks;
-  while (ticks_ < end) {
-    advance_to_edge(end - ticks_);
+  const std::int64_t until = ticks_ + n_ticks;
+  while (advance_to_edge(until)) {
   }
 }
 
-bool DriveBank::advance_to_edge(std::int64_t n_ticks) {
-  const std::int64_t end = ticks_ + n_ticks;
-  bool edge = false;
-  while (!edge && ticks_ < end) {
-    if (ticks_ % stride_ == 0) {
-      for (std::size_t drive = 0; drive < units_.size(); ++drive) {
-        if (ticks_ % units_[drive].params.control.motion_divider == 0) {
-          edge = run_firmware(drive) || edge;
-        }
-      }
-    }
-    // After an edge one tick only, however many were asked for: the caller acts at the same
-    // instant.
-    const std::int64_t left = edge ? 1 : end - ticks_;
-    const auto n = static_cast<int>(std::min<std::int64_t>(left, stride_ - ticks_ % stride_));
+bool DriveBank::advance_to_edge(std::int64_t until) {
+  // Block by block through the whole time, so that each stays in the cache: drives do not influence
+  // each other. What had to stop on the way goes on from there.
+  edge_ = false;
+  while (!edge_ && ticks_ < until) {
+    BlockDrives drives{this, 0};
+    const Stretch stretch{until, stride_, give_orders, &drives};
     if (wide_.empty()) {
-      run_alone(alone_, n);
+      kernel_.run_alone(alone_, stretch);
     }
     for (TickBlock<Wide>& block : wide_) {
-      kernel_.run(block, n);
+      kernel_.run(block, stretch);
+      drives.begin += kLanes;
     }
-    ticks_ += n;
+    ticks_ = alone_.at[0];
+    if (!wide_.empty()) {
+      ticks_ = until;
+      for (const TickBlock<Wide>& block : wide_) {
+        ticks_ = std::min(ticks_, std::ranges::min(block.at));
+      }
+    }
   }
-  return edge;
+  return edge_;
 }
 
 bool DriveBank::alive(std::size_t drive) const { return units_[drive].life.life == Life::kAlive; }

@@ -37,8 +37,10 @@ class DriveBank {
   /// Control ticks done since construction; tick n happens at n/f_pwm.
   std::int64_t ticks() const;
   void advance(std::int64_t n_ticks);
-  /// As `advance`, but stops after the tick in which some drive died or came alive, and says so.
-  bool advance_to_edge(std::int64_t n_ticks);
+  /// Brings all drives to tick `until`. Returns true when some drive has died or come alive before:
+  /// that drive, and those that are computed with it, then stand behind the tick in which it did;
+  /// call again to go on.
+  bool advance_to_edge(std::int64_t until);
   /// The controller has power and has booted.
   bool alive(std::size_t drive) const;
 
@@ -88,10 +90,18 @@ class DriveBank {
   decltype(auto) with_block(std::size_t drive, Access access);
   template <class Access>
   decltype(auto) with_block(std::size_t drive, Access access) const;
-  /// What the drive does once every few ticks. Returns true if it died or came alive.
-  bool run_firmware(std::size_t drive);
+  /// What the drive does once every few ticks.
+  void run_firmware(std::size_t drive);
   void run_motion_loops(std::size_t drive);
   void die(std::size_t drive);
+  /// The drives of one block, as the tick sees them from inside a stretch.
+  struct BlockDrives {
+    DriveBank* bank;
+    std::size_t begin;
+  };
+  /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
+  static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
+                          std::int64_t tick);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);
 
@@ -99,8 +109,10 @@ class DriveBank {
   TickBlock<double> alone_;            // used when there is exactly one drive
   std::vector<TickBlock<Wide>> wide_;  // used otherwise, kLanes drives each
   NamedKernel kernel_;
-  std::int64_t ticks_ = 0;
-  int stride_ = 1;  // ticks between instants at which some motion loop may run
+  std::int64_t ticks_ = 0;  // what all drives have done
+  bool edge_ = false;       // of the stretch under way: a drive died or came alive,
+  bool stopped_ = false;    // or it had to end for some reason
+  int stride_ = 1;          // ticks between instants at which some motion loop may run
 };
 
 }  // namespace lk::model

@@ -48,14 +48,17 @@ struct MechanicsParams {
   int cogging_per_turn = 84;     // periods per rotor turn
 };
 
+/// A stop this far away is none: no shaft gets there.
+inline constexpr double kNoStop = 1e9;  // rad
+
 /// What hangs on the output shaft; can be changed while running.
 struct LoadParams {
   double J = 0.0;  // kg·m², at the output
   double tau =
       0.0;  // Nm at the output, constant, positive pushes clockwise (towards larger angles)
   double tau_gravity = 0.0;  // Nm, m·g·l of an arm: the torque is −tau_gravity·sin(theta_out)
-  double theta_min = -1e9;   // rad at the output, hard end stops
-  double theta_max = 1e9;
+  double theta_min = -kNoStop;  // rad at the output, hard end stops
+  double theta_max = kNoStop;
 };
 
 struct SupplyParams {

@@ -3,25 +3,26 @@
 namespace lk::model {
 
 // Flattened: the tick is one straight line of arithmetic.
-[[gnu::flatten]] void run_alone(TickBlock<double>& block, int n_ticks) {
-  run_block<double>(block, n_ticks);
+[[gnu::flatten]] void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch) {
+  run_block<Solo>(block, stretch);
 }
 
-[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks) {
-  run_block<Lanes>(block, n_ticks);
+[[gnu::flatten]] void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes>(block, stretch);
 }
 
 NamedKernel lane_kernel(std::string_view name) {
   if (name == "baseline") {
-    return {"baseline", run_lanes_baseline};
+    return {"baseline", run_lanes_baseline, run_alone_baseline};
   }
 #ifdef LKEMU_X86_KERNELS
   if (name == "avx2" && __builtin_cpu_supports("avx2")) {
-    return {"avx2", run_lanes_avx2};
+    return {"avx2", run_lanes_avx2, run_alone_avx2};
   }
   if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
-    return {"avx512", run_lanes_avx512};
+    // A single drive fills no register; AVX-512's masks would only make its choices slower.
+    return {"avx512", run_lanes_avx512, run_alone_avx2};
   }
 #endif
   return {};

@@ -8,19 +8,20 @@
 
 namespace lk::model {
 
-using LaneKernel = void (*)(TickBlock<Wide>& block, int n_ticks);
+using LaneKernel = void (*)(TickBlock<Wide>& block, const Stretch& stretch);
+using AloneKernel = void (*)(TickBlock<double>& block, const Stretch& stretch);
 
 struct NamedKernel {
   std::string_view name;  // "baseline", "avx2", "avx512"
   LaneKernel run = nullptr;
+  AloneKernel run_alone = nullptr;  // the same tick for a drive that has no company
 };
 
-/// The same tick for a drive that has no company.
-void run_alone(TickBlock<double>& block, int n_ticks);
-
-void run_lanes_baseline(TickBlock<Wide>& block, int n_ticks);
-void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks);
-void run_lanes_avx512(TickBlock<Wide>& block, int n_ticks);
+void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch);
+void run_alone_avx2(TickBlock<double>& block, const Stretch& stretch);
+void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch);
+void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch);
+void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 
 /// The fastest kernel this processor can run. All give the same bits.
 NamedKernel best_lane_kernel();

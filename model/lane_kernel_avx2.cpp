@@ -5,8 +5,12 @@
 
 namespace lk::model {
 
-[[gnu::flatten]] void run_lanes_avx2(TickBlock<Wide>& block, int n_ticks) {
-  run_block<Lanes>(block, n_ticks);
+[[gnu::flatten]] void run_alone_avx2(TickBlock<double>& block, const Stretch& stretch) {
+  run_block<Solo>(block, stretch);
+}
+
+[[gnu::flatten]] void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes>(block, stretch);
 }
 
 }  // namespace lk::model

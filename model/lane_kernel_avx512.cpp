@@ -5,8 +5,8 @@
 
 namespace lk::model {
 
-[[gnu::flatten]] void run_lanes_avx512(TickBlock<Wide>& block, int n_ticks) {
-  run_block<Lanes>(block, n_ticks);
+[[gnu::flatten]] void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes>(block, stretch);
 }
 
 }  // namespace lk::model

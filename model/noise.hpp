@@ -2,8 +2,6 @@
 
 /// @file Repeatable sensor noise: one generator a drive, the same bits on every machine.
 
-#include <bit>
-
 #include "model/real.hpp"
 
 namespace lk::model {
@@ -31,33 +29,49 @@ inline namespace LKEMU_ISA {
 
 /// One deviate of mean 0 and variance 1: xorshift64 (Marsaglia 2003), its four 16-bit quarters
 /// added up (Irwin–Hall, n = 4: bounded by ±3.46, kurtosis 2.7), so that no logarithm is needed.
-inline double normal_deviate(std::uint64_t& word) {
-  word ^= word << 13U;
-  word ^= word >> 7U;
-  word ^= word << 17U;
-  constexpr std::uint64_t kQuarters = 0x0000FFFF0000FFFFU;
-  std::uint64_t sum = (word & kQuarters) + ((word >> 16U) & kQuarters);
-  sum = (sum & 0x1FFFFU) + (sum >> 32U);
+/// `Word` is one generator or a register of them.
+template <class Word>
+inline auto normal_deviate(Word& word) {
+  word ^= word << 13;
+  word ^= word >> 7;
+  word ^= word << 17;
+  const Word quarters = 0x0000FFFF0000FFFFU;
+  const Word pairs = (word & quarters) + ((word >> 16) & quarters);
+  const Word sum = (pairs & Word(0x1FFFFU)) + (pairs >> 32);
   // The sum becomes the low mantissa bits of 2^52; taking 2^52 and the mean (4·65535/2) off leaves
   // it centred. Standard deviation: sqrt(4·(65536² − 1)/12) = 37837.2.
-  const double centred = std::bit_cast<double>(sum | 0x4330000000000000U) - (0x1p52 + 131070.0);
+  const auto centred = as_number(sum | Word(0x4330000000000000U)) - (0x1p52 + 131070.0);
   return centred * (1.0 / 37837.227);
 }
+inline Pair normal_deviate(WordPair& words) {
+  // One after the other: braces fix the order, and each half has its own generators anyway.
+  return {normal_deviate(words.low), normal_deviate(words.high)};
+}
 
-/// Deviates of as many drives as `Real` holds, `word` pointing at the generator of the first.
-template <class Real>
-inline Real normal(std::uint64_t* word) {
-  if constexpr (kSizeOf<Real> == 1) {
-    return normal_deviate(*word);
-  } else {
-    alignas(64) std::array<double, kSizeOf<Real>> deviates;
-    for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
-      deviates[n] = normal_deviate(word[n]);
-    }
-    Real result;
-    result.copy_from(deviates.data(), std::experimental::vector_aligned);
-    return result;
-  }
+// Generators from their stored form and back, beginning at drive `first` of the block.
+template <class Word>
+inline void load(Word& word, const NoiseState<double>& stored, std::size_t /*first*/) {
+  word = stored.word[0];
+}
+inline void load(Words& words, const NoiseState<Wide>& stored, std::size_t first) {
+  words.copy_from(stored.word.data() + first, std::experimental::vector_aligned);
+}
+inline void load(WordPair& words, const NoiseState<Wide>& stored, std::size_t first) {
+  load(words.low, stored, first);
+  load(words.high, stored, first + Words::size());
+}
+inline void store(std::uint64_t word, NoiseState<double>& stored, std::size_t /*first*/) {
+  stored.word[0] = word;
+}
+inline void store(const WordsOf<Solo>& words, NoiseState<double>& stored, std::size_t /*first*/) {
+  stored.word[0] = words[0];
+}
+inline void store(const Words& words, NoiseState<Wide>& stored, std::size_t first) {
+  words.copy_to(stored.word.data() + first, std::experimental::vector_aligned);
+}
+inline void store(const WordPair& words, NoiseState<Wide>& stored, std::size_t first) {
+  store(words.low, stored, first);
+  store(words.high, stored, first + Words::size());
 }
 
 }  // namespace LKEMU_ISA

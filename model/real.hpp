@@ -11,6 +11,7 @@
 /// the linker must never merge a function built for one with that of another.
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,9 @@ struct alignas(64) Wide {
 inline namespace LKEMU_ISA {
 
 using Vector = std::experimental::native_simd<double>;
+/// Whole 64-bit words in a register of the same size: noise generators, and the bits of numbers.
+using Words = std::experimental::rebind_simd_t<std::uint64_t, Vector>;
+static_assert(Words::size() == Vector::size());
 
 /// Two vector registers side by side. The tick is a long chain of dependent operations; the second
 /// register fills the gaps in which the first one waits.
@@ -53,7 +57,7 @@ struct Pair {
 
   Vector low, high;
 
-  Pair() = default;
+  Pair() {}  // NOLINT(modernize-use-equals-default): `{}` of thousands must not write zeros
   Pair(double x) : low(x), high(x) {}  // NOLINT(google-explicit-constructor): numbers mix
   Pair(const Vector& l, const Vector& h) : low(l), high(h) {}
 
@@ -86,24 +90,44 @@ struct Pair {
   }
 };
 
-inline Vector select(const Vector::mask_type& mask, const Vector& a, const Vector& b) {
-  Vector result = b;
+template <class Abi>
+using Simd = std::experimental::simd<double, Abi>;
+template <class Abi>
+using SimdMask = std::experimental::simd_mask<double, Abi>;
+
+template <class Abi>
+inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
+  Simd<Abi> result = b;
   std::experimental::where(mask, result) = a;
   return result;
 }
 inline Pair select(const Pair::Mask& mask, const Pair& a, const Pair& b) {
   return {select(mask.low, a.low, b.low), select(mask.high, a.high, b.high)};
 }
-inline bool any(const Vector::mask_type& mask) { return std::experimental::any_of(mask); }
+template <class Abi>
+inline bool any(const SimdMask<Abi>& mask) {
+  return std::experimental::any_of(mask);
+}
 inline bool any(const Pair::Mask& mask) { return any(mask.low || mask.high); }
-inline Vector sqrt(const Vector& x) { return std::experimental::sqrt(x); }
+template <class Abi>
+inline Simd<Abi> sqrt(const Simd<Abi>& x) {
+  return std::experimental::sqrt(x);
+}
 inline Pair sqrt(const Pair& x) { return {sqrt(x.low), sqrt(x.high)}; }
-inline Vector abs(const Vector& x) { return std::experimental::abs(x); }
+template <class Abi>
+inline Simd<Abi> abs(const Simd<Abi>& x) {
+  return std::experimental::abs(x);
+}
 inline Pair abs(const Pair& x) { return {abs(x.low), abs(x.high)}; }
 
 /// What the lane kernels compute with: a pair, or one register where that holds a whole block.
 using Lanes = std::conditional_t<Vector::size() < kLanes, Pair, Vector>;
 static_assert(kLanes % Lanes::size() == 0);
+
+/// What a drive without company computes with: the same number twice. Choices in a register need no
+/// branch, and half of those of a `double` would be mispredicted, for they hang on sensor noise.
+using Solo = Simd<std::experimental::simd_abi::deduce_t<double, 2>>;
+static_assert(!std::is_same_v<Solo, Lanes>);
 
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
@@ -115,18 +139,38 @@ inline double abs(double x) { return std::abs(x); }
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
-inline Vector min(const Vector& a, const Vector& b) { return std::experimental::min(a, b); }
-inline Vector max(const Vector& a, const Vector& b) { return std::experimental::max(a, b); }
+template <class Abi>
+inline Simd<Abi> min(const Simd<Abi>& a, const Simd<Abi>& b) {
+  return std::experimental::min(a, b);
+}
+template <class Abi>
+inline Simd<Abi> max(const Simd<Abi>& a, const Simd<Abi>& b) {
+  return std::experimental::max(a, b);
+}
 inline Pair min(const Pair& a, const Pair& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
 inline Pair max(const Pair& a, const Pair& b) { return {max(a.low, b.low), max(a.high, b.high)}; }
-inline Lanes clamp(const Lanes& x, const Lanes& low, const Lanes& high) {
+inline Pair clamp(const Pair& x, const Pair& low, const Pair& high) {
+  return min(high, max(low, x));
+}
+template <class Abi>
+inline Simd<Abi> clamp(const Simd<Abi>& x, const Simd<Abi>& low, const Simd<Abi>& high) {
   return min(high, max(low, x));
 }
 
-/// Nearest integer, ties to even, for |x| < 2^51: the sum loses exactly the fraction bits.
+/// Nearest integer, ties to even, for |x| < 2^51, still carrying the 1.5·2^52 whose addition loses
+/// exactly the fraction bits: in this form the last bit says whether it is odd.
+template <class Real>
+inline Real shifted_nearest(const Real& x) {
+  return x + 0x1.8p52;
+}
+template <class Real>
+inline Real unshifted(const Real& x) {
+  return x - 0x1.8p52;
+}
+/// Nearest integer, ties to even, for |x| < 2^51.
 template <class Real>
 inline Real nearest(const Real& x) {
-  return (x + 0x1.8p52) - 0x1.8p52;
+  return unshifted(shifted_nearest(x));
 }
 /// Largest integer not above x, for |x| < 2^51.
 template <class Real>
@@ -135,25 +179,85 @@ inline Real floored(const Real& x) {
   return select(x < integer, integer - 1.0, integer);
 }
 
+// Bits as numbers and numbers as bits.
+inline double as_number(std::uint64_t bits) { return std::bit_cast<double>(bits); }
+template <class Abi>
+inline auto as_number(const std::experimental::simd<std::uint64_t, Abi>& bits) {
+  using Number =
+      std::experimental::rebind_simd_t<double, std::experimental::simd<std::uint64_t, Abi>>;
+  return std::bit_cast<Number>(bits);
+}
+inline std::uint64_t as_bits(double x) { return std::bit_cast<std::uint64_t>(x); }
+template <class Abi>
+inline auto as_bits(const Simd<Abi>& x) {
+  return std::bit_cast<std::experimental::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
+}
+
+/// −x where `n`, from shifted_nearest(), is odd: its last bit moves to where the sign is.
+template <class Real>
+inline Real negate_if_odd(const Real& x, const Real& n) {
+  return as_number(as_bits(x) ^ (as_bits(n) << 63));
+}
+inline Pair negate_if_odd(const Pair& x, const Pair& n) {
+  return {negate_if_odd(x.low, n.low), negate_if_odd(x.high, n.high)};
+}
+
+/// A word beside every drive of a `Real`.
+struct WordPair {
+  Words low, high;
+};
+template <class Real>
+struct WordsBeside {
+  using type = std::experimental::rebind_simd_t<std::uint64_t, Real>;
+};
+template <>
+struct WordsBeside<Pair> {
+  using type = WordPair;
+};
+template <>
+struct WordsBeside<double> {
+  using type = std::uint64_t;
+};
+template <class Real>
+using WordsOf = typename WordsBeside<Real>::type;
+
+/// `a` where `mask` is set, else `b`, in a build of the tick for drives that `can` have it set;
+/// else `b` and nothing to compute.
+template <bool can, class Mask, class Real>
+inline Real select_if(const Mask& mask, const Real& a, const Real& b) {
+  if constexpr (can) {
+    return select(mask, a, b);
+  } else {
+    return b;
+  }
+}
+
+/// How many drives a `Real` holds.
 template <class Real>
 inline constexpr std::size_t kSizeOf = Real::size();
 template <>
 inline constexpr std::size_t kSizeOf<double> = 1;
+template <>
+inline constexpr std::size_t kSizeOf<Solo> = 1;
 
 // A `Real` from its stored form and back, beginning at drive `first` of the block.
 inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
+inline void load(Solo& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Lanes& value, const Wide& stored, std::size_t first) {
   value.copy_from(stored.lane.data() + first, std::experimental::vector_aligned);
 }
 inline void store(double value, double& stored, std::size_t /*first*/) { stored = value; }
+inline void store(const Solo& value, double& stored, std::size_t /*first*/) { stored = value[0]; }
 inline void store(const Lanes& value, Wide& stored, std::size_t first) {
   value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
 }
 
 // One drive's share of a value, for what is decided drive by drive.
 inline double get_lane(double x, std::size_t /*lane*/) { return x; }
+inline double get_lane(const Solo& x, std::size_t /*lane*/) { return x[0]; }
 inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
 inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
+inline void set_lane(Solo& x, std::size_t /*lane*/, double value) { x = value; }
 inline void set_lane(Lanes& x, std::size_t lane, double value) {
   Wide all;
   store(x, all, 0);
@@ -161,6 +265,7 @@ inline void set_lane(Lanes& x, std::size_t lane, double value) {
   load(x, all, 0);
 }
 inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
+inline bool lane_set(const Solo::mask_type& mask, std::size_t /*lane*/) { return mask[0]; }
 inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 }  // namespace LKEMU_ISA
 

@@ -2,6 +2,9 @@
 
 /// @file The fast tick: sensors → current loop → plant, once per PWM period.
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <tuple>
 #include <utility>
 
@@ -20,24 +23,44 @@ struct TickBlock {
   CurrentLoopState<Store> loop;
   CurrentOrders<Store> orders;
   NoiseState<Store> noise;
+  std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
+};
+
+/// Ticks up to end − 1, and who gives the drives their orders on the way: before every tick that is
+/// a multiple of `stride`, to drives first to first + count − 1 of the block, from what the block
+/// then holds. Orders are all that may change in the block; when something else did, `give_orders`
+/// returns true, and these drives stop after that tick.
+struct Stretch {
+  std::int64_t end;
+  int stride;
+  bool (*give_orders)(void* context, std::size_t first, std::size_t count, std::int64_t tick);
+  void* context;
 };
 
 inline namespace LKEMU_ISA {
 
-/// One period. The duties that act are those the firmware computed in the period before: the delay
-/// of one sample that every digital drive has.
-template <class Real>
+/// One period of drives that need no more than `parts`. The duties that act are those the firmware
+/// computed in the period before: the delay of one sample that every digital drive has.
+template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
-                 const CurrentOrders<Real>& orders, std::uint64_t* noise) {
+                 const CurrentOrders<Real>& orders, const Held<Real>& held, WordsOf<Real>& noise) {
   const SinCos<Real> theta_e = sincos<Real>(plant_params.pole_pairs * plant.theta);
   const Abc<Real> i_abc = inverse_clarke(inverse_park(Dq<Real>{plant.i_d, plant.i_q}, theta_e));
 
   const Measurement<Real> m = measure(plant_params, i_abc, plant.theta, plant.omega, noise);
   const Abc<Real> duty{loop.duty_a, loop.duty_b, loop.duty_c};
   const Real bridge = loop.bridge;
-  current_loop(loop_params, orders, m, loop);
-  advance(plant_params, plant, duty, bridge, i_abc, theta_e);
+  current_loop<parts.bridge_off>(loop_params, orders, held, m, loop);
+  advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e);
+}
+
+/// Whether the common parts suffice until the next orders.
+template <class Real>
+inline bool is_common(const PlantParams<Real>& p, const CurrentLoopState<Real>& loop,
+                      const CurrentOrders<Real>& orders) {
+  return !any(p.compliant != 0.0 || p.theta_min > -kNoStop || p.theta_max < kNoStop ||
+              loop.bridge == 0.0 || orders.bridge_on == 0.0);
 }
 
 template <class To, class From, class Op>
@@ -48,9 +71,10 @@ inline void for_each_field(To to, From from, Op op) {
   (std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
-/// `n_ticks` periods of the drives of a block that one `Real` holds, beginning with drive `first`.
+/// The periods of `stretch`, of the drives of a block that one `Real` holds, beginning with drive
+/// `first`. Their numbers stay in registers and on the stack from one order to the next.
 template <class Real, class Store>
-inline void run_part(TickBlock<Store>& block, std::size_t first, int n_ticks) {
+inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& stretch) {
   const auto in = [first](auto& value, const auto& stored) { load(value, stored, first); };
   const auto out = [first](auto& stored, const auto& value) { store(value, stored, first); };
   PlantParams<Real> plant_params;
@@ -58,23 +82,44 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, int n_ticks) {
   CurrentLoopParams<Real> loop_params;
   CurrentLoopState<Real> loop;
   CurrentOrders<Real> orders;
+  WordsOf<Real> noise;
   for_each_field(fields(plant_params), fields(block.plant_params), in);
   for_each_field(fields(plant), fields(block.plant), in);
   for_each_field(fields(loop_params), fields(block.loop_params), in);
   for_each_field(fields(loop), fields(block.loop), in);
-  for_each_field(fields(orders), fields(block.orders), in);
-  for (int n = 0; n < n_ticks; ++n) {
-    tick(plant_params, plant, loop_params, loop, orders, block.noise.word.data() + first);
+  load(noise, block.noise, first);
+  const auto run = [&]<Parts parts>(const Held<Real>& held, std::int64_t n_ticks) {
+    for (; n_ticks > 0; --n_ticks) {
+      tick<parts>(plant_params, plant, loop_params, loop, orders, held, noise);
+    }
+  };
+  std::int64_t now = block.at[first];
+  for (bool stop = false; now < stretch.end && !stop;) {
+    if (now % stretch.stride == 0) {
+      stop = stretch.give_orders(stretch.context, first, kSizeOf<Real>, now);
+    }
+    for_each_field(fields(orders), fields(block.orders), in);
+    const Held<Real> held = hold(loop_params, orders);
+    const std::int64_t end = stop ? now + 1 : stretch.end;
+    const std::int64_t next = std::min(end, now - now % stretch.stride + stretch.stride);
+    if (is_common(plant_params, loop, orders)) {
+      run.template operator()<kCommonParts>(held, next - now);
+    } else {
+      run.template operator()<kEveryPart>(held, next - now);
+    }
+    now = next;
+    for_each_field(fields(block.plant), fields(plant), out);
+    for_each_field(fields(block.loop), fields(loop), out);
   }
-  for_each_field(fields(block.plant), fields(plant), out);
-  for_each_field(fields(block.loop), fields(loop), out);
+  store(noise, block.noise, first);
+  std::fill_n(block.at.begin() + static_cast<std::ptrdiff_t>(first), kSizeOf<Real>, now);
 }
 
-/// `n_ticks` periods of a whole block.
+/// The periods of `stretch`, of a whole block.
 template <class Real, class Store>
-inline void run_block(TickBlock<Store>& block, int n_ticks) {
+inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
   for (std::size_t first = 0; first < block.noise.word.size(); first += kSizeOf<Real>) {
-    run_part<Real>(block, first, n_ticks);
+    run_part<Real>(block, first, stretch);
   }
 }
 

@@ -17,7 +17,8 @@ struct CurrentLoopParams {
   T rad_e_per_count{}, rad_e_offset{};               // encoder counts → electrical angle
   T kp_d{}, kp_q{}, ki_T{}, unwind_d{}, unwind_q{};  // V/A, V/A per period, 1 per period
   T L_d{}, L_q{}, psi_f{};                           // nominal, for decoupling
-  T modulation{};                                    // largest |v| as a fraction of v_bus
+  T advance_time{};  // s, from a current sample to the middle of the duties it causes
+  T modulation{};    // largest |v| as a fraction of v_bus
   T timer_counts{}, timer_lsb{}, duty_max{};
 };
 
@@ -27,9 +28,8 @@ struct CurrentOrders {
   T i_q_ref{};  // A
   T v_q_ref{};  // V, voltage mode only
   T omega_e{};  // rad/s, estimated
-  T v_bus{24.0}, inv_v_bus{1.0 / 24.0};
-  T sin_advance{}, cos_advance{1.0};  // of ω_e·1.5·T_s: where the rotor is when the duties act
-  T bridge_on{};                      // 1 or 0
+  T v_bus{24.0};
+  T bridge_on{};  // 1 or 0
 };
 
 template <class T>
@@ -48,14 +48,13 @@ template <class P>
 requires requires(P p) { p.rad_e_per_count; }
 constexpr auto fields(P& p) {
   return std::tie(p.closed, p.rad_e_per_count, p.rad_e_offset, p.kp_d, p.kp_q, p.ki_T, p.unwind_d,
-                  p.unwind_q, p.L_d, p.L_q, p.psi_f, p.modulation, p.timer_counts, p.timer_lsb,
-                  p.duty_max);
+                  p.unwind_q, p.L_d, p.L_q, p.psi_f, p.advance_time, p.modulation, p.timer_counts,
+                  p.timer_lsb, p.duty_max);
 }
 template <class O>
-requires requires(O o) { o.sin_advance; }
+requires requires(O o) { o.i_q_ref; }
 constexpr auto fields(O& o) {
-  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.inv_v_bus, o.sin_advance,
-                  o.cos_advance, o.bridge_on);
+  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.bridge_on);
 }
 template <class S>
 requires requires(S s) {
@@ -67,32 +66,51 @@ constexpr auto fields(S& s) {
                   s.duty_a, s.duty_b, s.duty_c, s.bridge);
 }
 
+/// What follows from the orders, for as long as they hold.
+template <class Real>
+struct Held {
+  Real v_max;                      // V, the voltage circle
+  Real inv_v_bus;                  // 1/V
+  SinCos<Real> advance;            // of ω_e·1.5·T_s: where the rotor is when the duties act
+  Real omega_L_d, omega_L_q, emf;  // V/A, V/A, V: decoupling
+};
+
+template <class Real>
+inline Held<Real> hold(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders) {
+  return {p.modulation * orders.v_bus,
+          1.0 / max(orders.v_bus, Real(1.0)),
+          sincos<Real>(orders.omega_e * p.advance_time),
+          orders.omega_e * p.L_d,
+          orders.omega_e * p.L_q,
+          orders.omega_e * p.psi_f};
+}
+
 /// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle, d first: with the flux axis
 /// under control a motor that has run out of voltage still turns as fast as its back-EMF allows; x
 /// += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge can really give.
 template <class Real>
 inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
-                                   const CurrentOrders<Real>& orders, CurrentLoopState<Real>& s) {
+                                   const CurrentOrders<Real>& orders, const Held<Real>& held,
+                                   CurrentLoopState<Real>& s) {
   const Real e_d = -s.i_d;
   const Real e_q = orders.i_q_ref - s.i_q;
-  const Real v_d =
-      select(p.closed != 0.0, p.kp_d * e_d + s.x_d - orders.omega_e * p.L_q * s.i_q, Real(0.0));
+  const auto closed = p.closed != 0.0;
+  const Real v_d = select(closed, (p.kp_d * e_d + s.x_d) - held.omega_L_q * s.i_q, Real(0.0));
   const Real v_q =
-      select(p.closed != 0.0, p.kp_q * e_q + s.x_q + orders.omega_e * (p.L_d * s.i_d + p.psi_f),
-             orders.v_q_ref);
-  const Real v_max = p.modulation * orders.v_bus;
-  const Real v_d_given = clamp(v_d, -v_max, v_max);
-  const Real room = sqrt(v_max * v_max - v_d_given * v_d_given);
+      select(closed, (p.kp_q * e_q + s.x_q) + (held.omega_L_d * s.i_d + held.emf), orders.v_q_ref);
+  const Real v_d_given = clamp(v_d, -held.v_max, held.v_max);
+  const Real room = sqrt(held.v_max * held.v_max - v_d_given * v_d_given);
   const Dq<Real> v{v_d_given, clamp(v_q, -room, room)};
   s.x_d += p.ki_T * e_d + p.unwind_d * (v.d - v_d);
   s.x_q += p.ki_T * e_q + p.unwind_q * (v.q - v_q);
   return v;
 }
 
-/// Measurement in, duties of the next period out.
-template <class Real>
+/// Measurement in, duties of the next period out. Without `may_be_off` every bridge is on.
+template <bool may_be_off = true, class Real>
 inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders,
-                         const Measurement<Real>& m, CurrentLoopState<Real>& s) {
+                         const Held<Real>& held, const Measurement<Real>& m,
+                         CurrentLoopState<Real>& s) {
   const SinCos<Real> theta_e = sincos<Real>(m.encoder_counts * p.rad_e_per_count - p.rad_e_offset);
   const Dq<Real> i = park(clarke(Abc<Real>{m.i_a, m.i_b, -m.i_a - m.i_b}), theta_e);
   s.i_a = m.i_a;
@@ -101,21 +119,22 @@ inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<R
   s.i_q = i.q;
   s.encoder_counts = m.encoder_counts;
 
-  const Dq<Real> v = current_controller(p, orders, s);
-  const SinCos<Real> ahead = rotate(theta_e, {orders.sin_advance, orders.cos_advance});
+  const Dq<Real> v = current_controller(p, orders, held, s);
+  const SinCos<Real> ahead = rotate(theta_e, held.advance);
   const Abc<Real> duty =
-      svpwm(inverse_park(v, ahead), orders.inv_v_bus, p.timer_counts, p.timer_lsb, p.duty_max);
+      svpwm(inverse_park(v, ahead), held.inv_v_bus, p.timer_counts, p.timer_lsb, p.duty_max);
 
-  const auto on = orders.bridge_on != 0.0;
+  const auto closed = p.closed != 0.0;
   const Real half(0.5);
   const Real zero(0.0);
-  s.x_d = select(on && p.closed != 0.0, s.x_d, zero);
-  s.x_q = select(on && p.closed != 0.0, s.x_q, zero);
-  s.v_d = select(on, v.d, zero);
-  s.v_q = select(on, v.q, zero);
-  s.duty_a = select(on, duty.a, half);
-  s.duty_b = select(on, duty.b, half);
-  s.duty_c = select(on, duty.c, half);
+  const auto off = orders.bridge_on == 0.0;
+  s.x_d = select_if<may_be_off>(off, zero, select(closed, s.x_d, zero));
+  s.x_q = select_if<may_be_off>(off, zero, select(closed, s.x_q, zero));
+  s.v_d = select_if<may_be_off>(off, zero, v.d);
+  s.v_q = select_if<may_be_off>(off, zero, v.q);
+  s.duty_a = select_if<may_be_off>(off, half, duty.a);
+  s.duty_b = select_if<may_be_off>(off, half, duty.b);
+  s.duty_c = select_if<may_be_off>(off, half, duty.c);
   s.bridge = orders.bridge_on;
 }
 

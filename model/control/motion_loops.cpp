@@ -181,7 +181,6 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   p.rad_per_count = drive.encoder.direction * kTwoPi / static_cast<double>(1 << drive.encoder.bits);
   p.counts_per_rad = 1.0 / p.rad_per_count;
   p.pole_pairs = drive.motor.pole_pairs;
-  p.advance_time = 1.5 / drive.inverter.f_pwm;
   p.angle_kp = c.angle_kp_per_byte * bytes.angle_kp;
   p.angle_ki = c.angle_ki_per_byte * bytes.angle_ki;
   p.speed_kp = kp_at_reference * bytes.speed_kp / c.ref_speed_kp_byte;
@@ -223,6 +222,7 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   p.L_d = drive.motor.L_d;
   p.L_q = drive.motor.L_q;
   p.psi_f = drive.motor.psi_f;
+  p.advance_time = 1.5 / drive.inverter.f_pwm;
   p.modulation = modulation(drive.inverter);
   p.timer_counts = drive.inverter.timer_counts;
   p.timer_lsb = 1.0 / drive.inverter.timer_counts;
@@ -265,10 +265,6 @@ void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encode
   orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, v_bus, s);
   orders.omega_e = p.pole_pairs * s.omega_hat;
   orders.v_bus = v_bus;
-  orders.inv_v_bus = 1.0 / std::max(v_bus, 1.0);
-  const SinCos<double> advance = sincos(orders.omega_e * p.advance_time);
-  orders.sin_advance = advance.sin;
-  orders.cos_advance = advance.cos;
   orders.bridge_on = std::holds_alternative<Off>(setpoint) ? 0.0 : 1.0;
 }
 

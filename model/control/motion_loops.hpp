@@ -17,7 +17,6 @@ struct MotionParams {
   double rad_per_count = 0;   // rotor rad per encoder count, signed by the encoder's direction
   double counts_per_rad = 0;  // its inverse
   double pole_pairs = 1;
-  double advance_time = 0;  // s, from a current sample to the middle of the duties it causes
   double angle_kp = 0, angle_ki = 0;        // 1/s, 1/s²
   double speed_kp = 0, speed_ki = 0;        // A·s/rad, A/rad
   double observer_k1 = 0, observer_k2 = 0;  // per period: angle and speed correction

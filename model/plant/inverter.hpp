@@ -19,7 +19,7 @@ inline namespace LKEMU_ISA {
 /// duty_eff,x = duty_x − (t_dead·f_pwm)·sat(i_x/i_zone): while both switches are off the current
 /// picks the diode, so the leg spends the dead time at the wrong rail (Holmes & Lipo 2003, ch. 1).
 /// Valid for |i| well above the ripple; inside ±i_zone the error fades out (soft commutation,
-/// assumed).
+/// assumed). Turning into the rotor's frame is linear, so wanted duty and error are turned apart.
 template <class Real>
 inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>& duty,
                                      const Abc<Real>& i, const SinCos<Real>& theta_e) {
@@ -27,10 +27,10 @@ inline InverterOutput<Real> inverter(const PlantParams<Real>& p, const Abc<Real>
     return clamp(i_x * p.inv_i_dead_zone, Real(-1.0), Real(1.0));
   };
   const Abc<Real> s{sign(i.a), sign(i.b), sign(i.c)};
-  const Abc<Real> effective{duty.a - p.dead_fraction * s.a, duty.b - p.dead_fraction * s.b,
-                            duty.c - p.dead_fraction * s.c};
   const Dq<Real> direction = park(clarke(s), theta_e);
-  return {park(clarke(effective), theta_e), {p.dead_drop * direction.d, p.dead_drop * direction.q}};
+  const Dq<Real> wanted = park(clarke(duty), theta_e);
+  return {{wanted.d - p.dead_fraction * direction.d, wanted.q - p.dead_fraction * direction.q},
+          {p.dead_drop * direction.d, p.dead_drop * direction.q}};
 }
 
 }  // namespace LKEMU_ISA

@@ -52,18 +52,12 @@ inline ToothTorque<Real> tooth_torque(const PlantParams<Real>& p, const Motion<R
 /// τ_cog·sin(n·θ) at θ half a period ahead.
 template <class Real>
 inline Real cogging(const PlantParams<Real>& p, const Motion<Real>& m) {
-  if (!any(p.tau_cogging != 0.0)) {
-    return Real(0.0);
-  }
   return p.tau_cogging * sine<Real>(p.cogging_per_turn * (m.theta + 0.5 * p.T_s * m.omega));
 }
 
 /// m·g·l·sin θ_out of an arm at the output, half a period ahead.
 template <class Real>
 inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
-  if (!any(p.tau_gravity != 0.0)) {
-    return Real(0.0);
-  }
   return p.tau_gravity * sine<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out);
 }
 
@@ -82,21 +76,34 @@ inline void stop_at_ends(const PlantParams<Real>& p, Motion<Real>& m) {
   m.omega = select(rotor_too, Real(0.0), m.omega);
 }
 
+/// Which of the seldom needed parts a tick is built with. A part that is left out would have
+/// changed no bit of the drives it is left out for.
+struct Parts {
+  bool bridge_off;  // some bridge is off: diodes conduct
+  bool compliant;   // some gear has stiffness and play
+  bool end_stops;   // some output shaft has them
+};
+inline constexpr Parts kEveryPart{true, true, true};
+inline constexpr Parts kCommonParts{false, false, false};
+
 /// J·(ω₁ − ω₀)/T = τ − B·(ω₀ + ω₁)/2 − τ_dry,  θ₁ = θ₀ + T·(ω₀ + ω₁)/2,
 /// forces taken at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
 /// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either
 /// direction.
-template <class Real>
+template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {
   const auto compliant = p.compliant != 0.0;
-  const ToothTorque<Real> tooth = tooth_torque(p, m);
+  ToothTorque<Real> tooth{0.0, 0.0};
+  if constexpr (parts.compliant) {
+    tooth = tooth_torque(p, m);
+  }
   const Real tau_gravity = gravity(p, m);
   const Real tau_world = p.tau_load - tau_gravity;
 
   // What the output asks of the rotor's side of the gear.
-  const Real transmitted = select(compliant, tooth.total, -tau_world);
+  const Real transmitted = select_if<parts.compliant>(compliant, tooth.total, Real(-tau_world));
   const Real bearing =
       p.tau_coulomb + p.tau_static_excess / (1.0 + m.omega * m.omega * p.inv_omega_stribeck2);
   const Real tau = tau_e - cogging(p, m) - transmitted * p.inv_gear;
@@ -113,18 +120,24 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
 
   const Real drive_out = p.inertia_rate_out * m.omega_out + tooth.total + tau_world;
   const Real tau_dry_out = dry_friction(drive_out, p.tau_coulomb_out);
-  next.omega_out =
-      select(compliant, (drive_out - tau_dry_out) * p.mobility_out, next.omega * p.inv_gear);
+  next.omega_out = select_if<parts.compliant>(
+      compliant, Real((drive_out - tau_dry_out) * p.mobility_out), Real(next.omega * p.inv_gear));
   const Real omega_out_mean = 0.5 * (m.omega_out + next.omega_out);
-  next.theta_out = select(compliant, m.theta_out + p.T_s * omega_out_mean, next.theta * p.inv_gear);
+  next.theta_out = select_if<parts.compliant>(compliant, Real(m.theta_out + p.T_s * omega_out_mean),
+                                              Real(next.theta * p.inv_gear));
 
   const Real bearing_share = dry_friction(tau_dry, bearing);
-  const Real out_share = select(compliant, tau_dry_out * omega_out_mean, Real(0.0));
+  const Real out_share =
+      select_if<parts.compliant>(compliant, Real(tau_dry_out * omega_out_mean), Real(0.0));
   step.p_friction = (bearing_share + 2.0 * p.B_half * omega_mean) * omega_mean + out_share;
-  step.p_gear = (tau_dry - bearing_share) * omega_mean +
-                tooth.damping * (omega_mean * p.inv_gear - omega_out_mean);
+  step.p_gear = (tau_dry - bearing_share) * omega_mean;
+  if constexpr (parts.compliant) {
+    step.p_gear += tooth.damping * (omega_mean * p.inv_gear - omega_out_mean);
+  }
   step.p_load = -p.tau_load * omega_out_mean;
-  stop_at_ends(p, next);
+  if constexpr (parts.end_stops) {
+    stop_at_ends(p, next);
+  }
   return step;
 }
 

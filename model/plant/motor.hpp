@@ -43,42 +43,43 @@ inline Real mean_product(const Course<Real>& a, const Course<Real>& b) {
 ///   e^(A·T) = e^(μT)·(C·I + S·(A − μI)·T),  μ = tr A/2,  s = −det(A − μI)·T²,
 ///   C = cosh√s,  S = sinh√s/√s  as power series in s (they are entire; remainder s⁴/8! = 2e-7 at
 ///   the |s| = 0.3 of a motor at its fastest, 1e-12 at ordinary speeds).
-/// Means follow from integrating the equations: i_mean = i∞ + A⁻¹·(i(T) − i(0))/T.
+/// Means follow from integrating the equations: i_mean = i∞ + (A·T)⁻¹·(i(T) − i(0)).
 template <class Real>
 inline WindingStep<Real> driven_windings(const PlantParams<Real>& p, const Dq<Real>& i0,
                                          const InverterOutput<Real>& bridge, const Real& v_link,
                                          const Real& R_s, const Real& psi_f, const Real& omega_e) {
   const Real R = R_s + p.R_on;
-  const Real a_d = R * p.inv_L_d;
-  const Real a_q = R * p.inv_L_q;
-  const Real a_dq = omega_e * p.L_q * p.inv_L_d;  // A = [−a_d  a_dq; −a_qd  −a_q]
-  const Real a_qd = omega_e * p.L_d * p.inv_L_q;
+  const Real a_d = R * p.T_by_L_d;  // A·T = [−a_d  a_dq; −a_qd  −a_q]
+  const Real a_q = R * p.T_by_L_q;
+  const Real turn = omega_e * p.T_s;
+  const Real a_dq = turn * p.L_q_by_L_d;
+  const Real a_qd = turn * p.L_d_by_L_q;
+  const Real coupling = turn * turn;  // a_dq·a_qd
 
-  const Real u_d = (v_link * bridge.duty.d - bridge.v_drop.d) * p.inv_L_d;
-  const Real u_q = (v_link * bridge.duty.q - bridge.v_drop.q - omega_e * psi_f) * p.inv_L_q;
-  const Real inv_det = 1.0 / (a_d * a_q + a_dq * a_qd);
-  // A⁻¹·x = −(a_q·x_d + a_dq·x_q, a_d·x_q − a_qd·x_d)/det
+  const Real u_d = (v_link * bridge.duty.d - bridge.v_drop.d) * p.T_by_L_d;
+  const Real u_q = (v_link * bridge.duty.q - bridge.v_drop.q - omega_e * psi_f) * p.T_by_L_q;
+  const Real inv_det = 1.0 / (a_d * a_q + coupling);
+  // (A·T)⁻¹·x = −(a_q·x_d + a_dq·x_q, a_d·x_q − a_qd·x_d)/det
   const auto solve = [&](const Real& x_d, const Real& x_q) {
     return Dq<Real>{-(a_q * x_d + a_dq * x_q) * inv_det, (a_qd * x_d - a_d * x_q) * inv_det};
   };
   const Dq<Real> x_inf = solve(u_d, u_q);  // −i∞
 
-  const Real half_difference = 0.5 * (a_d - a_q) * p.T_s;
-  const Real s = half_difference * half_difference - a_dq * a_qd * p.T_s * p.T_s;
+  const Real half_difference = 0.5 * (a_d - a_q);
+  const Real s = half_difference * half_difference - coupling;
   const Real s2 = s * s;
   const Real C = (1.0 + s * (1.0 / 2)) + s2 * (1.0 / 24 + s * (1.0 / 720));
   const Real S = (1.0 + s * (1.0 / 6)) + s2 * (1.0 / 120 + s * (1.0 / 5040));
-  const Real decay = exp_small<Real>(-0.5 * (a_d + a_q) * p.T_s);
-  const Real S_T = S * p.T_s;
+  const Real decay = exp_small<Real>(-0.5 * (a_d + a_q));
 
   const Real delta_d = i0.d + x_inf.d;
   const Real delta_q = i0.q + x_inf.q;
-  const Real e_d = decay * ((C - S * half_difference) * delta_d + S_T * a_dq * delta_q);
-  const Real e_q = decay * ((C + S * half_difference) * delta_q - S_T * a_qd * delta_d);
+  const Real e_d = decay * ((C - S * half_difference) * delta_d + S * a_dq * delta_q);
+  const Real e_q = decay * ((C + S * half_difference) * delta_q - S * a_qd * delta_d);
 
   WindingStep<Real> step;
   step.i_next = {e_d - x_inf.d, e_q - x_inf.q};
-  const Dq<Real> slope = solve((step.i_next.d - i0.d) * p.f_s, (step.i_next.q - i0.q) * p.f_s);
+  const Dq<Real> slope = solve(step.i_next.d - i0.d, step.i_next.q - i0.q);
   step.i_mean = {slope.d - x_inf.d, slope.q - x_inf.q};
   const Course<Real> course_d = course(i0.d, step.i_next.d, step.i_mean.d);
   const Course<Real> course_q = course(i0.q, step.i_next.q, step.i_mean.q);

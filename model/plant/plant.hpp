@@ -78,7 +78,7 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
 
 /// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
 /// the start of the period, which the sensors need as well.
-template <class Real>
+template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
                     const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e) {
   // Speed and link voltage half a period ahead: second order without iterating.
@@ -94,8 +94,8 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   WindingStep<Real> step =
       driven_windings(p, {s.i_d, s.i_q}, bridge, v_middle, R_s, psi_f, omega_e);
 
-  const auto off = bridge_on == 0.0;
-  if (any(off)) {
+  if constexpr (parts.bridge_off) {
+    const auto off = bridge_on == 0.0;
     clear_where(off, step);
     const auto conducts = off && (s.i_d != 0.0 || s.i_q != 0.0 ||
                                   kSqrt3 * psi_f * abs(omega_e) > v_middle + 2.0 * p.v_diode);
@@ -106,7 +106,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
 
   const Real tau_e = torque(p, step, psi_f);
   const MechanicsStep<Real> mech =
-      mechanics(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
+      mechanics<parts>(p, {s.theta, s.omega, s.theta_out, s.omega_out}, tau_e);
   const Real i_logic = p.g_logic * s.v_link;
   const Real i_link = step.i_link + i_logic;
   const LinkStep<Real> dc = link(p, s.v_link, i_link);

@@ -32,8 +32,10 @@ void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.alpha_pm = d.motor.alpha_pm;
   p.L_d = d.motor.L_d;
   p.L_q = d.motor.L_q;
-  p.inv_L_d = 1.0 / d.motor.L_d;
-  p.inv_L_q = 1.0 / d.motor.L_q;
+  p.T_by_L_d = p.T_s / d.motor.L_d;
+  p.T_by_L_q = p.T_s / d.motor.L_q;
+  p.L_d_by_L_q = d.motor.L_d / d.motor.L_q;
+  p.L_q_by_L_d = d.motor.L_q / d.motor.L_d;
   p.dead_fraction = d.inverter.t_dead * d.inverter.f_pwm;
   p.dead_drop = 2.0 * p.dead_fraction * d.inverter.v_diode;
   p.inv_i_dead_zone = 1.0 / d.inverter.i_dead_zone;

@@ -15,7 +15,8 @@ struct PlantParams {
   T T_s{}, f_s{};  // s, 1/s: one PWM period
 
   // Windings (docs/model.md §3)
-  T pole_pairs{}, R_25{}, alpha_cu{}, psi_25{}, alpha_pm{}, L_d{}, L_q{}, inv_L_d{}, inv_L_q{};
+  T pole_pairs{}, R_25{}, alpha_cu{}, psi_25{}, alpha_pm{}, L_d{}, L_q{};
+  T T_by_L_d{}, T_by_L_q{}, L_d_by_L_q{}, L_q_by_L_d{};  // s/H, s/H, 1, 1
 
   // Inverter (§2): dead time as a fraction of the period, diode drop averaged over it
   T dead_fraction{}, dead_drop{}, inv_i_dead_zone{}, R_on{}, v_diode{};
@@ -53,23 +54,23 @@ inline namespace LKEMU_ISA {
 
 template <class Params>
 requires requires(Params p) {
-  p.inv_L_q;
+  p.T_by_L_q;
   p.current_max;
 }
 constexpr auto fields(Params& p) {
-  return std::tie(p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d,
-                  p.L_q, p.inv_L_d, p.inv_L_q, p.dead_fraction, p.dead_drop, p.inv_i_dead_zone,
-                  p.R_on, p.v_diode, p.gear_ratio, p.inv_gear, p.inertia_rate, p.inertia_rate_out,
-                  p.B_half, p.mobility, p.mobility_out, p.tau_coulomb, p.tau_static_excess,
-                  p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn,
-                  p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving,
-                  p.loss_driven, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source,
-                  p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
-                  p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
-                  p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
-                  p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,
-                  p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a,
-                  p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
+  return std::tie(
+      p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d, p.L_q,
+      p.T_by_L_d, p.T_by_L_q, p.L_d_by_L_q, p.L_q_by_L_d, p.dead_fraction, p.dead_drop,
+      p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear, p.inertia_rate,
+      p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out, p.tau_coulomb, p.tau_static_excess,
+      p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn, p.compliant,
+      p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving, p.loss_driven, p.tau_load,
+      p.tau_gravity, p.theta_min, p.theta_max, p.v_source, p.R_source, p.link_decay, p.link_rate,
+      p.inv_link_rate, p.i_regen_max, p.g_logic, p.heat_winding, p.heat_housing, p.heat_stage,
+      p.g_winding_housing, p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
+      p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,
+      p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a, p.offset_b,
+      p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
 }
 
 }  // namespace LKEMU_ISA

@@ -13,9 +13,6 @@ inline namespace LKEMU_ISA {
 /// The encoder chip's error at magnet angle `seen`: a₁·sin + b₁·cos + a₂·sin 2θ + b₂·cos 2θ, rad.
 template <class Real>
 inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
-  if (!any(p.inl_sin != 0.0 || p.inl_cos != 0.0 || p.inl_sin_2 != 0.0 || p.inl_cos_2 != 0.0)) {
-    return Real(0.0);
-  }
   const SinCos<Real> t = sincos(seen);
   return t.sin * (p.inl_sin + 2.0 * (p.inl_sin_2 * t.cos - p.inl_cos_2 * t.sin)) +
          t.cos * p.inl_cos + p.inl_cos_2;
@@ -25,25 +22,25 @@ inline Real non_linearity(const PlantParams<Real>& p, const Real& seen) {
 /// latency, bent by its non-linearity, and noisy.
 template <class Real>
 inline Real encoder(const PlantParams<Real>& p, const Real& theta_m, const Real& omega_m,
-                    std::uint64_t* noise) {
+                    WordsOf<Real>& noise) {
   const Real seen =
       p.encoder_direction * (theta_m - omega_m * p.encoder_latency) + p.encoder_offset;
-  return floored((seen + non_linearity(p, seen) + p.encoder_noise * normal<Real>(noise)) *
+  return floored((seen + non_linearity(p, seen) + p.encoder_noise * normal_deviate(noise)) *
                  p.counts_per_rad);
 }
 
 /// One phase-current channel: amplifier, noise, ADC with its step and its ends.
 template <class Real>
 inline Real current_channel(const PlantParams<Real>& p, const Real& i, const Real& gain,
-                            const Real& offset, std::uint64_t* noise) {
-  const Real amplified = gain * i + offset + p.current_noise * normal<Real>(noise);
+                            const Real& offset, WordsOf<Real>& noise) {
+  const Real amplified = gain * i + offset + p.current_noise * normal_deviate(noise);
   return clamp(nearest(amplified * p.inv_current_lsb) * p.current_lsb, -p.current_max,
                p.current_max);
 }
 
 template <class Real>
 inline Measurement<Real> measure(const PlantParams<Real>& p, const Abc<Real>& i_abc,
-                                 const Real& theta_m, const Real& omega_m, std::uint64_t* noise) {
+                                 const Real& theta_m, const Real& omega_m, WordsOf<Real>& noise) {
   Measurement<Real> m;
   m.encoder_counts = encoder(p, theta_m, omega_m, noise);
   m.i_a = current_channel(p, i_abc.a, p.gain_a, p.offset_a, noise);

@@ -57,7 +57,6 @@ std::complex<double> current_response(const DriveParams& d, const ControlSetting
   CurrentOrders<double> orders;
   orders.bridge_on = 1.0;
   orders.v_bus = d.supply.v_source;
-  orders.inv_v_bus = 1.0 / orders.v_bus;
   const int period = static_cast<int>(std::lround(2.0 * kPiT / omega * d.inverter.f_pwm));
   const double exact = 2.0 * kPiT / period;  // rad per tick
   std::complex<double> response = 0.0;
@@ -72,7 +71,8 @@ std::complex<double> current_response(const DriveParams& d, const ControlSetting
     const Abc<double> i =
         inverse_clarke(inverse_park(Dq<double>{plant.s.i_d, plant.s.i_q}, sincos(0.0)));
     std::uint64_t noise = 1;
-    current_loop<double>(params, orders, measure<double>(plant.p, i, 0.0, 0.0, &noise), loop);
+    current_loop(params, orders, hold(params, orders), measure<double>(plant.p, i, 0.0, 0.0, noise),
+                 loop);
     plant.step(duty, on);
   }
   return response * std::complex<double>(0.0, 1.0);  // reference is a sine

@@ -45,6 +45,65 @@ TEST(Determinism, HoweverTimeIsSliced) {
   }
 }
 
+/// A drive's bits in the company of seven like it, each changed by `change` if it is not the first.
+template <class Change>
+std::vector<std::uint64_t> beside_changed(Change change) {
+  std::vector<DriveInit> inits(kLanes, mixed_drive(0));
+  for (std::size_t n = 1; n < inits.size(); ++n) {
+    change(inits[n].params);
+  }
+  DriveBank bank(inits);
+  std::vector<std::uint64_t> bits;
+  for (int stretch = 0; stretch < 4; ++stretch) {
+    for (std::size_t n = 0; n < inits.size(); ++n) {
+      bank.command(n, Speed{20.0 - 15.0 * stretch});
+    }
+    bank.advance(1000);
+    const auto words = bits_of(bank, 0);
+    bits.insert(bits.end(), words.begin(), words.end());
+  }
+  return bits;
+}
+
+TEST(Determinism, WhatANeighbourNeedsChangesNoBit) {
+  // Blocks are run with as much of the tick as some drive of theirs needs (tick.hpp, Parts).
+  const auto expected = beside_changed([](DriveParams&) {});
+  EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.tau_gravity = 0.3; }), expected);
+  EXPECT_EQ(beside_changed([](DriveParams& d) { d.load.theta_max = 0.5; }), expected) << "a stop";
+  EXPECT_EQ(beside_changed([](DriveParams& d) { d.mechanics = mixed_drive(2).params.mechanics; }),
+            expected)
+      << "a springy gear";
+  EXPECT_EQ(beside_changed([](DriveParams& d) {
+              d.mechanics.tau_cogging = 0.01;
+              d.encoder.inl_1 = 2e-3;
+            }),
+            expected);
+}
+
+TEST(Determinism, ANeighbourThatIsOffChangesNoBit) {
+  const auto run = [](bool others_off) {
+    DriveBank bank(std::vector<DriveInit>(kLanes, mixed_drive(0)));
+    for (std::size_t n = 0; n < bank.size(); ++n) {
+      bank.command(n, Speed{40.0});
+    }
+    bank.advance(1001);
+    for (std::size_t n = 1; others_off && n < bank.size(); ++n) {
+      bank.command(n, Off{});
+    }
+    bank.advance(2000);
+    return bits_of(bank, 0);
+  };
+  EXPECT_EQ(run(true), run(false));
+}
+
+TEST(Determinism, APlainNumberGivesTheSameBitsAsARegister) {
+  NamedKernel plain = lane_kernel("baseline");
+  plain.run_alone = run_block<double>;
+  for (const int kind : {0, 1, 2, 5}) {
+    EXPECT_EQ(mixed_run({kind}, plain), mixed_run({kind}, best_lane_kernel())) << kind;
+  }
+}
+
 class Kernels : public testing::TestWithParam<const char*> {};
 
 TEST_P(Kernels, GiveTheSameBits) {
@@ -53,6 +112,7 @@ TEST_P(Kernels, GiveTheSameBits) {
     GTEST_SKIP() << "not run: this processor or build has no " << GetParam();
   }
   EXPECT_EQ(mixed_run(kCompany, kernel), mixed_run(kCompany, lane_kernel("baseline")));
+  EXPECT_EQ(mixed_run({4}, kernel), mixed_run({4}, lane_kernel("baseline"))) << "alone";
 }
 
 INSTANTIATE_TEST_SUITE_P(Determinism, Kernels, testing::Values("avx2", "avx512"),

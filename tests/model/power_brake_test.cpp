@@ -64,12 +64,12 @@ TEST(Reset, OpensTheBridgeAndForgets) {
   bank.advance(ticks_in(d, 0.05));
   EXPECT_GT(bank.truth(0).i_q, 1.0);
   bank.set_supply_voltage(0, 3.0);
-  EXPECT_TRUE(bank.advance_to_edge(ticks_in(d, 1.0)));
+  EXPECT_TRUE(bank.advance_to_edge(bank.ticks() + ticks_in(d, 1.0)));
   EXPECT_FALSE(bank.alive(0));
   EXPECT_FALSE(bank.telemetry(0).bridge_on);
   const double omega = bank.truth(0).omega_m;
   bank.set_supply_voltage(0, 24.0);
-  EXPECT_TRUE(bank.advance_to_edge(ticks_in(d, 1.0)));
+  EXPECT_TRUE(bank.advance_to_edge(bank.ticks() + ticks_in(d, 1.0)));
   EXPECT_TRUE(bank.alive(0));
   bank.advance(ticks_in(d, 0.1));
   EXPECT_NEAR(bank.truth(0).i_q, 0.0, 0.05);                // idle

@@ -46,8 +46,8 @@ class Firmware {
     const std::array<double, 3> acting{loop_.duty_a, loop_.duty_b, loop_.duty_c};
     const SinCos<double> theta_e = sincos(plant_.pole_pairs * s[2]);
     const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s[0], s[1]}, theta_e));
-    const Measurement<double> m = measure<double>(plant_, i, s[2], s[3], &noise_);
-    current_loop<double>(loop_params_, orders_, m, loop_);
+    const Measurement<double> m = measure<double>(plant_, i, s[2], s[3], noise_);
+    current_loop(loop_params_, orders_, hold(loop_params_, orders_), m, loop_);
     return acting;
   }
 

@@ -8,7 +8,7 @@ namespace {
 
 double counts(const DriveParams& d, double theta, double omega = 0.0) {
   std::uint64_t noise = 1;
-  return encoder(plant_params(d), theta, omega, &noise);
+  return encoder(plant_params(d), theta, omega, noise);
 }
 
 TEST(Encoder, CountsAreTheFloorOfTheAngleInItsBits) {
@@ -87,7 +87,7 @@ TEST(Encoder, NoiseHasItsSpread) {
   double sum = 0, square = 0;
   constexpr int kCount = 200000;
   for (int n = 0; n < kCount; ++n) {
-    const double x = encoder(p, 1.0, 0.0, &noise) / p.counts_per_rad - 1.0;
+    const double x = encoder(p, 1.0, 0.0, noise) / p.counts_per_rad - 1.0;
     sum += x;
     square += x * x;
   }
@@ -100,7 +100,7 @@ TEST(Encoder, NoiseHasItsSpread) {
 
 double adc(const DriveParams& d, double i, double gain = 1.0, double offset = 0.0) {
   std::uint64_t noise = 1;
-  return current_channel(plant_params(d), i, gain, offset, &noise);
+  return current_channel(plant_params(d), i, gain, offset, noise);
 }
 
 TEST(CurrentSensor, RoundsToItsStepAndEndsAtItsRange) {
@@ -131,7 +131,7 @@ TEST(CurrentSensor, NoiseHasItsSpread) {
   double square = 0;
   constexpr int kCount = 200000;
   for (int n = 0; n < kCount; ++n) {
-    const double i = current_channel(p, 0.0, 1.0, 0.0, &noise);
+    const double i = current_channel(p, 0.0, 1.0, 0.0, noise);
     square += i * i;
   }
   EXPECT_NEAR(std::sqrt(square / kCount), 0.05, 0.05 * 5.0 * std::sqrt(1.7 / kCount) / 2.0);

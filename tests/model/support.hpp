@@ -60,7 +60,7 @@ struct BarePlant {
   void step(const Abc<double>& duty, bool bridge_on = true) {
     const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
     const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
-    lk::model::advance<double>(p, s, duty, bridge_on ? 1.0 : 0.0, i, theta_e);
+    lk::model::advance(p, s, duty, bridge_on ? 1.0 : 0.0, i, theta_e);
   }
   /// One period with a voltage [V] in the rotor's frame at the period's middle.
   void step_dq(const Dq<double>& v) {
