@@ -56,6 +56,15 @@ double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) 
   return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
 }
 
+/// What the drive takes for its supply current: electrical power over the link voltage. Without
+/// current sensors it has i_q from R·i_q = v_q − ω·ψ.
+double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, double omega,
+                   double v_bus) {
+  const double i_q =
+      p.has_current_loop ? loop.i_q : (loop.v_q - p.pole_pairs * omega * p.psi_f) / p.R_s;
+  return 1.5 * (loop.v_d * loop.i_d + loop.v_q * i_q) / std::max(v_bus, 1.0);
+}
+
 }  // namespace
 
 template <class Access>
@@ -201,8 +210,8 @@ void DriveBank::run_motion_loops(std::size_t drive) {
                           unit.slow.temp_motor,
                           unit.slow.temp_driver,
                           i_peak,
-                          lane_of(block.loop.i_q, lane),
-                          unit.motion_params.i_q_max,
+                          effort(unit.motion_params, unit.motion, unit.slow.v_bus,
+                                 lane_of(block.loop.i_q, lane), lane_of(block.loop.v_q, lane)),
                           unit.motion.omega_report};
     watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection);
     if (unit.protection.latched != 0) {
@@ -299,10 +308,19 @@ void DriveBank::set_brake_coil(std::size_t drive, bool on) {
   unit.brake.coil_on = on && unit.life.life == Life::kAlive;
 }
 void DriveBank::turn_shaft(std::size_t drive, double angle) {
-  const double gear_ratio = units_[drive].params.mechanics.gear_ratio;
+  Unit& unit = units_[drive];
+  const LoadParams& load = unit.params.load;
   with_block(drive, [&](auto& block, std::size_t lane) {
-    lane_of(block.plant.theta, lane) += angle * gear_ratio;
-    lane_of(block.plant.theta_out, lane) += angle;
+    double& theta_out = lane_of(block.plant.theta_out, lane);
+    const double before = theta_out;
+    theta_out = std::clamp(theta_out + angle, std::min(load.theta_min, before),
+                           std::max(load.theta_max, before));
+    const double turn = (theta_out - before) * unit.params.mechanics.gear_ratio;
+    lane_of(block.plant.theta, lane) += turn;
+    // A hand takes its time: encoder and observer have followed, and there is no speed in it.
+    const double counts = nearest(turn * unit.motion_params.counts_per_rad);
+    lane_of(block.loop.encoder_counts, lane) += counts;
+    unit.motion.counts_hat += counts;
   });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {
@@ -318,7 +336,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.temp_motor = unit.slow.temp_motor;
     t.temp_driver = unit.slow.temp_driver;
     t.v_bus = unit.slow.v_bus;
-    t.i_bus = 1.5 * (loop.v_d * loop.i_d + loop.v_q * loop.i_q) / std::max(unit.slow.v_bus, 1.0);
+    t.i_bus = bus_current(unit.motion_params, loop, unit.motion.omega_hat, unit.slow.v_bus);
     t.i_q = loop.i_q;
     t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0));
     t.i_a = loop.i_a;

@@ -60,7 +60,8 @@ class DriveBank {
   void connect_supply(std::size_t drive, bool connected);
   /// Current through the coil releases the brake. A drive that loses its power lets go of it.
   void set_brake_coil(std::size_t drive, bool on);
-  /// Turns the output by `angle` rad, by hand; the rotor goes with it.
+  /// Turns the output by `angle` rad, by hand, as far as the end stops let it; the rotor goes with
+  /// it.
   void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
 

@@ -112,6 +112,7 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
 
 double speed_setpoint(const MotionParams& p, const Speed& setpoint, double v_bus, MotionState& s) {
   const double i_max = setpoint.i_q_max > 0.0 ? std::min(setpoint.i_q_max, p.i_q_max) : p.i_q_max;
+  s.i_limit = i_max;
   double omega_ref = setpoint.omega;
   if (p.accel_max > 0.0) {
     const double step = p.accel_max * p.T_m;
@@ -127,6 +128,7 @@ bool follows(const Setpoint& setpoint) {
 /// Current reference of the setpoint in force, before the current ramp.
 double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
                       double v_bus, MotionState& s) {
+  s.i_limit = p.i_q_max;
   if (const auto* torque = std::get_if<Torque>(&setpoint)) {
     return limit(torque->i_q, p.i_hardware);
   }
@@ -228,6 +230,13 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   p.timer_lsb = 1.0 / drive.inverter.timer_counts;
   p.duty_max = drive.inverter.duty_max;
   return p;
+}
+
+double effort(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
+  if (p.has_current_loop) {
+    return std::abs(i_q) / s.i_limit;
+  }
+  return std::abs(v_q) / (p.power_max * p.modulation * std::max(v_bus, 1.0));
 }
 
 MotionState motion_state_at(double encoder_counts) {

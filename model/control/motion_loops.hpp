@@ -38,6 +38,7 @@ struct MotionState {
   double theta_ref = 0, omega_profile = 0;                 // rad, rad/s: where the profile is now
   double omega_ref = 0;                                    // rad/s, what the speed loop was told
   double i_q_ref = 0;                                      // A
+  double i_limit = 1e9;                                    // A, in force for i_q_ref
 };
 
 /// Largest |v| as a fraction of v_bus: the circle inside the hexagon, less what the legs keep back.
@@ -46,6 +47,10 @@ double modulation(const InverterParams& inverter);
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);
 CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                                               const ControlSettings& settings);
+
+/// How hard the drive pushes: 1 at the limit in force, of the current or, without current sensors,
+/// of the voltage.
+double effort(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
 
 /// The observer's start: at rest where the encoder stands.
 MotionState motion_state_at(double encoder_counts);

@@ -5,8 +5,8 @@
 namespace lk::model {
 namespace {
 
-constexpr double kStallSpeed = 1.0;    // rad/s, slower than this is standing still (assumed)
-constexpr double kStallCurrent = 0.8;  // of the current limit: pushing with all it has (assumed)
+constexpr double kStallSpeed = 1.0;   // rad/s, slower than this is standing still (assumed)
+constexpr double kStallEffort = 0.8;  // of the limit in force: pushing with all it has (assumed)
 
 /// How far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
 double excess(Error error, const Protection& p, const Watched& w, const ProtectionState& s) {
@@ -35,8 +35,7 @@ double excess(Error error, const Protection& p, const Watched& w, const Protecti
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s) {
   s.silent_for += T_m;
-  const bool stalled = std::abs(watched.omega) < kStallSpeed &&
-                       std::abs(watched.i_q) > kStallCurrent * watched.i_q_max;
+  const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.effort > kStallEffort;
   s.stalled_for = stalled ? s.stalled_for + T_m : 0.0;
   const ErrorBits before = s.latched;
   for (int n = 0; n < kErrorKinds; ++n) {

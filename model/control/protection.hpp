@@ -15,8 +15,7 @@ struct Watched {
   double temp_motor = 0;   // °C
   double temp_driver = 0;  // °C
   double i_peak = 0;       // A, largest of the three phases
-  double i_q = 0;          // A
-  double i_q_max = 0;      // A, the limit in force
+  double effort = 0;       // 1 = pushing at the limit in force
   double omega = 0;        // rad/s
 };
 
@@ -24,7 +23,7 @@ struct ProtectionState {
   std::array<double, kErrorKinds>
       beyond_for{};        // s, how long each quantity has been beyond its threshold
   double silent_for = 0;   // s since the last accepted frame
-  double stalled_for = 0;  // s at standstill against the current limit
+  double stalled_for = 0;  // s at standstill, pushing
   ErrorBits cause = 0;     // beyond, or not yet back by the hysteresis
   ErrorBits latched = 0;
 };

@@ -61,15 +61,17 @@ inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
   return p.tau_gravity * sine<Real>(m.theta_out + 0.5 * p.T_s * m.omega_out);
 }
 
-/// Hard, inelastic end stops at the output.
+/// Hard, inelastic end stops at the output: a shaft that was `before` gets no further out. One that
+/// found itself beyond when the stops were put there may come back, and is not thrown.
 template <class Real>
-inline void stop_at_ends(const PlantParams<Real>& p, Motion<Real>& m) {
+inline void stop_at_ends(const PlantParams<Real>& p, const Real& before, Motion<Real>& m) {
   const auto hit = (m.theta_out < p.theta_min && m.omega_out < 0.0) ||
                    (m.theta_out > p.theta_max && m.omega_out > 0.0);
   if (!any(hit)) {
     return;
   }
-  m.theta_out = select(hit, clamp(m.theta_out, p.theta_min, p.theta_max), m.theta_out);
+  const Real held = clamp(m.theta_out, min(p.theta_min, before), max(p.theta_max, before));
+  m.theta_out = select(hit, held, m.theta_out);
   m.omega_out = select(hit, Real(0.0), m.omega_out);
   const auto rotor_too = hit && p.compliant == 0.0;
   m.theta = select(rotor_too, m.theta_out * p.gear_ratio, m.theta);
@@ -136,7 +138,7 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   }
   step.p_load = -p.tau_load * omega_out_mean;
   if constexpr (parts.end_stops) {
-    stop_at_ends(p, next);
+    stop_at_ends(p, m.theta_out, next);
   }
   return step;
 }

@@ -21,7 +21,7 @@ Watched watched(Error error, double value) {
             .temp_motor = 30.0,
             .temp_driver = 30.0,
             .i_peak = 1.0,
-            .i_q = 1.0,
+            .effort = 0.1,
             .omega = 50.0};
   switch (error) {
     case Error::kUnderVoltage:
