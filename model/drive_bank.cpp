@@ -92,6 +92,7 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
     Unit unit;
     unit.params = init.params;
     unit.settings = init.settings;
+    settings_changed(unit.settings.protections, unit.protection);
     unit.connected = init.connected;
     if (!init.connected || init.params.supply.v_source < init.params.logic.v_reset) {
       unit.life.life = Life::kInReset;
@@ -193,6 +194,7 @@ void DriveBank::restart(std::size_t drive) {
     return lane_of(block.loop.encoder_counts, lane);
   });
   unit.protection = {};
+  settings_changed(unit.settings.protections, unit.protection);
   unit.motion = motion_state_at(counts);
   unit.setpoint = Idle{};
 }

@@ -1,5 +1,6 @@
 #include "model/control/protection.hpp"
 
+#include <bit>
 #include <cmath>
 
 namespace lk::model {
@@ -38,13 +39,10 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
   const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.effort > kStallEffort;
   s.stalled_for = stalled ? s.stalled_for + T_m : 0.0;
   const ErrorBits before = s.latched;
-  for (int n = 0; n < kErrorKinds; ++n) {
-    const auto index = static_cast<std::size_t>(n);
-    const auto error = static_cast<Error>(n);
+  for (unsigned left = s.enabled; left != 0; left &= left - 1) {
+    const auto index = static_cast<std::size_t>(std::countr_zero(left));
+    const auto error = static_cast<Error>(index);
     const Protection& p = settings[index];
-    if (!p.enabled) {
-      continue;
-    }
     const double beyond = excess(error, p, watched, s);
     s.beyond_for[index] = beyond > 0.0 ? s.beyond_for[index] + T_m : 0.0;
     if (beyond > 0.0 && s.beyond_for[index] > p.delay) {
@@ -58,8 +56,11 @@ bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& w
 }
 
 void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s) {
+  s.enabled = 0;
   for (int n = 0; n < kErrorKinds; ++n) {
-    if (!settings[static_cast<std::size_t>(n)].enabled) {
+    if (settings[static_cast<std::size_t>(n)].enabled) {
+      s.enabled |= bit(static_cast<Error>(n));
+    } else {
       s.beyond_for[static_cast<std::size_t>(n)] = 0.0;
       s.cause = static_cast<ErrorBits>(s.cause & ~bit(static_cast<Error>(n)));
     }

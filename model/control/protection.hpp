@@ -24,6 +24,7 @@ struct ProtectionState {
       beyond_for{};        // s, how long each quantity has been beyond its threshold
   double silent_for = 0;   // s since the last accepted frame
   double stalled_for = 0;  // s at standstill, pushing
+  ErrorBits enabled = 0;   // protections that are, by `settings_changed`
   ErrorBits cause = 0;     // beyond, or not yet back by the hysteresis
   ErrorBits latched = 0;
 };
@@ -32,7 +33,7 @@ struct ProtectionState {
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s);
 
-/// Forgets the timers and causes of protections that are no longer enabled; what latched stays.
+/// Call before the first `watch`, and after a change. Forgets the timers and causes of protections that are no longer enabled; what latched stays.
 void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
 /// An accepted frame has arrived: input is not lost, whatever is latched.

@@ -57,6 +57,7 @@ TEST_P(Thresholds, TripAfterTheDelayLatchAndClearOnceBackByTheHysteresis) {
   constexpr double kDelay = 0.010;
   const Settings settings = only(c.error, {true, c.threshold, 1.0, kDelay});
   ProtectionState s;
+  settings_changed(settings, s);
   for (int n = 0; n < 1000; ++n) {
     EXPECT_FALSE(watch(settings, watched(c.error, c.inside), kPeriod, s));
   }
@@ -103,6 +104,7 @@ TEST(Protection, DisabledNeverTrips) {
     p = {false, 0.0, 0.0, 0.0};
   }
   ProtectionState s;
+  settings_changed(settings, s);
   for (int n = 0; n < 100; ++n) {
     EXPECT_FALSE(watch(
         settings, {.v_bus = 1e3, .temp_motor = 1e3, .temp_driver = 1e3, .i_peak = 1e3}, 1.0, s));
