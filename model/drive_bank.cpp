@@ -212,7 +212,7 @@ void DriveBank::run_motion_loops(std::size_t drive) {
                           unit.slow.temp_motor,
                           unit.slow.temp_driver,
                           i_peak,
-                          effort(unit.motion_params, unit.motion, unit.slow.v_bus,
+                          pushes(unit.motion_params, unit.motion, unit.slow.v_bus,
                                  lane_of(block.loop.i_q, lane), lane_of(block.loop.v_q, lane)),
                           unit.motion.omega_report};
     watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection);
@@ -226,14 +226,15 @@ void DriveBank::run_motion_loops(std::size_t drive) {
   });
 }
 
-bool DriveBank::give_orders(void* block_drives, std::size_t first, std::size_t count,
-                            std::int64_t tick) {
+[[gnu::flatten]] bool DriveBank::give_orders(void* block_drives, std::size_t first,
+                                             std::size_t count, std::int64_t tick) {
   const BlockDrives& drives = *static_cast<const BlockDrives*>(block_drives);
   DriveBank& bank = *drives.bank;
   const std::size_t end = std::min(drives.begin + first + count, bank.units_.size());
   bank.stopped_ = false;
   for (std::size_t drive = drives.begin + first; drive < end; ++drive) {
-    if (tick % bank.units_[drive].params.control.motion_divider == 0) {
+    const int divider = bank.units_[drive].params.control.motion_divider;
+    if (divider == bank.stride_ || tick % divider == 0) {
       bank.run_firmware(drive);
     }
   }

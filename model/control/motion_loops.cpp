@@ -232,11 +232,12 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
   return p;
 }
 
-double effort(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
+bool pushes(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
+  constexpr double kMost = 0.8;
   if (p.has_current_loop) {
-    return std::abs(i_q) / s.i_limit;
+    return std::abs(i_q) > kMost * s.i_limit;
   }
-  return std::abs(v_q) / (p.power_max * p.modulation * std::max(v_bus, 1.0));
+  return std::abs(v_q) > kMost * p.power_max * p.modulation * v_bus;
 }
 
 MotionState motion_state_at(double encoder_counts) {

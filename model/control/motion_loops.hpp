@@ -48,9 +48,9 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
 CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                                               const ControlSettings& settings);
 
-/// How hard the drive pushes: 1 at the limit in force, of the current or, without current sensors,
-/// of the voltage.
-double effort(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
+/// The drive pushes with about all it has: with more than 0.8 (assumed) of the limit in force, of
+/// the current or, without current sensors, of the voltage.
+bool pushes(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
 
 /// The observer's start: at rest where the encoder stands.
 MotionState motion_state_at(double encoder_counts);

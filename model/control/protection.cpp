@@ -6,8 +6,7 @@
 namespace lk::model {
 namespace {
 
-constexpr double kStallSpeed = 1.0;   // rad/s, slower than this is standing still (assumed)
-constexpr double kStallEffort = 0.8;  // of the limit in force: pushing with all it has (assumed)
+constexpr double kStallSpeed = 1.0;  // rad/s, slower than this is standing still (assumed)
 
 /// How far a quantity is beyond its threshold (> 0: beyond), in the unit of the threshold.
 double excess(Error error, const Protection& p, const Watched& w, const ProtectionState& s) {
@@ -36,7 +35,7 @@ double excess(Error error, const Protection& p, const Watched& w, const Protecti
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s) {
   s.silent_for += T_m;
-  const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.effort > kStallEffort;
+  const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.pushes;
   s.stalled_for = stalled ? s.stalled_for + T_m : 0.0;
   const ErrorBits before = s.latched;
   for (unsigned left = s.enabled; left != 0; left &= left - 1) {

@@ -15,7 +15,7 @@ struct Watched {
   double temp_motor = 0;   // °C
   double temp_driver = 0;  // °C
   double i_peak = 0;       // A, largest of the three phases
-  double effort = 0;       // 1 = pushing at the limit in force
+  bool pushes = false;     // with about all the limit in force allows
   double omega = 0;        // rad/s
 };
 
@@ -33,7 +33,8 @@ struct ProtectionState {
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s);
 
-/// Call before the first `watch`, and after a change. Forgets the timers and causes of protections that are no longer enabled; what latched stays.
+/// Call before the first `watch`, and after a change. Forgets the timers and causes of protections
+/// that are no longer enabled; what latched stays.
 void settings_changed(const std::array<Protection, kErrorKinds>& settings, ProtectionState& s);
 
 /// An accepted frame has arrived: input is not lost, whatever is latched.

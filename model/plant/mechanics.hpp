@@ -62,20 +62,28 @@ inline Real gravity(const PlantParams<Real>& p, const Motion<Real>& m) {
 }
 
 /// Hard, inelastic end stops at the output: a shaft that was `before` gets no further out. One that
-/// found itself beyond when the stops were put there may come back, and is not thrown.
+/// found itself beyond when the stops were put there may come back, and is not thrown. Gives what
+/// the impact destroys, as a mean over the period, W: kinetic energy, less what taking the shaft
+/// back to the stop stores against `holding`, the spring's and gravity's torque on the output.
 template <class Real>
-inline void stop_at_ends(const PlantParams<Real>& p, const Real& before, Motion<Real>& m) {
+inline Real stop_at_ends(const PlantParams<Real>& p, const Real& before, const Real& holding,
+                         Motion<Real>& m) {
   const auto hit = (m.theta_out < p.theta_min && m.omega_out < 0.0) ||
                    (m.theta_out > p.theta_max && m.omega_out > 0.0);
   if (!any(hit)) {
-    return;
+    return Real(0.0);
   }
+  const auto rotor_too = hit && p.compliant == 0.0;
   const Real held = clamp(m.theta_out, min(p.theta_min, before), max(p.theta_max, before));
+  const Real back = select(hit, (m.theta_out - held) * p.f_s, Real(0.0));
+  const Real destroyed =
+      select(hit, 0.5 * p.inertia_rate_out * m.omega_out * m.omega_out, Real(0.0)) +
+      select(rotor_too, 0.5 * p.inertia_rate * m.omega * m.omega, Real(0.0)) - holding * back;
   m.theta_out = select(hit, held, m.theta_out);
   m.omega_out = select(hit, Real(0.0), m.omega_out);
-  const auto rotor_too = hit && p.compliant == 0.0;
   m.theta = select(rotor_too, m.theta_out * p.gear_ratio, m.theta);
   m.omega = select(rotor_too, Real(0.0), m.omega);
+  return destroyed;
 }
 
 /// Which of the seldom needed parts a tick is built with. A part that is left out would have
@@ -138,7 +146,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   }
   step.p_load = -p.tau_load * omega_out_mean;
   if constexpr (parts.end_stops) {
-    stop_at_ends(p, m.theta_out, next);
+    const Real spring = select(compliant, tooth.total - tooth.damping, Real(0.0));
+    step.p_friction += stop_at_ends<Real>(p, m.theta_out, spring - tau_gravity, next);
   }
   return step;
 }

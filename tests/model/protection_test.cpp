@@ -17,12 +17,7 @@ Settings only(Error error, const Protection& protection) {
 
 /// A calm drive with one quantity moved to `value`.
 Watched watched(Error error, double value) {
-  Watched w{.v_bus = 24.0,
-            .temp_motor = 30.0,
-            .temp_driver = 30.0,
-            .i_peak = 1.0,
-            .effort = 0.1,
-            .omega = 50.0};
+  Watched w{.v_bus = 24.0, .temp_motor = 30.0, .temp_driver = 30.0, .i_peak = 1.0, .omega = 50.0};
   switch (error) {
     case Error::kUnderVoltage:
     case Error::kOverVoltage:

@@ -63,6 +63,27 @@ TEST(EndStops, PutBesideTheShaftLetItInAndNeverThrowIt) {
   }
 }
 
+TEST(EndStops, WhatAnImpactDestroysIsInTheLedger) {
+  for (const double stiffness : {0.0, 3000.0}) {
+    DriveParams d = geared(stiffness);
+    d.load.J = 0.01;
+    d.load.theta_max = 1.0;
+    DriveBank bank = one_drive(d);
+    const double stored = bank.energy(0).stored;
+    bank.command(0, Torque{4.0});
+    while (bank.truth(0).theta_out < 0.99) {
+      bank.advance(1);
+    }
+    const EnergyLedger before = bank.energy(0);
+    bank.advance(ticks_in(d, 0.05));
+    const EnergyLedger e = bank.energy(0);
+    const double spent = e.copper + e.inverter + e.friction + e.gear + e.load + e.stored - stored;
+    EXPECT_GT(before.stored - stored, 0.1 * before.supply);  // it flew
+    EXPECT_NEAR(bank.truth(0).omega_out, 0.0, 0.1);
+    EXPECT_NEAR(e.supply, spent, 2e-3 * e.supply) << stiffness;
+  }
+}
+
 /// A shaft held fast by end stops, the drive asked to turn it for `seconds`.
 ErrorBits errors_when_blocked(DriveParams d, const ControlSettings& limits, const Speed& speed) {
   d.load.theta_min = d.load.theta_max = 0.0;
