@@ -139,7 +139,17 @@ void Bus::take_rom_writes(std::vector<RomWrite>& out) {
 }
 
 void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
-  servos_[seat(id)].restore_rom(rom, wear);
+  if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
+    return;  // whoever takes that one will hear whether it is durable
+  }
+  std::vector<Timeline::Writing>& writing = timelines_[seat(id)].writing;
+  if (writing.empty()) {
+    servos_[seat(id)].restore_rom(rom, wear);
+  } else {
+    // It brings what the failed one brought; only if the power cuts it short is that gone.
+    writing.front().rom_before = rom;
+    writing.front().wear_before = wear;
+  }
 }
 
 std::optional<SimTime> Bus::next_due() const {

@@ -35,7 +35,8 @@ class Bus {
   void take_replies(std::vector<TimedFrame>& out);
   /// Moves out what drives have written to their ROM since the last call, in order; appended.
   void take_rom_writes(std::vector<RomWrite>& out);
-  /// The last write of the drive `id` did not reach what keeps it: its ROM holds this instead.
+  /// The last write taken from the drive `id` did not reach what keeps it: its ROM holds this
+  /// instead, unless a later write is under way, which brings that one with it.
   void restore_rom(int id, const Registers& rom, const RomWear& wear);
   /// Done now, or begun now. Its drive must be on the bus.
   void apply(const Directive& directive);
