@@ -196,6 +196,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   }
   const auto understood = servo.understand(frame);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
+    if (busy(seat(id))) {
+      drop(Drop::kDriveBusy);
+      return;
+    }
     ++stats_.queries;
     answer(at, seat(id), *query);
   } else {
@@ -224,6 +228,10 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
+      if (busy(k)) {
+        cause = Drop::kDriveBusy;
+        continue;
+      }
       answer(at, k, *query);
       heard = true;
     } else if (cause == Drop::kForeignId) {

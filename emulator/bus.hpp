@@ -119,6 +119,8 @@ class Bus {
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
+  /// It does not take in another query: what waits for its flash or the wire has to go first.
+  bool busy(std::size_t seat) const { return wire_.drive_queue_full(servos_[seat].reply_id()); }
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
   void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
 

@@ -17,6 +17,9 @@ class CanWire {
   /// Frames the hosts' send queue holds. At 1 Mbit/s they are a backlog of about 120 ms.
   static constexpr std::size_t kHostQueue = 1024;
 
+  /// Replies a drive holds ready; assumed: a controller's three mailboxes and a queue in front.
+  static constexpr std::size_t kDriveQueue = 16;
+
   /// A frame that got through.
   struct Delivery {
     SimTime at;  // its last bit
@@ -33,7 +36,10 @@ class CanWire {
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
   /// is kData or kRemote.
   void send_from_host(SimTime at, const protocol::Frame& frame);
-  /// A drive's frame waits from `at` on. `after_rom_write` is handed through.
+  /// The drive that answers with `reply_id` has so many replies waiting that it takes nothing in.
+  bool drive_queue_full(std::uint32_t reply_id) const;
+  /// A drive's frame waits from `at` on. `after_rom_write` is handed through. The drive's queue must
+  /// not be full.
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write = 0);
 
   /// The drive that answers with `reply_id` has lost its power, and with it what it wanted to send:

@@ -214,6 +214,38 @@ TEST(Memory, WornCellsKeepWhatTheyHave) {
   EXPECT_EQ(host.bus.servo(1).wear()[0], 2U);
 }
 
+/// A host that writes ROM 15 times as fast as the flash takes it: 5 s of that on two drives.
+TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
+  for (const std::int64_t bitrate : {std::int64_t{0}, std::int64_t{1'000'000}}) {
+    BusConfig config = powered_bus({1, 2}, bitrate);
+    config.servos[0].flash.write_time = 2ms;
+    config.servos[1].rom.broadcast_mode = false;
+    Host host(config);
+    std::vector<RomWrite> writes;
+    std::uint64_t busy_before = 0;
+    for (int n = 0; n < 37'500; ++n) {
+      const SimTime at = n * 133us;
+      host.bus.advance_to(at);
+      host.bus.receive({at, test::frame("141#32000A0B0C0D0E0F")});
+      if (n % 7500 == 0) {
+        const BusStats stats = host.bus.stats();
+        EXPECT_TRUE(n == 0 || stats.count(Drop::kDriveBusy) > busy_before + 6000);
+        busy_before = stats.count(Drop::kDriveBusy);
+      }
+    }
+    host.wait(2ms * CanWire::kDriveQueue + 1ms);  // no more than this had been taken in
+    EXPECT_FALSE(host.bus.next_due());
+    const BusStats stats = host.bus.stats();
+    EXPECT_EQ(stats.frames, stats.queries + stats.count(Drop::kDriveBusy));
+    EXPECT_EQ(stats.replies, stats.queries);
+    EXPECT_EQ(stats.rom_writes, stats.queries);  // what is not answered is not executed
+    EXPECT_NEAR(static_cast<double>(stats.queries), 5.0 / 2e-3, 30.0);
+    host.bus.take_rom_writes(writes);
+    EXPECT_EQ(writes.size(), stats.queries);
+    EXPECT_TRUE(answers(host, 2) || bitrate > 0);
+  }
+}
+
 /// Replies and ROM writes of a run that is cut into `slices` at random instants.
 std::vector<TimedFrame> sliced_run(unsigned slices) {
   BusConfig config = powered_bus({1, 2, 3}, 1'000'000);
