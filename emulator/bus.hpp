@@ -58,7 +58,8 @@ class Bus {
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);
-  /// The controller starts anew, without having lost its power for long.
+  /// The controller starts anew at once: as without power, what it was about to say or to write is
+  /// lost. Nothing happens to a dead one.
   void power_cycle(int id);
 
  private:

@@ -122,7 +122,10 @@ void Bus::set_ambient_temperature(int id, double ambient_C) {
 }
 void Bus::power_cycle(int id) {
   const std::size_t k = seat(id);
-  servos_[k].power_cycle(lane(k));
+  if (timelines_[k].alive) {
+    lose_power(k);
+    servos_[k].power_cycle(lane(k));
+  }
 }
 
 }  // namespace lk::emulator

@@ -199,6 +199,33 @@ TEST(Memory, AWriteThatThePowerCutShortNeverWas) {
   EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
 }
 
+TEST(Power, ARestartOfTheControllerLosesWhatItWasAboutToSayAndToWrite) {
+  ServoConfig config = powered_drive();
+  config.flash.write_time = 20ms;
+  Host host(config);
+  host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
+  host.wait(10ms);
+  host.bus.power_cycle(1);
+  EXPECT_FALSE(host.bus.next_due());
+  EXPECT_EQ(host.bus.stats().replies_lost, 1U);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
+  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
+  std::vector<RomWrite> writes;
+  host.bus.take_rom_writes(writes);
+  EXPECT_TRUE(writes.empty());
+}
+
+TEST(Power, ARestartOfADeadControllerIsNothing) {
+  Host host(powered_drive());
+  host.ask("141#3400000068010000");  // acceleration, RAM
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  const Registers ram = host.bus.servo(1).ram();
+  host.bus.power_cycle(1);
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(host.bus.servo(1).ram(), ram);  // it starts when the power is back
+}
+
 TEST(Memory, WornCellsKeepWhatTheyHave) {
   ServoConfig config = powered_drive();
   config.flash = {.write_time = 0ns, .endurance = 2};
