@@ -211,6 +211,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
+  if (!servos_.empty() && std::ranges::none_of(timelines_, &Timeline::alive)) {
+    drop(Drop::kNoPower);
+    return;
+  }
   bool heard = false;
   Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {

@@ -141,6 +141,20 @@ TEST(Power, EventsOfTheConfigurationHappenAtTheirTimes) {
   EXPECT_TRUE(answers(host, 2));
 }
 
+TEST(Power, AFrameForSeveralFindsNobodyWhenAllAreDead) {
+  BusConfig config = powered_bus({1, 2});
+  config.servos[0].rom.broadcast_mode = true;
+  Host host(config);
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);  // drive 2 is there
+  host.bus.apply({2, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  EXPECT_EQ(host.bus.stats().count(Drop::kNoPower), 1U);
+}
+
 TEST(Power, WhatADeadDriveWasAboutToSayIsLost) {
   BusConfig config = powered_bus({1}, 1'000'000);
   config.servos[0].reply_time = 100ms;
