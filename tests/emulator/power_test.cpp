@@ -260,7 +260,6 @@ TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
   for (const std::int64_t bitrate : {std::int64_t{0}, std::int64_t{1'000'000}}) {
     BusConfig config = powered_bus({1, 2}, bitrate);
     config.servos[0].flash.write_time = 2ms;
-    config.servos[1].rom.broadcast_mode = false;
     Host host(config);
     std::vector<RomWrite> writes;
     std::uint64_t busy_before = 0;
