@@ -112,19 +112,29 @@ void Bus::advance_to(SimTime until) {
   until = std::max(until, time_);
   for (;;) {
     const std::optional<SimTime> due = next_due();
-    const SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    // Whether a drive dies before its frame starts or during it are two things.
+    if (const auto start = wire_.next_reply_start(); start && *start > time_) {
+      target = std::min(target, *start);
+    }
     if (bring_motors_to(target)) {
       continue;  // what was due may be void
     }
     time_ = target;
-    if (!due || *due > until) {
+    if (due && *due <= target) {
+      happen();
+    } else if (target == until) {
       return;
     }
-    if (agenda_.next_due() && *agenda_.next_due() <= target) {
-      perform(agenda_.take());
-    } else {
-      deliver_next();
-    }
+  }
+}
+
+/// What is due at `time()`, the first of it.
+void Bus::happen() {
+  if (agenda_.next_due() && *agenda_.next_due() <= time_) {
+    perform(agenda_.take());
+  } else {
+    deliver_next();
   }
 }
 
@@ -302,7 +312,7 @@ bool Bus::follow_lives() {
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat) {
   Timeline& timeline = timelines_[seat];
-  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id());
+  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), time_);
   if (!timeline.writing.empty()) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);

@@ -111,6 +111,7 @@ class Bus {
   void act(std::size_t seat, const AmbientTemperature& ambient);
   void act(std::size_t seat, const Load& load);
   void act(std::size_t seat, const TurnShaft& turn);
+  void happen();
   void perform(const Task& task);
   void step_supply(std::size_t seat);
   void reconnect(std::size_t seat);

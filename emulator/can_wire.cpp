@@ -47,7 +47,17 @@ void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
   drives_.back().after_rom_write = after_rom_write;
 }
 
-std::size_t CanWire::forget_replies(std::uint32_t reply_id) {
+std::optional<SimTime> CanWire::next_reply_start() const {
+  const auto turn = next_turn();
+  return turn && turn->drive ? std::optional(turn->start) : std::nullopt;
+}
+
+std::size_t CanWire::forget_replies(std::uint32_t reply_id, SimTime now) {
+  const auto turn = next_turn();
+  if (turn && turn->drive && turn->start <= now && sender(*turn).frame.id == reply_id) {
+    free_at_ = turn->start + sender(*turn).occupancy;
+    busy_ += sender(*turn).occupancy;
+  }
   return std::erase_if(drives_,
                        [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; });
 }

@@ -38,13 +38,15 @@ class CanWire {
   void send_from_host(SimTime at, const protocol::Frame& frame);
   /// The drive that answers with `reply_id` has so many replies waiting that it takes nothing in.
   bool drive_queue_full(std::uint32_t reply_id) const;
-  /// A drive's frame waits from `at` on. `after_rom_write` is handed through. The drive's queue must
-  /// not be full.
+  /// A drive's frame waits from `at` on. `after_rom_write` is handed through. The drive's queue
+  /// must not be full.
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write = 0);
 
+  /// When the next frame starts if it is a drive's; `next_due` is its end.
+  std::optional<SimTime> next_reply_start() const;
   /// The drive that answers with `reply_id` has lost its power, and with it what it wanted to send:
-  /// so many frames.
-  std::size_t forget_replies(std::uint32_t reply_id);
+  /// so many frames. One that has begun by `now` is spoiled, and has the wire to its end.
+  std::size_t forget_replies(std::uint32_t reply_id, SimTime now);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
   std::optional<SimTime> next_due() const;

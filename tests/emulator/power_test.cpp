@@ -286,8 +286,28 @@ TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
   }
 }
 
-/// Replies and ROM writes of a run that is cut into `slices` at random instants.
-std::vector<TimedFrame> sliced_run(unsigned slices) {
+TEST(Power, AFrameThatItsDriveCouldNotFinishKeepsTheOthersOffTheWire) {
+  BusConfig config = powered_bus({1, 2}, 10'000);  // a frame takes 12 ms
+  config.servos[0].reply_time = 0ns;
+  config.servos[1].reply_time = 0ns;
+  Host host(config);
+  host.bus.receive({0ns, test::frame("141#9A00000000000000")});
+  host.wait(12ms + 300us);  // the reply is on its way
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.bus.receive({13ms, test::frame("142#9A00000000000000")});
+  host.wait(27ms);
+  std::vector<TimedFrame> replies;
+  host.bus.take_replies(replies);
+  EXPECT_TRUE(replies.empty());
+  EXPECT_EQ(host.bus.stats().replies_lost, 1U);
+  host.wait(12ms);
+  host.bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 1U);  // behind the query, the spoiled frame and the other query
+  EXPECT_GT(replies[0].at, 4 * 11ms);
+}
+
+/// Replies of a run with a frame every `pause` that is cut into `slices` at random instants.
+std::vector<TimedFrame> sliced_run(unsigned slices, SimTime pause) {
   BusConfig config = powered_bus({1, 2, 3}, 1'000'000);
   config.servos[1].profile.drive.inverter.f_pwm = 20e3;
   config.servos[0].flash.write_time = 3ms;
@@ -304,8 +324,9 @@ std::vector<TimedFrame> sliced_run(unsigned slices) {
   };
   std::vector<TimedFrame> replies;
   SimTime now{0};
-  for (int n = 0; n < 2000; ++n) {
-    const SimTime at = n * 400us;
+  const int frames = static_cast<int>(800ms / pause);
+  for (int n = 0; n < frames; ++n) {
+    const SimTime at = n * pause;
     while (now < at) {
       now = std::min(at, now + SimTime{cut(generator)});
       bus.advance_to(now);
@@ -318,11 +339,18 @@ std::vector<TimedFrame> sliced_run(unsigned slices) {
 }
 
 TEST(Power, TheRunDoesNotDependOnHowItIsSliced) {
-  const auto once = sliced_run(1);
+  const auto once = sliced_run(1, 400us);
   EXPECT_GT(once.size(), 1000U);
   EXPECT_LT(once.size(), 2000U);  // some of the time somebody is dead
-  EXPECT_EQ(once, sliced_run(100));
-  EXPECT_EQ(once, sliced_run(20000));
+  EXPECT_EQ(once, sliced_run(100, 400us));
+  EXPECT_EQ(once, sliced_run(20000, 400us));
+}
+
+TEST(Power, ACrowdedRunDoesNotDependOnHowItIsSliced) {
+  const auto once = sliced_run(1, 150us);  // more than the wire carries
+  EXPECT_GT(once.size(), 2000U);
+  EXPECT_EQ(once, sliced_run(100, 150us));
+  EXPECT_EQ(once, sliced_run(20000, 150us));
 }
 
 }  // namespace
