@@ -92,6 +92,7 @@ class Bus {
     };
     double supply_V = 0;
     std::optional<Ramp> ramp;
+    std::optional<double> before_sag_V;  // during a sag: what it ends at
     bool alive = true;
   };
 
@@ -108,11 +109,13 @@ class Bus {
   void act(std::size_t seat, const PowerOff& power);
   void act(std::size_t seat, const PowerCycle& cycle);
   void act(std::size_t seat, const SupplyVoltage& supply);
+  void act(std::size_t seat, const Sag& sag);
   void act(std::size_t seat, const AmbientTemperature& ambient);
   void act(std::size_t seat, const Load& load);
   void act(std::size_t seat, const TurnShaft& turn);
   void happen();
   void perform(const Task& task);
+  void move_supply(std::size_t seat, double to_V, SimTime within);
   void step_supply(std::size_t seat);
   void reconnect(std::size_t seat);
   void cancel_reconnect(std::size_t seat);

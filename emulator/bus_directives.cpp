@@ -27,6 +27,8 @@ void Bus::perform(const Task& task) {
     apply(*directive);
   } else if (const auto* step = std::get_if<SupplyStep>(&task)) {
     step_supply(step->seat);
+  } else if (const auto* sag = std::get_if<SagEnd>(&task)) {
+    act(sag->seat, SupplyVoltage{*timelines_[sag->seat].before_sag_V});
   } else if (const auto* written = std::get_if<RomWritten>(&task)) {
     finish_rom_write(written->seat);
   } else {
@@ -68,12 +70,27 @@ void Bus::reconnect(std::size_t seat) {
 }
 
 void Bus::act(std::size_t seat, const SupplyVoltage& supply) {
+  timelines_[seat].before_sag_V.reset();
+  move_supply(seat, supply.supply_V, supply.ramp);
+}
+
+void Bus::act(std::size_t seat, const Sag& sag) {
+  Timeline& timeline = timelines_[seat];
+  const double now_V = timeline.ramp ? timeline.ramp->to_V : timeline.supply_V;
+  timeline.before_sag_V = timeline.before_sag_V.value_or(now_V);
+  move_supply(seat, sag.to_V, SimTime{0});
+  agenda_.enter(time_ + sag.duration, SagEnd{seat});
+}
+
+/// From now on; whatever the supply was about to do is void.
+void Bus::move_supply(std::size_t seat, double to_V, SimTime within) {
   Timeline& timeline = timelines_[seat];
   agenda_.forget([seat](const Task& task) {
     const auto* step = std::get_if<SupplyStep>(&task);
-    return step != nullptr && step->seat == seat;
+    const auto* sag = std::get_if<SagEnd>(&task);
+    return (step != nullptr && step->seat == seat) || (sag != nullptr && sag->seat == seat);
   });
-  timeline.ramp = {timeline.supply_V, supply.supply_V, time_, time_ + supply.ramp};
+  timeline.ramp = {timeline.supply_V, to_V, time_, time_ + within};
   step_supply(seat);
 }
 

@@ -123,6 +123,35 @@ TEST(Power, ARampIsEven) {
   EXPECT_NEAR(host.bus.truth(1).v_bus, 12.0, 0.05);
 }
 
+TEST(Power, ASagEndsAtWhatTheSupplyHadOrWasOnItsWayTo) {
+  Host host(powered_drive());
+  const auto link_V = [&](SimTime wait) {
+    host.wait(wait);
+    return host.bus.truth(1).v_bus;
+  };
+  host.bus.apply({1, SupplyVoltage{18.0}});
+  host.bus.apply({1, Sag{10.0, 50ms}});
+  EXPECT_NEAR(link_V(49ms), 10.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 18.0, 0.05);  // not the 24 V it started with
+
+  host.bus.apply({1, SupplyVoltage{22.0, 100ms}});
+  host.wait(20ms);
+  host.bus.apply({1, Sag{12.0, 30ms}});
+  EXPECT_NEAR(link_V(29ms), 12.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 22.0, 0.05);
+
+  host.bus.apply({1, Sag{12.0, 50ms}});
+  host.wait(10ms);
+  host.bus.apply({1, Sag{9.0, 50ms}});
+  EXPECT_NEAR(link_V(49ms), 9.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 22.0, 0.05);
+
+  host.bus.apply({1, Sag{12.0, 50ms}});
+  host.bus.apply({1, SupplyVoltage{16.0, 10ms}});
+  EXPECT_NEAR(link_V(100ms), 16.0, 0.05);  // what was said last counts
+  EXPECT_FALSE(host.bus.next_due());
+}
+
 TEST(Power, EventsOfTheConfigurationHappenAtTheirTimes) {
   BusConfig config = powered_bus({1, 2});
   config.events = {{0ms, {2, PowerOff{}}},
