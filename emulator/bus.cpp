@@ -269,14 +269,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
   std::uint64_t rom_write = 0;
   if (servo.stats().rom_writes != writes_before) {
     rom_write = servo.stats().rom_writes;
-    const SimTime begin = timeline.writing.empty() ? at : timeline.writing.back().done;
-    const SimTime done = begin + servo.config().flash.write_time;
-    timeline.writing.push_back({done,
-                                {rom_write, servo.id(), servo.rom(), servo.wear()},
-                                servo.rom_before(),
-                                servo.wear_before()});
-    agenda_.enter(done, RomWritten{seat});
-    ready = std::max(ready, done);
+    ready = std::max(ready, begin_rom_write(seat, at));
   }
   ready = timeline.last_reply = std::max(ready, timeline.last_reply);
   wire_.send_from_drive(ready, servo.encode(reply), rom_write);

@@ -38,6 +38,10 @@ class Bus {
   /// The last write taken from the drive `id` did not reach what keeps it: its ROM holds this
   /// instead, unless a later write is under way, which brings that one with it.
   void restore_rom(int id, const Registers& rom, const RomWear& wear);
+  /// Somebody at the drive `id`, not on the wire, writes the setting `parameter` of `value` to RAM,
+  /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
+  /// dead or its flash has too much to do already.
+  bool write_setting(int id, RomParameter parameter, const Registers& value);
   /// Done now, or begun now. Its drive must be on the bus.
   void apply(const Directive& directive);
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
@@ -119,6 +123,8 @@ class Bus {
   void step_supply(std::size_t seat);
   void reconnect(std::size_t seat);
   void cancel_reconnect(std::size_t seat);
+  /// The servo has written its ROM; gives when the flash will have it.
+  SimTime begin_rom_write(std::size_t seat, SimTime at);
   void finish_rom_write(std::size_t seat);
 
   void deliver_next();

@@ -124,6 +124,29 @@ void Bus::act(std::size_t seat, const TurnShaft& turn) {
   motor.bank.turn_shaft(motor.index, turn.turn_deg * kRadPerDeg);
 }
 
+bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
+  const std::size_t k = seat(id);
+  if (!timelines_[k].alive || timelines_[k].writing.size() >= CanWire::kDriveQueue) {
+    return false;
+  }
+  servos_[k].write_setting(parameter, value, lane(k));
+  begin_rom_write(k, time_);
+  return true;
+}
+
+SimTime Bus::begin_rom_write(std::size_t seat, SimTime at) {
+  const Servo& servo = servos_[seat];
+  std::vector<Timeline::Writing>& writing = timelines_[seat].writing;
+  const SimTime begin = writing.empty() ? at : writing.back().done;
+  const SimTime done = begin + servo.config().flash.write_time;
+  writing.push_back({done,
+                     {servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()},
+                     servo.rom_before(),
+                     servo.wear_before()});
+  agenda_.enter(done, RomWritten{seat});
+  return done;
+}
+
 void Bus::finish_rom_write(std::size_t seat) {
   auto& writing = timelines_[seat].writing;
   rom_writes_.push_back(writing.front().after);

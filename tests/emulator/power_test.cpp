@@ -9,22 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::Host;
-
-/// A drive whose link is empty 0.45 s after its supply is gone, and that boots in 50 ms.
-ServoConfig powered_drive(int id = 1) {
-  ServoConfig config = test::servo_config(id);
-  config.profile.drive.supply.i_logic = 0.04;
-  config.profile.drive.logic = {.v_reset = 5.0, .v_reset_hysteresis = 0.5, .boot_time = 0.05};
-  return config;
-}
-
-BusConfig powered_bus(std::initializer_list<int> ids, std::int64_t bitrate = 0) {
-  BusConfig config = test::bus_config(ids, bitrate);
-  for (ServoConfig& servo : config.servos) {
-    servo = powered_drive(servo.id);
-  }
-  return config;
-}
+using test::powered_bus;
+using test::powered_drive;
 
 bool answers(Host& host, int id = 1) {
   protocol::Frame query;
@@ -196,52 +182,6 @@ TEST(Power, WhatADeadDriveWasAboutToSayIsLost) {
   EXPECT_EQ(host.bus.stats().replies_lost, 1U);
 }
 
-TEST(Memory, AReplyToAWriteComesWhenTheFlashIsDoneAndNobodyElseWaits) {
-  BusConfig config = powered_bus({1, 2});
-  config.servos[0].flash.write_time = 5ms;
-  Host host(config);
-  host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
-  host.bus.receive({0ns, test::frame("141#9A00000000000000")});
-  host.bus.receive({0ns, test::frame("142#9A00000000000000")});
-  std::vector<TimedFrame> replies;
-  std::vector<RomWrite> writes;
-  host.wait(4999us);
-  host.bus.take_replies(replies);
-  host.bus.take_rom_writes(writes);
-  ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies[0].frame.id, 0x142U);
-  EXPECT_TRUE(writes.empty());
-  host.wait(1us);
-  host.bus.take_replies(replies);
-  host.bus.take_rom_writes(writes);
-  ASSERT_EQ(replies.size(), 3U);
-  EXPECT_EQ(replies[1], (TimedFrame{5ms, test::frame("141#32000A0B0C0D0E0F"), 1}));
-  EXPECT_EQ(replies[2].frame.data[0], 0x9A);  // a drive answers in order
-  EXPECT_EQ(replies[2].after_rom_write, 0U);
-  ASSERT_EQ(writes.size(), 1U);
-  EXPECT_EQ(writes[0].number, 1U);
-  EXPECT_EQ(writes[0].rom.gains.speed_kp, 0x0C);
-  EXPECT_EQ(writes[0].wear[0], 1U);
-}
-
-TEST(Memory, AWriteThatThePowerCutShortNeverWas) {
-  ServoConfig config = powered_drive();
-  config.flash.write_time = 20ms;
-  Host host(config);
-  host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
-  host.bus.receive({0ns, test::frame("141#3200010203040506")});
-  host.wait(10ms);
-  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
-  host.wait(100ms);
-  host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
-  host.wait(100ms);
-  std::vector<RomWrite> writes;
-  host.bus.take_rom_writes(writes);
-  EXPECT_TRUE(writes.empty());
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
-}
-
 TEST(Power, ARestartOfTheControllerLosesWhatItWasAboutToSayAndToWrite) {
   ServoConfig config = powered_drive();
   config.flash.write_time = 20ms;
@@ -267,72 +207,6 @@ TEST(Power, ARestartOfADeadControllerIsNothing) {
   host.bus.power_cycle(1);
   EXPECT_FALSE(answers(host));
   EXPECT_EQ(host.bus.servo(1).ram(), ram);  // it starts when the power is back
-}
-
-TEST(Memory, WornCellsKeepWhatTheyHave) {
-  ServoConfig config = powered_drive();
-  config.flash = {.write_time = 0ns, .endurance = 2};
-  Host host(config);
-  host.ask("141#3200010101010101");
-  host.ask("141#3200020202020202");
-  EXPECT_EQ(host.ask("141#3200030303030303"), test::frame("141#3200030303030303"));
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000030303030303"));  // RAM
-  host.ask("141#91000000000000FF");  // another parameter has cells of its own
-  host.bus.apply({1, PowerCycle{}});
-  host.wait(1s);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000020202020202"));
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 2U);
-}
-
-/// A host that writes ROM 15 times as fast as the flash takes it: 5 s of that on two drives.
-TEST(Memory, AHostThatWritesFasterThanTheFlashIsNotTakenIn) {
-  for (const std::int64_t bitrate : {std::int64_t{0}, std::int64_t{1'000'000}}) {
-    BusConfig config = powered_bus({1, 2}, bitrate);
-    config.servos[0].flash.write_time = 2ms;
-    Host host(config);
-    std::vector<RomWrite> writes;
-    std::uint64_t busy_before = 0;
-    for (int n = 0; n < 37'500; ++n) {
-      const SimTime at = n * 133us;
-      host.bus.advance_to(at);
-      host.bus.receive({at, test::frame("141#32000A0B0C0D0E0F")});
-      if (n % 7500 == 0) {
-        const BusStats stats = host.bus.stats();
-        EXPECT_TRUE(n == 0 || stats.count(Drop::kDriveBusy) > busy_before + 6000);
-        busy_before = stats.count(Drop::kDriveBusy);
-      }
-    }
-    host.wait(2ms * CanWire::kDriveQueue + 1ms);  // no more than this had been taken in
-    EXPECT_FALSE(host.bus.next_due());
-    const BusStats stats = host.bus.stats();
-    EXPECT_EQ(stats.frames, stats.queries + stats.count(Drop::kDriveBusy));
-    EXPECT_EQ(stats.replies, stats.queries);
-    EXPECT_EQ(stats.rom_writes, stats.queries);  // what is not answered is not executed
-    EXPECT_NEAR(static_cast<double>(stats.queries), 5.0 / 2e-3, 30.0);
-    host.bus.take_rom_writes(writes);
-    EXPECT_EQ(writes.size(), stats.queries);
-    EXPECT_TRUE(answers(host, 2) || bitrate > 0);
-  }
-}
-
-TEST(Power, AFrameThatItsDriveCouldNotFinishKeepsTheOthersOffTheWire) {
-  BusConfig config = powered_bus({1, 2}, 10'000);  // a frame takes 12 ms
-  config.servos[0].reply_time = 0ns;
-  config.servos[1].reply_time = 0ns;
-  Host host(config);
-  host.bus.receive({0ns, test::frame("141#9A00000000000000")});
-  host.wait(12ms + 300us);  // the reply is on its way
-  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
-  host.bus.receive({13ms, test::frame("142#9A00000000000000")});
-  host.wait(27ms);
-  std::vector<TimedFrame> replies;
-  host.bus.take_replies(replies);
-  EXPECT_TRUE(replies.empty());
-  EXPECT_EQ(host.bus.stats().replies_lost, 1U);
-  host.wait(12ms);
-  host.bus.take_replies(replies);
-  ASSERT_EQ(replies.size(), 1U);  // behind the query, the spoiled frame and the other query
-  EXPECT_GT(replies[0].at, 4 * 11ms);
 }
 
 /// Replies of a run with a frame every `pause` that is cut into `slices` at random instants.
