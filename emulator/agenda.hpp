@@ -16,6 +16,10 @@ namespace lk::emulator {
 struct SupplyStep {
   std::size_t seat;
 };
+/// The end of a sag.
+struct SagEnd {
+  std::size_t seat;
+};
 /// A drive's memory has taken the write it began first.
 struct RomWritten {
   std::size_t seat;
@@ -24,7 +28,7 @@ struct RomWritten {
 struct Reconnect {
   std::size_t seat;
 };
-using Task = std::variant<Directive, SupplyStep, RomWritten, Reconnect>;
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.

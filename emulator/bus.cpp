@@ -112,19 +112,29 @@ void Bus::advance_to(SimTime until) {
   until = std::max(until, time_);
   for (;;) {
     const std::optional<SimTime> due = next_due();
-    const SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    // Whether a drive dies before its frame starts or during it are two things.
+    if (const auto start = wire_.next_reply_start(); start && *start > time_) {
+      target = std::min(target, *start);
+    }
     if (bring_motors_to(target)) {
       continue;  // what was due may be void
     }
     time_ = target;
-    if (!due || *due > until) {
+    if (due && *due <= target) {
+      happen();
+    } else if (target == until) {
       return;
     }
-    if (agenda_.next_due() && *agenda_.next_due() <= target) {
-      perform(agenda_.take());
-    } else {
-      deliver_next();
-    }
+  }
+}
+
+/// What is due at `time()`, the first of it.
+void Bus::happen() {
+  if (agenda_.next_due() && *agenda_.next_due() <= time_) {
+    perform(agenda_.take());
+  } else {
+    deliver_next();
   }
 }
 
@@ -139,7 +149,17 @@ void Bus::take_rom_writes(std::vector<RomWrite>& out) {
 }
 
 void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
-  servos_[seat(id)].restore_rom(rom, wear);
+  if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
+    return;  // whoever takes that one will hear whether it is durable
+  }
+  std::vector<Timeline::Writing>& writing = timelines_[seat(id)].writing;
+  if (writing.empty()) {
+    servos_[seat(id)].restore_rom(rom, wear);
+  } else {
+    // It brings what the failed one brought; only if the power cuts it short is that gone.
+    writing.front().rom_before = rom;
+    writing.front().wear_before = wear;
+  }
 }
 
 std::optional<SimTime> Bus::next_due() const {
@@ -186,6 +206,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   }
   const auto understood = servo.understand(frame);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
+    if (busy(seat(id))) {
+      drop(Drop::kDriveBusy);
+      return;
+    }
     ++stats_.queries;
     answer(at, seat(id), *query);
   } else {
@@ -197,6 +221,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
+  if (!servos_.empty() && std::ranges::none_of(timelines_, &Timeline::alive)) {
+    drop(Drop::kNoPower);
+    return;
+  }
   bool heard = false;
   Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
@@ -214,6 +242,10 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
+      if (busy(k)) {
+        cause = Drop::kDriveBusy;
+        continue;
+      }
       answer(at, k, *query);
       heard = true;
     } else if (cause == Drop::kForeignId) {
@@ -237,14 +269,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
   std::uint64_t rom_write = 0;
   if (servo.stats().rom_writes != writes_before) {
     rom_write = servo.stats().rom_writes;
-    const SimTime begin = timeline.writing.empty() ? at : timeline.writing.back().done;
-    const SimTime done = begin + servo.config().flash.write_time;
-    timeline.writing.push_back({done,
-                                {rom_write, servo.id(), servo.rom(), servo.wear()},
-                                servo.rom_before(),
-                                servo.wear_before()});
-    agenda_.enter(done, RomWritten{seat});
-    ready = std::max(ready, done);
+    ready = std::max(ready, begin_rom_write(seat, at));
   }
   ready = timeline.last_reply = std::max(ready, timeline.last_reply);
   wire_.send_from_drive(ready, servo.encode(reply), rom_write);
@@ -280,7 +305,7 @@ bool Bus::follow_lives() {
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat) {
   Timeline& timeline = timelines_[seat];
-  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id());
+  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), time_);
   if (!timeline.writing.empty()) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);

@@ -35,8 +35,13 @@ class Bus {
   void take_replies(std::vector<TimedFrame>& out);
   /// Moves out what drives have written to their ROM since the last call, in order; appended.
   void take_rom_writes(std::vector<RomWrite>& out);
-  /// The last write of the drive `id` did not reach what keeps it: its ROM holds this instead.
+  /// The last write taken from the drive `id` did not reach what keeps it: its ROM holds this
+  /// instead, unless a later write is under way, which brings that one with it.
   void restore_rom(int id, const Registers& rom, const RomWear& wear);
+  /// Somebody at the drive `id`, not on the wire, writes the setting `parameter` of `value` to RAM,
+  /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
+  /// dead or its flash has too much to do already.
+  bool write_setting(int id, RomParameter parameter, const Registers& value);
   /// Done now, or begun now. Its drive must be on the bus.
   void apply(const Directive& directive);
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
@@ -57,7 +62,8 @@ class Bus {
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);
-  /// The controller starts anew, without having lost its power for long.
+  /// The controller starts anew at once: as without power, what it was about to say or to write is
+  /// lost. Nothing happens to a dead one.
   void power_cycle(int id);
 
  private:
@@ -90,6 +96,7 @@ class Bus {
     };
     double supply_V = 0;
     std::optional<Ramp> ramp;
+    std::optional<double> before_sag_V;  // during a sag: what it ends at
     bool alive = true;
   };
 
@@ -106,18 +113,25 @@ class Bus {
   void act(std::size_t seat, const PowerOff& power);
   void act(std::size_t seat, const PowerCycle& cycle);
   void act(std::size_t seat, const SupplyVoltage& supply);
+  void act(std::size_t seat, const Sag& sag);
   void act(std::size_t seat, const AmbientTemperature& ambient);
   void act(std::size_t seat, const Load& load);
   void act(std::size_t seat, const TurnShaft& turn);
+  void happen();
   void perform(const Task& task);
+  void move_supply(std::size_t seat, double to_V, SimTime within);
   void step_supply(std::size_t seat);
   void reconnect(std::size_t seat);
   void cancel_reconnect(std::size_t seat);
+  /// The servo has written its ROM; gives when the flash will have it.
+  SimTime begin_rom_write(std::size_t seat, SimTime at);
   void finish_rom_write(std::size_t seat);
 
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
+  /// It does not take in another query: what waits for its flash or the wire has to go first.
+  bool busy(std::size_t seat) const { return wire_.drive_queue_full(servos_[seat].reply_id()); }
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
   void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
 

@@ -27,6 +27,8 @@ void Bus::perform(const Task& task) {
     apply(*directive);
   } else if (const auto* step = std::get_if<SupplyStep>(&task)) {
     step_supply(step->seat);
+  } else if (const auto* sag = std::get_if<SagEnd>(&task)) {
+    act(sag->seat, SupplyVoltage{*timelines_[sag->seat].before_sag_V});
   } else if (const auto* written = std::get_if<RomWritten>(&task)) {
     finish_rom_write(written->seat);
   } else {
@@ -68,12 +70,27 @@ void Bus::reconnect(std::size_t seat) {
 }
 
 void Bus::act(std::size_t seat, const SupplyVoltage& supply) {
+  timelines_[seat].before_sag_V.reset();
+  move_supply(seat, supply.supply_V, supply.ramp);
+}
+
+void Bus::act(std::size_t seat, const Sag& sag) {
+  Timeline& timeline = timelines_[seat];
+  const double now_V = timeline.ramp ? timeline.ramp->to_V : timeline.supply_V;
+  timeline.before_sag_V = timeline.before_sag_V.value_or(now_V);
+  move_supply(seat, sag.to_V, SimTime{0});
+  agenda_.enter(time_ + sag.duration, SagEnd{seat});
+}
+
+/// From now on; whatever the supply was about to do is void.
+void Bus::move_supply(std::size_t seat, double to_V, SimTime within) {
   Timeline& timeline = timelines_[seat];
   agenda_.forget([seat](const Task& task) {
     const auto* step = std::get_if<SupplyStep>(&task);
-    return step != nullptr && step->seat == seat;
+    const auto* sag = std::get_if<SagEnd>(&task);
+    return (step != nullptr && step->seat == seat) || (sag != nullptr && sag->seat == seat);
   });
-  timeline.ramp = {timeline.supply_V, supply.supply_V, time_, time_ + supply.ramp};
+  timeline.ramp = {timeline.supply_V, to_V, time_, time_ + within};
   step_supply(seat);
 }
 
@@ -107,6 +124,29 @@ void Bus::act(std::size_t seat, const TurnShaft& turn) {
   motor.bank.turn_shaft(motor.index, turn.turn_deg * kRadPerDeg);
 }
 
+bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
+  const std::size_t k = seat(id);
+  if (!timelines_[k].alive || timelines_[k].writing.size() >= CanWire::kDriveQueue) {
+    return false;
+  }
+  servos_[k].write_setting(parameter, value, lane(k));
+  begin_rom_write(k, time_);
+  return true;
+}
+
+SimTime Bus::begin_rom_write(std::size_t seat, SimTime at) {
+  const Servo& servo = servos_[seat];
+  std::vector<Timeline::Writing>& writing = timelines_[seat].writing;
+  const SimTime begin = writing.empty() ? at : writing.back().done;
+  const SimTime done = begin + servo.config().flash.write_time;
+  writing.push_back({done,
+                     {servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()},
+                     servo.rom_before(),
+                     servo.wear_before()});
+  agenda_.enter(done, RomWritten{seat});
+  return done;
+}
+
 void Bus::finish_rom_write(std::size_t seat) {
   auto& writing = timelines_[seat].writing;
   rom_writes_.push_back(writing.front().after);
@@ -122,7 +162,10 @@ void Bus::set_ambient_temperature(int id, double ambient_C) {
 }
 void Bus::power_cycle(int id) {
   const std::size_t k = seat(id);
-  servos_[k].power_cycle(lane(k));
+  if (timelines_[k].alive) {
+    lose_power(k);
+    servos_[k].power_cycle(lane(k));
+  }
 }
 
 }  // namespace lk::emulator

@@ -24,6 +24,8 @@ std::string_view to_string(Drop cause) {
       return "wrong mode";
     case Drop::kNoPower:
       return "drive without power";
+    case Drop::kDriveBusy:
+      return "drive busy";
     case Drop::kQueueFull:
       return "queue full";
   }

@@ -21,9 +21,10 @@ enum class Drop : std::uint8_t {
   kUnknownCommand,  // the drive does not know DATA[0], or the parameter in DATA[1]
   kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
   kNoPower,    // the drive is without power, or still booting
+  kDriveBusy,  // too many of the drive's replies wait already, for its flash or for the wire
   kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
 };
-inline constexpr std::size_t kDropKinds = 11;
+inline constexpr std::size_t kDropKinds = 12;
 
 /// A short name for logs and summaries: "unknown command".
 std::string_view to_string(Drop cause);

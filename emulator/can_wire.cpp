@@ -11,7 +11,7 @@ namespace lk::emulator {
 
 CanWire::CanWire(std::int64_t bitrate) : bitrate_(bitrate), hosts_(kHostQueue) {
   assert(bitrate >= 0);
-  drives_.reserve(2 * protocol::kMaxDrivesPerBus);
+  drives_.reserve(kDriveQueue * protocol::kMaxDrivesPerBus);
 }
 
 CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
@@ -34,13 +34,30 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
   ++host_count_;
 }
 
+bool CanWire::drive_queue_full(std::uint32_t reply_id) const {
+  const auto own = [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; };
+  return drives_.size() >= kDriveQueue &&
+         static_cast<std::size_t>(std::ranges::count_if(drives_, own)) >= kDriveQueue;
+}
+
 void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
                               std::uint64_t after_rom_write) {
+  assert(!drive_queue_full(frame.id));
   drives_.push_back(waiting(at, frame));
   drives_.back().after_rom_write = after_rom_write;
 }
 
-std::size_t CanWire::forget_replies(std::uint32_t reply_id) {
+std::optional<SimTime> CanWire::next_reply_start() const {
+  const auto turn = next_turn();
+  return turn && turn->drive ? std::optional(turn->start) : std::nullopt;
+}
+
+std::size_t CanWire::forget_replies(std::uint32_t reply_id, SimTime now) {
+  const auto turn = next_turn();
+  if (turn && turn->drive && turn->start <= now && sender(*turn).frame.id == reply_id) {
+    free_at_ = turn->start + sender(*turn).occupancy;
+    busy_ += sender(*turn).occupancy;
+  }
   return std::erase_if(drives_,
                        [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; });
 }

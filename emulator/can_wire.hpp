@@ -17,6 +17,9 @@ class CanWire {
   /// Frames the hosts' send queue holds. At 1 Mbit/s they are a backlog of about 120 ms.
   static constexpr std::size_t kHostQueue = 1024;
 
+  /// Replies a drive holds ready; assumed: a controller's three mailboxes and a queue in front.
+  static constexpr std::size_t kDriveQueue = 16;
+
   /// A frame that got through.
   struct Delivery {
     SimTime at;  // its last bit
@@ -33,12 +36,17 @@ class CanWire {
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
   /// is kData or kRemote.
   void send_from_host(SimTime at, const protocol::Frame& frame);
-  /// A drive's frame waits from `at` on. `after_rom_write` is handed through.
+  /// The drive that answers with `reply_id` has so many replies waiting that it takes nothing in.
+  bool drive_queue_full(std::uint32_t reply_id) const;
+  /// A drive's frame waits from `at` on. `after_rom_write` is handed through. The drive's queue
+  /// must not be full.
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write = 0);
 
+  /// When the next frame starts if it is a drive's; `next_due` is its end.
+  std::optional<SimTime> next_reply_start() const;
   /// The drive that answers with `reply_id` has lost its power, and with it what it wanted to send:
-  /// so many frames.
-  std::size_t forget_replies(std::uint32_t reply_id);
+  /// so many frames. One that has begun by `now` is spoiled, and has the wire to its end.
+  std::size_t forget_replies(std::uint32_t reply_id, SimTime now);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
   std::optional<SimTime> next_due() const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "emulator/config_ids.hpp"
 #include "emulator/profile.hpp"
@@ -14,12 +15,7 @@ constexpr double kHighestSupply_V = 100;
 
 SimTime sim_time(double seconds) { return SimTime(std::llround(seconds * 1e9)); }
 
-/// What happens to a drive, and how long after `at_s`.
-struct Step {
-  SimTime after{0};
-  decltype(Directive::what) what;
-  bool back = false;  // of a sag's end: `what` is the source of the drive's own
-};
+using Action = decltype(Directive::what);
 
 /// The keys that an action may have beside its own.
 struct Companion {
@@ -53,43 +49,42 @@ void check_actions(TableReader& reader) {
   }
 }
 
-Step read_power(TableReader& reader, std::size_t word) {
+Action read_power(TableReader& reader, std::size_t word) {
   const auto off = reader.number("off_s", 0, kLongest_s);
   if (off && word != 2) reader.fail("off_s", "belongs to power = \"cycle\"");
-  if (word == 0) return {.what = PowerOn{}};
-  if (word == 1) return {.what = PowerOff{}};
+  if (word == 0) return PowerOn{};
+  if (word == 1) return PowerOff{};
   PowerCycle cycle;
   if (off) cycle.off_for = sim_time(*off);
-  return {.what = cycle};
+  return cycle;
 }
 
-std::vector<Step> read_action(TableReader& reader) {
-  std::vector<Step> steps;
+std::optional<Action> read_action(TableReader& reader) {
+  std::optional<Action> action;
   if (const auto word = reader.choice("power", {"on", "off", "cycle"})) {
-    steps.push_back(read_power(reader, *word));
+    action = read_power(reader, *word);
   }
   if (const auto volts = reader.number("supply_V", 0, kHighestSupply_V)) {
     const double ramp = reader.number("ramp_s", 0, kLongest_s).value_or(0);
-    steps.push_back({.what = SupplyVoltage{*volts, sim_time(ramp)}});
+    action = SupplyVoltage{*volts, sim_time(ramp)};
   }
   if (const auto volts = reader.number("sag_to_V", 0, kHighestSupply_V)) {
     const auto lasts = reader.number("sag_s", 0, kLongest_s);
     if (!lasts) reader.note_missing("sag_s");
-    steps.push_back({.what = SupplyVoltage{*volts}});
-    steps.push_back({sim_time(lasts.value_or(0)), SupplyVoltage{}, true});
+    action = Sag{*volts, sim_time(lasts.value_or(0))};
   }
   if (const auto ambient = reader.number("ambient_C", -40, 125)) {
-    steps.push_back({.what = AmbientTemperature{*ambient}});
+    action = AmbientTemperature{*ambient};
   }
   if (reader.has("load")) {
     Load load;
     read_load(reader, load.load);
-    steps.push_back({.what = load});
+    action = load;
   }
   if (const auto turn = reader.number("turn_deg", -1e6, 1e6)) {
-    steps.push_back({.what = TurnShaft{*turn}});
+    action = TurnShaft{*turn};
   }
-  return steps;
+  return action;
 }
 
 /// The drives that the event means.
@@ -114,19 +109,15 @@ void read_event(TableReader& reader, BusConfig& bus) {
   if (!at) reader.note_missing("at_s");
   const auto targets = read_targets(reader, bus);
   check_actions(reader);
-  const std::vector<Step> steps = read_action(reader);
+  const std::optional<Action> action = read_action(reader);
   reader.finish();
-  if (steps.empty()) {
+  if (!action) {
     reader.fail("at_s",
                 "an event needs an action: power, supply_V, sag_to_V, ambient_C, load or "
                 "turn_deg");
   }
-  for (const Step& step : steps) {
-    for (const ServoConfig* servo : targets) {
-      TimedDirective timed{sim_time(*at) + step.after, {servo->id, step.what}};
-      if (step.back) timed.directive.what = SupplyVoltage{servo->profile.drive.supply.v_source};
-      bus.events.push_back(std::move(timed));
-    }
+  for (const ServoConfig* servo : targets) {
+    bus.events.push_back({sim_time(*at), {servo->id, *action}});
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <system_error>
 
 #include "emulator/cli.hpp"
@@ -21,6 +22,9 @@ namespace {
 constexpr MonoTime kLongestSleep = std::chrono::milliseconds(1);
 /// How long the end waits for the disk. A write that was not acknowledged may be lost.
 constexpr auto kLongestGoodbye = std::chrono::seconds(3);
+/// And then for the interfaces: as long as a full bus takes for all that a port holds.
+constexpr auto kLongestFlush = std::chrono::milliseconds(150);
+constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
 
 /// "1-4,7"
 std::string print_ids(const std::vector<ServoConfig>& servos) {
@@ -115,6 +119,7 @@ void print_gate(const RomGate& gate) {
 void print_port(const PortStats& port) {
   print_nonzero("replies lost: interface down", port.lost_link_down);
   print_nonzero("replies lost: send queue full", port.lost_queue_full);
+  print_nonzero("replies lost: still in the send queue at the end", port.pending);
   print_nonzero("waits for the send queue", port.waits_for_queue);
   print_nonzero("frames dropped by the kernel", port.kernel_drops);
   print_nonzero("times the interface went down or away", port.link_losses);
@@ -158,6 +163,13 @@ void Daemon::run() {
   serve_all();
   loop_.run();
   print_summary();
+  if (!rom_is_settled()) {
+    // The writer's thread may stand in a system call for as long as the disk likes. Ending the
+    // process is cutting the power, and a file that is not done yet is as it was.
+    spdlog::default_logger()->flush();
+    std::fflush(nullptr);
+    std::_Exit(EXIT_SUCCESS);
+  }
 }
 
 void Daemon::serve(std::size_t index, MonoTime mono) {
@@ -195,10 +207,8 @@ void Daemon::keep_rom(std::size_t index) {
 RomWriter& Daemon::rom_writer() {
   if (!rom_writer_) {
     rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
-      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
-        settle_rom(bus, write, error);
-        if (stopping_ && rom_is_settled()) loop_.stop();
-      });
+      boost::asio::post(loop_,
+                        [this, bus = place.bus, write, error] { settle_rom(bus, write, error); });
     });
   }
   return *rom_writer_;
@@ -222,17 +232,31 @@ bool Daemon::rom_is_settled() const {
                      [](const auto& line) { return line->gate.idle(); });
 }
 
+bool Daemon::replies_have_left() const {
+  return std::all_of(lines_.begin(), lines_.end(),
+                     [](const auto& line) { return line->port.stats().pending == 0; });
+}
+
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
   stopping_ = true;
-  if (rom_is_settled()) {
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+  give_up_disk_ = monotonic_now() + kLongestGoodbye;
+  give_up_ = give_up_disk_ + kLongestFlush;
+  wait_to_end();
+}
+
+void Daemon::wait_to_end() {
+  const MonoTime now = monotonic_now();
+  const bool disk_is_done = rom_is_settled() || now >= give_up_disk_;
+  if (disk_is_done) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (disk_is_done && (replies_have_left() || now >= give_up_)) {
     loop_.stop();
     return;
   }
-  patience_.expires_after(kLongestGoodbye);
-  patience_.async_wait([this](const auto& /*error*/) { loop_.stop(); });
-  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+  patience_.expires_after(kGoodbyeStep);
+  patience_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
 }
 
 void Daemon::serve_all() {

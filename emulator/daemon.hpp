@@ -26,7 +26,8 @@ class Daemon {
   /// Throws StartError when an interface or the ROM cannot be had.
   Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom);
 
-  /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary.
+  /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
+  /// not return when the disk still has not answered: it ends the process.
   void run();
 
  private:
@@ -45,7 +46,9 @@ class Daemon {
   /// On the loop: the disk has answered; `error` is 0 or errno.
   void settle_rom(std::size_t line, const RomWrite& write, int error);
   void begin_stop();
+  void wait_to_end();
   bool rom_is_settled() const;
+  bool replies_have_left() const;
   void follow_links();
   void say_ready_once();
   void arm_timer(MonoTime mono);
@@ -61,7 +64,9 @@ class Daemon {
   WakeTimer timer_;
   LinkMonitor links_;
   boost::asio::signal_set signals_;
-  boost::asio::steady_timer patience_;  // with the disk, at the end
+  boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
+  MonoTime give_up_disk_{};
+  MonoTime give_up_{};
   MonoTime started_;
   bool ready_ = false;
   bool stopping_ = false;                // time stands still

@@ -23,6 +23,12 @@ struct SupplyVoltage {
   double supply_V = 0;
   SimTime ramp{0};
 };
+/// The source drops there at once, and is back after that time at what it had, or was on its way
+/// to. A sag in a sag ends both; whatever else is said of the voltage meanwhile stays.
+struct Sag {
+  double to_V = 0;
+  SimTime duration{0};
+};
 struct AmbientTemperature {
   double ambient_C = 25;
 };
@@ -37,7 +43,8 @@ struct TurnShaft {
 /// To the drive `id`, which must be on the bus.
 struct Directive {
   int id = 1;
-  std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, AmbientTemperature, Load, TurnShaft>
+  std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, Sag, AmbientTemperature, Load,
+               TurnShaft>
       what;
 };
 

@@ -64,6 +64,17 @@ int write_durably(int directory_fd, const std::string& name, const std::string& 
   return sync(directory_fd);
 }
 
+int sync_entry(int directory_fd) {
+  const Descriptor above(::openat(directory_fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!above) {
+    // Above may be somebody else's and closed to us. The file system as a whole is not.
+    return errno == EACCES ? (::syncfs(directory_fd) == 0 ? 0 : errno) : errno;
+  }
+  const int error = sync(above.get());
+  // Read-only, or not on a disk: nothing there can be taken back.
+  return error == EROFS || error == EINVAL ? 0 : error;
+}
+
 int make_directories(const std::filesystem::path& path) {
   if (::mkdir(path.c_str(), 0700) != 0) {
     if (errno == EEXIST) return 0;  // opening it will tell whether it is a directory

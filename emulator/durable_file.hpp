@@ -25,10 +25,14 @@ class Descriptor {
 /// errno.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);
 
+/// Makes the entry of the directory itself durable, whoever made it. Returns 0 or errno.
+int sync_entry(int directory_fd);
+
 /// What a write that was cut short leaves behind; nobody reads it.
 std::string unfinished(const std::string& name);
 
 /// Makes `path` and what is missing above it, for this user alone, durably. Returns 0 or errno.
+/// What was there before may have been made by somebody who did not sync it: see `sync_entry`.
 int make_directories(const std::filesystem::path& path);
 
 }  // namespace lk::emulator

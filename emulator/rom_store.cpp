@@ -102,7 +102,9 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
       load(place, directory, bus, servo);
       places_.emplace(std::pair(i, servo.id), place);
     }
-    if (options.wipe) ::fsync(directory.descriptor());
+    if (options.wipe && ::fsync(directory.descriptor()) != 0) {
+      throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason(errno));
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #include "emulator/rom_writer.hpp"
 
 #include <csignal>
+#include <set>
 #include <utility>
 
 #include "emulator/durable_file.hpp"
@@ -26,7 +27,18 @@ class SignalsBlocked {
 
 }  // namespace
 
-RomWriter::WriteFile RomWriter::write_to_disk() { return write_durably; }
+/// A file is as durable as its directory: with the first one that is made sure of as well.
+RomWriter::WriteFile RomWriter::write_to_disk() {
+  return [durable = std::set<int>()](int directory_fd, const std::string& name,
+                                     const std::string& text) mutable {
+    int error = durable.contains(directory_fd) ? 0 : sync_entry(directory_fd);
+    if (error == 0) {
+      durable.insert(directory_fd);
+      error = write_durably(directory_fd, name, text);
+    }
+    return error;
+  };
+}
 
 RomWriter::RomWriter(OnWritten on_written, WriteFile write_file)
     : on_written_(std::move(on_written)), write_file_(std::move(write_file)) {

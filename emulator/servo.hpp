@@ -75,6 +75,9 @@ class Servo {
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
 
+  /// Somebody at the drive, not on the wire, writes a setting: `parameter` becomes what it is in
+  /// `value`, which the drive must be able to hold, in RAM and in ROM.
+  void write_setting(RomParameter parameter, const Registers& value, const Lane& lane);
   /// ROM holds this from now on.
   void restore_rom(const Registers& rom, const RomWear& wear) {
     rom_ = rom;

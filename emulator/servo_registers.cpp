@@ -10,6 +10,45 @@ namespace lk::emulator {
 using protocol::Echo;
 using protocol::Reply;
 
+namespace {
+
+void copy(RomParameter parameter, const Registers& from, Registers& to) {
+  switch (parameter) {
+    case RomParameter::kGains:
+      to.gains = from.gains;
+      return;
+    case RomParameter::kAcceleration:
+      to.acceleration_dps_s = from.acceleration_dps_s;
+      return;
+    case RomParameter::kEncoderOffset:
+      to.encoder_offset = from.encoder_offset;
+      return;
+    case RomParameter::kMaxTorqueCurrent:
+      to.max_torque_current_lsb = from.max_torque_current_lsb;
+      return;
+    case RomParameter::kMaxPower:
+      to.max_power_permille = from.max_power_permille;
+      return;
+    case RomParameter::kMaxSpeed:
+      to.max_speed_dps = from.max_speed_dps;
+      return;
+    case RomParameter::kMaxAngle:
+      to.max_angle_deg = from.max_angle_deg;
+      return;
+    case RomParameter::kCurrentRamp:
+      to.current_ramp_A_s = from.current_ramp_A_s;
+      return;
+    case RomParameter::kBroadcastMode:
+      to.broadcast_mode = from.broadcast_mode;
+      return;
+    case RomParameter::kProtections:
+      to.protections = from.protections;
+      return;
+  }
+}
+
+}  // namespace
+
 // --- registers
 // -------------------------------------------------------------------------------------
 
@@ -71,6 +110,18 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
   wanted.encoder_offset = angles_.raw(angles_.position(context.before));
   write_rom(RomParameter::kEncoderOffset, wanted);
   return protocol::ZeroWritten{wanted.encoder_offset};
+}
+
+void Servo::write_setting(RomParameter parameter, const Registers& value, const Lane& lane) {
+  Registers wanted = rom_;
+  copy(parameter, value, wanted);
+  write_rom(parameter, wanted);
+  copy(parameter, value, ram_);
+  if (parameter == RomParameter::kEncoderOffset) {
+    angles_.set_offset(ram_.encoder_offset);
+    motion_.single_turn.reset();  // the same target is another place from now on
+  }
+  configure(lane);
 }
 
 /// Worn cells keep what they have; the firmware does not look, so the reply is the same.

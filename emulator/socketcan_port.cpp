@@ -158,6 +158,7 @@ void SocketCanPort::drop_pending() {
 
 PortStats SocketCanPort::stats() const {
   PortStats stats = stats_;
+  stats.pending = pending_.size();
   if (socket_) stats.kernel_drops += socket_->kernel_drops();
   return stats;
 }

@@ -20,6 +20,7 @@ struct PortStats {
   std::uint64_t sent = 0;
   std::uint64_t lost_link_down = 0;   // replies that had no interface to leave by
   std::uint64_t lost_queue_full = 0;  // replies nobody took off our hands in time
+  std::uint64_t pending = 0;          // replies in our hands still
   std::uint64_t waits_for_queue = 0;  // times the send queue was full
   std::uint64_t link_losses = 0;      // times the interface went down or away
 };

@@ -137,6 +137,34 @@ TEST(CanWire, RepliesOfOneDriveKeepTheirOrder) {
   EXPECT_EQ(wire.deliver(kEnd)->frame, second);
 }
 
+TEST(CanWire, ASpoiledReplyHasTheWireToItsEnd) {
+  for (const SimTime died : {99us, 100us, 150us}) {
+    CanWire wire(1'000'000);
+    wire.send_from_drive(100us, kReply2);  // to 216 µs
+    wire.send_from_drive(110us, kReply2);
+    wire.send_from_host(120us, kQuery32);
+    EXPECT_EQ(wire.next_reply_start(), 100us);
+    EXPECT_EQ(wire.forget_replies(0x142, died), 2U);
+    EXPECT_EQ(wire.next_reply_start(), std::nullopt);
+    if (died < 100us) {
+      expect_next(wire, 240us, kQuery32);
+      EXPECT_EQ(wire.busy(), 123us);
+    } else {
+      expect_next(wire, 219us + 120us, kQuery32);
+      EXPECT_EQ(wire.busy(), 119us + 123us);
+    }
+  }
+}
+
+TEST(CanWire, WhoWaitsWhenItsDriveDiesNeverHadTheWire) {
+  CanWire wire(1'000'000);
+  wire.send_from_host(0us, kQuery1);
+  wire.send_from_drive(50us, kReply2);
+  EXPECT_EQ(wire.forget_replies(0x142, 60us), 1U);
+  expect_next(wire, 120us, kQuery1);
+  EXPECT_EQ(wire.busy(), 123us);
+}
+
 // Looking ahead decides nothing: whoever is there when the frame starts takes part, whoever comes a
 // nanosecond later does not.
 TEST(CanWire, ArbitrationIsDecidedAtTheStart) {

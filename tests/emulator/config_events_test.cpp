@@ -39,6 +39,8 @@ TEST(ConfigEvents, EveryAction) {
   EXPECT_EQ(only<SupplyVoltage>("supply_V = 9.5").supply_V, 9.5);
   EXPECT_EQ(only<SupplyVoltage>("supply_V = 9.5").ramp, SimTime(0));
   EXPECT_EQ(only<SupplyVoltage>("supply_V = 9.5\nramp_s = 0.1").ramp, milliseconds(100));
+  EXPECT_EQ(only<Sag>("sag_to_V = 8\nsag_s = 0.25").to_V, 8);
+  EXPECT_EQ(only<Sag>("sag_to_V = 8\nsag_s = 0.25").duration, milliseconds(250));
   EXPECT_EQ(only<AmbientTemperature>("ambient_C = -10").ambient_C, -10);
   EXPECT_EQ(only<TurnShaft>("turn_deg = -3.5").turn_deg, -3.5);
   const model::LoadParams load = only<Load>("load = { J_g_cm2 = 10, theta_max_deg = 90 }").load;
@@ -57,25 +59,15 @@ TEST(ConfigEvents, AreOfAllDrivesUnlessSaidOtherwise) {
   EXPECT_TRUE(parse("[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1")[0].events.empty());
 }
 
-TEST(ConfigEvents, ASagIsTwoStepsOfTheSupply) {
-  const auto events = events_of("at_s = 1\nid = 2\nsag_to_V = 8\nsag_s = 0.25");
-  ASSERT_EQ(events.size(), 2U);
-  EXPECT_EQ(events[0].at, milliseconds(1000));
-  EXPECT_EQ(std::get<SupplyVoltage>(events[0].directive.what).supply_V, 8);
-  EXPECT_EQ(events[1].at, milliseconds(1250));
-  EXPECT_EQ(std::get<SupplyVoltage>(events[1].directive.what).supply_V, 30) << "the drive's own";
-}
-
 TEST(ConfigEvents, AreSortedByTimeAndThenAsWritten) {
   const auto events = events_of(
       "at_s = 2\nid = 2\nambient_C = 1\n"
       "[[bus.event]]\nat_s = 1\nid = 2\nsag_to_V = 8\nsag_s = 1\n"
       "[[bus.event]]\nat_s = 2\nid = 2\nambient_C = 3\n");
-  ASSERT_EQ(events.size(), 4U);
-  EXPECT_TRUE(std::holds_alternative<SupplyVoltage>(events[0].directive.what));
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_TRUE(std::holds_alternative<Sag>(events[0].directive.what));
   EXPECT_EQ(std::get<AmbientTemperature>(events[1].directive.what).ambient_C, 1);
-  EXPECT_TRUE(std::holds_alternative<SupplyVoltage>(events[2].directive.what));
-  EXPECT_EQ(std::get<AmbientTemperature>(events[3].directive.what).ambient_C, 3);
+  EXPECT_EQ(std::get<AmbientTemperature>(events[2].directive.what).ambient_C, 3);
 }
 
 TEST(ConfigEvents, GoWithTheDrivesThatTheCommandLineLeaves) {

@@ -9,22 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::Host;
-
-/// A drive whose link is empty 0.45 s after its supply is gone, and that boots in 50 ms.
-ServoConfig powered_drive(int id = 1) {
-  ServoConfig config = test::servo_config(id);
-  config.profile.drive.supply.i_logic = 0.04;
-  config.profile.drive.logic = {.v_reset = 5.0, .v_reset_hysteresis = 0.5, .boot_time = 0.05};
-  return config;
-}
-
-BusConfig powered_bus(std::initializer_list<int> ids, std::int64_t bitrate = 0) {
-  BusConfig config = test::bus_config(ids, bitrate);
-  for (ServoConfig& servo : config.servos) {
-    servo = powered_drive(servo.id);
-  }
-  return config;
-}
+using test::powered_bus;
+using test::powered_drive;
 
 bool answers(Host& host, int id = 1) {
   protocol::Frame query;
@@ -123,6 +109,35 @@ TEST(Power, ARampIsEven) {
   EXPECT_NEAR(host.bus.truth(1).v_bus, 12.0, 0.05);
 }
 
+TEST(Power, ASagEndsAtWhatTheSupplyHadOrWasOnItsWayTo) {
+  Host host(powered_drive());
+  const auto link_V = [&](SimTime wait) {
+    host.wait(wait);
+    return host.bus.truth(1).v_bus;
+  };
+  host.bus.apply({1, SupplyVoltage{18.0}});
+  host.bus.apply({1, Sag{10.0, 50ms}});
+  EXPECT_NEAR(link_V(49ms), 10.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 18.0, 0.05);  // not the 24 V it started with
+
+  host.bus.apply({1, SupplyVoltage{22.0, 100ms}});
+  host.wait(20ms);
+  host.bus.apply({1, Sag{12.0, 30ms}});
+  EXPECT_NEAR(link_V(29ms), 12.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 22.0, 0.05);
+
+  host.bus.apply({1, Sag{12.0, 50ms}});
+  host.wait(10ms);
+  host.bus.apply({1, Sag{9.0, 50ms}});
+  EXPECT_NEAR(link_V(49ms), 9.0, 0.05);
+  EXPECT_NEAR(link_V(20ms), 22.0, 0.05);
+
+  host.bus.apply({1, Sag{12.0, 50ms}});
+  host.bus.apply({1, SupplyVoltage{16.0, 10ms}});
+  EXPECT_NEAR(link_V(100ms), 16.0, 0.05);  // what was said last counts
+  EXPECT_FALSE(host.bus.next_due());
+}
+
 TEST(Power, EventsOfTheConfigurationHappenAtTheirTimes) {
   BusConfig config = powered_bus({1, 2});
   config.events = {{0ms, {2, PowerOff{}}},
@@ -141,6 +156,20 @@ TEST(Power, EventsOfTheConfigurationHappenAtTheirTimes) {
   EXPECT_TRUE(answers(host, 2));
 }
 
+TEST(Power, AFrameForSeveralFindsNobodyWhenAllAreDead) {
+  BusConfig config = powered_bus({1, 2});
+  config.servos[0].rom.broadcast_mode = true;
+  Host host(config);
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 1U);  // drive 2 is there
+  host.bus.apply({2, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  EXPECT_EQ(host.bus.stats().count(Drop::kNoPower), 1U);
+}
+
 TEST(Power, WhatADeadDriveWasAboutToSayIsLost) {
   BusConfig config = powered_bus({1}, 1'000'000);
   config.servos[0].reply_time = 100ms;
@@ -153,75 +182,42 @@ TEST(Power, WhatADeadDriveWasAboutToSayIsLost) {
   EXPECT_EQ(host.bus.stats().replies_lost, 1U);
 }
 
-TEST(Memory, AReplyToAWriteComesWhenTheFlashIsDoneAndNobodyElseWaits) {
-  BusConfig config = powered_bus({1, 2});
-  config.servos[0].flash.write_time = 5ms;
-  Host host(config);
-  host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
-  host.bus.receive({0ns, test::frame("141#9A00000000000000")});
-  host.bus.receive({0ns, test::frame("142#9A00000000000000")});
-  std::vector<TimedFrame> replies;
-  std::vector<RomWrite> writes;
-  host.wait(4999us);
-  host.bus.take_replies(replies);
-  host.bus.take_rom_writes(writes);
-  ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies[0].frame.id, 0x142U);
-  EXPECT_TRUE(writes.empty());
-  host.wait(1us);
-  host.bus.take_replies(replies);
-  host.bus.take_rom_writes(writes);
-  ASSERT_EQ(replies.size(), 3U);
-  EXPECT_EQ(replies[1], (TimedFrame{5ms, test::frame("141#32000A0B0C0D0E0F"), 1}));
-  EXPECT_EQ(replies[2].frame.data[0], 0x9A);  // a drive answers in order
-  EXPECT_EQ(replies[2].after_rom_write, 0U);
-  ASSERT_EQ(writes.size(), 1U);
-  EXPECT_EQ(writes[0].number, 1U);
-  EXPECT_EQ(writes[0].rom.gains.speed_kp, 0x0C);
-  EXPECT_EQ(writes[0].wear[0], 1U);
-}
-
-TEST(Memory, AWriteThatThePowerCutShortNeverWas) {
+TEST(Power, ARestartOfTheControllerLosesWhatItWasAboutToSayAndToWrite) {
   ServoConfig config = powered_drive();
   config.flash.write_time = 20ms;
   Host host(config);
   host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
-  host.bus.receive({0ns, test::frame("141#3200010203040506")});
   host.wait(10ms);
-  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
-  host.wait(100ms);
-  host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
-  host.wait(100ms);
+  host.bus.power_cycle(1);
+  EXPECT_FALSE(host.bus.next_due());
+  EXPECT_EQ(host.bus.stats().replies_lost, 1U);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
+  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
   std::vector<RomWrite> writes;
   host.bus.take_rom_writes(writes);
   EXPECT_TRUE(writes.empty());
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 0U);
 }
 
-TEST(Memory, WornCellsKeepWhatTheyHave) {
-  ServoConfig config = powered_drive();
-  config.flash = {.write_time = 0ns, .endurance = 2};
-  Host host(config);
-  host.ask("141#3200010101010101");
-  host.ask("141#3200020202020202");
-  EXPECT_EQ(host.ask("141#3200030303030303"), test::frame("141#3200030303030303"));
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000030303030303"));  // RAM
-  host.ask("141#91000000000000FF");  // another parameter has cells of its own
-  host.bus.apply({1, PowerCycle{}});
-  host.wait(1s);
-  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000020202020202"));
-  EXPECT_EQ(host.bus.servo(1).wear()[0], 2U);
+TEST(Power, ARestartOfADeadControllerIsNothing) {
+  Host host(powered_drive());
+  host.ask("141#3400000068010000");  // acceleration, RAM
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  const Registers ram = host.bus.servo(1).ram();
+  host.bus.power_cycle(1);
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(host.bus.servo(1).ram(), ram);  // it starts when the power is back
 }
 
-/// Replies and ROM writes of a run that is cut into `slices` at random instants.
-std::vector<TimedFrame> sliced_run(unsigned slices) {
-  BusConfig config = powered_bus({1, 2, 3}, 1'000'000);
+/// Replies of a run with a frame every `pause` that is cut into `slices` at random instants.
+std::vector<TimedFrame> sliced_run(unsigned slices, SimTime pause, BusConfig config) {
   config.servos[1].profile.drive.inverter.f_pwm = 20e3;
   config.servos[0].flash.write_time = 3ms;
-  config.events = {{20ms, {1, SupplyVoltage{2.0, 7ms}}},   {60ms, {1, SupplyVoltage{24.0, 3ms}}},
-                   {90ms, {2, TurnShaft{30.0}}},           {100ms, {2, SupplyVoltage{0.0, 0ns}}},
-                   {101ms, {2, SupplyVoltage{24.0, 0ns}}}, {120ms, {3, PowerCycle{100ms}}}};
+  const std::vector<TimedDirective> events = {
+      {20ms, {1, SupplyVoltage{2.0, 7ms}}},   {60ms, {1, SupplyVoltage{24.0, 3ms}}},
+      {90ms, {2, TurnShaft{30.0}}},           {100ms, {2, SupplyVoltage{0.0, 0ns}}},
+      {101ms, {2, SupplyVoltage{24.0, 0ns}}}, {120ms, {3, PowerCycle{100ms}}}};
+  if (config.events.empty()) config.events = events;
   Bus bus(config);
   std::mt19937 generator(slices);
   std::uniform_int_distribution<std::int64_t> cut(0, 800'000'000 / slices * 2);
@@ -232,8 +228,9 @@ std::vector<TimedFrame> sliced_run(unsigned slices) {
   };
   std::vector<TimedFrame> replies;
   SimTime now{0};
-  for (int n = 0; n < 2000; ++n) {
-    const SimTime at = n * 400us;
+  const int frames = static_cast<int>(800ms / pause);
+  for (int n = 0; n < frames; ++n) {
+    const SimTime at = n * pause;
     while (now < at) {
       now = std::min(at, now + SimTime{cut(generator)});
       bus.advance_to(now);
@@ -246,11 +243,26 @@ std::vector<TimedFrame> sliced_run(unsigned slices) {
 }
 
 TEST(Power, TheRunDoesNotDependOnHowItIsSliced) {
-  const auto once = sliced_run(1);
+  const BusConfig config = powered_bus({1, 2, 3}, 1'000'000);
+  const auto once = sliced_run(1, 400us, config);
   EXPECT_GT(once.size(), 1000U);
   EXPECT_LT(once.size(), 2000U);  // some of the time somebody is dead
-  EXPECT_EQ(once, sliced_run(100));
-  EXPECT_EQ(once, sliced_run(20000));
+  EXPECT_EQ(once, sliced_run(100, 400us, config));
+  EXPECT_EQ(once, sliced_run(20000, 400us, config));
+}
+
+// A full wire and drives that die all the time, most of them while somebody sends.
+TEST(Power, ACrowdedRunDoesNotDependOnHowItIsSliced) {
+  BusConfig config = powered_bus({1, 2, 3}, 50'000);
+  for (ServoConfig& servo : config.servos) servo.profile.drive.logic.boot_time = 0.001;
+  for (int n = 0; n < 150; ++n) {
+    config.events.push_back({n * 5ms + n % 7 * 300us, {1 + n % 3, Sag{0.0, 4ms}}});
+  }
+  const auto once = sliced_run(1, 4ms, config);
+  EXPECT_GT(once.size(), 50U);
+  EXPECT_LT(once.size(), 180U);
+  EXPECT_EQ(once, sliced_run(100, 4ms, config));
+  EXPECT_EQ(once, sliced_run(20000, 4ms, config));
 }
 
 }  // namespace

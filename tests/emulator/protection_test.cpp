@@ -205,5 +205,117 @@ TEST(ClearErrors, KeepsWhatIsNotOver) {
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0U);
 }
 
+constexpr auto kIndex = [](Error error) { return static_cast<std::size_t>(error); };
+
+/// A drive that watches for one error only and shows all.
+ServoConfig watching(Error error, const model::Protection& setting) {
+  ServoConfig config = test::servo_config(1);
+  config.quirks.dialect.all_error_bits = true;
+  config.rom.protections[kIndex(error)] = setting;
+  return config;
+}
+
+TEST(Delay, ADipThatIsShorterDoesNotTripAndDipsDoNotAddUp) {
+  Host host(watching(Error::kUnderVoltage, {true, 18.0, 1.0, 0.02}));
+  const auto dip = [&](SimTime duration) {
+    host.bus.apply({1, SupplyVoltage{12.0, 0ns}});
+    host.wait(duration);
+    host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
+    host.wait(5ms);
+    return host.bus.telemetry(1).errors;
+  };
+  for (int n = 0; n < 3; ++n) EXPECT_EQ(dip(17ms), 0U) << n;
+  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+  EXPECT_EQ(dip(24ms), model::bit(Error::kUnderVoltage));
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+}
+
+/// What 0x9B leaves once the cause is back at a value.
+TEST(Hysteresis, OverVoltageIsOverBelowIt) {
+  Host host(watching(Error::kOverVoltage, {true, 32.0, 1.0, 0.0}));
+  const auto cleared_at = [&](double supply_V) {
+    host.bus.apply({1, SupplyVoltage{supply_V, 0ns}});
+    host.wait(20ms);
+    return host.ask("141#9B00000000000000").data[7] == 0;
+  };
+  EXPECT_TRUE(cleared_at(31.8));
+  EXPECT_FALSE(cleared_at(32.5));
+  EXPECT_FALSE(cleared_at(31.2));
+  EXPECT_TRUE(cleared_at(30.8));
+  EXPECT_TRUE(cleared_at(31.8)) << "between the two it is what it was";
+}
+
+TEST(Hysteresis, TemperaturesAreOverBelowIt) {
+  for (const Error error : {Error::kDriverTemperature, Error::kMotorTemperature}) {
+    SCOPED_TRACE(static_cast<int>(error));
+    ServoConfig config = watching(error, {true, 60.0, 10.0, 0.0});
+    model::ThermalParams& thermal = config.profile.drive.thermal;
+    thermal.C_winding = thermal.C_housing = thermal.C_stage = 0.1;  // they follow the air
+    Host host(config);
+    const auto cleared_at = [&](double ambient_C) {
+      host.bus.apply({1, AmbientTemperature{ambient_C}});
+      host.wait(10s);
+      return host.ask("141#9B00000000000000").data[7] == 0;
+    };
+    EXPECT_TRUE(cleared_at(57));
+    EXPECT_FALSE(cleared_at(63));
+    EXPECT_FALSE(cleared_at(53));
+    EXPECT_TRUE(cleared_at(47));
+    EXPECT_TRUE(cleared_at(57));
+  }
+}
+
+TEST(LostInput, TheFramesForSeveralFeedADriveThatHearsNothingElse) {
+  ServoConfig config = watching(Error::kLostInput, {true, 0.1, 0.0, 0.0});
+  config.rom.broadcast_mode = true;
+  Host host(config);
+  for (int n = 0; n < 6; ++n) {
+    EXPECT_EQ(host.talk(test::frame("280#0000000000000000"), 70ms).size(), 1U);
+  }
+  EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
+  host.talk(test::frame("141#9C00000000000000"), 70ms);  // not for its mode
+  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kLostInput));
+}
+
+TEST(LostInput, TheFirstWindowBeginsWhenTheControllerHasBooted) {
+  ServoConfig config = watching(Error::kLostInput, {true, 0.1, 0.0, 0.0});
+  config.profile.drive.logic.boot_time = 0.2;  // longer than the window
+  Host host(config);
+  host.wait(95ms);
+  EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
+  host.wait(10ms);
+  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kLostInput));
+
+  host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+  host.wait(50ms);
+  host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
+  host.wait(290ms);  // 200 ms of boot
+  EXPECT_EQ(host.bus.telemetry(1).errors, 0U);
+  host.wait(20ms);
+  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kLostInput));
+}
+
+TEST(LegacyBits, AnErrorThatIsNotShownTurnsTheBridgeOffAllTheSame) {
+  ServoConfig config = watching(Error::kOverVoltage, {true, 32.0, 1.0, 0.0});
+  config.quirks.dialect.all_error_bits = false;
+  Host host(config);
+  host.bus.apply({1, SupplyVoltage{33.0, 0ns}});
+  host.wait(20ms);
+  host.bus.apply({1, SupplyVoltage{24.0, 0ns}});
+  host.wait(20ms);
+  EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0U);
+  EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kOverVoltage));
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  host.ask("141#8800000000000000");
+  host.ask("141#A100000064000000");
+  host.wait(1ms);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0U);
+  host.ask("141#8800000000000000");
+  host.wait(1ms);
+  EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+}
+
 }  // namespace
 }  // namespace lk::emulator

@@ -238,5 +238,101 @@ TEST_F(BlockedDisk, AFullOneLeavesRomAsItWasAndRamAsCommanded) {
   EXPECT_EQ(talk(1, protocol::ReadPid{}).size(), 1U);
 }
 
+// --- a later write in the flash while the disk refuses an earlier one
+// -------------------------------------------------------------
+
+/// One drive whose flash takes 20 ms, between its bus and a gate; the test is the disk.
+class LaterWrite : public testing::Test {
+ protected:
+  static constexpr SimTime kFlash = std::chrono::milliseconds(20);
+
+  LaterWrite() {
+    send(protocol::WritePidToRom{{1, 1, 1, 1, 1, 1}});
+    wait(kFlash);
+    settle(true);
+    send(protocol::WriteOffsetToRom{111});  // the one that fails
+    wait(kFlash);
+    send(protocol::WritePidToRom{{2, 2, 2, 2, 2, 2}});
+    wait(kFlash / 2);
+  }
+
+  static BusConfig config() {
+    BusConfig config = test::bus_config({1});
+    config.servos[0].flash.write_time = kFlash;
+    config.servos[0].profile.drive.logic.boot_time = 0.001;
+    return config;
+  }
+  void send(const protocol::Command& command) {
+    bus_.receive({bus_.time(), protocol::encode_query(1, command, protocol::kLegacyFormat)});
+  }
+  void wait(SimTime time) {
+    bus_.advance_to(bus_.time() + time);
+    const std::size_t known = writes_.size();
+    bus_.take_rom_writes(writes_);
+    for (std::size_t k = known; k < writes_.size(); ++k) gate_.begin(writes_[k]);
+    std::vector<TimedFrame> replies;
+    bus_.take_replies(replies);
+    for (const TimedFrame& reply : replies) gate_.pass(reply, sent_);
+  }
+  void settle(bool durable) {
+    ASSERT_LT(settled_, writes_.size());
+    const RomWrite& write = writes_[settled_++];
+    if (const auto* kept = gate_.settle(write, durable, sent_)) {
+      bus_.restore_rom(1, kept->rom, kept->wear);
+    }
+  }
+  void cut_power() {
+    bus_.apply({1, SupplyVoltage{0.0, SimTime{0}}});
+    wait(std::chrono::milliseconds(9));
+    bus_.apply({1, SupplyVoltage{24.0, SimTime{0}}});
+    wait(std::chrono::milliseconds(100));
+  }
+  void expect_rom(std::uint16_t gain, std::uint16_t offset) const {
+    EXPECT_EQ(bus_.servo(1).rom().gains.angle_kp, gain);
+    EXPECT_EQ(bus_.servo(1).rom().encoder_offset, offset);
+  }
+
+  Bus bus_{config()};
+  RomGate gate_{config()};
+  std::vector<RomWrite> writes_;
+  std::size_t settled_ = 0;
+  std::vector<Frame> sent_;
+};
+
+TEST_F(LaterWrite, BringsTheFailedOneAndStaysWhenTheNextIsMade) {
+  settle(false);
+  wait(kFlash);
+  settle(true);
+  ASSERT_FALSE(sent_.empty());
+  EXPECT_EQ(sent_.back().data[0], 0x32) << "acknowledged";
+  expect_rom(2, 111);
+  send(protocol::WriteZeroToRom{});
+  wait(kFlash);
+  EXPECT_EQ(writes_.back().rom.gains.angle_kp, 2) << "an acknowledged write is not overwritten";
+  EXPECT_EQ(writes_.back().wear[0], 2U);
+}
+
+TEST_F(LaterWrite, CutShortLeavesWhatIsDurable) {
+  settle(false);
+  cut_power();
+  expect_rom(1, 0);
+  EXPECT_EQ(writes_.size(), 2U);
+}
+
+TEST_F(LaterWrite, CutShortBeforeTheFailureIsKnownLeavesWhatIsDurable) {
+  cut_power();
+  expect_rom(1, 111);
+  settle(false);
+  expect_rom(1, 0);
+}
+
+TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
+  bus_.advance_to(bus_.time() + kFlash);
+  settle(false);
+  wait(SimTime{1});
+  settle(true);
+  expect_rom(2, 111);
+}
+
 }  // namespace
 }  // namespace lk::emulator

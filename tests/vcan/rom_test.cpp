@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -255,6 +256,38 @@ TEST_F(SlowDisk, StoppingWaitsForItAndAcknowledges) {
   EXPECT_EQ(reply->data[0], 0x32);
   EXPECT_EQ(emulator.wait().status, 0);
   EXPECT_NE(text_of(file(1)).find("gains = 1\n"), std::string::npos);
+}
+
+TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
+  using Clock = std::chrono::steady_clock;
+  EmulatorProcess emulator(arguments(), launcher());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  host.send(0x141, kPidToRom);
+  ASSERT_TRUE(host.query(2, kReadState2));
+  ASSERT_TRUE(emulator.wait_for_log("writing"));
+  const auto begin = Clock::now();
+  const auto result = emulator.stop();  // nobody lets the disk go on
+  EXPECT_EQ(result.status, 0);
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_NE(result.out.find("whose last ROM write is not confirmed"), std::string::npos)
+      << result.out;
+  EXPECT_FALSE(fs::exists(file(1)));
+  EmulatorProcess next(arguments());
+  ASSERT_TRUE(next.wait_ready()) << "it holds nothing";
+  EXPECT_EQ(Host("vcan0").query(1, kReadPid), kFactoryPid);
+}
+
+TEST_F(SlowDisk, ASecondSignalEndsItAtOnce) {
+  EmulatorProcess emulator(arguments(), launcher());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host("vcan0").send(0x141, kPidToRom);
+  ASSERT_TRUE(emulator.wait_for_log("writing"));
+  emulator.signal(SIGTERM);
+  const auto result = emulator.stop(SIGINT);
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.out.find("whose last ROM write is not confirmed"), std::string::npos)
+      << result.out;
 }
 
 }  // namespace
