@@ -7,6 +7,7 @@
 #include "emulator/config_ids.hpp"
 #include "emulator/config_quirks.hpp"
 #include "emulator/profile.hpp"
+#include "emulator/servo.hpp"
 #include "emulator/shaft_angles.hpp"
 #include "emulator/units.hpp"
 
@@ -68,13 +69,12 @@ void check_brake(TableReader& reader, const ServoConfig& servo) {
 /// The shaft has to start between its end stops, wherever the draw puts it.
 void check_end_stops(TableReader& reader, const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
-  ShaftAngles angles(servo.profile);
-  angles.set_offset(servo.rom.encoder_offset);
   const auto start_deg = [&](double boot_deg) {
-    return angles.theta_m_at(boot_deg) / drive.mechanics.gear_ratio / kRadPerDeg;
+    return start_theta_m(servo, boot_deg) / drive.mechanics.gear_ratio / kRadPerDeg;
   };
+  const double drawn_deg = 360 * encoder_turns(servo.profile, servo.quirks);
   const double first = start_deg(servo.boot_angle_deg.value_or(0));
-  const double last = start_deg(servo.boot_angle_deg.value_or(360));
+  const double last = start_deg(servo.boot_angle_deg.value_or(drawn_deg));
   const bool below = first < drive.load.theta_min / kRadPerDeg;
   if (!below && last <= drive.load.theta_max / kRadPerDeg) return;
   auto load = reader.table("load");
@@ -109,7 +109,9 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
   if (const auto us = reader.integer("reply_time_us", 0, 100'000)) {
     servo.reply_time = std::chrono::microseconds(*us);
   }
-  servo.boot_angle_deg = reader.number("boot_angle_deg", -360, 360);
+  // A turn of the output to either side.
+  const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
+  servo.boot_angle_deg = reader.number("boot_angle_deg", -turn_deg, turn_deg);
   read_generation(reader, servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);

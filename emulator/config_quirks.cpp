@@ -88,7 +88,10 @@ void read_generation(TableReader& reader, ServoConfig& servo) {
   if (!quirks) return;
   read_fields<Quirks>(*quirks, kQuirkSwitches, Presence::kOptional, servo.quirks);
   read_dialect(*quirks, servo.quirks.dialect);
-  read_word(*quirks, "encoder_span", {"rotor_turn", "output_turn"}, servo.profile.encoder_span);
+  read_word(*quirks, "boot_wrap", {"half_circle", "half_turn"}, servo.quirks.boot_wrap);
+  EncoderSpan span = servo.profile.encoder_span;
+  read_word(*quirks, "encoder_span", {"rotor_turn", "output_turn"}, span);
+  if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
   // The presets switch it on for every series, and the others do not look; asking for it is a
   // mistake.
   if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&

@@ -28,6 +28,9 @@ struct Lane {
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };
 
+/// Where the rotor of `config` stands, in rad, when its boot angle is `angle_deg`.
+double start_theta_m(const ServoConfig& config, double angle_deg);
+
 /// The motor that `config` asks for, standing where it stands at power-up. `bus_seed` and the ID
 /// give the noise and, when the configuration leaves it open, the boot angle.
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);

@@ -139,26 +139,35 @@ TEST(Generation, AnglesOfARealDrive) {
   }
 }
 
+void expect_at_45_deg(int bits, EncoderSpan span, Generation generation, double offset_turns) {
+  SCOPED_TRACE(testing::Message() << bits << " bit, " << offset_turns << " of a turn");
+  auto config = drive(generation);
+  config.profile.drive.encoder.bits = bits;
+  config.profile.drive.mechanics.gear_ratio = 10;
+  config.profile.encoder_span = span;
+  const int turn = 1 << std::min(bits, 16);
+  const int offset = static_cast<int>(offset_turns * turn);
+  config.rom.encoder_offset = static_cast<std::uint16_t>(offset);
+  Host host(config);
+  const int expected = span == EncoderSpan::kRotorTurn ? turn / 8 : turn / 80;  // 45°
+  const auto encoder = host.get<protocol::Encoder>(protocol::ReadEncoder{});
+  // Where ten rotor turns share the field, 45° need not be a whole number of its counts.
+  const int slack = span == EncoderSpan::kRotorTurn ? 0 : 1;
+  EXPECT_NEAR(encoder.encoder_counts, expected, slack);
+  EXPECT_NEAR(encoder.raw_counts, (expected + offset) % turn, slack);
+  EXPECT_EQ(encoder.offset_counts, offset);
+  EXPECT_NEAR(host.single_turn_cdeg(), 4500, 36000.0 / (1 << bits));
+  EXPECT_EQ(host.bus.servo(1).ram().encoder_offset, offset);
+}
+
 TEST(Generation, EncodersOfEveryWidth) {
   for (const int bits : {12, 14, 15, 16, 18}) {
     for (const EncoderSpan span : {EncoderSpan::kRotorTurn, EncoderSpan::kOutputTurn}) {
       for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
-        auto config = drive(generation);
-        config.profile.drive.encoder.bits = bits;
-        config.profile.drive.mechanics.gear_ratio = 10;
-        config.profile.encoder_span = span;
-        config.rom.encoder_offset = 100;
-        Host host(config);
-        const int turn = 1 << std::min(bits, 16);
-        const int expected = span == EncoderSpan::kRotorTurn ? turn / 8 : turn / 80;  // 45°
-        const auto encoder = host.get<protocol::Encoder>(protocol::ReadEncoder{});
-        // Where ten rotor turns share the field, 45° need not be a whole number of its counts.
-        const int slack = span == EncoderSpan::kRotorTurn ? 0 : 1;
-        EXPECT_NEAR(encoder.encoder_counts, expected, slack) << bits;
-        EXPECT_NEAR(encoder.raw_counts, expected + 100, slack) << bits;
-        EXPECT_EQ(encoder.offset_counts, 100);
-        EXPECT_NEAR(host.single_turn_cdeg(), 4500, 36000.0 / (1 << bits)) << bits;
-        EXPECT_EQ(host.bus.servo(1).ram().encoder_offset, 100);
+        // Of ten rotor turns in a field, the last two lie beyond the first.
+        for (const double offset_turns : {0.01, 0.55, 0.995}) {
+          expect_at_45_deg(bits, span, generation, offset_turns);
+        }
       }
     }
   }
@@ -217,6 +226,17 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   Host host(mg4005(Generation::kV236, 3599.0));
   EXPECT_EQ(host.ask("141#9400000000000000"), frame("141#94000000DC7D0500"));  // 359900
   EXPECT_EQ(host.multi_turn_cdeg(), -100);  // half an output turn to either side
+  host.ask("141#8000000000000000");         // as after power-up
+  EXPECT_EQ(host.multi_turn_cdeg(), -100);
+  auto half_turn = mg4005(Generation::kV236, 2050.0);
+  EXPECT_EQ(Host(half_turn).multi_turn_cdeg(), 205000 - 360000);
+  half_turn.quirks.boot_wrap = BootWrap::kHalfTurn;
+  Host wrapped(half_turn);
+  EXPECT_EQ(wrapped.multi_turn_cdeg(), -11000);
+  wrapped.ask("141#A3000000E0930400");  // 3000°
+  wrapped.wait(2s);
+  wrapped.ask("141#8000000000000000");
+  EXPECT_NEAR(static_cast<double>(wrapped.multi_turn_cdeg()), 12000, 10);
   Host legacy(mg4005(Generation::kLegacy, 3599.0));
   EXPECT_EQ(legacy.ask("141#9400000000000000"), frame("141#9400000000003C8C"));  // 35900
   Host rotor(drive(Generation::kV236));
