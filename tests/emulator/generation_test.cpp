@@ -467,6 +467,17 @@ TEST(SeveralDrives, AnyCommand) {
   EXPECT_EQ(host.bus.stats().queries, 2U);
 }
 
+TEST(SeveralDrives, AnEmptySlotIsNoCommand) {
+  Host host = several();
+  EXPECT_EQ(ids(host.talk(frame("288#00FF9A0000000000"))), (Ids{0x142}));
+  EXPECT_TRUE(host.talk(frame("288#0000000000000000")).empty());
+  for (const int id : {1, 2, 3, 6}) {
+    EXPECT_EQ(host.bus.servo(id).stats().unknown_commands, 0U) << id;
+  }
+  EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
+  EXPECT_EQ(host.bus.stats().count(Drop::kForeignId), 1U);
+}
+
 TEST(SeveralDrives, OnlyInMultiDriveMode) {
   Host host = on_bus({drive(Generation::kV236)});
   for (const char* text : {"280#0000000000000000", "281#0000000000000000", "282#0000000000000000",
