@@ -36,7 +36,7 @@ struct Registers {
   double max_speed_dps = 16800;                // > 0
   double max_angle_deg = 0;                    // 0 = no limit
   double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
-  bool broadcast_mode = false;                 // answers 0x280 only
+  bool broadcast_mode = false;                 // answers the commands for several drives only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
 
   friend bool operator==(const Registers&, const Registers&) = default;
