@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <set>
 
 #include "tests/support/test_bus.hpp"
 
@@ -56,33 +57,62 @@ TEST(Generation, LegacyIsTheDefault) {
   EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
 }
 
-TEST(Generation, AnswersWhatTheTableSays) {
+using Bytes = std::set<unsigned>;
+
+/// What the vendor's manuals give each generation and series, byte by byte: written down here, not
+/// derived from the tables under test.
+const Bytes kLegacyBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x80, 0x81, 0x88,
+                         0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C, 0x9D,
+                         0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
+const Bytes kLegacyMsBytes{0x19, 0x30, 0x31, 0x32, 0x33, 0x34, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92,
+                           0x94, 0x95, 0x9A, 0x9B, 0x9C, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
+const Bytes kV235Bytes{0x19, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A, 0x9B,
+                       0x9C, 0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
+const Bytes kV235MsBytes{0x19, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, 0x9A,
+                         0x9B, 0x9C, 0xA0, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8};
+const Bytes kV236Bytes{0x19, 0x80, 0x81, 0x88, 0x8C, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B, 0x9C,
+                       0x9D, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 0xC0, 0xC1};
+const Bytes kV236MsBytes{0x19, 0x80, 0x81, 0x88, 0x8C, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
+                         0x9C, 0xA0, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8, 0xC0, 0xC1};
+
+TEST(Generation, AnswersWhatTheManualsSay) {
   struct Case {
     Generation generation;
-    protocol::Generations bit;
+    Series series;
+    const Bytes& answered;
   };
-  for (const Case& c :
-       {Case{Generation::kLegacy, protocol::kLegacy}, Case{Generation::kV235, protocol::kV235},
-        Case{Generation::kV236, protocol::kV236}}) {
-    for (const Series series : {Series::kMs, Series::kMf, Series::kMg, Series::kMh}) {
-      Host host(drive(c.generation, series));
-      std::uint64_t silent = 0;
-      for (unsigned byte = 0; byte < 256; ++byte) {
-        protocol::Frame query = frame("141#000A000000000000");
-        query.data[0] = static_cast<std::uint8_t>(byte);
-        const auto* row = protocol::find_opcode(query.data[0]);
-        const bool expected =
-            row != nullptr && (row->generations & c.bit) != 0 && protocol::fits(row->fits, series);
-        const auto replies = host.talk(query);
-        ASSERT_EQ(replies.size(), expected ? 1U : 0U) << byte;
-        if (expected) {
-          EXPECT_EQ(replies[0].data[0], byte);
-        }
-        silent += expected ? 0 : 1;
+  for (const Case& c : {
+           Case{Generation::kLegacy, Series::kMs, kLegacyMsBytes},
+           Case{Generation::kLegacy, Series::kMf, kLegacyBytes},
+           Case{Generation::kLegacy, Series::kMg, kLegacyBytes},
+           Case{Generation::kLegacy, Series::kMh, kLegacyBytes},
+           Case{Generation::kV235, Series::kMs, kV235MsBytes},
+           Case{Generation::kV235, Series::kMf, kV235Bytes},
+           Case{Generation::kV235, Series::kMg, kV235Bytes},
+           Case{Generation::kV235, Series::kMh, kV235Bytes},
+           Case{Generation::kV236, Series::kMs, kV236MsBytes},
+           Case{Generation::kV236, Series::kMf, kV236Bytes},
+           Case{Generation::kV236, Series::kMg, kV236Bytes},
+           Case{Generation::kV236, Series::kMh, kV236Bytes},
+       }) {
+    Host host(drive(c.generation, c.series));
+    Bytes answered;
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      protocol::Frame query = frame("141#000A000000000000");
+      query.data[0] = static_cast<std::uint8_t>(byte);
+      const auto replies = host.talk(query);
+      ASSERT_LE(replies.size(), 1U) << byte;
+      if (replies.empty()) {
+        continue;
       }
-      EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, silent);
-      EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
+      answered.insert(byte);
+      EXPECT_EQ(replies[0].data[0], byte);
     }
+    EXPECT_EQ(answered, c.answered)
+        << static_cast<int>(c.generation) << ' ' << static_cast<int>(c.series);
+    const std::uint64_t silent = 256 - c.answered.size();
+    EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, silent);
+    EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), silent);
   }
 }
 
