@@ -48,6 +48,14 @@ TEST(Parameters, AsTheyLeaveTheFactory) {
   EXPECT_EQ(host.ask("141#C026000000000000"), frame("141#C0260000D0020000"));  // 720 dps/s
 }
 
+TEST(Parameters, UnknownOnesGetNoReply) {
+  Host host(drive());
+  EXPECT_TRUE(host.talk(frame("141#C00D000000000000")).empty());
+  EXPECT_TRUE(host.talk(frame("141#C10D000000000000")).empty());
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 2U);
+  EXPECT_EQ(host.bus.servo(1).stats().queries, 0U);
+}
+
 TEST(Parameters, WrittenToRamAndReadBack) {
   Host host(drive());
   EXPECT_EQ(written(host, "141#C10A0102030405FF"), frame("141#C00A0102030405FF"));
