@@ -19,6 +19,11 @@ using protocol::Series;
 /// Which turn the encoder field of the wire spans on geared motors (docs/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 
+/// Where the multi-turn angle starts: from the single-turn angle wrapped to half its circle to
+/// either side, or to half a rotor turn, (−180°, 180°]. One and the same where the circle is a
+/// rotor turn.
+enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
+
 enum class Generation : std::uint8_t { kLegacy, kV235, kV236 };
 
 /// The drive's parameter memory. RAM starts as a copy of ROM at power-up.
@@ -31,7 +36,7 @@ struct Registers {
   double max_speed_dps = 16800;                // > 0
   double max_angle_deg = 0;                    // 0 = no limit
   double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
-  bool broadcast_mode = false;                 // answers 0x280 only
+  bool broadcast_mode = false;                 // answers the commands for several drives only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
 
   friend bool operator==(const Registers&, const Registers&) = default;
@@ -68,6 +73,8 @@ struct Quirks {
   bool offset_write_takes_effect = true;  // 0x91 is in force at once
   bool run_resumes = true;                // 0x88 after 0x81 resumes the earlier mode
   bool stop_holds = false;                // 0x81 holds the position instead of freeing the shaft
+  BootWrap boot_wrap = BootWrap::kHalfCircle;
+  std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
 };
@@ -102,7 +109,9 @@ struct ServoConfig {
   RomWear wear{};   // the writes it has seen
   RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
-  std::optional<double> boot_angle_deg;                 // rotor; drawn from seed and ID when absent
+  // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
+  // whatever the drive makes of them. Drawn from seed and ID when absent.
+  std::optional<double> boot_angle_deg;
   // The zero that the boot angle counts from: the shaft stays where it is when a host moves the
   // zero in ROM. That of `rom` when absent.
   std::optional<std::uint16_t> boot_offset;

@@ -11,8 +11,9 @@
 namespace lk::emulator {
 namespace {
 
-/// Two buses with the same IDs must not be copies of each other.
-std::uint64_t bus_seed(std::uint64_t seed, std::size_t index) { return seed + index; }
+/// Two buses with the same IDs must not be copies of each other. A bus of a file keeps its place
+/// there, also when it runs alone.
+std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
 
 // --- the configuration file
 // ---------------------------------------------------------------------------
@@ -72,16 +73,13 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
 // --- what the command line says
 // -----------------------------------------------------------------------
 
-/// The bus of the file that `request` means: the one on that interface or, when the file and the
-/// command line each name one bus only, that one, moved to the other interface.
-BusConfig bus_meant(const BusRequest& request, const std::vector<BusConfig>& of_file, bool only) {
-  for (const auto& bus : of_file) {
-    if (bus.interface == request.interface) return bus;
-  }
-  BusConfig bus;
-  if (only && of_file.size() == 1) bus = of_file.front();
-  bus.interface = request.interface;
-  return bus;
+/// The place in the file of the bus that `request` means: the one on that interface or, when the
+/// file and the command line each name one bus only, that one.
+std::optional<std::size_t> place_of(const BusRequest& request,
+                                    const std::vector<BusConfig>& of_file, bool only) {
+  const auto found = std::ranges::find(of_file, request.interface, &BusConfig::interface);
+  if (found != of_file.end()) return static_cast<std::size_t>(found - of_file.begin());
+  return only && of_file.size() == 1 ? std::optional<std::size_t>(0) : std::nullopt;
 }
 
 void select_ids(BusConfig& bus, const std::vector<int>& ids, const Overrides& overrides,
@@ -102,10 +100,20 @@ void select_ids(BusConfig& bus, const std::vector<int>& ids, const Overrides& ov
 
 std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> of_file,
                              const FindProfile& find) {
+  for (std::size_t i = 0; i < of_file.size(); ++i) {
+    of_file[i].seed = bus_seed(overrides.seed.value_or(of_file[i].seed), i);
+  }
   std::vector<BusConfig> buses;
   const bool only = overrides.buses.size() == 1;
+  std::size_t next_place = of_file.size();  // of the buses that the file does not know
   for (const auto& request : overrides.buses) {
-    BusConfig bus = bus_meant(request, of_file, only);
+    BusConfig bus;
+    if (const auto place = place_of(request, of_file, only)) {
+      bus = of_file[*place];
+    } else {
+      bus.seed = bus_seed(overrides.seed.value_or(kDefaultSeed), next_place++);
+    }
+    bus.interface = request.interface;
     if (request.ids) select_ids(bus, *request.ids, overrides, find);
     if (bus.servos.empty()) {
       throw std::invalid_argument("bus " + request.interface + " has no drives: give it --ids");
@@ -113,9 +121,8 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
     buses.push_back(std::move(bus));
   }
   if (overrides.buses.empty()) buses = std::move(of_file);
-  for (std::size_t i = 0; i < buses.size(); ++i) {
-    buses[i].seed = bus_seed(overrides.seed.value_or(buses[i].seed), i);
-    if (overrides.bitrate) buses[i].bitrate = *overrides.bitrate;
+  if (overrides.bitrate) {
+    for (BusConfig& bus : buses) bus.bitrate = *overrides.bitrate;
   }
   return buses;
 }

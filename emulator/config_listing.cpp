@@ -8,6 +8,7 @@
 #include "emulator/config_quirks.hpp"
 #include "emulator/generation.hpp"
 #include "emulator/motor_listing.hpp"
+#include "emulator/profile_fields.hpp"
 #include "emulator/units.hpp"
 
 namespace lk::emulator {
@@ -141,6 +142,29 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   return all;
 }
 
+/// What the table has no column for.
+std::vector<std::string> remarks(const ServoConfig& servo) {
+  std::vector<std::string> all;
+  const auto switches = switches_beside(servo.generation, servo.quirks);
+  if (!switches.empty()) {
+    all.push_back(
+        fmt::format("unlike {}: {}", generation_name(servo.generation), fmt::join(switches, ", ")));
+  }
+  if (servo.rom.broadcast_mode && servo.id <= 4) all.emplace_back("multi-drive mode");
+  if (servo.profile.drive.brake.tau > 0) {
+    all.push_back(fmt::format("brake of {} mNm", number(servo.profile.drive.brake.tau * 1e3)));
+  }
+  std::vector<std::string> on, off;
+  for (std::size_t kind = 0; kind < servo.rom.protections.size(); ++kind) {
+    const bool enabled = servo.rom.protections[kind].enabled;
+    if (enabled == servo.profile.factory.protections[kind].enabled) continue;
+    (enabled ? on : off).emplace_back(profile_fields::kProtections[kind].name);
+  }
+  if (!on.empty()) all.push_back(fmt::format("protections on: {}", fmt::join(on, ", ")));
+  if (!off.empty()) all.push_back(fmt::format("protections off: {}", fmt::join(off, ", ")));
+  return all;
+}
+
 }  // namespace
 
 std::string describe_run(const std::vector<BusConfig>& buses) {
@@ -164,8 +188,10 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);
-      for (const auto& doubt : doubts(servo)) {
-        notes += fmt::format("note: {} drive {}: {}\n", bus.interface, servo.id, doubt);
+      auto said = doubts(servo);
+      for (auto& remark : remarks(servo)) said.push_back(std::move(remark));
+      for (const auto& text_of_note : said) {
+        notes += fmt::format("note: {} drive {}: {}\n", bus.interface, servo.id, text_of_note);
       }
     }
   }

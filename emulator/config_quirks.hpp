@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "emulator/bus_config.hpp"
 #include "emulator/config_reader.hpp"
@@ -9,6 +10,10 @@ namespace lk::emulator {
 
 /// The word that a configuration file has for it.
 const char* generation_name(Generation generation);
+
+/// The switches of `quirks` that the preset of `generation` has otherwise, as a configuration file
+/// says them: "pid_commands = true".
+std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks);
 
 /// Reads `generation` and [quirks] of a drive: the preset, and every switch that differs from it.
 /// The profile must be the drive's: its series decides what makes sense, and its `encoder_span`

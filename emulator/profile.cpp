@@ -1,5 +1,6 @@
 #include "emulator/profile.hpp"
 
+#include "emulator/config_checks.hpp"
 #include "emulator/profile_fields.hpp"
 
 namespace lk::emulator {
@@ -72,6 +73,18 @@ void check_reset(TableReader& reader, const Profile& profile) {
       ->table("protection")
       ->table("under_voltage")
       ->fail("threshold_V", "must be above logic.reset_V + logic.reset_hysteresis_V");
+}
+
+void check_factory(TableReader& reader, const Profile& profile) {
+  const std::string control = control_problem(profile.series, profile.drive.control);
+  if (!control.empty()) reader.table("control")->fail("has_current_loop", control);
+  auto factory = reader.table("factory");
+  const std::string offset = offset_problem(profile.factory.encoder_offset, profile.drive.encoder);
+  if (!offset.empty()) factory->fail("encoder_offset", offset);
+  const std::string voltages = voltage_problem(profile.factory);
+  if (!voltages.empty()) {
+    factory->table("protection")->table("over_voltage")->fail("threshold_V", voltages);
+  }
 }
 
 }  // namespace
@@ -148,6 +161,7 @@ Profile parse_profile(const std::string& text, const std::string& file, const st
   }
   reader.finish();
   check_reset(reader, profile);
+  check_factory(reader, profile);
   if (profile.rating.voltage_min_V > profile.rating.voltage_max_V) {
     reader.table("rating")->fail("voltage_min_V", "must not be above voltage_max_V");
   }

@@ -8,6 +8,7 @@
 
 #include "emulator/bus_config.hpp"
 #include "emulator/config_reader.hpp"
+#include "emulator/registers.hpp"
 
 namespace lk::emulator::profile_fields {
 
@@ -84,7 +85,7 @@ inline const Field<S> kSupply[] = {
     {"R_source_ohm", &S::R_source, 1, 0, 10},
     {"C_link_uF", &S::C_link, 1e-6, 1, 1e5},
     {"i_regen_max_A", &S::i_regen_max, 1, 0, 1000},
-    {"i_logic_mA", &S::i_logic, 1e-3, 0, 2000},
+    {"i_logic_mA", &S::i_logic, 1e-3, 1, 2000},  // without it a drive would outlive its supply
 };
 
 using Lo = model::LogicParams;
@@ -188,9 +189,9 @@ using R = Registers;
 inline const Field<R> kRegisters[] = {
     {"acceleration_dps_s", &R::acceleration_dps_s, 1, 0, 2147483647.0},
     {"encoder_offset", &R::encoder_offset, 1, 0, 65535},
-    {"max_speed_dps", &R::max_speed_dps, 1, 1, 72000},
-    {"max_angle_deg", &R::max_angle_deg, 1, 0, 1e7},
-    {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, 1e6},
+    {"max_speed_dps", &R::max_speed_dps, 1, kMinSpeed_dps, kMaxSpeed_dps},
+    {"max_angle_deg", &R::max_angle_deg, 1, 0, kMaxAngle_deg},
+    {"current_ramp_A_s", &R::current_ramp_A_s, 1, 0, kMaxCurrentRamp_A_s},
     {"broadcast_mode", &R::broadcast_mode},
 };
 

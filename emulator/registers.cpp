@@ -25,8 +25,12 @@ model::ControlSettings control_settings(const Registers& registers,
   constexpr double kNoCurrent_A = 1e-6;
   model::ControlSettings settings;
   settings.gains = registers.gains;
+  // MS limits by power, and nothing else.
+  constexpr double kNoLimit_A = 1e3;
   settings.i_q_max =
-      std::max(registers.max_torque_current_lsb * format.iq_command_lsb_A, kNoCurrent_A);
+      format.series == Series::kMs
+          ? kNoLimit_A
+          : std::max(registers.max_torque_current_lsb * format.iq_command_lsb_A, kNoCurrent_A);
   settings.power_max = registers.max_power_permille * 1e-3;
   settings.omega_max = rad_s_from_dps(registers.max_speed_dps);
   settings.accel_max = rad_s_from_dps(registers.acceleration_dps_s);
@@ -105,7 +109,7 @@ void set_parameter(Registers& registers, const protocol::Parameter& parameter,
       registers.max_angle_deg = std::min(number * kAngleLsb_deg, kMaxAngle_deg);
       break;
     case ParameterId::kCurrentRamp:
-      registers.current_ramp_A_s = number * kCurrentRampLsb_A_s;
+      registers.current_ramp_A_s = std::min(number * kCurrentRampLsb_A_s, kMaxCurrentRamp_A_s);
       break;
     case ParameterId::kSpeedRamp:
       registers.acceleration_dps_s = number;

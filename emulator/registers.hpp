@@ -11,6 +11,7 @@ namespace lk::emulator {
 inline constexpr double kMinSpeed_dps = 1;  // the loops want a limit above 0
 inline constexpr double kMaxSpeed_dps = 72'000;
 inline constexpr double kMaxAngle_deg = 1e7;
+inline constexpr double kMaxCurrentRamp_A_s = 1e6;
 
 /// The registers as the loops and the protections read them: SI, rotor side. `format` says how much
 /// one LSB of Max Torque Current is.

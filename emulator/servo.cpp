@@ -1,5 +1,7 @@
 #include "emulator/servo.hpp"
 
+#include <cmath>
+
 #include "emulator/seed.hpp"
 #include "emulator/units.hpp"
 
@@ -20,23 +22,32 @@ constexpr model::ErrorBits kLegacyErrors =
 // drawn boot angle keeps clear of that.
 constexpr double kBootAngleMargin_deg = 5;
 
-double boot_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
-  const double drawn = uniform(stream_seed(bus_seed, config.id, SeedStream::kBootAngle));
-  return config.boot_angle_deg.value_or(kBootAngleMargin_deg +
-                                        drawn * (360 - 2 * kBootAngleMargin_deg));
+/// Somewhere on the turn that the encoder field spans; in each turn of the rotor, clear of its
+/// zero.
+double drawn_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
+  const double turns = encoder_turns(config.profile, config.quirks) *
+                       uniform(stream_seed(bus_seed, config.id, SeedStream::kBootAngle));
+  const double turn = std::floor(turns);
+  return 360 * turn + kBootAngleMargin_deg + (turns - turn) * (360 - 2 * kBootAngleMargin_deg);
 }
 
 }  // namespace
 
+double start_theta_m(const ServoConfig& config, double angle_deg) {
+  ShaftAngles angles(config.profile, config.quirks);
+  angles.set_offset(config.boot_offset.value_or(config.rom.encoder_offset));
+  return angles.theta_m_at(angle_deg);
+}
+
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
   const protocol::Dialect& dialect = config.quirks.dialect;
-  ShaftAngles angles(config.profile, dialect.wide_single_turn);
-  angles.set_offset(config.boot_offset.value_or(config.rom.encoder_offset));
+  const double start_deg =
+      config.boot_angle_deg ? *config.boot_angle_deg : drawn_angle_deg(config, bus_seed);
   return {.params = config.profile.drive,
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
-          .theta_m = angles.theta_m_at(boot_angle_deg(config, bus_seed))};
+          .theta_m = start_theta_m(config, start_deg)};
 }
 
 Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
@@ -44,7 +55,7 @@ Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
       format_(protocol::wire_format(config.quirks.dialect, config.profile.series)),
       rom_(config.rom),
       wear_(config.wear),
-      angles_(config.profile, config.quirks.dialect.wide_single_turn) {
+      angles_(config.profile, config.quirks) {
   wake_up(boot);
 }
 

@@ -28,6 +28,9 @@ struct Lane {
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };
 
+/// Where the rotor of `config` stands, in rad, when its boot angle is `angle_deg`.
+double start_theta_m(const ServoConfig& config, double angle_deg);
+
 /// The motor that `config` asks for, standing where it stands at power-up. `bus_seed` and the ID
 /// give the noise and, when the configuration leaves it open, the boot angle.
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
@@ -98,6 +101,9 @@ class Servo {
     model::Setpoint setpoint = model::Idle{};
     std::optional<CommandedPosition> position;       // of position commands
     std::optional<protocol::Position3> single_turn;  // of 0xA5/0xA6: what was asked for
+    // What was asked for before a register limited it, which may change.
+    std::optional<double> speed_dps;
+    std::optional<std::int64_t> multi_turn_cdeg;
   };
 
   protocol::Reply on(const protocol::WriteZeroToRom&, const Context& context);
@@ -142,6 +148,10 @@ class Servo {
   /// The loops and protections read the registers again.
   void configure(const Lane& lane) const { lane.configure(control_settings(ram_, format_)); }
   static Motion loop_motion(const model::Setpoint& setpoint);
+  double within_max_speed(double speed_dps) const;
+  std::int64_t within_max_angle(std::int64_t target_cdeg) const;
+  /// The limits of a command in force have changed.
+  void limit_anew(const Lane& lane);
   Motion to_position(const CommandedPosition& position, std::uint16_t max_speed_dps) const;
   Motion to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const;
   std::optional<Motion> to_single_turn(const protocol::Position3& request,

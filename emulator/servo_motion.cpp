@@ -22,14 +22,12 @@ Reply Servo::on(const protocol::Torque& command, const Context& context) {
 }
 
 Reply Servo::on(const protocol::Speed& command, const Context& context) {
-  double speed_dps = command.speed_dps;
-  if (format_.dialect.speed_iq_limit) {
-    speed_dps = std::clamp(speed_dps, -ram_.max_speed_dps, ram_.max_speed_dps);
-  }
   // MS drives know no current; their limit is Max Power.
   const double iq_limit_A = format_.series == Series::kMs ? 0 : command.iq_limit_A;
-  return execute(Opcode::kSpeed, loop_motion(model::Speed{rad_s_from_dps(speed_dps), iq_limit_A}),
-                 context);
+  const double omega = rad_s_from_dps(within_max_speed(command.speed_dps));
+  Motion motion = loop_motion(model::Speed{omega, iq_limit_A});
+  motion.speed_dps = command.speed_dps;
+  return execute(Opcode::kSpeed, motion, context);
 }
 
 Reply Servo::on(const protocol::Position1& command, const Context& context) {
@@ -92,24 +90,53 @@ Reply Servo::on(const protocol::MultiCommand&, const Context& context) {
 }
 
 Servo::Motion Servo::loop_motion(const model::Setpoint& setpoint) {
-  return {.setpoint = setpoint, .position = std::nullopt, .single_turn = std::nullopt};
+  Motion motion;
+  motion.setpoint = setpoint;
+  return motion;
+}
+
+double Servo::within_max_speed(double speed_dps) const {
+  return format_.dialect.speed_iq_limit
+             ? std::clamp(speed_dps, -ram_.max_speed_dps, ram_.max_speed_dps)
+             : speed_dps;
+}
+
+std::int64_t Servo::within_max_angle(std::int64_t target_cdeg) const {
+  if (ram_.max_angle_deg <= 0) {
+    return target_cdeg;
+  }
+  const std::int64_t limit_cdeg = std::llround(ram_.max_angle_deg * 100);
+  return std::clamp(target_cdeg, -limit_cdeg, limit_cdeg);
+}
+
+void Servo::limit_anew(const Lane& lane) {
+  if (motion_.speed_dps) {
+    std::get<model::Speed>(motion_.setpoint).omega =
+        rad_s_from_dps(within_max_speed(*motion_.speed_dps));
+  }
+  if (motion_.multi_turn_cdeg) {
+    motion_.position = angles_.multi_turn_target(within_max_angle(*motion_.multi_turn_cdeg));
+    std::get<model::Position>(motion_.setpoint).theta = angles_.theta(*motion_.position);
+  }
+  if (run_state_ == RunState::kRunning) {
+    lane.command(motion_.setpoint);
+  }
 }
 
 Servo::Motion Servo::to_position(const CommandedPosition& position,
                                  std::uint16_t max_speed_dps) const {
-  const double max_dps = std::min(static_cast<double>(max_speed_dps), ram_.max_speed_dps);
-  return {.setpoint = model::Position{angles_.theta(position), rad_s_from_dps(max_dps)},
-          .position = position,
-          .single_turn = std::nullopt};
+  // The loops hold it to Max Speed too, whatever that is by then.
+  Motion motion =
+      loop_motion(model::Position{angles_.theta(position), rad_s_from_dps(max_speed_dps)});
+  motion.position = position;
+  return motion;
 }
 
 Servo::Motion Servo::to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const {
-  std::int64_t held_cdeg = target_cdeg;
-  if (ram_.max_angle_deg > 0) {
-    const std::int64_t limit_cdeg = std::llround(ram_.max_angle_deg * 100);
-    held_cdeg = std::clamp(held_cdeg, -limit_cdeg, limit_cdeg);
-  }
-  return to_position(angles_.multi_turn_target(held_cdeg), max_speed_dps);
+  Motion motion =
+      to_position(angles_.multi_turn_target(within_max_angle(target_cdeg)), max_speed_dps);
+  motion.multi_turn_cdeg = target_cdeg;
+  return motion;
 }
 
 std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& request,

@@ -47,6 +47,16 @@ void copy(RomParameter parameter, const Registers& from, Registers& to) {
   }
 }
 
+/// The six of 0x31 and 0x32; Kd is not among them.
+void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
+  gains.angle_kp = bytes.angle_kp;
+  gains.angle_ki = bytes.angle_ki;
+  gains.speed_kp = bytes.speed_kp;
+  gains.speed_ki = bytes.speed_ki;
+  gains.current_kp = bytes.iq_kp;
+  gains.current_ki = bytes.iq_ki;
+}
+
 }  // namespace
 
 // --- registers
@@ -63,13 +73,7 @@ Reply Servo::on(const protocol::ReadPid&, const Context&) const {
 }
 
 Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) {
-  const auto& gains = command.gains;
-  ram_.gains.angle_kp = gains.angle_kp;
-  ram_.gains.angle_ki = gains.angle_ki;
-  ram_.gains.speed_kp = gains.speed_kp;
-  ram_.gains.speed_ki = gains.speed_ki;
-  ram_.gains.current_kp = gains.iq_kp;
-  ram_.gains.current_ki = gains.iq_ki;
+  set_gains(ram_.gains, command.gains);
   configure(context.lane);
   return Echo{context.request};
 }
@@ -77,7 +81,7 @@ Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) 
 Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) {
   on(protocol::WritePidToRam{command.gains}, context);
   Registers wanted = rom_;
-  wanted.gains = ram_.gains;
+  set_gains(wanted.gains, command.gains);
   write_rom(RomParameter::kGains, wanted);
   return Echo{context.request};
 }
@@ -122,6 +126,7 @@ void Servo::write_setting(RomParameter parameter, const Registers& value, const 
     motion_.single_turn.reset();  // the same target is another place from now on
   }
   configure(lane);
+  limit_anew(lane);
 }
 
 /// Worn cells keep what they have; the firmware does not look, so the reply is the same.
@@ -144,6 +149,10 @@ Reply Servo::on(const protocol::ReadParameter& command, const Context&) const {
 Reply Servo::on(const protocol::WriteParameter& command, const Context& context) {
   set_parameter(ram_, command.parameter, format_);
   configure(context.lane);
+  if (command.parameter.id == protocol::ParameterId::kMaxSpeed ||
+      command.parameter.id == protocol::ParameterId::kMaxAngle) {
+    limit_anew(context.lane);
+  }
   return Echo{context.request};
 }
 
@@ -182,6 +191,7 @@ Reply Servo::on(const protocol::ClearAngle& command, const Context& context) {
       // Only a name changes: a position command in force keeps its place on the shaft, whatever
       // that is called now, and so the shaft does not move.
       angles_.set_multi_turn(position, command.angle_cdeg);
+      motion_.multi_turn_cdeg.reset();
       break;
   }
   return Echo{context.request};

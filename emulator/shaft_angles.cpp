@@ -22,16 +22,21 @@ std::int64_t floor_mod(std::int64_t a, std::int64_t b) { return a % b + (a % b <
 
 }  // namespace
 
-ShaftAngles::ShaftAngles(const Profile& profile, bool wide_single_turn)
+double encoder_turns(const Profile& profile, const Quirks& quirks) {
+  const EncoderSpan span = quirks.encoder_span.value_or(profile.encoder_span);
+  return span == EncoderSpan::kOutputTurn ? profile.drive.mechanics.gear_ratio : 1.0;
+}
+
+ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
     : counts_(std::int64_t{1} << profile.drive.encoder.bits),
       wire_counts_(std::int64_t{1} << std::min(profile.drive.encoder.bits, kMaxWireBits)),
       sensor_(profile.drive.encoder) {
-  const double span =
-      profile.encoder_span == EncoderSpan::kOutputTurn ? profile.drive.mechanics.gear_ratio : 1.0;
+  const double span = encoder_turns(profile, quirks);
   counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);
-  const double circle_turns = wide_single_turn ? span : 1.0;
+  const double circle_turns = quirks.dialect.wide_single_turn ? span : 1.0;
   circle_counts_ = std::llround(circle_turns * static_cast<double>(counts_));
   circle_cdeg_ = static_cast<std::uint32_t>(std::llround(circle_turns * kTurn_cdeg));
+  wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? circle_counts_ : counts_;
 }
 
 std::uint16_t ShaftAngles::raw(std::int64_t position) const {
@@ -59,13 +64,14 @@ std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
 }
 
 void ShaftAngles::set_offset(std::uint16_t offset) {
-  single_zero_ = floor_mod(std::llround(offset * counts_per_wire_lsb_), circle_counts_);
+  encoder_zero_ = std::llround(offset * counts_per_wire_lsb_);
+  single_zero_ = floor_mod(encoder_zero_, circle_counts_);
 }
 
 void ShaftAngles::forget_turns(std::int64_t position) {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  const std::int64_t wrapped =
-      in_circle > circle_counts_ / 2 ? in_circle - circle_counts_ : in_circle;
+  const std::int64_t in_wrap = floor_mod(in_circle, wrap_counts_);
+  const std::int64_t wrapped = in_wrap > wrap_counts_ / 2 ? in_wrap - wrap_counts_ : in_wrap;
   multi_zero_ = position - wrapped;
   multi_zero_cdeg_ = 0;
 }
@@ -119,7 +125,7 @@ double ShaftAngles::theta(const CommandedPosition& commanded) const {
 double ShaftAngles::theta_m_at(double angle_deg) const {
   // The middle of a count, so that the encoder's noise does not throw it to the neighbour.
   const double turns =
-      (static_cast<double>(single_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
+      (static_cast<double>(encoder_zero_) + 0.5) / static_cast<double>(counts_) + angle_deg / 360.0;
   // The sensor shows direction·theta_m + offset.
   return 2 * std::numbers::pi * turns - sensor_.direction * sensor_.offset;
 }

@@ -15,6 +15,9 @@ struct CommandedPosition {
   friend bool operator==(const CommandedPosition&, const CommandedPosition&) = default;
 };
 
+/// Rotor turns that the encoder field spans: 1, or the gear ratio.
+double encoder_turns(const Profile& profile, const Quirks& quirks);
+
 /// What the wire makes of the rotor encoder: encoder field, single-turn and multi-turn angle, each
 /// with its own zero. "Position" is the unwrapped count of the rotor encoder (model::Telemetry).
 ///
@@ -23,7 +26,7 @@ struct CommandedPosition {
 /// encoder field spans a turn of the output, that turn, in degrees of the rotor.
 class ShaftAngles {
  public:
-  explicit ShaftAngles(const Profile& profile, bool wide_single_turn = false);
+  explicit ShaftAngles(const Profile& profile, const Quirks& quirks = {});
 
   /// Counts clockwise, also where the encoder is mounted to count the other way.
   std::int64_t position(const model::Telemetry& telemetry) const {
@@ -45,8 +48,8 @@ class ShaftAngles {
 
   /// The encoder offset is in force from now on: the single-turn zero lies there.
   void set_offset(std::uint16_t offset);
-  /// The turn count is lost: the multi-turn angle continues from the single-turn angle, wrapped to
-  /// half a circle to either side: (−180°, 180°], where the circle is a rotor turn.
+  /// The turn count is lost: the multi-turn angle continues from the single-turn angle, wrapped as
+  /// Quirks::boot_wrap says.
   void forget_turns(std::int64_t position);
   /// The present position becomes zero of the single- and the multi-turn angle.
   void clear(std::int64_t position);
@@ -63,7 +66,8 @@ class ShaftAngles {
 
   /// rad, what model::Position wants.
   double theta(const CommandedPosition& commanded) const;
-  /// The shaft angle (model::DriveInit::theta_m) at which the single-turn angle is `angle_deg`.
+  /// The shaft angle (model::DriveInit::theta_m) that is `angle_deg` from where the encoder field
+  /// is 0. The same for all dialects: the circle plays no part in it.
   double theta_m_at(double angle_deg) const;
 
  private:
@@ -73,7 +77,9 @@ class ShaftAngles {
   model::EncoderParams sensor_;
   std::int64_t circle_counts_;  // of the rotor encoder
   std::uint32_t circle_cdeg_;
-  std::int64_t single_zero_ = 0;  // 0..circle_counts_ − 1
+  std::int64_t wrap_counts_;       // the multi-turn angle starts within half of this to either side
+  std::int64_t encoder_zero_ = 0;  // in the first turn that the encoder field spans
+  std::int64_t single_zero_ = 0;   // 0..circle_counts_ − 1
   std::int64_t multi_zero_ = 0;
   std::int64_t multi_zero_cdeg_ = 0;  // the multi-turn angle there, exact where counts are not
 };

@@ -374,7 +374,7 @@ std::variant<Query, Reject> for_drive(int id, const Query& query, const WireForm
     return query;
   }
   const auto slot = static_cast<std::size_t>(id - kMinId);
-  if (slot >= multi->opcodes.size()) {
+  if (slot >= multi->opcodes.size() || multi->opcodes[slot] == kNoCommand) {
     return Reject::kForeignId;
   }
   return decode_single(id, Payload{multi->opcodes[slot]}, format);

@@ -23,6 +23,8 @@ inline constexpr int kMinId = 1;
 inline constexpr int kMaxId = 32;
 inline constexpr int kMaxDrivesPerBus = kMaxId - kMinId + 1;
 inline constexpr int kMultiDriveSlots = 4;
+/// In a slot of kMultiCommandId: nothing for this drive.
+inline constexpr std::uint8_t kNoCommand = 0x00;
 
 /// DATA[0] of a query to a single drive.
 enum class Opcode : std::uint8_t {

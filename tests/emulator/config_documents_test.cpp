@@ -84,6 +84,25 @@ TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
   }
 }
 
+// The last column of the table of differences names keys of [quirks].
+TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
+  const std::string all = text_of("docs/protocol.md");
+  const std::size_t begin = all.find("\n### 10.1 ");
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream lines(all.substr(begin, all.find("\n### 10.2 ") - begin));
+  const auto example = keys_of_example();
+  const std::regex last_cell("^\\|.*\\| `([^`|]+)` \\|$");
+  std::size_t rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch cell;
+    if (!line.starts_with("| ") || line.ends_with("| switch |")) continue;
+    ASSERT_TRUE(std::regex_match(line, cell, last_cell)) << line;
+    EXPECT_TRUE(example.contains(cell[1])) << line;
+    ++rows;
+  }
+  EXPECT_EQ(rows, 17U);
+}
+
 TEST(ConfigDocuments, EveryRegisterIsExplained) {
   const auto documented = documented_keys();
   for (const auto& field : profile_fields::kRegisters) {

@@ -2,11 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
+#include <set>
 
+#include "emulator/bus.hpp"
 #include "emulator/generation.hpp"
+#include "emulator/units.hpp"
+#include "protocol/wire.hpp"
 #include "tests/emulator/config_support.hpp"
+#include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -58,6 +64,9 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"iq_scale = \"series\"", [](Quirks& q) { q.dialect.iq_scale = CurrentScale::kSeries; }},
       {"phase_current_scale = \"series\"",
        [](Quirks& q) { q.dialect.phase_current_scale = CurrentScale::kSeries; }},
+      {"boot_wrap = \"half_turn\"", [](Quirks& q) { q.boot_wrap = BootWrap::kHalfTurn; }},
+      {"encoder_span = \"output_turn\"",
+       [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
       {"reply_id_base = 0x180", [](Quirks& q) { q.dialect.reply_id_base = 0x180; }},
   };
   for (const auto& [line, change] : changes) {
@@ -83,9 +92,106 @@ TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
 }
 
 TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
-  EXPECT_EQ(drive_of("").profile.encoder_span, EncoderSpan::kRotorTurn);
-  EXPECT_EQ(drive_of("quirks.encoder_span = \"output_turn\"").profile.encoder_span,
+  EXPECT_EQ(drive_of("").quirks.encoder_span, std::nullopt);
+  EXPECT_EQ(drive_of("quirks.encoder_span = \"output_turn\"").quirks.encoder_span,
             EncoderSpan::kOutputTurn);
+  EXPECT_EQ(drive_of("quirks.encoder_span = \"rotor_turn\"").quirks, Quirks{}) << "the motor's own";
+}
+
+// --- where the shaft starts
+// -----------------------------------------------------------------------
+
+/// An MG4005-i10, whose encoder field spans a turn of the output.
+const std::string kGeared = kDrive + "motor = \"mg4005\"\nquirks.encoder_span = \"output_turn\"\n";
+
+/// Where the output of the drive starts, in degrees of the output.
+double start_deg(const std::string& text) {
+  const Bus bus(parse(text)[0]);
+  return bus.truth(1).theta_out / kRadPerDeg;
+}
+
+TEST(ConfigStart, TheSameKeysLeadToTheSamePlaceInEveryGeneration) {
+  for (const char* generation : {"legacy", "v235", "v236"}) {
+    const std::string drive = kGeared + "generation = \"" + generation + "\"\n";
+    EXPECT_NEAR(start_deg(drive + "settings.encoder_offset = 32768\nboot_angle_deg = 0"), 180,
+                1e-3);
+    EXPECT_NEAR(start_deg(drive + "settings.encoder_offset = 6000\nboot_angle_deg = -3600"),
+                6000 * 360.0 / 65536 - 360, 1e-3);
+    EXPECT_NEAR(start_deg(drive + "boot_angle_deg = 2000"), 200, 1e-3);
+    EXPECT_EQ(start_deg(drive), start_deg(kGeared)) << "drawn";
+  }
+}
+
+TEST(ConfigStart, EndStopsLookAtThePlaceWhereItStarts) {
+  for (const char* generation : {"legacy", "v235", "v236"}) {
+    const std::string drive = kGeared + "generation = \"" + generation +
+                              "\"\nsettings.encoder_offset = 32768\nboot_angle_deg = 0\n";
+    EXPECT_EQ(parse_error(drive + "load = { theta_min_deg = 170, theta_max_deg = 190 }"),
+              "accepted");
+    EXPECT_EQ(
+        parse_error(drive + "load = { theta_min_deg = -10, theta_max_deg = 10 }"),
+        "robot.toml:10: bus.drive.load.theta_max_deg: the shaft starts beyond this end stop, at "
+        "180 deg");
+  }
+}
+
+TEST(ConfigStart, IsDrawnFromTheTurnOfTheEncoderField) {
+  std::set<int> rotor_turns;
+  for (int seed = 1; seed <= 40; ++seed) {
+    const double out_deg = start_deg("seed = " + std::to_string(seed) + "\n" + kGeared);
+    EXPECT_GT(out_deg, 0);
+    EXPECT_LT(out_deg, 360);
+    const double in_turn_deg = std::fmod(out_deg, 36) * 10;
+    EXPECT_GE(in_turn_deg, 4.99) << "clear of the zero of each turn of the rotor";
+    EXPECT_LE(in_turn_deg, 355.01);
+    rotor_turns.insert(static_cast<int>(out_deg / 36));
+    EXPECT_LT(start_deg("seed = " + std::to_string(seed) + "\n" + kDrive + "motor = \"mg4005\""),
+              36);
+  }
+  EXPECT_GT(rotor_turns.size(), 7U);
+  EXPECT_EQ(
+      parse_error(kGeared + "load = { theta_min_deg = -1, theta_max_deg = 359 }"),
+      "robot.toml:7: bus.drive.load.theta_max_deg: the drawn start may lie beyond this end stop: "
+      "give boot_angle_deg");
+  EXPECT_EQ(parse_error(kGeared + "load = { theta_min_deg = -1, theta_max_deg = 361 }"),
+            "accepted");
+}
+
+TEST(ConfigStart, ReachesATurnOfTheOutput) {
+  EXPECT_EQ(parse_error(kGeared + "boot_angle_deg = 3600.1"),
+            "robot.toml:7: bus.drive.boot_angle_deg: 3600.1 is out of range (-3600 to 3600)");
+  EXPECT_EQ(parse_error(kDrive + "boot_angle_deg = 360.1"),
+            "robot.toml:5: bus.drive.boot_angle_deg: 360.1 is out of range (-360 to 360)");
+}
+
+// The pairs that a real MG4005-i10 showed.
+TEST(ConfigStart, AnglesOfARealDrive) {
+  struct Reading {
+    const char* boot_deg;
+    int angle_cdeg;
+    int encoder;
+    int half_turn_cdeg;
+  };
+  for (const Reading& reading :
+       {Reading{"98.11", 9811, 1786, 9811}, Reading{"809.86", 80986, 14743, 8986},
+        Reading{"674.25", 67425, 12274, -4575}, Reading{"8.92", 892, 162, 892}}) {
+    const std::string drive =
+        kGeared + "generation = \"v236\"\nboot_angle_deg = " + reading.boot_deg + "\n";
+    test::Host host(parse(drive)[0]);
+    const auto talk = [](test::Host& on, const char* text) {
+      const auto replies = on.talk(test::frame(text), std::chrono::milliseconds(2));
+      return replies.empty() ? protocol::Frame{} : replies[0];
+    };
+    const auto angle = talk(host, "141#9200000000000000");
+    EXPECT_EQ(protocol::get_le<std::int32_t>(angle.data, 1), reading.angle_cdeg);
+    EXPECT_EQ(protocol::get_le<std::uint16_t>(talk(host, "141#9C00000000000000").data, 6),
+              reading.encoder);
+    test::Host half(parse(drive + "quirks.boot_wrap = \"half_turn\"")[0]);
+    EXPECT_EQ(protocol::get_le<std::int32_t>(talk(half, "141#9200000000000000").data, 1),
+              reading.half_turn_cdeg);
+    EXPECT_EQ(protocol::get_le<std::uint32_t>(talk(half, "141#9400000000000000").data, 4),
+              static_cast<std::uint32_t>(reading.angle_cdeg));
+  }
 }
 
 TEST(ConfigGeneration, RangesOfRegistersFollowIt) {

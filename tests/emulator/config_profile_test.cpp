@@ -170,6 +170,12 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   EXPECT_EQ(spoilt("reset_V = 6.0", "reset_V = 6.5"),
             "factory.protection.under_voltage.threshold_V: must be above logic.reset_V + "
             "logic.reset_hysteresis_V");
+  EXPECT_EQ(spoilt("has_current_loop = true", "has_current_loop = false"),
+            "control.has_current_loop: must be true: only MS drives have no current loop");
+  EXPECT_EQ(spoilt("encoder_offset = 0", "encoder_offset = 65535"),
+            "factory.encoder_offset: does not fit the encoder of this motor (" +
+                std::to_string(std::min(shipped("mf7015").drive.encoder.bits, 16)) +
+                " bit on the wire)");
   EXPECT_EQ(spoilt("boot_time_ms", "#"), "logic.boot_time_ms: missing");
   EXPECT_EQ(spoilt("i_logic_mA", "#"), "supply.i_logic_mA: missing");
   EXPECT_EQ(spoilt("delay_s = 0, recoverable = true", "delay_s = 0"),

@@ -30,6 +30,9 @@ inline Profile find_test_profile(const std::string& name) {
     profile.drive.mechanics.gear_ratio = 10;
   } else if (name == "ms3506") {
     profile.series = Series::kMs;
+  } else if (name == "protected") {
+    profile.factory.encoder_offset = 5000;
+    profile.factory.protections[0] = {.enabled = true, .threshold = 12};
   } else if (name == "braked") {
     profile.drive.brake.tau = 1;
   } else if (name != "mf7015") {

@@ -216,6 +216,26 @@ TEST(Overrides, TheOnlyBusMovesToAnotherInterface) {
   EXPECT_EQ(buses[0].servos[0].id, 3);
 }
 
+// A bus that runs alone has the boot angles and the noise that it has among the others.
+TEST(Overrides, ABusOfTheFileKeepsItsSeed) {
+  const std::string text = R"(seed = 7
+[[bus]]
+interface = "vcan0"
+drive = [ { id = 1 } ]
+[[bus]]
+interface = "vcan1"
+drive = [ { id = 1 } ]
+)";
+  const auto all = parse(text);
+  EXPECT_EQ(parse(text, with_bus("vcan0", std::nullopt))[0].seed, all[0].seed);
+  EXPECT_EQ(parse(text, with_bus("vcan1", std::nullopt))[0].seed, all[1].seed);
+  EXPECT_NE(parse(text, with_bus("vcan9", std::vector{1}))[0].seed, all[0].seed);
+  auto seeded = with_bus("vcan1", std::nullopt);
+  seeded.seed = 100;
+  EXPECT_EQ(parse(text, seeded)[0].seed, 101U);
+  EXPECT_EQ(parse(kMinimal, with_bus("can7", std::nullopt))[0].seed, parse(kMinimal)[0].seed);
+}
+
 TEST(Overrides, ABusNeedsDrives) {
   EXPECT_THROW(default_config(with_bus("vcan0", std::nullopt), find_test_profile),
                std::invalid_argument);

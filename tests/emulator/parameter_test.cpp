@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "emulator/generation.hpp"
+#include "emulator/units.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -47,6 +48,14 @@ TEST(Parameters, AsTheyLeaveTheFactory) {
   EXPECT_EQ(host.ask("141#C026000000000000"), frame("141#C0260000D0020000"));  // 720 dps/s
 }
 
+TEST(Parameters, UnknownOnesGetNoReply) {
+  Host host(drive());
+  EXPECT_TRUE(host.talk(frame("141#C00D000000000000")).empty());
+  EXPECT_TRUE(host.talk(frame("141#C10D000000000000")).empty());
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 2U);
+  EXPECT_EQ(host.bus.servo(1).stats().queries, 0U);
+}
+
 TEST(Parameters, WrittenToRamAndReadBack) {
   Host host(drive());
   EXPECT_EQ(written(host, "141#C10A0102030405FF"), frame("141#C00A0102030405FF"));
@@ -72,6 +81,7 @@ TEST(Parameters, AreClampedToTheirRange) {
   EXPECT_EQ(written(host, "141#C1220000FFFFFFFF"), frame("141#C022000000000000"));
   EXPECT_EQ(written(host, "141#C124000000000080"), frame("141#C024000000000000"));
   EXPECT_EQ(written(host, "141#C126000000000080"), frame("141#C026000000000000"));
+  EXPECT_EQ(written(host, "141#C1240000FFFFFF7F"), frame("141#C024000000CA9A3B"));  // 1e6 A/s
 }
 
 // Every value of the 16-bit ones and as many of the others: what is read is what was written.
@@ -111,6 +121,102 @@ TEST(Parameters, MaxTorqueCurrentLimitsTheLoops) {
   EXPECT_NEAR(most_A, 100 * 66.0 / 4096, 1e-9);
 }
 
+/// What the loops ask for at most within 10 ms of 0xA2.
+double most_A(Host& host, const char* speed) {
+  host.ask(speed);
+  double most = 0;
+  for (int k = 0; k < 40; ++k) {
+    host.wait(250us);
+    most = std::max(most, std::abs(host.bus.truth(1).i_q_ref));
+  }
+  return most;
+}
+
+double speed_dps(const Host& host) { return dps_from_rad_s(host.bus.truth(1).omega_m); }
+
+TEST(Parameters, MaxSpeedBindsACommandInForce) {
+  Host host(drive());
+  host.ask("141#A2000000A0860100");  // 1000 dps
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 1000, 10);
+  host.ask("141#C1200000A08C0000");  // 360 dps
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 360, 10);
+  host.ask("141#C1200000E0930400");  // 3000 dps: what was asked for is possible again
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 1000, 10);
+  host.ask("141#8100000000000000");
+  host.ask("141#C1200000A08C0000");  // nothing moves while stopped
+  host.wait(2ms);
+  EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
+  auto config = drive();
+  config.quirks.dialect.speed_iq_limit = false;  // Max Speed is not for 0xA2 there
+  Host other(config);
+  other.ask("141#A2000000A0860100");
+  other.ask("141#C1200000A08C0000");
+  other.wait(500ms);
+  EXPECT_NEAR(speed_dps(other), 1000, 10);
+}
+
+TEST(Parameters, MaxSpeedBindsAPositionInForce) {
+  Host host(drive());
+  host.ask("141#C1200000A08C0000");  // 360 dps
+  host.ask("141#A400E80340420F00");  // to 10000° with 1000 dps
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 360, 10);
+  host.ask("141#C1200000E0930400");  // 3000 dps
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 1000, 10);
+  host.ask("141#C1200000A08C0000");
+  host.wait(500ms);
+  EXPECT_NEAR(speed_dps(host), 360, 10);
+}
+
+TEST(Parameters, MaxAngleBindsAPositionInForce) {
+  Host host(drive());
+  host.ask("141#A300000020BF0200");  // 1800°
+  host.ask("141#C1220000A08C0000");  // 360°
+  host.wait(1s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 36000, 4);
+  host.ask("141#C122000000000000");  // no limit
+  host.wait(1s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 180000, 4);
+  host.ask("141#9500000010270000");  // that is 100° now; the place stays
+  host.ask("141#C122000088130000");  // 50°
+  host.wait(1s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 10000, 4);
+  host.ask("141#A300000010270000");  // a new command knows the new names
+  host.wait(1s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 5000, 4);
+}
+
+TEST(Parameters, MaxPowerLimitsTheLoopsOfMs) {
+  const auto most_power = [](const char* limit) {
+    Host host(drive(Series::kMs));
+    host.ask(limit);
+    host.ask("141#A200000040420F00");  // 10000 dps
+    double most = 0;
+    for (int k = 0; k < 400; ++k) {
+      host.wait(250us);
+      most = std::max(most, std::abs(host.bus.telemetry(1).power));
+    }
+    return most;
+  };
+  EXPECT_NEAR(most_power("141#C11E0000C8000000"), 0.2, 0.005);  // 200
+  EXPECT_NEAR(most_power("141#C11E0000F4010000"), 0.5, 0.005);  // 500
+}
+
+// Power is the only limit of MS, and the same in every generation.
+TEST(Parameters, NoCurrentLimitsTheLoopsOfMs) {
+  for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
+    auto config = drive(Series::kMs);
+    config.quirks = quirks_of(generation);
+    config.rom.max_torque_current_lsb = 1;
+    Host host(config);
+    EXPECT_GT(most_A(host, "141#A200000040420F00"), 10);
+  }
+}
+
 TEST(Parameters, MsHaveMaxPowerInstead) {
   Host host(drive(Series::kMs));
   EXPECT_EQ(host.ask("141#C01E000000000000"), frame("141#C01E000052030000"));  // 850
@@ -127,6 +233,18 @@ TEST(Parameters, ByteCommandsLeaveKdAlone) {
   EXPECT_EQ(host.ask("141#3000000000000000"), frame("141#3000FFFF32283232"));  // bytes end at 255
   host.ask("141#3100010203040506");
   EXPECT_EQ(host.ask("141#C00A000000000000"), frame("141#C00A0100020005FF"));
+}
+
+TEST(Parameters, ByteCommandsWriteNoKdToRom) {
+  auto config = drive();
+  config.quirks.dialect.pid_commands = true;
+  config.rom.gains.angle_kd = 7;
+  Host host(config);
+  host.ask("141#C10A0102030405FF");  // RAM
+  host.ask("141#3200010203040506");
+  EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kd, 0xFF05);
+  EXPECT_EQ(host.bus.servo(1).rom().gains.angle_kd, 7);
+  EXPECT_EQ(host.bus.servo(1).rom().gains.current_ki, 6);
 }
 
 }  // namespace

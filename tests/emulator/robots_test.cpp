@@ -1,5 +1,5 @@
-// Every configuration that is delivered runs: a simulated second, then every drive is asked how it
-// is.
+// Every configuration that is delivered runs, with all that happens by itself, and every drive is
+// asked how it is.
 
 #include <gtest/gtest.h>
 
@@ -68,29 +68,45 @@ bool finite(const model::Truth& truth) {
 
 class Robot : public testing::TestWithParam<const char*> {};
 
-TEST_P(Robot, RunsASecondWithoutErrors) {
+/// The drive answers, stands somewhere between its stops, and nothing is wrong with it.
+void expect_well(Bus& bus, const ServoConfig& servo) {
+  const std::uint32_t id =
+      servo.quirks.dialect.reply_id_base + static_cast<std::uint32_t>(servo.id);
+  for (const std::uint8_t command : std::initializer_list<std::uint8_t>{0x9A, 0x9C, 0x92}) {
+    const auto reply = ask(bus, servo, {command});
+    EXPECT_EQ(reply.id, id);
+    EXPECT_EQ(reply.data[0], command);
+    if (command == 0x9A) {
+      EXPECT_EQ(reply.data[7], 0) << "errorState";
+    }
+  }
+  EXPECT_EQ(bus.telemetry(servo.id).errors, 0);
+  EXPECT_TRUE(bus.telemetry(servo.id).bridge_on);
+  const model::Truth truth = bus.truth(servo.id);
+  EXPECT_TRUE(finite(truth));
+  const double stop_give_rad = 0.05;  // assumed: the stops are springs
+  EXPECT_GE(truth.theta_out, servo.profile.drive.load.theta_min - stop_give_rad);
+  EXPECT_LE(truth.theta_out, servo.profile.drive.load.theta_max + stop_give_rad);
+}
+
+TEST_P(Robot, RunsThroughAllItsEventsWithoutErrors) {
   for (const BusConfig& config : robot(GetParam())) {
     Bus bus(config);
     bus.advance_to(1s);
     for (const ServoConfig& servo : config.servos) {
       SCOPED_TRACE(config.interface + " drive " + std::to_string(servo.id));
-      const std::uint32_t id =
-          servo.quirks.dialect.reply_id_base + static_cast<std::uint32_t>(servo.id);
-      for (const std::uint8_t command : std::initializer_list<std::uint8_t>{0x9A, 0x9C, 0x92}) {
-        const auto reply = ask(bus, servo, {command});
-        EXPECT_EQ(reply.id, id);
-        EXPECT_EQ(reply.data[0], command);
-        if (command == 0x9A) {
-          EXPECT_EQ(reply.data[7], 0) << "errorState";
-        }
-      }
-      EXPECT_EQ(bus.telemetry(servo.id).errors, 0);
-      EXPECT_TRUE(bus.telemetry(servo.id).bridge_on);
-      const model::Truth truth = bus.truth(servo.id);
-      EXPECT_TRUE(finite(truth));
-      const double stop_give_rad = 0.05;  // assumed: the stops are springs
-      EXPECT_GE(truth.theta_out, servo.profile.drive.load.theta_min - stop_give_rad);
-      EXPECT_LE(truth.theta_out, servo.profile.drive.load.theta_max + stop_give_rad);
+      expect_well(bus, servo);
+    }
+    for (const TimedDirective& event : config.events) {
+      bus.advance_to(event.at + 10ms);
+      EXPECT_TRUE(finite(bus.truth(event.directive.id)));
+    }
+    // A power cycle and a ramp of the supply go on for a while.
+    if (!config.events.empty()) bus.advance_to(config.events.back().at + 3s);
+    EXPECT_EQ(bus.time() > 5s, !config.events.empty()) << "the events were executed";
+    for (const ServoConfig& servo : config.servos) {
+      SCOPED_TRACE(config.interface + " drive " + std::to_string(servo.id) + " at the end");
+      expect_well(bus, servo);
     }
   }
 }
@@ -101,7 +117,10 @@ TEST_P(Robot, MovesEveryShaftToItsTarget) {
     bus.advance_to(200ms);
     std::vector<std::pair<const ServoConfig*, std::int32_t>> targets;
     for (const ServoConfig& servo : config.servos) {
-      if (servo.profile.drive.brake.tau > 0) continue;  // nobody released it
+      if (servo.profile.drive.brake.tau > 0) {
+        EXPECT_EQ(ask(bus, servo, {0x8C, 0x01}).data[1], 1) << "released";
+        bus.advance_to(bus.time() + 100ms);
+      }
       targets.emplace_back(&servo, angle_cdeg(bus, servo) + 1500);
       go_to(bus, servo, targets.back().second);
     }
@@ -111,6 +130,23 @@ TEST_P(Robot, MovesEveryShaftToItsTarget) {
           << config.interface << " drive " << servo->id;
     }
   }
+}
+
+TEST(Robots, TheBenchHasWhatSomeDrivesOnlyHave) {
+  const BusConfig config = robot("bench")[0];
+  Bus bus(config);
+  bus.advance_to(100ms);
+  ask(bus, config.servos[0], {0xA0, 0, 0, 0, 0xF4, 0x01});  // half the power
+  bus.advance_to(1s);
+  EXPECT_NEAR(bus.telemetry(1).power, 0.5, 0.01);
+  const ServoConfig& braked = config.servos[4];
+  const double before_rad = bus.truth(braked.id).theta_m;
+  ask(bus, braked, {0xA1, 0, 0, 0, 0x40, 0});  // 1 A
+  bus.advance_to(bus.time() + 200ms);
+  EXPECT_NEAR(bus.truth(braked.id).theta_m, before_rad, 0.01) << "the brake holds it";
+  ask(bus, braked, {0x8C, 0x01});
+  bus.advance_to(bus.time() + 200ms);
+  EXPECT_GT(bus.truth(braked.id).theta_m, before_rad + 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, Robot,

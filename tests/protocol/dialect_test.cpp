@@ -335,6 +335,8 @@ TEST(Dialect, AnyCommandComesOutOfItsSlot) {
   EXPECT_EQ(std::get<Query>(for_drive(3, multi, kMgV236)).data, (Payload{0x80}));
   EXPECT_EQ(std::get<Reject>(for_drive(4, multi, kMgV236)), Reject::kUnknownCommand);
   EXPECT_EQ(std::get<Reject>(for_drive(5, multi, kMgV236)), Reject::kForeignId);
+  const auto empty = std::get<Query>(decode_query(frame("288#00FF9C0000000000"), kMgV236));
+  EXPECT_EQ(std::get<Reject>(for_drive(1, empty, kMgV236)), Reject::kForeignId);
   const auto torque = std::get<Query>(decode_query(frame("280#0100000000000000"), kMgV236));
   EXPECT_EQ(std::get<Query>(for_drive(5, torque, kMgV236)).command, torque.command);
 }

@@ -105,15 +105,18 @@ interface = "nowhere0"
 id = 3
 motor = "mg4005"
 generation = "v236"
-quirks.pid_commands = true
+quirks = { pid_commands = true, state_1 = "decivolt" }
 boot_angle_deg = 12.5
 load = { J_g_cm2 = 100, tau_gravity_Nm = 0.5, theta_min_deg = -10, theta_max_deg = 20 }
 rom.endurance_writes = 9
-settings = { acceleration_dps_s = 100, max_angle_deg = 90, encoder_offset = 7 }
+settings = { acceleration_dps_s = 100, max_angle_deg = 90, encoder_offset = 7, protection.stall.enabled = true }
+profile.brake = { tau_mNm = 300, engage_ms = 10, release_ms = 10 }
 profile.supply.v_source_V = 12
 [[bus.drive]]
 id = 12
 motor = "ms3506"
+quirks = { encoder_span = "output_turn", multi_drive_more = true }
+settings = { broadcast_mode = true, protection.motor_temperature.enabled = false }
 [[bus.event]]
 at_s = 1
 id = 3
@@ -127,19 +130,25 @@ sag_s = 1
       result.out,
       R"(nowhere0: 500 kbit/s, 2 drives, 2 events, seed 1
 )"
-      R"(  id  motor   series  generation  gear  supply       current  speed  accel.)"
+      R"(  id  motor   series  generation    gear  supply       current  speed  accel.)"
       R"(  angle    zero   boot  ROM     ROM  events  load
 )"
-      R"(                                             V      or power    dps   dps/s)"
+      R"(                                               V      or power    dps   dps/s)"
       R"(    deg  counts    deg   ms  writes
 )"
-      R"(   3  mg4005  MG      v236 mixed    10      12      1000 LSB  16800     100)"
+      R"(   3  mg4005  MG      v236 mixed      10      12      1000 LSB  16800     100)"
       R"(     90       7   12.5    2       9       2  100 g cm2, gravity 0.5 Nm, stops -10..20 deg
 )"
-      R"(  12  ms3506  MS      legacy         1      12  850 permille  16800       -)"
+      R"(  12  ms3506  MS      legacy mixed     1      12  850 permille  16800       -)"
       R"(      -       0  drawn    2   10000       -  -
 
 note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
+note: nowhere0 drive 3: unlike v236: state_1 = decivolt, pid_commands = true
+note: nowhere0 drive 3: brake of 300 mNm
+note: nowhere0 drive 3: protections on: stall
+note: nowhere0 drive 12: multi-drive mode, and 0x280 has no slot for this ID
+note: nowhere0 drive 12: unlike legacy: multi_drive_more = true, encoder_span = output_turn
+note: nowhere0 drive 12: protections off: motor_temperature
 )");
 }
 

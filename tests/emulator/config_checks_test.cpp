@@ -1,0 +1,82 @@
+// Keys that are each good by themselves and make no sense together.
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/emulator/config_support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const std::string kDrive = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
+
+TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
+  const std::string under = "settings.protection.under_voltage = ";
+  const std::string over = "settings.protection.over_voltage = ";
+  const std::map<std::string, std::string> errors = {
+      {"profile.control.has_current_loop = false",
+       "5: bus.drive.profile.control.has_current_loop: must be true: only MS drives have no "
+       "current "
+       "loop"},
+      {"motor = \"ms3506\"\nprofile.control.has_current_loop = true",
+       "6: bus.drive.profile.control.has_current_loop: must be false: an MS drive measures no "
+       "current"},
+      {under + "{ enabled = true, threshold_V = 7 }\nprofile.logic.reset_V = 7",
+       "5: bus.drive.settings.protection.under_voltage.threshold_V: under-voltage at 7 V is never "
+       "reported: the controller does not start below 7.5 V"},
+      {under + "{ enabled = true }\nprofile.logic.reset_V = 7",
+       "6: bus.drive.profile.logic.reset_V: under-voltage at 0 V is never reported: the controller "
+       "does not start below 7.5 V"},
+      {under + "{ enabled = true, threshold_V = 5 }",
+       "5: bus.drive.settings.protection.under_voltage.threshold_V: under-voltage at 5 V is never "
+       "reported: the controller does not start below 5.5 V"},
+      {"motor = \"protected\"\nprofile.logic.reset_V = 12",
+       "6: bus.drive.profile.logic.reset_V: under-voltage at 12 V is never reported: the "
+       "controller "
+       "does not start below 12.5 V"},
+      {"motor = \"protected\"\n" + over + "{ enabled = true, threshold_V = 12 }",
+       "6: bus.drive.settings.protection.over_voltage.threshold_V: over-voltage at 12 V must be "
+       "above "
+       "under-voltage at 12 V: one of them would always be there"},
+      {"motor = \"ms3506\"\nsettings.broadcast_mode = true",
+       "6: bus.drive.settings.broadcast_mode: the drive would answer nothing: MS drives know no "
+       "0x280, and this one has no other command for several drives (quirks.multi_drive_more)"},
+      {"generation = \"v236\"\nprofile.brake.tau_mNm = 500\nsettings.broadcast_mode = true",
+       "7: bus.drive.settings.broadcast_mode: nothing could release the brake: in multi-drive mode "
+       "0x8C comes in 0x288, with a payload of zeros, and engages it"},
+      {"generation = \"v236\"\nprofile.brake.engage_ms = 1",
+       "6: bus.drive.profile.brake: has no tau_mNm, so there is none"},
+      {"settings.encoder_offset = 4096\nprofile.encoder.bits = 12",
+       "5: bus.drive.settings.encoder_offset: does not fit the encoder of this motor (12 bit on "
+       "the "
+       "wire)"},
+      {"motor = \"protected\"\nprofile.encoder.bits = 12",
+       "6: bus.drive.profile.encoder.bits: does not fit the encoder of this motor (12 bit on the "
+       "wire)"},
+      {"profile.supply.i_logic_mA = 0",
+       "5: bus.drive.profile.supply.i_logic_mA: 0 is out of range (1 to 2000)"},
+  };
+  for (const auto& [keys, error] : errors) {
+    EXPECT_EQ(parse_error(kDrive + keys), "robot.toml:" + error) << keys;
+  }
+}
+
+TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
+  for (const char* keys : {
+           "profile.control.has_current_loop = true",
+           "motor = \"ms3506\"\nprofile.control.has_current_loop = false",
+           "settings.protection.under_voltage = { enabled = false, threshold_V = 5 }",
+           "settings.protection.under_voltage = { enabled = true, threshold_V = 5.6 }",
+           "motor = \"protected\"\nsettings.protection.over_voltage.threshold_V = 12",  // off
+           "motor = \"ms3506\"\ngeneration = \"v236\"\nsettings.broadcast_mode = true",
+           "generation = \"v236\"\nprofile.brake.tau_mNm = 0",
+           "motor = \"braked\"\ngeneration = \"v236\"\nprofile.brake.engage_ms = 1",
+           "motor = \"protected\"\nprofile.encoder.bits = 13",
+       }) {
+    EXPECT_EQ(parse_error(kDrive + keys), "accepted") << keys;
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
