@@ -128,7 +128,7 @@ sag_s = 1
   EXPECT_EQ(result.err, "");
   EXPECT_EQ(
       result.out,
-      R"(nowhere0: 500 kbit/s, 2 drives, 2 events, seed 1
+      R"(nowhere0: 500 kbit/s, 2 drives, 1 event, seed 1
 )"
       R"(  id  motor   series  generation    gear  supply       current  speed  accel.)"
       R"(  angle    zero   boot  ROM     ROM  events  load
@@ -137,7 +137,7 @@ sag_s = 1
       R"(    deg  counts    deg   ms  writes
 )"
       R"(   3  mg4005  MG      v236 mixed      10      12      1000 LSB  16800     100)"
-      R"(     90       7   12.5    2       9       2  100 g cm2, gravity 0.5 Nm, stops -10..20 deg
+      R"(     90       7   12.5    2       9       1  100 g cm2, gravity 0.5 Nm, stops -10..20 deg
 )"
       R"(  12  ms3506  MS      legacy mixed     1      12  850 permille  16800       -)"
       R"(      -       0  drawn    2   10000       -  -
