@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
@@ -98,6 +99,66 @@ TEST_F(Configured, AParameterOfV236IsGoneAfterTheRestart) {
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   EXPECT_EQ(host.query(1, {0xC0, 0x0A}), before);
+}
+
+TEST_F(Configured, AnAngleSetWith95IsGoneAfterTheRestart) {
+  const auto arguments = run_of("generation = \"v236\"\nboot_angle_deg = 30\n");
+  for (int start = 0; start < 2; ++start) {
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    const auto before = host.query(1, {0x92});
+    ASSERT_TRUE(before);
+    EXPECT_NEAR(uint16_at(*before, 1), 3000, 50);  // the encoder is not perfect: inl_1, inl_2
+    ASSERT_TRUE(host.query(1, {0x95, 0, 0, 0, 0x10, 0x27}));  // 100.00 degrees
+    EXPECT_NEAR(uint16_at(*host.query(1, {0x92}), 1), 10000, 10);
+    emulator.stop();
+  }
+}
+
+TEST_F(Configured, TheBrakeHoldsUntilItIsReleased) {
+  EmulatorProcess emulator(
+      run_of("generation = \"v236\"\n"
+             "profile.brake = { tau_mNm = 5000, engage_ms = 5, release_ms = 5 }\n"));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, {0x8C, 0x10}), (Payload{0x8C, 0}));  // engaged from power-up
+  const Payload turn = {0xA2, 0, 0, 0, 0xA0, 0x8C, 0, 0};
+  ASSERT_TRUE(host.query(1, turn));
+  for (int n = 0; n < 100; ++n) {
+    EXPECT_NEAR(static_cast<std::int16_t>(uint16_at(*host.query(1, {0x9C}), 4)), 0, 20);
+  }
+  EXPECT_EQ(host.query(1, {0x8C, 1}), (Payload{0x8C, 1}));
+  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  int speed_dps = 0;
+  while (speed_dps < 300 && Clock::now() < deadline) {
+    speed_dps = static_cast<std::int16_t>(uint16_at(*host.query(1, {0x9C}), 4));
+  }
+  EXPECT_GE(speed_dps, 300);
+}
+
+TEST_F(Configured, SeveralDrivesAnswerOneFrameOnTheIdentifiersOfTheirReplies) {
+  std::ofstream(directory_ + "/robot.toml")
+      << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-3\"\ngeneration = \"v236\"\n"
+         "settings.broadcast_mode = true\nquirks.reply_id_base = 0x180\n";
+  EmulatorProcess emulator({"--config", directory_ + "/robot.toml", "--rom", ":memory:"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  host.send(0x141, {0x9C});                             // single-drive frames are not for them
+  host.send(0x281, {0x64, 0, 0, 0, 0x9C, 0xFF, 0, 0});  // 100, 0, −100 dps
+  for (canid_t id = 1; id <= 3; ++id) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->can_id, 0x180 + id);
+    EXPECT_EQ(reply->data[0], 0xA2);
+  }
+  host.send(0x288, {0x9A, 0, 0, 0, 0x92, 0, 0, 0});
+  for (const auto& [id, command] : {std::pair<canid_t, int>{0x181, 0x9A}, {0x183, 0x92}}) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->can_id, id);
+    EXPECT_EQ(reply->data[0], command);
+  }
 }
 
 TEST_F(Configured, ASagBelowResetKillsTheDriveUntilTheVoltageIsBack) {
