@@ -4,6 +4,8 @@
 // Input: one byte of settings, one of generations when its top bit is set, then records of an
 // opcode byte and its operands; see `Player::step`.
 
+#include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -63,6 +65,7 @@ BusConfig config_from(std::uint8_t settings, std::uint8_t generations) {
     servo.rom.broadcast_mode = (settings & 32U) != 0 && id != 2;
     servo.rom.max_angle_deg = (settings & 64U) != 0 ? 360 : 0;
     servo.rom.protections[0] = {true, 7.0, 0.5, 0.001};
+    servo.profile.drive.supply.i_logic = 0.04;
     config.servos.push_back(servo);
   }
   return config;
@@ -106,12 +109,47 @@ class Player {
         bus_.power_cycle(id);
         break;
       case 3:
-        if (!lazy_) {
-          bus_.take_replies(replies_);
-        }
+        direct(what >> 2U & 7U, id, input);
         break;
       default:
         receive(what, input);
+    }
+  }
+
+  void direct(unsigned kind, int id, Input& input) {
+    if (kind == 0) {
+      if (!lazy_) {
+        bus_.take_replies(replies_);
+      }
+      return;
+    }
+    bus_.advance_to(now_);
+    const SimTime duration = std::chrono::milliseconds(input.byte());
+    const double value = input.byte();
+    switch (kind) {
+      case 1:
+        bus_.apply({id, PowerOff{}});
+        break;
+      case 2:
+        bus_.apply({id, PowerOn{}});
+        break;
+      case 3:
+        bus_.apply({id, PowerCycle{duration}});
+        break;
+      case 4:
+        bus_.apply({id, TurnShaft{4.0 * (value - 128.0)}});
+        break;
+      case 5:
+        bus_.apply({id, Sag{0.25 * value, duration}});
+        break;
+      case 6:
+        bus_.apply({id, SupplyVoltage{0.25 * value, duration}});
+        break;
+      default:
+        bus_.apply(
+            {id, Load{{.tau = 0.01 * (value - 128.0),
+                       .theta_min = -0.01 * static_cast<double>(duration.count() / 1'000'000),
+                       .theta_max = 0.01 * value}}});
     }
   }
 
@@ -143,6 +181,11 @@ class Player {
       replies += bus_.servo(id).stats().replies;
     }
     require(replies == stats.replies + stats.replies_lost && stats.replies == replies_.size());
+    for (const int id : {1, 2, 5}) {
+      const model::Truth truth = bus_.truth(id);
+      require(std::isfinite(truth.theta_m) && std::isfinite(truth.omega_out) &&
+              std::isfinite(truth.i_q) && std::isfinite(truth.v_bus));
+    }
   }
 
   Bus bus_;
