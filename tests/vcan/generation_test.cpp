@@ -54,7 +54,7 @@ bool becomes(Host& host, const Payload& query, const Payload& wanted) {
   return false;
 }
 
-unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] | data[at + 1] << 8U; }
+unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] + 256U * data[at + 1]; }
 
 TEST_F(Configured, TheSameQueryIsAnsweredInTheWayOfEachGeneration) {
   const struct {
