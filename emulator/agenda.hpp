@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -34,17 +33,17 @@ using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect>;
 /// first among equals. A value.
 class Agenda {
  public:
-  void enter(SimTime at, Task task) {
+  void enter(SimTime at, const Task& task) {
     // Latest first, so that the next one is taken from the end; before its equals, to come after.
     const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
-    entries_.insert(place, {at, std::move(task)});
+    entries_.insert(place, {at, task});
   }
   std::optional<SimTime> next_due() const {
     return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
   }
   /// The next task; there must be one.
   Task take() {
-    Task task = std::move(entries_.back().task);
+    const Task task = entries_.back().task;
     entries_.pop_back();
     return task;
   }
