@@ -47,10 +47,13 @@ class Agenda {
     entries_.pop_back();
     return task;
   }
-  /// Forgets the tasks for which `void_task` holds.
-  template <class Predicate>
-  void forget(Predicate void_task) {
-    std::erase_if(entries_, [&](const Entry& entry) { return void_task(entry.task); });
+  /// Forgets what of this kind is to happen to a drive.
+  template <class Kind>
+  void forget(std::size_t seat) {
+    std::erase_if(entries_, [seat](const Entry& entry) {
+      const auto* task = std::get_if<Kind>(&entry.task);
+      return task != nullptr && task->seat == seat;
+    });
   }
 
  private:

@@ -310,10 +310,7 @@ void Bus::lose_power(std::size_t seat) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);
     timeline.writing.clear();
-    agenda_.forget([seat](const Task& task) {
-      const auto* written = std::get_if<RomWritten>(&task);
-      return written != nullptr && written->seat == seat;
-    });
+    agenda_.forget<RomWritten>(seat);
   }
   timeline.last_reply = SimTime{0};
 }

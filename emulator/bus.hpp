@@ -122,7 +122,6 @@ class Bus {
   void move_supply(std::size_t seat, double to_V, SimTime within);
   void step_supply(std::size_t seat);
   void reconnect(std::size_t seat);
-  void cancel_reconnect(std::size_t seat);
   /// The servo has written its ROM; gives when the flash will have it.
   SimTime begin_rom_write(std::size_t seat, SimTime at);
   void finish_rom_write(std::size_t seat);

@@ -37,23 +37,15 @@ void Bus::perform(const Task& task) {
 }
 
 void Bus::act(std::size_t seat, const PowerOn&) {
-  cancel_reconnect(seat);
+  agenda_.forget<Reconnect>(seat);  // what was said last counts
   const Lane motor = lane(seat);
   motor.bank.connect_supply(motor.index, true);
 }
 
 void Bus::act(std::size_t seat, const PowerOff&) {
-  cancel_reconnect(seat);
+  agenda_.forget<Reconnect>(seat);  // what was said last counts
   const Lane motor = lane(seat);
   motor.bank.connect_supply(motor.index, false);
-}
-
-/// What was said last counts.
-void Bus::cancel_reconnect(std::size_t seat) {
-  agenda_.forget([seat](const Task& task) {
-    const auto* reconnect = std::get_if<Reconnect>(&task);
-    return reconnect != nullptr && reconnect->seat == seat;
-  });
 }
 
 void Bus::act(std::size_t seat, const PowerCycle& cycle) {
@@ -85,11 +77,8 @@ void Bus::act(std::size_t seat, const Sag& sag) {
 /// From now on; whatever the supply was about to do is void.
 void Bus::move_supply(std::size_t seat, double to_V, SimTime within) {
   Timeline& timeline = timelines_[seat];
-  agenda_.forget([seat](const Task& task) {
-    const auto* step = std::get_if<SupplyStep>(&task);
-    const auto* sag = std::get_if<SagEnd>(&task);
-    return (step != nullptr && step->seat == seat) || (sag != nullptr && sag->seat == seat);
-  });
+  agenda_.forget<SupplyStep>(seat);
+  agenda_.forget<SagEnd>(seat);
   timeline.ramp = {timeline.supply_V, to_V, time_, time_ + within};
   step_supply(seat);
 }

@@ -15,20 +15,11 @@ namespace lk::emulator {
 namespace {
 
 using namespace std::chrono_literals;
+using test::drive;
 using test::frame;
 using test::Host;
-
-constexpr double kMgLsb_A = 66.0 / 4096;
-constexpr double kMfLsb_A = 33.0 / 4096;
-
-ServoConfig drive(Generation generation, Series series = Series::kMg, int id = 1) {
-  ServoConfig config = test::servo_config(id);
-  config.generation = generation;
-  config.quirks = quirks_of(generation);
-  config.profile.series = series;
-  config.profile.drive.control.has_current_loop = series != Series::kMs;
-  return config;
-}
+using test::kMfLsb_A;
+using test::kMgLsb_A;
 
 /// The numbers of an MG4005-i10 that its angles depend on.
 ServoConfig mg4005(Generation generation, double boot_angle_deg) {

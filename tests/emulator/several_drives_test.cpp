@@ -11,20 +11,11 @@ namespace lk::emulator {
 namespace {
 
 using namespace std::chrono_literals;
+using test::drive;
 using test::frame;
 using test::Host;
-
-constexpr double kMgLsb_A = 66.0 / 4096;
-constexpr double kMfLsb_A = 33.0 / 4096;
-
-ServoConfig drive(Generation generation, Series series = Series::kMg, int id = 1) {
-  ServoConfig config = test::servo_config(id);
-  config.generation = generation;
-  config.quirks = quirks_of(generation);
-  config.profile.series = series;
-  config.profile.drive.control.has_current_loop = series != Series::kMs;
-  return config;
-}
+using test::kMfLsb_A;
+using test::kMgLsb_A;
 
 /// v236 drives 1, 2, 3 and 6 and a legacy one, 4, all in multi-drive mode.
 Host several() {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "emulator/bus.hpp"
+#include "emulator/generation.hpp"
 #include "protocol/codec.hpp"
 #include "tests/support/frames.hpp"
 
@@ -28,6 +29,21 @@ inline emulator::ServoConfig servo_config(int id) {
   config.rom = config.profile.factory;
   config.boot_angle_deg = 45;
   config.flash.write_time = std::chrono::nanoseconds(0);
+  return config;
+}
+
+// LSB of iq from v235 on, by series.
+inline constexpr double kMgLsb_A = 66.0 / 4096;
+inline constexpr double kMfLsb_A = 33.0 / 4096;
+
+/// The same drive with the firmware of `generation`, of a series.
+inline emulator::ServoConfig drive(emulator::Generation generation,
+                                   emulator::Series series = emulator::Series::kMg, int id = 1) {
+  emulator::ServoConfig config = servo_config(id);
+  config.generation = generation;
+  config.quirks = emulator::quirks_of(generation);
+  config.profile.series = series;
+  config.profile.drive.control.has_current_loop = series != emulator::Series::kMs;
   return config;
 }
 

@@ -56,6 +56,21 @@ bool becomes(Host& host, const Payload& query, const Payload& wanted) {
 
 unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] + 256U * data[at + 1]; }
 
+/// The int16 at `at` of state 2 once it is at least `value`, or what it was when patience ended.
+int rises_to(Host& host, std::size_t at, int value) {
+  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
+  int now = 0;
+  while (now < value && Clock::now() < deadline) {
+    const auto telemetry = host.query(1, {0x9C});
+    if (!telemetry) {
+      ADD_FAILURE() << "state 2 is not answered";
+      break;
+    }
+    now = static_cast<std::int16_t>(uint16_at(*telemetry, at));
+  }
+  return now;
+}
+
 TEST_F(Configured, TheSameQueryIsAnsweredInTheWayOfEachGeneration) {
   const struct {
     const char* generation;
@@ -129,11 +144,7 @@ TEST_F(Configured, TheBrakeHoldsUntilItIsReleased) {
     EXPECT_NEAR(static_cast<std::int16_t>(uint16_at(*host.query(1, {0x9C}), 4)), 0, 20);
   }
   EXPECT_EQ(host.query(1, {0x8C, 1}), (Payload{0x8C, 1}));
-  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
-  int speed_dps = 0;
-  while (speed_dps < 300 && Clock::now() < deadline) {
-    speed_dps = static_cast<std::int16_t>(uint16_at(*host.query(1, {0x9C}), 4));
-  }
+  const int speed_dps = rises_to(host, 4, 300);
   EXPECT_GE(speed_dps, 300);
 }
 
@@ -192,13 +203,7 @@ TEST_F(Configured, LostInputLatchesAndTakesClearAndRun) {
   EXPECT_EQ((*host.query(1, {0x9B}))[7], 0);
   EXPECT_EQ(host.query(1, {0x88}), (Payload{0x88}));
   EXPECT_TRUE(host.query(1, turn));
-  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
-  int speed_dps = 0;
-  while (speed_dps < 300 && Clock::now() < deadline) {
-    const auto telemetry = host.query(1, {0x9C});
-    ASSERT_TRUE(telemetry);
-    speed_dps = static_cast<std::int16_t>(uint16_at(*telemetry, 4));
-  }
+  const int speed_dps = rises_to(host, 4, 300);
   EXPECT_GE(speed_dps, 300);
 }
 
@@ -211,13 +216,7 @@ TEST_F(Configured, MsDrivesHaveOpenLoopAndNoTorque) {
     EXPECT_EQ(host.query(1, {0x9C}).value_or(Payload{})[0], 0x9C);  // the first to be answered
   }
   ASSERT_TRUE(host.query(1, {0xA0, 0, 0, 0, 0xF4, 0x01}));  // 500 of 1000
-  const auto deadline = Clock::now() + std::chrono::milliseconds(kPatience_ms);
-  int power = 0;
-  while (power < 490 && Clock::now() < deadline) {
-    const auto telemetry = host.query(1, {0x9C});
-    ASSERT_TRUE(telemetry);
-    power = static_cast<std::int16_t>(uint16_at(*telemetry, 2));
-  }
+  const int power = rises_to(host, 2, 490);
   EXPECT_NEAR(power, 500, 10);
 }
 
