@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -27,23 +28,33 @@ struct RomWritten {
 struct Reconnect {
   std::size_t seat;
 };
-using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect>;
+/// A fault begins; its present time is over. By its place among the bus's faults.
+struct FaultBegin {
+  std::size_t fault;
+};
+struct FaultEnd {
+  std::size_t fault;
+};
+/// Conditions and faults that last are looked at.
+struct Look {};
+using Task =
+    std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin, FaultEnd, Look>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.
 class Agenda {
  public:
-  void enter(SimTime at, const Task& task) {
+  void enter(SimTime at, Task task) {
     // Latest first, so that the next one is taken from the end; before its equals, to come after.
     const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
-    entries_.insert(place, {at, task});
+    entries_.insert(place, {at, std::move(task)});
   }
   std::optional<SimTime> next_due() const {
     return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
   }
   /// The next task; there must be one.
   Task take() {
-    const Task task = entries_.back().task;
+    Task task = std::move(entries_.back().task);
     entries_.pop_back();
     return task;
   }
@@ -53,6 +64,14 @@ class Agenda {
     std::erase_if(entries_, [seat](const Entry& entry) {
       const auto* task = std::get_if<Kind>(&entry.task);
       return task != nullptr && task->seat == seat;
+    });
+  }
+  /// Forgets the coming beginnings and the end of a fault.
+  void forget_fault(std::size_t fault) {
+    std::erase_if(entries_, [fault](const Entry& entry) {
+      const auto* begin = std::get_if<FaultBegin>(&entry.task);
+      const auto* end = std::get_if<FaultEnd>(&entry.task);
+      return (begin != nullptr && begin->fault == fault) || (end != nullptr && end->fault == fault);
     });
   }
 

@@ -37,14 +37,15 @@ Drop drop_cause(protocol::Reject reject) {
 /// The events begin with this drive's supply switched off.
 bool starts_without_power(const BusConfig& config, int id) {
   return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
-    return event.at == SimTime{0} && event.directive.id == id &&
+    return event.at == SimTime{0} && !event.when && event.directive.id == id &&
            std::holds_alternative<PowerOff>(event.directive.what);
   });
 }
 
 }  // namespace
 
-Bus::Bus(const BusConfig& config) : bitrate_(config.bitrate), wire_(config.bitrate) {
+Bus::Bus(const BusConfig& config)
+    : bitrate_(config.bitrate), wire_(config.bitrate), seed_(config.seed) {
   seat_of_id_.fill(-1);
   build_motors(config);
   servos_.reserve(config.servos.size());
@@ -61,8 +62,7 @@ Bus::Bus(const BusConfig& config) : bitrate_(config.bitrate), wire_(config.bitra
     timelines_.push_back(timeline);
   }
   for (const TimedDirective& event : config.events) {
-    assert(has(event.directive.id));
-    agenda_.enter(event.at, event.directive);
+    plan(event);
   }
 }
 
@@ -194,8 +194,14 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     process_multi_drive(at, frame);
     return;
   }
+  count_command(id, frame);
   if (!timelines_[seat(id)].alive) {
     drop(Drop::kNoPower);
+    return;
+  }
+  if (LiveFault* const hang = active_fault(seat(id), FaultKind::kHang)) {
+    took_effect(*hang, id, &frame);
+    drop(Drop::kFault);
     return;
   }
   Servo& servo = servos_[seat(id)];
@@ -232,6 +238,11 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       continue;
     }
     Servo& servo = servos_[k];
+    if (LiveFault* const hang = active_fault(k, FaultKind::kHang)) {
+      took_effect(*hang, servo.id(), &frame);
+      cause = Drop::kFault;
+      continue;
+    }
     const auto understood = servo.understand(frame);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
@@ -271,6 +282,12 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
     rom_write = servo.stats().rom_writes;
     ready = std::max(ready, begin_rom_write(seat, at));
   }
+  book_firmware(seat);
+  if (LiveFault* const slow = active_fault(seat, FaultKind::kSlowReplies)) {
+    ready += std::chrono::duration_cast<SimTime>(
+        std::chrono::duration<double, std::milli>(slow->value(0)));
+    took_effect(*slow, servo.id());
+  }
   ready = timeline.last_reply = std::max(ready, timeline.last_reply);
   wire_.send_from_drive(ready, servo.encode(reply), rom_write);
 }
@@ -295,6 +312,7 @@ bool Bus::follow_lives() {
     timelines_[k].alive = alive;
     if (alive) {
       servos_[k].power_cycle(lane(k));
+      book_firmware(k);
     } else {
       lose_power(k);
     }

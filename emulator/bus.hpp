@@ -4,14 +4,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "emulator/agenda.hpp"
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
 #include "emulator/can_wire.hpp"
+#include "emulator/live_fault.hpp"
 #include "emulator/rom_write.hpp"
 #include "emulator/servo.hpp"
+#include "emulator/signals.hpp"
 #include "emulator/sim_time.hpp"
 #include "model/drive_bank.hpp"
 #include "protocol/codec.hpp"
@@ -42,8 +45,17 @@ class Bus {
   /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
   /// dead or its flash has too much to do already.
   bool write_setting(int id, RomParameter parameter, const Registers& value);
-  /// Done now, or begun now. Its drive must be on the bus.
+  /// Done now, or begun now. Its drives must be on the bus.
   void apply(const Directive& directive);
+  /// Will be done when it is time, or when its condition holds. Conditions are looked at every
+  /// kLookStep; that a frame has come is known at once. A fault is armed from now on.
+  void plan(const TimedDirective& planned);
+  static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+  /// All faults there have been on this bus, in the order in which they were armed.
+  std::vector<FaultReport> faults() const;
+  /// Faults that a bus keeps, with those that are over.
+  static constexpr std::size_t kMostFaults = 1000;
+  bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
   std::optional<SimTime> next_due() const;
@@ -58,6 +70,7 @@ class Bus {
   const Servo& servo(int id) const { return servos_[seat(id)]; }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
+  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
   // Act now.
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
@@ -117,6 +130,36 @@ class Bus {
   void act(std::size_t seat, const AmbientTemperature& ambient);
   void act(std::size_t seat, const Load& load);
   void act(std::size_t seat, const TurnShaft& turn);
+  void act(std::size_t seat, const Setting& setting);
+
+  /// A directive that waits for its condition, or the beginning of a fault that does.
+  struct Waiting {
+    SimTime from;
+    Condition when;
+    Task task;
+    int seen = 0;                  // frames
+    std::optional<double> before;  // the signal, when it was last looked at
+  };
+  std::size_t arm(Fault fault);
+  std::string free_name(const Fault& fault) const;
+  void begin_fault(std::size_t index);
+  void end_fault(std::size_t index);
+  void clear_faults(const std::string& which);
+  /// Does at once what a fault of the moment does, to one of its drives.
+  void strike(LiveFault& live, std::size_t seat);
+  /// What the motor, the supply and the firmware of a drive have to know of its faults.
+  void pass_on_faults(std::size_t seat);
+  void look();
+  void look_at_faults();
+  void look_again_by(SimTime at);
+  bool holds(Waiting& waiting) const;
+  void count_command(int id, const protocol::Frame& frame);
+  /// The first active fault of this kind that the drive has; null when there is none.
+  LiveFault* active_fault(std::size_t seat, FaultKind kind);
+  void took_effect(LiveFault& live, int id, const protocol::Frame* frame = nullptr);
+  /// Books what the drive's firmware did because of a fault.
+  void book_firmware(std::size_t seat);
+
   void happen();
   void perform(const Task& task);
   void move_supply(std::size_t seat, double to_V, SimTime within);
@@ -142,6 +185,11 @@ class Bus {
   std::vector<Servo> servos_;        // by seat; ascending IDs
   std::vector<Timeline> timelines_;  // by seat
   Agenda agenda_;
+  std::uint64_t seed_;
+  std::vector<LiveFault> faults_;
+  std::size_t active_faults_ = 0;
+  std::vector<Waiting> waiting_;
+  std::optional<SimTime> next_look_;
   std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // −1 = not on the bus
   std::vector<TimedFrame> replies_;                             // left the wire, not yet taken
   std::vector<RomWrite> rom_writes_;                            // not yet taken

@@ -19,7 +19,17 @@ double fraction(SimTime part, SimTime whole) {
 }  // namespace
 
 void Bus::apply(const Directive& directive) {
-  std::visit([&](const auto& what) { act(seat(directive.id), what); }, directive.what);
+  if (const auto* set = std::get_if<SetFault>(&directive.what)) {
+    begin_fault(arm(set->fault));
+  } else if (const auto* clear = std::get_if<ClearFault>(&directive.what)) {
+    clear_faults(clear->which);
+  } else {
+    std::visit(
+        [&](const auto& what) {
+          if constexpr (requires { act(std::size_t{}, what); }) act(seat(directive.id), what);
+        },
+        directive.what);
+  }
 }
 
 void Bus::perform(const Task& task) {
@@ -31,6 +41,12 @@ void Bus::perform(const Task& task) {
     act(sag->seat, SupplyVoltage{*timelines_[sag->seat].before_sag_V});
   } else if (const auto* written = std::get_if<RomWritten>(&task)) {
     finish_rom_write(written->seat);
+  } else if (const auto* begin = std::get_if<FaultBegin>(&task)) {
+    begin_fault(begin->fault);
+  } else if (const auto* end = std::get_if<FaultEnd>(&task)) {
+    end_fault(end->fault);
+  } else if (std::holds_alternative<Look>(task)) {
+    look();
   } else {
     reconnect(std::get<Reconnect>(task).seat);
   }
@@ -113,6 +129,10 @@ void Bus::act(std::size_t seat, const TurnShaft& turn) {
   motor.bank.turn_shaft(motor.index, turn.turn_deg * kRadPerDeg);
 }
 
+void Bus::act(std::size_t seat, const Setting& setting) {
+  write_setting(servos_[seat].id(), setting.parameter, setting.value);
+}
+
 bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
   const std::size_t k = seat(id);
   if (!timelines_[k].alive || timelines_[k].writing.size() >= CanWire::kDriveQueue) {
@@ -120,6 +140,7 @@ bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) 
   }
   servos_[k].write_setting(parameter, value, lane(k));
   begin_rom_write(k, time_);
+  book_firmware(k);
   return true;
 }
 
@@ -154,6 +175,7 @@ void Bus::power_cycle(int id) {
   if (timelines_[k].alive) {
     lose_power(k);
     servos_[k].power_cycle(lane(k));
+    book_firmware(k);
   }
 }
 

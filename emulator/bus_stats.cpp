@@ -26,6 +26,8 @@ std::string_view to_string(Drop cause) {
       return "drive without power";
     case Drop::kDriveBusy:
       return "drive busy";
+    case Drop::kFault:
+      return "injected fault";
     case Drop::kQueueFull:
       return "queue full";
   }

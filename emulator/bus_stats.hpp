@@ -22,9 +22,10 @@ enum class Drop : std::uint8_t {
   kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
   kNoPower,    // the drive is without power, or still booting
   kDriveBusy,  // too many of the drive's replies wait already, for its flash or for the wire
+  kFault,      // an injected fault kept it from the drive
   kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
 };
-inline constexpr std::size_t kDropKinds = 12;
+inline constexpr std::size_t kDropKinds = 13;
 
 /// A short name for logs and summaries: "unknown command".
 std::string_view to_string(Drop cause);
@@ -47,7 +48,7 @@ struct BusStats {
   std::uint64_t frames = 0;                         // put on the bus by hosts, whatever they are
   std::uint64_t queries = 0;                        // accepted by at least one drive
   std::uint64_t replies = 0;                        // have left the wire
-  std::uint64_t replies_lost = 0;                   // with the power of the drive
+  std::uint64_t replies_lost = 0;                   // with the drive's power, or by a fault
   std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop; frames = queries + dropped + waiting
   std::uint64_t refused_motion = 0;                 // sums over the drives
   std::uint64_t invalid_targets = 0;

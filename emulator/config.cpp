@@ -93,8 +93,15 @@ void select_ids(BusConfig& bus, const std::vector<int>& ids, const Overrides& ov
                          : make_servo(id, find(overrides.motor.value_or(kDefaultMotor))));
   }
   bus.servos = std::move(servos);
-  std::erase_if(bus.events, [&](const TimedDirective& event) {
-    return std::find(ids.begin(), ids.end(), event.directive.id) == ids.end();
+  const auto gone = [&ids](int id) { return std::ranges::find(ids, id) == ids.end(); };
+  std::erase_if(bus.events, [&](TimedDirective& event) {
+    if (event.when && gone(event.when->id)) return true;
+    auto* const set = std::get_if<SetFault>(&event.directive.what);
+    if (set == nullptr || set->fault.ids.empty()) {
+      return event.directive.id != kWholeBus && gone(event.directive.id);
+    }
+    std::erase_if(set->fault.ids, gone);
+    return set->fault.ids.empty();
   });
 }
 

@@ -6,11 +6,12 @@
 namespace lk::emulator {
 
 /// What is wrong with a configuration file and where. `what()` is the line a person reads:
-/// `file:line: key: reason`, without the key when the file is not even TOML.
+/// `file:line: key: reason`, without the key when the file is not even TOML, without the line when
+/// there are none.
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_path,
               const std::string& why)
-      : std::runtime_error(file_name + ":" + std::to_string(line_number) + ": " +
+      : std::runtime_error(file_name + place(line_number) + ": " +
                            (key_path.empty() ? "" : key_path + ": ") + why),
         file(file_name),
         line(line_number),
@@ -18,9 +19,16 @@ struct ConfigError : std::runtime_error {
         reason(why) {}
 
   std::string file;
-  int line;         // from 1
+  int line;         // from 1; 0: not from a text
   std::string key;  // dotted path
   std::string reason;
+
+ private:
+  static std::string place(int line_number) {
+    std::string text;
+    if (line_number > 0) text.append(":").append(std::to_string(line_number));
+    return text;
+  }
 };
 
 }  // namespace lk::emulator

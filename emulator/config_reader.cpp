@@ -40,6 +40,15 @@ std::string join(const std::vector<std::string>& words) {
   return all;
 }
 
+/// Long lists are looked up elsewhere.
+std::string none_of(const std::string& word, const std::vector<std::string>& words) {
+  constexpr std::size_t kShortList = 16;
+  const std::string quoted = "\"" + word + "\"";
+  if (words.size() <= kShortList) return quoted + " is none of " + join(words);
+  const std::string meant = nearest(word, words);
+  return quoted + " is unknown" + (meant.empty() ? "" : ", did you mean " + meant + "?");
+}
+
 }  // namespace
 
 std::string nearest(const std::string& word, const std::vector<std::string>& known) {
@@ -76,10 +85,16 @@ const toml::node* TableReader::ask(const std::string& key) {
 
 bool TableReader::has(const std::string& key) const { return table_->contains(key); }
 
+bool TableReader::is_text(const std::string& key) const {
+  const toml::node* node = table_->get(key);
+  return node != nullptr && node->is_string();
+}
+
 void TableReader::fail(const std::string& key, const std::string& reason) const {
   const toml::node* node = table_->get(key);
   const auto& source = node != nullptr ? node->source() : table_->source();
-  const int line = std::max(1, static_cast<int>(source.begin.line));
+  // A table that was not read from a text has no lines.
+  const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
   throw ConfigError(file_, line, path_.empty() ? key : path_ + "." + key, reason);
 }
 
@@ -124,7 +139,7 @@ std::optional<std::size_t> TableReader::choice(const std::string& key,
   const auto word = text(key);
   if (!word) return std::nullopt;
   const auto found = std::find(words.begin(), words.end(), *word);
-  if (found == words.end()) fail(key, "\"" + *word + "\" is none of " + join(words));
+  if (found == words.end()) fail(key, none_of(*word, words));
   return static_cast<std::size_t>(found - words.begin());
 }
 

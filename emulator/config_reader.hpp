@@ -39,6 +39,7 @@ class TableReader {
   std::vector<TableReader> tables(const std::string& key);
 
   bool has(const std::string& key) const;
+  bool is_text(const std::string& key) const;
   /// `finish()` will complain that `key` is missing.
   /// Like this and not at once, so that a misspelt key is called misspelt and not missing.
   void note_missing(const std::string& key) { missing_.push_back(key); }

@@ -3,8 +3,13 @@
 /// @file What can be done to a running bus besides sending frames: plain values, handled by the
 /// core.
 
+#include <optional>
+#include <string>
 #include <variant>
 
+#include "emulator/condition.hpp"
+#include "emulator/fault.hpp"
+#include "emulator/parameter_memory.hpp"
 #include "emulator/sim_time.hpp"
 #include "model/drive_params.hpp"
 
@@ -40,17 +45,41 @@ struct TurnShaft {
   double turn_deg = 0;
 };
 
-/// To the drive `id`, which must be on the bus.
+/// Somebody at the drive, not on the wire, writes a setting to RAM and ROM. Nothing happens while
+/// the drive is dead or its flash has too much to do.
+struct Setting {
+  RomParameter parameter = RomParameter::kMaxSpeed;
+  Registers value;  // what `parameter` is in here
+};
+
+// Of the bus as a whole.
+struct SetFault {
+  Fault fault;
+};
+/// The fault of this name, all of this kind, or "all".
+struct ClearFault {
+  std::string which;
+};
+/// Nothing but a note in logs and recordings.
+struct Mark {
+  std::string text;
+};
+
+inline constexpr int kWholeBus = 0;
+
+/// To the drive `id`, which must be on the bus; SetFault, ClearFault and Mark have kWholeBus.
 struct Directive {
-  int id = 1;
+  int id = kWholeBus;
   std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, Sag, AmbientTemperature, Load,
-               TurnShaft>
+               TurnShaft, Setting, SetFault, ClearFault, Mark>
       what;
 };
 
+/// To be done at `at`, or, with a condition, at the first instant from then on at which it holds.
 struct TimedDirective {
   SimTime at{0};
   Directive directive;
+  std::optional<Condition> when = std::nullopt;
 };
 
 }  // namespace lk::emulator

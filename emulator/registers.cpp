@@ -117,4 +117,39 @@ void set_parameter(Registers& registers, const protocol::Parameter& parameter,
   }
 }
 
+void copy_parameter(RomParameter parameter, const Registers& from, Registers& to) {
+  switch (parameter) {
+    case RomParameter::kGains:
+      to.gains = from.gains;
+      return;
+    case RomParameter::kAcceleration:
+      to.acceleration_dps_s = from.acceleration_dps_s;
+      return;
+    case RomParameter::kEncoderOffset:
+      to.encoder_offset = from.encoder_offset;
+      return;
+    case RomParameter::kMaxTorqueCurrent:
+      to.max_torque_current_lsb = from.max_torque_current_lsb;
+      return;
+    case RomParameter::kMaxPower:
+      to.max_power_permille = from.max_power_permille;
+      return;
+    case RomParameter::kMaxSpeed:
+      to.max_speed_dps = from.max_speed_dps;
+      return;
+    case RomParameter::kMaxAngle:
+      to.max_angle_deg = from.max_angle_deg;
+      return;
+    case RomParameter::kCurrentRamp:
+      to.current_ramp_A_s = from.current_ramp_A_s;
+      return;
+    case RomParameter::kBroadcastMode:
+      to.broadcast_mode = from.broadcast_mode;
+      return;
+    case RomParameter::kProtections:
+      to.protections = from.protections;
+      return;
+  }
+}
+
 }  // namespace lk::emulator

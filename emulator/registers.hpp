@@ -25,4 +25,7 @@ protocol::Parameter get_parameter(const Registers& registers, protocol::Paramete
 void set_parameter(Registers& registers, const protocol::Parameter& parameter,
                    const protocol::WireFormat& format);
 
+/// `parameter` of `to` becomes what it is in `from`.
+void copy_parameter(RomParameter parameter, const Registers& from, Registers& to);
+
 }  // namespace lk::emulator

@@ -61,6 +61,7 @@ Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
 
 void Servo::wake_up(const model::Telemetry& telemetry) {
   ram_ = rom_;
+  forget_what_faults_forget();
   angles_.set_offset(ram_.encoder_offset);
   angles_.forget_turns(angles_.position(telemetry));
   run_state_ = RunState::kRunning;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "emulator/bus_config.hpp"
@@ -35,6 +36,14 @@ double start_theta_m(const ServoConfig& config, double angle_deg);
 /// give the noise and, when the configuration leaves it open, the boot angle.
 model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
 
+/// Injected faults of firmware and memory that last.
+struct FirmwareFaults {
+  bool rom_write_fails = false;
+  bool rom_worn = false;
+  bool forgets_broadcast = false;
+  bool forgets_limits = false;
+};
+
 enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
 
 /// A drive with an ID: the firmware between the wire and the motor. Registers, run state, angles,
@@ -59,6 +68,15 @@ class Servo {
   const Registers& rom_before() const { return rom_before_; }
   const RomWear& wear_before() const { return wear_before_; }
   const ServoStats& stats() const { return stats_; }
+  // What the wire would say, of a motor in that state.
+  double multi_turn_deg(const model::Telemetry& telemetry) const {
+    return 0.01 * static_cast<double>(angles_.multi_turn_cdeg(angles_.position(telemetry)));
+  }
+  std::uint16_t encoder_counts(const model::Telemetry& telemetry) const {
+    return angles_.encoder(angles_.position(telemetry), ram_.encoder_offset);
+  }
+  /// The multi-turn angle that a position of the loops (model::Position) has.
+  double multi_turn_deg_of(double theta) const { return angles_.multi_turn_deg(theta); }
 
   /// What a frame asks of this servo, told of its own kind; kForeignId or kUnknownCommand when it
   /// is nothing that this drive answers.
@@ -86,6 +104,16 @@ class Servo {
     rom_ = rom;
     wear_ = wear;
   }
+
+  /// What is wrong with the firmware and its memory, from now on.
+  void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
+  /// What of that has shown since the last call.
+  FirmwareFaults take_shown_faults() { return std::exchange(shown_faults_, {}); }
+  /// A parameter of ROM is as delivered, from now on. Returns false when it was so before.
+  bool damage_rom(RomParameter parameter);
+  /// A bit of a setting in RAM flips; `random` chooses it. Returns false when the loops' limits
+  /// leave the setting as it was.
+  bool flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane);
 
   /// The controller has started: ROM stays, RAM, turn count, errors and command are gone.
   void power_cycle(const Lane& lane);
@@ -143,6 +171,7 @@ class Servo {
 
   void lay_down_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
+  void forget_what_faults_forget();
   /// The place of this drive in the commands for several; none above ID 4.
   std::optional<std::size_t> slot() const;
   /// The loops and protections read the registers again.
@@ -179,6 +208,8 @@ class Servo {
   RunState run_state_ = RunState::kRunning;
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
+  FirmwareFaults faults_;
+  FirmwareFaults shown_faults_;
   ServoStats stats_;
 };
 

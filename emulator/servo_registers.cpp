@@ -12,41 +12,6 @@ using protocol::Reply;
 
 namespace {
 
-void copy(RomParameter parameter, const Registers& from, Registers& to) {
-  switch (parameter) {
-    case RomParameter::kGains:
-      to.gains = from.gains;
-      return;
-    case RomParameter::kAcceleration:
-      to.acceleration_dps_s = from.acceleration_dps_s;
-      return;
-    case RomParameter::kEncoderOffset:
-      to.encoder_offset = from.encoder_offset;
-      return;
-    case RomParameter::kMaxTorqueCurrent:
-      to.max_torque_current_lsb = from.max_torque_current_lsb;
-      return;
-    case RomParameter::kMaxPower:
-      to.max_power_permille = from.max_power_permille;
-      return;
-    case RomParameter::kMaxSpeed:
-      to.max_speed_dps = from.max_speed_dps;
-      return;
-    case RomParameter::kMaxAngle:
-      to.max_angle_deg = from.max_angle_deg;
-      return;
-    case RomParameter::kCurrentRamp:
-      to.current_ramp_A_s = from.current_ramp_A_s;
-      return;
-    case RomParameter::kBroadcastMode:
-      to.broadcast_mode = from.broadcast_mode;
-      return;
-    case RomParameter::kProtections:
-      to.protections = from.protections;
-      return;
-  }
-}
-
 /// The six of 0x31 and 0x32; Kd is not among them.
 void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
   gains.angle_kp = bytes.angle_kp;
@@ -118,9 +83,9 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
 
 void Servo::write_setting(RomParameter parameter, const Registers& value, const Lane& lane) {
   Registers wanted = rom_;
-  copy(parameter, value, wanted);
+  copy_parameter(parameter, value, wanted);
   write_rom(parameter, wanted);
-  copy(parameter, value, ram_);
+  copy_parameter(parameter, value, ram_);
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the same target is another place from now on
@@ -135,6 +100,11 @@ void Servo::write_rom(RomParameter parameter, const Registers& rom) {
   wear_before_ = wear_;
   std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
   ++stats_.rom_writes;
+  if (faults_.rom_write_fails || faults_.rom_worn) {
+    shown_faults_.rom_write_fails |= faults_.rom_write_fails;
+    shown_faults_.rom_worn |= faults_.rom_worn;
+    return;
+  }
   if (writes >= config_.flash.endurance) {
     return;
   }

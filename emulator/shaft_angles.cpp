@@ -63,6 +63,12 @@ std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
   return multi_zero_cdeg_ + turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
 }
 
+double ShaftAngles::multi_turn_deg(double theta) const {
+  const double zero_turns = static_cast<double>(multi_zero_) / static_cast<double>(counts_);
+  return 360 * (theta / (2 * std::numbers::pi) - zero_turns) +
+         0.01 * static_cast<double>(multi_zero_cdeg_);
+}
+
 void ShaftAngles::set_offset(std::uint16_t offset) {
   encoder_zero_ = std::llround(offset * counts_per_wire_lsb_);
   single_zero_ = floor_mod(encoder_zero_, circle_counts_);

@@ -45,6 +45,8 @@ class ShaftAngles {
   std::uint32_t single_turn_cdeg(std::int64_t position) const;
   /// From the multi-turn zero.
   std::int64_t multi_turn_cdeg(std::int64_t position) const;
+  /// The multi-turn angle of a position in rad, as model::Position has it; not rounded.
+  double multi_turn_deg(double theta) const;
 
   /// The encoder offset is in force from now on: the single-turn zero lies there.
   void set_offset(std::uint16_t offset);

@@ -9,6 +9,7 @@
 #include "model/control/motion_loops.hpp"
 #include "model/control/protection.hpp"
 #include "model/drive_params.hpp"
+#include "model/faults.hpp"
 #include "model/lane_kernel.hpp"
 #include "model/plant/brake.hpp"
 #include "model/plant/slow_sensors.hpp"
@@ -65,6 +66,11 @@ class DriveBank {
   void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
 
+  void set_faults(std::size_t drive, const Faults& faults) { units_[drive].faults = faults; }
+  const Faults& faults(std::size_t drive) const { return units_[drive].faults; }
+  void kick(std::size_t, double) {}
+  bool takes_effect(std::size_t, const Faults&) const { return false; }
+
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
   EnergyLedger energy(std::size_t drive) const;
@@ -74,6 +80,7 @@ class DriveBank {
   struct Unit {
     DriveParams params;
     ControlSettings settings;
+    Faults faults;
     MotionParams motion_params;
     MotionState motion;
     ProtectionState protection;

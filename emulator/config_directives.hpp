@@ -1,0 +1,43 @@
+#pragma once
+
+/// @file The words of directives (docs/directives.md): the same in configuration files, scenarios,
+/// the control interface and on the command line.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "emulator/bus_config.hpp"
+#include "emulator/config_reader.hpp"
+
+namespace lk::emulator {
+
+/// Whether a directive has to say when it is to be done, may say so, or must not: it is now.
+enum class Timing : std::uint8_t { kRequired, kOptional, kNow };
+
+/// Reads a table that holds one action for some drives of `bus`: one directive a drive, or one for
+/// the bus as a whole. Throws ConfigError; nothing is done then.
+std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig& bus,
+                                            Timing timing);
+
+/// Reads `when`, a condition; `id` is the drive that it is about unless it says another one.
+std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bus,
+                                        std::optional<int> id);
+
+/// Reads the table or the word `fault`, for the drives `ids`.
+Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids);
+
+/// Reads the command byte that `key` gives, as a number or as text: 0xA4 or "0xA4".
+std::optional<std::uint8_t> read_command(TableReader& reader, const std::string& key);
+
+/// Reads an error bit by its word.
+std::optional<model::Error> read_error(TableReader& reader, const std::string& key);
+
+/// Reads the name of a signal.
+const Signal* read_signal(TableReader& reader, const std::string& key);
+
+/// Seconds, within what SimTime holds.
+inline constexpr double kLongest_s = 1e8;  // three years
+std::optional<SimTime> read_duration(TableReader& reader, const std::string& key);
+
+}  // namespace lk::emulator

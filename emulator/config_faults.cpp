@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+
+#include "emulator/config_directives.hpp"
+#include "emulator/fault_table.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kLongestName = 64;
+
+std::vector<std::string> words_of(std::string_view text) {
+  std::istringstream stream{std::string(text)};
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+const FaultRow& read_kind(TableReader& reader, const std::string& key) {
+  std::vector<std::string> words;
+  for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
+  const auto place = reader.choice(key, words);
+  if (!place) {
+    reader.note_missing(key);
+    reader.finish();  // calls a misspelt one so
+    reader.fail(key, "missing");
+  }
+  return fault_table()[*place];
+}
+
+void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
+  for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
+    const FaultParam& param = row.params[n];
+    const std::string word(param.word);
+    fault.values[n] = param.fallback;
+    if (!param.choices.empty()) {
+      if (const auto place = reader.choice(word, words_of(param.choices))) {
+        fault.values[n] = static_cast<double>(*place);
+      }
+    } else if (const auto value = reader.number(word, param.min, param.max)) {
+      fault.values[n] = *value;
+    } else if (param.required) {
+      reader.note_missing(word);
+    }
+  }
+}
+
+/// for_s, every_s, times.
+void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
+  fault.duration = read_duration(reader, "for_s");
+  fault.every = read_duration(reader, "every_s");
+  const auto times = reader.integer("times", 1, 1'000'000'000);
+  if (fault.duration && row.momentary) {
+    reader.fail("for_s", std::string(row.word) + " is done at once and takes no time");
+  }
+  if (fault.duration && *fault.duration == SimTime{0}) {
+    reader.fail("for_s", "must be above 0; leave it out for a fault that stays");
+  }
+  if (times && !fault.every) reader.fail("times", "belongs to every_s");
+  if (fault.every) {
+    if (!fault.duration && !row.momentary) {
+      reader.fail("every_s", "needs for_s: how long it lasts each time");
+    }
+    if (*fault.every <= fault.duration.value_or(SimTime{0})) {
+      reader.fail("every_s", "must be longer than it lasts each time");
+    }
+    fault.times = static_cast<int>(times.value_or(0));
+  }
+}
+
+/// A fault that cannot do anything to the drive is refused instead of accepted and forgotten.
+std::string impossible(FaultKind kind, const ServoConfig& servo) {
+  const std::string drive = "drive " + std::to_string(servo.id);
+  const bool of_current_sensor =
+      kind >= FaultKind::kCurrentOffset && kind <= FaultKind::kCurrentStuck;
+  if (of_current_sensor && !servo.profile.drive.control.has_current_loop) {
+    return drive + " has no current sensors (MS series)";
+  }
+  if (kind == FaultKind::kBacklash && servo.profile.drive.mechanics.backlash_out <= 0) {
+    return drive + " has no gear with play";
+  }
+  return "";
+}
+
+}  // namespace
+
+Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {
+  Fault fault;
+  if (reader.is_text("fault")) {  // fault = "hang"
+    const FaultRow& row = read_kind(reader, "fault");
+    fault.kind = row.kind;
+    for (std::size_t n = 0; n < row.params.size(); ++n) {
+      if (row.params[n].required) {
+        reader.fail("fault", "needs " + std::string(row.params[n].word) + ": { kind = \"" +
+                                 std::string(row.word) + "\", " + std::string(row.params[n].word) +
+                                 " = … }");
+      }
+      fault.values[n] = row.params[n].fallback;
+    }
+  } else {
+    auto table = *reader.table("fault");
+    const FaultRow& row = read_kind(table, "kind");
+    fault.kind = row.kind;
+    fault.name = table.text("name").value_or("");
+    read_params(table, row, fault);
+    if (row.per_frame) fault.probability = table.number("probability", 0, 1).value_or(1);
+    read_course(table, row, fault);
+    table.finish();
+    if (fault.name.size() > kLongestName) table.fail("name", "is longer than a name can be (64)");
+    if (fault.name == "all") table.fail("name", "\"all\" means all faults");
+  }
+  const FaultRow& row = fault_row(fault.kind);
+  if (row.of_bus) {
+    const char* const key = reader.has("ids") ? "ids" : "id";
+    if (reader.has(key)) {
+      reader.fail(key, std::string(row.word) + " is of the bus as a whole");
+    }
+    return fault;
+  }
+  fault.ids = ids;
+  for (const ServoConfig& servo : bus.servos) {
+    if (std::ranges::find(ids, servo.id) == ids.end()) continue;
+    const std::string why = impossible(fault.kind, servo);
+    if (!why.empty()) reader.fail("fault", std::string(row.word) + ": " + why);
+  }
+  return fault;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "emulator/fault.hpp"
+#include "emulator/seed.hpp"
+
+namespace lk::emulator {
+
+/// A fault on a running bus. Stays after its end, for what it has to say.
+struct LiveFault {
+  Fault fault;
+  FaultEvidence evidence;
+  int beginnings = 0;
+  SimTime since{0};             // when it began, this time
+  std::vector<double> anchors;  // rad: where the outputs of `fault.ids` stood then
+  std::uint64_t random = 1;
+
+  bool active() const { return evidence.state == FaultEvidence::State::kActive; }
+  bool is_of(int id) const {
+    for (const int one : fault.ids) {
+      if (one == id) return true;
+    }
+    return false;
+  }
+  double value(std::size_t n) const { return fault.values[n]; }
+  /// The next of this fault's own random numbers, [0, 1).
+  double draw() { return uniform(random = mix(random)); }
+  /// Whether it hits this frame. A certain fault draws nothing.
+  bool hits() { return fault.probability >= 1 || draw() < fault.probability; }
+};
+
+}  // namespace lk::emulator
