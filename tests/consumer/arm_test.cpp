@@ -29,8 +29,8 @@ lk::emulator::Profile motor(const std::string& name) {
   return lk::emulator::parse_profile(text.str(), path, name);
 }
 
-/// An arm of 0.05 kg·m², hanging at 0°, that takes `torque_Nm` to hold when it is horizontal.
-lk::emulator::BusConfig arm(const std::string& torque_Nm) {
+/// An arm that carries `mass_kg` 10 cm from the shaft and hangs at 0°.
+lk::emulator::BusConfig arm(double mass_kg) {
   const std::string text = R"(
     [[bus]]
     interface = "arm"
@@ -38,21 +38,25 @@ lk::emulator::BusConfig arm(const std::string& torque_Nm) {
     id = 1
     motor = "mf7015"
     boot_angle_deg = 0
-    load = { J_g_cm2 = 500000, tau_gravity_Nm = )" +
-                           torque_Nm + R"( }
-    [bus.drive.settings]
-    acceleration_dps_s = 360
+    load = { J_g_cm2 = )" + std::to_string(mass_kg * 100'000) +
+                           R"(, tau_gravity_Nm = )" + std::to_string(mass_kg * 9.81 * 0.1) + R"( }
+    [bus.drive.settings]     # stiff for a load of many rotors, and unhurried
+    gains = { angle_kp = 5, angle_ki = 5, speed_kp = 255, speed_ki = 10 }
+    acceleration_dps_s = 180
   )";
   return lk::emulator::parse_config(text, "arm.toml", {}, motor).front();
 }
 
 TEST(Arm, IsLiftedByAMotorThatIsStrongEnough) {
-  VirtualCan can(arm("0.8"));  // rated for 1 Nm
-  EXPECT_TRUE(ShoulderJoint(can, 1).move_and_wait(90, 90, 5s));
+  VirtualCan can(arm(0.8));  // 0.8 Nm at 90°; the motor is rated for 1 Nm
+  ShoulderJoint joint(can, 1);
+  EXPECT_TRUE(joint.move_and_wait(90, 90, 5s));
+  can.wait(2s);
+  EXPECT_NEAR(joint.angle_deg().value(), 90, 0.2) << "and held";
 }
 
 TEST(Arm, IsNotLiftedByAMotorThatIsTooWeak) {
-  VirtualCan can(arm("4.0"));  // Max Torque Current, 16 A · 0.105 Nm/A, is 1.7 Nm
+  VirtualCan can(arm(4));  // 3.9 Nm; Max Torque Current, 16 A · 0.105 Nm/A, allows 1.7 Nm
   EXPECT_FALSE(ShoulderJoint(can, 1).move_and_wait(90, 90, 5s));
 }
 

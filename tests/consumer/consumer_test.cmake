@@ -1,4 +1,5 @@
-# Installs into a prefix of its own, moves that elsewhere, and builds and runs the robot's tests against it.
+# Installs into a prefix of its own, moves that elsewhere, and builds and runs the robot's tests
+# against it.
 # Variables: BUILD_DIR, SCRATCH, GENERATOR, COMPILER, LAUNCHER, BUILD_TYPE
 file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
@@ -9,7 +10,8 @@ file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
-    message(FATAL_ERROR "${ARGN}: ${status}\n${output}")
+    message(NOTICE "${output}")
+    message(FATAL_ERROR "${status} from ${ARGN}")
   endif()
 endfunction()
 
@@ -45,7 +47,10 @@ cmake_minimum_required(VERSION 3.25)
 project(robot LANGUAGES CXX)
 add_subdirectory(${sources} lk-emu EXCLUDE_FROM_ALL)
 add_executable(robot main.cpp)
-target_link_libraries(robot PRIVATE lk::emulator lk::config)
+target_link_libraries(robot PRIVATE lk::emulator)
+if(NOT TARGET lk::config)
+  message(FATAL_ERROR \"no lk::config\")
+endif()
 file(GENERATE OUTPUT flags.txt CONTENT \"$<TARGET_PROPERTY:robot,COMPILE_OPTIONS>\" TARGET robot)
 if(TARGET lk-emu)
   message(FATAL_ERROR \"the program is built for a robot's tests\")

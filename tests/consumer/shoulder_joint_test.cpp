@@ -22,6 +22,8 @@ lk::emulator::BusConfig one_drive() {
   lk::emulator::ServoConfig drive;
   drive.id = kShoulder;
   drive.profile.drive.supply.i_logic = 0.04;  // A: without its supply it lives for half a second
+  drive.profile.drive.mechanics.tau_coulomb = 0.013;  // Nm: nothing coasts for long
+  drive.profile.drive.mechanics.tau_static = 0.013;
   drive.rom = drive.profile.factory;
   drive.rom.protections[static_cast<std::size_t>(lk::model::Error::kUnderVoltage)] = {
       .enabled = true, .threshold = 18, .hysteresis = 1, .delay = 0.01};
