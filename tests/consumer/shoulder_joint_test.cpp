@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cmath>
+#include <cstddef>
 #include <numbers>
 
 #include "virtual_can.hpp"
