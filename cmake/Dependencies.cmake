@@ -1,8 +1,12 @@
 # Every dependency comes from the distribution; docs/decisions/0001-dependencies.md gives the reasons.
-find_package(spdlog REQUIRED)
-find_package(CLI11 REQUIRED)
-find_package(tomlplusplus REQUIRED)
-find_package(Boost 1.74 REQUIRED)
+# The core needs none of them, lk_config toml++ alone.
+find_package(tomlplusplus QUIET)
+if(LKEMU_PROGRAM)
+  find_package(tomlplusplus REQUIRED)
+  find_package(spdlog REQUIRED)
+  find_package(CLI11 REQUIRED)
+  find_package(Boost 1.74 REQUIRED)
+endif()
 if(LKEMU_TESTS)
   find_package(GTest REQUIRED)
   find_package(Eigen3 3.4 REQUIRED)

@@ -1,10 +1,15 @@
-# Properties of every target of this project, on one interface target.
-add_library(lk_options INTERFACE)
-target_compile_features(lk_options INTERFACE cxx_std_20)
-target_include_directories(lk_options INTERFACE ${PROJECT_SOURCE_DIR})
-target_compile_options(lk_options INTERFACE
+# What this project asks of its own code. By directory, not by target: who links the libraries, from an
+# install or with add_subdirectory, keeps warnings of their own.
+add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
   -Wnull-dereference -Wdouble-promotion -Wcast-align -Wimplicit-fallthrough -Wswitch-enum
-  # Same input, same bits: no fused multiply-add behind our back.
-  -ffp-contract=off
   $<$<BOOL:${LKEMU_WERROR}>:-Werror>)
+
+# What every user of the libraries needs as well, outside this project too; exported as lk::options.
+add_library(lk_options INTERFACE)
+target_compile_features(lk_options INTERFACE cxx_std_20)
+target_include_directories(lk_options INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lk-emu>)
+# Same input, same bits: no fused multiply-add behind our back. The headers hold inline physics, of which the
+# linker keeps one copy, and that may be the user's: on ARM, or with -march=native, theirs would be fused.
+target_compile_options(lk_options INTERFACE -ffp-contract=off)

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace robot {
+
+struct CanFrame {
+  std::uint32_t id = 0;
+  std::array<std::uint8_t, 8> data{};
+};
+
+/// All that the robot's code knows of the outside: frames, and time that passes. On the robot it is
+/// a CAN socket and a clock, in tests a VirtualCan.
+class CanPort {
+ public:
+  virtual ~CanPort() = default;
+  virtual void send(const CanFrame& frame) = 0;
+  /// The next frame, or none within `timeout`.
+  virtual std::optional<CanFrame> receive(std::chrono::microseconds timeout) = 0;
+  virtual void wait(std::chrono::microseconds duration) = 0;
+};
+
+}  // namespace robot

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "host/can_port.hpp"
+
+namespace robot {
+
+/// What the drive says of itself.
+struct Health {
+  int temperature_C = 0;
+  double voltage_V = 0;
+  bool under_voltage = false;
+  bool too_hot = false;
+
+  bool well() const { return !under_voltage && !too_hot; }
+};
+
+/// A joint behind an LK-TECH drive without gear: the angle is the motor's, over several turns.
+class ShoulderJoint {
+ public:
+  ShoulderJoint(CanPort& port, int drive_id);
+
+  // No value, or false: the drive did not answer.
+  std::optional<double> angle_deg();
+  std::optional<Health> health();
+  /// Starts a move; the drive goes on by itself.
+  bool move_to(double target_deg, int speed_dps);
+  /// After a protection has tripped: clears what is over and switches the drive on again.
+  bool recover();
+
+  /// Moves, and waits until the joint is there. False: it is not by then, or does not answer.
+  bool move_and_wait(double target_deg, int speed_dps, std::chrono::milliseconds timeout);
+
+ private:
+  std::optional<CanFrame> ask(const CanFrame& query);
+  CanFrame query(std::uint8_t command) const;
+
+  CanPort& port_;
+  std::uint32_t can_id_;
+};
+
+}  // namespace robot
