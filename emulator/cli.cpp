@@ -1,11 +1,14 @@
 #include "emulator/cli.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <map>
 
+#include "emulator/commands.hpp"
 #include "emulator/motor_listing.hpp"
 #include "emulator/profile_files.hpp"
 
@@ -17,6 +20,15 @@ One --ids belongs to the --bus before it. Example, two buses:
   lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
 
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input.)";
+
+/// The other commands have their own --help.
+std::string footer() {
+  std::string text = "\nOther commands, lk-emu WORD --help tells more:\n";
+  for (const Command& command : commands()) {
+    text += fmt::format("  {:<8} {}\n", command.word, command.about);
+  }
+  return text + kFooter;
+}
 
 /// The values as CLI11 collects them; --bus and --ids may come several times.
 struct Raw {
@@ -182,21 +194,26 @@ FindProfile cached_profiles() {
 
 }  // namespace
 
-std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
-  CLI::App app("Virtual LK-TECH servo drives on a real CAN bus", "lk-emu");
-  app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
-  app.footer(kFooter);
-  Raw raw;
-  add_options(app, raw);
-  const CLI::App* motors = add_motors_command(app, raw);
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& answer) {
     app.exit(answer);
-    return std::nullopt;
+    return false;
   } catch (const CLI::ParseError& problem) {
-    throw StartError(std::string(problem.what()) + " (see lk-emu --help)");
+    throw StartError(std::string(problem.what()) + " (see " + app.get_name() + " --help)");
   }
+  return true;
+}
+
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Virtual LK-TECH servo drives on a real CAN bus", "lk-emu");
+  app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
+  app.footer(footer());
+  Raw raw;
+  add_options(app, raw);
+  const CLI::App* motors = add_motors_command(app, raw);
+  if (!parse_arguments(app, argc, argv)) return std::nullopt;
   if (motors->parsed()) {
     refuse_options_of_a_run(app);
     print_motors(raw.motor_to_show);

@@ -9,6 +9,10 @@
 #include "emulator/config.hpp"
 #include "emulator/rom_options.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace lk::emulator {
 
 /// Why the program cannot start: one line for the person who typed the command. Exit status 2.
@@ -25,6 +29,10 @@ struct CommandLine {
   RomOptions rom;
   std::string log_level = "info";
 };
+
+/// Parses the arguments of a command. False when the answer was all there is to do (`--help`).
+/// Throws StartError.
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
 
 /// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
 /// output). Throws StartError.

@@ -4,9 +4,11 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string_view>
 #include <utility>
 
 #include "emulator/cli.hpp"
+#include "emulator/commands.hpp"
 #include "emulator/config_listing.hpp"
 #include "emulator/daemon.hpp"
 
@@ -19,6 +21,11 @@ void start_logging(const std::string& level) {
 }
 
 int run(int argc, char** argv) {
+  for (const lk::emulator::Command& command : lk::emulator::commands()) {
+    if (argc > 1 && std::string_view(argv[1]) == command.word) {
+      return command.run(argc - 1, argv + 1);
+    }
+  }
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);

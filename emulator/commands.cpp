@@ -1,0 +1,14 @@
+#include "emulator/commands.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr Command kCommands[] = {
+    {"faults", "list the faults that can be injected, or show one of them", run_faults},
+};
+
+}  // namespace
+
+std::span<const Command> commands() { return kCommands; }
+
+}  // namespace lk::emulator
