@@ -132,9 +132,8 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
     SimTime target = std::min(until, bus_.time() + kStep);
     if (!backlog_.empty()) {
       // The next frame comes on as soon as there is room.
-      const SimTime frame = bus_.host_queue_full()
-                                ? whole_us(bus_.next_due().value_or(target))
-                                : backlog_.front().at;
+      const SimTime frame =
+          bus_.host_queue_full() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
     }
     advance_to(target);
