@@ -124,10 +124,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
-  control_.emplace(loop_, world_, options.control);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
+  control_.emplace(loop_, world_, options.control);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, [this, i] { world_.serve(i); });
   }
