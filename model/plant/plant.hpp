@@ -7,6 +7,7 @@
 
 #include "model/plant/diode_bridge.hpp"
 #include "model/plant/inverter.hpp"
+#include "model/plant/lane_faults.hpp"
 #include "model/plant/mechanics.hpp"
 #include "model/plant/motor.hpp"
 #include "model/plant/supply.hpp"
@@ -77,10 +78,12 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
 }
 
 /// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
-/// the start of the period, which the sensors need as well.
+/// the start of the period, which the sensors need as well. `faults` are those of these drives,
+/// none if null.
 template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
-                    const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e) {
+                    const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e,
+                    const LaneFaults* faults = nullptr) {
   // Speed and link voltage half a period ahead: second order without iterating.
   const Real omega_middle = s.omega + 0.5 * s.omega_change;
   const Real omega_e = p.pole_pairs * omega_middle;
