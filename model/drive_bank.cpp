@@ -98,17 +98,21 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
 std::size_t DriveBank::size() const { return units_.size(); }
 std::int64_t DriveBank::ticks() const { return ticks_; }
 
-void DriveBank::derive_plant(std::size_t drive) {
-  const Unit& unit = units_[drive];
-  DriveParams params = with_faults(unit.params, unit.faults);
-  if (!unit.connected || unit.faults.supply_cut) {  // a source of nothing that takes nothing back
+PlantParams<double> DriveBank::plant_of(const Unit& unit, const Faults& faults) {
+  DriveParams params = with_faults(unit.params, faults);
+  if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
     params.supply.v_source = 0.0;
     params.supply.i_regen_max = 0.0;
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
   params.mechanics.tau_static += params.brake.tau * unit.brake.pressed;
+  return plant_params(params, !faults.coupling_broken);
+}
+
+void DriveBank::derive_plant(std::size_t drive) {
+  const Unit& unit = units_[drive];
   with_block(drive, [&](auto& block, std::size_t lane) {
-    put(block.plant_params, lane, plant_params(params, !unit.faults.coupling_broken));
+    put(block.plant_params, lane, plant_of(unit, unit.faults));
   });
 }
 

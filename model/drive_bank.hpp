@@ -118,6 +118,8 @@ class DriveBank {
   /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
   static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
                           std::int64_t tick);
+  /// The plant of a drive as it would be with these faults.
+  static PlantParams<double> plant_of(const Unit& unit, const Faults& faults);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);
 

@@ -1,6 +1,7 @@
 // What is broken about a drive of the bank: put in force, and what that does at once.
 #include "model/block_access.hpp"
 #include "model/drive_bank.hpp"
+#include "model/fault_effects.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
 
@@ -61,6 +62,30 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
 }
 
 const Faults& DriveBank::faults(std::size_t drive) const { return units_[drive].faults; }
+
+bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
+  const Unit& unit = units_[drive];
+  const bool alive = unit.life.life == Life::kAlive;
+  const PlantParams<double> faulty = plant_of(unit, one);
+  const PlantParams<double> healthy = plant_of(unit, Faults{});
+  return with_block(drive, [&](const auto& block, std::size_t lane) {
+    const auto s = get<PlantState<double>>(block.plant, lane);
+    const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
+    // An encoder fault that is not in force begins now.
+    const LaneFaults lane_of_one =
+        lane_faults(unit.params, one, block.faults[lane], loop.encoder_counts, 1);
+    const LaneFaults none;
+    const Period with{faulty, s, loop, lane_of_one};
+    const Period without{healthy, s, loop, none};
+    const bool follows = std::holds_alternative<Speed>(unit.setpoint) ||
+                         std::holds_alternative<Position>(unit.setpoint);
+    const bool times = unit.life.life == Life::kBooting || (alive && (follows || s.omega != 0.0));
+    return one.load_torque != 0.0 || plants_differ(with, without, unit.slow_sensors) ||
+           (alive && (measurements_differ(with, without) ||
+                      slow_measurements_differ(one, s, unit.slow_sensors))) ||
+           (one.clock_ratio != 1.0 && times);
+  });
+}
 
 void DriveBank::kick(std::size_t drive, double impulse) {
   with_block(drive, [&](auto& block, std::size_t lane) {

@@ -7,21 +7,6 @@
 namespace lk::model {
 namespace {
 
-/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's,
-/// because derived numbers have to be the same bits everywhere too.
-double exp_decay(double x) {
-  int halvings = 0;
-  while (x < -0.25 && halvings < 12) {
-    x *= 0.5;
-    ++halvings;
-  }
-  double result = x < -0.25 ? 0.0 : exp_small(x);
-  for (; halvings > 0; --halvings) {
-    result *= result;
-  }
-  return result;
-}
-
 void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.T_s = 1.0 / d.inverter.f_pwm;
   p.f_s = d.inverter.f_pwm;

@@ -8,10 +8,12 @@
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"
 #include "model/drive_bank_faults.cpp"
+#include "model/fault_effects.cpp"
 #include "model/lane_kernel.cpp"
-#include "model/plant/diode_bridge.cpp"
+#include "model/plant/broken_legs.cpp"
 #include "model/plant/faulty_params.cpp"
 #include "model/plant/lane_faults.cpp"
+#include "model/plant/leg_bridge.cpp"
 #include "model/plant/plant_params.cpp"
 #include "tests/model/mixed_run.hpp"
 
