@@ -224,10 +224,10 @@ bool DriveBank::advance_to_edge(std::int64_t until) {
     BlockDrives drives{this, 0};
     const Stretch stretch{until, stride_, give_orders, &drives};
     if (wide_.empty()) {
-      kernel_.run_alone(alone_, stretch);
+      (alone_.faulty ? run_alone_faulty : kernel_.run_alone)(alone_, stretch);
     }
     for (TickBlock<Wide>& block : wide_) {
-      kernel_.run(block, stretch);
+      (block.faulty ? run_lanes_faulty : kernel_.run)(block, stretch);
       drives.begin += kLanes;
     }
     ticks_ = alone_.at[0];

@@ -18,9 +18,9 @@ PlantState<double> after(const Period& period) {
   const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
   const Abc<double> i_abc = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
   const CurrentLoopState<double>& loop = period.loop;
-  advance<kEveryPart, double>(p, s, {loop.duty_a, loop.duty_b, loop.duty_c},
-                              period.faults.bridge_dead ? 0.0 : loop.bridge, i_abc, theta_e,
-                              &period.faults);
+  advance<kFaultyParts, double>(p, s, {loop.duty_a, loop.duty_b, loop.duty_c},
+                                period.faults.bridge_dead ? 0.0 : loop.bridge, i_abc, theta_e,
+                                &period.faults);
   return s;
 }
 

@@ -26,7 +26,7 @@ struct TickBlock {
   NoiseState<Store> noise;
   std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
   std::array<LaneFaults, std::tuple_size_v<decltype(noise.word)>> faults{};
-  bool faulty = false;  // some of them is any()
+  bool faulty = false;  // some of them is any(): the block needs a tick that looks at them
 };
 
 /// Ticks up to end − 1, and who gives the drives their orders on the way: before every tick that is
@@ -44,7 +44,7 @@ inline namespace LKEMU_ISA {
 
 /// One period of drives that need no more than `parts`. The duties that act are those the firmware
 /// computed in the period before: the delay of one sample that every digital drive has. `faults`
-/// are those of these drives, none if null.
+/// are those of these drives, looked at where they are a part.
 template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
@@ -57,9 +57,7 @@ inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
   const Abc<Real> duty{loop.duty_a, loop.duty_b, loop.duty_c};
   Real bridge = loop.bridge;
   if constexpr (parts.faults) {
-    if (faults != nullptr) {
-      falsify(faults, m, bridge);
-    }
+    falsify(faults, m, bridge);
   }
   current_loop<parts.bridge_off>(loop_params, orders, held, m, loop);
   advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e, faults);
@@ -83,7 +81,7 @@ inline void for_each_field(To to, From from, Op op) {
 
 /// The periods of `stretch`, of the drives of a block that one `Real` holds, beginning with drive
 /// `first`. Their numbers stay in registers and on the stack from one order to the next.
-template <class Real, class Store>
+template <class Real, bool faulty, class Store>
 inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& stretch) {
   const auto in = [first](auto& value, const auto& stored) { load(value, stored, first); };
   const auto out = [first](auto& stored, const auto& value) { store(value, stored, first); };
@@ -98,7 +96,7 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   for_each_field(fields(loop_params), fields(block.loop_params), in);
   for_each_field(fields(loop), fields(block.loop), in);
   load(noise, block.noise, first);
-  LaneFaults* const faults = block.faulty ? block.faults.data() + first : nullptr;
+  LaneFaults* const faults = block.faults.data() + first;
   const auto run = [&]<Parts parts>(const Held<Real>& held, std::int64_t n_ticks) {
     for (; n_ticks > 0; --n_ticks) {
       tick<parts>(plant_params, plant, loop_params, loop, orders, held, noise, faults);
@@ -113,7 +111,9 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
     const Held<Real> held = hold(loop_params, orders);
     const std::int64_t end = stop ? now + 1 : stretch.end;
     const std::int64_t next = std::min(end, now - now % stretch.stride + stretch.stride);
-    if (faults == nullptr && is_common(plant_params, loop, orders)) {
+    if constexpr (faulty) {
+      run.template operator()<kFaultyParts>(held, next - now);
+    } else if (is_common(plant_params, loop, orders)) {
       run.template operator()<kCommonParts>(held, next - now);
     } else {
       run.template operator()<kEveryPart>(held, next - now);
@@ -126,11 +126,11 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   std::fill_n(block.at.begin() + static_cast<std::ptrdiff_t>(first), kSizeOf<Real>, now);
 }
 
-/// The periods of `stretch`, of a whole block.
-template <class Real, class Store>
+/// The periods of `stretch`, of a whole block, which is `faulty` or not.
+template <class Real, bool faulty = false, class Store>
 inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
   for (std::size_t first = 0; first < block.noise.word.size(); first += kSizeOf<Real>) {
-    run_part<Real>(block, first, stretch);
+    run_part<Real, faulty>(block, first, stretch);
   }
 }
 

@@ -120,11 +120,11 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
 
 /// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
 /// the start of the period, which the sensors need as well. `faults` are those of these drives,
-/// none if null.
+/// looked at where they are a part.
 template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
                     const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e,
-                    const LaneFaults* faults = nullptr) {
+                    [[maybe_unused]] const LaneFaults* faults = nullptr) {
   // Speed and link voltage half a period ahead: second order without iterating.
   const Real omega_middle = s.omega + 0.5 * s.omega_change;
   const Real omega_e = p.pole_pairs * omega_middle;
@@ -147,11 +147,9 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
       freewheel(p, s, v_middle, R_s, psi_f, omega_e, conducts, step);
     }
   }
-  Real i_short(0.0);
+  [[maybe_unused]] Real i_short(0.0);
   if constexpr (parts.faults) {
-    if (faults != nullptr) {
-      broken_bridge(faults, p, s, v_middle, R_s, psi_f, omega_e, duty, bridge_on, step, i_short);
-    }
+    broken_bridge(faults, p, s, v_middle, R_s, psi_f, omega_e, duty, bridge_on, step, i_short);
   }
 
   const Real tau_e = torque(p, step, psi_f);
@@ -163,9 +161,7 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const Real v_mean = 0.5 * (s.v_link + dc.v_next);
   const Real p_copper = 1.5 * R_s * step.mean_square;
   if constexpr (parts.faults) {
-    if (faults != nullptr) {
-      step.p_inverter += v_mean * i_short;
-    }
+    step.p_inverter += v_mean * i_short;
   }
   const Temperatures<Real> heat =
       thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
