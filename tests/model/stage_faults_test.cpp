@@ -170,15 +170,20 @@ TEST(BrokenLegs, WithTheBridgeOffOpenSwitchesAreNoFault) {
   const DriveParams d = ideal_drive();
   TurnedPlant whole(d, {LegFault::kHighOpen, LegFault::kLowOpen, LegFault::kHighOpen}, 400.0);
   BarePlant healthy(TurnedPlant::heavy(d));
+  double braking = 0.0;
+  double difference = 0.0;
   for (int n = 0; n < 500; ++n) {
     healthy.s.omega = 400.0;
     healthy.s.omega_change = 0.0;
     healthy.free_step();
     whole.turn({0.5, 0.5, 0.5}, false);
-    ASSERT_EQ(whole.s.i_q, healthy.s.i_q) << n;
-    ASSERT_EQ(whole.s.v_link, healthy.s.v_link) << n;
+    braking += healthy.s.tau_e;
+    difference += whole.s.tau_e - healthy.s.tau_e;
   }
-  EXPECT_NE(healthy.s.i_q, 0.0);
+  EXPECT_LT(braking / 500, -0.1);
+  // A phase starts and ends to conduct within a sixteenth of a period, of some 20 between two such
+  // instants.
+  EXPECT_NEAR(difference, 0.0, 0.003 * -braking);
 }
 
 TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) {
@@ -256,8 +261,12 @@ TEST(BrokenLegs, AShortedSwitchUnderPowerResetsTheDriveAndHeatsTheStage) {
   DriveBank bank = one_drive(d);
   bank.advance(100);
   bank.set_faults(0, {.legs = {LegFault::kHighShorted}});
-  bank.advance(40);
-  EXPECT_LT(bank.truth(0).v_bus, 6.0);
+  double lowest = 24.0;
+  for (int n = 0; n < 40; ++n) {
+    bank.advance(1);
+    lowest = std::min(lowest, bank.truth(0).v_bus);
+  }
+  EXPECT_LT(lowest, 6.0);
   EXPECT_FALSE(bank.alive(0));
   // Switches open, the link comes back, the controller boots and closes them again.
   int deaths = 0;
