@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "emulator/fault_table.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -316,8 +317,8 @@ TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
     rig.talk(frame(text));
   }
   for (const TimedFrame& one : rig.seen) tags.push_back(one.after_rom_write);
-  // The original of the second was held back behind its own copy.
-  EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 1, 0, 0, 2, 2}));
+  // The original of the second is held back, its copy leaves, and it follows the third.
+  EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 1, 0, 2, 0, 2}));
 }
 
 // --- a second drive
@@ -609,7 +610,9 @@ BusConfig random_bus(int drives, std::int64_t bitrate, std::uint32_t seed, int f
         {SimTime(random() % 300'000'000), {kWholeBus, SetFault{random_fault(random, drives)}}});
   }
   for (int n = 0; n < 4; ++n) {
-    config.events.push_back({SimTime(random() % 300'000'000), {kWholeBus, ClearFault{"all"}}});
+    const K kind = kKinds[random() % kKinds.size()];
+    config.events.push_back({SimTime(random() % 300'000'000),
+                             {kWholeBus, ClearFault{std::string(fault_row(kind).word)}}});
     config.events.push_back({SimTime(random() % 300'000'000), {1, PowerCycle{20ms}}});
   }
   std::ranges::stable_sort(config.events, {}, &TimedDirective::at);
