@@ -78,11 +78,6 @@ class DriveBank {
   /// shows by having been, does not show then.
   bool takes_effect(std::size_t drive, const Faults& one) const;
 
-  void set_faults(std::size_t drive, const Faults& faults) { units_[drive].faults = faults; }
-  const Faults& faults(std::size_t drive) const { return units_[drive].faults; }
-  void kick(std::size_t, double) {}
-  bool takes_effect(std::size_t, const Faults&) const { return false; }
-
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
   EnergyLedger energy(std::size_t drive) const;
@@ -92,7 +87,6 @@ class DriveBank {
   struct Unit {
     DriveParams params;
     ControlSettings settings;
-    Faults faults;
     MotionParams motion_params;
     MotionState motion;
     ProtectionState protection;
