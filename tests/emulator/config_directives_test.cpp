@@ -116,10 +116,9 @@ TEST(Vocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
 TEST(Vocabulary, AFaultNeedsAGearWithPlayForBacklash) {
   const std::string geared =
       "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\nmotor = \"mg4005\"\n"
-      "profile.mechanics = { backlash_arcmin = 10, gear_stiffness_Nm_deg = 5, "
-      "gear_damping_mNm_s_deg "
-      "= 1, J_out_g_cm2 = 10 }\n[[bus.event]]\nat_s = 1\nfault = { kind = \"backlash\", factor = 3 "
-      "}";
+      "profile.mechanics = { backlash_arcmin = 10, gear_stiffness_Nm_rad = 500, "
+      "gear_damping_Nm_s_rad = 1, J_out_g_cm2 = 10 }\n"
+      "[[bus.event]]\nat_s = 1\nfault = { kind = \"backlash\", factor = 3 }";
   const auto events = parse(geared)[0].events;
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], 3);
@@ -181,10 +180,10 @@ TEST(Vocabulary, MistakesOfFaults) {
       {"id = 2\nfault = { kind = \"backlash\", factor = 2 }",
        "robot.toml:12: bus.event.fault: backlash: drive 2 has no gear with play"},
       {"id = 2\nfault = \"error_frames\"",
-       "robot.toml:12: bus.event.id: error_frames is of the bus as a whole"},
+       "robot.toml:11: bus.event.id: error_frames is of the bus as a whole"},
       {"ids = \"2,5\"\nfault = \"error_frames\"",
-       "robot.toml:12: bus.event.ids: error_frames is of the bus as a whole"},
-      {"id = 3\nfault = \"jam\"", "robot.toml:12: bus.event.id: no drive 3 on this bus"},
+       "robot.toml:11: bus.event.ids: error_frames is of the bus as a whole"},
+      {"id = 3\nfault = \"jam\"", "robot.toml:11: bus.event.id: no drive 3 on this bus"},
   };
   for (const auto& [keys, error] : errors) EXPECT_EQ(error_of("at_s = 1\n" + keys), error) << keys;
 }
@@ -421,17 +420,19 @@ TEST(Vocabulary, MistakesOfATableInMemoryHaveNoLine) {
   const auto error = [](const toml::table& table, Timing timing) {
     return config_error([&] { read(table, timing); });
   };
-  EXPECT_EQ(error({{"id", 2}, {"fault", "jamm"}}, Timing::kNow),
+  EXPECT_EQ(error(toml::table{{"id", 2}, {"fault", "jamm"}}, Timing::kNow),
             "request: fault: \"jamm\" is unknown, did you mean jam?");
-  EXPECT_EQ(error({{"fault", toml::table{{"kind", "sag"}, {"to_V", "12"}}}}, Timing::kNow),
-            "request: fault.to_V: must be a number");
-  EXPECT_EQ(error({{"at_s", 1}, {"power", "off"}}, Timing::kNow), "request: at_s: unknown key");
-  EXPECT_EQ(error({{"power", "off"}}, Timing::kRequired), "request: at_s: missing");
+  EXPECT_EQ(
+      error(toml::table{{"fault", toml::table{{"kind", "sag"}, {"to_V", "12"}}}}, Timing::kNow),
+      "request: fault.to_V: must be a number");
+  EXPECT_EQ(error(toml::table{{"at_s", 1}, {"power", "off"}}, Timing::kNow),
+            "request: at_s: unknown key");
+  EXPECT_EQ(error(toml::table{{"power", "off"}}, Timing::kRequired), "request: at_s: missing");
   const std::string needs =
       "an event needs an action: power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, "
       "fault, clear or mark";
-  EXPECT_EQ(error({}, Timing::kNow), "request: " + needs);
-  EXPECT_EQ(error({{"at_s", 1}}, Timing::kOptional), "request: at_s: " + needs);
+  EXPECT_EQ(error(toml::table{}, Timing::kNow), "request: " + needs);
+  EXPECT_EQ(error(toml::table{{"at_s", 1}}, Timing::kOptional), "request: at_s: " + needs);
 }
 
 }  // namespace
