@@ -150,6 +150,10 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     if (other != nullptr && other != &row) table.fail("name", "is the word for another kind");
   }
   const FaultRow& row = fault_row(fault.kind);
+  if (fault.kind == FaultKind::kEndStop && fault.values[0] == row.params[0].fallback &&
+      fault.values[1] == row.params[1].fallback) {
+    reader.fail("fault", "end_stop needs min_deg or max_deg");
+  }
   if (row.of_bus) {
     const char* const key = reader.has("ids") ? "ids" : "id";
     if (reader.has(key)) {

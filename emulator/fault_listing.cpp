@@ -41,7 +41,7 @@ std::string example(const FaultRow& row) {
   std::string inside = fmt::format("kind = \"{}\"", row.word);
   for (const FaultParam& param : row.params) {
     if (param.required)
-      inside += fmt::format(", {} = {:g}", param.word, param.max > 1 ? 1 : param.max);
+      inside += fmt::format(", {} = {:g}", param.word, std::min(2.0, param.max));
   }
   if (row.per_frame) inside += ", probability = 0.1";
   if (!row.momentary) inside += ", for_s = 0.5";
