@@ -158,6 +158,7 @@ void Bus::begin_fault(std::size_t index) {
     live.anchors[n] = truth(fault.ids[n]).theta_out;
     pass_on_faults(seat(fault.ids[n]));
   }
+  begin_link_fault(index);
   look_again_by(time_ + kLookStep);
 }
 
@@ -166,6 +167,7 @@ void Bus::end_fault(std::size_t index) {
   LiveFault& live = faults_[index];
   live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
   --active_faults_;
+  end_link_fault(index);
   for (const int id : live.fault.ids) {
     pass_on_faults(seat(id));
   }
@@ -229,6 +231,7 @@ void Bus::pass_on_faults(std::size_t seat) {
     firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
   }
   servos_[seat].set_faults(firmware);
+  pass_on_link_faults(seat);
   const Lane motor = lane(seat);
   if (!(motor.bank.faults(motor.index) == physical)) {
     motor.bank.set_faults(motor.index, physical);

@@ -21,15 +21,38 @@ namespace fs = std::filesystem;
 const fs::path kRoot = LKEMU_SOURCE_DIR;
 
 // emulator/ holds core and shell side by side; these are the core.
-constexpr std::array<std::string_view, 29> kCore{
-    "sampler",         "agenda",       "bus",          "bus_config",
-    "bus_directives",  "bus_faults",   "bus_stats",    "can_wire",
-    "condition",       "directive",    "fault",        "fault_table",
-    "frame_text",      "generation",   "live_fault",   "parameter_memory",
-    "physical_faults", "registers",    "rom_write",    "seed",
-    "servo",           "servo_faults", "servo_motion", "servo_registers",
-    "shaft_angles",    "signals",      "sim_time",     "units",
-    "wire_timing"};
+constexpr std::array<std::string_view, 32> kCore{"bus_link",
+                                                 "bus_link_errors",
+                                                 "link_faults",
+                                                 "sampler",
+                                                 "agenda",
+                                                 "bus",
+                                                 "bus_config",
+                                                 "bus_directives",
+                                                 "bus_faults",
+                                                 "bus_stats",
+                                                 "can_wire",
+                                                 "condition",
+                                                 "directive",
+                                                 "fault",
+                                                 "fault_table",
+                                                 "frame_text",
+                                                 "generation",
+                                                 "live_fault",
+                                                 "parameter_memory",
+                                                 "physical_faults",
+                                                 "registers",
+                                                 "rom_write",
+                                                 "seed",
+                                                 "servo",
+                                                 "servo_faults",
+                                                 "servo_motion",
+                                                 "servo_registers",
+                                                 "shaft_angles",
+                                                 "signals",
+                                                 "sim_time",
+                                                 "units",
+                                                 "wire_timing"};
 
 std::vector<fs::path> sources_in(const fs::path& folder) {
   std::vector<fs::path> files;
