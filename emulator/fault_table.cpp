@@ -98,8 +98,8 @@ constexpr FaultRow kTable[] = {
     row(K::kNoRegeneration, "no_regeneration", kPower, "the supply takes nothing back (a rectifier): braking raises the link"),
 
     moment_row(K::kReset, "reset", kFirmware, "the controller starts anew: RAM, turn count, errors and command are gone"),
-    row(K::kHang, "hang", kFirmware, "the drive hears nothing and says nothing; the motor keeps its last command"),
-    row(K::kSlowReplies, "slow_replies", kFirmware, "every query takes the firmware so much longer; what it asks for is done at once", {number("delay_ms", 0, 10'000, 5)}),
+    row(K::kHang, "hang", kFirmware, "the drive hears nothing and says nothing, a power cycle or not; the motor keeps its last command"),
+    row(K::kSlowReplies, "slow_replies", kFirmware, "every reply is ready so much later; what the query asks for is done at once", {number("delay_ms", 0.01, 10'000, 5)}),
     row(K::kClockDrift, "clock_drift", kFirmware, "the drive's clock is fast by this share: speeds, ramps and times are off by it", {needed("percent", -20, 20)}),
     row(K::kRomWriteFails, "rom_write_fails", kFirmware, "a write to ROM is acknowledged and changes nothing there"),
     row(K::kRomWorn, "rom_worn", kFirmware, "the memory has seen all the writes it can take: what is written does not stay"),
