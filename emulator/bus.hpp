@@ -55,6 +55,8 @@ class Bus {
   std::vector<FaultReport> faults() const;
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMostFaults = 1000;
+  /// Planned directives, faults aside, whose condition has not held yet.
+  std::size_t unmet_directives() const;
   bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.

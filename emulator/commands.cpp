@@ -5,6 +5,7 @@ namespace {
 
 constexpr Command kCommands[] = {
     {"faults", "list the faults that can be injected, or show one of them", run_faults},
+    {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios},
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 const fs::path kRoot = LKEMU_SOURCE_DIR;
 
 // emulator/ holds core and shell side by side; these are the core.
-constexpr std::array<std::string_view, 29> kCore{
+constexpr std::array<std::string_view, 35> kCore{
     "sampler",         "agenda",       "bus",          "bus_config",
     "bus_directives",  "bus_faults",   "bus_stats",    "can_wire",
     "condition",       "directive",    "fault",        "fault_table",
@@ -29,7 +29,8 @@ constexpr std::array<std::string_view, 29> kCore{
     "physical_faults", "registers",    "rom_write",    "seed",
     "servo",           "servo_faults", "servo_motion", "servo_registers",
     "shaft_angles",    "signals",      "sim_time",     "units",
-    "wire_timing"};
+    "wire_timing",     "host_script",  "judge",        "reply_fields",
+    "scenario",        "scenario_run", "scenario_text"};
 
 std::vector<fs::path> sources_in(const fs::path& folder) {
   std::vector<fs::path> files;
