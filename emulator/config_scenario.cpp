@@ -95,6 +95,27 @@ void check_head(TableReader& reader) {
   reader.finish();
 }
 
+/// The robot may run on other interfaces than its file says. Its buses are known by the names there
+/// then, in the order there.
+void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
+  const auto name = reader.text("robot");
+  if (!name) return;
+  std::vector<BusConfig> of_file;
+  try {
+    of_file = files.robot(*name, {});
+  } catch (const std::exception&) {
+    return;  // not needed when the buses run already
+  }
+  const bool known = std::ranges::any_of(of_file, [&](const BusConfig& bus) {
+    return std::ranges::find(scenario.robot, bus.interface, &BusConfig::interface) !=
+           scenario.robot.end();
+  });
+  if (known || of_file.size() != scenario.robot.size()) return;
+  for (std::size_t n = 0; n < of_file.size(); ++n) {
+    scenario.robot[n].interface = of_file[n].interface;
+  }
+}
+
 }  // namespace
 
 Scenario parse_scenario(const std::string& text, const std::string& file,
@@ -116,14 +137,17 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
   TableReader reader(document, file, "");
   Scenario scenario;
   read_head(reader, file, scenario);
-  reader.text("robot");
   reader.integer("seed", 0, INT64_MAX);
   reader.integer("bitrate", 0, INT64_MAX);
   scenario.robot = running;
   for (BusConfig& bus : scenario.robot) bus.events.clear();
+  take_names_of_robot(reader, files, scenario);
   check_head(reader);
   read_course(reader, files, scenario);
   reader.finish();
+  for (std::size_t n = 0; n < running.size(); ++n) {
+    scenario.robot[n].interface = running[n].interface;
+  }
   return scenario;
 }
 

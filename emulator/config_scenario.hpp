@@ -26,8 +26,9 @@ struct ScenarioFiles {
 Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
-/// For buses that run already: the robot and the seed that the file names are not looked at. The
-/// events of the result are the scenario's alone. Throws ConfigError.
+/// For buses that run already: the seed does not count, nor does the robot but for the names of its
+/// buses, where they run on other interfaces: they are matched by their order then. The events of
+/// the result are the scenario's alone. Throws ConfigError.
 Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files);
 

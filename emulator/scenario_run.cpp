@@ -21,20 +21,23 @@ std::string invalid_text(const PlannedFault& fault) {
 }  // namespace
 
 void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& interface,
-                    std::size_t first_fault, std::size_t unmet_before, Verdict& verdict) {
+                    const Beginning& beginning, Verdict& verdict) {
   for (ExpectationResult& result : judge.results(bus.time())) {
     verdict.expectations.push_back(std::move(result));
   }
   const std::vector<FaultReport> faults = bus.faults();
-  for (std::size_t n = first_fault; n < faults.size(); ++n) {
-    verdict.faults.push_back({interface, faults[n]});
-    if (!verdict.faults.back().took_effect()) {
-      verdict.invalid.push_back(invalid_text(verdict.faults.back()));
-    }
+  for (std::size_t n = beginning.faults; n < faults.size(); ++n) {
+    PlannedFault fault{interface, faults[n]};
+    FaultEvidence& evidence = fault.report.evidence;
+    evidence.armed_at -= beginning.start;
+    if (evidence.began_at) *evidence.began_at -= beginning.start;
+    if (evidence.first_effect_at) *evidence.first_effect_at -= beginning.start;
+    if (!fault.took_effect()) verdict.invalid.push_back(invalid_text(fault));
+    verdict.faults.push_back(std::move(fault));
   }
   const std::size_t unmet = bus.unmet_directives();
-  if (unmet > unmet_before) {
-    verdict.invalid.push_back(interface + ": " + std::to_string(unmet - unmet_before) +
+  if (unmet > beginning.unmet) {
+    verdict.invalid.push_back(interface + ": " + std::to_string(unmet - beginning.unmet) +
                               " events wait for a condition that never held");
   }
 }
@@ -100,7 +103,7 @@ void ScenarioRun::take_traffic(std::vector<Traffic>& out) {
 Verdict ScenarioRun::verdict() const {
   Verdict verdict;
   for (const Line& line : lines_) {
-    add_to_verdict(line.judge, line.bus, line.interface, 0, 0, verdict);
+    add_to_verdict(line.judge, line.bus, line.interface, {}, verdict);
   }
   conclude(verdict);
   return verdict;

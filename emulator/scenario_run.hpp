@@ -33,9 +33,16 @@ struct Verdict {
   std::vector<std::string> invalid;  // why it is, a sentence each
 };
 
+/// How a bus stood when a scenario began on it.
+struct Beginning {
+  SimTime start{0};
+  std::size_t faults = 0;  // there were so many
+  std::size_t unmet = 0;   // directives that waited for a condition
+};
+
 /// What is expected and planned of one bus, as far as it has come.
 void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& interface,
-                    std::size_t first_fault, std::size_t unmet_before, Verdict& verdict);
+                    const Beginning& beginning, Verdict& verdict);
 /// After all buses were added: the outcome.
 void conclude(Verdict& verdict);
 

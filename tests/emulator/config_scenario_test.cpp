@@ -301,5 +301,17 @@ TEST(ScenarioFile, ALiveOneHasTheBusesThatRun) {
   EXPECT_TRUE(std::holds_alternative<PowerOff>(scenario.robot[0].events[0].directive.what));
 }
 
+TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnOtherInterfaces) {
+  auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
+  running[0].interface = "can5";
+  running[1].interface = "can6";
+  const Scenario scenario = parse_live_scenario(
+      kHead + std::string("[[event]]\nat_s = 1\nbus = \"vcan1\"\nid = 2\npower = \"off\"\n") +
+          kExpect,
+      "k.toml", running, kFiles);
+  EXPECT_EQ(scenario.robot[1].interface, "can6");
+  EXPECT_EQ(scenario.robot[1].events.size(), 1U);
+}
+
 }  // namespace
 }  // namespace lk::emulator
