@@ -32,6 +32,8 @@ class Bus {
   /// when the host's send queue is full does this move time, to `at`, to see whether the wire made
   /// room by then.
   void receive(const TimedFrame& in);
+  /// A frame of a host would find no room now.
+  bool host_queue_full() const { return wire_.host_queue_full(); }
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
   /// Moves out the replies that have left the wire since the last call, in order; appended to

@@ -39,6 +39,10 @@ struct Raw {
   std::string seed;
   std::string bitrate;
   std::string rom;
+  std::string clock = "realtime";
+  std::string control;
+  std::string http;
+  std::string http_token;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -69,6 +73,21 @@ void add_options(CLI::App& app, Raw& raw) {
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--check", raw.line.check,
                "print what would run and start nothing; needs no CAN interface");
+  app.add_option("--clock", raw.clock,
+                 "how simulated time goes by: realtime (default), x10 or x0.1, or stepped: only "
+                 "when told to (lk-emu ctl advance)")
+      ->type_name("MODE");
+  app.add_option("--control", raw.control,
+                 "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
+                 "XDG_RUNTIME_DIR)")
+      ->type_name("PATH");
+  app.add_option("--http", raw.http,
+                 "be controlled over TCP too, e.g. at 127.0.0.1:8474 (port 0: any)")
+      ->type_name("ADDR:PORT");
+  app.add_option("--http-token", raw.http_token,
+                 "file with the token that clients have to show; a must when other machines can "
+                 "reach the address")
+      ->type_name("FILE");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");
@@ -153,6 +172,23 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   return number;
 }
 
+/// "127.0.0.1:8474", "[::1]:0"
+HttpAddress parse_http_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::string address = text.substr(0, colon);
+  const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (bracketed) address = address.substr(1, address.size() - 2);
+  if (colon == std::string::npos || address.empty() ||
+      (!bracketed && address.find(':') != std::string::npos)) {
+    throw StartError("--http: \"" + text + "\" is no ADDR:PORT, like 127.0.0.1:8474 or [::1]:8474");
+  }
+  const std::int64_t port = parse_number("--http", text.substr(colon + 1));
+  if (port < 0 || port > 65535) {
+    throw StartError("--http: port " + std::to_string(port) + " is out of range");
+  }
+  return {address, static_cast<std::uint16_t>(port)};
+}
+
 void read_rom_option(const std::string& text, RomOptions& rom) {
   if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
   rom.in_memory = text == ":memory:";
@@ -179,6 +215,18 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     line.overrides.bitrate = bitrate;
   }
   if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
+  const auto clock = parse_clock_mode(raw.clock);
+  if (!clock) {
+    throw StartError("--clock: \"" + raw.clock +
+                     "\" is none of realtime, stepped and x0.001 to x1000");
+  }
+  line.clock = *clock;
+  if (app.count("--control") > 0) line.control.socket = raw.control;
+  if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
+  if (app.count("--http-token") > 0) {
+    if (!line.control.http) throw StartError("--http-token: belongs to --http");
+    line.control.token_file = raw.http_token;
+  }
   check_log_level(line.log_level);
   return line;
 }

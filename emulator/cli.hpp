@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "emulator/config.hpp"
+#include "emulator/control_options.hpp"
+#include "emulator/pacer.hpp"
 #include "emulator/rom_options.hpp"
 
 namespace CLI {
@@ -27,6 +29,8 @@ struct CommandLine {
   bool create_bus = false;
   bool check = false;  // say what would run, and start nothing
   RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
   std::string log_level = "info";
 };
 

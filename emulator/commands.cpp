@@ -4,6 +4,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr Command kCommands[] = {
+    {"ctl", "look at a running lk-emu and act on it", run_ctl},
     {"faults", "list the faults that can be injected, or show one of them", run_faults},
     {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios},
 };

@@ -17,6 +17,8 @@ struct Command {
 /// In the order of listings.
 std::span<const Command> commands();
 
+// ctl_command.cpp
+int run_ctl(int argc, const char* const* argv);
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 // run_command.cpp

@@ -18,28 +18,11 @@
 namespace lk::emulator {
 namespace {
 
-/// The model is advanced at least this often, so that a query never finds much to catch up with.
-constexpr MonoTime kLongestSleep = std::chrono::milliseconds(1);
 /// How long the end waits for the disk. A write that was not acknowledged may be lost.
 constexpr auto kLongestGoodbye = std::chrono::seconds(3);
 /// And then for the interfaces: as long as a full bus takes for all that a port holds.
 constexpr auto kLongestFlush = std::chrono::milliseconds(150);
 constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
-
-/// "1-4,7"
-std::string print_ids(const std::vector<ServoConfig>& servos) {
-  std::string text;
-  for (std::size_t i = 0; i < servos.size();) {
-    std::size_t last = i;
-    while (last + 1 < servos.size() && servos[last + 1].id == servos[last].id + 1) ++last;
-    if (i > 0) text += ',';
-    text += std::to_string(servos[i].id);
-    if (last > i) text += '-';
-    if (last > i) text += std::to_string(servos[last].id);
-    i = last + 1;
-  }
-  return text;
-}
 
 void check_can_support() {
   const int fd = ::socket(PF_CAN, SOCK_RAW, 1);
@@ -85,10 +68,6 @@ void check_interface(const std::string& interface) {
   if (!link.is_can) throw StartError(interface + " is not a CAN interface");
 }
 
-Reception reception_for(const BusConfig& bus) {
-  return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
-}
-
 double in_seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
 }
@@ -130,9 +109,8 @@ void print_port(const PortStats& port) {
 
 }  // namespace
 
-Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom)
-    : clock_(monotonic_now()),
-      timer_(loop_, [this] { serve_all(); }),
+Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
+    : world_(loop_, options.clock, buses),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
@@ -140,110 +118,68 @@ Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions
   check_can_support();
   // Nothing is made or brought up before all that exists has been looked at.
   for (const auto& bus : buses) {
-    if (!create_buses || link_state(bus.interface).index != 0) check_interface(bus.interface);
+    if (!options.create_buses || link_state(bus.interface).index != 0) {
+      check_interface(bus.interface);
+    }
   }
-  if (!rom.in_memory) rom_store_.emplace(rom, buses);
+  if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
+  control_.emplace(loop_, world_, options.control);
   for (const auto& bus : buses) {
-    if (create_buses) make(bus.interface);
+    if (options.create_buses) make(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    const auto on_frames = [this, i] {
-      const MonoTime mono = monotonic_now();
-      serve(i, mono);
-      arm_timer(mono);
-    };
-    lines_.emplace_back(new Line{
-        Bus(buses[i]), SocketCanPort(loop_, buses[i].interface, reception_for(buses[i]), on_frames),
-        RomGate(buses[i]), print_ids(buses[i].servos)});
+    Line& line = *world_.lines()[i];
+    line.connect(loop_, [this, i] { world_.serve(i); });
+    if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
 }
 
 void Daemon::run() {
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
   started_ = monotonic_now();
-  clock_ = SimClock(started_);
+  world_.start();
   follow_links();
-  serve_all();
   loop_.run();
   print_summary();
   if (!rom_is_settled()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
+    control_.reset();
     spdlog::default_logger()->flush();
     std::fflush(nullptr);
     std::_Exit(EXIT_SUCCESS);
   }
 }
 
-void Daemon::serve(std::size_t index, MonoTime mono) {
-  if (stopping_) return;
-  Line& line = *lines_[index];
-  const auto [now, slipped] = clock_.read(mono, line.bus.time());
-  if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
-  line.port.receive([&, at = now](const ReceivedFrame& received) {
-    line.bus.receive({at - received.age, received.frame});
-  });
-  line.bus.advance_to(now);
-  keep_rom(index);
-  replies_.clear();
-  line.bus.take_replies(replies_);
-  leaving_.clear();
-  for (const TimedFrame& reply : replies_) line.gate.pass(reply, leaving_);
-  for (const protocol::Frame& frame : leaving_) line.port.send(frame);
-}
-
-void Daemon::keep_rom(std::size_t index) {
-  Line& line = *lines_[index];
-  rom_writes_.clear();
-  line.bus.take_rom_writes(rom_writes_);
-  for (const RomWrite& write : rom_writes_) {
-    line.gate.begin(write);
-    if (rom_store_) {
-      rom_writer().write(rom_store_->place(index, write.id), write);
-    } else {
-      settle_rom(index, write, 0);
-    }
-  }
+void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
+  rom_writer().write(rom_store_->place(line, write.id), write);
 }
 
 /// Most runs write nothing and get by without a second thread.
 RomWriter& Daemon::rom_writer() {
   if (!rom_writer_) {
     rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
-      boost::asio::post(loop_,
-                        [this, bus = place.bus, write, error] { settle_rom(bus, write, error); });
+      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+        world_.lines()[bus]->settle_rom(write, error);
+      });
     });
   }
   return *rom_writer_;
 }
 
-void Daemon::settle_rom(std::size_t index, const RomWrite& write, int error) {
-  Line& line = *lines_[index];
-  if (error != 0) {
-    spdlog::error("{}:{}: ROM not written: {}; the drive goes on with RAM", line.port.interface(),
-                  write.id, std::generic_category().message(error));
-  }
-  leaving_.clear();
-  if (const auto* kept = line.gate.settle(write, error == 0, leaving_)) {
-    line.bus.restore_rom(write.id, kept->rom, kept->wear);
-  }
-  for (const protocol::Frame& frame : leaving_) line.port.send(frame);
-}
-
 bool Daemon::rom_is_settled() const {
-  return std::all_of(lines_.begin(), lines_.end(),
-                     [](const auto& line) { return line->gate.idle(); });
+  return std::ranges::all_of(world_.lines(), [](const auto& line) { return line->gate().idle(); });
 }
 
 bool Daemon::replies_have_left() const {
-  return std::all_of(lines_.begin(), lines_.end(),
-                     [](const auto& line) { return line->port.stats().pending == 0; });
+  return std::ranges::all_of(world_.lines(),
+                             [](const auto& line) { return line->port()->stats().pending == 0; });
 }
 
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
-  stopping_ = true;
+  world_.stop();
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
   give_up_ = give_up_disk_ + kLongestFlush;
@@ -262,48 +198,35 @@ void Daemon::wait_to_end() {
   patience_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
 }
 
-void Daemon::serve_all() {
-  // One reading for all: a clock costs nothing on most machines, and a system call on some.
-  const MonoTime mono = monotonic_now();
-  for (std::size_t i = 0; i < lines_.size(); ++i) serve(i, mono);
-  slip_reporter_.check(mono);
-  arm_timer(mono);
-}
-
 void Daemon::follow_links() {
-  for (auto& line : lines_) line->port.check_link();
+  for (auto& line : world_.lines()) line->port()->check_link();
   say_ready_once();
 }
 
 void Daemon::say_ready_once() {
-  const bool all_up = std::all_of(lines_.begin(), lines_.end(),
-                                  [](const auto& line) { return line->port.is_up(); });
+  const bool all_up =
+      std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
   if (ready_ || !all_up) return;
   ready_ = true;
   std::string text = "lk-emu ready";
-  for (const auto& line : lines_) text += " " + line->port.interface() + ":" + line->ids;
+  for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);
 }
 
-void Daemon::arm_timer(MonoTime mono) {
-  MonoTime wake = mono + kLongestSleep;
-  for (const auto& line : lines_) {
-    if (const auto due = line->bus.next_due()) wake = std::min(wake, clock_.to_mono(*due));
-  }
-  timer_.wake_by(wake);
-}
-
 void Daemon::print_summary() const {
   std::printf("lk-emu stopped after %.1f s\n", in_seconds(monotonic_now() - started_));
-  for (const auto& line : lines_) {
-    print_bus(line->bus.stats(), line->port.interface() + ":" + line->ids);
-    print_gate(line->gate);
-    print_port(line->port.stats());
+  for (const auto& line : world_.lines()) {
+    print_bus(line->bus().stats(), line->name() + ":" + line->ids());
+    print_gate(line->gate());
+    print_port(line->port()->stats());
+    print_nonzero("frames lost while time stood still", line->backlog_lost());
+    print_nonzero("frames that still waited for time to move", line->backlog());
   }
-  if (clock_.slips() > 0) {
-    std::printf("simulated time slipped %" PRIu64 " times, %.3f s in all\n", clock_.slips(),
-                in_seconds(clock_.total_slip()));
+  const SimClock& clock = world_.clock();
+  if (clock.slips() > 0) {
+    std::printf("simulated time slipped %" PRIu64 " times, %.3f s in all\n", clock.slips(),
+                in_seconds(clock.total_slip()));
   }
   std::fflush(stdout);
 }

@@ -8,60 +8,47 @@
 #include <string>
 #include <vector>
 
-#include "emulator/bus.hpp"
+#include "emulator/control_server.hpp"
 #include "emulator/netlink.hpp"
-#include "emulator/pacer.hpp"
-#include "emulator/rom_gate.hpp"
 #include "emulator/rom_options.hpp"
 #include "emulator/rom_store.hpp"
 #include "emulator/rom_writer.hpp"
-#include "emulator/socketcan_port.hpp"
+#include "emulator/world.hpp"
 
 namespace lk::emulator {
+
+/// How to run them, whatever they are.
+struct RunOptions {
+  bool create_buses = false;
+  RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
+};
 
 /// The running program: buses on their interfaces, paced by the clock, on one thread and one loop.
 /// Only the disk is another thread's.
 class Daemon {
  public:
-  /// Throws StartError when an interface or the ROM cannot be had.
-  Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom);
+  /// Throws StartError when an interface, the ROM or a place to be controlled at cannot be had.
+  Daemon(const std::vector<BusConfig>& buses, const RunOptions& options);
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
   /// not return when the disk still has not answered: it ends the process.
   void run();
 
  private:
-  struct Line {
-    Bus bus;
-    SocketCanPort port;
-    RomGate gate;
-    std::string ids;  // for people
-  };
-
-  /// Takes in what has arrived, brings the bus to `mono`, lets the replies out.
-  void serve(std::size_t line, MonoTime mono);
-  void serve_all();
-  void keep_rom(std::size_t line);
+  void keep_rom(std::size_t line, const RomWrite& write);
   RomWriter& rom_writer();
-  /// On the loop: the disk has answered; `error` is 0 or errno.
-  void settle_rom(std::size_t line, const RomWrite& write, int error);
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
   bool replies_have_left() const;
   void follow_links();
   void say_ready_once();
-  void arm_timer(MonoTime mono);
   void print_summary() const;
 
   boost::asio::io_context loop_{1};
-  SimClock clock_;
-  SlipReporter slip_reporter_;
-  std::vector<std::unique_ptr<Line>> lines_;
-  std::vector<TimedFrame> replies_;  // these three are kept for their memory
-  std::vector<RomWrite> rom_writes_;
-  std::vector<protocol::Frame> leaving_;
-  WakeTimer timer_;
+  World world_;
   LinkMonitor links_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
@@ -69,8 +56,8 @@ class Daemon {
   MonoTime give_up_{};
   MonoTime started_;
   bool ready_ = false;
-  bool stopping_ = false;                // time stands still
-  std::optional<RomStore> rom_store_;    // none: ROM ends with the process
+  std::optional<RomStore> rom_store_;  // none: ROM ends with the process
+  std::optional<ControlServer> control_;
   std::optional<RomWriter> rom_writer_;  // last: its thread ends before what it reports to
 };
 

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <exception>
 #include <string_view>
-#include <utility>
 
 #include "emulator/cli.hpp"
 #include "emulator/commands.hpp"
@@ -29,12 +28,15 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  auto buses = lk::emulator::load_config(*command_line);
+  const auto buses = lk::emulator::load_config(*command_line);
   if (command_line->check) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
-  lk::emulator::Daemon daemon(std::move(buses), command_line->create_bus, command_line->rom);
+  lk::emulator::Daemon daemon(buses, {.create_buses = command_line->create_bus,
+                                      .rom = command_line->rom,
+                                      .clock = command_line->clock,
+                                      .control = command_line->control});
   daemon.run();
   return 0;
 }

@@ -1,10 +1,13 @@
 #include "emulator/pacer.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/timerfd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <ctime>
 #include <system_error>
 
@@ -28,14 +31,55 @@ MonoTime monotonic_now() {
   return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
 }
 
+std::optional<ClockMode> parse_clock_mode(std::string_view text) {
+  if (text == "realtime") return ClockMode{};
+  if (text == "stepped") return ClockMode{.stepped = true};
+  if (!text.starts_with('x')) return std::nullopt;
+  double factor = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data() + 1, last, factor);
+  if (error != std::errc() || end != last) return std::nullopt;
+  if (!(factor >= kSlowestClock && factor <= kFastestClock)) return std::nullopt;
+  return ClockMode{.factor = factor};
+}
+
+std::string to_string(const ClockMode& mode) {
+  if (mode.stepped) return "stepped";
+  return mode.factor == 1 ? "realtime" : fmt::format("x{}", mode.factor);
+}
+
+SimTime SimClock::span(MonoTime wall) const {
+  if (mode_.stepped) return SimTime{0};
+  if (mode_.factor == 1) return wall;
+  return SimTime(static_cast<std::int64_t>(static_cast<double>(wall.count()) * mode_.factor));
+}
+
 SimClock::Reading SimClock::read(MonoTime mono, SimTime reached) {
-  const SimTime now = mono - epoch_;
-  if (now - reached <= kMostLag) return {now, SimTime{0}};
+  if (mode_.stepped) return {base_, SimTime{0}};
+  const SimTime now = std::chrono::floor<std::chrono::microseconds>(base_ + span(mono - epoch_));
+  if (now - reached <= span(kMostLag)) return {now, SimTime{0}};
   const SimTime slip = now - reached;
-  epoch_ += slip;
+  base_ -= slip;
   total_slip_ += slip;
   ++slips_;
   return {reached, slip};
+}
+
+MonoTime SimClock::to_mono(SimTime time) const {
+  if (mode_.stepped) return MonoTime::max();
+  const SimTime wait = std::chrono::ceil<std::chrono::microseconds>(time) - base_;
+  if (mode_.factor == 1) return epoch_ + wait;
+  const double ns = std::ceil(static_cast<double>(wait.count()) / mode_.factor);
+  constexpr double kFar = 4e18;  // what a time holds
+  return ns < kFar - static_cast<double>(epoch_.count())
+             ? epoch_ + MonoTime(static_cast<std::int64_t>(ns))
+             : MonoTime::max();
+}
+
+void SimClock::switch_to(ClockMode mode, MonoTime mono, SimTime at) {
+  mode_ = mode;
+  epoch_ = mono;
+  base_ = at;
 }
 
 void SlipReporter::slipped(MonoTime mono, SimTime by) {

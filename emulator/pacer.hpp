@@ -4,6 +4,9 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
 
 #include "emulator/sim_time.hpp"
 
@@ -13,14 +16,28 @@ namespace lk::emulator {
 using MonoTime = std::chrono::nanoseconds;
 MonoTime monotonic_now();
 
-/// Simulated time is monotonic time since the start, as long as the machine keeps up. When it does
-/// not, or was stopped, time slips: the simulation goes on from where it is instead of sprinting
-/// after.
+/// How simulated time goes by.
+struct ClockMode {
+  bool stepped = false;  // it stands still, and moves when it is told to
+  double factor = 1;     // else: so many times as fast as monotonic time
+
+  friend bool operator==(const ClockMode&, const ClockMode&) = default;
+};
+inline constexpr double kSlowestClock = 0.001;
+inline constexpr double kFastestClock = 1000;
+/// "realtime", "x10", "stepped"; none: it is no clock's name.
+std::optional<ClockMode> parse_clock_mode(std::string_view text);
+std::string to_string(const ClockMode& mode);
+
+/// Simulated time follows monotonic time, as long as the machine keeps up. When it does not, or was
+/// stopped, time slips: the simulation goes on from where it is instead of sprinting after. All its
+/// readings are whole microseconds, so that what a log writes in microseconds is exact.
 class SimClock {
  public:
-  static constexpr SimTime kMostLag = std::chrono::milliseconds(50);
+  /// Of monotonic time: a slip is what a person would notice, however fast time goes.
+  static constexpr MonoTime kMostLag = std::chrono::milliseconds(50);
 
-  explicit SimClock(MonoTime start) : epoch_(start) {}
+  explicit SimClock(MonoTime start, ClockMode mode = {}) : mode_(mode), epoch_(start) {}
 
   struct Reading {
     SimTime now;
@@ -28,13 +45,24 @@ class SimClock {
   };
   /// Simulated time at `mono` for a simulation that has got as far as `reached`.
   Reading read(MonoTime mono, SimTime reached);
-  MonoTime to_mono(SimTime time) const { return epoch_ + time; }
+  /// When simulated time will be `time`; far away when it stands still.
+  MonoTime to_mono(SimTime time) const;
+  /// How much simulated time goes by meanwhile.
+  SimTime span(MonoTime wall) const;
+
+  const ClockMode& mode() const { return mode_; }
+  /// Goes on from `at`, where simulated time is at `mono`.
+  void switch_to(ClockMode mode, MonoTime mono, SimTime at);
+  /// Of a stepped clock: it shows this now.
+  void step_to(SimTime at) { base_ = at; }
 
   SimTime total_slip() const { return total_slip_; }
   std::uint64_t slips() const { return slips_; }
 
  private:
+  ClockMode mode_;
   MonoTime epoch_;
+  SimTime base_{0};  // simulated time at `epoch_`
   SimTime total_slip_{0};
   std::uint64_t slips_ = 0;
 };

@@ -41,16 +41,18 @@ class SocketCanPort {
   void check_link();
   bool is_up() const { return link_ == Link::kUp; }
 
-  /// Hands `take(ReceivedFrame)` what has arrived, up to a bound that keeps the loop responsive.
+  /// Hands `take(ReceivedFrame)` what has arrived, up to a bound that keeps the loop responsive;
+  /// returns whether that ended it.
   template <typename Take>
-  void receive(Take&& take) {
+  bool receive(Take&& take) {
     constexpr int kMostBatches = 16;
     for (int i = 0; socket_ && i < kMostBatches; ++i) {
       const CanSocket::Batch batch = socket_->receive();
       for (const ReceivedFrame& received : batch.frames) take(received);
       if (batch.error != 0) note_error(batch.error);
-      if (!batch.more) break;
+      if (!batch.more) return false;
     }
+    return socket_.has_value();
   }
 
   void send(const protocol::Frame& frame);

@@ -1,0 +1,70 @@
+#include "emulator/control_directives.hpp"
+
+#include <algorithm>
+
+#include "emulator/config_directives.hpp"
+#include "emulator/control_api.hpp"
+#include "emulator/fault_table.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// The bus as it is now: a setting that is not said stays what it is in RAM.
+BusConfig as_it_is(const Line& line) {
+  BusConfig now = line.config();
+  for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram();
+  return now;
+}
+
+void check_fault(const Line& line) {
+  if (line.bus().faults_full()) {
+    throw ApiError(409, "fault",
+                   "this bus has had " + std::to_string(Bus::kMostFaults) +
+                       " faults, which is all that it keeps");
+  }
+}
+
+void check_clear(const ClearFault& clear, const Line& line) {
+  if (clear.which == "all" || find_fault(clear.which) != nullptr) return;
+  const auto faults = line.bus().faults();
+  const bool known = std::ranges::any_of(
+      faults, [&](const FaultReport& report) { return report.fault.name == clear.which; });
+  if (!known) throw ApiError(400, "clear", "there is no fault \"" + clear.which + "\"");
+}
+
+void check_setting(const TimedDirective& directive, const Line& line) {
+  const int id = directive.directive.id;
+  const bool now = !directive.when && directive.at <= line.bus().time();
+  if (now && !line.bus().telemetry(id).alive) {
+    throw ApiError(409, "settings",
+                   "drive " + std::to_string(id) + " is without power: nobody is there to take it");
+  }
+}
+
+}  // namespace
+
+std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
+  const toml::table table = to_table(said);
+  TableReader reader(table, "request", "");
+  auto directives = read_directives(reader, as_it_is(line), Timing::kOptional);
+  for (const TimedDirective& directive : directives) {
+    const auto& what = directive.directive.what;
+    if (std::holds_alternative<SetFault>(what)) check_fault(line);
+    if (const auto* clear = std::get_if<ClearFault>(&what)) check_clear(*clear, line);
+    if (std::holds_alternative<Setting>(what)) check_setting(directive, line);
+  }
+  return directives;
+}
+
+std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line) {
+  std::vector<std::string> names;
+  for (const TimedDirective& directive : directives) {
+    line.perform(directive);
+    if (std::holds_alternative<SetFault>(directive.directive.what)) {
+      names.push_back(line.bus().faults().back().fault.name);
+    }
+  }
+  return names;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace lk::emulator {
+
+struct HttpAddress {
+  std::string address;     // "127.0.0.1"; as numbers, not as a name
+  std::uint16_t port = 0;  // 0: any
+};
+
+/// Where the program lets itself be controlled.
+struct ControlOptions {
+  std::string socket;  // path of the Unix socket; empty: in the runtime directory; "none": nowhere
+  std::optional<HttpAddress> http;
+  std::filesystem::path token_file;  // what clients have to show over TCP; empty: nothing
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lk::emulator {
+
+/// Where the sockets of running programs are: lk-emu in $XDG_RUNTIME_DIR, or /tmp/lk-emu-UID.
+std::filesystem::path runtime_directory();
+
+/// Makes it, and checks that nobody else has a hand in it: a directory, no link, ours, mode 0700.
+/// Throws StartError.
+void secure_directory(const std::filesystem::path& directory);
+
+/// Whether somebody listens at this Unix socket.
+bool is_live_socket(const std::filesystem::path& path);
+
+/// The sockets in the runtime directory that somebody listens at, by name.
+std::vector<std::filesystem::path> live_sockets();
+
+/// Makes room for a socket at `path`: what a dead program left is removed. Throws StartError when
+/// something else is there, or a live one.
+void clear_stale_socket(const std::filesystem::path& path);
+
+}  // namespace lk::emulator
