@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "emulator/config_scenario.hpp"
 
@@ -13,7 +14,10 @@ namespace lk::emulator {
 /// name of a shipped one.
 ScenarioFiles scenario_files(const std::filesystem::path& directory);
 
-/// Throws StartError.
+// Throw StartError.
 Scenario load_scenario(const std::filesystem::path& file, std::optional<std::uint64_t> seed);
+/// For buses that run already.
+Scenario load_live_scenario(const std::filesystem::path& file,
+                            const std::vector<BusConfig>& running);
 
 }  // namespace lk::emulator
