@@ -55,7 +55,7 @@ void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
   live_.emplace(std::move(scenario), std::move(lines), [this, number, over = std::move(on_over)] {
     // Not from within a line, and only if it is still this one.
     boost::asio::post(loop_, [this, number, over] {
-      if (number != number_) return;
+      if (number != number_ || !live_->running()) return;
       finish();
       if (over) over();
     });

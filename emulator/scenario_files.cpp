@@ -48,6 +48,17 @@ FindProfile cached_profiles() {
   };
 }
 
+template <class Parse>
+Scenario load(Parse parse) {
+  try {
+    return parse();
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
 }  // namespace
 
 ScenarioFiles scenario_files(const fs::path& directory) {
@@ -62,13 +73,16 @@ ScenarioFiles scenario_files(const fs::path& directory) {
 }
 
 Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) {
-  try {
+  return load([&] {
     return parse_scenario(read_file(file), file.string(), seed, scenario_files(file.parent_path()));
-  } catch (const ConfigError& problem) {
-    throw StartError(problem.what());
-  } catch (const std::invalid_argument& problem) {
-    throw StartError(problem.what());
-  }
+  });
+}
+
+Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running) {
+  return load([&] {
+    return parse_live_scenario(read_file(file), file.string(), running,
+                               scenario_files(file.parent_path()));
+  });
 }
 
 }  // namespace lk::emulator
