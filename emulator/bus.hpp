@@ -62,6 +62,8 @@ class Bus {
   static constexpr std::size_t kMostFaults = 1000;
   /// Conditions that are waited for at once.
   static constexpr std::size_t kMostWaiting = 1000;
+  /// Planned directives, faults aside, whose condition has not held yet.
+  std::size_t unmet_directives() const;
   bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.

@@ -203,6 +203,12 @@ std::vector<FaultReport> Bus::faults() const {
   return reports;
 }
 
+std::size_t Bus::unmet_directives() const {
+  return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& waiting) {
+    return std::holds_alternative<Directive>(waiting.task);
+  }));
+}
+
 // --- what they do
 // -----------------------------------------------------------------------------------
 

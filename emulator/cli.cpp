@@ -19,7 +19,8 @@ constexpr const char* kFooter = R"(
 One --ids belongs to the --bus before it. Example, two buses:
   lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
 
-Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input.)";
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
+--scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
 /// The other commands have their own --help.
 std::string footer() {
@@ -41,6 +42,8 @@ struct Raw {
   std::string rom;
   std::string clock = "realtime";
   std::string control;
+  std::string scenario;
+  std::string junit;
   std::string http;
   std::string http_token;
   std::string motor_to_show;
@@ -77,6 +80,11 @@ void add_options(CLI::App& app, Raw& raw) {
                  "how simulated time goes by: realtime (default), x10 or x0.1, or stepped: only "
                  "when told to (lk-emu ctl advance)")
       ->type_name("MODE");
+  app.add_option("--scenario", raw.scenario,
+                 "play this scenario on the buses, judge it, and end with it (docs/scenarios.md)")
+      ->type_name("FILE");
+  app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
+      ->type_name("FILE");
   app.add_option("--control", raw.control,
                  "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
                  "XDG_RUNTIME_DIR)")
@@ -221,6 +229,11 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
                      "\" is none of realtime, stepped and x0.001 to x1000");
   }
   line.clock = *clock;
+  if (app.count("--scenario") > 0) line.scenario = raw.scenario;
+  if (app.count("--junit") > 0) {
+    if (!line.scenario) throw StartError("--junit: belongs to --scenario");
+    line.junit = raw.junit;
+  }
   if (app.count("--control") > 0) line.control.socket = raw.control;
   if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
   if (app.count("--http-token") > 0) {

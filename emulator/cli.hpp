@@ -31,6 +31,8 @@ struct CommandLine {
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
+  std::optional<std::filesystem::path> scenario;
+  std::optional<std::filesystem::path> junit;  // of the scenario
   std::string log_level = "info";
 };
 

@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "emulator/cli.hpp"
+#include "emulator/scenario_report.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -68,10 +69,6 @@ void check_interface(const std::string& interface) {
   if (!link.is_can) throw StartError(interface + " is not a CAN interface");
 }
 
-double in_seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
-
 /// Only what happened: a column of zeros hides the one number that matters.
 void print_nonzero(const char* what, std::uint64_t count) {
   if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
@@ -111,6 +108,9 @@ void print_port(const PortStats& port) {
 
 Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
     : world_(loop_, options.clock, buses),
+      scenario_(loop_, world_),
+      planned_(options.scenario),
+      judged_(options.scenario.has_value()),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
@@ -123,7 +123,9 @@ Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
     }
   }
   if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
+  if (options.junit) junit_.emplace(*options.junit, "--junit");
   control_.emplace(loop_, world_, options.control);
+  control_->api().scenario = scenario_.for_clients();
   for (const auto& bus : buses) {
     if (options.create_buses) make(bus.interface);
   }
@@ -134,21 +136,35 @@ Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
   }
 }
 
-void Daemon::run() {
+int Daemon::run() {
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
   started_ = monotonic_now();
   world_.start();
   follow_links();
   loop_.run();
   print_summary();
+  const int status = conclude_scenario();
   if (!rom_is_settled()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
     control_.reset();
     spdlog::default_logger()->flush();
     std::fflush(nullptr);
-    std::_Exit(EXIT_SUCCESS);
+    std::_Exit(status);
   }
+  return status;
+}
+
+int Daemon::conclude_scenario() {
+  const auto report = judged_ ? scenario_.report() : std::nullopt;
+  if (!report) return judged_ ? exit_status(Outcome::kInvalid) : EXIT_SUCCESS;
+  std::fputs(report_text(*report, false).c_str(), stdout);
+  std::fflush(stdout);
+  if (junit_) {
+    junit_->write(junit_xml({*report}));
+    junit_->commit();
+  }
+  return exit_status(report->verdict.outcome);
 }
 
 void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
@@ -179,6 +195,7 @@ bool Daemon::replies_have_left() const {
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
+  scenario_.finish();
   world_.stop();
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
@@ -212,6 +229,9 @@ void Daemon::say_ready_once() {
   for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);
+  if (!planned_) return;
+  scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  planned_.reset();
 }
 
 void Daemon::print_summary() const {

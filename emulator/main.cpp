@@ -4,12 +4,15 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "emulator/cli.hpp"
 #include "emulator/commands.hpp"
 #include "emulator/config_listing.hpp"
 #include "emulator/daemon.hpp"
+#include "emulator/scenario_files.hpp"
 
 namespace {
 
@@ -29,6 +32,10 @@ int run(int argc, char** argv) {
   if (!command_line) return 0;
   start_logging(command_line->log_level);
   const auto buses = lk::emulator::load_config(*command_line);
+  std::optional<lk::emulator::Scenario> scenario;
+  if (command_line->scenario) {
+    scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
+  }
   if (command_line->check) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
@@ -36,9 +43,10 @@ int run(int argc, char** argv) {
   lk::emulator::Daemon daemon(buses, {.create_buses = command_line->create_bus,
                                       .rom = command_line->rom,
                                       .clock = command_line->clock,
-                                      .control = command_line->control});
-  daemon.run();
-  return 0;
+                                      .control = command_line->control,
+                                      .scenario = std::move(scenario),
+                                      .junit = command_line->junit});
+  return daemon.run();
 }
 
 }  // namespace
