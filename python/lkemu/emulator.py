@@ -6,7 +6,7 @@ import os
 import shutil
 import signal
 import tempfile
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union
 from urllib.parse import urlencode
 
 from .buses import Claim, claim_free_bus, runtime_directory
@@ -22,7 +22,7 @@ from .telemetry import Telemetry
 SOCKET_PATH_LIMIT = 100  # the kernel's is 107
 
 
-class Drives(Mapping[Any, Drive]):
+class Drives:
     """`drives[1]`, or `drives["vcan1", 1]` where that ID is on several buses; iterating gives the drives."""
 
     def __init__(self, drives: Sequence[Drive]) -> None:
@@ -93,6 +93,7 @@ class Emulator:
         self._kinds: Optional[Dict[str, Kind]] = None
         self._optional: Set[Tuple[str, str]] = set()  # bus and name of faults that may come to nothing
         self._out = self._err = ""  # of a process that has ended
+        self._last_faults: Optional[List[Evidence]] = None  # of one that we have stopped
         self.buses: List[str] = []
         self.drives = Drives([])
 
@@ -135,6 +136,11 @@ class Emulator:
     def stop(self) -> Optional[int]:
         """Ends lk-emu (SIGTERM, then SIGKILL); its exit status, None if it never ran. Twice does no harm."""
         if self._client is not None:
+            if self._last_faults is None and self.exit_status is None:
+                try:
+                    self._last_faults = self.faults()
+                except Error:
+                    pass  # it is to end, whatever it has to say
             self._client.close()
         status = None
         if self._process is not None:
@@ -151,12 +157,17 @@ class Emulator:
     def __exit__(self, kind: object, *_: object) -> None:
         status = self.stop()
         if status and kind is None:
-            raise Ended(self._obituary())
+            raise Ended(self.how_it_ended())
 
     @property
     def exit_status(self) -> Optional[int]:
         """-N when signal N killed it; None while it runs."""
         return None if self._process is None else self._process.status
+
+    @property
+    def died(self) -> bool:
+        """It has ended, and nobody here asked it to."""
+        return self.exit_status is not None and (self._last_faults is None or self.exit_status != 0)
 
     @property
     def pid(self) -> int:
@@ -188,10 +199,11 @@ class Emulator:
 
     def _gone(self, what: str) -> Exception:
         if self._process is not None and self._process.ended_within(1.0):
-            return Ended(self._obituary())
+            return Ended(self.how_it_ended())
         return Error(what)
 
-    def _obituary(self) -> str:
+    def how_it_ended(self) -> str:
+        """The exit status in words, and its last log lines."""
         status = self.exit_status or 0
         how = f"status {status}"
         if status < 0:
@@ -305,7 +317,9 @@ class Emulator:
             self.directive(bus=one, clear=which)
 
     def faults(self) -> List[Evidence]:
-        """Every fault that was set, with what became of it."""
+        """Every fault that was set, with what became of it; after `stop`, as it was then."""
+        if self._last_faults is not None:
+            return self._last_faults
         return [Evidence.from_json(row) for row in self.client.get("/faults")]
 
     def idle_faults(self) -> List[Evidence]:
