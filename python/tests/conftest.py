@@ -4,9 +4,12 @@ import sys
 
 import pytest
 
-pytest_plugins = ["pytester", "lkemu.pytest_plugin"]
-
 HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+@pytest.fixture(autouse=True)
+def package_for_subprocesses(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(HERE))
 
 
 @pytest.fixture(scope="session")
