@@ -260,6 +260,8 @@ class Emulator:
     def directive(self, **words: Any) -> Dict[str, Any]:
         """Anything in the words of docs/directives.md; what is None or empty is not said. Raises Refused."""
         said = {key: value for key, value in words.items() if value is not None and value != []}
+        if "ids" in said:
+            said["ids"] = ids_text(said["ids"])
         said.setdefault("bus", self.bus)
         return dict(self.client.post("/directives", said))
 

@@ -61,7 +61,7 @@ class World:
         name = words["fault"].get("name", kind)
         begun = self.time_s if "when" not in words else None
         self.faults.append({
-            "bus": words["bus"], "name": name, "kind": kind, "ids": words.get("ids", []), "state": "active",
+            "bus": words["bus"], "name": name, "kind": kind, "ids": ids_of(words["ids"]) if "ids" in words else [], "state": "active",
             "armed_at_s": self.time_s, "began_at_s": begun, "effects": 4 if takes_effect else 0,
             "first_effect_at_s": self.time_s if takes_effect else None,
             "first_on": "drive 2" if takes_effect else "", "parameters": {},

@@ -93,23 +93,23 @@ def test_two_buses_and_an_id_on_both(fake):
 def test_directives_say_what_was_said_and_no_more(emu):
     drive = emu.drives[2]
     drive.power.cycle(off_s=0.2)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "power": "cycle", "off_s": 0.2}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "power": "cycle", "off_s": 0.2}
     drive.power.off(when={"command": 0xA4})
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "power": "off", "when": {"command": 0xA4}}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "power": "off", "when": {"command": 0xA4}}
     drive.supply(20, ramp_s=0.5)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "supply_V": 20, "ramp_s": 0.5}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "supply_V": 20, "ramp_s": 0.5}
     drive.sag(8, 0.1)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "sag_to_V": 8, "sag_s": 0.1}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "sag_to_V": 8, "sag_s": 0.1}
     drive.ambient(0)  # nothing, but said
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "ambient_C": 0}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "ambient_C": 0}
     drive.load(J_g_cm2=900, at_s=2)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "load": {"J_g_cm2": 900}, "at_s": 2}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "load": {"J_g_cm2": 900}, "at_s": 2}
     drive.turn(-5)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "turn_deg": -5}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "turn_deg": -5}
     drive.settings(max_speed_dps=90)
-    assert sent(emu) == {"bus": "vcan0", "ids": [2], "settings": {"max_speed_dps": 90}}
+    assert sent(emu) == {"bus": "vcan0", "ids": "2", "settings": {"max_speed_dps": 90}}
     emu.targets().power.on()
-    assert sent(emu) == {"bus": "vcan0", "ids": [1, 2, 3, 4], "power": "on"}
+    assert sent(emu) == {"bus": "vcan0", "ids": "1,2,3,4", "power": "on"}
     emu.mark("here")
     assert sent(emu) == {"bus": "vcan0", "mark": "here"}
 
@@ -143,7 +143,7 @@ def test_faults_are_methods(emu):
     jam = emu.drives[2].jam(50, for_s=0.2, when={"signal": "speed_dps", "above": 100})
     assert sent(emu) == {
         "bus": "vcan0",
-        "ids": [2],
+        "ids": "2",
         "fault": {"kind": "jam", "percent": 50, "for_s": 0.2},
         "when": {"signal": "speed_dps", "above": 100},
     }
