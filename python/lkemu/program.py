@@ -50,7 +50,7 @@ class Process:
                 )
             except OSError as problem:
                 raise StartError(f"{command[0]}: {problem.strerror}") from None
-        # Nothing stays behind, even when the caller forgets about it.
+        # Nothing stays behind at exit, even when the caller has forgotten about it.
         self._last_resort = weakref.finalize(self, end, self._popen)
         assert self._popen.stdout is not None
         self._reader = threading.Thread(

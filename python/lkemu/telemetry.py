@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 from .errors import Error
 from .websocket import WebSocket
@@ -50,7 +50,7 @@ class Telemetry(Iterator[Sample]):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _message(self) -> "Dict | None":  # type: ignore[type-arg]
+    def _message(self) -> Optional[Dict[str, Any]]:
         try:
             text = self._socket.receive()
         except socket.timeout:
