@@ -110,8 +110,10 @@ def test_telemetry_has_a_sample_for_each_period(lkemu, clock):
 def test_a_stream_ends_with_the_program(lkemu, clock):
     stream = lkemu.telemetry("speed_dps", rate_Hz=10)
     clock.advance("1s")
+    for _ in range(10):
+        next(stream)
     lkemu.stop()
-    assert 9 <= len(list(stream)) <= 11
+    assert len(list(stream)) <= 1  # the instant of the beginning may count
 
 
 def test_a_mark_and_the_words_of_the_end(lkemu):

@@ -33,11 +33,13 @@ class Telemetry(Iterator[Sample]):
         self.ids: List[int] = about["ids"]
         self.signals: Tuple[str, ...] = tuple(about["signals"])
         self.rate_Hz: float = about["rate_Hz"]
+        self.lost = 0  # samples that lk-emu had to leave out, because nobody read the others
 
     def __next__(self) -> Sample:
         message = self._message()
         if message is None:
             raise StopIteration
+        self.lost = int(message.get("lost", 0))
         drives = {int(row[0]): dict(zip(self.signals, row[1:])) for row in message["rows"]}
         return Sample(float(message["time_s"]), drives)
 
