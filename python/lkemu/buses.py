@@ -80,7 +80,7 @@ def may_make_interfaces() -> bool:
 def runtime_directory() -> str:
     """Where lk-emu has its control sockets, made if need be; as the program itself chooses it."""
     above = os.environ.get("XDG_RUNTIME_DIR")
-    path = os.path.join(above, "lk-emu") if above and os.path.isdir(above) else f"/tmp/lk-emu-{os.getuid()}"
+    path = os.path.join(above, "lk-emu") if above and os.path.isdir(above) else f"/tmp/lk-emu-{os.geteuid()}"
     try:
         os.mkdir(path, 0o700)
     except FileExistsError:
@@ -89,7 +89,7 @@ def runtime_directory() -> str:
         raise StartError(f"{path}: {problem.strerror}") from None
     about = os.lstat(path)
     # Inside user-mode Linux everybody is root, and files belong to who called it.
-    if not stat.S_ISDIR(about.st_mode) or (about.st_uid != os.getuid() and os.getuid() != 0):
+    if not stat.S_ISDIR(about.st_mode) or (about.st_uid != os.geteuid() and os.geteuid() != 0):
         raise StartError(f"{path} belongs to somebody else: remove it, or set XDG_RUNTIME_DIR")
     return path
 
