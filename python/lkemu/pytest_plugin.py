@@ -84,7 +84,7 @@ def lkemu_start(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Call
         options = {"log_dir": place, **options_of(request), **more}
         if isinstance(options["record"], bool):
             options["record"] = place / "recording" if options["record"] else None
-        place.mkdir()
+        place.mkdir(exist_ok=True)
         emulator = Emulator(**options).start()
         runs.append(Run(emulator, place))
         return emulator
@@ -132,18 +132,15 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
     return {**options, "program": program} if program else options
 
 
-def end(run: Run, request: pytest.FixtureRequest) -> Iterator[str]:
-    """What is wrong with it at its end, and has not been said."""
-    if not run.judged:  # no test function was called: unittest has methods
-        try:
-            run.judge()
-        except Error as problem:
-            yield str(problem)
+def end(run: Run, request: pytest.FixtureRequest) -> List[str]:
+    """Ends it; what is wrong with it, and has not been said."""
+    problems = verdict(run)  # already there, unless no function was called: unittest has methods
     was_alive = run.emulator.exit_status is None
     if run.emulator.stop() and was_alive:
-        yield run.emulator.how_it_ended()
+        problems.append(run.emulator.how_it_ended())
     if not request.config.getoption("--lkemu-keep") and not request.node.stash.get(_FAILED, False):
         shutil.rmtree(run.logs, ignore_errors=True)
+    return problems
 
 
 # --- verdicts and reports ---
@@ -152,14 +149,23 @@ def end(run: Run, request: pytest.FixtureRequest) -> Iterator[str]:
 @pytest.hookimpl(hookwrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
     outcome = yield
-    for run in pyfuncitem.stash.get(_RUNS, []):
-        if outcome.excinfo is not None:  # type: ignore[attr-defined]
+    runs = pyfuncitem.stash.get(_RUNS, [])
+    if outcome.excinfo is not None:  # type: ignore[attr-defined]
+        for run in runs:
             run.judged = True  # the test has failed, or was skipped: its own words count
-            continue
-        try:
-            run.judge()
-        except Error as problem:
-            raise_instead(outcome, pytest.fail.Exception(str(problem), pytrace=False))
+        return
+    problems = [problem for run in runs for problem in verdict(run)]
+    if problems:
+        raise_instead(outcome, pytest.fail.Exception("\n".join(problems), pytrace=False))
+
+
+def verdict(run: Run) -> List[str]:
+    """What is wrong with it."""
+    try:
+        run.judge()
+    except Error as problem:
+        return [str(problem)]
+    return []
 
 
 def raise_instead(outcome: Any, problem: BaseException) -> None:

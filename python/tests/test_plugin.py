@@ -46,6 +46,7 @@ def test_a_fault_without_effect_fails_the_test(run):
     result = run("def test_it(drives):\n    drives[2].silent(when={'error': 'stall'})\n")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["fault silent on drive 2 never took effect: *"])
+    result.stdout.no_fnmatch_line("During handling*")
 
 
 def test_faults_that_fire_and_optional_ones_do_not(run):
