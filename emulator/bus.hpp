@@ -48,16 +48,20 @@ class Bus {
   /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
   /// dead or its flash has too much to do already.
   bool write_setting(int id, RomParameter parameter, const Registers& value);
-  /// Done now, or begun now. Its drives must be on the bus.
-  void apply(const Directive& directive);
+  /// Done now, or begun now. Its drives must be on the bus. Returns false, and does nothing, when
+  /// it is a fault and the bus has kMostFaults already.
+  bool apply(const Directive& directive);
   /// Will be done when it is time, or when its condition holds. Conditions are looked at every
-  /// kLookStep; that a frame has come is known at once. A fault is armed from now on.
-  void plan(const TimedDirective& planned);
+  /// kLookStep; that a frame has come is known at once. A fault is armed from now on. Returns
+  /// false, and plans nothing, when the bus has no room for another fault or another condition.
+  bool plan(const TimedDirective& planned);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
   /// All faults there have been on this bus, in the order in which they were armed.
   std::vector<FaultReport> faults() const;
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMostFaults = 1000;
+  /// Conditions that are waited for at once.
+  static constexpr std::size_t kMostWaiting = 1000;
   /// Planned directives, faults aside, whose condition has not held yet.
   std::size_t unmet_directives() const;
   bool faults_full() const { return faults_.size() >= kMostFaults; }
@@ -142,8 +146,9 @@ class Bus {
     SimTime from;
     Condition when;
     Task task;
-    int seen = 0;                  // frames
-    std::optional<double> before;  // the signal, when it was last looked at
+    int seen = 0;                                 // frames
+    std::optional<double> before = std::nullopt;  // the signal, when it was last looked at
+    bool due = false;                             // holds, and is about to be done
   };
   std::size_t arm(Fault fault);
   std::string free_name(const Fault& fault) const;
@@ -152,11 +157,14 @@ class Bus {
   void clear_faults(const std::string& which);
   /// Does at once what a fault of the moment does, to one of its drives.
   void strike(LiveFault& live, std::size_t seat);
+  /// Returns false when ROM held that already.
+  bool damage_rom(std::size_t seat, RomParameter parameter);
   /// What the motor, the supply and the firmware of a drive have to know of its faults.
   void pass_on_faults(std::size_t seat);
   void look();
   void look_at_faults();
   void look_again_by(SimTime at);
+  /// Looks at it; remembers what it saw.
   bool holds(Waiting& waiting) const;
   void count_command(int id, const protocol::Frame& frame);
   /// The first active fault of this kind that the drive has; null when there is none.
@@ -202,7 +210,7 @@ class Bus {
   void pass_on_link_faults(std::size_t seat);
   void add_double(std::size_t fault, std::size_t seat);
   void bring_doubles_to(SimTime t);
-  void doubles_hear(SimTime at, int id, const protocol::Frame& frame);
+  void doubles_hear(SimTime at, const protocol::Frame& frame);
   void answer_as_double(SimTime at, Double& second, const protocol::Query& query);
   LiveFault* destroyer(const CanWire::Candidate& next);
   int& transmit_errors(const CanWire::Candidate& next);

@@ -18,8 +18,11 @@ double fraction(SimTime part, SimTime whole) {
 
 }  // namespace
 
-void Bus::apply(const Directive& directive) {
+bool Bus::apply(const Directive& directive) {
   if (const auto* set = std::get_if<SetFault>(&directive.what)) {
+    if (faults_full()) {
+      return false;
+    }
     begin_fault(arm(set->fault));
   } else if (const auto* clear = std::get_if<ClearFault>(&directive.what)) {
     clear_faults(clear->which);
@@ -30,6 +33,7 @@ void Bus::apply(const Directive& directive) {
         },
         directive.what);
   }
+  return true;
 }
 
 void Bus::perform(const Task& task) {

@@ -210,9 +210,9 @@ void Bus::babble(const Babble& babble) {
   const std::uint32_t owner = servos_[seat].reply_id();
   protocol::Frame frame;
   frame.id = static_cast<std::uint32_t>(live.value(1));
-  // It has one place for such a frame; the next one waits until the wire has taken this one.
-  if (!timelines_[seat].alive || links_[seat].bus_off || busy(seat) || wire_.waits(owner, frame) ||
-      active_fault(seat, FaultKind::kSilent) != nullptr) {
+  // One may wait behind the one on the wire: so it has the wire to itself when it is fast enough.
+  if (!timelines_[seat].alive || links_[seat].bus_off || busy(seat) ||
+      wire_.copies(owner, frame) >= 2 || active_fault(seat, FaultKind::kSilent) != nullptr) {
     return;
   }
   ++stats_.extra_frames;
@@ -286,13 +286,14 @@ void Bus::bring_doubles_to(SimTime t) {
   }
 }
 
-/// Second drives hear a frame for the drive `id`, or for several drives.
-void Bus::doubles_hear(SimTime at, int id, const protocol::Frame& frame) {
+void Bus::doubles_hear(SimTime at, const protocol::Frame& frame) {
   for (Double& second : doubles_) {
     Servo& servo = second.servo;
-    const bool for_several = id == protocol::kMultiDrive;
-    if ((!for_several && servo.id() != id) || servo.multi_drive_mode() != for_several ||
-        wire_.drive_queue_full(second.owner)) {
+    const auto addressed = protocol::address(frame);
+    const int* const id = std::get_if<int>(&addressed);
+    const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
+    if (id == nullptr || (!for_several && servo.id() != *id) ||
+        servo.multi_drive_mode() != for_several || wire_.drive_queue_full(second.owner)) {
       continue;
     }
     const auto understood = servo.understand(frame);

@@ -38,7 +38,7 @@ struct ServoStats {
   std::uint64_t wrong_mode = 0;        // single-drive frames ignored in multi-drive mode
   std::uint64_t refused_motion = 0;    // answered, not executed: the drive is off or has an error
   std::uint64_t invalid_targets = 0;   // answered, not executed: 0xA5/0xA6 target, 0x8C action
-  std::uint64_t rom_writes = 0;        // each one wears the memory of a real drive
+  std::uint64_t rom_writes = 0;        // each wears a real drive's memory; and injected damage
 
   friend bool operator==(const ServoStats&, const ServoStats&) = default;
 };

@@ -42,9 +42,11 @@ bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const
   return static_cast<std::size_t>(own) + elsewhere >= kDriveQueue;
 }
 
-bool CanWire::waits(std::uint32_t owner, const protocol::Frame& frame) const {
-  return std::ranges::any_of(
-      drives_, [&](const Waiting& reply) { return reply.owner == owner && reply.frame == frame; });
+std::size_t CanWire::copies(std::uint32_t owner, const protocol::Frame& frame) const {
+  const auto same = [&](const Waiting& reply) {
+    return reply.owner == owner && reply.frame == frame;
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(drives_, same));
 }
 
 void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,

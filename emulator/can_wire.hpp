@@ -61,8 +61,8 @@ class CanWire {
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   /// Frames of all drives.
   std::size_t drive_frames() const { return drives_.size(); }
-  /// This frame of the drive waits.
-  bool waits(std::uint32_t owner, const protocol::Frame& frame) const;
+  /// How many times this frame of the drive waits or is on the wire.
+  std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
   /// A drive's frame waits from `at` on. `after_rom_write` is handed through. The drive's queue
   /// must not be full.
   void send_from_drive(SimTime at, const protocol::Frame& frame,

@@ -95,7 +95,8 @@ void TableReader::fail(const std::string& key, const std::string& reason) const 
   const auto& source = node != nullptr ? node->source() : table_->source();
   // A table that was not read from a text has no lines.
   const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
-  throw ConfigError(file_, line, path_.empty() ? key : path_ + "." + key, reason);
+  const std::string dot = path_.empty() || key.empty() ? "" : ".";
+  throw ConfigError(file_, line, path_ + dot + key, reason);
 }
 
 std::optional<double> TableReader::number(const std::string& key, double min, double max) {

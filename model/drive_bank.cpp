@@ -316,7 +316,8 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.v_bus = unit.slow.v_bus;
     t.i_bus = bus_current(unit.motion_params, loop, unit.motion.omega_hat, unit.slow.v_bus);
     t.i_q = loop.i_q;
-    t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0));
+    // A voltage limited to nothing is 0 with the one sign or the other, as the compiler likes.
+    t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0)) + 0.0;
     t.i_a = loop.i_a;
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;

@@ -3,7 +3,7 @@
 namespace lk::model {
 
 void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch) {
-  run_block<double, true>(block, stretch);
+  run_block<Solo, true>(block, stretch);
 }
 
 void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch) {

@@ -60,14 +60,14 @@ double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
 /// connected are 1, whatever their current.
 using Pattern = std::array<int, 3>;
 
-Pattern conducting(const Legs& legs, const Phases& i) {
+Pattern conducting(const Legs& legs, const Phases& i, double i_zero = kZeroCurrent) {
   Pattern pattern{};
   for (std::size_t n = 0; n < 3; ++n) {
     switch (legs[n].kind) {
       case Leg::Kind::kOpen:
         break;
       case Leg::Kind::kDiodes:
-        pattern[n] = i[n] > kZeroCurrent ? 1 : i[n] < -kZeroCurrent ? -1 : 0;
+        pattern[n] = i[n] > i_zero ? 1 : i[n] < -i_zero ? -1 : 0;
         break;
       case Leg::Kind::kSwitches:
         pattern[n] = 1;
@@ -199,7 +199,8 @@ LegBridgeStep leg_bridge(const LegBridgeInput& in, const Legs& legs) {
   Dq<double> i = in.i;
   for (int k = 0; k < kSubsteps; ++k) {
     const auto axes = phase_axes(in.theta_e + in.omega_e * dt * k);
-    Pattern pattern = conducting(legs, to_phases(i, axes));
+    const double slack = k == 0 ? in.slack * (std::abs(i.d) + std::abs(i.q)) : 0.0;
+    Pattern pattern = conducting(legs, to_phases(i, axes), kZeroCurrent + slack);
     if (!carries_current(pattern)) {
       cut += magnetic_energy(in, i);
       i = {0.0, 0.0};

@@ -32,6 +32,9 @@ struct LegBridgeInput {
   double v_link, i_zone;    // V, A
   double R_s, L_d, L_q, psi_f;
   double T_s;
+  /// rad, by which theta_e may be beside the angle that the period before has ended at: as much of
+  /// the other phases' current may then seem to flow where there is none.
+  double slack = 0.0;
 };
 
 struct LegBridgeStep {

@@ -51,7 +51,8 @@ inline LegBridgeInput leg_bridge_input(const PlantParams<Real>& p, const PlantSt
           get_lane(p.L_d, n),
           get_lane(p.L_q, n),
           get_lane(psi_f, n),
-          get_lane(p.T_s, n)};
+          get_lane(p.T_s, n),
+          0.0};
 }
 
 template <class Real>

@@ -11,7 +11,7 @@ WindingStep<double> diode_bridge(const LegBridgeInput& in) {
 }
 
 LegBridgeInput at_rest(const Dq<double>& i) {
-  return {i, 0.0, 0.0, 24.0, 0.1, 0.14, 0.12e-3, 0.12e-3, 0.00499, 1.0 / 32e3};
+  return {i, 0.0, 0.0, 24.0, 0.1, 0.14, 0.12e-3, 0.12e-3, 0.00499, 1.0 / 32e3, 0.0};
 }
 
 TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {

@@ -45,6 +45,11 @@ int main() {
   for (std::size_t n = 0; n < together.size(); ++n) {
     print("lanes", static_cast<int>(n), together[n]);
   }
+  const auto broken =
+      mixed_run({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, lane_kernel("baseline"), kStretchTicks, true);
+  for (std::size_t n = 0; n < broken.size(); ++n) {
+    print("broken", static_cast<int>(n), broken[n]);
+  }
   for (const int kind : {2, 4, 5}) {
     print("alone", kind, mixed_run({kind}, lane_kernel("baseline")).front());
   }
