@@ -254,7 +254,7 @@ void ControlApi::post_advance(const ApiRequest& request, const Parts& /*parts*/,
                        "); it is moved by hand when the clock is stepped");
   }
   if (world_.advancing()) throw ApiError(409, "clock", "time is being moved already");
-  const SimTime now = world_.clock().read({}, SimTime{0}).now;
+  const SimTime now = world_.clock().stands_at();
   const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
   if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
   world_.advance(target, [this, reply](World::Advanced how) {

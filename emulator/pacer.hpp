@@ -55,6 +55,7 @@ class SimClock {
   void switch_to(ClockMode mode, MonoTime mono, SimTime at);
   /// Of a stepped clock: it shows this now.
   void step_to(SimTime at) { base_ = at; }
+  SimTime stands_at() const { return base_; }
 
   SimTime total_slip() const { return total_slip_; }
   std::uint64_t slips() const { return slips_; }
