@@ -37,13 +37,14 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
                  .events = scenario_.robot[n].events,
                  .beginning = {start, bus.faults().size(), bus.unmet_directives()}}));
     Part& part = *parts_.back();
-    part.watcher =
-        part.line->add_watcher({.next_due = [this, &part] { return next_due(part); },
-                                .look = [this, &part](const Bus& at) { look(part, at); }});
-    part.listener = part.line->add_listener(
-        {.query = [&part](const TimedFrame& query) { part.judge.hear_query(query); },
-         .reply = [&part](const TimedFrame& reply) { part.judge.hear_reply(reply); },
-         .directive = {}});
+    Watcher watcher;
+    watcher.next_due = [this, &part] { return next_due(part); };
+    watcher.look = [this, &part](const Bus& at) { look(part, at); };
+    part.watcher = part.line->add_watcher(std::move(watcher));
+    Listener listener;
+    listener.query = [&part](const TimedFrame& query) { part.judge.hear_query(query); };
+    listener.reply = [&part](const TimedFrame& reply) { part.judge.hear_reply(reply); };
+    part.listener = part.line->add_listener(std::move(listener));
   }
 }
 
