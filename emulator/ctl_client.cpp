@@ -118,7 +118,7 @@ std::filesystem::path find_socket(const std::string& socket, const std::string& 
   }
   if (live.size() > 1) {
     std::string names;
-    for (const auto& path : live) names += " " + path.string();
+    for (const auto& path : live) names.append(" ").append(path.string());
     throw StartError("ctl: several are running; choose one by --bus or --socket:" + names);
   }
   return live.front();

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "emulator/cli.hpp"
@@ -55,7 +56,7 @@ class Ctl {
 
   int fault() {
     Json said = Json::object();
-    Json& fault = said["fault"] = {{"kind", raw_.word}};
+    Json fault = {{"kind", raw_.word}};  // not in its place yet: what is in `said` moves
     for (const std::string& word : raw_.words) {
       const bool of_event = word.starts_with("id=") || word.starts_with("ids=") ||
                             word.starts_with("at_s=") || word.starts_with("when.");
@@ -64,6 +65,7 @@ class Ctl {
     if (!raw_.ids.empty()) said["ids"] = raw_.ids;
     if (raw_.at_s >= 0) said["at_s"] = raw_.at_s;
     if (raw_.for_s >= 0) fault["for_s"] = raw_.for_s;
+    said["fault"] = std::move(fault);
     return direct(std::move(said));
   }
 

@@ -15,7 +15,8 @@ std::string word(const Json& json, const char* key) { return json.value(key, std
 std::string joined(const Json& list, const char* nothing) {
   std::string all;
   for (const Json& one : list) {
-    all += (all.empty() ? "" : ",") + (one.is_string() ? one.get<std::string>() : one.dump());
+    if (!all.empty()) all += ',';
+    all += one.is_string() ? one.get<std::string>() : one.dump();
   }
   return all.empty() ? nothing : all;
 }

@@ -47,7 +47,8 @@ std::string refusal_reason(int status) {
 }
 
 std::vector<std::string> loopback_hosts(unsigned port) {
-  const std::string suffix = ":" + std::to_string(port);
+  std::string suffix = ":";
+  suffix += std::to_string(port);
   std::vector<std::string> hosts;
   for (const char* name : {"localhost", "127.0.0.1", "[::1]"}) {
     hosts.push_back(name + suffix);

@@ -28,6 +28,7 @@ struct TestWorld {
 
   ApiResponse ask(const ApiRequest& request) {
     std::optional<ApiResponse> response;
+    loop.restart();
     api.handle(request, [&](const ApiResponse& answer) { response = answer; });
     while (!response && loop.run_one() > 0) {
     }
