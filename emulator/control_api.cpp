@@ -217,6 +217,7 @@ void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts
   Line& line = line_of(bus ? &*bus : nullptr);
   catch_up();
   const auto directives = read_request(said, line);
+  line.announce(said.dump());
   const auto names = perform_all(directives, line);
   reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
 }

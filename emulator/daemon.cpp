@@ -106,8 +106,8 @@ void print_port(const PortStats& port) {
 
 }  // namespace
 
-Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
-    : world_(loop_, options.clock, buses),
+Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
+    : world_(loop_, options.clock),
       scenario_(loop_, world_),
       planned_(options.scenario),
       judged_(options.scenario.has_value()),
@@ -124,15 +124,17 @@ Daemon::Daemon(const std::vector<BusConfig>& buses, const RunOptions& options)
   }
   if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    Line& line = world_.add(buses[i]);  // with what its drives have in ROM
+    if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
+  }
   control_.emplace(loop_, world_, options.control);
   control_->api().scenario = scenario_.for_clients();
-  for (const auto& bus : buses) {
-    if (options.create_buses) make(bus.interface);
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    if (options.create_buses) make(buses[i].interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    Line& line = *world_.lines()[i];
-    line.connect(loop_, [this, i] { world_.serve(i); });
-    if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
+    world_.lines()[i]->connect(loop_, [this, i] { world_.serve(i); });
   }
 }
 

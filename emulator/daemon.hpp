@@ -35,7 +35,7 @@ struct RunOptions {
 class Daemon {
  public:
   /// Throws StartError when an interface, the ROM or a place to be controlled at cannot be had.
-  Daemon(const std::vector<BusConfig>& buses, const RunOptions& options);
+  Daemon(std::vector<BusConfig> buses, const RunOptions& options);
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
   /// not return when the disk still has not answered: it ends the process. Gives the exit status:

@@ -16,6 +16,9 @@ constexpr SimTime kStep = std::chrono::milliseconds(1);
 /// port holds.
 constexpr std::size_t kMostLeaving = 256;
 
+/// Frames are put on a bus at such instants: what a log can say.
+SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
+
 /// "1-4,7"
 std::string print_ids(const std::vector<ServoConfig>& servos) {
   std::string text;
@@ -79,14 +82,18 @@ void Line::take_in(const TimedFrame& in) {
     keep_for_later(in);
     return;
   }
-  // The bus would look for room by itself, but nobody would watch it doing so.
-  if (bus_.host_queue_full() && in.at > bus_.time()) advance_to(in.at);
+  // The bus would look for room by itself, but nobody would watch it doing so. Who listens hears
+  // all that came before the frame, before it.
+  if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
+    advance_to(in.at);
+    let_out();
+  }
   put_on_bus(in);
 }
 
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
-  effective.at = std::max(in.at, bus_.time());
+  effective.at = whole_us(std::max(in.at, bus_.time()));
   for (const Listener& listener : listeners_) {
     if (listener.query) listener.query(effective);
   }
@@ -125,8 +132,9 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
     SimTime target = std::min(until, bus_.time() + kStep);
     if (!backlog_.empty()) {
       // The next frame comes on as soon as there is room.
-      const SimTime frame =
-          bus_.host_queue_full() ? bus_.next_due().value_or(target) : backlog_.front().at;
+      const SimTime frame = bus_.host_queue_full()
+                                ? whole_us(bus_.next_due().value_or(target))
+                                : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
     }
     advance_to(target);
@@ -139,10 +147,13 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
   }
 }
 
-void Line::perform(const TimedDirective& directive) {
+void Line::announce(const std::string& json) const {
   for (const Listener& listener : listeners_) {
-    if (listener.directive) listener.directive(bus_.time(), directive);
+    if (listener.directive) listener.directive(bus_.time(), json);
   }
+}
+
+void Line::perform(const TimedDirective& directive) {
   if (directive.when || directive.at > bus_.time()) {
     bus_.plan(directive);
   } else {
@@ -190,6 +201,9 @@ void Line::settle_rom(const RomWrite& write, int error) {
   leaving_.clear();
   if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
     bus_.restore_rom(write.id, kept->rom, kept->wear);
+    for (const Listener& listener : listeners_) {
+      if (listener.restored_rom) listener.restored_rom(bus_.time(), write.id, *kept);
+    }
   }
   send(leaving_);
 }

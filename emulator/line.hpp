@@ -25,8 +25,10 @@ struct Watcher {
 struct Listener {
   std::function<void(const TimedFrame&)> query;  // a host's frame; `at`: when the bus takes it in
   std::function<void(const TimedFrame&)> reply;  // when it has left the wire
-  // What is done at `now`, or planned for later.
-  std::function<void(SimTime now, const TimedDirective&)> directive;
+  // A request in the words of directives has come, as JSON; it is done next.
+  std::function<void(SimTime now, const std::string& json)> directive;
+  // The disk refused what a drive wrote: its ROM holds this again.
+  std::function<void(SimTime now, int id, const RomGate::Kept&)> restored_rom;
 };
 
 /// One bus on its interface, and whoever watches it. Frames go in by `take_in`, time goes on by
@@ -68,7 +70,9 @@ class Line {
   /// Brings the bus to `until`, as far as it gets before `deadline`. Everything that is due up to
   /// and including `until` has happened then, watchers have looked, replies have left.
   Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
-  /// Does it now, or plans it, and says so to those who listen.
+  /// Tells those who listen what is about to be performed.
+  void announce(const std::string& json) const;
+  /// Does it now, or plans it.
   void perform(const TimedDirective& directive);
 
   /// Everything that was to leave has left.

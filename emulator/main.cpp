@@ -31,7 +31,7 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  const auto buses = lk::emulator::load_config(*command_line);
+  auto buses = lk::emulator::load_config(*command_line);
   std::optional<lk::emulator::Scenario> scenario;
   if (command_line->scenario) {
     scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
@@ -40,12 +40,12 @@ int run(int argc, char** argv) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
-  lk::emulator::Daemon daemon(buses, {.create_buses = command_line->create_bus,
-                                      .rom = command_line->rom,
-                                      .clock = command_line->clock,
-                                      .control = command_line->control,
-                                      .scenario = std::move(scenario),
-                                      .junit = command_line->junit});
+  lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
+                                                 .rom = command_line->rom,
+                                                 .clock = command_line->clock,
+                                                 .control = command_line->control,
+                                                 .scenario = std::move(scenario),
+                                                 .junit = command_line->junit});
   return daemon.run();
 }
 

@@ -17,12 +17,15 @@ constexpr auto kReplyPoll = std::chrono::milliseconds(1);
 
 }  // namespace
 
-World::World(boost::asio::io_context& loop, ClockMode mode, const std::vector<BusConfig>& buses)
+World::World(boost::asio::io_context& loop, ClockMode mode)
     : loop_(loop),
       clock_(monotonic_now(), mode),
       timer_(loop, [this] { serve_all(); }),
-      patience_(loop) {
-  for (const BusConfig& bus : buses) lines_.push_back(std::make_unique<Line>(bus));
+      patience_(loop) {}
+
+Line& World::add(const BusConfig& bus) {
+  lines_.push_back(std::make_unique<Line>(bus));
+  return *lines_.back();
 }
 
 Line* World::find_line(const std::string& bus) {
@@ -106,7 +109,7 @@ void World::advance(SimTime to, OnAdvanced done) {
 void World::take_in_all() {
   constexpr int kMostRounds = 100;
   for (const auto& line : lines_) {
-    for (int n = 0; n < kMostRounds && line->take_in(clock_, clock_.read({}, SimTime{0}).now); ++n)
+    for (int n = 0; n < kMostRounds && line->take_in(clock_, clock_.stands_at()); ++n)
       ;
   }
 }

@@ -16,7 +16,9 @@ namespace lk::emulator {
 /// All lines of a process and the clock they go by, on the process's one loop.
 class World {
  public:
-  World(boost::asio::io_context& loop, ClockMode mode, const std::vector<BusConfig>& buses);
+  World(boost::asio::io_context& loop, ClockMode mode);
+  /// Before time begins.
+  Line& add(const BusConfig& bus);
 
   std::vector<std::unique_ptr<Line>>& lines() { return lines_; }
   const std::vector<std::unique_ptr<Line>>& lines() const { return lines_; }

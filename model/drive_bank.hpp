@@ -63,7 +63,7 @@ class DriveBank {
   /// Current through the coil releases the brake. A drive that loses its power lets go of it.
   void set_brake_coil(std::size_t drive, bool on);
   /// Turns the output by `angle` rad, by hand, as far as the end stops let it; the rotor goes with
-  /// it.
+  /// it, unless they are apart.
   void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
   /// A blow: the output, and what turns with it, gains `impulse` Nm·s at once.

@@ -56,7 +56,7 @@ TEST(Vocabulary, EveryKindIsReadWithAllThatItTakes) {
       } else {  // the last of the words
         const std::string words(param.choices);
         expected[n] = static_cast<double>(std::count(words.begin(), words.end(), ' '));
-        table += "\"" + words.substr(words.rfind(' ') + 1) + "\"";
+        table.append("\"").append(words, words.rfind(' ') + 1).append("\"");
       }
     }
     if (row.per_frame) table += ", probability = 0.25";

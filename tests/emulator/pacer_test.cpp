@@ -12,8 +12,8 @@ constexpr MonoTime kStart = 1'000'000s;
 TEST(SimClock, FollowsMonotonicTimeFromTheStart) {
   SimClock clock(kStart);
   EXPECT_EQ(clock.read(kStart, SimTime{0}).now, SimTime{0});
-  EXPECT_EQ(clock.read(kStart + 123456ns, SimTime{0}).now, SimTime{123456});
-  EXPECT_EQ(clock.to_mono(SimTime{5}), kStart + 5ns);
+  EXPECT_EQ(clock.read(kStart + 123us, SimTime{0}).now, SimTime{123us});
+  EXPECT_EQ(clock.to_mono(SimTime{5us}), kStart + 5us);
   EXPECT_EQ(clock.slips(), 0U);
 }
 
@@ -42,6 +42,70 @@ TEST(SimClock, ABusAheadOfTheOthersIsNoLag) {
   // Time slipped for another bus: this one has got further already.
   EXPECT_EQ(clock.read(kStart + 1s, SimTime{2s}).now, SimTime{1s});
   EXPECT_EQ(clock.slips(), 0U);
+}
+
+TEST(SimClock, ShowsWholeMicroseconds) {
+  SimClock clock(kStart);
+  EXPECT_EQ(clock.read(kStart + 123999ns, SimTime{0}).now, SimTime{123us});
+  // Whoever is woken for an instant finds that it has come.
+  const MonoTime wake = clock.to_mono(SimTime{123456});
+  EXPECT_GE(clock.read(wake, SimTime{0}).now, SimTime{123456});
+  EXPECT_LT(clock.read(wake - 1us, SimTime{0}).now, SimTime{123456});
+}
+
+TEST(SimClock, TimeCanGoByFasterAndSlower) {
+  SimClock fast(kStart, {.factor = 10});
+  EXPECT_EQ(fast.read(kStart + 3ms, SimTime{0}).now, SimTime{30ms});
+  EXPECT_EQ(fast.to_mono(SimTime{30ms}), kStart + 3ms);
+  EXPECT_EQ(fast.span(2ms), SimTime{20ms});
+  SimClock slow(kStart, {.factor = 0.5});
+  EXPECT_EQ(slow.read(kStart + 3ms, SimTime{0}).now, SimTime{1500us});
+  EXPECT_EQ(slow.to_mono(SimTime{1500us}), kStart + 3ms);
+}
+
+TEST(SimClock, TheMostLagIsOfTheWall) {
+  SimClock fast(kStart, {.factor = 10});
+  EXPECT_EQ(fast.read(kStart + 50ms, SimTime{0}).now, SimTime{500ms});
+  EXPECT_EQ(fast.slips(), 0U);
+  const auto reading = fast.read(kStart + 51ms, SimTime{0});
+  EXPECT_EQ(reading.now, SimTime{0});
+  EXPECT_EQ(reading.slipped, SimTime{510ms});
+  EXPECT_EQ(fast.read(kStart + 52ms, SimTime{0}).now, SimTime{10ms});
+}
+
+TEST(SimClock, SteppedStandsStill) {
+  SimClock clock(kStart, {.stepped = true});
+  EXPECT_EQ(clock.read(kStart + 100s, SimTime{0}).now, SimTime{0});
+  EXPECT_EQ(clock.slips(), 0U);
+  clock.step_to(7ms);
+  EXPECT_EQ(clock.read(kStart + 200s, SimTime{0}).now, SimTime{7ms});
+  EXPECT_EQ(clock.span(1s), SimTime{0});
+}
+
+TEST(SimClock, ChangesWithoutAJump) {
+  SimClock clock(kStart);
+  clock.switch_to({.factor = 10}, kStart + 2s, 2s);
+  EXPECT_EQ(clock.read(kStart + 2s, 2s).now, SimTime{2s});
+  EXPECT_EQ(clock.read(kStart + 2s + 1ms, 2s).now, SimTime{2s + 10ms});
+  clock.switch_to({.stepped = true}, kStart + 2s + 1ms, 2s + 10ms);
+  EXPECT_EQ(clock.read(kStart + 9s, 2s).now, SimTime{2s + 10ms});
+  clock.switch_to({}, kStart + 9s, 2s + 10ms);
+  EXPECT_EQ(clock.read(kStart + 9s + 1ms, 2s + 10ms).now, SimTime{2s + 11ms});
+}
+
+TEST(ClockMode, HasWords) {
+  EXPECT_EQ(parse_clock_mode("realtime"), ClockMode{});
+  EXPECT_EQ(parse_clock_mode("x1"), ClockMode{});
+  EXPECT_EQ(parse_clock_mode("stepped"), ClockMode{.stepped = true});
+  EXPECT_EQ(parse_clock_mode("x0.001"), ClockMode{.factor = 0.001});
+  EXPECT_EQ(parse_clock_mode("x1000"), ClockMode{.factor = 1000});
+  for (const char* wrong :
+       {"", "x", "10", "x0", "x-1", "x1001", "x0.0001", "xnan", "x10 ", "x1e400", "Realtime"}) {
+    EXPECT_FALSE(parse_clock_mode(wrong)) << wrong;
+  }
+  for (const char* word : {"realtime", "stepped", "x10", "x0.1"}) {
+    EXPECT_EQ(to_string(*parse_clock_mode(word)), word);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,258 @@
+#include "emulator/control_api.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "emulator/ctl_words.hpp"
+#include "emulator/fault_table.hpp"
+#include "tests/emulator/control_support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+TEST(ControlApi, TellsWhatIsThere) {
+  TestWorld t;
+  const ApiResponse status = t.get("/status");
+  EXPECT_EQ(status.status, 200);
+  EXPECT_EQ(status.body["clock"]["mode"], "stepped");
+  EXPECT_EQ(status.body["clock"]["time_s"], 0);
+  EXPECT_EQ(status.body["buses"][0]["bus"], "vcan0");
+  EXPECT_EQ(status.body["buses"][0]["ids"], Json({1, 2}));
+  EXPECT_TRUE(status.body["recording"].is_null());
+  EXPECT_EQ(t.get("/drives").body.size(), 2U);
+  const ApiResponse drive = t.get("/drives/vcan0/2");
+  EXPECT_EQ(drive.body["id"], 2);
+  EXPECT_EQ(drive.body["state"], "running");
+  EXPECT_EQ(drive.body["signals"].size(), signals().size());
+  EXPECT_EQ(drive.body["registers"]["ram"], drive.body["registers"]["rom"]);
+  EXPECT_EQ(t.get("/faults/kinds").body.size(), fault_table().size());
+  EXPECT_EQ(t.get("/signals").body.size(), signals().size());
+}
+
+TEST(ControlApi, SaysWhatIsNotThere) {
+  TestWorld t;
+  for (const char* path : {"/", "/drives/vcan0", "/drives/vcan0/3", "/drives/vcan9/1",
+                           "/drives/vcan0/1x", "/drives/../status", "/status/", "//status"}) {
+    EXPECT_EQ(t.get(path).status, 404) << path;
+  }
+  for (const char* path : {"/", "/status", "/api/v1", "/api/v1status", "/../etc/passwd"}) {
+    EXPECT_EQ(t.ask({"GET", path, {}, "", ""}).status, 404) << path;
+  }
+  const ApiResponse wrong = t.send("DELETE", "/clock", "");
+  EXPECT_EQ(wrong.status, 405);
+  EXPECT_EQ(wrong.allow, "GET, PUT");
+  EXPECT_EQ(t.ask({"POST", "/api/v1/directives", {}, "text/plain", "{}"}).status, 415);
+  EXPECT_EQ(
+      t.ask(
+           {"PUT", "/api/v1/clock", {}, "application/json; charset=utf-8", R"({"mode":"stepped"})"})
+          .status,
+      200);
+}
+
+TEST(ControlApi, RefusesBodiesThatSayNothing) {
+  TestWorld t;
+  for (const char* body : {"", "{", "[]", "7", "null", "{\"a\":}", "{} {}", "\xff\xfe"}) {
+    EXPECT_EQ(t.post("/directives", body).status, 400) << body;
+  }
+  const ApiResponse null = t.post("/directives", R"({"supply_V": null})");
+  EXPECT_EQ(null.status, 400);
+  EXPECT_EQ(where(null), "supply_V");
+  const ApiResponse unknown = t.post("/directives", R"({"suply_V": 3})");
+  EXPECT_EQ(unknown.status, 400);
+  EXPECT_EQ(where(unknown), "suply_V");
+  EXPECT_EQ(t.post("/directives", R"({"id": 3, "supply_V": 3})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"supply_V": 18446744073709551615})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1, "to_s": 1})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": -1})").status, 400);
+}
+
+TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
+  TestWorld t;
+  const auto nested = [](int levels) {
+    return std::string(R"({"a":)") + std::string(static_cast<std::size_t>(levels), '[') +
+           std::string(static_cast<std::size_t>(levels), ']') + "}";
+  };
+  EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson))), "body");
+  EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson - 2))), "a") << "an unknown key only";
+  EXPECT_EQ(where(t.post("/directives", nested(30'000))), "body");
+}
+
+TEST(ControlApi, DoesWhatADirectiveSays) {
+  TestWorld t;
+  const ApiResponse done = t.post("/directives", R"({"ids": "1", "supply_V": 18})");
+  EXPECT_EQ(done.status, 200) << done.body;
+  EXPECT_EQ(done.body["time_s"], 0);
+  EXPECT_TRUE(done.body["faults"].empty());
+  t.post("/directives", R"({"id": 2, "power": "off"})");
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 200);
+  EXPECT_NEAR(t.get("/drives/vcan0/1").body["signals"]["true_voltage_V"].get<double>(), 18, 0.1);
+  EXPECT_FALSE(t.get("/drives/vcan0/2").body["alive"]) << "its link is empty after a second";
+  const ApiResponse dead = t.post("/directives", R"({"id": 2, "settings": {"max_speed_dps": 5}})");
+  EXPECT_EQ(dead.status, 409);
+}
+
+TEST(ControlApi, DoesNothingWhenPartOfItIsWrong) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "off_s": 1})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"fault": {"kind": "hang", "for": 1}})").status, 400);
+  t.post("/clock/advance", R"({"by_s": 1})");
+  EXPECT_TRUE(t.get("/drives/vcan0/1").body["alive"]);
+  EXPECT_TRUE(t.get("/faults").body.empty());
+}
+
+TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
+  TestWorld t;
+  const auto gains = [&] { return t.get("/drives/vcan0/1").body["registers"]["ram"]["gains"]; };
+  t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_kp": 11}}})");
+  t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_ki": 12}}})");
+  EXPECT_EQ(gains()["speed_kp"], 11) << "not what the configuration says";
+  EXPECT_EQ(gains()["speed_ki"], 12);
+}
+
+TEST(ControlApi, NamesFaultsAndClearsThem) {
+  TestWorld t;
+  const auto inject = [&] { return t.post("/directives", R"({"ids": "1-2", "fault": "hang"})"); };
+  EXPECT_EQ(inject().body["faults"], Json({"hang"}));
+  EXPECT_EQ(inject().body["faults"], Json({"hang-2"}));
+  const Json faults = t.get("/faults").body;
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[0]["state"], "active");
+  EXPECT_EQ(faults[0]["ids"], Json({1, 2}));
+  EXPECT_EQ(faults[0]["began_at_s"], 0);
+  EXPECT_TRUE(faults[0]["first_effect_at_s"].is_null());
+  EXPECT_EQ(t.post("/directives", R"({"clear": "hung"})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"clear": "hang-2"})").status, 200);
+  EXPECT_EQ(t.get("/faults").body[1]["state"], "cleared");
+  EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
+}
+
+TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
+  TestWorld t;
+  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+    ASSERT_EQ(t.post("/directives", R"({"id": 1, "fault": {"kind": "reset", "name": "r)" +
+                                        std::to_string(n) + "\"}}")
+                  .status,
+              200);
+  }
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 409);
+}
+
+TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
+  TestWorld t({.stepped = true}, 2);
+  EXPECT_EQ(where(t.post("/directives", R"({"power": "off"})")), "bus");
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": "vcan1"})").status, 200);
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": "vcan2"})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": 1})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.5})").body["time_s"], 0.5);
+  for (const Json& bus : t.get("/status").body["buses"]) EXPECT_EQ(bus["time_s"], 0.5);
+  EXPECT_TRUE(t.get("/drives/vcan0/1").body["alive"]);
+  EXPECT_FALSE(t.get("/drives/vcan1/1").body["alive"]);
+}
+
+TEST(ControlApi, MovesASteppedClockOnly) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.0015})").body["time_s"], 0.0015);
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.25})").body["time_s"], 0.25);
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.25})").status, 200) << "there already";
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.1})").status, 400);
+  EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "x0.001"})").status, 200);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 409);
+  EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "fast"})").status, 400);
+}
+
+TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
+  TestWorld t;
+  std::optional<ApiResponse> far;
+  t.api.handle({"POST", "/api/v1/clock/advance", {}, "application/json", R"({"by_s": 36000})"},
+               [&](const ApiResponse& answer) { far = answer; });
+  EXPECT_TRUE(t.world.advancing());
+  t.loop.run_one();
+  EXPECT_FALSE(far) << "one slice is not ten hours";
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 409) << "one at a time";
+  EXPECT_EQ(t.send("DELETE", "/clock/advance", "").status, 200);
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->status, 409);
+  const double reached = t.get("/status").body["clock"]["time_s"];
+  EXPECT_GT(reached, 0);
+  EXPECT_LT(reached, 36000);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.001})").status, 200);
+}
+
+TEST(ControlApi, SaysThatItHasNoRecorder) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
+  t.api.recording.start = [](const Json& said) -> Json { return said; };
+  EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
+}
+
+TEST(Telemetry, IsAskedForWithinBounds) {
+  TestWorld t;
+  const auto ask = [&](std::map<std::string, std::string> query) {
+    return t.ask({"GET", "/api/v1/telemetry", std::move(query), "", ""}).status;
+  };
+  EXPECT_EQ(ask({}), 426);
+  EXPECT_EQ(ask({{"rate_Hz", "20000"}, {"signals", "speed_dps"}, {"ids", "2"}}), 426);
+  for (const char* rate : {"0", "-1", "0.09", "20001", "nan", "1e999", "x", ""}) {
+    EXPECT_EQ(ask({{"rate_Hz", rate}}), 400) << rate;
+  }
+  EXPECT_EQ(ask({{"ids", "3"}}), 400);
+  EXPECT_EQ(ask({{"ids", "0-99"}}), 400);
+  EXPECT_EQ(ask({{"signals", ""}}), 400);
+  EXPECT_EQ(ask({{"signals", "speed_dps,speed_dps"}}), 400);
+  EXPECT_EQ(ask({{"color", "red"}}), 400);
+  std::string all;
+  for (const Signal& signal : signals()) all += (all.empty() ? "" : ",") + std::string(signal.name);
+  EXPECT_EQ(ask({{"signals", all}, {"rate_Hz", "20000"}}), 400) << "too many values a second";
+}
+
+/// docs/openapi.json and the router's table name the same requests.
+TEST(OpenApi, HasEveryRouteAndNoOther) {
+  std::ostringstream text;
+  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/openapi.json").rdbuf();
+  const Json document = Json::parse(text.str());
+  EXPECT_EQ(document["openapi"], "3.1.0");
+  std::set<std::string> documented;
+  for (const auto& [path, methods] : document["paths"].items()) {
+    for (const auto& [method, details] : methods.items()) {
+      std::string upper = method;
+      for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+      documented.insert(upper + " " + path);
+    }
+  }
+  std::set<std::string> routed;
+  for (const auto& route : ControlApi::routes()) {
+    routed.insert(std::string(route.method) + " " + std::string(route.path));
+  }
+  EXPECT_EQ(documented, routed);
+}
+
+TEST(CtlWords, BecomeJson) {
+  Json said = Json::object();
+  for (const char* word : {"ids=1", "supply_V=18", "load.J_g_cm2=1.5", "load.tau_gravity_Nm=-2",
+                           "on=true", "command=0xA4", "list=[1,2]"}) {
+    put_word(said, word);
+  }
+  EXPECT_EQ(said, Json::parse(R"({"ids":"1","supply_V":18,
+      "load":{"J_g_cm2":1.5,"tau_gravity_Nm":-2},"on":true,"command":"0xA4","list":[1,2]})"));
+  EXPECT_ANY_THROW(put_word(said, "supply_V=1"));
+  EXPECT_ANY_THROW(put_word(said, "supply_V.x=1"));
+  EXPECT_ANY_THROW(put_word(said, "=1"));
+  EXPECT_ANY_THROW(put_word(said, "word"));
+  EXPECT_ANY_THROW(put_word(said, "other={"));
+}
+
+TEST(CtlWords, SpansHaveUnits) {
+  EXPECT_DOUBLE_EQ(parse_span_s("10ms"), 0.01);
+  EXPECT_DOUBLE_EQ(parse_span_s("1.5"), 1.5);
+  EXPECT_DOUBLE_EQ(parse_span_s("2min"), 120);
+  EXPECT_DOUBLE_EQ(parse_span_s("250us"), 0.00025);
+  for (const char* wrong : {"", "ms", "-1s", "1 s", "1fortnight", "nan"}) {
+    EXPECT_ANY_THROW(parse_span_s(wrong)) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,56 @@
+#pragma once
+
+/// @file A world without interfaces, and what is asked of it.
+
+#include <boost/asio/io_context.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "emulator/control_api.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+
+/// Two buses, "vcan0" with the drives 1 and 2 and "vcan1" with drive 1, unless there is to be one.
+struct TestWorld {
+  explicit TestWorld(ClockMode mode = {.stepped = true}, int buses = 1) : world(loop, mode) {
+    BusConfig first = test::bus_config({1, 2}, 1'000'000);
+    first.interface = "vcan0";
+    world.add(first);
+    if (buses > 1) {
+      BusConfig second = test::bus_config({1}, 1'000'000);
+      second.interface = "vcan1";
+      world.add(second);
+    }
+    world.start();
+  }
+
+  ApiResponse ask(const ApiRequest& request) {
+    std::optional<ApiResponse> response;
+    api.handle(request, [&](const ApiResponse& answer) { response = answer; });
+    while (!response && loop.run_one() > 0) {
+    }
+    return response.value_or(ApiResponse{});
+  }
+  ApiResponse get(const std::string& path) { return ask({"GET", "/api/v1" + path, {}, "", ""}); }
+  ApiResponse send(const std::string& method, const std::string& path, const std::string& body) {
+    return ask({method, "/api/v1" + path, {}, "application/json", body});
+  }
+  ApiResponse post(const std::string& path, const std::string& body) {
+    return send("POST", path, body);
+  }
+
+  boost::asio::io_context loop{1};
+  World world;
+  ControlApi api{world};
+};
+
+inline std::string where(const ApiResponse& response) {
+  return response.body.value("error", Json::object()).value("where", "");
+}
+inline std::string reason(const ApiResponse& response) {
+  return response.body.value("error", Json::object()).value("reason", "");
+}
+
+}  // namespace lk::emulator
