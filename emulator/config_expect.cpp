@@ -139,8 +139,11 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   if (!id) reader.note_missing("id");
   const bool counts = std::holds_alternative<Replies>(expectation.what);
   expectation.when = read_period(reader, scenario.duration, counts);
-  expectation.bus =
-      read_bus_of(reader, scenario.robot, id ? std::optional(expectation.id) : std::nullopt);
+  if (!id) {
+    reader.text("bus");
+    reader.finish();
+  }
+  expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
   reader.finish();
   if (!found) reader.fail("id", "what is expected? signal, error, state, reply or no_reply");
   const auto& servos = scenario.robot[expectation.bus].servos;
