@@ -181,6 +181,7 @@ void Bus::deliver_next() {
   }
   if (delivery->from_host) {
     process_query(delivery->at, delivery->frame);
+    doubles_hear(delivery->at, delivery->frame);
   } else {
     const std::uint32_t id = delivery->owner & 0x3FU;
     const bool tells = (delivery->frame.id & 0x3FU) == id;
@@ -206,7 +207,6 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     return;
   }
   count_command(id, frame);
-  doubles_hear(at, id, frame);
   if (!timelines_[seat(id)].alive) {
     drop(Drop::kNoPower);
     return;
@@ -245,7 +245,6 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
-  doubles_hear(at, protocol::kMultiDrive, frame);
   if (!servos_.empty() && std::ranges::none_of(timelines_, &Timeline::alive)) {
     drop(Drop::kNoPower);
     return;

@@ -206,7 +206,7 @@ class Bus {
   void pass_on_link_faults(std::size_t seat);
   void add_double(std::size_t fault, std::size_t seat);
   void bring_doubles_to(SimTime t);
-  void doubles_hear(SimTime at, int id, const protocol::Frame& frame);
+  void doubles_hear(SimTime at, const protocol::Frame& frame);
   void answer_as_double(SimTime at, Double& second, const protocol::Query& query);
   LiveFault* destroyer(const CanWire::Candidate& next);
   int& transmit_errors(const CanWire::Candidate& next);

@@ -286,13 +286,14 @@ void Bus::bring_doubles_to(SimTime t) {
   }
 }
 
-/// Second drives hear a frame for the drive `id`, or for several drives.
-void Bus::doubles_hear(SimTime at, int id, const protocol::Frame& frame) {
+void Bus::doubles_hear(SimTime at, const protocol::Frame& frame) {
   for (Double& second : doubles_) {
     Servo& servo = second.servo;
-    const bool for_several = id == protocol::kMultiDrive;
-    if ((!for_several && servo.id() != id) || servo.multi_drive_mode() != for_several ||
-        wire_.drive_queue_full(second.owner)) {
+    const auto addressed = protocol::address(frame);
+    const int* const id = std::get_if<int>(&addressed);
+    const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
+    if (id == nullptr || (!for_several && servo.id() != *id) ||
+        servo.multi_drive_mode() != for_several || wire_.drive_queue_full(second.owner)) {
       continue;
     }
     const auto understood = servo.understand(frame);
