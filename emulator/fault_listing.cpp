@@ -42,6 +42,7 @@ std::string example(const FaultRow& row) {
   for (const FaultParam& param : row.params) {
     if (param.required) inside += fmt::format(", {} = {:g}", param.word, std::min(2.0, param.max));
   }
+  if (row.kind == FaultKind::kEndStop) inside += ", max_deg = 30";  // it needs one of its ends
   if (row.per_frame) inside += ", probability = 0.1";
   if (!row.momentary) inside += ", for_s = 0.5";
   return fmt::format("at_s = 2\n{}fault = {{ {} }}\n", row.of_bus ? "" : "id = 1\n", inside);
