@@ -224,5 +224,5 @@ def counted(counters: Dict[str, Any]) -> Iterator[str]:
     for name, count in counters.items():
         if isinstance(count, dict):
             yield from counted(count)
-        elif count:
+        elif count and isinstance(count, int):
             yield f"{count} {name.replace('_', ' ')}"
