@@ -19,5 +19,7 @@ std::span<const Command> commands();
 
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
+// replay_command.cpp
+int run_replay(int argc, const char* const* argv);
 
 }  // namespace lk::emulator
