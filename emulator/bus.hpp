@@ -11,6 +11,7 @@
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
 #include "emulator/can_wire.hpp"
+#include "emulator/link_faults.hpp"
 #include "emulator/live_fault.hpp"
 #include "emulator/rom_write.hpp"
 #include "emulator/servo.hpp"
@@ -55,6 +56,8 @@ class Bus {
   std::vector<FaultReport> faults() const;
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMostFaults = 1000;
+  /// Planned directives, faults aside, whose condition has not held yet.
+  std::size_t unmet_directives() const;
   bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
@@ -173,8 +176,38 @@ class Bus {
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// It does not take in another query: what waits for its flash or the wire has to go first.
-  bool busy(std::size_t seat) const { return wire_.drive_queue_full(servos_[seat].reply_id()); }
+  bool busy(std::size_t seat) const {
+    return wire_.drive_queue_full(servos_[seat].reply_id(), links_[seat].held_back ? 1 : 0);
+  }
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
+  /// Every frame that a query brings forth leaves the drive here.
+  void say(std::size_t seat, SimTime ready, const protocol::Frame& frame, std::uint64_t rom_write);
+
+  // Faults of the link (bus_link.cpp, bus_link_errors.cpp).
+  /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
+  /// it as another.
+  bool hears(std::size_t seat, protocol::Frame& frame);
+  bool spoil_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void put_on_wire(std::size_t seat, const Outgoing& out);
+  void forget_words(std::size_t seat);
+  void ignored_for_full_queue(std::size_t seat, const protocol::Frame& query);
+  void babble(const Babble& babble);
+  void begin_link_fault(std::size_t index);
+  void end_link_fault(std::size_t index);
+  void pass_on_link_faults(std::size_t seat);
+  void add_double(std::size_t fault, std::size_t seat);
+  void bring_doubles_to(SimTime t);
+  void doubles_hear(SimTime at, int id, const protocol::Frame& frame);
+  void answer_as_double(SimTime at, Double& second, const protocol::Query& query);
+  LiveFault* destroyer(const CanWire::Candidate& next);
+  int& transmit_errors(const CanWire::Candidate& next);
+  bool destroy_next();
+  void leave_bus(const CanWire::Candidate& given_up);
+  void count_success(const CanWire::Delivery& delivery);
+
   void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
 
   std::int64_t bitrate_;
@@ -184,6 +217,10 @@ class Bus {
   std::vector<Place> places_;        // by seat
   std::vector<Servo> servos_;        // by seat; ascending IDs
   std::vector<Timeline> timelines_;  // by seat
+  std::vector<DriveLink> links_;     // by seat
+  HostLink host_link_;
+  std::vector<Double> doubles_;
+  bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
   Agenda agenda_;
   std::uint64_t seed_;
   std::vector<LiveFault> faults_;

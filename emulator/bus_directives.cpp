@@ -45,6 +45,10 @@ void Bus::perform(const Task& task) {
     begin_fault(begin->fault);
   } else if (const auto* end = std::get_if<FaultEnd>(&task)) {
     end_fault(end->fault);
+  } else if (const auto* babbling = std::get_if<Babble>(&task)) {
+    babble(*babbling);
+  } else if (const auto* off = std::get_if<BusOffEnd>(&task)) {
+    links_[off->seat].bus_off = false;
   } else if (std::holds_alternative<Look>(task)) {
     look();
   } else {

@@ -149,6 +149,7 @@ void Bus::begin_fault(std::size_t index) {
     live.anchors[n] = truth(fault.ids[n]).theta_out;
     pass_on_faults(seat(fault.ids[n]));
   }
+  begin_link_fault(index);
   look_again_by(time_ + kLookStep);
 }
 
@@ -159,6 +160,7 @@ void Bus::end_fault(std::size_t index) {
       live.fault.every && (live.fault.times == 0 || live.beginnings < live.fault.times);
   live.evidence.state = more ? State::kPaused : State::kOver;
   --active_faults_;
+  end_link_fault(index);
   for (const int id : live.fault.ids) {
     pass_on_faults(seat(id));
   }
@@ -194,6 +196,12 @@ std::vector<FaultReport> Bus::faults() const {
   return reports;
 }
 
+std::size_t Bus::unmet_directives() const {
+  return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& waiting) {
+    return std::holds_alternative<Directive>(waiting.task);
+  }));
+}
+
 // --- what they do
 // -----------------------------------------------------------------------------------
 
@@ -222,6 +230,7 @@ void Bus::pass_on_faults(std::size_t seat) {
     firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
   }
   servos_[seat].set_faults(firmware);
+  pass_on_link_faults(seat);
   const Lane motor = lane(seat);
   if (!(motor.bank.faults(motor.index) == physical)) {
     motor.bank.set_faults(motor.index, physical);

@@ -101,7 +101,8 @@ std::vector<CandumpLine> parse_candump_log(std::string_view text, const std::str
   return lines;
 }
 
-std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame) {
+std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame,
+                         CandumpLine::Direction direction) {
   constexpr std::int64_t kMicros = 1'000'000;
   const std::int64_t at_us = at.count() / 1000;
   std::string text = "(";
@@ -111,6 +112,8 @@ std::string candump_line(SimTime at, std::string_view interface, const protocol:
   text.append(") ").append(interface).append(" ").append(frame_text(frame));
   // candump gives a CAN FD frame a digit of flags.
   if (frame.kind == protocol::FrameKind::kFd) text += '0';
+  if (direction == CandumpLine::Direction::kReceived) text += " R";
+  if (direction == CandumpLine::Direction::kSent) text += " T";
   return text;
 }
 

@@ -31,6 +31,7 @@ std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line)
 std::vector<CandumpLine> parse_candump_log(std::string_view text, const std::string& file);
 
 /// A line, without its end; times are cut to whole microseconds, so that their order stays.
-std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame);
+std::string candump_line(SimTime at, std::string_view interface, const protocol::Frame& frame,
+                         CandumpLine::Direction direction = CandumpLine::Direction::kUnsaid);
 
 }  // namespace lk::emulator

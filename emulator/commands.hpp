@@ -21,5 +21,7 @@ std::span<const Command> commands();
 int run_faults(int argc, const char* const* argv);
 // replay_command.cpp
 int run_replay(int argc, const char* const* argv);
+// run_command.cpp
+int run_scenarios(int argc, const char* const* argv);
 
 }  // namespace lk::emulator

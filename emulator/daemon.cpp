@@ -105,6 +105,9 @@ void print_bus(const BusStats& bus, const std::string& title) {
     print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
                   bus.dropped[cause]);
   }
+  print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
+  print_nonzero("frames of drives that nobody asked for", bus.extra_frames);
+  print_nonzero("error frames", bus.error_frames);
   print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
   print_nonzero("motion not executed: target out of range", bus.invalid_targets);
   print_nonzero("writes to ROM", bus.rom_writes);

@@ -42,11 +42,13 @@ Recorder::Recorder(std::filesystem::path directory, const RecordingInfo& info,
 
 void Recorder::host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame) {
   ++host_frames_;
-  writer_->add(kFrames, candump_line(at, buses_[bus].interface, frame) + " T");
+  writer_->add(kFrames,
+               candump_line(at, buses_[bus].interface, frame, CandumpLine::Direction::kSent));
 }
 
 void Recorder::reply(std::size_t bus, const TimedFrame& reply) {
-  writer_->add(kFrames, candump_line(reply.at, buses_[bus].interface, reply.frame) + " R");
+  writer_->add(kFrames, candump_line(reply.at, buses_[bus].interface, reply.frame,
+                                     CandumpLine::Direction::kReceived));
 }
 
 void Recorder::directive(std::size_t bus, SimTime at, std::string json) {

@@ -3,17 +3,19 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
+#include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <optional>
 #include <string>
-#include <system_error>
 
 #include "emulator/candump_log.hpp"
 #include "emulator/cli.hpp"
 #include "emulator/commands.hpp"
+#include "emulator/config_reader.hpp"
 #include "emulator/log_compare.hpp"
 #include "emulator/profile_files.hpp"
+#include "emulator/progress.hpp"
+#include "emulator/replay_csv.hpp"
 #include "emulator/replay_directory.hpp"
 #include "emulator/replay_text.hpp"
 
@@ -27,6 +29,9 @@ input.)";
 struct Request {
   std::string directory;
   std::string candump;
+  std::string csv;
+  std::vector<std::string> signals = {"angle_deg", "speed_dps", "iq_A"};
+  double rate_Hz = 100;
   std::string log;
   std::string config;
   std::string bus;
@@ -37,6 +42,12 @@ void add_options(CLI::App& app, Request& request) {
   app.add_option("DIR", request.directory, "recording to run again");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
       ->type_name("FILE");
+  app.add_option("--csv", request.csv, "file that gets signals of the drives")->type_name("FILE");
+  app.add_option("--signals", request.signals, "what goes into it: angle_deg,speed_dps,…")
+      ->delimiter(',')
+      ->type_name("LIST");
+  app.add_option("--rate", request.rate_Hz, "rows a simulated second (default 100)")
+      ->type_name("HZ");
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");
   app.add_option("--config", request.config, "the robot that the log is of")->type_name("FILE");
@@ -57,9 +68,14 @@ void check(const CLI::App& app, const Request& request) {
       throw StartError(std::string("replay: ") + option + " belongs to --log");
     }
   }
-  for (const char* option : {"--candump"}) {
+  for (const char* option : {"--candump", "--csv"}) {
     if (log && app.count(option) > 0) {
       throw StartError(std::string("replay: ") + option + " belongs to a recording");
+    }
+  }
+  for (const char* option : {"--signals", "--rate"}) {
+    if (app.count(option) > 0 && request.csv.empty()) {
+      throw StartError(std::string("replay: ") + option + " belongs to --csv");
     }
   }
   if (log && request.config.empty()) {
@@ -67,36 +83,26 @@ void check(const CLI::App& app, const Request& request) {
   }
 }
 
-void save(const std::string& file, const std::string& text) {
-  errno = 0;
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) {
-    throw StartError("cannot write " + file + ": " + std::generic_category().message(errno));
-  }
-}
-
 // --- a recording
 // --------------------------------------------------------------------------------------------
 
-/// Percents on a terminal.
-class Progress {
- public:
-  void operator()(double done) {
-    if (!terminal_) return;
-    std::fprintf(stderr, "\r%3.0f %%", 100 * done);
-    shown_ = true;
+ReplayCsv read_csv(const Request& request) {
+  constexpr double kMost_Hz = 1e6;
+  if (!(request.rate_Hz >= 1e-3 && request.rate_Hz <= kMost_Hz)) {
+    throw StartError("--rate: must be 0.001 to 1000000 Hz");
   }
-  void clear() {
-    if (shown_) std::fputs("\r      \r", stderr);
-    shown_ = false;
+  ReplayCsv csv{request.csv, {}, SimTime(std::llround(1e9 / request.rate_Hz))};
+  std::vector<std::string> known;
+  for (const Signal& signal : signals()) known.emplace_back(signal.name);
+  for (const std::string& name : request.signals) {
+    csv.signals.push_back(find_signal(name));
+    if (csv.signals.back() != nullptr) continue;
+    const std::string meant = nearest(name, known);
+    throw StartError("--signals: no signal \"" + name + "\"" +
+                     (meant.empty() ? "" : ", did you mean " + meant + "?"));
   }
-
- private:
-  bool terminal_ = ::isatty(STDERR_FILENO) == 1;
-  bool shown_ = false;
-};
+  return csv;
+}
 
 Recording open_recording(const std::string& directory) {
   Recording recording = read_recording(directory);
@@ -114,24 +120,38 @@ Recording open_recording(const std::string& directory) {
   return recording;
 }
 
+/// How far it goes, if it says so.
+SimTime length(const Recording& recording) {
+  SimTime last{0};
+  for (const RecordedInput& input : recording.inputs) last = std::max(last, input.at);
+  return last;
+}
+
+ReplayEnd run(const Request& request, const Recording& recording, Replay& replay) {
+  std::optional<OutputFile> candump;
+  std::optional<ReplayCsvFile> csv;
+  if (!request.candump.empty()) {
+    candump.emplace(request.candump, "--candump");
+    replay.on_frame = [&](std::size_t bus, const ReplayedFrame& frame) {
+      using Direction = CandumpLine::Direction;
+      candump->write(candump_line(frame.timed.at, recording.buses[bus].interface, frame.timed.frame,
+                                  frame.from_host ? Direction::kSent : Direction::kReceived) +
+                     '\n');
+    };
+  }
+  if (!request.csv.empty()) csv.emplace(read_csv(request), recording.buses, replay);
+  Progress progress("replay", length(recording), ::isatty(STDERR_FILENO) != 0);
+  const ReplayEnd end = replay_recording(request.directory, recording, replay,
+                                         [&](SimTime now) { progress.show(now); });
+  if (candump) candump->commit();
+  if (csv) csv->commit();
+  return end;
+}
+
 int replay_directory(const Request& request) {
   const Recording recording = open_recording(request.directory);
   Replay replay(recording.buses);
-  std::ofstream candump;
-  if (!request.candump.empty()) {
-    candump.open(request.candump, std::ios::binary);
-    replay.on_frame = [&](std::size_t bus, const ReplayedFrame& frame) {
-      candump << candump_line(frame.timed.at, recording.buses[bus].interface, frame.timed.frame)
-              << (frame.from_host ? " T\n" : " R\n");
-    };
-  }
-  Progress progress;
-  const ReplayEnd end =
-      replay_recording(request.directory, recording, replay, [&](double done) { progress(done); });
-  progress.clear();
-  if (!request.candump.empty() && !candump.flush()) {
-    throw StartError("cannot write " + request.candump);
-  }
+  const ReplayEnd end = run(request, recording, replay);
   if (const auto& difference = replay.difference()) {
     const auto bus = std::ranges::find(recording.buses, difference->bus, &BusConfig::interface);
     std::fputs(difference_text(*difference, *bus).c_str(), stdout);
@@ -203,7 +223,9 @@ int compare(const Request& request) {
   if (request.report.empty()) {
     std::fputs(text.c_str(), stdout);
   } else {
-    save(request.report, text);
+    OutputFile report(request.report, "--report");
+    report.write(text);
+    report.commit();
     std::printf("%s\n", text.substr(0, text.find('\n')).c_str());
   }
   return 0;

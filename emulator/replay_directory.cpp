@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 
@@ -15,6 +14,7 @@
 namespace lk::emulator {
 namespace {
 
+/// Between two words about the progress.
 constexpr int kLinesBetweenReports = 4096;
 
 /// The lines of a file as they come; it may be longer than memory.
@@ -22,8 +22,6 @@ class Lines {
  public:
   explicit Lines(const std::filesystem::path& file)
       : file_(file.string()), stream_(file, std::ios::binary) {
-    std::error_code ignored;
-    size_ = static_cast<double>(std::filesystem::file_size(file, ignored));
     if (!stream_) {
       throw StartError("cannot read " + file_ + ": " + std::generic_category().message(errno));
     }
@@ -36,12 +34,10 @@ class Lines {
     }
     cut_ = stream_.eof();
     ++number_;
-    read_ += static_cast<double>(line.size()) + 1;
     return !cut_;
   }
   bool cut() const { return cut_; }
   int number() const { return number_; }
-  double done() const { return size_ > 0 ? std::min(read_ / size_, 1.0) : 1; }
   [[noreturn]] void fail(const std::string& reason) const {
     throw StartError(file_ + ":" + std::to_string(number_) + ": " + reason);
   }
@@ -49,8 +45,6 @@ class Lines {
  private:
   std::string file_;
   std::ifstream stream_;
-  double size_ = 0;
-  double read_ = 0;
   int number_ = 0;
   bool cut_ = false;
 };
@@ -107,10 +101,13 @@ class Inputs {
   }
   static void request_directive(const RecordedInput::Request& request, const BusConfig& config,
                                 Bus& bus) {
-    const toml::table table = json_table(nlohmann::ordered_json::parse(request.json));
+    // A setting that is not said stays what it is in RAM.
+    BusConfig now = config;
+    for (ServoConfig& servo : now.servos) servo.rom = bus.servo(servo.id).ram();
+    const toml::table table = to_table(parse_json(request.json));
     TableReader reader(table, kInputsFile, "");
     reader.text("bus");
-    for (const TimedDirective& one : read_directives(reader, config, Timing::kOptional)) {
+    for (const TimedDirective& one : read_directives(reader, now, Timing::kOptional)) {
       if (one.when || one.at > bus.time()) {
         bus.plan(one);
       } else {
@@ -149,7 +146,7 @@ void feed(const CandumpLine& line, const Lines& lines, Replay& replay) {
 }  // namespace
 
 ReplayEnd replay_recording(const std::filesystem::path& directory, const Recording& recording,
-                           Replay& replay, const std::function<void(double)>& progress) {
+                           Replay& replay, const std::function<void(SimTime)>& progress) {
   ReplayEnd end;
   Lines lines(directory / kFramesFile);
   Inputs inputs(recording, replay);
@@ -161,11 +158,13 @@ ReplayEnd replay_recording(const std::filesystem::path& directory, const Recordi
       const auto& line = std::get<CandumpLine>(parsed);
       if (line.direction == CandumpLine::Direction::kSent) inputs.do_before_next_frame();
       feed(line, lines, replay);
-      if (progress && lines.number() % kLinesBetweenReports == 0) progress(lines.done());
+      if (progress && lines.number() % kLinesBetweenReports == 0) progress(line.at);
     }
     if (!replay.difference()) inputs.finish();
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
+  } catch (const JsonError& problem) {
+    throw StartError(std::string(kInputsFile) + ": " + problem.where + ": " + problem.what());
   }
   end.cut_line = lines.cut();
   end.complete = inputs.complete();

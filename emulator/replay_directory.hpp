@@ -17,9 +17,9 @@ struct ReplayEnd {
 };
 
 /// Runs `replay`, made of `recording.buses`, on what `directory` has, to its end or to the first
-/// difference. `progress` hears now and then how much of the frames is done, 0 to 1. Throws
+/// difference. `progress` hears now and then where it is. Throws
 /// StartError when they cannot be read.
 ReplayEnd replay_recording(const std::filesystem::path& directory, const Recording& recording,
-                           Replay& replay, const std::function<void(double)>& progress = {});
+                           Replay& replay, const std::function<void(SimTime)>& progress = {});
 
 }  // namespace lk::emulator

@@ -105,6 +105,9 @@ TEST(CandumpLog, WritesWhatItReads) {
     const CandumpLine read = parsed(line);
     EXPECT_EQ(candump_line(read.at, read.interface, read.frame), line);
   }
+  const CandumpLine sent = parsed("(0000000001.500000) a 141#A1 T");
+  EXPECT_EQ(candump_line(sent.at, sent.interface, sent.frame, sent.direction),
+            "(0000000001.500000) a 141#A1 T");
   // A stamp is cut, not rounded: a frame never seems later than one that came after it.
   EXPECT_EQ(candump_line(1999ns, "a", parsed("(1.0) a 141#9C").frame),
             "(0000000000.000001) a 141#9C");
