@@ -15,6 +15,8 @@ class App;
 
 namespace lk::emulator {
 
+struct ConfigTexts;
+
 /// Why the program cannot start: one line for the person who typed the command. Exit status 2.
 struct StartError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -27,6 +29,7 @@ struct CommandLine {
   bool create_bus = false;
   bool check = false;  // say what would run, and start nothing
   RomOptions rom;
+  std::optional<std::filesystem::path> record;  // directory that gets a recording
   std::string log_level = "info";
 };
 
@@ -38,7 +41,8 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
 /// output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// The buses to run: configuration file, profiles and command line together. Throws StartError.
-std::vector<BusConfig> load_config(const CommandLine& command_line);
+/// The buses to run: configuration file, profiles and command line together. What was read goes
+/// into `texts`, if that is wanted. Throws StartError.
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts = nullptr);
 
 }  // namespace lk::emulator

@@ -130,7 +130,8 @@ void print_port(const PortStats& port) {
 
 }  // namespace
 
-Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom)
+Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom,
+               const std::optional<RecordRequest>& record)
     : clock_(monotonic_now()),
       timer_(loop_, [this] { serve_all(); }),
       links_(loop_, [this] { follow_links(); }),
@@ -143,6 +144,9 @@ Daemon::Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions
     if (!create_buses || link_state(bus.interface).index != 0) check_interface(bus.interface);
   }
   if (!rom.in_memory) rom_store_.emplace(rom, buses);
+  if (record) {
+    recorder_.emplace(record->directory, recording_info(*record, SimTime{0}), record->texts, buses);
+  }
   for (const auto& bus : buses) {
     if (create_buses) make(bus.interface);
   }
@@ -166,7 +170,7 @@ void Daemon::run() {
   serve_all();
   loop_.run();
   print_summary();
-  if (!rom_is_settled()) {
+  if (!disk_is_done()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
     spdlog::default_logger()->flush();
@@ -181,14 +185,33 @@ void Daemon::serve(std::size_t index, MonoTime mono) {
   const auto [now, slipped] = clock_.read(mono, line.bus.time());
   if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
   line.port.receive([&, at = now](const ReceivedFrame& received) {
-    line.bus.receive({at - received.age, received.frame});
+    take_in(index, {at - received.age, received.frame});
   });
-  line.bus.advance_to(now);
+  bring_to(index, now);
+}
+
+void Daemon::take_in(std::size_t index, TimedFrame in) {
+  Bus& bus = lines_[index]->bus;
+  in.at = frame_instant(in.at, bus.time());
+  if (recorder_) {
+    // A replay has to put it on the same bus, in the same state.
+    bring_to(index, in.at);
+    recorder_->host_frame(index, in.at, in.frame);
+  }
+  bus.receive(in);
+}
+
+void Daemon::bring_to(std::size_t index, SimTime until) {
+  Line& line = *lines_[index];
+  line.bus.advance_to(until);
   keep_rom(index);
   replies_.clear();
   line.bus.take_replies(replies_);
   leaving_.clear();
-  for (const TimedFrame& reply : replies_) line.gate.pass(reply, leaving_);
+  for (const TimedFrame& reply : replies_) {
+    if (recorder_) recorder_->reply(index, reply);
+    line.gate.pass(reply, leaving_);
+  }
   for (const protocol::Frame& frame : leaving_) line.port.send(frame);
 }
 
@@ -226,6 +249,9 @@ void Daemon::settle_rom(std::size_t index, const RomWrite& write, int error) {
   leaving_.clear();
   if (const auto* kept = line.gate.settle(write, error == 0, leaving_)) {
     line.bus.restore_rom(write.id, kept->rom, kept->wear);
+    if (recorder_) {
+      recorder_->restored_rom(index, line.bus.time(), write.id, kept->rom, kept->wear);
+    }
   }
   for (const protocol::Frame& frame : leaving_) line.port.send(frame);
 }
@@ -234,6 +260,8 @@ bool Daemon::rom_is_settled() const {
   return std::all_of(lines_.begin(), lines_.end(),
                      [](const auto& line) { return line->gate.idle(); });
 }
+
+bool Daemon::disk_is_done() const { return rom_is_settled() && (!recorder_ || recorder_->done()); }
 
 bool Daemon::replies_have_left() const {
   return std::all_of(lines_.begin(), lines_.end(),
@@ -244,6 +272,11 @@ bool Daemon::replies_have_left() const {
 /// signal does not wait for that.
 void Daemon::begin_stop() {
   stopping_ = true;
+  if (recorder_) {
+    std::vector<SimTime> times;
+    for (const auto& line : lines_) times.push_back(line->bus.time());
+    recorder_->end(times);
+  }
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
   give_up_ = give_up_disk_ + kLongestFlush;
@@ -252,9 +285,9 @@ void Daemon::begin_stop() {
 
 void Daemon::wait_to_end() {
   const MonoTime now = monotonic_now();
-  const bool disk_is_done = rom_is_settled() || now >= give_up_disk_;
-  if (disk_is_done) give_up_ = std::min(give_up_, now + kLongestFlush);
-  if (disk_is_done && (replies_have_left() || now >= give_up_)) {
+  const bool disk_is_over = disk_is_done() || now >= give_up_disk_;
+  if (disk_is_over) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (disk_is_over && (replies_have_left() || now >= give_up_)) {
     loop_.stop();
     return;
   }

@@ -11,6 +11,7 @@
 #include "emulator/bus.hpp"
 #include "emulator/netlink.hpp"
 #include "emulator/pacer.hpp"
+#include "emulator/recorder.hpp"
 #include "emulator/rom_gate.hpp"
 #include "emulator/rom_options.hpp"
 #include "emulator/rom_store.hpp"
@@ -23,8 +24,9 @@ namespace lk::emulator {
 /// Only the disk is another thread's.
 class Daemon {
  public:
-  /// Throws StartError when an interface or the ROM cannot be had.
-  Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom);
+  /// Throws StartError when an interface, the ROM or a place for the recording cannot be had.
+  Daemon(std::vector<BusConfig> buses, bool create_buses, const RomOptions& rom,
+         const std::optional<RecordRequest>& record = std::nullopt);
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
   /// not return when the disk still has not answered: it ends the process.
@@ -41,6 +43,9 @@ class Daemon {
   /// Takes in what has arrived, brings the bus to `mono`, lets the replies out.
   void serve(std::size_t line, MonoTime mono);
   void serve_all();
+  void take_in(std::size_t line, TimedFrame in);
+  /// To `until`, and lets out what drives say on the way.
+  void bring_to(std::size_t line, SimTime until);
   void keep_rom(std::size_t line);
   RomWriter& rom_writer();
   /// On the loop: the disk has answered; `error` is 0 or errno.
@@ -48,6 +53,7 @@ class Daemon {
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
+  bool disk_is_done() const;
   bool replies_have_left() const;
   void follow_links();
   void say_ready_once();
@@ -69,8 +75,9 @@ class Daemon {
   MonoTime give_up_{};
   MonoTime started_;
   bool ready_ = false;
-  bool stopping_ = false;                // time stands still
-  std::optional<RomStore> rom_store_;    // none: ROM ends with the process
+  bool stopping_ = false;              // time stands still
+  std::optional<RomStore> rom_store_;  // none: ROM ends with the process
+  std::optional<Recorder> recorder_;
   std::optional<RomWriter> rom_writer_;  // last: its thread ends before what it reports to
 };
 

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -29,12 +30,16 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  auto buses = lk::emulator::load_config(*command_line);
+  lk::emulator::ConfigTexts texts;
+  auto buses = lk::emulator::load_config(*command_line, &texts);
   if (command_line->check) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
-  lk::emulator::Daemon daemon(std::move(buses), command_line->create_bus, command_line->rom);
+  std::optional<lk::emulator::RecordRequest> record;
+  if (command_line->record) record = {*command_line->record, command_line->overrides, texts};
+  lk::emulator::Daemon daemon(std::move(buses), command_line->create_bus, command_line->rom,
+                              record);
   daemon.run();
   return 0;
 }

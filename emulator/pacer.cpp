@@ -29,7 +29,7 @@ MonoTime monotonic_now() {
 }
 
 SimClock::Reading SimClock::read(MonoTime mono, SimTime reached) {
-  const SimTime now = mono - epoch_;
+  const SimTime now = std::chrono::floor<std::chrono::microseconds>(mono - epoch_);
   if (now - reached <= kMostLag) return {now, SimTime{0}};
   const SimTime slip = now - reached;
   epoch_ += slip;

@@ -15,7 +15,8 @@ MonoTime monotonic_now();
 
 /// Simulated time is monotonic time since the start, as long as the machine keeps up. When it does
 /// not, or was stopped, time slips: the simulation goes on from where it is instead of sprinting
-/// after.
+/// after. All its readings are whole microseconds, so that what a log writes in microseconds is
+/// exact.
 class SimClock {
  public:
   static constexpr SimTime kMostLag = std::chrono::milliseconds(50);
@@ -28,7 +29,9 @@ class SimClock {
   };
   /// Simulated time at `mono` for a simulation that has got as far as `reached`.
   Reading read(MonoTime mono, SimTime reached);
-  MonoTime to_mono(SimTime time) const { return epoch_ + time; }
+  MonoTime to_mono(SimTime time) const {
+    return epoch_ + std::chrono::ceil<std::chrono::microseconds>(time);
+  }
 
   SimTime total_slip() const { return total_slip_; }
   std::uint64_t slips() const { return slips_; }

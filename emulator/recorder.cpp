@@ -1,10 +1,12 @@
 #include "emulator/recorder.hpp"
 
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <ctime>
 #include <system_error>
 #include <utility>
 
@@ -28,6 +30,17 @@ Descriptor open_log(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+RecordingInfo recording_info(const RecordRequest& request, SimTime start) {
+  RecordingInfo info;
+  info.version = LKEMU_VERSION;
+  info.replayable = start == SimTime{0};
+  info.overrides = request.overrides;
+  info.clock = request.clock;
+  info.start = start;
+  info.started_utc = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  return info;
+}
 
 Recorder::Recorder(std::filesystem::path directory, const RecordingInfo& info,
                    const ConfigTexts& texts, std::vector<BusConfig> buses)

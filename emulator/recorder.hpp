@@ -13,6 +13,17 @@
 
 namespace lk::emulator {
 
+/// What a recording is to be of.
+struct RecordRequest {
+  std::filesystem::path directory;
+  Overrides overrides;
+  ConfigTexts texts;
+  std::string clock = "realtime";
+};
+
+/// recording.json of a recording that begins now, on the calendar, at `start` of simulated time.
+RecordingInfo recording_info(const RecordRequest& request, SimTime start);
+
 /// Writes a recording (docs/record.md) as it happens. Calls come in the order in which things reach
 /// the buses and never wait for the disk. When that refuses, the recording ends with one line in
 /// the log, and everything else goes on.

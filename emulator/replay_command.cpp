@@ -120,10 +120,12 @@ Recording open_recording(const std::string& directory) {
   return recording;
 }
 
-/// How far it goes, if it says so.
+/// How far it goes, if it was ended in good order and says so; else 0.
 SimTime length(const Recording& recording) {
   SimTime last{0};
-  for (const RecordedInput& input : recording.inputs) last = std::max(last, input.at);
+  for (const RecordedInput& input : recording.inputs) {
+    if (std::holds_alternative<RecordedInput::End>(input.what)) last = std::max(last, input.at);
+  }
   return last;
 }
 
@@ -140,7 +142,8 @@ ReplayEnd run(const Request& request, const Recording& recording, Replay& replay
     };
   }
   if (!request.csv.empty()) csv.emplace(read_csv(request), recording.buses, replay);
-  Progress progress("replay", length(recording), ::isatty(STDERR_FILENO) != 0);
+  const SimTime whole = length(recording);
+  Progress progress("replay", whole, whole > SimTime{0} && ::isatty(STDERR_FILENO) != 0);
   const ReplayEnd end = replay_recording(request.directory, recording, replay,
                                          [&](SimTime now) { progress.show(now); });
   if (candump) candump->commit();
