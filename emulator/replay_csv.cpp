@@ -7,7 +7,7 @@ namespace {
 
 /// Stops a bus for its sampler and hands the rows on.
 template <class Take>
-struct Look {
+struct RowLook {
   Sampler& sampler;
   Take take;
   std::vector<double> row = {};
@@ -35,7 +35,7 @@ ReplayCsvFile::ReplayCsvFile(const ReplayCsv& csv, const std::vector<BusConfig>&
   }
   file_.write(csv_header(names, samplers_));
   replay.advance = [this, &replay](std::size_t n, SimTime until) {
-    Look look{samplers_[n], [this, n](const std::vector<double>& row) { take(n, row); }};
+    RowLook look{samplers_[n], [this, n](const std::vector<double>& row) { take(n, row); }};
     advance_watched(replay.bus(n), until, look);
   };
 }
