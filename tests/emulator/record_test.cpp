@@ -1,13 +1,16 @@
 // What was recorded runs again, identically; and what was tampered with is found where it is.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <random>
 #include <sstream>
 
+#include "emulator/candump_log.hpp"
 #include "emulator/cli.hpp"
 #include "emulator/config_directives.hpp"
 #include "emulator/json_table.hpp"
@@ -144,19 +147,19 @@ class Record : public ::testing::Test {
 
   /// A wild run on both buses; gives the number of its replies.
   std::uint64_t make(bool ended = true, std::vector<BusConfig> buses = robot()) {
-    std::mt19937 random(3);  // NOLINT: the same run every time
+    std::mt19937 dice(3);  // NOLINT: the same run every time
     Live live(directory(), buses);
     constexpr std::uint8_t kCommands[] = {0x9A, 0x9C, 0x9D, 0x90, 0x92, 0xA1, 0xA2, 0xA4,
                                           0x32, 0x30, 0x81, 0x88, 0x80, 0x19, 0xEE};
     for (int n = 0; n < 1500; ++n) {
-      const std::size_t bus = random() % 3 == 0 ? 1 : 0;
+      const std::size_t bus = dice() % 3 == 0 ? 1 : 0;
       protocol::Frame frame;
-      frame.id = 0x140 + 1 + random() % (bus == 0 ? 4 : 1);
-      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
-      frame.data[0] = kCommands[random() % std::size(kCommands)];
-      const SimTime at = live.time(bus) + SimTime(random() % 600'000) - microseconds(100);
+      frame.id = 0x141 + static_cast<std::uint32_t>(dice() % (bus == 0 ? 4 : 1));
+      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(dice());
+      frame.data[0] = kCommands[dice() % std::size(kCommands)];
+      const SimTime at = live.time(bus) + SimTime(dice() % 600'000) - microseconds(100);
       live.host(bus, at, frame);
-      if (n % 7 == 0) live.advance(bus, live.time(bus) + microseconds(random() % 2000));
+      if (n % 7 == 0) live.advance(bus, live.time(bus) + microseconds(dice() % 2000));
       if (n == 300) live.directive(0, R"({"id": 1, "settings": {"max_speed_dps": 100.5}})");
       if (n == 400) live.directive(0, R"({"ids": [1, 2], "fault": "slow_replies"})");
       if (n == 500) live.directive(1, R"({"id": 1, "load": {"tau_Nm": 0.3}})");
