@@ -161,11 +161,11 @@ class Record : public ::testing::Test {
       live.host(bus, at, frame);
       if (n % 7 == 0) live.advance(bus, live.time(bus) + microseconds(dice() % 2000));
       if (n == 300) live.directive(0, R"({"id": 1, "settings": {"max_speed_dps": 100.5}})");
-      if (n == 400) live.directive(0, R"({"ids": [1, 2], "fault": "slow_replies"})");
+      if (n == 400) live.directive(0, R"({"ids": "1-2", "fault": "slow_replies"})");
       if (n == 500) live.directive(1, R"({"id": 1, "load": {"tau_Nm": 0.3}})");
       if (n == 600)
-        live.directive(0, R"({"when": {"id": 1, "command": "0x9C", "count": 3},)"
-                          R"( "id": 1, "fault": {"kind": "hang", "for_s": 0.01}})");
+        live.directive(0, R"({"when": {"id": 1, "command": "0x9C", "count": 1},)"
+                          R"( "id": 1, "fault": {"kind": "hang", "for_s": 0.05}})");
       if (n == 700) live.directive(0, R"({"mark": "half way"})");
       if (n == 800) live.directive(0, R"({"at_s": 0.3, "id": 2, "supply_V": 11.7, "ramp_s": 0.1})");
       if (n == 900) live.directive(0, R"({"clear": "all"})");
