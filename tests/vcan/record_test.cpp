@@ -65,7 +65,7 @@ void talk(const std::string& interface, int windows, int last) {
         answered = reply->can_id == asked && reply->data[0] == 0x33;
       }
     }
-    ASSERT_TRUE(answered);
+    ASSERT_TRUE(answered) << interface << ", window " << window;
   }
 }
 
@@ -165,7 +165,10 @@ TEST_F(Record, AFullDiskEndsItAndNothingElse) {
     EXPECT_TRUE(emulator.wait_for_log("recording in " + directory() +
                                       " has ended: No space left on device"));
     talk("vcan0", 3, 3);
-    EXPECT_EQ(emulator.stop().status, 0);
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("lk-emu stopped"), std::string::npos) << result.out << result.err;
+    if (HasFailure()) ADD_FAILURE() << result.out << result.err;
   }
   const auto again = replay();
   EXPECT_EQ(again.status, 0) << again.out << again.err;
