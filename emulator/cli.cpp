@@ -10,7 +10,9 @@
 
 #include "emulator/commands.hpp"
 #include "emulator/motor_listing.hpp"
+#include "emulator/profile.hpp"
 #include "emulator/profile_files.hpp"
+#include "emulator/recording.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -46,6 +48,7 @@ struct Raw {
   std::string junit;
   std::string http;
   std::string http_token;
+  std::string record;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -72,6 +75,9 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
+  app.add_option("--record", raw.record,
+                 "directory that gets everything lk-emu replay needs to run this again")
+      ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--check", raw.line.check,
@@ -240,16 +246,22 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
     line.control.token_file = raw.http_token;
   }
+  if (app.count("--record") > 0) {
+    if (raw.record.empty()) throw StartError("--record: needs a directory");
+    line.record = raw.record;
+  }
   check_log_level(line.log_level);
   return line;
 }
 
-/// A motor file is read once, however many drives use it.
-FindProfile cached_profiles() {
-  return [known = std::map<std::string, Profile>()](const std::string& name) mutable {
+/// A motor file is read once, however many drives use it; its text is kept in `texts`.
+FindProfile cached_profiles(ConfigTexts& texts) {
+  return [&texts, known = std::map<std::string, Profile>()](const std::string& name) mutable {
     const auto found = known.find(name);
-    return found != known.end() ? found->second
-                                : known.emplace(name, load_profile(name)).first->second;
+    if (found != known.end()) return found->second;
+    const std::filesystem::path file = motor_file(name);
+    const std::string& text = texts.motors[name] = read_file(file);
+    return known.emplace(name, parse_profile(text, file.string(), name)).first->second;
   };
 }
 
@@ -283,12 +295,15 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
   return gather(app, raw);
 }
 
-std::vector<BusConfig> load_config(const CommandLine& command_line) {
-  const FindProfile find_profile = cached_profiles();
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
+  ConfigTexts unwanted;
+  ConfigTexts& read = texts != nullptr ? *texts : unwanted;
+  const FindProfile find_profile = cached_profiles(read);
   try {
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
-    return parse_config(read_file(*command_line.config_file), command_line.config_file->string(),
-                        command_line.overrides, find_profile);
+    read.config = read_file(*command_line.config_file);
+    return parse_config(*read.config, command_line.config_file->string(), command_line.overrides,
+                        find_profile);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const UnknownMotor& problem) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <sstream>
 
 namespace lk::emulator {
 namespace {
@@ -88,6 +89,16 @@ bool TableReader::has(const std::string& key) const { return table_->contains(ke
 bool TableReader::is_text(const std::string& key) const {
   const toml::node* node = table_->get(key);
   return node != nullptr && node->is_string();
+}
+
+std::string TableReader::as_json(const std::vector<std::string>& without) const {
+  toml::table table = *table_;
+  for (const std::string& key : without) table.erase(key);
+  std::ostringstream text;
+  text << toml::json_formatter{table, toml::format_flags::none};
+  std::string line = text.str();
+  std::ranges::replace(line, '\n', ' ');  // a line break within a string is an escape
+  return line;
 }
 
 void TableReader::fail(const std::string& key, const std::string& reason) const {

@@ -40,6 +40,8 @@ class TableReader {
 
   bool has(const std::string& key) const;
   bool is_text(const std::string& key) const;
+  /// The table as JSON, on one line, without some of its keys.
+  std::string as_json(const std::vector<std::string>& without) const;
   /// `finish()` will complain that `key` is missing.
   /// Like this and not at once, so that a misspelt key is called misspelt and not missing.
   void note_missing(const std::string& key) { missing_.push_back(key); }

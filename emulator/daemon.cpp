@@ -109,6 +109,7 @@ void print_port(const PortStats& port) {
 Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     : world_(loop_, options.clock),
       scenario_(loop_, world_),
+      recording_(world_, options.overrides, options.texts),
       planned_(options.scenario),
       judged_(options.scenario.has_value()),
       links_(loop_, [this] { follow_links(); }),
@@ -130,6 +131,8 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   control_.emplace(loop_, world_, options.control);
   control_->api().scenario = scenario_.for_clients();
+  control_->api().recording = recording_.for_clients();
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
@@ -146,7 +149,7 @@ int Daemon::run() {
   loop_.run();
   print_summary();
   const int status = conclude_scenario();
-  if (!rom_is_settled()) {
+  if (!disk_is_done()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
     control_.reset();
@@ -199,6 +202,7 @@ bool Daemon::replies_have_left() const {
 void Daemon::begin_stop() {
   scenario_.finish();
   world_.stop();
+  recording_.stop();
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
   give_up_ = give_up_disk_ + kLongestFlush;
@@ -207,9 +211,9 @@ void Daemon::begin_stop() {
 
 void Daemon::wait_to_end() {
   const MonoTime now = monotonic_now();
-  const bool disk_is_done = rom_is_settled() || now >= give_up_disk_;
-  if (disk_is_done) give_up_ = std::min(give_up_, now + kLongestFlush);
-  if (disk_is_done && (replies_have_left() || now >= give_up_)) {
+  const bool done_with_disk = disk_is_done() || now >= give_up_disk_;
+  if (done_with_disk) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (done_with_disk && (replies_have_left() || now >= give_up_)) {
     loop_.stop();
     return;
   }

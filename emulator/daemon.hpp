@@ -15,6 +15,7 @@
 #include "emulator/rom_options.hpp"
 #include "emulator/rom_store.hpp"
 #include "emulator/rom_writer.hpp"
+#include "emulator/run_recording.hpp"
 #include "emulator/scenario_activity.hpp"
 #include "emulator/world.hpp"
 
@@ -28,6 +29,10 @@ struct RunOptions {
   ControlOptions control;
   std::optional<Scenario> scenario;  // the run ends with it
   std::optional<std::filesystem::path> junit;
+  std::optional<std::filesystem::path> record;  // a recording from the beginning
+  // What the buses were made of.
+  Overrides overrides;
+  ConfigTexts texts;
 };
 
 /// The running program: buses on their interfaces, paced by the clock, on one thread and one loop.
@@ -48,6 +53,7 @@ class Daemon {
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
+  bool disk_is_done() const { return rom_is_settled() && recording_.done(); }
   bool replies_have_left() const;
   void follow_links();
   void say_ready_once();
@@ -58,6 +64,7 @@ class Daemon {
   boost::asio::io_context loop_{1};
   World world_;
   ScenarioActivity scenario_;
+  RunRecording recording_;
   std::optional<Scenario> planned_;  // begins when the interfaces are up
   bool judged_ = false;              // the run is for a scenario
   std::optional<OutputFile> junit_;

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "emulator/json_table.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -75,6 +77,7 @@ void LiveScenario::perform_due(Part& part, SimTime now) {
          part.beginning.start + part.events[part.next_event].at <= now) {
     TimedDirective event = part.events[part.next_event++];
     event.at = now;
+    if (!event.said.empty()) part.line->announce(event.said);
     part.line->perform(event);
   }
 }
@@ -108,8 +111,9 @@ void LiveScenario::finish() {
     for (std::size_t n = part->beginning.faults; n < faults.size(); ++n) {
       const auto state = faults[n].evidence.state;
       if (state == FaultEvidence::State::kOver || state == FaultEvidence::State::kCleared) continue;
-      part->line->perform(
-          {part->line->bus().time(), {kWholeBus, ClearFault{faults[n].fault.name}}, std::nullopt});
+      const std::string& name = faults[n].fault.name;
+      part->line->announce(Json{{"clear", name}}.dump());
+      part->line->perform({part->line->bus().time(), {kWholeBus, ClearFault{name}}});
     }
   }
 }

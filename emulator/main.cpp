@@ -31,7 +31,8 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  auto buses = lk::emulator::load_config(*command_line);
+  lk::emulator::ConfigTexts texts;
+  auto buses = lk::emulator::load_config(*command_line, &texts);
   std::optional<lk::emulator::Scenario> scenario;
   if (command_line->scenario) {
     scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
@@ -45,7 +46,10 @@ int run(int argc, char** argv) {
                                                  .clock = command_line->clock,
                                                  .control = command_line->control,
                                                  .scenario = std::move(scenario),
-                                                 .junit = command_line->junit});
+                                                 .junit = command_line->junit,
+                                                 .record = command_line->record,
+                                                 .overrides = command_line->overrides,
+                                                 .texts = std::move(texts)});
   return daemon.run();
 }
 
