@@ -89,7 +89,7 @@ TEST(ControlApi, DoesWhatADirectiveSays) {
   t.post("/directives", R"({"id": 2, "power": "off"})");
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 200);
   EXPECT_NEAR(t.get("/drives/vcan0/1").body["signals"]["true_voltage_V"].get<double>(), 18, 0.1);
-  EXPECT_FALSE(t.get("/drives/vcan0/2").body["alive"]) << "its link is empty after a second";
+  EXPECT_FALSE(t.get("/drives/vcan0/2").body["alive"]) << "its link is empty by now";
   const ApiResponse dead = t.post("/directives", R"({"id": 2, "settings": {"max_speed_dps": 5}})");
   EXPECT_EQ(dead.status, 409);
 }
