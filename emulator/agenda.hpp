@@ -37,8 +37,17 @@ struct FaultEnd {
 };
 /// Conditions and faults that last are looked at.
 struct Look {};
-using Task =
-    std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin, FaultEnd, Look>;
+/// A drive sends the next frame that nobody asked for, because of a fault.
+struct Babble {
+  std::size_t fault;
+  std::size_t seat;
+};
+/// A drive's controller has counted out its time off the bus.
+struct BusOffEnd {
+  std::size_t seat;
+};
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin,
+                          FaultEnd, Look, Babble, BusOffEnd>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.
@@ -72,6 +81,13 @@ class Agenda {
       const auto* begin = std::get_if<FaultBegin>(&entry.task);
       const auto* end = std::get_if<FaultEnd>(&entry.task);
       return (begin != nullptr && begin->fault == fault) || (end != nullptr && end->fault == fault);
+    });
+  }
+  /// Forgets what a babbling drive is going to say because of a fault.
+  void forget_babble(std::size_t fault) {
+    std::erase_if(entries_, [fault](const Entry& entry) {
+      const auto* babble = std::get_if<Babble>(&entry.task);
+      return babble != nullptr && babble->fault == fault;
     });
   }
 

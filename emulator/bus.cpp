@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "emulator/wire_timing.hpp"
 
@@ -61,6 +62,7 @@ Bus::Bus(const BusConfig& config)
     timeline.alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
     timelines_.push_back(timeline);
   }
+  links_.resize(config.servos.size());
   for (const TimedDirective& event : config.events) {
     plan(event);
   }
@@ -169,12 +171,22 @@ std::optional<SimTime> Bus::next_due() const {
 }
 
 void Bus::deliver_next() {
+  if (destroy_next()) {
+    return;
+  }
   const auto delivery = wire_.deliver(time_);
   assert(delivery);
+  if (had_errors_) {
+    count_success(*delivery);
+  }
   if (delivery->from_host) {
     process_query(delivery->at, delivery->frame);
+    doubles_hear(delivery->at, delivery->frame);
   } else {
-    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write});
+    const std::uint32_t id = delivery->owner & 0x3FU;
+    const bool tells = (delivery->frame.id & 0x3FU) == id;
+    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write,
+                        tells ? 0 : static_cast<int>(id)});
     ++stats_.replies;
   }
 }
@@ -199,6 +211,11 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kNoPower);
     return;
   }
+  protocol::Frame heard = frame;
+  if (!hears(seat(id), heard)) {
+    drop(Drop::kFault);
+    return;
+  }
   if (LiveFault* const hang = active_fault(seat(id), FaultKind::kHang)) {
     took_effect(*hang, id, &frame);
     drop(Drop::kFault);
@@ -210,9 +227,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kWrongMode);
     return;
   }
-  const auto understood = servo.understand(frame);
+  const auto understood = servo.understand(heard);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     if (busy(seat(id))) {
+      ignored_for_full_queue(seat(id), heard);
       drop(Drop::kDriveBusy);
       return;
     }
@@ -231,19 +249,24 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kNoPower);
     return;
   }
-  bool heard = false;
+  bool answered = false;
   Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
     if (!timelines_[k].alive) {
       continue;
     }
     Servo& servo = servos_[k];
+    protocol::Frame heard = frame;
+    if (!hears(k, heard)) {
+      cause = Drop::kFault;
+      continue;
+    }
     if (LiveFault* const hang = active_fault(k, FaultKind::kHang)) {
       took_effect(*hang, servo.id(), &frame);
       cause = Drop::kFault;
       continue;
     }
-    const auto understood = servo.understand(frame);
+    const auto understood = servo.understand(heard);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
       const bool unknown =
@@ -254,16 +277,17 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       }
     } else if (servo.multi_drive_mode()) {
       if (busy(k)) {
+        ignored_for_full_queue(k, heard);
         cause = Drop::kDriveBusy;
         continue;
       }
       answer(at, k, *query);
-      heard = true;
+      answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
     }
   }
-  if (heard) {
+  if (answered) {
     ++stats_.queries;
   } else {
     drop(cause);
@@ -272,7 +296,6 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
 
 void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
   Servo& servo = servos_[seat];
-  Timeline& timeline = timelines_[seat];
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(seat));
   // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
@@ -288,8 +311,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
         std::chrono::duration<double, std::milli>(slow->value(0)));
     took_effect(*slow, servo.id());
   }
-  ready = timeline.last_reply = std::max(ready, timeline.last_reply);
-  wire_.send_from_drive(ready, servo.encode(reply), rom_write);
+  say(seat, ready, servo.encode(reply), rom_write);
 }
 
 bool Bus::bring_motors_to(SimTime t) {
@@ -298,6 +320,7 @@ bool Bus::bring_motors_to(SimTime t) {
     // A command that arrives at `t` acts at the first tick after it.
     edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
   }
+  bring_doubles_to(t);
   return edge && follow_lives();
 }
 
@@ -323,19 +346,27 @@ bool Bus::follow_lives() {
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat) {
   Timeline& timeline = timelines_[seat];
-  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), time_);
+  forget_words(seat);
+  links_[seat].errors = 0;
+  if (std::exchange(links_[seat].bus_off, false)) {
+    agenda_.forget<BusOffEnd>(seat);
+  }
   if (!timeline.writing.empty()) {
     servos_[seat].restore_rom(timeline.writing.front().rom_before,
                               timeline.writing.front().wear_before);
     timeline.writing.clear();
     agenda_.forget<RomWritten>(seat);
   }
-  timeline.last_reply = SimTime{0};
 }
 
 BusStats Bus::stats() const {
   BusStats sum = stats_;
   sum.wire_busy = wire_.busy();
+  sum.frames_waiting = wire_.host_queue_size();
+  sum.replies_waiting = wire_.drive_frames();
+  for (const DriveLink& link : links_) {
+    sum.replies_waiting += link.held_back ? 1U : 0U;
+  }
   for (const Servo& servo : servos_) {
     sum.refused_motion += servo.stats().refused_motion;
     sum.invalid_targets += servo.stats().invalid_targets;

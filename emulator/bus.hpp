@@ -11,6 +11,7 @@
 #include "emulator/bus_config.hpp"
 #include "emulator/bus_stats.hpp"
 #include "emulator/can_wire.hpp"
+#include "emulator/link_faults.hpp"
 #include "emulator/live_fault.hpp"
 #include "emulator/rom_write.hpp"
 #include "emulator/servo.hpp"
@@ -47,16 +48,22 @@ class Bus {
   /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
   /// dead or its flash has too much to do already.
   bool write_setting(int id, RomParameter parameter, const Registers& value);
-  /// Done now, or begun now. Its drives must be on the bus.
-  void apply(const Directive& directive);
+  /// Done now, or begun now. Its drives must be on the bus. Returns false, and does nothing, when
+  /// it is a fault and the bus has kMostFaults already.
+  bool apply(const Directive& directive);
   /// Will be done when it is time, or when its condition holds. Conditions are looked at every
-  /// kLookStep; that a frame has come is known at once. A fault is armed from now on.
-  void plan(const TimedDirective& planned);
+  /// kLookStep; that a frame has come is known at once. A fault is armed from now on. Returns
+  /// false, and plans nothing, when the bus has no room for another fault or another condition.
+  bool plan(const TimedDirective& planned);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
   /// All faults there have been on this bus, in the order in which they were armed.
   std::vector<FaultReport> faults() const;
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMostFaults = 1000;
+  /// Conditions that are waited for at once.
+  static constexpr std::size_t kMostWaiting = 1000;
+  /// Planned directives, faults aside, whose condition has not held yet.
+  std::size_t unmet_directives() const;
   bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
@@ -139,8 +146,9 @@ class Bus {
     SimTime from;
     Condition when;
     Task task;
-    int seen = 0;                  // frames
-    std::optional<double> before;  // the signal, when it was last looked at
+    int seen = 0;                                 // frames
+    std::optional<double> before = std::nullopt;  // the signal, when it was last looked at
+    bool due = false;                             // holds, and is about to be done
   };
   std::size_t arm(Fault fault);
   std::string free_name(const Fault& fault) const;
@@ -149,11 +157,14 @@ class Bus {
   void clear_faults(const std::string& which);
   /// Does at once what a fault of the moment does, to one of its drives.
   void strike(LiveFault& live, std::size_t seat);
+  /// Returns false when ROM held that already.
+  bool damage_rom(std::size_t seat, RomParameter parameter);
   /// What the motor, the supply and the firmware of a drive have to know of its faults.
   void pass_on_faults(std::size_t seat);
   void look();
   void look_at_faults();
   void look_again_by(SimTime at);
+  /// Looks at it; remembers what it saw.
   bool holds(Waiting& waiting) const;
   void count_command(int id, const protocol::Frame& frame);
   /// The first active fault of this kind that the drive has; null when there is none.
@@ -175,8 +186,38 @@ class Bus {
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// It does not take in another query: what waits for its flash or the wire has to go first.
-  bool busy(std::size_t seat) const { return wire_.drive_queue_full(servos_[seat].reply_id()); }
+  bool busy(std::size_t seat) const {
+    return wire_.drive_queue_full(servos_[seat].reply_id(), links_[seat].held_back ? 1 : 0);
+  }
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
+  /// Every frame that a query brings forth leaves the drive here.
+  void say(std::size_t seat, SimTime ready, const protocol::Frame& frame, std::uint64_t rom_write);
+
+  // Faults of the link (bus_link.cpp, bus_link_errors.cpp).
+  /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
+  /// it as another.
+  bool hears(std::size_t seat, protocol::Frame& frame);
+  bool spoil_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  void put_on_wire(std::size_t seat, const Outgoing& out);
+  void forget_words(std::size_t seat);
+  void ignored_for_full_queue(std::size_t seat, const protocol::Frame& query);
+  void babble(const Babble& babble);
+  void begin_link_fault(std::size_t index);
+  void end_link_fault(std::size_t index);
+  void pass_on_link_faults(std::size_t seat);
+  void add_double(std::size_t fault, std::size_t seat);
+  void bring_doubles_to(SimTime t);
+  void doubles_hear(SimTime at, const protocol::Frame& frame);
+  void answer_as_double(SimTime at, Double& second, const protocol::Query& query);
+  LiveFault* destroyer(const CanWire::Candidate& next);
+  int& transmit_errors(const CanWire::Candidate& next);
+  bool destroy_next();
+  void leave_bus(const CanWire::Candidate& given_up);
+  void count_success(const CanWire::Delivery& delivery);
+
   void drop(Drop cause) { ++stats_.dropped[static_cast<std::size_t>(cause)]; }
 
   std::int64_t bitrate_;
@@ -186,6 +227,10 @@ class Bus {
   std::vector<Place> places_;        // by seat
   std::vector<Servo> servos_;        // by seat; ascending IDs
   std::vector<Timeline> timelines_;  // by seat
+  std::vector<DriveLink> links_;     // by seat
+  HostLink host_link_;
+  std::vector<Double> doubles_;
+  bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
   Agenda agenda_;
   std::uint64_t seed_;
   std::vector<LiveFault> faults_;

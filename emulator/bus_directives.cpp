@@ -18,8 +18,11 @@ double fraction(SimTime part, SimTime whole) {
 
 }  // namespace
 
-void Bus::apply(const Directive& directive) {
+bool Bus::apply(const Directive& directive) {
   if (const auto* set = std::get_if<SetFault>(&directive.what)) {
+    if (faults_full()) {
+      return false;
+    }
     begin_fault(arm(set->fault));
   } else if (const auto* clear = std::get_if<ClearFault>(&directive.what)) {
     clear_faults(clear->which);
@@ -30,6 +33,7 @@ void Bus::apply(const Directive& directive) {
         },
         directive.what);
   }
+  return true;
 }
 
 void Bus::perform(const Task& task) {
@@ -45,6 +49,10 @@ void Bus::perform(const Task& task) {
     begin_fault(begin->fault);
   } else if (const auto* end = std::get_if<FaultEnd>(&task)) {
     end_fault(end->fault);
+  } else if (const auto* babbling = std::get_if<Babble>(&task)) {
+    babble(*babbling);
+  } else if (const auto* off = std::get_if<BusOffEnd>(&task)) {
+    links_[off->seat].bus_off = false;
   } else if (std::holds_alternative<Look>(task)) {
     look();
   } else {

@@ -7,6 +7,7 @@
 #include "emulator/fault_table.hpp"
 #include "emulator/frame_text.hpp"
 #include "emulator/physical_faults.hpp"
+#include "emulator/registers.hpp"
 
 namespace lk::emulator {
 
@@ -15,16 +16,20 @@ using State = FaultEvidence::State;
 // --- what is planned
 // -----------------------------------------------------------------------------------
 
-void Bus::plan(const TimedDirective& planned) {
+bool Bus::plan(const TimedDirective& planned) {
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
+  if ((set != nullptr && faults_full()) || (planned.when && waiting_.size() >= kMostWaiting)) {
+    return false;
+  }
   Task task = set != nullptr ? Task(FaultBegin{arm(set->fault)}) : Task(planned.directive);
   const SimTime from = std::max(planned.at, time_);
   if (planned.when) {
-    waiting_.push_back({from, *planned.when, std::move(task), 0, std::nullopt});
+    waiting_.push_back({.from = from, .when = *planned.when, .task = std::move(task)});
     look_again_by(from);
   } else {
     agenda_.enter(from, std::move(task));
   }
+  return true;
 }
 
 bool Bus::holds(Waiting& waiting) const {
@@ -80,13 +85,13 @@ void Bus::look() {
     next_look_.reset();
   }
   std::vector<Task> due;
-  std::erase_if(waiting_, [&](Waiting& waiting) {
-    if (waiting.from > time_ || !holds(waiting)) {
-      return false;
+  for (Waiting& waiting : waiting_) {
+    waiting.due = waiting.from <= time_ && holds(waiting);
+    if (waiting.due) {
+      due.push_back(std::move(waiting.task));
     }
-    due.push_back(std::move(waiting.task));
-    return true;
-  });
+  }
+  std::erase_if(waiting_, [](const Waiting& waiting) { return waiting.due; });
   for (const Task& task : due) {
     perform(task);
   }
@@ -114,7 +119,9 @@ std::string Bus::free_name(const Fault& fault) const {
 }
 
 std::size_t Bus::arm(Fault fault) {
+  assert(!faults_full());
   assert(std::ranges::all_of(fault.ids, [this](int id) { return has(id); }));
+  assert(!fault.every || *fault.every > fault.duration.value_or(SimTime{0}));
   fault.name = free_name(fault);
   LiveFault live;
   live.fault = std::move(fault);
@@ -128,16 +135,18 @@ std::size_t Bus::arm(Fault fault) {
 void Bus::begin_fault(std::size_t index) {
   LiveFault& live = faults_[index];
   const Fault& fault = live.fault;
+  if (live.evidence.state == State::kCleared) {
+    return;  // by what its condition set off before it
+  }
   ++live.beginnings;
   live.since = time_;
   live.evidence.began_at = live.evidence.began_at.value_or(time_);
-  if (fault.every && (fault.times == 0 || live.beginnings < fault.times)) {
+  if (live.comes_again()) {
     agenda_.enter(time_ + *fault.every, FaultBegin{index});
   }
   if (fault_row(fault.kind).momentary) {
     for (const int id : fault.ids) strike(live, seat(id));
-    const bool more = fault.every && (fault.times == 0 || live.beginnings < fault.times);
-    live.evidence.state = more ? State::kPaused : State::kOver;
+    live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
     return;
   }
   live.evidence.state = State::kActive;
@@ -149,16 +158,16 @@ void Bus::begin_fault(std::size_t index) {
     live.anchors[n] = truth(fault.ids[n]).theta_out;
     pass_on_faults(seat(fault.ids[n]));
   }
+  begin_link_fault(index);
   look_again_by(time_ + kLookStep);
 }
 
 void Bus::end_fault(std::size_t index) {
   look_at_faults();  // what has not been looked at yet
   LiveFault& live = faults_[index];
-  const bool more =
-      live.fault.every && (live.fault.times == 0 || live.beginnings < live.fault.times);
-  live.evidence.state = more ? State::kPaused : State::kOver;
+  live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
   --active_faults_;
+  end_link_fault(index);
   for (const int id : live.fault.ids) {
     pass_on_faults(seat(id));
   }
@@ -194,6 +203,12 @@ std::vector<FaultReport> Bus::faults() const {
   return reports;
 }
 
+std::size_t Bus::unmet_directives() const {
+  return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& waiting) {
+    return std::holds_alternative<Directive>(waiting.task);
+  }));
+}
+
 // --- what they do
 // -----------------------------------------------------------------------------------
 
@@ -222,6 +237,7 @@ void Bus::pass_on_faults(std::size_t seat) {
     firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
   }
   servos_[seat].set_faults(firmware);
+  pass_on_link_faults(seat);
   const Lane motor = lane(seat);
   if (!(motor.bank.faults(motor.index) == physical)) {
     motor.bank.set_faults(motor.index, physical);
@@ -246,7 +262,7 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
     const auto parameter = static_cast<std::size_t>(live.value(0));
     for (std::size_t n = 0; n < kRomParameters; ++n) {
       if (parameter == n || parameter == kRomParameters) {
-        struck = servo.damage_rom(static_cast<RomParameter>(n)) || struck;
+        struck = damage_rom(seat, static_cast<RomParameter>(n)) || struck;
       }
     }
   }
@@ -255,12 +271,30 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
   }
 }
 
+/// Whoever keeps the ROM is told like of a write, or by the writes that are under way.
+bool Bus::damage_rom(std::size_t seat, RomParameter parameter) {
+  Servo& servo = servos_[seat];
+  if (!servo.damage_rom(parameter)) {
+    return false;
+  }
+  std::vector<Timeline::Writing>& writing = timelines_[seat].writing;
+  for (Timeline::Writing& one : writing) {
+    copy_parameter(parameter, servo.rom(), one.rom_before);
+    copy_parameter(parameter, servo.rom(), one.after.rom);
+  }
+  if (writing.empty()) {
+    rom_writes_.push_back({servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()});
+  }
+  return true;
+}
+
 /// Physical faults that last, at one instant: what moves is moved on, what shows is counted.
 void Bus::look_at_faults() {
   for (LiveFault& live : faults_) {
-    if (!live.active() || !is_physical(live.fault.kind)) {
+    if (!live.active() || !is_physical(live.fault.kind) || live.looked_at == time_) {
       continue;
     }
+    live.looked_at = time_;
     const bool moves =
         live.fault.kind == FaultKind::kEncoderDrift || live.fault.kind == FaultKind::kRebootLoop;
     for (const int id : live.fault.ids) {
@@ -283,10 +317,11 @@ void Bus::book_firmware(std::size_t seat) {
     return;
   }
   const FirmwareFaults shown = servos_[seat].take_shown_faults();
+  const int id = servos_[seat].id();
   const auto book = [&](bool happened, FaultKind kind) {
-    LiveFault* const live = happened ? active_fault(seat, kind) : nullptr;
-    if (live != nullptr) {
-      took_effect(*live, servos_[seat].id());
+    if (!happened) return;
+    for (LiveFault& live : faults_) {
+      if (live.fault.kind == kind && live.active() && live.is_of(id)) took_effect(live, id);
     }
   };
   book(shown.rom_write_fails, FaultKind::kRomWriteFails);

@@ -38,18 +38,25 @@ struct ServoStats {
   std::uint64_t wrong_mode = 0;        // single-drive frames ignored in multi-drive mode
   std::uint64_t refused_motion = 0;    // answered, not executed: the drive is off or has an error
   std::uint64_t invalid_targets = 0;   // answered, not executed: 0xA5/0xA6 target, 0x8C action
-  std::uint64_t rom_writes = 0;        // each one wears the memory of a real drive
+  std::uint64_t rom_writes = 0;        // each wears a real drive's memory; and injected damage
 
   friend bool operator==(const ServoStats&, const ServoStats&) = default;
 };
 
 /// Counters of one bus since it was made.
 struct BusStats {
-  std::uint64_t frames = 0;                         // put on the bus by hosts, whatever they are
-  std::uint64_t queries = 0;                        // accepted by at least one drive
-  std::uint64_t replies = 0;                        // have left the wire
-  std::uint64_t replies_lost = 0;                   // with the drive's power, or by a fault
-  std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop; frames = queries + dropped + waiting
+  std::uint64_t frames = 0;   // put on the bus by hosts, whatever they are
+  std::uint64_t queries = 0;  // accepted by at least one drive
+  // What drives say: the sum of the drives' replies + extra_frames = replies + replies_lost +
+  // replies_waiting.
+  std::uint64_t replies = 0;          // frames of drives that have left the wire
+  std::uint64_t replies_lost = 0;     // never will: with the drive's power, or by a fault
+  std::uint64_t replies_waiting = 0;  // are in the drives still
+  std::uint64_t extra_frames = 0;     // no query's reply: copies, babble, a second drive's
+  std::uint64_t error_frames = 0;     // seen on the wire: each a frame destroyed by a fault
+  // What hosts say: frames = queries + dropped + frames_waiting.
+  std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop
+  std::uint64_t frames_waiting = 0;                 // in the hosts' send queue still
   std::uint64_t refused_motion = 0;                 // sums over the drives
   std::uint64_t invalid_targets = 0;
   std::uint64_t rom_writes = 0;

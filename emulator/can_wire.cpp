@@ -34,17 +34,51 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
   ++host_count_;
 }
 
-bool CanWire::drive_queue_full(std::uint32_t reply_id) const {
-  const auto own = [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; };
-  return drives_.size() >= kDriveQueue &&
-         static_cast<std::size_t>(std::ranges::count_if(drives_, own)) >= kDriveQueue;
+bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
+  if (drives_.size() + elsewhere < kDriveQueue) {
+    return false;
+  }
+  const auto own = std::ranges::count(drives_, owner, &Waiting::owner);
+  return static_cast<std::size_t>(own) + elsewhere >= kDriveQueue;
+}
+
+std::size_t CanWire::copies(std::uint32_t owner, const protocol::Frame& frame) const {
+  const auto same = [&](const Waiting& reply) {
+    return reply.owner == owner && reply.frame == frame;
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(drives_, same));
 }
 
 void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
-                              std::uint64_t after_rom_write) {
-  assert(!drive_queue_full(frame.id));
+                              std::uint64_t after_rom_write, std::uint32_t owner, bool blocked) {
+  assert(!drive_queue_full(owner));
   drives_.push_back(waiting(at, frame));
   drives_.back().after_rom_write = after_rom_write;
+  drives_.back().owner = owner;
+  drives_.back().blocked = blocked;
+}
+
+std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
+  const auto turn = next_turn();
+  const Waiting* const begun =
+      turn && turn->drive && turn->start < now ? &drives_[*turn->drive] : nullptr;
+  std::size_t count = 0;
+  for (Waiting& reply : drives_) {
+    if (reply.owner == owner && &reply != begun && !reply.blocked) {
+      reply.blocked = true;
+      ++count;
+    }
+  }
+  return count;
+}
+
+void CanWire::release(std::uint32_t owner, SimTime now) {
+  for (Waiting& reply : drives_) {
+    if (reply.owner == owner && reply.blocked) {
+      reply.blocked = false;
+      reply.at = std::max(reply.at, now);
+    }
+  }
 }
 
 std::optional<SimTime> CanWire::next_reply_start() const {
@@ -52,22 +86,24 @@ std::optional<SimTime> CanWire::next_reply_start() const {
   return turn && turn->drive ? std::optional(turn->start) : std::nullopt;
 }
 
-std::size_t CanWire::forget_replies(std::uint32_t reply_id, SimTime now) {
+std::size_t CanWire::forget_replies(std::uint32_t owner, SimTime now) {
   const auto turn = next_turn();
-  if (turn && turn->drive && turn->start <= now && sender(*turn).frame.id == reply_id) {
+  if (turn && turn->drive && turn->start <= now && sender(*turn).owner == owner) {
     free_at_ = turn->start + sender(*turn).occupancy;
     busy_ += sender(*turn).occupancy;
   }
-  return std::erase_if(drives_,
-                       [reply_id](const Waiting& reply) { return reply.frame.id == reply_id; });
+  return std::erase_if(drives_, [owner](const Waiting& reply) { return reply.owner == owner; });
 }
 
 std::optional<CanWire::Turn> CanWire::next_turn() const {
   std::optional<SimTime> first;
   if (host_count_ > 0) {
-    first = hosts_[host_head_].at;
+    first = host_ready();
   }
   for (const Waiting& reply : drives_) {
+    if (reply.blocked) {
+      continue;
+    }
     first = first ? std::min(*first, reply.at) : reply.at;
   }
   if (!first) {
@@ -78,7 +114,8 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
   const Waiting* winner = nullptr;
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const Waiting& reply = drives_[k];
-    if (reply.at <= turn.start && (winner == nullptr || reply.priority < winner->priority)) {
+    if (!reply.blocked && reply.at <= turn.start &&
+        (winner == nullptr || reply.priority < winner->priority)) {
       winner = &reply;
       turn.drive = k;
     }
@@ -88,7 +125,7 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
   // first.
   if (host_count_ > 0) {
     const Waiting& head = hosts_[host_head_];
-    if (head.at <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
+    if (host_ready() <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
       turn.drive.reset();
     }
   }
@@ -122,7 +159,8 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   const Delivery delivery{.at = turn->start + frame.length,
                           .frame = frame.frame,
                           .from_host = !turn->drive,
-                          .after_rom_write = frame.after_rom_write};
+                          .after_rom_write = frame.after_rom_write,
+                          .owner = frame.owner};
   if (delivery.at > until) {
     return std::nullopt;
   }
@@ -130,6 +168,43 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   busy_ += frame.occupancy;
   remove(*turn);
   return delivery;
+}
+
+CanWire::Candidate CanWire::next() const {
+  const auto turn = next_turn();
+  assert(turn);
+  const Waiting& frame = sender(*turn);
+  return {frame.frame, !turn->drive, frame.owner};
+}
+
+SimTime CanWire::bits(int count) const {
+  return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
+}
+
+/// The frame up to its error flags, the delimiter, and the intermission.
+void CanWire::break_off(const Turn& turn) {
+  const SimTime occupancy =
+      sender(turn).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);
+  free_at_ = turn.start + occupancy;
+  busy_ += occupancy;
+}
+
+void CanWire::spoil(int pause_bits) {
+  const auto turn = next_turn();
+  assert(turn);
+  break_off(*turn);
+  Waiting& frame = turn->drive ? drives_[*turn->drive] : hosts_[host_head_];
+  frame.at = free_at_ + bits(pause_bits);
+}
+
+void CanWire::spoil_for_good(int pause_bits) {
+  const auto turn = next_turn();
+  assert(turn);
+  break_off(*turn);
+  remove(*turn);
+  if (!turn->drive) {
+    hosts_from_ = free_at_ + bits(pause_bits);
+  }
 }
 
 }  // namespace lk::emulator

@@ -10,7 +10,9 @@
 
 #include "emulator/commands.hpp"
 #include "emulator/motor_listing.hpp"
+#include "emulator/profile.hpp"
 #include "emulator/profile_files.hpp"
+#include "emulator/recording.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -19,7 +21,8 @@ constexpr const char* kFooter = R"(
 One --ids belongs to the --bus before it. Example, two buses:
   lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
 
-Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input.)";
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
+--scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
 /// The other commands have their own --help.
 std::string footer() {
@@ -41,8 +44,11 @@ struct Raw {
   std::string rom;
   std::string clock = "realtime";
   std::string control;
+  std::string scenario;
+  std::string junit;
   std::string http;
   std::string http_token;
+  std::string record;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -69,6 +75,9 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
+  app.add_option("--record", raw.record,
+                 "directory that gets everything lk-emu replay needs to run this again")
+      ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--check", raw.line.check,
@@ -77,6 +86,11 @@ void add_options(CLI::App& app, Raw& raw) {
                  "how simulated time goes by: realtime (default), x10 or x0.1, or stepped: only "
                  "when told to (lk-emu ctl advance)")
       ->type_name("MODE");
+  app.add_option("--scenario", raw.scenario,
+                 "play this scenario on the buses, judge it, and end with it (docs/scenarios.md)")
+      ->type_name("FILE");
+  app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
+      ->type_name("FILE");
   app.add_option("--control", raw.control,
                  "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
                  "XDG_RUNTIME_DIR)")
@@ -221,22 +235,33 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
                      "\" is none of realtime, stepped and x0.001 to x1000");
   }
   line.clock = *clock;
+  if (app.count("--scenario") > 0) line.scenario = raw.scenario;
+  if (app.count("--junit") > 0) {
+    if (!line.scenario) throw StartError("--junit: belongs to --scenario");
+    line.junit = raw.junit;
+  }
   if (app.count("--control") > 0) line.control.socket = raw.control;
   if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
   if (app.count("--http-token") > 0) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
     line.control.token_file = raw.http_token;
   }
+  if (app.count("--record") > 0) {
+    if (raw.record.empty()) throw StartError("--record: needs a directory");
+    line.record = raw.record;
+  }
   check_log_level(line.log_level);
   return line;
 }
 
-/// A motor file is read once, however many drives use it.
-FindProfile cached_profiles() {
-  return [known = std::map<std::string, Profile>()](const std::string& name) mutable {
+/// A motor file is read once, however many drives use it; its text is kept in `texts`.
+FindProfile cached_profiles(ConfigTexts& texts) {
+  return [&texts, known = std::map<std::string, Profile>()](const std::string& name) mutable {
     const auto found = known.find(name);
-    return found != known.end() ? found->second
-                                : known.emplace(name, load_profile(name)).first->second;
+    if (found != known.end()) return found->second;
+    const std::filesystem::path file = motor_file(name);
+    const std::string& text = texts.motors[name] = read_file(file);
+    return known.emplace(name, parse_profile(text, file.string(), name)).first->second;
   };
 }
 
@@ -270,12 +295,15 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
   return gather(app, raw);
 }
 
-std::vector<BusConfig> load_config(const CommandLine& command_line) {
-  const FindProfile find_profile = cached_profiles();
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
+  ConfigTexts unwanted;
+  ConfigTexts& read = texts != nullptr ? *texts : unwanted;
+  const FindProfile find_profile = cached_profiles(read);
   try {
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
-    return parse_config(read_file(*command_line.config_file), command_line.config_file->string(),
-                        command_line.overrides, find_profile);
+    read.config = read_file(*command_line.config_file);
+    return parse_config(*read.config, command_line.config_file->string(), command_line.overrides,
+                        find_profile);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const UnknownMotor& problem) {

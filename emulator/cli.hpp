@@ -17,6 +17,8 @@ class App;
 
 namespace lk::emulator {
 
+struct ConfigTexts;
+
 /// Why the program cannot start: one line for the person who typed the command. Exit status 2.
 struct StartError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -31,6 +33,9 @@ struct CommandLine {
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
+  std::optional<std::filesystem::path> scenario;
+  std::optional<std::filesystem::path> junit;   // of the scenario
+  std::optional<std::filesystem::path> record;  // directory that gets a recording
   std::string log_level = "info";
 };
 
@@ -42,7 +47,8 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
 /// output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// The buses to run: configuration file, profiles and command line together. Throws StartError.
-std::vector<BusConfig> load_config(const CommandLine& command_line);
+/// The buses to run: configuration file, profiles and command line together. What was read goes
+/// into `texts`, if that is wanted. Throws StartError.
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts = nullptr);
 
 }  // namespace lk::emulator

@@ -6,6 +6,8 @@ namespace {
 constexpr Command kCommands[] = {
     {"ctl", "look at a running lk-emu and act on it", run_ctl},
     {"faults", "list the faults that can be injected, or show one of them", run_faults},
+    {"replay", "run a recording again and compare, or compare a real robot's log", run_replay},
+    {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios},
 };
 
 }  // namespace

@@ -21,5 +21,9 @@ std::span<const Command> commands();
 int run_ctl(int argc, const char* const* argv);
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
+// replay_command.cpp
+int run_replay(int argc, const char* const* argv);
+// run_command.cpp
+int run_scenarios(int argc, const char* const* argv);
 
 }  // namespace lk::emulator

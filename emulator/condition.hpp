@@ -11,7 +11,8 @@ namespace lk::emulator {
 
 struct Signal;
 
-/// The drive has been sent the command `command` (DATA[0]) so many times since this was asked for.
+/// The drive has been sent the command `command` (DATA[0]), in frames of its own, so many times
+/// since this was asked for.
 /// The frame that completes the number is the first one for which the condition holds.
 struct CommandSeen {
   std::uint8_t command = 0;
@@ -19,7 +20,7 @@ struct CommandSeen {
 };
 enum class Edge : std::uint8_t { kAbove, kBelow, kCrosses };
 /// A signal is at or above the level, or at or below it; or passes it, in either direction. Looked
-/// at every kConditionStep.
+/// at every Bus::kLookStep.
 struct SignalReaches {
   const Signal* signal = nullptr;
   Edge edge = Edge::kAbove;

@@ -137,12 +137,17 @@ std::string voltage_problem(const Registers& registers) {
          number(under.threshold) + " V: one of them would always be there";
 }
 
-void check_drive(TableReader& reader, const ServoConfig& servo) {
-  const model::DriveParams& params = servo.profile.drive;
-  const std::string offset = offset_problem(servo.rom.encoder_offset, params.encoder);
+void check_settings(const TableReader& reader, const ServoConfig& servo) {
+  const std::string offset = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
   if (!offset.empty()) {
     blame(reader, {"settings.encoder_offset", "profile.encoder.bits"}, offset);
   }
+  check_voltages(reader, servo);
+}
+
+void check_drive(TableReader& reader, const ServoConfig& servo) {
+  const model::DriveParams& params = servo.profile.drive;
+  check_settings(reader, servo);
   if (const auto control = find(reader, "profile.control.has_current_loop")) {
     const std::string problem = control_problem(servo.profile.series, params.control);
     if (!problem.empty()) control->first.fail(control->second, problem);
@@ -153,7 +158,6 @@ void check_drive(TableReader& reader, const ServoConfig& servo) {
           "the drive would answer nothing: MS drives know no 0x280, and this one has no other "
           "command for several drives (quirks.multi_drive_more)");
   }
-  check_voltages(reader, servo);
   check_brake(reader, servo);
   check_end_stops(reader, servo);
 }

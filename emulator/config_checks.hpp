@@ -12,6 +12,10 @@ std::string control_problem(Series series, const model::ControlParams& control);
 /// Why these two make no sense together; empty when they do.
 std::string voltage_problem(const Registers& registers);
 
+/// Refuses registers that the drive cannot hold or that make no sense together. `reader` has them
+/// as its table `settings`. Throws ConfigError.
+void check_settings(const TableReader& reader, const ServoConfig& servo);
+
 /// Refuses what the keys of a drive, each good by itself, make no sense of together. `reader` is
 /// that of its [[bus.drive]]. Throws ConfigError.
 void check_drive(TableReader& reader, const ServoConfig& servo);

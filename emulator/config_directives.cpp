@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "emulator/config_checks.hpp"
 #include "emulator/config_ids.hpp"
 #include "emulator/profile.hpp"
 #include "emulator/signals.hpp"
@@ -12,6 +13,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr double kHighestSupply_V = 100;
+constexpr std::size_t kLongestMark = 1000;
 
 using Action = decltype(Directive::what);
 
@@ -113,6 +115,9 @@ std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo)
                  wanted);
   settings.finish();
   std::vector<Action> actions;
+  ServoConfig changed = servo;
+  changed.rom = wanted;
+  check_settings(reader, changed);
   for (const auto& [key, parameter] : kSettings) {
     if (settings.has(key)) actions.emplace_back(Setting{parameter, wanted});
   }
@@ -157,6 +162,8 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
   }
   if (const auto text = reader.text("mark")) {
     refuse_ids(reader, "mark");
+    const std::string problem = text_problem(*text, kLongestMark);
+    if (!problem.empty()) reader.fail("mark", problem);
     action = Mark{*text};
   }
   return action;
@@ -195,9 +202,10 @@ std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig
   }
   reader.finish();
   if (directives.empty()) {
-    const char* const place = reader.has("at_s") ? "at_s" : "when";
+    const char* const place = reader.has("at_s") ? "at_s" : reader.has("when") ? "when" : "";
     reader.fail(place, std::string("an event needs an action: ") + kActionList);
   }
+  directives.front().said = reader.as_json({"at_s", "bus"});
   return directives;
 }
 

@@ -3,8 +3,10 @@
 /// @file The words of directives (docs/directives.md): the same in configuration files, scenarios,
 /// the control interface and on the command line.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "emulator/bus_config.hpp"
@@ -27,6 +29,11 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
 /// Reads the table or the word `fault`, for the drives `ids`.
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids);
 
+/// Refuses at `reader`, which holds `clear`, what is neither "all" nor the name or the kind of a
+/// fault among `directives`, which are all of a bus in the order of their times.
+void check_clear(const TableReader& reader, const std::string& which,
+                 const std::vector<TimedDirective>& directives);
+
 /// Reads the command byte that `key` gives, as a number or as text: 0xA4 or "0xA4".
 std::optional<std::uint8_t> read_command(TableReader& reader, const std::string& key);
 
@@ -35,6 +42,9 @@ std::optional<model::Error> read_error(TableReader& reader, const std::string& k
 
 /// Reads the name of a signal.
 const Signal* read_signal(TableReader& reader, const std::string& key);
+
+/// Why a text of people cannot stand in a line of a log or a recording; empty when it can.
+std::string text_problem(const std::string& text, std::size_t longest);
 
 /// Seconds, within what SimTime holds.
 inline constexpr double kLongest_s = 1e8;  // three years

@@ -44,6 +44,10 @@ void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
   }
 }
 
+/// Beginnings closer than this are no faults one after the other, and a run would be busy with
+/// nothing else.
+constexpr SimTime kClosest = std::chrono::milliseconds(1);
+
 /// for_s, every_s, times.
 void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
   fault.duration = read_duration(reader, "for_s");
@@ -60,6 +64,7 @@ void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
     if (!fault.duration && !row.momentary) {
       reader.fail("every_s", "needs for_s: how long it lasts each time");
     }
+    if (*fault.every < kClosest) reader.fail("every_s", "must be at least 0.001");
     if (*fault.every <= fault.duration.value_or(SimTime{0})) {
       reader.fail("every_s", "must be longer than it lasts each time");
     }
@@ -72,16 +77,45 @@ std::string impossible(FaultKind kind, const ServoConfig& servo) {
   const std::string drive = "drive " + std::to_string(servo.id);
   const bool of_current_sensor =
       kind >= FaultKind::kCurrentOffset && kind <= FaultKind::kCurrentStuck;
-  if (of_current_sensor && !servo.profile.drive.control.has_current_loop) {
+  if (of_current_sensor && servo.profile.series == Series::kMs) {
     return drive + " has no current sensors (MS series)";
   }
-  if (kind == FaultKind::kBacklash && servo.profile.drive.mechanics.backlash_out <= 0) {
+  const model::MechanicsParams& gear = servo.profile.drive.mechanics;
+  if (kind == FaultKind::kBacklash && (gear.backlash_out <= 0 || gear.gear_stiffness_out <= 0)) {
     return drive + " has no gear with play";
   }
   return "";
 }
 
 }  // namespace
+
+std::string text_problem(const std::string& text, std::size_t longest) {
+  if (text.size() > longest) return "is longer than " + std::to_string(longest) + " bytes";
+  const bool broken = std::ranges::any_of(
+      text, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; });
+  return broken ? "must be one line without control characters" : "";
+}
+
+void check_clear(const TableReader& reader, const std::string& which,
+                 const std::vector<TimedDirective>& directives) {
+  std::vector<std::string> names;  // that they will have on the bus
+  std::vector<std::string> known = {"all"};
+  for (const TimedDirective& directive : directives) {
+    const auto* const set = std::get_if<SetFault>(&directive.directive.what);
+    if (set == nullptr) continue;
+    const std::string kind(fault_row(set->fault.kind).word);
+    const std::string wanted = set->fault.name.empty() ? kind : set->fault.name;
+    std::string name = wanted;
+    const auto taken = [&] { return std::ranges::find(names, name) != names.end(); };
+    for (int n = 2; taken(); ++n) name = wanted + "-" + std::to_string(n);
+    names.push_back(name);
+    known.insert(known.end(), {name, kind});
+  }
+  if (std::ranges::find(known, which) != known.end()) return;
+  const std::string meant = nearest(which, known);
+  reader.fail("clear", "no fault is called \"" + which + "\", and none is of that kind" +
+                           (meant.empty() ? "" : "; did you mean " + meant + "?"));
+}
 
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {
   Fault fault;
@@ -102,13 +136,24 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     fault.kind = row.kind;
     fault.name = table.text("name").value_or("");
     read_params(table, row, fault);
-    if (row.per_frame) fault.probability = table.number("probability", 0, 1).value_or(1);
+    const auto probability = table.number("probability", 0, 1);
+    if (probability && !row.per_frame) {
+      table.fail("probability", std::string(row.word) + " does not act on frames");
+    }
+    fault.probability = probability.value_or(1);
     read_course(table, row, fault);
     table.finish();
-    if (fault.name.size() > kLongestName) table.fail("name", "is longer than a name can be (64)");
+    const std::string problem = text_problem(fault.name, kLongestName);
+    if (!problem.empty()) table.fail("name", problem);
     if (fault.name == "all") table.fail("name", "\"all\" means all faults");
+    const FaultRow* const other = find_fault(fault.name);
+    if (other != nullptr && other != &row) table.fail("name", "is the word for another kind");
   }
   const FaultRow& row = fault_row(fault.kind);
+  if (fault.kind == FaultKind::kEndStop && fault.values[0] == row.params[0].fallback &&
+      fault.values[1] == row.params[1].fallback) {
+    reader.fail("fault", "end_stop needs min_deg or max_deg");
+  }
   if (row.of_bus) {
     const char* const key = reader.has("ids") ? "ids" : "id";
     if (reader.has(key)) {

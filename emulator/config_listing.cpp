@@ -80,10 +80,16 @@ constexpr std::array kColumns{
 };
 using Row = std::array<std::string, kColumns.size()>;
 
+bool is_about(const Directive& directive, int id) {
+  const auto* const set = std::get_if<SetFault>(&directive.what);
+  return directive.id == id ||
+         (set != nullptr && std::ranges::find(set->fault.ids, id) != set->fault.ids.end());
+}
+
 Row row_of(const ServoConfig& servo, const BusConfig& bus) {
-  const auto events = static_cast<std::size_t>(
-      std::count_if(bus.events.begin(), bus.events.end(),
-                    [&](const TimedDirective& event) { return event.directive.id == servo.id; }));
+  const auto events = static_cast<std::size_t>(std::count_if(
+      bus.events.begin(), bus.events.end(),
+      [&](const TimedDirective& event) { return is_about(event.directive, servo.id); }));
   const Registers& rom = servo.rom;
   return {std::to_string(servo.id),
           servo.profile.name,

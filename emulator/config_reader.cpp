@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+#include <sstream>
 
 namespace lk::emulator {
 namespace {
@@ -90,12 +91,23 @@ bool TableReader::is_text(const std::string& key) const {
   return node != nullptr && node->is_string();
 }
 
+std::string TableReader::as_json(const std::vector<std::string>& without) const {
+  toml::table table = *table_;
+  for (const std::string& key : without) table.erase(key);
+  std::ostringstream text;
+  text << toml::json_formatter{table, toml::format_flags::none};
+  std::string line = text.str();
+  std::ranges::replace(line, '\n', ' ');  // a line break within a string is an escape
+  return line;
+}
+
 void TableReader::fail(const std::string& key, const std::string& reason) const {
   const toml::node* node = table_->get(key);
   const auto& source = node != nullptr ? node->source() : table_->source();
   // A table that was not read from a text has no lines.
   const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
-  throw ConfigError(file_, line, path_.empty() ? key : path_ + "." + key, reason);
+  const std::string dot = path_.empty() || key.empty() ? "" : ".";
+  throw ConfigError(file_, line, path_ + dot + key, reason);
 }
 
 std::optional<double> TableReader::number(const std::string& key, double min, double max) {

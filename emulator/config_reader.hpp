@@ -40,10 +40,13 @@ class TableReader {
 
   bool has(const std::string& key) const;
   bool is_text(const std::string& key) const;
+  /// The table as JSON, on one line, without some of its keys.
+  std::string as_json(const std::vector<std::string>& without) const;
   /// `finish()` will complain that `key` is missing.
   /// Like this and not at once, so that a misspelt key is called misspelt and not missing.
   void note_missing(const std::string& key) { missing_.push_back(key); }
-  /// Complains about `key`, at its line, or at the line of the table when the key is not there.
+  /// Complains about `key`, at its line, or at the line of the table when the key is not there or
+  /// empty.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
   /// Call when everything was asked for: refuses unknown keys, then missing ones.
   void finish() const;

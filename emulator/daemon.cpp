@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "emulator/cli.hpp"
+#include "emulator/scenario_report.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -68,10 +69,6 @@ void check_interface(const std::string& interface) {
   if (!link.is_can) throw StartError(interface + " is not a CAN interface");
 }
 
-double in_seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
-
 /// Only what happened: a column of zeros hides the one number that matters.
 void print_nonzero(const char* what, std::uint64_t count) {
   if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
@@ -84,6 +81,9 @@ void print_bus(const BusStats& bus, const std::string& title) {
     print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
                   bus.dropped[cause]);
   }
+  print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
+  print_nonzero("frames of drives that nobody asked for", bus.extra_frames);
+  print_nonzero("error frames", bus.error_frames);
   print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
   print_nonzero("motion not executed: target out of range", bus.invalid_targets);
   print_nonzero("writes to ROM", bus.rom_writes);
@@ -108,6 +108,10 @@ void print_port(const PortStats& port) {
 
 Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     : world_(loop_, options.clock),
+      scenario_(loop_, world_),
+      recording_(world_, options.overrides, options.texts),
+      planned_(options.scenario),
+      judged_(options.scenario.has_value()),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
@@ -120,34 +124,52 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     }
   }
   if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
+  if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
   control_.emplace(loop_, world_, options.control);
+  control_->api().scenario = scenario_.for_clients();
+  control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, [this, i] { world_.serve(i); });
   }
 }
 
-void Daemon::run() {
+int Daemon::run() {
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
   started_ = monotonic_now();
   world_.start();
   follow_links();
   loop_.run();
   print_summary();
-  if (!rom_is_settled()) {
+  const int status = conclude_scenario();
+  if (!disk_is_done()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
     control_.reset();
     spdlog::default_logger()->flush();
     std::fflush(nullptr);
-    std::_Exit(EXIT_SUCCESS);
+    std::_Exit(status);
   }
+  return status;
+}
+
+int Daemon::conclude_scenario() {
+  const auto report = judged_ ? scenario_.report() : std::nullopt;
+  if (!report) return judged_ ? exit_status(Outcome::kInvalid) : EXIT_SUCCESS;
+  std::fputs(report_text(*report, false).c_str(), stdout);
+  std::fflush(stdout);
+  if (junit_) {
+    junit_->write(junit_xml({*report}));
+    junit_->commit();
+  }
+  return exit_status(report->verdict.outcome);
 }
 
 void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
@@ -178,7 +200,9 @@ bool Daemon::replies_have_left() const {
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
+  scenario_.finish();
   world_.stop();
+  recording_.stop();
   signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
   give_up_ = give_up_disk_ + kLongestFlush;
@@ -187,9 +211,9 @@ void Daemon::begin_stop() {
 
 void Daemon::wait_to_end() {
   const MonoTime now = monotonic_now();
-  const bool disk_is_done = rom_is_settled() || now >= give_up_disk_;
-  if (disk_is_done) give_up_ = std::min(give_up_, now + kLongestFlush);
-  if (disk_is_done && (replies_have_left() || now >= give_up_)) {
+  const bool done_with_disk = disk_is_done() || now >= give_up_disk_;
+  if (done_with_disk) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (done_with_disk && (replies_have_left() || now >= give_up_)) {
     loop_.stop();
     return;
   }
@@ -211,6 +235,9 @@ void Daemon::say_ready_once() {
   for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
   std::printf("%s\n", text.c_str());
   std::fflush(stdout);
+  if (!planned_) return;
+  scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  planned_.reset();
 }
 
 void Daemon::print_summary() const {

@@ -80,6 +80,9 @@ struct TimedDirective {
   SimTime at{0};
   Directive directive;
   std::optional<Condition> when = std::nullopt;
+  // The words that asked for it, without its time, as JSON: for recordings. Of the directives that
+  // one request made, the first has them.
+  std::string said = {};
 };
 
 }  // namespace lk::emulator

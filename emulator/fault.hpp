@@ -91,8 +91,9 @@ struct Fault {
   std::array<double, kMostFaultParams> values{};
   double probability = 1;           // of each frame, for kinds that act on frames
   std::optional<SimTime> duration;  // of each time; absent: until it is cleared
-  std::optional<SimTime> every;     // from one beginning to the next; absent: once
-  int times = 0;                    // beginnings in all, with `every`; 0: no end
+  // From one beginning to the next, longer than `duration`; absent: once.
+  std::optional<SimTime> every;
+  int times = 0;  // beginnings in all, with `every`; 0: no end
 };
 
 /// What has become of a fault.
@@ -102,8 +103,10 @@ struct FaultEvidence {
   SimTime armed_at{0};
   std::optional<SimTime> began_at;         // first
   std::optional<SimTime> first_effect_at;  // something was otherwise than without the fault
-  std::uint64_t effects = 0;               // frames; instants of looking, for what lasts; 0: none
-  std::string first_on;  // what the first effect was on: "drive 2: encoder", "reply 142#9C…"
+  // Frames; blows and writes; of what lasts, the instants of looking (Bus::kLookStep) at which it
+  // showed, of each drive. 0: none.
+  std::uint64_t effects = 0;
+  std::string first_on;  // what the first effect was on: "drive 2", "drive 2, 142#9C…"
 };
 
 struct FaultReport {

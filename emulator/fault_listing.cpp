@@ -18,7 +18,7 @@ std::string param_text(const FaultParam& param) {
     const std::string fallback = words.substr(begin, words.find('|', begin) - begin);
     return fmt::format("{} {} ({})", param.word, words, fallback);
   }
-  const std::string range = fmt::format("{} {:g}..{:g}", param.word, param.min, param.max);
+  const std::string range = fmt::format("{} {:.9g}..{:.9g}", param.word, param.min, param.max);
   return param.required ? range : range + fmt::format(" ({:g})", param.fallback);
 }
 
@@ -40,9 +40,9 @@ std::string scope_of(const FaultRow& row) {
 std::string example(const FaultRow& row) {
   std::string inside = fmt::format("kind = \"{}\"", row.word);
   for (const FaultParam& param : row.params) {
-    if (param.required)
-      inside += fmt::format(", {} = {:g}", param.word, param.max > 1 ? 1 : param.max);
+    if (param.required) inside += fmt::format(", {} = {:g}", param.word, std::min(2.0, param.max));
   }
+  if (row.kind == FaultKind::kEndStop) inside += ", max_deg = 30";  // it needs one of its ends
   if (row.per_frame) inside += ", probability = 0.1";
   if (!row.momentary) inside += ", for_s = 0.5";
   return fmt::format("at_s = 2\n{}fault = {{ {} }}\n", row.of_bus ? "" : "id = 1\n", inside);

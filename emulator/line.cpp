@@ -82,8 +82,7 @@ void Line::take_in(const TimedFrame& in) {
     keep_for_later(in);
     return;
   }
-  // The bus would look for room by itself, but nobody would watch it doing so. Who listens hears
-  // all that came before the frame, before it.
+  // The bus would look for room by itself, but nobody would watch it doing so.
   if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
     advance_to(in.at);
     let_out();
@@ -94,6 +93,10 @@ void Line::take_in(const TimedFrame& in) {
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
   effective.at = whole_us(std::max(in.at, bus_.time()));
+  if (!listeners_.empty()) {  // nothing that came before the frame is heard behind it
+    bus_.advance_to(effective.at);
+    let_out();
+  }
   for (const Listener& listener : listeners_) {
     if (listener.query) listener.query(effective);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "emulator/fault.hpp"
@@ -12,9 +13,10 @@ namespace lk::emulator {
 struct LiveFault {
   Fault fault;
   FaultEvidence evidence;
-  int beginnings = 0;
-  SimTime since{0};             // when it began, this time
-  std::vector<double> anchors;  // rad: where the outputs of `fault.ids` stood then
+  std::int64_t beginnings = 0;
+  SimTime since{0};                  // when it began, this time
+  std::optional<SimTime> looked_at;  // last, to see what shows of it
+  std::vector<double> anchors;       // rad: where the outputs of `fault.ids` stood then
   std::uint64_t random = 1;
 
   bool active() const { return evidence.state == FaultEvidence::State::kActive; }
@@ -24,6 +26,7 @@ struct LiveFault {
     }
     return false;
   }
+  bool comes_again() const { return fault.every && (fault.times == 0 || beginnings < fault.times); }
   double value(std::size_t n) const { return fault.values[n]; }
   /// The next of this fault's own random numbers, [0, 1).
   double draw() { return uniform(random = mix(random)); }

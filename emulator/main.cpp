@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "emulator/commands.hpp"
 #include "emulator/config_listing.hpp"
 #include "emulator/daemon.hpp"
+#include "emulator/scenario_files.hpp"
 
 namespace {
 
@@ -29,17 +31,26 @@ int run(int argc, char** argv) {
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;
   start_logging(command_line->log_level);
-  auto buses = lk::emulator::load_config(*command_line);
+  lk::emulator::ConfigTexts texts;
+  auto buses = lk::emulator::load_config(*command_line, &texts);
+  std::optional<lk::emulator::Scenario> scenario;
+  if (command_line->scenario) {
+    scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
+  }
   if (command_line->check) {
     std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
     return 0;
   }
   lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
-                                      .rom = command_line->rom,
-                                      .clock = command_line->clock,
-                                      .control = command_line->control});
-  daemon.run();
-  return 0;
+                                                 .rom = command_line->rom,
+                                                 .clock = command_line->clock,
+                                                 .control = command_line->control,
+                                                 .scenario = std::move(scenario),
+                                                 .junit = command_line->junit,
+                                                 .record = command_line->record,
+                                                 .overrides = command_line->overrides,
+                                                 .texts = std::move(texts)});
+  return daemon.run();
 }
 
 }  // namespace

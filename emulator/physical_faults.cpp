@@ -14,7 +14,7 @@ namespace {
 struct Case {
   const LiveFault& live;
   const ServoConfig& servo;
-  double active_s;  // since it began
+  SimTime active;  // since it began
 
   double value(std::size_t n = 0) const { return live.value(n); }
   /// Where the output stood when it began, rad.
@@ -40,9 +40,8 @@ void set_leg(const Case& c, model::LegFault high, model::LegFault low, model::Fa
 
 /// The supply comes and goes.
 bool is_off(const Case& c) {
-  const double off_s = c.value(0) * 1e-3;
-  const double on_s = c.value(1) * 1e-3;
-  return std::fmod(c.active_s, off_s + on_s) < off_s;
+  const auto ms = [](double value) { return SimTime(std::llround(value * 1e6)); };
+  return c.active % (ms(c.value(0)) + ms(c.value(1))) < ms(c.value(0));
 }
 
 struct Row {
@@ -61,7 +60,7 @@ constexpr Row kRows[] = {
     {K::kEncoderGarbage, [](const Case&, F& f) { f.encoder = EncoderFault::kGarbage; }},
     {K::kEncoderLostMagnet, [](const Case&, F& f) { f.encoder = EncoderFault::kLostMagnet; }},
     {K::kEncoderJump, [](const Case& c, F& f) { f.encoder_offset += c.value() * kRadPerDeg; }},
-    {K::kEncoderDrift, [](const Case& c, F& f) { f.encoder_offset += c.value() * kRadPerDeg * c.active_s; }},
+    {K::kEncoderDrift, [](const Case& c, F& f) { f.encoder_offset += c.value() * kRadPerDeg * std::chrono::duration<double>(c.active).count(); }},
     {K::kEncoderNoise, [](const Case& c, F& f) { f.encoder_noise = with_noise(f.encoder_noise, c.value() * kRadPerDeg); }},
     {K::kEncoderSlow, [](const Case& c, F& f) { f.encoder_latency += c.value() * 1e-3; }},
     {K::kCurrentOffset, [](const Case& c, F& f) { on_channels(c.value(1), f, [&](auto& channel) { channel.offset += c.value(); }); }},
@@ -110,8 +109,7 @@ bool is_physical(FaultKind kind) { return find_row(kind) != nullptr; }
 void add_physical_fault(const LiveFault& live, const ServoConfig& servo, SimTime now,
                         model::Faults& sum) {
   if (const Row* const row = find_row(live.fault.kind)) {
-    const double active_s = std::chrono::duration<double>(now - live.since).count();
-    row->add({live, servo, active_s}, sum);
+    row->add({live, servo, now - live.since}, sum);
   }
 }
 

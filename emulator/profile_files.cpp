@@ -43,11 +43,15 @@ std::vector<std::string> known_motors() {
   return names;
 }
 
-Profile load_profile(const std::string& name) {
+fs::path motor_file(const std::string& name) {
   const auto known = known_motors();
   if (std::find(known.begin(), known.end(), name) == known.end())
     throw UnknownMotor(unknown_motor(name));
-  const fs::path file = config_directory() / "motors" / (name + ".toml");
+  return config_directory() / "motors" / (name + ".toml");
+}
+
+Profile load_profile(const std::string& name) {
+  const fs::path file = motor_file(name);
   return parse_profile(read_file(file), file.string(), name);
 }
 

@@ -14,6 +14,9 @@ std::filesystem::path config_directory();
 /// Names of the shipped motor profiles, sorted.
 std::vector<std::string> known_motors();
 
+/// The file of a shipped profile. Throws UnknownMotor.
+std::filesystem::path motor_file(const std::string& name);
+
 /// Reads a shipped profile. Throws UnknownMotor, ConfigError.
 Profile load_profile(const std::string& name);
 

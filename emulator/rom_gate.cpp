@@ -6,7 +6,9 @@ namespace lk::emulator {
 namespace {
 
 /// All identifiers that drives answer on are a multiple of 64 plus the ID.
-int drive_of(const protocol::Frame& reply) { return static_cast<int>(reply.id & 0x3FU); }
+int drive_of(const TimedFrame& reply) {
+  return reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+}
 
 }  // namespace
 
@@ -15,7 +17,11 @@ RomGate::RomGate(const BusConfig& bus) {
 }
 
 void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
-  Drive& drive = drives_.at(drive_of(reply.frame));
+  if (reply.frame.kind == protocol::FrameKind::kError) {
+    out.push_back(reply.frame);  // no drive's
+    return;
+  }
+  Drive& drive = drives_.at(drive_of(reply));
   if (drive.held.empty() && reply.after_rom_write <= drive.settled) {
     release(drive, reply, out);
   } else if (drive.held.size() < kMostHeld) {

@@ -109,10 +109,11 @@ class Servo {
   void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
   /// What of that has shown since the last call.
   FirmwareFaults take_shown_faults() { return std::exchange(shown_faults_, {}); }
-  /// A parameter of ROM is as delivered, from now on. Returns false when it was so before.
+  /// A parameter of ROM is as delivered, from now on, and ROM has another number of changes.
+  /// Returns false when it was so before.
   bool damage_rom(RomParameter parameter);
-  /// A bit of a setting in RAM flips; `random` chooses it. Returns false when the loops' limits
-  /// leave the setting as it was.
+  /// A bit of a setting in RAM flips; `random` chooses it. Returns false when the register holds
+  /// nothing else.
   bool flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane);
 
   /// The controller has started: ROM stays, RAM, turn count, errors and command are gone.

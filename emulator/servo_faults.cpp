@@ -9,44 +9,49 @@
 namespace lk::emulator {
 namespace {
 
-/// One of the lowest `bits` bits, chosen by `random`.
-std::uint32_t one_bit(std::uint64_t random, std::uint64_t bits) {
-  return 1U << static_cast<unsigned>(random % bits);
-}
-
+/// A bit of the whole part of `value` flips; the fraction stays. `random` chooses among the bits
+/// that leave it within [min, max], so that it is something the register can hold.
 double flipped(double value, std::uint64_t random, double min, double max) {
-  const auto whole = static_cast<std::uint32_t>(std::llround(value));
-  return std::clamp(static_cast<double>(whole ^ one_bit(random, 16)), min, max);
+  const double whole = std::floor(value);
+  std::array<double, 32> possible{};
+  std::size_t count = 0;
+  for (unsigned bit = 0; bit < possible.size(); ++bit) {
+    const auto bits = static_cast<std::int64_t>(whole) ^ (std::int64_t{1} << bit);
+    const double result = static_cast<double>(bits) + (value - whole);
+    if (result >= min && result <= max) possible[count++] = result;
+  }
+  return count > 0 ? possible[random % count] : value;
 }
 
-void flip_gain(model::GainBytes& gains, std::uint64_t random) {
-  const std::array<std::uint16_t*, 6> bytes = {&gains.angle_kp,   &gains.angle_ki,
-                                               &gains.speed_kp,   &gains.speed_ki,
-                                               &gains.current_kp, &gains.current_ki};
-  std::uint16_t& gain = *bytes[random / 8 % bytes.size()];
-  gain = static_cast<std::uint16_t>(gain ^ one_bit(random, 8));
+/// One that hosts can set; the Kd do nothing.
+void flip_gain(model::GainBytes& gains, std::uint64_t random, double max) {
+  const std::array<std::uint16_t*, 6> all = {&gains.angle_kp, &gains.angle_ki,   &gains.speed_kp,
+                                             &gains.speed_ki, &gains.current_kp, &gains.current_ki};
+  std::uint16_t& gain = *all[random % all.size()];
+  gain = static_cast<std::uint16_t>(flipped(gain, random / all.size(), 0, max));
 }
 
 /// Within what the register can hold.
-void flip(RomParameter parameter, std::uint64_t random, Registers& r) {
+void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect& dialect,
+          std::uint16_t max_offset, Registers& r) {
   const auto whole = [random](auto value, double max) {
     return static_cast<decltype(value)>(flipped(value, random, 0, max));
   };
   switch (parameter) {
     case RomParameter::kGains:
-      flip_gain(r.gains, random);
+      flip_gain(r.gains, random, dialect.parameter_commands ? 65535 : 255);
       break;
     case RomParameter::kAcceleration:
       r.acceleration_dps_s = whole(r.acceleration_dps_s, 2147483647.0);
       break;
     case RomParameter::kEncoderOffset:
-      r.encoder_offset = static_cast<std::uint16_t>(r.encoder_offset ^ one_bit(random, 14));
+      r.encoder_offset = whole(r.encoder_offset, max_offset);
       break;
     case RomParameter::kMaxTorqueCurrent:
-      r.max_torque_current_lsb = whole(r.max_torque_current_lsb, 2000);
+      r.max_torque_current_lsb = whole(r.max_torque_current_lsb, dialect.iq_command_limit_lsb);
       break;
     case RomParameter::kMaxPower:
-      r.max_power_permille = whole(r.max_power_permille, 850);
+      r.max_power_permille = whole(r.max_power_permille, protocol::kOpenLoopLimit_permille);
       break;
     case RomParameter::kMaxSpeed:
       r.max_speed_dps = flipped(r.max_speed_dps, random, kMinSpeed_dps, kMaxSpeed_dps);
@@ -61,7 +66,7 @@ void flip(RomParameter parameter, std::uint64_t random, Registers& r) {
       r.broadcast_mode = !r.broadcast_mode;
       break;
     case RomParameter::kProtections:
-      break;
+      break;  // thresholds of that many kinds: not offered
   }
 }
 
@@ -88,14 +93,15 @@ void Servo::forget_what_faults_forget() {
 bool Servo::damage_rom(RomParameter parameter) {
   const Registers before = rom_;
   copy_parameter(parameter, config_.profile.factory, rom_);
-  return !(rom_ == before);
+  if (rom_ == before) return false;
+  ++stats_.rom_writes;
+  return true;
 }
 
 bool Servo::flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane) {
   const Registers before = ram_;
-  flip(parameter, random, ram_);
+  flip(parameter, random, format_.dialect, angles_.max_wire_count(), ram_);
   if (parameter == RomParameter::kEncoderOffset) {
-    ram_.encoder_offset = std::min(ram_.encoder_offset, angles_.max_wire_count());
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the same target is another place from now on
   }

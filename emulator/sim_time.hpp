@@ -17,6 +17,7 @@ struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
   std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
+  int said_by = 0;  // of a drive's: its ID, when the identifier does not tell; else 0
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };

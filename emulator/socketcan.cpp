@@ -53,6 +53,7 @@ protocol::Frame to_frame(const canfd_frame& raw, std::size_t size) {
 can_frame from_frame(const protocol::Frame& frame) {
   can_frame raw{};
   raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U);
+  if (frame.kind == protocol::FrameKind::kError) raw.can_id |= CAN_ERR_FLAG;
   raw.len = frame.dlc;
   std::copy(frame.data.begin(), frame.data.end(), raw.data);
   return raw;
@@ -131,7 +132,7 @@ CanSocket::~CanSocket() { ::close(fd_); }
 
 void CanSocket::configure(Reception reception) {
   // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies carry the queries'
-  // identifiers.
+  // identifiers, and our error frames are no host's.
   set_filter(fd_, reception);
   enlarge_receive_buffer(fd_);
   const can_err_mask_t all_errors = CAN_ERR_MASK;

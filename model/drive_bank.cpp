@@ -5,24 +5,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/block_access.hpp"
+#include "model/plant/faulty_params.hpp"
+#include "model/plant/stored_energy.hpp"
 #include "model/trig.hpp"
 
 namespace lk::model {
 namespace {
-
-/// A scalar struct of the tick goes into, or comes out of, one lane of its stored form.
-template <class Stored, class Scalar>
-void put(Stored& stored, std::size_t lane, const Scalar& value) {
-  for_each_field(fields(stored), fields(value),
-                 [lane](auto& to, const double& from) { lane_of(to, lane) = from; });
-}
-template <class Scalar, class Stored>
-Scalar get(const Stored& stored, std::size_t lane) {
-  Scalar value;
-  for_each_field(fields(value), fields(stored),
-                 [lane](double& to, const auto& from) { to = lane_of(from, lane); });
-  return value;
-}
 
 /// A plant at rest at `theta_m`, at ambient temperature, its link charged.
 PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
@@ -40,22 +29,6 @@ double counts_at(const DriveParams& p, double theta_m) {
   return floored(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
 }
 
-/// ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity potentials.
-double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) {
-  const double link = 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link;
-  const double magnetic = 0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q);
-  const double kinetic =
-      0.5 * p.T_s *
-      (p.inertia_rate * s.omega * s.omega + p.inertia_rate_out * s.omega_out * s.omega_out);
-  const double twist = s.theta * p.inv_gear - s.theta_out;
-  const double excess = p.compliant * (twist - clamp(twist, -p.half_backlash, p.half_backlash));
-  const double spring = 0.5 * p.gear_stiffness * excess * excess;
-  const double cogging = p.cogging_per_turn == 0.0 ? 0.0
-                                                   : -p.tau_cogging / p.cogging_per_turn *
-                                                         sincos(p.cogging_per_turn * s.theta).cos;
-  return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
-}
-
 /// What the drive takes for its supply current: electrical power over the link voltage. Without
 /// current sensors it has i_q from R·i_q = v_q − ω·ψ.
 double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, double omega,
@@ -66,19 +39,6 @@ double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, 
 }
 
 }  // namespace
-
-template <class Access>
-decltype(auto) DriveBank::with_block(std::size_t drive, Access access) {
-  assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0})
-                       : access(wide_[drive / kLanes], drive % kLanes);
-}
-template <class Access>
-decltype(auto) DriveBank::with_block(std::size_t drive, Access access) const {
-  assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0})
-                       : access(wide_[drive / kLanes], drive % kLanes);
-}
 
 DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : kernel_(kernel) {
   assert(!drives.empty() && kernel.run != nullptr);
@@ -138,32 +98,38 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
 std::size_t DriveBank::size() const { return units_.size(); }
 std::int64_t DriveBank::ticks() const { return ticks_; }
 
-void DriveBank::derive_plant(std::size_t drive) {
-  const Unit& unit = units_[drive];
-  DriveParams params = unit.params;
-  if (!unit.connected) {  // a source of nothing that takes nothing back
+PlantParams<double> DriveBank::plant_of(const Unit& unit, const Faults& faults) {
+  DriveParams params = with_faults(unit.params, faults);
+  if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
     params.supply.v_source = 0.0;
     params.supply.i_regen_max = 0.0;
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
   params.mechanics.tau_static += params.brake.tau * unit.brake.pressed;
+  return plant_params(params, !faults.coupling_broken);
+}
+
+void DriveBank::derive_plant(std::size_t drive) {
+  const Unit& unit = units_[drive];
   with_block(drive, [&](auto& block, std::size_t lane) {
-    put(block.plant_params, lane, plant_params(params));
+    put(block.plant_params, lane, plant_of(unit, unit.faults));
   });
 }
 
 void DriveBank::derive_control(std::size_t drive) {
   Unit& unit = units_[drive];
-  unit.motion_params = motion_params(unit.params, unit.settings);
+  const DriveParams params = by_own_clock(unit.params, unit.faults);
+  unit.motion_params = motion_params(params, unit.settings);
   with_block(drive, [&](auto& block, std::size_t lane) {
-    put(block.loop_params, lane, current_loop_params(unit.params, unit.settings));
+    put(block.loop_params, lane, current_loop_params(params, unit.settings));
   });
 }
 
 void DriveBank::run_firmware(std::size_t drive) {
   Unit& unit = units_[drive];
-  const double T_m = unit.motion_params.T_m;
-  if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m, unit.brake)) {
+  const double T_m = unit.motion_params.T_m;  // by the drive's clock
+  if (unit.params.brake.tau > 0.0 &&
+      move_brake(unit.params.brake, T_m / unit.faults.clock_ratio, unit.brake)) {
     derive_plant(drive);
     stopped_ = true;  // the tick has the plant's numbers in registers
   }
@@ -207,6 +173,9 @@ void DriveBank::run_motion_loops(std::size_t drive) {
     unit.slow = measure_slowly(unit.slow_sensors, lane_of(block.plant.v_link, lane),
                                lane_of(block.plant.temp_winding, lane),
                                lane_of(block.plant.temp_stage, lane), unit.slow_noise);
+    if (unit.slow_sensors_faulty) {
+      unit.slow = falsified(unit.slow_sensors, unit.faults, unit.slow);
+    }
     const double i_peak = std::max({std::abs(i_a), std::abs(i_b), std::abs(i_a + i_b)});
     const Watched watched{unit.slow.v_bus,
                           unit.slow.temp_motor,
@@ -255,10 +224,10 @@ bool DriveBank::advance_to_edge(std::int64_t until) {
     BlockDrives drives{this, 0};
     const Stretch stretch{until, stride_, give_orders, &drives};
     if (wide_.empty()) {
-      kernel_.run_alone(alone_, stretch);
+      (alone_.faulty ? run_alone_faulty : kernel_.run_alone)(alone_, stretch);
     }
     for (TickBlock<Wide>& block : wide_) {
-      kernel_.run(block, stretch);
+      (block.faulty ? run_lanes_faulty : kernel_.run)(block, stretch);
       drives.begin += kLanes;
     }
     ticks_ = alone_.at[0];
@@ -312,14 +281,20 @@ void DriveBank::set_brake_coil(std::size_t drive, bool on) {
 }
 void DriveBank::turn_shaft(std::size_t drive, double angle) {
   Unit& unit = units_[drive];
-  const LoadParams& load = unit.params.load;
+  const LoadParams load = with_faults(unit.params, unit.faults).load;
   with_block(drive, [&](auto& block, std::size_t lane) {
     double& theta_out = lane_of(block.plant.theta_out, lane);
     const double before = theta_out;
     theta_out = std::clamp(theta_out + angle, std::min(load.theta_min, before),
                            std::max(load.theta_max, before));
+    if (unit.faults.coupling_broken) {
+      return;
+    }
     const double turn = (theta_out - before) * unit.params.mechanics.gear_ratio;
     lane_of(block.plant.theta, lane) += turn;
+    if (unit.faults.encoder != EncoderFault::kNone) {
+      return;
+    }
     // A hand takes its time: encoder and observer have followed, and there is no speed in it.
     const double counts = nearest(turn * unit.motion_params.counts_per_rad);
     lane_of(block.loop.encoder_counts, lane) += counts;
@@ -341,7 +316,8 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.v_bus = unit.slow.v_bus;
     t.i_bus = bus_current(unit.motion_params, loop, unit.motion.omega_hat, unit.slow.v_bus);
     t.i_q = loop.i_q;
-    t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0));
+    // A voltage limited to nothing is 0 with the one sign or the other, as the compiler likes.
+    t.power = loop.v_q / (unit.motion_params.modulation * std::max(unit.slow.v_bus, 1.0)) + 0.0;
     t.i_a = loop.i_a;
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;

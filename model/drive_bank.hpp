@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -62,14 +63,20 @@ class DriveBank {
   /// Current through the coil releases the brake. A drive that loses its power lets go of it.
   void set_brake_coil(std::size_t drive, bool on);
   /// Turns the output by `angle` rad, by hand, as far as the end stops let it; the rotor goes with
-  /// it.
+  /// it, unless they are apart.
   void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
+  /// A blow: the output, and what turns with it, gains `impulse` Nm·s at once.
+  void kick(std::size_t drive, double impulse);
 
-  void set_faults(std::size_t drive, const Faults& faults) { units_[drive].faults = faults; }
-  const Faults& faults(std::size_t drive) const { return units_[drive].faults; }
-  void kick(std::size_t, double) {}
-  bool takes_effect(std::size_t, const Faults&) const { return false; }
+  /// These faults, and no others, are in force. What changes by that in an instant (a coupling put
+  /// together, an inertia) is booked as done by the load.
+  void set_faults(std::size_t drive, const Faults& faults);
+  const Faults& faults(std::size_t drive) const;
+  /// Whether the faults of `one` make a difference at this instant to a drive in this state that
+  /// has nothing else (docs/model.md §14 has the criteria). They need not be in force; what only
+  /// shows by having been, does not show then.
+  bool takes_effect(std::size_t drive, const Faults& one) const;
 
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
@@ -80,13 +87,14 @@ class DriveBank {
   struct Unit {
     DriveParams params;
     ControlSettings settings;
-    Faults faults;
     MotionParams motion_params;
     MotionState motion;
     ProtectionState protection;
     LifeState life;
     BrakeState brake;
     bool connected = true;
+    Faults faults;
+    bool slow_sensors_faulty = false;
     Setpoint setpoint = Idle{};
     SlowSensors slow_sensors{};
     SlowMeasurement slow;
@@ -110,6 +118,8 @@ class DriveBank {
   /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
   static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
                           std::int64_t tick);
+  /// The plant of a drive as it would be with these faults.
+  static PlantParams<double> plant_of(const Unit& unit, const Faults& faults);
   void derive_plant(std::size_t drive);
   void derive_control(std::size_t drive);
 
@@ -122,5 +132,18 @@ class DriveBank {
   bool stopped_ = false;    // or it had to end for some reason
   int stride_ = 1;          // ticks between instants at which some motion loop may run
 };
+
+template <class Access>
+decltype(auto) DriveBank::with_block(std::size_t drive, Access access) {
+  assert(drive < units_.size());
+  return wide_.empty() ? access(alone_, std::size_t{0})
+                       : access(wide_[drive / kLanes], drive % kLanes);
+}
+template <class Access>
+decltype(auto) DriveBank::with_block(std::size_t drive, Access access) const {
+  assert(drive < units_.size());
+  return wide_.empty() ? access(alone_, std::size_t{0})
+                       : access(wide_[drive / kLanes], drive % kLanes);
+}
 
 }  // namespace lk::model

@@ -36,17 +36,17 @@ struct Faults {
   double encoder_latency = 0;  // s, ≥ 0, in addition
   /// The channel shows gain·(what it showed healthy) + offset, or `stuck`.
   struct Current {
-    double offset = 0;            // A
-    double gain = 1;              // 1
-    std::optional<double> stuck;  // A
+    double offset = 0;              // A
+    double gain = 1;                // 1
+    std::optional<double> stuck{};  // A
     friend bool operator==(const Current&, const Current&) = default;
   };
-  Current current_a, current_b;
-  double current_noise = 0;           // A rms, ≥ 0, in addition (in quadrature), both channels
-  std::optional<double> v_bus_stuck;  // V
-  double v_bus_offset = 0;            // V
-  std::optional<double> temp_motor_stuck, temp_driver_stuck;  // °C
-  double temp_motor_offset = 0, temp_driver_offset = 0;       // K
+  Current current_a{}, current_b{};
+  double current_noise = 0;             // A rms, ≥ 0, in addition (in quadrature), both channels
+  std::optional<double> v_bus_stuck{};  // V
+  double v_bus_offset = 0;              // V
+  std::optional<double> temp_motor_stuck{}, temp_driver_stuck{};  // °C
+  double temp_motor_offset = 0, temp_driver_offset = 0;           // K
 
   // Power stage
   bool bridge_dead = false;        // the switches never close; the firmware does not know

@@ -23,6 +23,10 @@ void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 
+/// The tick of faulty blocks: one for every processor, and in no haste.
+void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch);
+void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch);
+
 /// The fastest kernel this processor can run. All give the same bits.
 NamedKernel best_lane_kernel();
 /// Kernel by name, or one with `run == nullptr` if this build or processor does not have it.

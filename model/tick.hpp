@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/control/current_loop.hpp"
+#include "model/plant/lane_faults.hpp"
 #include "model/plant/plant.hpp"
 #include "model/plant/sensors.hpp"
 
@@ -24,6 +25,8 @@ struct TickBlock {
   CurrentOrders<Store> orders;
   NoiseState<Store> noise;
   std::array<std::int64_t, std::tuple_size_v<decltype(noise.word)>> at{};  // ticks done, by lane
+  std::array<LaneFaults, std::tuple_size_v<decltype(noise.word)>> faults{};
+  bool faulty = false;  // some of them is any(): the block needs a tick that looks at them
 };
 
 /// Ticks up to end − 1, and who gives the drives their orders on the way: before every tick that is
@@ -40,19 +43,24 @@ struct Stretch {
 inline namespace LKEMU_ISA {
 
 /// One period of drives that need no more than `parts`. The duties that act are those the firmware
-/// computed in the period before: the delay of one sample that every digital drive has.
+/// computed in the period before: the delay of one sample that every digital drive has. `faults`
+/// are those of these drives, looked at where they are a part.
 template <Parts parts, class Real>
 inline void tick(const PlantParams<Real>& plant_params, PlantState<Real>& plant,
                  const CurrentLoopParams<Real>& loop_params, CurrentLoopState<Real>& loop,
-                 const CurrentOrders<Real>& orders, const Held<Real>& held, WordsOf<Real>& noise) {
+                 const CurrentOrders<Real>& orders, const Held<Real>& held, WordsOf<Real>& noise,
+                 LaneFaults* faults) {
   const SinCos<Real> theta_e = sincos<Real>(plant_params.pole_pairs * plant.theta);
   const Abc<Real> i_abc = inverse_clarke(inverse_park(Dq<Real>{plant.i_d, plant.i_q}, theta_e));
 
-  const Measurement<Real> m = measure(plant_params, i_abc, plant.theta, plant.omega, noise);
+  Measurement<Real> m = measure(plant_params, i_abc, plant.theta, plant.omega, noise);
   const Abc<Real> duty{loop.duty_a, loop.duty_b, loop.duty_c};
-  const Real bridge = loop.bridge;
+  Real bridge = loop.bridge;
+  if constexpr (parts.faults) {
+    falsify(faults, m, bridge);
+  }
   current_loop<parts.bridge_off>(loop_params, orders, held, m, loop);
-  advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e);
+  advance<parts>(plant_params, plant, duty, bridge, i_abc, theta_e, faults);
 }
 
 /// Whether the common parts suffice until the next orders.
@@ -73,7 +81,7 @@ inline void for_each_field(To to, From from, Op op) {
 
 /// The periods of `stretch`, of the drives of a block that one `Real` holds, beginning with drive
 /// `first`. Their numbers stay in registers and on the stack from one order to the next.
-template <class Real, class Store>
+template <class Real, bool faulty, class Store>
 inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& stretch) {
   const auto in = [first](auto& value, const auto& stored) { load(value, stored, first); };
   const auto out = [first](auto& stored, const auto& value) { store(value, stored, first); };
@@ -88,9 +96,10 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   for_each_field(fields(loop_params), fields(block.loop_params), in);
   for_each_field(fields(loop), fields(block.loop), in);
   load(noise, block.noise, first);
+  LaneFaults* const faults = block.faults.data() + first;
   const auto run = [&]<Parts parts>(const Held<Real>& held, std::int64_t n_ticks) {
     for (; n_ticks > 0; --n_ticks) {
-      tick<parts>(plant_params, plant, loop_params, loop, orders, held, noise);
+      tick<parts>(plant_params, plant, loop_params, loop, orders, held, noise, faults);
     }
   };
   std::int64_t now = block.at[first];
@@ -102,7 +111,9 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
     const Held<Real> held = hold(loop_params, orders);
     const std::int64_t end = stop ? now + 1 : stretch.end;
     const std::int64_t next = std::min(end, now - now % stretch.stride + stretch.stride);
-    if (is_common(plant_params, loop, orders)) {
+    if constexpr (faulty) {
+      run.template operator()<kFaultyParts>(held, next - now);
+    } else if (is_common(plant_params, loop, orders)) {
       run.template operator()<kCommonParts>(held, next - now);
     } else {
       run.template operator()<kEveryPart>(held, next - now);
@@ -115,11 +126,11 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   std::fill_n(block.at.begin() + static_cast<std::ptrdiff_t>(first), kSizeOf<Real>, now);
 }
 
-/// The periods of `stretch`, of a whole block.
-template <class Real, class Store>
+/// The periods of `stretch`, of a whole block, which is `faulty` or not.
+template <class Real, bool faulty = false, class Store>
 inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
   for (std::size_t first = 0; first < block.noise.word.size(); first += kSizeOf<Real>) {
-    run_part<Real>(block, first, stretch);
+    run_part<Real, faulty>(block, first, stretch);
   }
 }
 

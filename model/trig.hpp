@@ -86,5 +86,20 @@ inline Real exp_small(const Real& x) {
          x2 * ((1.0 / 2 + x * (1.0 / 6)) + x2 * ((1.0 / 24 + x * (1.0 / 120)) + x2 * (1.0 / 720)));
 }
 
+/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's,
+/// because derived numbers have to be the same bits everywhere too.
+inline double exp_decay(double x) {
+  int halvings = 0;
+  while (x < -0.25 && halvings < 12) {
+    x *= 0.5;
+    ++halvings;
+  }
+  double result = x < -0.25 ? 0.0 : exp_small(x);
+  for (; halvings > 0; --halvings) {
+    result *= result;
+  }
+  return result;
+}
+
 }  // namespace LKEMU_ISA
 }  // namespace lk::model

@@ -92,9 +92,11 @@ struct Parts {
   bool bridge_off;  // some bridge is off: diodes conduct
   bool compliant;   // some gear has stiffness and play
   bool end_stops;   // some output shaft has them
+  bool faults;      // of some drive are such as the tick has to know (lane_faults.hpp)
 };
-inline constexpr Parts kEveryPart{true, true, true};
-inline constexpr Parts kCommonParts{false, false, false};
+inline constexpr Parts kFaultyParts{true, true, true, true};
+inline constexpr Parts kEveryPart{true, true, true, false};
+inline constexpr Parts kCommonParts{false, false, false, false};
 
 /// J·(ω₁ − ω₀)/T = τ − B·(ω₀ + ω₁)/2 − τ_dry,  θ₁ = θ₀ + T·(ω₀ + ω₁)/2,
 /// forces taken at the middle of the period: position Verlet with implicit friction, second order.

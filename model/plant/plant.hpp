@@ -5,8 +5,9 @@
 
 #include <tuple>
 
-#include "model/plant/diode_bridge.hpp"
+#include "model/plant/broken_legs.hpp"
 #include "model/plant/inverter.hpp"
+#include "model/plant/lane_faults.hpp"
 #include "model/plant/mechanics.hpp"
 #include "model/plant/motor.hpp"
 #include "model/plant/supply.hpp"
@@ -36,34 +37,76 @@ constexpr auto fields(State& s) {
                   s.p_supply, s.p_copper, s.p_inverter, s.p_friction, s.p_gear, s.p_load);
 }
 
+/// One drive at the start of a period, as the solver of legs takes it.
+template <class Real>
+inline LegBridgeInput leg_bridge_input(const PlantParams<Real>& p, const PlantState<Real>& s,
+                                       const Real& v_link, const Real& R_s, const Real& psi_f,
+                                       const Real& omega_e, std::size_t n) {
+  return {{get_lane(s.i_d, n), get_lane(s.i_q, n)},
+          get_lane(p.pole_pairs, n) * get_lane(s.theta, n),
+          get_lane(omega_e, n),
+          get_lane(v_link, n),
+          1.0 / get_lane(p.inv_i_dead_zone, n),
+          get_lane(R_s, n),
+          get_lane(p.L_d, n),
+          get_lane(p.L_q, n),
+          get_lane(psi_f, n),
+          get_lane(p.T_s, n),
+          0.0};
+}
+
+template <class Real>
+inline void set_step(WindingStep<Real>& step, std::size_t n, const WindingStep<double>& one) {
+  set_lane(step.i_next.d, n, one.i_next.d);
+  set_lane(step.i_next.q, n, one.i_next.q);
+  set_lane(step.i_mean.d, n, one.i_mean.d);
+  set_lane(step.i_mean.q, n, one.i_mean.q);
+  set_lane(step.mean_square, n, one.mean_square);
+  set_lane(step.mean_dq, n, one.mean_dq);
+  set_lane(step.i_link, n, one.i_link);
+  set_lane(step.p_inverter, n, one.p_inverter);
+}
+
 /// The windings of every drive whose bridge is off and whose diodes conduct, one drive at a time:
 /// rare, and full of decisions. Writes the lanes of `mask` only.
 template <class Real, class Mask>
 inline void freewheel(const PlantParams<Real>& p, const PlantState<Real>& s, const Real& v_link,
-                      const Real& R_s, const Real& psi_f, const Real& theta_e, const Real& omega_e,
-                      const Mask& mask, WindingStep<Real>& step) {
+                      const Real& R_s, const Real& psi_f, const Real& omega_e, const Mask& mask,
+                      WindingStep<Real>& step) {
   for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
-    if (!lane_set(mask, n)) {
+    if (lane_set(mask, n)) {
+      set_step(step, n,
+               leg_bridge(leg_bridge_input(p, s, v_link, R_s, psi_f, omega_e, n),
+                          open_switches(get_lane(p.v_diode, n)))
+                   .step);
+    }
+  }
+}
+
+/// The windings of every drive with a broken leg, likewise. `i_short` is the part of the link's
+/// current that goes from rail to rail.
+template <class Real>
+inline void broken_bridge(const LaneFaults* faults, const PlantParams<Real>& p,
+                          const PlantState<Real>& s, const Real& v_link, const Real& R_s,
+                          const Real& psi_f, const Real& omega_e, const Abc<Real>& duty,
+                          const Real& bridge_on, WindingStep<Real>& step, Real& i_short) {
+  const Real emptying = emptying_current(p, s.v_link);
+  for (std::size_t n = 0; n < kSizeOf<Real>; ++n) {
+    if (!faults[n].leg_broken()) {
       continue;
     }
-    const WindingStep<double> one = diode_bridge({{get_lane(s.i_d, n), get_lane(s.i_q, n)},
-                                                  get_lane(theta_e, n),
-                                                  get_lane(omega_e, n),
-                                                  get_lane(v_link, n),
-                                                  get_lane(p.v_diode, n),
-                                                  get_lane(R_s, n),
-                                                  get_lane(p.L_d, n),
-                                                  get_lane(p.L_q, n),
-                                                  get_lane(psi_f, n),
-                                                  get_lane(p.T_s, n)});
-    set_lane(step.i_next.d, n, one.i_next.d);
-    set_lane(step.i_next.q, n, one.i_next.q);
-    set_lane(step.i_mean.d, n, one.i_mean.d);
-    set_lane(step.i_mean.q, n, one.i_mean.q);
-    set_lane(step.mean_square, n, one.mean_square);
-    set_lane(step.mean_dq, n, one.mean_dq);
-    set_lane(step.i_link, n, one.i_link);
-    set_lane(step.p_inverter, n, one.p_inverter);
+    const LegParts parts{get_lane(p.v_diode, n), get_lane(p.R_on, n), get_lane(p.dead_fraction, n),
+                         get_lane(p.dead_drop, n)};
+    const BrokenBridge bridge{faults[n].legs,
+                              {get_lane(duty.a, n), get_lane(duty.b, n), get_lane(duty.c, n)},
+                              get_lane(bridge_on, n) != 0.0,
+                              get_lane(s.v_link, n),
+                              get_lane(p.link_rate, n),
+                              get_lane(emptying, n)};
+    const BrokenBridgeStep one = broken_bridge_step(
+        leg_bridge_input(p, s, max(v_link, Real(0.0)), R_s, psi_f, omega_e, n), parts, bridge);
+    set_step(step, n, one.step);
+    set_lane(i_short, n, one.i_short);
   }
 }
 
@@ -77,10 +120,12 @@ inline void clear_where(const Mask& mask, WindingStep<Real>& step) {
 }
 
 /// Advances the plant by T_s under constant duties. `i_abc` and `theta_e` (sin, cos) are those of
-/// the start of the period, which the sensors need as well.
+/// the start of the period, which the sensors need as well. `faults` are those of these drives,
+/// looked at where they are a part.
 template <Parts parts = kEveryPart, class Real>
 inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<Real>& duty,
-                    const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e) {
+                    const Real& bridge_on, const Abc<Real>& i_abc, const SinCos<Real>& theta_e,
+                    [[maybe_unused]] const LaneFaults* faults = nullptr) {
   // Speed and link voltage half a period ahead: second order without iterating.
   const Real omega_middle = s.omega + 0.5 * s.omega_change;
   const Real omega_e = p.pole_pairs * omega_middle;
@@ -100,8 +145,12 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
     const auto conducts = off && (s.i_d != 0.0 || s.i_q != 0.0 ||
                                   kSqrt3 * psi_f * abs(omega_e) > v_middle + 2.0 * p.v_diode);
     if (any(conducts)) {
-      freewheel(p, s, v_middle, R_s, psi_f, Real(p.pole_pairs * s.theta), omega_e, conducts, step);
+      freewheel(p, s, v_middle, R_s, psi_f, omega_e, conducts, step);
     }
+  }
+  [[maybe_unused]] Real i_short(0.0);
+  if constexpr (parts.faults) {
+    broken_bridge(faults, p, s, v_middle, R_s, psi_f, omega_e, duty, bridge_on, step, i_short);
   }
 
   const Real tau_e = torque(p, step, psi_f);
@@ -112,6 +161,9 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const LinkStep<Real> dc = link(p, s.v_link, i_link);
   const Real v_mean = 0.5 * (s.v_link + dc.v_next);
   const Real p_copper = 1.5 * R_s * step.mean_square;
+  if constexpr (parts.faults) {
+    step.p_inverter += v_mean * i_short;
+  }
   const Temperatures<Real> heat =
       thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
 

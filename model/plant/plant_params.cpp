@@ -7,21 +7,6 @@
 namespace lk::model {
 namespace {
 
-/// exp(x) for x ≤ 0 of any size: halved until the series holds, then squared back. Not libm's,
-/// because derived numbers have to be the same bits everywhere too.
-double exp_decay(double x) {
-  int halvings = 0;
-  while (x < -0.25 && halvings < 12) {
-    x *= 0.5;
-    ++halvings;
-  }
-  double result = x < -0.25 ? 0.0 : exp_small(x);
-  for (; halvings > 0; --halvings) {
-    result *= result;
-  }
-  return result;
-}
-
 void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.T_s = 1.0 / d.inverter.f_pwm;
   p.f_s = d.inverter.f_pwm;
@@ -43,19 +28,19 @@ void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.v_diode = d.inverter.v_diode;
 }
 
-void set_mechanical(PlantParams<double>& p, const DriveParams& d) {
+void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) {
   const MechanicsParams& m = d.mechanics;
-  const bool compliant = m.gear_stiffness_out > 0.0;
+  const bool compliant = !coupled || m.gear_stiffness_out > 0.0;
   const double J_out = m.J_out + d.load.J;
   const double J_rotor = compliant ? m.J : m.J + J_out / (m.gear_ratio * m.gear_ratio);
-  assert(J_rotor > 0.0 && (!compliant || J_out > 0.0));
+  assert(J_rotor > 0.0 && (!compliant || !coupled || J_out > 0.0));
   p.gear_ratio = m.gear_ratio;
   p.inv_gear = 1.0 / m.gear_ratio;
   p.inertia_rate = J_rotor * p.f_s;
   p.B_half = 0.5 * m.B;
   p.mobility = 1.0 / (p.inertia_rate + p.B_half);
   p.inertia_rate_out = compliant ? J_out * p.f_s : 0.0;
-  p.mobility_out = compliant ? 1.0 / p.inertia_rate_out : 0.0;
+  p.mobility_out = compliant && J_out > 0.0 ? 1.0 / p.inertia_rate_out : 0.0;
   p.tau_coulomb = m.tau_coulomb + (compliant ? 0.0 : m.tau_coulomb_out / m.gear_ratio);
   p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
   p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
@@ -63,8 +48,8 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d) {
   p.tau_cogging = m.tau_cogging;
   p.cogging_per_turn = m.cogging_per_turn;
   p.compliant = compliant ? 1.0 : 0.0;
-  p.gear_stiffness = m.gear_stiffness_out;
-  p.gear_damping = m.gear_damping_out;
+  p.gear_stiffness = coupled ? m.gear_stiffness_out : 0.0;
+  p.gear_damping = coupled ? m.gear_damping_out : 0.0;
   p.half_backlash = 0.5 * m.backlash_out;
   p.loss_driving = (1.0 / m.gear_efficiency - 1.0) / m.gear_ratio;
   p.loss_driven = (1.0 - m.gear_efficiency) / m.gear_ratio;
@@ -117,10 +102,10 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
 
 }  // namespace
 
-PlantParams<double> plant_params(const DriveParams& drive) {
+PlantParams<double> plant_params(const DriveParams& drive, bool coupled) {
   PlantParams<double> p;
   set_electrical(p, drive);
-  set_mechanical(p, drive);
+  set_mechanical(p, drive, coupled);
   set_supply_and_heat(p, drive);
   set_sensors(p, drive);
   return p;

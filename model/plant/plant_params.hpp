@@ -75,7 +75,9 @@ constexpr auto fields(Params& p) {
 
 }  // namespace LKEMU_ISA
 
-/// Derives the tick's numbers. Preconditions: the ranges stated in drive_params.hpp (asserted).
-PlantParams<double> plant_params(const DriveParams& drive);
+/// Derives the tick's numbers. Preconditions: the ranges stated in drive_params.hpp (asserted). Not
+/// `coupled`, rotor and output are two bodies with nothing between them; an output without inertia
+/// then stands still.
+PlantParams<double> plant_params(const DriveParams& drive, bool coupled = true);
 
 }  // namespace lk::model

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/drive_params.hpp"
+#include "model/faults.hpp"
 #include "model/noise.hpp"
 
 namespace lk::model {
@@ -32,6 +33,26 @@ inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link, doubl
   return {nearest(v_seen * p.inv_v_lsb) * p.v_lsb,
           nearest(temp_winding * p.inv_temp_lsb) * p.temp_lsb,
           nearest(temp_stage * p.inv_temp_lsb) * p.temp_lsb};
+}
+
+/// Some of `faults` is about these sensors.
+inline bool slow_sensors_faulty(const Faults& f) {
+  return f.v_bus_stuck || f.temp_motor_stuck || f.temp_driver_stuck || f.v_bus_offset != 0.0 ||
+         f.temp_motor_offset != 0.0 || f.temp_driver_offset != 0.0;
+}
+
+/// What is shown instead of `healthy`.
+inline SlowMeasurement falsified(const SlowSensors& p, const Faults& f,
+                                 const SlowMeasurement& healthy) {
+  const auto quantised = [](double x, double lsb, double inv_lsb) {
+    return nearest(x * inv_lsb) * lsb;
+  };
+  const double v_bus = max(f.v_bus_stuck.value_or(healthy.v_bus + f.v_bus_offset), 0.0);
+  return {quantised(v_bus, p.v_lsb, p.inv_v_lsb),
+          quantised(f.temp_motor_stuck.value_or(healthy.temp_motor + f.temp_motor_offset),
+                    p.temp_lsb, p.inv_temp_lsb),
+          quantised(f.temp_driver_stuck.value_or(healthy.temp_driver + f.temp_driver_offset),
+                    p.temp_lsb, p.inv_temp_lsb)};
 }
 
 }  // namespace lk::model

@@ -25,5 +25,14 @@ inline LinkStep<Real> link(const PlantParams<Real>& p, const Real& v, const Real
   return {select(i_source > i_free, v + (i_source - i_link) * p.inv_link_rate, v_free), i_source};
 }
 
+/// The largest current that a period may take from the link without leaving it below 0 V.
+template <class Real>
+inline Real emptying_current(const PlantParams<Real>& p, const Real& v) {
+  const Real of_charge = v * p.link_rate;
+  const Real beside_source = (p.v_source + v * p.link_decay / (1.0 - p.link_decay)) / p.R_source;
+  const auto source_takes_too = v > p.v_source && p.i_regen_max != 0.0;
+  return max(select(source_takes_too, min(of_charge, beside_source), of_charge), Real(0.0));
+}
+
 }  // namespace LKEMU_ISA
 }  // namespace lk::model

@@ -21,15 +21,44 @@ namespace fs = std::filesystem;
 const fs::path kRoot = LKEMU_SOURCE_DIR;
 
 // emulator/ holds core and shell side by side; these are the core.
-constexpr std::array<std::string_view, 29> kCore{
-    "sampler",         "agenda",       "bus",          "bus_config",
-    "bus_directives",  "bus_faults",   "bus_stats",    "can_wire",
-    "condition",       "directive",    "fault",        "fault_table",
-    "frame_text",      "generation",   "live_fault",   "parameter_memory",
-    "physical_faults", "registers",    "rom_write",    "seed",
-    "servo",           "servo_faults", "servo_motion", "servo_registers",
-    "shaft_angles",    "signals",      "sim_time",     "units",
-    "wire_timing"};
+constexpr std::array<std::string_view, 38> kCore{"agenda",
+                                                 "bus",
+                                                 "bus_config",
+                                                 "bus_directives",
+                                                 "bus_faults",
+                                                 "bus_link",
+                                                 "bus_link_errors",
+                                                 "bus_stats",
+                                                 "can_wire",
+                                                 "condition",
+                                                 "directive",
+                                                 "fault",
+                                                 "fault_table",
+                                                 "frame_text",
+                                                 "generation",
+                                                 "host_script",
+                                                 "judge",
+                                                 "link_faults",
+                                                 "live_fault",
+                                                 "parameter_memory",
+                                                 "physical_faults",
+                                                 "registers",
+                                                 "reply_fields",
+                                                 "rom_write",
+                                                 "sampler",
+                                                 "scenario",
+                                                 "scenario_run",
+                                                 "scenario_text",
+                                                 "seed",
+                                                 "servo",
+                                                 "servo_faults",
+                                                 "servo_motion",
+                                                 "servo_registers",
+                                                 "shaft_angles",
+                                                 "signals",
+                                                 "sim_time",
+                                                 "units",
+                                                 "wire_timing"};
 
 std::vector<fs::path> sources_in(const fs::path& folder) {
   std::vector<fs::path> files;

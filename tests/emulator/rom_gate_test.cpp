@@ -46,6 +46,24 @@ struct Gate {
 
 using Marks = std::vector<int>;
 
+TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
+  Gate g;
+  g.gate.begin(rom_write(1, 1));
+  TimedFrame wrong = reply(2, 1, 1);
+  wrong.said_by = 1;
+  g.pass(wrong);
+  g.pass(reply(1, 2));
+  TimedFrame error = reply(40, 3);  // low bits of no drive here
+  error.frame.kind = protocol::FrameKind::kError;
+  g.pass(error);
+  TimedFrame babble = reply(0, 4);  // identifier 0x140
+  babble.said_by = 2;
+  g.pass(babble);
+  EXPECT_EQ(g.left(), (Marks{3, 4}));
+  g.settle(1, 1);
+  EXPECT_EQ(g.left(), (Marks{1, 2}));
+}
+
 TEST(RomGate, OneDriveWaitsAndTheOthersDoNot) {
   Gate g;
   g.gate.begin(rom_write(1, 1));

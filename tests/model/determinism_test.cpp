@@ -104,6 +104,63 @@ TEST(Determinism, APlainNumberGivesTheSameBitsAsARegister) {
   }
 }
 
+TEST(Determinism, BrokenDrivesAloneOrInAnyCompany) {
+  const auto broken = [](const std::vector<int>& kinds, std::int64_t slice = kStretchTicks) {
+    return mixed_run(kinds, best_lane_kernel(), slice, true);
+  };
+  const auto together = broken(kCompany);
+  const auto whole = mixed_run(kCompany, best_lane_kernel());
+  for (std::size_t n = 0; n < kCompany.size(); ++n) {
+    EXPECT_EQ(broken({kCompany[n]}).front(), together[n]) << "drive " << n;
+    EXPECT_NE(whole[n], together[n]) << "drive " << n;
+  }
+  EXPECT_EQ(broken({12, 3, 7, 0})[2], together[7]);
+  EXPECT_EQ(broken(kCompany, 7), together);
+}
+
+TEST(Determinism, ANeighboursFaultsChangeNoBit) {
+  const auto run = [](int kind) {
+    DriveBank bank(std::vector<DriveInit>(kLanes, mixed_drive(1)));
+    std::vector<std::uint64_t> bits;
+    for (int stretch = 0; stretch < 4; ++stretch) {
+      for (std::size_t n = 0; n < bank.size(); ++n) {
+        bank.command(n, Speed{20.0 - 15.0 * stretch});
+        if (n > 0 && kind >= 0) {
+          bank.set_faults(n, stretch == 2 ? Faults{} : mixed_faults(kind + static_cast<int>(n)));
+        }
+      }
+      bank.advance(1000);
+      const auto words = bits_of(bank, 0);
+      bits.insert(bits.end(), words.begin(), words.end());
+    }
+    return bits;
+  };
+  const auto expected = run(-1);
+  for (int kind = 0; kind < 24; kind += 3) {
+    EXPECT_EQ(run(kind), expected) << kind;
+  }
+}
+
+TEST(Determinism, FaultsThatComeAndGoBetweenTwoTicksLeaveNoBit) {
+  const std::vector<DriveInit> inits(3, mixed_drive(0));
+  DriveBank bank(inits);
+  DriveBank untouched(inits);
+  for (DriveBank* b : {&bank, &untouched}) {
+    b->command(1, Speed{30.0});
+    b->advance(1001);
+  }
+  bank.set_faults(1, {.encoder_noise = 0.1,
+                      .v_bus_stuck = 3.0,
+                      .legs = {LegFault::kPhaseOpen, LegFault::kHighShorted},
+                      .jam = 1.0,
+                      .v_source_max = 3.0,
+                      .clock_ratio = 2.0});
+  bank.set_faults(1, {});
+  bank.advance(1000);
+  untouched.advance(1000);
+  EXPECT_EQ(bits_of(bank, 1), bits_of(untouched, 1));
+}
+
 class Kernels : public testing::TestWithParam<const char*> {};
 
 TEST_P(Kernels, GiveTheSameBits) {

@@ -1,19 +1,23 @@
 // The bridge switched off: the diodes take the current down, and conduct only above the link (§3).
-#include "model/plant/diode_bridge.hpp"
-
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
 namespace {
 
-DiodeBridgeInput at_rest(const Dq<double>& i) {
-  return {i, 0.0, 0.0, 24.0, 0.8, 0.14, 0.12e-3, 0.12e-3, 0.00499, 1.0 / 32e3};
+constexpr double kDiode = 0.8;  // V
+
+WindingStep<double> diode_bridge(const LegBridgeInput& in) {
+  return leg_bridge(in, open_switches(kDiode)).step;
+}
+
+LegBridgeInput at_rest(const Dq<double>& i) {
+  return {i, 0.0, 0.0, 24.0, 0.1, 0.14, 0.12e-3, 0.12e-3, 0.00499, 1.0 / 32e3, 0.0};
 }
 
 TEST(DiodeBridge, CurrentDecaysAtTheRateOfTheLinkVoltageAndThenStaysZero) {
   // Current in at a, out at b: b − a sees −(V + 2·v_d), so 2·L·di/dt = −(V + 2·v_d) − 2·R·i.
-  DiodeBridgeInput in = at_rest(park(clarke(Abc<double>{5.0, -5.0, 0.0}), sincos(0.0)));
-  const double v = 0.5 * (in.v_link + 2.0 * in.v_diode);
+  LegBridgeInput in = at_rest(park(clarke(Abc<double>{5.0, -5.0, 0.0}), sincos(0.0)));
+  const double v = 0.5 * (in.v_link + 2.0 * kDiode);
   for (int n = 1; n <= 8; ++n) {
     in.i = diode_bridge(in).i_next;
     const Abc<double> i = inverse_clarke(inverse_park(in.i, sincos(0.0)));
@@ -41,7 +45,7 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
   // Largest line-to-line back-EMF over a turn: √3·ψ·ω_e.
   const double threshold = (24.0 + 1.6) / (std::sqrt(3.0) * 0.00499);
   for (const double part : {-0.999, -0.5, 0.5, 0.999}) {
-    DiodeBridgeInput in = at_rest({0.0, 0.0});
+    LegBridgeInput in = at_rest({0.0, 0.0});
     in.omega_e = part * threshold;
     for (int n = 0; n < 500; ++n) {
       in.theta_e += in.omega_e * in.T_s;
@@ -52,7 +56,7 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
     }
   }
   for (const double part : {-1.3, 1.05, 1.3}) {
-    DiodeBridgeInput in = at_rest({0.0, 0.0});
+    LegBridgeInput in = at_rest({0.0, 0.0});
     in.omega_e = part * threshold;
     double charge = 0.0;
     double torque_sign = 0.0;
@@ -76,7 +80,7 @@ TEST(DiodeBridge, ConductsOnlyAboveTheLineToLineThreshold) {
 TEST(DiodeBridge, EnergyBalances) {
   for (const double ratio : {1.0, 2.0}) {
     for (const double part : {0.0, 0.6, 1.5}) {
-      DiodeBridgeInput in = at_rest({1.0, 9.0});
+      LegBridgeInput in = at_rest({1.0, 9.0});
       in.L_q = ratio * in.L_d;
       in.omega_e = part * (24.0 + 1.6) / (std::sqrt(3.0) * 0.00499);
       const auto magnetic = [&] {

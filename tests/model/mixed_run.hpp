@@ -95,6 +95,29 @@ inline void direct(DriveBank& bank, std::size_t drive, int kind, int n) {
   }
 }
 
+/// Some of everything that can be broken, by `kind`.
+inline Faults mixed_faults(int kind) {
+  Faults f;
+  f.encoder = static_cast<EncoderFault>(kind % 4);
+  f.encoder_offset = 0.01 * kind;
+  f.current_a.gain = 1.0 + 0.1 * (kind % 3);
+  f.current_noise = 0.02 * (kind % 2);
+  if (kind % 4 == 1) {
+    f.current_b.stuck = 0.5;
+    f.v_bus_stuck = 20.0;
+  }
+  f.bridge_dead = kind % 7 == 6;
+  f.legs[static_cast<std::size_t>(kind % 3)] = static_cast<LegFault>(kind % 6);
+  f.jam = kind % 5 == 4 ? 0.02 : 0.0;
+  f.friction = 1.0 + kind % 2;
+  f.inertia = 1.0 + 0.5 * (kind % 3);
+  f.backlash = 1.0 + kind % 4;
+  f.coupling_broken = kind % 8 == 7;
+  f.v_source_max = kind % 3 == 2 ? 18.0 : 1e9;
+  f.clock_ratio = 1.0 + 0.01 * (kind % 2);
+  return f;
+}
+
 /// Every bit of what can be seen of a drive, as 64-bit words.
 inline std::vector<std::uint64_t> bits_of(const DriveBank& bank, std::size_t drive) {
   const Truth t = bank.truth(drive);
@@ -133,10 +156,12 @@ class Hash {
   std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
-/// The states of `kinds` after every stretch, run together in one bank.
+/// The states of `kinds` after every stretch, run together in one bank. `broken`: the odd stretches
+/// with mixed_faults().
 inline std::vector<std::vector<std::uint64_t>> mixed_run(const std::vector<int>& kinds,
                                                          NamedKernel kernel,
-                                                         std::int64_t slice = kStretchTicks) {
+                                                         std::int64_t slice = kStretchTicks,
+                                                         bool broken = false) {
   std::vector<DriveInit> inits;
   for (const int kind : kinds) {
     inits.push_back(mixed_drive(kind));
@@ -146,6 +171,10 @@ inline std::vector<std::vector<std::uint64_t>> mixed_run(const std::vector<int>&
   for (int n = 0; n < kStretches; ++n) {
     for (std::size_t drive = 0; drive < kinds.size(); ++drive) {
       direct(bank, drive, kinds[drive], n);
+      if (broken) {
+        bank.set_faults(drive, n % 2 == 0 ? Faults{} : mixed_faults(kinds[drive] + n / 2));
+        bank.kick(drive, 1e-4 * n);
+      }
     }
     for (std::int64_t done = 0; done < kStretchTicks; done += slice) {
       bank.advance(slice < kStretchTicks - done ? slice : kStretchTicks - done);

@@ -18,4 +18,12 @@ foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/do
     message(FATAL_ERROR "${file} is not installed")
   endif()
 endforeach()
+# The Python package finds the program that it came with.
+execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=LKEMU PYTHONDONTWRITEBYTECODE=1
+  PYTHONPATH=${SCRATCH}/moved/share/lk-emu/python /usr/bin/python3 -c "import lkemu.program as p; print(p.find_program())"
+  WORKING_DIRECTORY / OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+file(REAL_PATH ${program} program)
+if(NOT found STREQUAL program)
+  message(FATAL_ERROR "lkemu takes ${found} for the program, which is ${program}")
+endif()
 file(REMOVE_RECURSE ${SCRATCH})

@@ -7,8 +7,14 @@
 #include "model/control/motion_loops.cpp"
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"
+#include "model/drive_bank_faults.cpp"
+#include "model/fault_effects.cpp"
 #include "model/lane_kernel.cpp"
-#include "model/plant/diode_bridge.cpp"
+#include "model/lane_kernel_faulty.cpp"
+#include "model/plant/broken_legs.cpp"
+#include "model/plant/faulty_params.cpp"
+#include "model/plant/lane_faults.cpp"
+#include "model/plant/leg_bridge.cpp"
 #include "model/plant/plant_params.cpp"
 #include "tests/model/mixed_run.hpp"
 
@@ -38,6 +44,11 @@ int main() {
   const auto together = mixed_run({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, lane_kernel("baseline"));
   for (std::size_t n = 0; n < together.size(); ++n) {
     print("lanes", static_cast<int>(n), together[n]);
+  }
+  const auto broken =
+      mixed_run({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, lane_kernel("baseline"), kStretchTicks, true);
+  for (std::size_t n = 0; n < broken.size(); ++n) {
+    print("broken", static_cast<int>(n), broken[n]);
   }
   for (const int kind : {2, 4, 5}) {
     print("alone", kind, mixed_run({kind}, lane_kernel("baseline")).front());

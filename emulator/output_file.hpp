@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+namespace lk::emulator {
+
+/// A file that appears when it is complete: written beside its place and renamed. What is not a
+/// regular file (a pipe, /dev/stdout) is written as it is.
+class OutputFile {
+ public:
+  /// Throws StartError: `option` says what for.
+  OutputFile(const std::filesystem::path& path, const std::string& option);
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  /// What was not committed is gone.
+  ~OutputFile();
+
+  void write(const std::string& text);
+  /// Throws StartError when anything of it could not be written.
+  void commit();
+
+ private:
+  [[noreturn]] void fail(int error) const;
+
+  std::filesystem::path path_;
+  std::filesystem::path unfinished_;  // the same for what is written as it is
+  std::string option_;
+  std::FILE* stream_ = nullptr;
+  int error_ = 0;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,106 @@
+// What is broken about a drive of the bank: put in force, and what that does at once.
+#include "model/block_access.hpp"
+#include "model/drive_bank.hpp"
+#include "model/fault_effects.hpp"
+#include "model/plant/faulty_params.hpp"
+#include "model/plant/stored_energy.hpp"
+
+namespace lk::model {
+namespace {
+
+/// What a healthy encoder would show of this plant, noise aside.
+double counts_without_noise(PlantParams<double> p, const PlantState<double>& s) {
+  p.encoder_noise = 0.0;
+  std::uint64_t unused = 1;
+  return encoder(p, s.theta, s.omega, unused);
+}
+
+/// Rotor and output together again: the output where the rotor is. Where nothing gives, both go on
+/// with the speed that keeps their momentum; `J_rotor` is the rotor's own, kg·m².
+void join(const PlantParams<double>& p, double J_rotor, PlantState<double>& s) {
+  s.theta_out = s.theta * p.inv_gear;
+  if (p.compliant == 0.0) {
+    const double rotor_share = J_rotor / (p.inertia_rate * p.T_s);
+    s.omega += (1.0 - rotor_share) * (s.omega_out * p.gear_ratio - s.omega);
+    s.omega_out = s.omega * p.inv_gear;
+  }
+}
+
+}  // namespace
+
+void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
+  Unit& unit = units_[drive];
+  if (faults == unit.faults) {
+    return;
+  }
+  const Faults before = unit.faults;
+  const double stored_before = energy(drive).stored;
+  unit.faults = faults;
+  unit.slow_sensors_faulty = slow_sensors_faulty(faults);
+  derive_plant(drive);
+  derive_control(drive);
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    const auto p = get<PlantParams<double>>(block.plant_params, lane);
+    auto s = get<PlantState<double>>(block.plant, lane);
+    if (before.coupling_broken && !faults.coupling_broken) {
+      join(p, with_faults(unit.params, faults).mechanics.J, s);
+    }
+    s.p_load -= (stored_energy(p, s) - stored_before) * p.f_s;
+    put(block.plant, lane, s);
+
+    double& counts = lane_of(block.loop.encoder_counts, lane);
+    if (before.encoder != EncoderFault::kNone && faults.encoder == EncoderFault::kNone) {
+      // The chip shows the truth again, and nobody has seen the speed of that leap.
+      counts = counts_without_noise(p, s);
+      unit.motion.counts_hat = counts + 0.5;
+    }
+    block.faults[lane] =
+        lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
+    block.faulty = std::any_of(block.faults.begin(), block.faults.end(),
+                               [](const LaneFaults& f) { return f.any(); });
+  });
+}
+
+const Faults& DriveBank::faults(std::size_t drive) const { return units_[drive].faults; }
+
+bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
+  const Unit& unit = units_[drive];
+  const bool alive = unit.life.life == Life::kAlive;
+  const PlantParams<double> faulty = plant_of(unit, one);
+  const PlantParams<double> healthy = plant_of(unit, Faults{});
+  return with_block(drive, [&](const auto& block, std::size_t lane) {
+    const auto s = get<PlantState<double>>(block.plant, lane);
+    const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
+    // An encoder fault that is not in force begins now.
+    const LaneFaults lane_of_one =
+        lane_faults(unit.params, one, block.faults[lane], loop.encoder_counts, 1);
+    const LaneFaults none;
+    const Period with{faulty, s, loop, lane_of_one};
+    const Period without{healthy, s, loop, none};
+    const bool follows = std::holds_alternative<Speed>(unit.setpoint) ||
+                         std::holds_alternative<Position>(unit.setpoint);
+    const bool times = unit.life.life == Life::kBooting || (alive && (follows || s.omega != 0.0));
+    return one.load_torque != 0.0 || plants_differ(with, without, unit.slow_sensors) ||
+           (alive && (measurements_differ(with, without) ||
+                      slow_measurements_differ(one, s, unit.slow_sensors))) ||
+           (one.clock_ratio != 1.0 && times);
+  });
+}
+
+void DriveBank::kick(std::size_t drive, double impulse) {
+  with_block(drive, [&](auto& block, std::size_t lane) {
+    const auto p = get<PlantParams<double>>(block.plant_params, lane);
+    auto s = get<PlantState<double>>(block.plant, lane);
+    const double stored_before = stored_energy(p, s);
+    if (p.compliant != 0.0) {
+      s.omega_out += impulse * p.f_s * p.mobility_out;
+    } else {
+      s.omega += impulse * p.f_s * p.inv_gear / p.inertia_rate;
+      s.omega_out = s.omega * p.inv_gear;
+    }
+    s.p_load -= (stored_energy(p, s) - stored_before) * p.f_s;
+    put(block.plant, lane, s);
+  });
+}
+
+}  // namespace lk::model

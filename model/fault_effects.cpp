@@ -1,0 +1,86 @@
+#include "model/fault_effects.hpp"
+
+#include <cmath>
+
+namespace lk::model {
+namespace {
+
+// A shaft moves differently from these on (assumed), far above rounding.
+constexpr double kSpeedStep = 1e-7;  // rad/s within a period
+constexpr double kAngleStep = 1e-9;  // rad
+
+/// The largest deviate of the sensors' noise: four numbers of 16 bits (noise.hpp).
+constexpr double kLargestDeviate = 3.4642;
+
+PlantState<double> after(const Period& period) {
+  const PlantParams<double>& p = period.plant;
+  PlantState<double> s = period.state;
+  const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
+  const Abc<double> i_abc = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
+  const CurrentLoopState<double>& loop = period.loop;
+  advance<kFaultyParts, double>(p, s, {loop.duty_a, loop.duty_b, loop.duty_c},
+                                period.faults.bridge_dead ? 0.0 : loop.bridge, i_abc, theta_e,
+                                &period.faults);
+  return s;
+}
+
+Measurement<double> shown(const Period& period) {
+  PlantParams<double> p = period.plant;
+  p.encoder_noise = 0.0;
+  p.current_noise = 0.0;
+  const PlantState<double>& s = period.state;
+  const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
+  const Abc<double> i_abc = inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, theta_e));
+  std::uint64_t unused = 1;
+  LaneFaults faults = period.faults;
+  return falsified(faults, measure<double>(p, i_abc, s.theta, s.omega, unused));
+}
+
+/// Noise beside what is there without, of which the largest deviate is a `step`.
+bool noise_shows(double with, double without, double step) {
+  return kLargestDeviate * std::sqrt(std::max(with * with - without * without, 0.0)) >= step;
+}
+
+}  // namespace
+
+bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps) {
+  const PlantState<double> a = after(with);
+  const PlantState<double> b = after(without);
+  const auto differ = [](double x, double y, double step) { return std::abs(x - y) >= step; };
+  const double i_step = without.plant.current_lsb;
+  return differ(a.i_d, b.i_d, i_step) || differ(a.i_q, b.i_q, i_step) ||
+         differ(a.v_link, b.v_link, steps.v_lsb) || differ(a.omega, b.omega, kSpeedStep) ||
+         differ(a.omega_out, b.omega_out, kSpeedStep) || differ(a.theta, b.theta, kAngleStep) ||
+         differ(a.theta_out, b.theta_out, kAngleStep);
+}
+
+bool measurements_differ(const Period& with, const Period& without) {
+  const PlantParams<double>& p = without.plant;
+  const Measurement<double> a = shown(with);
+  const Measurement<double> b = shown(without);
+  // What stands still may stand where noise had put it.
+  const double held_noise =
+      with.faults.encoder == EncoderFault::kStuck ? kLargestDeviate * p.encoder_noise : 0.0;
+  const double counts_step = 1.0 + held_noise * p.counts_per_rad;
+  // Both are whole steps.
+  const double i_step = 0.5 * p.current_lsb;
+  return std::abs(a.encoder_counts - b.encoder_counts) >= counts_step ||
+         std::abs(a.i_a - b.i_a) >= i_step || std::abs(a.i_b - b.i_b) >= i_step ||
+         noise_shows(with.plant.encoder_noise, p.encoder_noise, 1.0 / p.counts_per_rad) ||
+         noise_shows(with.plant.current_noise, p.current_noise, p.current_lsb);
+}
+
+bool slow_measurements_differ(const Faults& faults, const PlantState<double>& state,
+                              const SlowSensors& sensors) {
+  SlowSensors silent = sensors;
+  silent.v_noise = 0.0;
+  std::uint64_t unused = 1;
+  const SlowMeasurement healthy =
+      measure_slowly(silent, state.v_link, state.temp_winding, state.temp_stage, unused);
+  const SlowMeasurement shown = falsified(sensors, faults, healthy);
+  return std::abs(shown.v_bus - healthy.v_bus) >= 0.5 * sensors.v_lsb ||
+         std::abs(shown.temp_motor - healthy.temp_motor) >= 0.5 * sensors.temp_lsb ||
+         std::abs(shown.temp_driver - healthy.temp_driver) >= 0.5 * sensors.temp_lsb;
+}
+
+}  // namespace lk::model

@@ -1,0 +1,25 @@
+#pragma once
+
+/// @file What one drive's plant holds (docs/model.md §8).
+
+#include "model/plant/plant.hpp"
+
+namespace lk::model {
+
+/// ½·C·v² + ¾·(L_d·i_d² + L_q·i_q²) + ½·J·ω² + gear spring + cogging and gravity potentials.
+inline double stored_energy(const PlantParams<double>& p, const PlantState<double>& s) {
+  const double link = 0.5 * p.link_rate * p.T_s * s.v_link * s.v_link;
+  const double magnetic = 0.75 * (p.L_d * s.i_d * s.i_d + p.L_q * s.i_q * s.i_q);
+  const double kinetic =
+      0.5 * p.T_s *
+      (p.inertia_rate * s.omega * s.omega + p.inertia_rate_out * s.omega_out * s.omega_out);
+  const double twist = s.theta * p.inv_gear - s.theta_out;
+  const double excess = p.compliant * (twist - clamp(twist, -p.half_backlash, p.half_backlash));
+  const double spring = 0.5 * p.gear_stiffness * excess * excess;
+  const double cogging = p.cogging_per_turn == 0.0 ? 0.0
+                                                   : -p.tau_cogging / p.cogging_per_turn *
+                                                         sincos(p.cogging_per_turn * s.theta).cos;
+  return link + magnetic + kinetic + spring + cogging - p.tau_gravity * sincos(s.theta_out).cos;
+}
+
+}  // namespace lk::model

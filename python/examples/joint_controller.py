@@ -1,0 +1,115 @@
+"""A joint of a robot: one LK-TECH motor (legacy firmware) on SocketCAN, with python-can.
+
+Moves to angles, asks again when a reply is lost, says when the joint is stuck, and finds its reference again after the
+drive has lost its power. Knows nothing of virtual drives.
+"""
+
+import struct
+import time
+
+import can
+
+REPLY_LIMIT_S = 0.02
+RETRIES = 5  # and then the drive is gone
+RETURN_LIMIT_S = 5.0  # by then it is back, or the move has failed
+POLL_S = 0.005
+STALL_LIMIT_S = 0.3  # without progress
+PROGRESS_DEG = 0.5
+TOLERANCE_DEG = 0.2
+SETTLED = 3  # readings in a row
+SPEED_DPS = 180
+
+ANGLE, SINGLE_TURN_ANGLE, STATE_1, CLEAR_ERRORS = 0x92, 0x94, 0x9A, 0x9B
+STOP, RUN, MOVE = 0x81, 0x88, 0xA4
+
+
+class JointError(Exception):
+    """The joint did not do what it was told."""
+
+
+class NoReply(JointError):
+    """The drive does not answer."""
+
+
+class Stalled(JointError):
+    """Something holds the joint."""
+
+
+class DriveFault(JointError):
+    """The drive has switched itself off."""
+
+
+class Joint:
+    """`bus` is a can.Bus; `now` and `sleep` can be those of a simulation."""
+
+    def __init__(self, bus, motor, now=time.monotonic, sleep=time.sleep):
+        self.bus, self.id, self.now, self.sleep = bus, 0x140 + motor, now, sleep
+        self.zero_deg = None  # of the multi-turn angle; None: no reference
+        self.homings = 0
+        self.retries = 0
+
+    def ask(self, command, payload=bytes(7)):
+        """The reply's data. All queries used here may reach the drive twice."""
+        query = can.Message(arbitration_id=self.id, data=bytes([command]) + payload, is_extended_id=False)
+        for _ in range(1 + RETRIES):
+            self.bus.send(query)
+            deadline = self.now() + REPLY_LIMIT_S
+            while (left := deadline - self.now()) > 0:
+                reply = self.bus.recv(left)
+                if reply and reply.arbitration_id == self.id and len(reply.data) == 8 and reply.data[0] == command:
+                    return bytes(reply.data)
+            self.retries += 1
+        raise NoReply(f"no reply to {command:#x}")
+
+    def home(self):
+        """Back in operation, and the reference from the encoder, which knows the place within a turn."""
+        errors = self.ask(CLEAR_ERRORS)[7]
+        if errors:
+            raise DriveFault(f"errors {errors:#x} stay")
+        self.ask(RUN)
+        (within_turn,) = struct.unpack_from("<H", self.ask(SINGLE_TURN_ANGLE), 6)
+        self.zero_deg = self.angle() - ((within_turn / 100 + 180) % 360 - 180)
+        self.homings += 1
+
+    def angle(self):
+        return int.from_bytes(self.ask(ANGLE)[1:], "little", signed=True) / 100
+
+    def move_to(self, target_deg, speed_dps=SPEED_DPS):
+        """Returns where the joint has come to rest. Raises JointError."""
+        self.start(target_deg, speed_dps)
+        progress_deg, progress_s, settled = None, self.now(), 0
+        while settled < SETTLED:
+            self.sleep(POLL_S)
+            try:
+                if self.ask(STATE_1)[7]:
+                    raise NoReply("the drive has switched itself off")
+                position_deg = self.angle() - self.zero_deg
+            except NoReply:
+                self.return_to_service()
+                self.start(target_deg, speed_dps)
+                progress_deg, progress_s, settled = None, self.now(), 0
+                continue
+            settled = settled + 1 if abs(position_deg - target_deg) <= TOLERANCE_DEG else 0
+            if progress_deg is None or settled or abs(position_deg - progress_deg) > PROGRESS_DEG:
+                progress_deg, progress_s = position_deg, self.now()
+            elif self.now() - progress_s > STALL_LIMIT_S:
+                self.ask(STOP)
+                raise Stalled(f"stuck at {position_deg:.2f} degrees on the way to {target_deg:.2f}")
+        return position_deg
+
+    def start(self, target_deg, speed_dps):
+        if self.zero_deg is None:
+            self.home()
+        self.ask(MOVE, struct.pack("<xHi", speed_dps, round((target_deg + self.zero_deg) * 100)))
+
+    def return_to_service(self):
+        """The drive has been away: what it knew of turns and commands is gone."""
+        self.zero_deg = None
+        limit = self.now() + RETURN_LIMIT_S
+        while self.zero_deg is None:
+            try:
+                self.home()
+            except (NoReply, DriveFault):
+                if self.now() > limit:
+                    raise
+                self.sleep(POLL_S)

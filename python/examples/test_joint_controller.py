@@ -1,0 +1,80 @@
+"""The joint's controller against a virtual drive: what no bench shows at the push of a button.
+
+    pytest python/examples          where there is a CAN bus; else scripts/with-vcan pytest python/examples
+"""
+
+import can
+import pytest
+from joint_controller import POLL_S, STALL_LIMIT_S, TOLERANCE_DEG, Joint, Stalled
+
+pytestmark = pytest.mark.lkemu(ids="1", seed=1)
+HALF_WAY = {"signal": "angle_deg", "crosses": 45}
+
+
+@pytest.fixture
+def bus(lkemu):
+    with can.Bus(interface="socketcan", channel=lkemu.bus) as bus:
+        yield bus
+
+
+@pytest.fixture
+def joint(bus):
+    joint = Joint(bus, 1)
+    joint.move_to(0)
+    return joint
+
+
+def test_it_arrives(joint, drives):
+    joint.move_to(90)
+    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+    assert joint.homings == 1
+
+
+def test_it_reports_that_it_is_stuck(joint, drives):
+    jam = drives[1].jam(percent=100, when=HALF_WAY)
+    with pytest.raises(Stalled):
+        joint.move_to(90)
+    jam.clear()
+    joint.move_to(90)
+
+
+def test_it_arrives_although_replies_are_lost(joint, drives):
+    drives[1].drop(probability=0.1)
+    joint.move_to(90)
+    assert joint.retries > 0
+    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+
+
+def test_it_finds_its_reference_again_after_a_brown_out(joint, drives):
+    drives[1].sag(to_V=3, s=1.0, when=HALF_WAY)
+    joint.move_to(90)
+    assert joint.homings == 2
+    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+
+
+# --- with the clock in the test's hand: as fast as the machine can, the same on every one ---
+
+
+class SteppedBus:
+    """While the host waits for a reply, time passes; otherwise it stands."""
+
+    def __init__(self, bus, clock):
+        self.bus, self.clock, self.send = bus, clock, bus.send
+
+    def recv(self, timeout):
+        deadline_s = self.clock.time_s + timeout
+        while (message := self.bus.recv(0)) is None and self.clock.time_s < deadline_s:
+            self.clock.advance("1ms")
+        return message
+
+
+@pytest.mark.lkemu(clock="stepped")
+def test_it_reports_a_jam_in_time(bus, drives, clock):
+    clock.advance("100ms")  # the drive has booted
+    joint = Joint(SteppedBus(bus, clock), 1, now=lambda: clock.time_s, sleep=clock.advance)
+    joint.move_to(0)
+    jam = drives[1].jam(percent=100, when=HALF_WAY)
+    with pytest.raises(Stalled):
+        joint.move_to(90)
+    # A poll: the pause and two replies of at most 1 ms; one more of them passes before the stop is answered.
+    assert clock.time_s - jam.evidence.began_at_s <= STALL_LIMIT_S + 2 * (POLL_S + 0.002) + 0.001

@@ -1,0 +1,147 @@
+"""A CAN bus that nobody else uses: found, and kept by a lock for as long as lk-emu runs on it."""
+
+from __future__ import annotations
+
+import fcntl
+import glob
+import os
+import re
+import socket
+import stat
+import struct
+from typing import List, NamedTuple, Optional, Set
+
+from .client import Client
+from .errors import Error, StartError
+
+SIOCGIFFLAGS = 0x8913
+IFF_UP = 1
+CAP_NET_ADMIN = 12
+MOST_BUSES = 64  # nobody tests on more at a time
+PATIENCE_S = 2.0
+HINT = "run under scripts/with-vcan, or make one: sudo ip link add {0} type vcan && sudo ip link set {0} up"
+
+
+class Claim(NamedTuple):
+    """A bus of ours. Pass `lock` on to lk-emu: the bus is taken until the last holder ends."""
+
+    bus: str
+    lock: int  # file descriptor
+    create: bool  # there is no such interface yet
+
+
+def claim_free_bus(may_create: Optional[bool] = None) -> Claim:
+    """An unused vcanN that is up, or the name of one that may be made. `may_create`: None, if we are allowed to."""
+    check_can_support()
+    interfaces = {name for _, name in socket.if_nameindex() if re.fullmatch(r"vcan\d+", name)}
+    spoken_for = buses_in_use()
+    for bus in sorted(interfaces, key=lambda name: int(name[4:])):
+        if bus not in spoken_for and is_up(bus):
+            lock = try_lock(bus)
+            if lock is not None:
+                return Claim(bus, lock, create=False)
+    names = [f"vcan{n}" for n in range(MOST_BUSES) if f"vcan{n}" not in interfaces]
+    if may_create is False or (may_create is None and not may_make_interfaces()):
+        found = f"{len(interfaces)} of {len(interfaces)} in use or down" if interfaces else "there is no vcan interface"
+        raise StartError(f"no free CAN bus ({found}), and no permission to make one; " + HINT.format(names[0]))
+    for bus in names:
+        lock = try_lock(bus) if bus not in spoken_for else None
+        if lock is not None:
+            return Claim(bus, lock, create=True)
+    raise StartError(f"no free CAN bus: vcan0 to vcan{MOST_BUSES - 1} are all in use")
+
+
+def check_can_support() -> None:
+    try:
+        socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
+    except (OSError, AttributeError):
+        raise StartError("this kernel has no CAN sockets: run under scripts/with-vcan") from None
+
+
+def is_up(interface: str) -> bool:
+    request = struct.pack("16sH14x", interface.encode(), 0)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        try:
+            answer = fcntl.ioctl(any_socket, SIOCGIFFLAGS, request)
+        except OSError:
+            return False
+    return bool(struct.unpack("16sH14x", answer)[1] & IFF_UP)
+
+
+def may_make_interfaces() -> bool:
+    with open("/proc/self/status", encoding="ascii", errors="replace") as file:
+        found = re.search(r"^CapEff:\s*([0-9a-f]+)", file.read(), re.MULTILINE)
+    return found is not None and bool(int(found[1], 16) >> CAP_NET_ADMIN & 1)
+
+
+# --- who uses which bus --------------------------------------------------------------------------
+
+
+def runtime_directory() -> str:
+    """Where lk-emu has its control sockets, made if need be; as the program itself chooses it."""
+    above = os.environ.get("XDG_RUNTIME_DIR")
+    path = os.path.join(above, "lk-emu") if above and os.path.isdir(above) else f"/tmp/lk-emu-{os.geteuid()}"
+    try:
+        os.mkdir(path, 0o700)
+    except FileExistsError:
+        pass
+    except OSError as problem:
+        raise StartError(f"{path}: {problem.strerror}") from None
+    about = os.lstat(path)
+    # Inside user-mode Linux everybody is root, and files belong to who called it.
+    if not stat.S_ISDIR(about.st_mode) or (about.st_uid != os.geteuid() and os.geteuid() != 0):
+        raise StartError(f"{path} belongs to somebody else: remove it, or set XDG_RUNTIME_DIR")
+    return path
+
+
+def network() -> str:
+    """Names the set of interfaces that this process sees: containers have a vcan0 each."""
+    return str(os.stat("/proc/self/ns/net").st_ino)
+
+
+def try_lock(bus: str) -> Optional[int]:
+    path = os.path.join(runtime_directory(), f"{bus}-{network()}.lock")
+    lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(lock)
+        return None
+    return lock
+
+
+def buses_in_use() -> Set[str]:
+    """Those of every lk-emu that answers on its control socket and sees the same interfaces."""
+    buses: Set[str] = set()
+    for path in glob.glob(os.path.join(glob.escape(runtime_directory()), "*.sock")):
+        buses.update(buses_behind(path))
+    return buses
+
+
+def buses_behind(path: str) -> List[str]:
+    """Nobody there, or in another network: none. There, but busy: the one that the socket's name tells."""
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as sock:
+            sock.settimeout(PATIENCE_S)
+            sock.connect(path)
+            pid = struct.unpack("3i", sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))[0]
+    except OSError:
+        return []
+    if not sees_our_network(pid):
+        return []
+    client = Client(path, PATIENCE_S, Error)
+    try:
+        return [bus["bus"] for bus in client.get("/status")["buses"]]
+    except (Error, KeyError, TypeError):
+        return [os.path.basename(path).rsplit("-", 1)[0]]
+    finally:
+        client.close()
+
+
+def sees_our_network(pid: int) -> bool:
+    if pid == 0:  # of another PID namespace
+        return False
+    try:
+        return str(os.stat(f"/proc/{pid}/ns/net").st_ino) == network()
+    except OSError:
+        return True  # it may not be looked at: better one bus less than two on one

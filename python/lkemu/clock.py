@@ -1,0 +1,60 @@
+"""The time of the drives."""
+
+from __future__ import annotations
+
+import re
+from typing import Union
+
+from .client import Client
+
+UNITS_S = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+Duration = Union[str, float, int]
+
+
+def seconds(duration: Duration) -> float:
+    """10 or "10 s", "250ms", "20us", "2 min" in seconds."""
+    if not isinstance(duration, str):
+        return float(duration)
+    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*", duration)
+    try:
+        if found is None:
+            raise ValueError
+        return float(found[1]) * UNITS_S[found[2] or "s"]
+    except (ValueError, KeyError):
+        raise ValueError(f"{duration!r} is no duration; write 0.25 or '250ms'") from None
+
+
+class Clock:
+    """`mode` is "realtime", "stepped" (time stands until it is advanced) or "x10" (any factor)."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+
+    @property
+    def mode(self) -> str:
+        return str(self._client.get("/clock")["mode"])
+
+    @mode.setter
+    def mode(self, mode: str) -> None:
+        self._client.request("PUT", "/clock", {"mode": mode})
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the drives' world began."""
+        return float(self._client.get("/clock")["time_s"])
+
+    def advance(self, by: Duration) -> float:
+        """Lets so much time pass ("10ms", or seconds); the time then. Stepped clocks only.
+
+        When this returns, everything up to then has happened and the replies can be received.
+        """
+        return self._move({"by_s": seconds(by)}, seconds(by))
+
+    def advance_to(self, time_s: float) -> float:
+        """Lets time pass until then; the time then. Stepped clocks only."""
+        return self._move({"to_s": time_s}, time_s - self.time_s)
+
+    def _move(self, how: "dict[str, float]", step_s: float) -> float:
+        # Computing takes its time as well; ten times as long as it lasts would be a very slow machine.
+        limit_s = self._client.timeout_s + 10 * max(0.0, step_s)
+        return float(self._client.post("/clock/advance", how, limit_s)["time_s"])

@@ -1,0 +1,156 @@
+"""What can be done to drives, and read of one. Units are the ends of the names: _V, _s, _C, _deg, _dps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence
+
+from .faults import Fault, kind_called
+
+if TYPE_CHECKING:
+    from .emulator import Emulator
+
+When = Mapping[str, Any]
+"""A condition: {"signal": "speed_dps", "above": 100}, {"error": "stall"} or {"command": 0xA4, "count": 3};
+with an "id", of that drive."""
+
+
+class Power:
+    """The supply's switch."""
+
+    def __init__(self, targets: "Targets") -> None:
+        self._targets = targets
+
+    def on(self, **timing: Any) -> float:
+        return self._targets.do(power="on", **timing)
+
+    def off(self, **timing: Any) -> float:
+        """The supply is disconnected; the link still feeds the drive for a moment."""
+        return self._targets.do(power="off", **timing)
+
+    def cycle(self, off_s: Optional[float] = None, **timing: Any) -> float:
+        """Off, and on again after `off_s` seconds (0.5)."""
+        return self._targets.do(power="cycle", off_s=off_s, **timing)
+
+
+class Targets:
+    """Some drives of a bus. Every kind of fault is a method too: `drive.jam(percent=50, for_s=0.2)`.
+
+    Everything here takes effect at once, or, with `at_s=` and `when=`, then; and returns the time in seconds at
+    which lk-emu took it, a fault as a `Fault`. What lk-emu does not take raises `Refused`.
+    """
+
+    def __init__(self, emulator: "Emulator", bus: str, ids: Sequence[int]) -> None:
+        self._emulator = emulator
+        self.bus = bus
+        self.ids = list(ids)
+        self.power = Power(self)
+
+    def do(self, **words: Any) -> float:
+        """A directive in the words of docs/directives.md. What is None is not said."""
+        return float(self._emulator.directive(bus=self.bus, ids=self.ids, **words)["time_s"])
+
+    def supply(self, volts: float, ramp_s: Optional[float] = None, **timing: Any) -> float:
+        """The supply goes to `volts` and stays there; evenly within `ramp_s` seconds, or at once."""
+        return self.do(supply_V=volts, ramp_s=ramp_s, **timing)
+
+    def sag(self, to_V: float, s: float, **timing: Any) -> float:
+        """The supply drops to `to_V` volts for `s` seconds. `fault("sag", …)` has evidence as well."""
+        return self.do(sag_to_V=to_V, sag_s=s, **timing)
+
+    def ambient(self, C: float, **timing: Any) -> float:
+        """Ambient temperature in °C."""
+        return self.do(ambient_C=C, **timing)
+
+    def load(self, *, at_s: Optional[float] = None, when: Optional[When] = None, **load: Any) -> float:
+        """Another load on the output: `J_g_cm2`, `tau_Nm`, `tau_gravity_Nm`, `theta_min_deg`, `theta_max_deg`."""
+        return self.do(load=load, at_s=at_s, when=when)
+
+    def turn(self, deg: float, **timing: Any) -> float:
+        """The output shaft is turned by hand, clockwise positive."""
+        return self.do(turn_deg=deg, **timing)
+
+    def settings(self, *, at_s: Optional[float] = None, when: Optional[When] = None, **settings: Any) -> float:
+        """Settings of RAM and ROM, written as by the vendor's tool: `max_speed_dps=…`, `gains={…}`."""
+        return self.do(settings=settings, at_s=at_s, when=when)
+
+    def fault(
+        self,
+        kind: str,
+        *,
+        name: Optional[str] = None,
+        for_s: Optional[float] = None,
+        every_s: Optional[float] = None,
+        times: Optional[int] = None,
+        probability: Optional[float] = None,
+        at_s: Optional[float] = None,
+        when: Optional[When] = None,
+        optional: bool = False,
+        **parameters: Any,
+    ) -> Fault:
+        """Sets a fault of this kind; `lk-emu faults` lists kinds and parameters.
+
+        for_s, every_s, times: its course; probability: of each frame, for kinds that act on frames; optional: a
+        test does not fail when it never takes effect.
+        """
+        course = {"name": name, "for_s": for_s, "every_s": every_s, "times": times, "probability": probability}
+        words = {"kind": kind, **{key: value for key, value in course.items() if value is not None}, **parameters}
+        return self._emulator.set_fault(self.bus, self.ids, words, at_s, when, optional)
+
+    def __getattr__(self, word: str) -> Callable[..., Fault]:
+        if word.startswith("_"):
+            raise AttributeError(word)
+        kind = kind_called(word, self._emulator.fault_kinds())
+
+        def set_it(*values: Any, **more: Any) -> Fault:
+            return self.fault(kind.word, **kind.named(values), **more)
+
+        set_it.__name__ = word
+        set_it.__doc__ = f"Fault: {kind.about}. Parameters: {', '.join(kind.parameters) or 'none'}."
+        return set_it
+
+    def __dir__(self) -> List[str]:
+        return sorted({*super().__dir__(), *self._emulator.fault_kinds()})
+
+
+class Drive(Targets):
+    """One drive. What is read is asked for each time, and is true of one instant."""
+
+    def __init__(self, emulator: "Emulator", bus: str, id: int) -> None:
+        super().__init__(emulator, bus, [id])
+        self.id = id
+
+    def view(self) -> Dict[str, Any]:
+        """Everything that is known of it: motor, state, errors, signals, registers, counters."""
+        return dict(self._emulator.client.get(f"/drives/{self.bus}/{self.id}"))
+
+    def telemetry(self, *signals: str) -> Dict[str, float]:
+        """Signals now, all or those named (`lk-emu` lists them in GET /signals)."""
+        values = self.view()["signals"]
+        return {name: values[name] for name in signals} if signals else dict(values)
+
+    @property
+    def state(self) -> str:
+        """off, stopped or running."""
+        return str(self.view()["state"])
+
+    @property
+    def alive(self) -> bool:
+        """Its controller has power and has booted."""
+        return bool(self.view()["alive"])
+
+    @property
+    def errors(self) -> List[str]:
+        """Latched errors, by word: under_voltage, stall, …"""
+        return list(self.view()["errors"])
+
+    @property
+    def registers(self) -> Dict[str, Any]:
+        """{"ram": {…}, "rom": {…}}"""
+        return dict(self.view()["registers"])
+
+    @property
+    def counters(self) -> Dict[str, int]:
+        return dict(self.view()["counters"])
+
+    def __repr__(self) -> str:
+        return f"<Drive {self.id} on {self.bus}>"

@@ -1,0 +1,76 @@
+"""What lk-emu is started with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import List, Mapping, Optional, Sequence, Tuple, Union
+
+Ids = Union[str, int, Sequence[int]]
+Buses = Union[str, Mapping[str, Ids], None]
+FREE = "free"
+
+
+def ids_text(ids: Ids) -> str:
+    """ "1-4", 3 or [1, 3] as the command line has it."""
+    if isinstance(ids, (str, int)):
+        return str(ids)
+    return ",".join(str(id) for id in ids)
+
+
+@dataclass(frozen=True)
+class Options:
+    """See `Emulator`, which has the same."""
+
+    bus: Buses = None
+    ids: Optional[Ids] = None
+    config: Optional[str] = None
+    motor: Optional[str] = None
+    clock: str = "realtime"
+    bitrate: Optional[int] = None
+    seed: Optional[int] = None
+    rom: str = ":memory:"
+    record: Optional[str] = None
+    scenario: Optional[str] = None
+    create_bus: Optional[bool] = None
+    log_level: Optional[str] = None
+    arguments: Tuple[str, ...] = ()
+
+    @property
+    def wants_free_bus(self) -> bool:
+        return self.bus == FREE or (self.bus is None and self.config is None)
+
+    def buses(self, free: Optional[str]) -> List[Tuple[str, Optional[str]]]:
+        """Interfaces and the drives on each; nothing where the file says it. `free` is the one that was found."""
+        ids = None if self.ids is None else ids_text(self.ids)
+        if isinstance(self.bus, Mapping):
+            if ids is not None:
+                raise ValueError("ids: bus says it already")
+            return [(bus, ids_text(on_it)) for bus, on_it in self.bus.items()]
+        if ids is None and self.config is None:
+            ids = "1-4"
+        bus = free if self.wants_free_bus else self.bus
+        if bus is None:
+            if ids is not None:
+                raise ValueError("ids: say of which bus of the configuration")
+            return []
+        return [(bus, ids)]
+
+    def arguments_for(self, free: Optional[str], create: bool, control: str) -> List[str]:
+        """The command line behind the program's name."""
+        words = ["--control", control, "--rom", self.rom]
+        for bus, ids in self.buses(free):
+            words += ["--bus", bus]
+            words += ["--ids", ids] if ids is not None else []
+        for option, value in (
+            ("--config", self.config),
+            ("--motor", self.motor),
+            ("--clock", self.clock if self.clock != "realtime" else None),
+            ("--bitrate", self.bitrate),
+            ("--seed", self.seed),
+            ("--record", self.record),
+            ("--scenario", self.scenario),
+            ("--log-level", self.log_level),
+        ):
+            words += [option, str(value)] if value is not None else []
+        words += ["--create-bus"] if create or (self.create_bus and not self.wants_free_bus) else []
+        return words + list(self.arguments)

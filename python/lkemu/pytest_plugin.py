@@ -1,0 +1,228 @@
+"""pytest: virtual drives for a test, and a test that fails when its faults have shown nothing.
+
+Fixtures `lkemu` (a running `Emulator`), `drives`, `clock`, `lkemu_start` (starts more of them). Options come from the
+marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)`, the same as of `Emulator`, and from the ini file.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, List, Tuple
+
+import pytest
+
+from .clock import Clock
+from .emulator import Drives, Emulator
+from .errors import Ended, Error
+
+LOG_LINES = 50  # of each output, in a report
+SHOWN = ("angle_deg", "speed_dps", "iq_A", "voltage_V")  # of each drive, in a report
+INI = {
+    "program": "path of lk-emu; else $LKEMU, the build that the package is a part of, or the one in PATH",
+    "bus": 'CAN interface; "free": one that nobody uses',
+    "ids": "drives, e.g. 1-4",
+    "config": "configuration file of lk-emu, from the ini file's directory",
+    "motor": "motor of every drive",
+    "clock": "realtime, stepped or x10",
+    "seed": "seed of noise and boot angles",
+    "bitrate": "modelled bit rate in bit/s",
+}
+
+_RUNS = pytest.StashKey[List["Run"]]()
+_FAILED = pytest.StashKey[bool]()
+
+
+class Run:
+    """An emulator of a test, and where its files are."""
+
+    def __init__(self, emulator: Emulator, logs: Path) -> None:
+        self.emulator = emulator
+        self.logs = logs
+        self.judged = False
+
+    @property
+    def recording(self) -> str:
+        """Its directory; empty without one."""
+        directory = self.emulator.options.record
+        return directory if directory is not None and os.path.isdir(directory) else ""
+
+    def judge(self) -> None:
+        """Raises Ended, or NoEffect. Once: whoever comes later has nothing to add."""
+        if self.judged:
+            return
+        self.judged = True
+        if self.emulator.died:
+            raise Ended(self.emulator.how_it_ended())
+        self.emulator.check_faults()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("lkemu", "virtual LK-TECH drives")
+    group.addoption("--lkemu-program", metavar="PATH", help="lk-emu to start")
+    group.addoption("--lkemu-keep", action="store_true", help="keep recordings and logs of tests that pass, too")
+    for name, about in INI.items():
+        parser.addini(f"lkemu_{name}", f"lk-emu: {about}", default="")
+    parser.addini("lkemu_record", "lk-emu: record every test", type="bool", default=True)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "lkemu(**options): options of lkemu.Emulator for this test's virtual drives")
+
+
+# --- fixtures ---
+
+
+@pytest.fixture
+def lkemu_start(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Callable[..., Emulator]]:
+    """Starts an `Emulator` with the test's options and those given; it ends with the test."""
+    runs = request.node.stash.setdefault(_RUNS, [])
+
+    def start(**more: Any) -> Emulator:
+        place = tmp_path / ("lkemu" if not runs else f"lkemu-{len(runs) + 1}")
+        options = {"log_dir": place, **options_of(request), **more}
+        if isinstance(options["record"], bool):
+            options["record"] = place / "recording" if options["record"] else None
+        place.mkdir(exist_ok=True)
+        emulator = Emulator(**options).start()
+        runs.append(Run(emulator, place))
+        return emulator
+
+    yield start
+    problems = [problem for run in reversed(runs) for problem in end(run, request)]
+    if problems:
+        pytest.fail("\n".join(problems), pytrace=False)
+
+
+@pytest.fixture
+def lkemu(lkemu_start: Callable[..., Emulator]) -> Emulator:
+    """Virtual drives for this test: a running `lkemu.Emulator`."""
+    return lkemu_start()
+
+
+@pytest.fixture
+def drives(lkemu: Emulator) -> Drives:
+    """The drives of `lkemu`, by ID."""
+    return lkemu.drives
+
+
+@pytest.fixture
+def clock(lkemu: Emulator) -> Clock:
+    """The clock of `lkemu`."""
+    return lkemu.clock
+
+
+def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
+    """From the ini file, what markers say over that, and the command line over all."""
+    config = request.config
+    options: Dict[str, Any] = {"record": config.getini("lkemu_record")}
+    for name in INI:
+        text = str(config.getini(f"lkemu_{name}")).strip()
+        if text:
+            options[name] = int(text) if name in ("seed", "bitrate") else text
+    if "config" in options:
+        options["config"] = (config.inipath or config.rootpath / "ini").parent / options["config"]
+    for marker in reversed(list(request.node.iter_markers("lkemu"))):
+        said = dict(marker.kwargs)
+        if said.get("config") is not None:  # seen from the test's file
+            said["config"] = request.path.parent / said["config"]
+        options.update(said)
+    program = config.getoption("--lkemu-program")
+    return {**options, "program": program} if program else options
+
+
+def end(run: Run, request: pytest.FixtureRequest) -> List[str]:
+    """Ends it; what is wrong with it, and has not been said."""
+    problems = verdict(run)  # already there, unless no function was called: unittest has methods
+    was_alive = run.emulator.exit_status is None
+    if run.emulator.stop() and was_alive:
+        problems.append(run.emulator.how_it_ended())
+    if not request.config.getoption("--lkemu-keep") and not request.node.stash.get(_FAILED, False):
+        shutil.rmtree(run.logs, ignore_errors=True)
+    return problems
+
+
+# --- verdicts and reports ---
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
+    outcome = yield
+    runs = pyfuncitem.stash.get(_RUNS, [])
+    if outcome.excinfo is not None:  # type: ignore[attr-defined]
+        for run in runs:
+            run.judged = True  # the test has failed, or was skipped: its own words count
+        return
+    problems = [problem for run in runs for problem in verdict(run)]
+    if problems:
+        raise_instead(outcome, pytest.fail.Exception("\n".join(problems), pytrace=False))
+
+
+def verdict(run: Run) -> List[str]:
+    """What is wrong with it."""
+    try:
+        run.judge()
+    except Error as problem:
+        return [str(problem)]
+    return []
+
+
+def raise_instead(outcome: Any, problem: BaseException) -> None:
+    if hasattr(outcome, "force_exception"):
+        outcome.force_exception(problem)
+    else:  # pluggy before 1.1 lets it through
+        raise problem
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    outcome = yield
+    report: pytest.TestReport = outcome.get_result()  # type: ignore[attr-defined]
+    if not report.failed:
+        return
+    item.stash[_FAILED] = True
+    for run in item.stash.get(_RUNS, []):
+        run.judged = True
+        report.sections += list(sections(run))
+
+
+def sections(run: Run) -> Iterator[Tuple[str, str]]:
+    """What a report of a failed test needs to know about the drives."""
+    emulator = run.emulator
+    if emulator.exit_status is None:
+        try:
+            yield "lk-emu: drives", "\n".join(summary(emulator))
+            yield "lk-emu: faults", "\n".join(map(str, emulator.faults())) or "none was set"
+        except Error as problem:
+            yield "lk-emu: does not answer", str(problem)
+    else:
+        yield "lk-emu: has ended", emulator.how_it_ended()
+    for title, text in (("output", emulator.output), ("log", emulator.log)):
+        if text.strip():
+            yield f"lk-emu: {title}", "\n".join(text.splitlines()[-LOG_LINES:])
+    if run.recording:
+        yield "lk-emu: recording", f"{run.recording}\nlk-emu replay {run.recording}"
+
+
+def summary(emulator: Emulator) -> Iterator[str]:
+    """The time, what each bus has counted, and how each drive is."""
+    status = emulator.status()
+    yield f"{status['clock']['mode']}, at {status['clock']['time_s']:.6f} s"
+    for bus in status["buses"]:
+        yield f"{bus['bus']}: " + ", ".join(counted(bus.get("counters", {})))
+    for drive in emulator.drives:
+        view = drive.view()
+        errors = ", ".join(view["errors"]) or "no errors"
+        signals = view["signals"]
+        shown = ", ".join(f"{name} {signals[name]:.2f}" for name in SHOWN if name in signals)
+        yield f"{drive.bus}:{drive.id} {view['state']}, {errors}, {shown}"
+
+
+def counted(counters: Dict[str, Any]) -> Iterator[str]:
+    """12 queries, 3 wrong length: what is not zero."""
+    for name, count in counters.items():
+        if isinstance(count, dict):
+            yield from counted(count)
+        elif count and isinstance(count, int):
+            yield f"{count} {name.replace('_', ' ')}"

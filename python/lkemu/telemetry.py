@@ -1,0 +1,60 @@
+"""Signals of drives as they run."""
+
+from __future__ import annotations
+
+import json
+import socket
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+from .errors import Error
+from .websocket import WebSocket
+
+
+class Sample(NamedTuple):
+    """One instant: `sample.drives[2]["speed_dps"]`."""
+
+    time_s: float
+    drives: Dict[int, Dict[str, float]]
+
+
+class Telemetry(Iterator[Sample]):
+    """Iterates until it is closed or lk-emu ends. Nothing within the time limit raises `Error`."""
+
+    def __init__(self, path: str, target: str, timeout_s: float) -> None:
+        self._timeout_s = timeout_s
+        try:
+            self._socket = WebSocket(path, target, timeout_s)
+        except (OSError, EOFError) as problem:
+            raise Error(f"telemetry: {problem}") from None
+        about = self._message()
+        if about is None:
+            raise Error("telemetry: lk-emu closed the stream at once")
+        self.bus: str = about["bus"]
+        self.ids: List[int] = about["ids"]
+        self.signals: Tuple[str, ...] = tuple(about["signals"])
+        self.rate_Hz: float = about["rate_Hz"]
+        self.lost = 0  # samples that lk-emu had to leave out, because nobody read the others
+
+    def __next__(self) -> Sample:
+        message = self._message()
+        if message is None:
+            raise StopIteration
+        self.lost = int(message.get("lost", 0))
+        drives = {int(row[0]): dict(zip(self.signals, row[1:])) for row in message["rows"]}
+        return Sample(float(message["time_s"]), drives)
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def __enter__(self) -> "Telemetry":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _message(self) -> Optional[Dict[str, Any]]:
+        try:
+            text = self._socket.receive()
+        except socket.timeout:
+            raise Error(f"telemetry: nothing came within {self._timeout_s:g} s; does the clock stand?") from None
+        return None if text is None else json.loads(text)

@@ -1,0 +1,21 @@
+import os
+import stat
+import sys
+
+import pytest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+@pytest.fixture(autouse=True)
+def package_for_subprocesses(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(HERE))
+
+
+@pytest.fixture(scope="session")
+def fake(tmp_path_factory):
+    """The path of a program that behaves as lk-emu does."""
+    path = tmp_path_factory.mktemp("fake") / "lk-emu"
+    path.write_text(f'#!/bin/sh\nexec {sys.executable} -S {HERE}/fake_lk_emu.py "$@"\n')
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)

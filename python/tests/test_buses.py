@@ -1,0 +1,130 @@
+"""Which bus is free, and which program is meant."""
+
+import os
+import socket
+
+import lkemu
+import pytest
+from lkemu import buses, program
+from lkemu.options import Options
+
+
+@pytest.fixture
+def world(monkeypatch, tmp_path):
+    """Interfaces by name, up or not; a runtime directory of its own; no right to make interfaces."""
+    interfaces = {}
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr(buses, "check_can_support", lambda: None)
+    monkeypatch.setattr(buses, "may_make_interfaces", lambda: False)
+    monkeypatch.setattr(buses, "is_up", lambda name: interfaces[name])
+    monkeypatch.setattr(socket, "if_nameindex", lambda: list(enumerate(interfaces)))
+    return interfaces
+
+
+def test_the_first_that_is_up_and_nobody_has(world):
+    world.update({"lo": True, "vcan10": True, "vcan0": False, "vcan2": True, "can0": True})
+    first, second = buses.claim_free_bus(), buses.claim_free_bus()
+    assert (first.bus, first.create, second.bus) == ("vcan2", False, "vcan10")
+    with pytest.raises(lkemu.StartError, match="3 of 3 in use or down.*scripts/with-vcan"):
+        buses.claim_free_bus()
+    os.close(first.lock)
+    assert buses.claim_free_bus().bus == "vcan2"
+
+
+def test_no_interface_at_all(world):
+    with pytest.raises(lkemu.StartError, match="there is no vcan interface.*scripts/with-vcan.*ip link add vcan0"):
+        buses.claim_free_bus()
+
+
+def test_one_is_made_where_that_is_allowed(world, monkeypatch):
+    world.update({"vcan0": False, "vcan1": True})
+    monkeypatch.setattr(buses, "may_make_interfaces", lambda: True)
+    assert buses.claim_free_bus()[::2] == ("vcan1", False)
+    assert buses.claim_free_bus()[::2] == ("vcan2", True)
+    assert buses.claim_free_bus()[::2] == ("vcan3", True)
+    with pytest.raises(lkemu.StartError):
+        buses.claim_free_bus(may_create=False)
+
+
+def test_buses_of_a_program_that_answers_are_in_use(world, fake, tmp_path):
+    world.update({"vcan0": True, "vcan1": True, "vcan2": True})
+    control = buses.runtime_directory() + "/vcan0-1.sock"
+    with lkemu.Emulator(bus={"vcan0": "1", "vcan1": "1"}, program=fake, arguments=[]) as emu:
+        os.symlink(emu.control, control)
+        assert buses.claim_free_bus().bus == "vcan2"
+    assert buses.claim_free_bus().bus == "vcan0"  # the socket's name is still there, and nobody behind it
+
+
+def test_the_bus_stays_taken_for_as_long_as_the_program_runs(world, fake):
+    world.update({"vcan5": True})
+    with lkemu.Emulator(program=fake) as emu:
+        assert emu.bus == "vcan5"
+        with pytest.raises(lkemu.StartError, match="1 of 1 in use"):
+            lkemu.Emulator(program=fake).start()
+    with lkemu.Emulator(program=fake) as emu:
+        assert emu.bus == "vcan5"
+
+
+def test_the_runtime_directory_is_ours_alone(world):
+    assert os.stat(buses.runtime_directory()).st_mode & 0o777 == 0o700
+
+
+# --- the command line ---
+
+
+@pytest.mark.parametrize(
+    "options, line",
+    [
+        ({}, "--bus vcan7 --ids 1-4"),
+        ({"ids": [1, 3]}, "--bus vcan7 --ids 1,3"),
+        ({"bus": "can0", "ids": 5}, "--bus can0 --ids 5"),
+        ({"config": "a.toml"}, "--config a.toml"),
+        ({"config": "a.toml", "bus": "free"}, "--bus vcan7 --config a.toml"),
+        ({"bus": {"vcan0": "1-4", "vcan1": [9]}}, "--bus vcan0 --ids 1-4 --bus vcan1 --ids 9"),
+        ({"clock": "stepped", "seed": 0, "bitrate": 0}, "--bus vcan7 --ids 1-4 --clock stepped --bitrate 0 --seed 0"),
+        ({"motor": "mg4005", "arguments": ("--wipe-rom",)}, "--bus vcan7 --ids 1-4 --motor mg4005 --wipe-rom"),
+        ({"bus": "vcan3", "create_bus": True}, "--bus vcan3 --ids 1-4 --create-bus"),
+    ],
+)
+def test_options_become_a_command_line(options, line):
+    words = Options(**options).arguments_for("vcan7", create=False, control="C")
+    assert " ".join(words) == "--control C --rom :memory: " + line
+
+
+def test_options_that_do_not_go_together():
+    with pytest.raises(ValueError, match="which bus"):
+        Options(config="a.toml", ids="1").buses(None)
+    with pytest.raises(ValueError, match="says it already"):
+        Options(bus={"vcan0": 1}, ids="1").buses(None)
+
+
+# --- the program ---
+
+
+def test_the_program_that_is_named_wins(monkeypatch, fake):
+    monkeypatch.setenv("LKEMU", "/bin/true")
+    assert program.find_program(fake) == fake
+    assert program.find_program() == "/bin/true"
+    monkeypatch.setenv("LKEMU", "/nonexistent/lk-emu")
+    with pytest.raises(lkemu.StartError, match="LKEMU: there is no program /nonexistent/lk-emu"):
+        program.find_program()
+
+
+def test_the_program_of_the_build_comes_before_the_one_in_path(monkeypatch, fake, tmp_path):
+    monkeypatch.delenv("LKEMU", raising=False)
+    monkeypatch.setenv("PATH", os.path.dirname(fake))
+    package = tmp_path / "python" / "lkemu"
+    monkeypatch.setattr(program, "__file__", str(package / "program.py"))
+    assert program.find_program() == fake
+    built = tmp_path / "build" / "release" / "emulator" / "lk-emu"
+    built.parent.mkdir(parents=True)
+    os.symlink("/bin/true", built)
+    assert program.find_program() == str(built)
+
+
+def test_no_program_anywhere(monkeypatch, tmp_path):
+    monkeypatch.delenv("LKEMU", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(program, "__file__", str(tmp_path / "a" / "b" / "c.py"))
+    with pytest.raises(lkemu.StartError, match="not in PATH: install it, set LKEMU"):
+        program.find_program()

@@ -1,0 +1,162 @@
+"""The pytest plugin: tests of tests."""
+
+import pytest
+
+
+@pytest.fixture
+def run(pytester, fake):
+    """Runs the text of a test file; pytest's words and counts."""
+    pytester.makeconftest('pytest_plugins = ["lkemu.pytest_plugin"]')
+    pytester.makeini("[pytest]\nlkemu_bus = vcan0\n")
+
+    def run_text(text, *options):
+        pytester.makepyfile("import pytest\nimport lkemu as package\n" + text)
+        return pytester.runpytest_subprocess("-p", "no:cacheprovider", f"--lkemu-program={fake}", *options)
+
+    return run_text
+
+
+def test_the_fixtures(run):
+    result = run(
+        """
+def test_all(lkemu, drives, clock):
+    assert drives[4].id == 4 and clock.mode == "realtime" and lkemu.bus == "vcan0"
+"""
+    )
+    result.assert_outcomes(passed=1)
+
+
+def test_markers_win_over_the_ini_file_and_the_nearest_over_the_others(run):
+    result = run(
+        """
+pytestmark = pytest.mark.lkemu(ids="1-2", clock="stepped")
+
+@pytest.mark.lkemu(ids="7")
+def test_one(lkemu):
+    assert [drive.id for drive in lkemu.drives] == [7] and lkemu.clock.mode == "stepped"
+
+def test_two(drives):
+    assert len(drives) == 2
+"""
+    )
+    result.assert_outcomes(passed=2)
+
+
+def test_a_fault_without_effect_fails_the_test(run):
+    result = run("def test_it(drives):\n    drives[2].silent(when={'error': 'stall'})\n")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["fault silent on drive 2 never took effect: *"])
+    result.stdout.no_fnmatch_line("During handling*")
+
+
+def test_faults_that_fire_and_optional_ones_do_not(run):
+    result = run("def test_it(drives):\n    drives[2].jam()\n    drives[1].silent(optional=True)\n")
+    result.assert_outcomes(passed=1)
+
+
+def test_a_test_that_failed_or_was_skipped_anyway_keeps_its_own_words(run):
+    result = run(
+        """
+def test_fails(drives):
+    drives[1].silent()
+    assert 1 == 2
+
+def test_skips(drives):
+    drives[1].silent()
+    pytest.skip("no reason")
+"""
+    )
+    result.assert_outcomes(failed=1, skipped=1)
+    result.stdout.fnmatch_lines(["*assert 1 == 2"])
+
+
+def test_a_failed_test_shows_drives_faults_log_and_recording(run):
+    result = run("def test_it(drives, tmp_path):\n    drives[2].jam()\n    assert False\n")
+    result.stdout.fnmatch_lines(
+        [
+            "*- lk-emu: drives -*",
+            "realtime, at 0.000000 s",
+            "vcan0: 7 queries, 2 wrong length",
+            "vcan0:2 running, no errors, angle_deg 12.50, speed_dps 0.00",
+            "*- lk-emu: faults -*",
+            "fault jam on drive 2 took effect 4 times, first at 0.000000 s on drive 2 (active)",
+            "*- lk-emu: output -*",
+            "lk-emu ready vcan0",
+            "*- lk-emu: log -*",
+            "one line of its log",
+            "*- lk-emu: recording -*",
+            "*test_it0/lkemu/recording",
+        ]
+    )
+
+
+def test_the_report_reaches_junit_xml_too(run, pytester):
+    run("def test_it(drives):\n    drives[2].silent()\n", "--junitxml=out.xml")
+    xml = (pytester.path / "out.xml").read_text()
+    assert "fault silent on drive 2 never took effect" in xml
+
+
+def test_a_death_fails_the_test_with_its_last_words(run):
+    result = run(
+        """
+def test_it(lkemu):
+    with pytest.raises(package.Ended):
+        lkemu.mark("die")
+"""
+    )
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*lk-emu ended (status 3)", "*the fake was told so"])
+
+
+def test_one_that_the_test_has_stopped_is_no_death(run):
+    result = run("def test_it(lkemu):\n    lkemu.drives[1].jam()\n    lkemu.stop()\n")
+    result.assert_outcomes(passed=1)
+
+
+def test_recordings_of_passed_tests_go_unless_they_are_to_be_kept(run, pytester):
+    passes = "def test_it(lkemu):\n    assert lkemu.options.record.endswith('recording')\n"
+    for options, kept in (((), 0), (("--lkemu-keep",), 1)):
+        run(passes, "--basetemp=base", *options).assert_outcomes(passed=1)
+        assert len(list((pytester.path / "base").rglob("recording"))) == kept
+
+
+def test_no_recording_if_it_is_not_wanted(run):
+    result = run("@pytest.mark.lkemu(record=False)\ndef test_it(lkemu):\n    assert lkemu.options.record is None\n")
+    result.assert_outcomes(passed=1)
+
+
+def test_several_in_one_test(run):
+    result = run(
+        """
+def test_it(lkemu, lkemu_start):
+    other = lkemu_start(bus="vcan1", ids=9)
+    assert other.drives[9].bus == "vcan1"
+    other.drives[9].silent()
+"""
+    )
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["fault silent on drive 9 never took effect*"])
+
+
+def test_unittest_classes(run):
+    result = run(
+        """
+import unittest
+
+class TestIt(unittest.TestCase):
+    @pytest.fixture(autouse=True)
+    def with_drives(self, drives):
+        self.drives = drives
+
+    def test_one(self):
+        self.drives[1].silent()
+"""
+    )
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(["*fault silent on drive 1 never took effect*"])
+
+
+def test_a_start_that_fails_says_why(run):
+    result = run("@pytest.mark.lkemu(arguments=['--refuse'])\ndef test_it(lkemu):\n    pass\n")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*StartError: lk-emu: --refuse: there is no such option"])

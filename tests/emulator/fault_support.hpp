@@ -1,0 +1,86 @@
+#pragma once
+
+/// @file Faults on a bus with noiseless drives, for tests.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "emulator/fault_table.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::test {
+
+using emulator::FaultEvidence;
+using emulator::FaultKind;
+using emulator::SimTime;
+
+struct Course {
+  std::optional<SimTime> duration = std::nullopt;
+  std::optional<SimTime> every = std::nullopt;
+  int times = 0;
+};
+
+inline emulator::Fault fault(FaultKind kind, std::array<double, emulator::kMostFaultParams> values,
+                             Course course = {}, std::vector<int> ids = {1},
+                             std::string name = {}) {
+  return {.name = std::move(name),
+          .kind = kind,
+          .ids = std::move(ids),
+          .values = values,
+          .duration = course.duration,
+          .every = course.every,
+          .times = course.times};
+}
+
+/// Begins now, on drive 1.
+inline void inject(Host& host, FaultKind kind,
+                   std::array<double, emulator::kMostFaultParams> values = {}, Course course = {}) {
+  host.bus.apply({emulator::kWholeBus, emulator::SetFault{fault(kind, values, course)}});
+}
+
+inline void clear(Host& host, const std::string& which = "all") {
+  host.bus.apply({emulator::kWholeBus, emulator::ClearFault{which}});
+}
+
+inline FaultEvidence evidence(const Host& host, std::size_t n = 0) {
+  return host.bus.faults().at(n).evidence;
+}
+
+/// Whether drive `id` answers 0x9C.
+inline bool answers(Host& host, int id = 1) {
+  protocol::Frame query;
+  query.id = 0x140U + static_cast<std::uint32_t>(id);
+  query.data[0] = 0x9C;
+  return !host.talk(query).empty();
+}
+
+/// Mean and standard deviation of what `read` gives, every millisecond.
+template <class Read>
+std::pair<double, double> statistics(Host& host, int samples, Read read) {
+  double sum = 0, squares = 0;
+  for (int n = 0; n < samples; ++n) {
+    host.wait(1ms);
+    const double value = read();
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / samples;
+  return {mean, std::sqrt(squares / samples - mean * mean)};
+}
+
+/// It showed from `since` on, at the latest one look after, so many times at least, on drive 1.
+inline void expect_shown(const FaultEvidence& evidence, SimTime since, std::uint64_t effects = 1) {
+  ASSERT_TRUE(evidence.first_effect_at);
+  EXPECT_GE(*evidence.first_effect_at, since);
+  EXPECT_LE(*evidence.first_effect_at, since + emulator::Bus::kLookStep);
+  EXPECT_GE(evidence.effects, effects);
+  EXPECT_EQ(evidence.first_on.substr(0, 7), "drive 1");
+}
+
+}  // namespace lk::test

@@ -1,0 +1,322 @@
+// What a judge makes of what it sees and hears, at the edges of ranges and times too.
+
+#include "emulator/judge.hpp"
+
+#include <gtest/gtest.h>
+
+#include "emulator/scenario_run.hpp"
+#include "emulator/scenario_text.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using Status = ExpectationResult::Status;
+using Kind = Period::Kind;
+
+Period at(SimTime when) { return {Kind::kAt, 0ns, when}; }
+Period by(SimTime when, SimTime from = 0ns) { return {Kind::kBy, from, when}; }
+Period throughout(SimTime from, SimTime to) { return {Kind::kThroughout, from, to}; }
+
+SignalWithin within(const char* name, double min, double max) {
+  return {find_signal(name), {min, max}};
+}
+
+/// One drive that stands at 45°, for a second. At 0.5 s a hand turns its shaft by 90° and a host
+/// switches it off.
+ExpectationResult outcome_of(const decltype(Expectation::what)& what, Period when) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};
+  scenario.duration = 1s;
+  scenario.sends = {{0, 500ms, test::frame("141#8000000000000000")}};
+  scenario.expectations = {{0, 1, what, when, ""}};
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  return run.verdict().expectations.at(0);
+}
+
+Status status_of(const decltype(Expectation::what)& what, Period when) {
+  return outcome_of(what, when).status;
+}
+
+TEST(Judge, BoundsArePartOfTheRange) {
+  EXPECT_EQ(status_of(within("alive", 1, 1), at(0ns)), Status::kPassed);
+  EXPECT_EQ(status_of(within("alive", 1, INFINITY), at(1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("alive", -INFINITY, 1), at(1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("alive", 1.001, INFINITY), at(1s)), Status::kFailed);
+  EXPECT_EQ(status_of(within("alive", -INFINITY, 0.999), at(1s)), Status::kFailed);
+}
+
+TEST(Judge, AnInstantIsLookedAtAfterTheEventsOfThatInstant) {
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), at(500ms - 1ns)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), at(500ms)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), at(500ms)), Status::kFailed);
+}
+
+TEST(Judge, ByATimeNeedsItOnceUpToThen) {
+  EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), by(500ms)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), by(499ms)), Status::kFailed);
+  // What was so before `from` does not count.
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s, 500ms)), Status::kFailed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), by(1s, 499ms)), Status::kPassed);
+}
+
+TEST(Judge, ThroughoutNeedsItAtEveryLook) {
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(0ns, 499ms)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(0ns, 500ms)), Status::kFailed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(500ms, 1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("true_angle_deg", 134, 136), throughout(499ms, 1s)), Status::kFailed);
+  // Its end is looked at though it lies between two looks.
+  EXPECT_EQ(status_of(within("true_angle_deg", 44, 46), throughout(400ms + 500us, 500ms)),
+            Status::kFailed);
+}
+
+TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
+  // The host's frame of 0.5 s is on its way at that instant, and heard right after it.
+  EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 500ms)), Status::kPassed);
+  EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 501ms)), Status::kFailed);
+  EXPECT_EQ(status_of(StateIs{RunState::kOff}, by(501ms)), Status::kPassed);
+  EXPECT_EQ(status_of(StateIs{RunState::kStopped}, by(1s)), Status::kFailed);
+  EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, false}, throughout(0ns, 1s)), Status::kPassed);
+  EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, true}, by(1s)), Status::kFailed);
+}
+
+TEST(Judge, SaysWhatWasMeasuredAndWhen) {
+  const auto early = outcome_of(within("alive", 2, 3), by(1s));
+  EXPECT_EQ(early.expected, "test drive 1: alive 2 to 3 by 1 s");
+  EXPECT_EQ(early.measured, "closest was 1 at 0 s");
+  const auto off = outcome_of(StateIs{RunState::kRunning}, throughout(0ns, 1s));
+  EXPECT_EQ(off.measured, "off at 0.501 s");
+  EXPECT_EQ(off.at, 501ms);
+  EXPECT_EQ(outcome_of(within("alive", 0, INFINITY), throughout(0ns, 1s)).measured, "1 to 1");
+  EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, at(1s)).measured, "not set at 1 s");
+}
+
+/// A judge of one drive, told what is on the wire by hand.
+struct Ear {
+  explicit Ear(const Replies& replies, Period when = throughout(0ns, 10s), SimTime start = 0ns)
+      : judge(test::bus_config({1, 2}), {{0, 1, replies, when, ""}}, 0, start) {}
+  void query(SimTime when, const char* text) { judge.hear_query({when, test::frame(text)}); }
+  void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
+  Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
+  Judge judge;
+};
+
+TEST(Judge, CountsRepliesOfTheDriveAndTheCommand) {
+  Replies three;
+  three.command = 0x9C;
+  three.min_count = three.max_count = 2;
+  Ear ear(three);
+  ear.reply(1s, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(2s), Status::kOpen);
+  EXPECT_EQ(ear.status(), Status::kFailed);
+  ear.reply(2s, "142#9C00000000000000");  // of another drive
+  ear.reply(2s, "141#9A00000000000000");  // to another command
+  ear.reply(2s, "00000141#9C00000000000000");
+  EXPECT_EQ(ear.status(), Status::kFailed);
+  ear.reply(3s, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(5s), Status::kOpen) << "a third one may come";
+  EXPECT_EQ(ear.status(), Status::kPassed);
+  ear.reply(4s, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(5s), Status::kFailed) << "one too many is one too many at once";
+}
+
+TEST(Judge, CountsRepliesWithinThePeriodItsEndsIncluded) {
+  Replies one;
+  one.min_count = one.max_count = 2;
+  Ear ear(one, throughout(1s, 2s));
+  ear.reply(1s - 1ns, "141#9C00000000000000");
+  ear.reply(2s + 1ns, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(), Status::kFailed);
+  ear.reply(1s, "141#9C00000000000000");
+  ear.reply(2s, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(), Status::kPassed);
+}
+
+TEST(Judge, TimesCountFromTheStart) {
+  Replies one;
+  Ear ear(one, throughout(1s, 2s), 100s);
+  ear.reply(1500ms, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(103s), Status::kFailed);
+  ear.reply(101500ms, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(103s), Status::kPassed);
+  EXPECT_EQ(ear.judge.results(103s).at(0).measured, "1 reply at 1.5 s");
+}
+
+TEST(Judge, NoReplyIsNone) {
+  Replies none;
+  none.command = 0x9C;
+  none.min_count = none.max_count = 0;
+  Ear ear(none);
+  EXPECT_EQ(ear.status(5s), Status::kOpen);
+  EXPECT_EQ(ear.status(), Status::kPassed);
+  ear.reply(1s, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(5s), Status::kFailed);
+}
+
+TEST(Judge, TheAgeOfAReplyCountsFromTheLatestQueryWithItsCommand) {
+  Replies late;
+  late.command = 0x9C;
+  late.age = Range{5, 6};
+  Ear ear(late);
+  ear.reply(0s, "141#9C00000000000000");  // nobody asked
+  ear.query(1000ms, "141#9C00000000000000");
+  ear.query(1003ms, "141#9A00000000000000");
+  ear.query(1003ms, "142#9C00000000000000");
+  ear.reply(1005ms - 1ns, "141#9C00000000000000");
+  ear.reply(1006ms + 1ns, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(), Status::kFailed);
+  ear.reply(1005ms, "141#9C00000000000000");
+  EXPECT_EQ(ear.status(), Status::kPassed);
+}
+
+TEST(Judge, ReadsWhatARepliesSays) {
+  // 0x9A as the manual has it: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
+  Replies error;
+  error.error = model::Error::kUnderVoltage;
+  Ear set(error);
+  set.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(set.status(), Status::kFailed);
+  set.reply(1s, "141#9A1900F000000001");
+  EXPECT_EQ(set.status(), Status::kPassed);
+
+  Replies voltage;
+  for (const ReplyField& field : reply_fields()) {
+    if (field.name == "voltage_V") voltage.field = &field;
+  }
+  voltage.range = {23.95, 24.05};
+  Ear volts(voltage);
+  volts.reply(1s, "141#9C19000000000000");  // says no voltage
+  volts.reply(1s, "141#9A1900EF00000000");
+  EXPECT_EQ(volts.status(), Status::kFailed);
+  volts.reply(1s, "141#9A1900F000000000");
+  EXPECT_EQ(volts.status(), Status::kPassed);
+}
+
+TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = 1s;
+  scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {1};
+  scenario.robot[0].events = {{100ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  // Nobody asks the drive anything, so nobody can tell that it hangs.
+  ScenarioRun unasked(scenario);
+  unasked.advance_to(1s);
+  EXPECT_EQ(unasked.verdict().outcome, Outcome::kInvalid);
+  EXPECT_EQ(unasked.verdict().invalid,
+            std::vector<std::string>{"test: fault hang began at 0.1 s and changed nothing"});
+  scenario.sends = {{0, 500ms, test::frame("141#9C00000000000000")}};
+  ScenarioRun asked(scenario);
+  asked.advance_to(1s);
+  EXPECT_EQ(asked.verdict().outcome, Outcome::kPassed);
+  // It is invalid rather than failed: what it would have done is not known.
+  scenario.sends.clear();
+  scenario.expectations[0].what = within("alive", 0, 0);
+  ScenarioRun failed(scenario);
+  failed.advance_to(1s);
+  EXPECT_EQ(failed.verdict().outcome, Outcome::kInvalid);
+}
+
+TEST(Verdict, IsInvalidWhenAnEventStillWaitsForItsCondition) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = 1s;
+  scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
+  scenario.robot[0].events = {
+      {0ns, {1, TurnShaft{5}}, Condition{1, SignalReaches{find_signal("alive"), Edge::kBelow, 0}}}};
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
+  EXPECT_EQ(run.verdict().invalid,
+            std::vector<std::string>{"test: 1 events wait for a condition that never held"});
+}
+
+TEST(Verdict, IsInvalidWhenTheRunEndsBeforeItsTime) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = 1s;
+  scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
+  ScenarioRun run(scenario);
+  run.advance_to(999ms);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
+  run.advance_to(1s);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kPassed);
+}
+
+Scenario two_busy_buses() {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1, 2}, 1'000'000), test::bus_config({1}, 500'000)};
+  scenario.robot[1].interface = "other";
+  scenario.duration = 300ms;
+  scenario.sends = {{0, 0ns, test::frame("141#9C00000000000000"), 1ms, 300},
+                    {1, 500us, test::frame("141#9C00000000000000"), 2ms, 100},
+                    {0, 10ms, test::frame("142#A200000040420F00")}};
+  scenario.expectations = {{1, 1, Replies{}, throughout(0ns, 300ms), ""},
+                           {0, 2, within("speed_dps", 9000, 11000), at(300ms), ""}};
+  return scenario;
+}
+
+TEST(ScenarioRun, GivesTheSameTrafficHoweverItIsSliced) {
+  const auto traffic_of = [](SimTime slice) {
+    ScenarioRun run(two_busy_buses());
+    std::vector<Traffic> traffic;
+    while (run.time() < 300ms) {
+      run.advance_to(std::min<SimTime>(run.time() + slice, 300ms));
+      run.take_traffic(traffic);
+    }
+    return traffic;
+  };
+  const auto whole = traffic_of(300ms);
+  const auto sliced = traffic_of(370us);
+  // 401 queries, and a reply to each but those that are still on the wire at the end.
+  EXPECT_GE(whole.size(), 801U);
+  EXPECT_LE(whole.size(), 802U);
+  ASSERT_EQ(whole.size(), sliced.size());
+  for (std::size_t n = 0; n < whole.size(); ++n) {
+    EXPECT_EQ(whole[n].frame, sliced[n].frame) << n;
+    EXPECT_EQ(whole[n].bus, sliced[n].bus) << n;
+    if (n > 0) {
+      EXPECT_LE(whole[n - 1].frame.at, whole[n].frame.at);
+    }
+  }
+}
+
+TEST(ScenarioRun, JudgesAllBuses) {
+  ScenarioRun run(two_busy_buses());
+  run.advance_to(300ms);
+  const Verdict verdict = run.verdict();
+  EXPECT_EQ(verdict.outcome, Outcome::kPassed);
+  EXPECT_EQ(verdict.expectations.at(0).expected.substr(0, 4), "test");
+  EXPECT_EQ(verdict.expectations.at(1).expected.substr(0, 5), "other");
+}
+
+TEST(HostScript, GivesFramesInOrderOfTime) {
+  const auto a = test::frame("141#01");
+  const auto b = test::frame("141#02");
+  HostScript script({{0, 5ms, a, 10ms, 3}, {1, 0ns, a}, {0, 15ms, b}}, 0, 1s);
+  std::vector<std::pair<SimTime, int>> said;
+  while (script.next_due() != SimTime::max()) {
+    const TimedFrame frame = script.take();
+    said.emplace_back(frame.at, frame.frame.data[0]);
+  }
+  EXPECT_EQ(said, (std::vector<std::pair<SimTime, int>>{
+                      {1005ms, 1}, {1015ms, 1}, {1015ms, 2}, {1025ms, 1}}));
+}
+
+TEST(ScenarioText, WritesNumbersAndTimesForPeople) {
+  EXPECT_EQ(number_text(101.3), "101.3");
+  EXPECT_EQ(number_text(-0.123456789), "-0.123457");
+  EXPECT_EQ(seconds_text(0ns), "0");
+  EXPECT_EQ(seconds_text(1500ms), "1.5");
+  EXPECT_EQ(seconds_text(1s + 1ns), "1.000000001");
+  EXPECT_EQ(seconds_text(-1500ms), "-1.5");
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,109 @@
+// A scenario on a line without an interface, with a host beside it.
+
+#include "emulator/live_scenario.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A line that has run for a while when the scenario begins.
+class Live : public testing::Test {
+ protected:
+  Live() { go_to(10s); }
+
+  void go_to(SimTime until) { line_.bring_to(until, MonoTime::max(), Line::Patience::kNone); }
+  Scenario scenario() const {
+    Scenario scenario;
+    scenario.name = "live";
+    scenario.robot = {line_.config()};
+    scenario.duration = 1s;
+    return scenario;
+  }
+  static Expectation answered(std::uint64_t count) {
+    Replies replies;
+    replies.command = 0x9C;
+    replies.min_count = replies.max_count = count;
+    return {0, 1, replies, {Period::Kind::kThroughout, 0ns, 1s}, ""};
+  }
+
+  Line line_{test::bus_config({1, 2})};
+  int overs_ = 0;
+};
+
+TEST_F(Live, HearsAHostAndItsOwnFrames) {
+  Scenario plan = scenario();
+  plan.sends = {{0, 200ms, test::frame("141#9C00000000000000"), 100ms, 2}};
+  plan.expectations = {answered(3)};
+  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  line_.take_in({10s + 500ms, test::frame("141#9C00000000000000")});
+  go_to(11s - 1ms);
+  EXPECT_EQ(overs_, 0);
+  EXPECT_EQ(live.report().verdict.expectations.at(0).status, ExpectationResult::Status::kOpen);
+  go_to(12s);
+  EXPECT_EQ(overs_, 1);
+  // What comes after its end is not its own.
+  line_.take_in({12s, test::frame("141#9C00000000000000")});
+  go_to(13s);
+  live.finish();
+  EXPECT_EQ(overs_, 1);
+  EXPECT_EQ(live.report().verdict.outcome, Outcome::kPassed);
+  EXPECT_EQ(live.report().simulated, 1s);
+}
+
+TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {1};
+  Scenario plan = scenario();
+  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  plan.sends = {{0, 400ms, test::frame("141#9C00000000000000"), 200ms, 2}};
+  plan.expectations = {answered(1)};
+  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  go_to(11s);
+  live.finish();
+  const Verdict verdict = live.report().verdict;
+  EXPECT_EQ(verdict.outcome, Outcome::kPassed);
+  ASSERT_EQ(verdict.faults.size(), 1U);
+  EXPECT_EQ(verdict.faults[0].report.evidence.began_at, 500ms);
+  EXPECT_EQ(verdict.faults[0].report.evidence.first_effect_at, 600ms);
+  EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kCleared);
+}
+
+TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {2};
+  line_.perform({10s, {kWholeBus, SetFault{hang}}, std::nullopt});
+  Scenario plan = scenario();
+  plan.expectations = {answered(0)};
+  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  go_to(11s);
+  live.finish();
+  EXPECT_EQ(live.report().verdict.outcome, Outcome::kPassed);
+  EXPECT_TRUE(live.report().verdict.faults.empty());
+  EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kActive);
+}
+
+TEST_F(Live, WhatItHadPlannedIsNotDoneOnceItIsStopped) {
+  Scenario plan = scenario();
+  plan.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};
+  plan.expectations = {answered(0)};
+  {
+    LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+    go_to(10s + 100ms);
+    live.finish();
+    EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);
+  }
+  const double before = line_.bus().truth(1).theta_out;
+  go_to(12s);
+  EXPECT_NEAR(line_.bus().truth(1).theta_out, before, 0.01);
+  EXPECT_EQ(overs_, 0);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,264 @@
+// A log of a bus, without a word of who said what: queries and replies are told apart, and what the
+// emulator says to the same queries is compared quantity by quantity.
+
+#include "emulator/log_compare.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "emulator/candump_log.hpp"
+#include "emulator/profile_files.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using test::frame;
+
+LoggedFrame logged(SimTime at, const char* text, std::optional<bool> from_host = std::nullopt) {
+  return {{at, frame(text)}, from_host};
+}
+
+/// Replies written by hand (tests/golden), each behind its query; 31 of them, and 4 queries without
+/// one: to a drive that is not there, of an unknown command, too short, and for several drives.
+constexpr std::size_t kGoldenReplies = 31;
+std::vector<LoggedFrame> golden(bool with_directions) {
+  const std::string file = std::string(LKEMU_SOURCE_DIR) + "/tests/golden/resting_drive.log";
+  std::vector<LoggedFrame> frames;
+  for (const CandumpLine& line : parse_candump_log(read_file(file), file)) {
+    frames.push_back({{line.at, line.frame}, std::nullopt});
+    const bool sent = line.direction == CandumpLine::Direction::kSent;
+    if (with_directions) frames.back().from_host = sent;
+  }
+  return frames;
+}
+
+const ComparedValue* find(const LogComparison& comparison, int command, std::string_view name) {
+  const auto found = std::ranges::find_if(comparison.values, [&](const ComparedValue& value) {
+    return value.command == command && value.name == name;
+  });
+  return found != comparison.values.end() ? &*found : nullptr;
+}
+
+const ComparedCommand* find(const LogComparison& comparison, int command) {
+  const auto found = std::ranges::find(comparison.commands, static_cast<std::uint8_t>(command),
+                                       &ComparedCommand::command);
+  return found != comparison.commands.end() ? &*found : nullptr;
+}
+
+// --- telling them apart
+// -------------------------------------------------------------------------------------
+
+TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
+  const auto bus = test::bus_config({1});
+  const PairedLog told = pair_log(golden(true), bus);
+  const PairedLog found = pair_log(golden(false), bus);
+  EXPECT_EQ(told.sent.size(), kGoldenReplies + 3);
+  EXPECT_EQ(told.strangers, 1U);
+  EXPECT_EQ(told.ambiguous, 0U);
+  EXPECT_EQ(found.sent, told.sent);
+  ASSERT_EQ(found.exchanges.size(), kGoldenReplies);
+  for (std::size_t n = 0; n < kGoldenReplies; ++n) {
+    ASSERT_TRUE(found.exchanges[n].reply && told.exchanges[n].reply) << n;
+    EXPECT_EQ(found.exchanges[n].reply, told.exchanges[n].reply) << n;
+  }
+  // Could have been said twice by the host: what is byte for byte its query.
+  const auto log = golden(true);
+  std::uint64_t equal = 0;
+  for (std::size_t n = 0; n + 1 < log.size(); n += 2) {
+    if (log[n].timed.frame == log[n + 1].timed.frame) ++equal;
+  }
+  EXPECT_EQ(found.ambiguous, equal);
+  EXPECT_GT(equal, 0U);
+}
+
+TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
+  const auto bus = test::bus_config({1});
+  const std::vector<LoggedFrame> log = {
+      logged(milliseconds(0), "141#9C00000000000000"),  // lost
+      logged(milliseconds(10), "141#9C00000000000000"),
+      logged(milliseconds(11), "141#9C19000000000008"),
+      logged(milliseconds(20), "141#9C00000000000000"),
+      logged(milliseconds(21), "141#9C19000000000008"),
+  };
+  const PairedLog paired = pair_log(log, bus);
+  ASSERT_EQ(paired.exchanges.size(), 3U);
+  EXPECT_FALSE(paired.exchanges[0].reply);
+  EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
+  EXPECT_EQ(paired.exchanges[2].reply, log[4].timed);
+  EXPECT_EQ(paired.ambiguous, 1U);  // the first reply had two queries to choose from
+}
+
+TEST(LogPairing, RepliesInABatchBelongToTheirQueriesInOrder) {
+  const auto bus = test::bus_config({1});
+  const std::vector<LoggedFrame> log = {
+      logged(microseconds(0), "141#A100000064000000"),
+      logged(microseconds(1), "141#A100000065000000"),
+      logged(microseconds(2), "141#A119000000000008"),
+      logged(microseconds(3), "141#A11A000000000008"),
+  };
+  const PairedLog paired = pair_log(log, bus);
+  ASSERT_EQ(paired.exchanges.size(), 2U);
+  EXPECT_EQ(paired.exchanges[0].reply, log[2].timed);
+  EXPECT_EQ(paired.exchanges[1].reply, log[3].timed);
+}
+
+TEST(LogPairing, IdentifiersOfTheirOwnTellRepliesForSure) {
+  const auto bus = test::bus_config({1});
+  const std::vector<LoggedFrame> log = {
+      logged(microseconds(0), "141#8100000000000000"),
+      logged(microseconds(1), "241#8100000000000000"),
+      logged(microseconds(2), "141#8100000000000000"),
+      logged(microseconds(3), "141#8100000000000000"),
+      logged(microseconds(4), "241#8100000000000000"),
+      logged(microseconds(5), "241#8100000000000000"),
+  };
+  const PairedLog paired = pair_log(log, bus);
+  EXPECT_EQ(paired.sent.size(), 3U);
+  EXPECT_EQ(paired.ambiguous, 0U);
+  ASSERT_EQ(paired.exchanges.size(), 3U);
+  EXPECT_EQ(paired.exchanges[1].reply, log[4].timed);
+  EXPECT_EQ(paired.exchanges[2].reply, log[5].timed);
+}
+
+TEST(LogPairing, ALogThatBeginsWithAReplySaysSo) {
+  const auto bus = test::bus_config({1});
+  const PairedLog paired = pair_log({logged(milliseconds(0), "141#9C19000000000008"),
+                                     logged(milliseconds(1), "141#9C00000000000000"),
+                                     logged(milliseconds(2), "141#9C19000000000008")},
+                                    bus);
+  EXPECT_EQ(paired.orphans, 1U);
+  EXPECT_EQ(paired.sent.size(), 1U);
+  ASSERT_EQ(paired.exchanges.size(), 1U);
+  EXPECT_TRUE(paired.exchanges[0].reply);
+}
+
+TEST(LogPairing, OneFrameForSeveralDrivesIsAQueryToEachThatListens) {
+  auto bus = test::bus_config({1, 2, 3});
+  for (const std::size_t n : {0U, 2U}) bus.servos[n].rom.broadcast_mode = true;
+  const std::vector<LoggedFrame> log = {
+      logged(microseconds(0), "280#6400640064006400"),
+      logged(microseconds(300), "141#A119000000000008"),
+      logged(microseconds(600), "143#A119000000000008"),
+  };
+  const PairedLog paired = pair_log(log, bus);
+  ASSERT_EQ(paired.sent.size(), 1U);
+  ASSERT_EQ(paired.exchanges.size(), 2U);
+  EXPECT_EQ(paired.exchanges[0].reply, log[1].timed);
+  EXPECT_EQ(paired.exchanges[1].reply, log[2].timed);
+}
+
+TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
+  const PairedLog paired =
+      pair_log({logged(milliseconds(0), "145#9C00000000000000"),
+                logged(milliseconds(1), "145#9C19000000000008"), logged(milliseconds(2), "7FF#00")},
+               test::bus_config({1}));
+  EXPECT_EQ(paired.strangers, 2U);
+  EXPECT_EQ(paired.sent.size(), 1U);  // somebody else's, which takes its time on the wire
+}
+
+// --- comparing
+// ---------------------------------------------------------------------------------------------
+
+TEST(LogComparison, TheGoldenLogIsWhatTheEmulatorSays) {
+  const auto comparison = compare_log(golden(false), test::bus_config({1}));
+  EXPECT_EQ(comparison.commands.size(), 26U);  // the commands of the legacy manual
+  std::uint64_t replies = 0;
+  for (const ComparedCommand& command : comparison.commands) {
+    EXPECT_EQ(command.in_log, command.queries) << int{command.command};
+    EXPECT_EQ(command.emulated, command.queries) << int{command.command};
+    EXPECT_EQ(command.missing + command.extra + command.undecodable, 0U);
+    EXPECT_EQ(command.latency_in_log.most, SimTime{0});
+    replies += command.in_log;
+  }
+  EXPECT_EQ(replies, kGoldenReplies);
+  for (const ComparedValue& value : comparison.values) {
+    EXPECT_EQ(value.equal, value.count) << int{value.command} << ' ' << value.name;
+    EXPECT_EQ(value.most, 0);
+  }
+}
+
+/// What a bus of this configuration says, as a log.
+std::vector<LoggedFrame> emulated_log(const BusConfig& config, const char* query) {
+  Bus bus(config);
+  bus.advance_to(kBeforeLog);
+  std::vector<LoggedFrame> log;
+  for (int n = 0; n < 50; ++n) {
+    const TimedFrame sent{bus.time(), frame(query)};
+    log.push_back({sent, std::nullopt});
+    bus.receive(sent);
+    bus.advance_to(bus.time() + milliseconds(2));
+    std::vector<TimedFrame> replies;
+    bus.take_replies(replies);
+    for (const TimedFrame& reply : replies) log.push_back({reply, std::nullopt});
+  }
+  return log;
+}
+
+TEST(LogComparison, AnEmulatedLogIsEqualInTimeAsWell) {
+  const auto bus = test::bus_config({1}, 1'000'000);
+  const auto comparison = compare_log(emulated_log(bus, "141#A200000010270000"), bus);
+  const auto* command = find(comparison, 0xA2);
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->in_log, 50U);
+  EXPECT_EQ(command->latency_in_log.median, command->latency_emulated.median);
+  EXPECT_EQ(command->latency_in_log.most, command->latency_emulated.most);
+  EXPECT_GT(command->latency_in_log.median, microseconds(300));  // two frames and a reply time
+  for (const ComparedValue& value : comparison.values) EXPECT_EQ(value.equal, 50U) << value.name;
+}
+
+TEST(LogComparison, AShiftIsSeenInItsQuantityAlone) {
+  const auto bus = test::bus_config({1});
+  auto log = emulated_log(bus, "141#9C00000000000000");
+  std::size_t shifted = 0;
+  for (LoggedFrame& one : log) {
+    if (one.timed.frame.data[1] == 0) continue;
+    one.timed.frame.data[1] = static_cast<std::uint8_t>(one.timed.frame.data[1] + 3);  // °C
+    ++shifted;
+  }
+  ASSERT_EQ(shifted, 50U);
+  const auto comparison = compare_log(log, bus);
+  const auto* temperature = find(comparison, 0x9C, "temperature_C");
+  ASSERT_NE(temperature, nullptr);
+  EXPECT_EQ(temperature->equal, 0U);
+  EXPECT_DOUBLE_EQ(temperature->mean(), 3);
+  EXPECT_DOUBLE_EQ(temperature->most, 3);
+  for (const char* other : {"iq_A", "speed_dps", "encoder_counts"}) {
+    ASSERT_NE(find(comparison, 0x9C, other), nullptr) << other;
+    EXPECT_EQ(find(comparison, 0x9C, other)->equal, 50U) << other;
+  }
+  EXPECT_NE(comparison_text(comparison).find("| 9C | temperature_C | 50 | 0 | 3 | 3 | drive 1 at"),
+            std::string::npos)
+      << comparison_text(comparison);
+}
+
+// The drive stands at 2048 of 16384 counts; 16380 is 2052 behind that, not 14332 ahead.
+TEST(LogComparison, TheEncoderBeginsAnew) {
+  const auto bus = test::bus_config({1});
+  const auto comparison = compare_log({logged(milliseconds(0), "141#9C00000000000000"),
+                                       logged(milliseconds(1), "141#9C1900000000FC3F")},
+                                      bus);
+  const auto* encoder = find(comparison, 0x9C, "encoder_counts");
+  ASSERT_NE(encoder, nullptr);
+  EXPECT_DOUBLE_EQ(encoder->most, 2052);
+}
+
+TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
+  const auto bus = test::bus_config({1});
+  const auto comparison = compare_log({logged(milliseconds(0), "141#9A00000000000000"),
+                                       logged(milliseconds(1), "141#9C00000000000000"),
+                                       logged(milliseconds(2), "141#9C19000000000008")},
+                                      bus);
+  ASSERT_NE(find(comparison, 0x9A), nullptr);
+  EXPECT_EQ(find(comparison, 0x9A)->extra, 1U);
+  EXPECT_EQ(find(comparison, 0x9A)->missing, 0U);
+  EXPECT_EQ(find(comparison, 0x9C)->extra, 0U);
+}
+
+}  // namespace
+}  // namespace lk::emulator

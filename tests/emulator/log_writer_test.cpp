@@ -1,0 +1,49 @@
+// A disk that is full, or stands still, is nobody's trouble but the log's.
+
+#include "emulator/log_writer.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace lk::emulator {
+namespace {
+
+TEST(LogWriter, SaysOnceThatTheDiskIsFullAndWritesNothingMore) {
+  std::array files = {Descriptor(::open("/dev/full", O_WRONLY)),
+                      Descriptor(::open("/dev/full", O_WRONLY))};
+  std::vector<std::string> said;
+  {
+    LogWriter writer(std::move(files), [&](const std::string& reason) { said.push_back(reason); });
+    for (int n = 0; n < 1000; ++n) writer.add(1, "line");
+    writer.finish("last\n");
+  }
+  EXPECT_EQ(said, std::vector<std::string>{"No space left on device"});
+}
+
+TEST(LogWriter, NeverWaitsForASlowDisk) {
+  // A pipe that nobody reads is a disk that stands still.
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
+  std::vector<std::string> said;
+  auto reader = std::make_unique<Descriptor>(ends[0]);
+  {
+    std::array files = {Descriptor(ends[1]), Descriptor(::open("/dev/null", O_WRONLY))};
+    constexpr std::size_t kMost = 1 << 20;
+    LogWriter writer(
+        std::move(files), [&](const std::string& r) { said.push_back(r); }, kMost);
+    const std::string line(1000, 'x');
+    while (!writer.failed()) writer.add(0, line);  // would hang here
+    EXPECT_FALSE(writer.done());
+    reader.reset();  // and now the disk is gone
+  }
+  EXPECT_EQ(said, std::vector<std::string>{"the disk is too slow"});
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,404 @@
+// What was recorded runs again, identically; and what was tampered with is found where it is.
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "emulator/candump_log.hpp"
+#include "emulator/cli.hpp"
+#include "emulator/config_directives.hpp"
+#include "emulator/json_table.hpp"
+#include "emulator/profile.hpp"
+#include "emulator/recorder.hpp"
+#include "emulator/replay_directory.hpp"
+#include "emulator/replay_text.hpp"
+#include "tests/support/frames.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr const char* kRobot = R"(
+seed = 7
+[[bus]]
+interface = "vcan0"
+[[bus.drive]]
+ids = "1-3"
+motor = "mf7015"
+[[bus.event]]
+at_s = 0.05
+id = 2
+power = "cycle"
+off_s = 0.02
+[[bus.event]]
+at_s = 0.1
+id = 3
+fault = { kind = "drop", probability = 0.3, for_s = 0.2 }
+[[bus]]
+interface = "vcan1"
+bitrate = 300_000
+[[bus.drive]]
+id = 1
+motor = "mg4005"
+generation = "v235"
+)";
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+ConfigTexts texts() {
+  ConfigTexts all{kRobot, {}};
+  for (const char* motor : {"mf7015", "mg4005"}) {
+    all.motors[motor] =
+        text_of(std::string(LKEMU_SOURCE_DIR) + "/configs/motors/" + motor + ".toml");
+  }
+  return all;
+}
+
+std::vector<BusConfig> robot() {
+  const ConfigTexts all = texts();
+  return parse_config(kRobot, "robot.toml", {}, [&](const std::string& name) {
+    return parse_profile(all.motors.at(name), name, name);
+  });
+}
+
+RecordingInfo info() {
+  RecordingInfo info;
+  info.version = "0.1.0";
+  info.clock = "realtime";
+  info.started_utc = "2026-01-01T00:00:00Z";
+  return info;
+}
+
+/// Buses that are recorded, with what the program does around them.
+class Live {
+ public:
+  Live(const fs::path& directory, const std::vector<BusConfig>& buses)
+      : configs_(buses), recorder_(directory, info(), texts(), buses) {
+    for (const BusConfig& bus : buses) buses_.emplace_back(bus);
+  }
+
+  void host(std::size_t n, SimTime at, const protocol::Frame& frame) {
+    at = frame_instant(at, buses_[n].time());
+    advance(n, at);
+    recorder_.host_frame(n, at, frame);
+    buses_[n].receive({at, frame});
+  }
+  void directive(std::size_t n, const std::string& json) {
+    const toml::table table = to_table(parse_json(json));
+    BusConfig now = configs_[n];
+    for (ServoConfig& servo : now.servos) servo.rom = buses_[n].servo(servo.id).ram();
+    TableReader reader(table, "request", "");
+    for (const auto& one : read_directives(reader, now, Timing::kOptional)) {
+      one.when || one.at > buses_[n].time() ? buses_[n].plan(one) : buses_[n].apply(one.directive);
+    }
+    recorder_.directive(n, buses_[n].time(), json);
+  }
+  /// The disk refuses what was written last.
+  void refuse_rom(std::size_t n, int id) {
+    std::vector<RomWrite> writes;
+    buses_[n].take_rom_writes(writes);
+    const auto servo = std::ranges::find(configs_[n].servos, id, &ServoConfig::id);
+    buses_[n].restore_rom(id, servo->rom, servo->wear);
+    recorder_.restored_rom(n, buses_[n].time(), id, servo->rom, servo->wear);
+  }
+  void advance(std::size_t n, SimTime until) {
+    buses_[n].advance_to(until);
+    std::vector<TimedFrame> replies;
+    buses_[n].take_replies(replies);
+    for (const TimedFrame& reply : replies) recorder_.reply(n, reply);
+    replies_ += replies.size();
+  }
+  void end() {
+    std::vector<SimTime> times;
+    for (const Bus& bus : buses_) times.push_back(bus.time());
+    recorder_.end(times);
+  }
+  SimTime time(std::size_t n) const { return buses_[n].time(); }
+  std::uint64_t replies() const { return replies_; }
+
+ private:
+  std::vector<BusConfig> configs_;
+  std::vector<Bus> buses_;
+  Recorder recorder_;
+  std::uint64_t replies_ = 0;
+};
+
+class Record : public ::testing::Test {
+ protected:
+  Record() {
+    std::string name = ::testing::TempDir() + "lk-emu-record-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    scratch_ = name;
+  }
+  ~Record() override { fs::remove_all(scratch_); }
+
+  /// A wild run on both buses; gives the number of its replies.
+  std::uint64_t make(bool ended = true, std::vector<BusConfig> buses = robot()) {
+    std::mt19937 dice(3);  // NOLINT: the same run every time
+    Live live(directory(), buses);
+    constexpr std::uint8_t kCommands[] = {0x9A, 0x9C, 0x9D, 0x90, 0x92, 0xA1, 0xA2, 0xA4,
+                                          0x32, 0x30, 0x81, 0x88, 0x80, 0x19, 0xEE};
+    for (int n = 0; n < 1500; ++n) {
+      const std::size_t bus = dice() % 3 == 0 ? 1 : 0;
+      protocol::Frame frame;
+      frame.id = 0x141 + static_cast<std::uint32_t>(dice() % (bus == 0 ? 4 : 1));
+      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(dice());
+      frame.data[0] = kCommands[dice() % std::size(kCommands)];
+      const SimTime at = live.time(bus) + SimTime(dice() % 600'000) - microseconds(100);
+      live.host(bus, at, frame);
+      if (n % 7 == 0) live.advance(bus, live.time(bus) + microseconds(dice() % 2000));
+      if (n == 300) live.directive(0, R"({"id": 1, "settings": {"max_speed_dps": 100.5}})");
+      if (n == 400) live.directive(0, R"({"ids": "1-2", "fault": "slow_replies"})");
+      if (n == 500) live.directive(1, R"({"id": 1, "load": {"tau_Nm": 0.3}})");
+      if (n == 600)
+        live.directive(0, R"({"when": {"id": 1, "command": "0x9C", "count": 1},)"
+                          R"( "id": 1, "fault": {"kind": "hang", "for_s": 0.05}})");
+      if (n == 700) live.directive(0, R"({"mark": "half way"})");
+      if (n == 800) live.directive(0, R"({"at_s": 0.3, "id": 2, "supply_V": 11.7, "ramp_s": 0.1})");
+      if (n == 900) live.directive(0, R"({"clear": "all"})");
+      if (n == 1000) live.refuse_rom(0, 1);
+    }
+    for (std::size_t bus = 0; bus < 2; ++bus) live.advance(bus, live.time(bus) + milliseconds(20));
+    if (ended) live.end();
+    return live.replies();
+  }
+
+  fs::path directory() const { return scratch_ / "recording"; }
+  std::vector<std::string> frames() const {
+    std::ifstream file(directory() / kFramesFile);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);) lines.push_back(line);
+    return lines;
+  }
+  void write_frames(const std::vector<std::string>& lines) const {
+    std::ofstream file(directory() / kFramesFile);
+    for (const std::string& line : lines) file << line << '\n';
+  }
+  std::string problem() const {
+    try {
+      const Recording recording = read_recording(directory());
+      Replay replay(recording.buses);
+      replay_recording(directory(), recording, replay);
+    } catch (const StartError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  fs::path scratch_;
+};
+
+/// The replay of what lies in `directory`.
+struct Again {
+  explicit Again(const fs::path& directory)
+      : recording(read_recording(directory)), replay(recording.buses) {
+    end = replay_recording(directory, recording, replay);
+  }
+  Recording recording;
+  Replay replay;
+  ReplayEnd end;
+};
+
+std::string text(const Again& again) {
+  const auto& difference = again.replay.difference();
+  if (!difference) return "identical";
+  const auto bus = std::ranges::find(again.recording.buses, difference->bus, &BusConfig::interface);
+  return difference_text(*difference, *bus);
+}
+
+TEST_F(Record, RunsAgainIdentically) {
+  const std::uint64_t replies = make();
+  ASSERT_GT(replies, 700U);
+  const Again again(directory());
+  EXPECT_EQ(text(again), "identical");
+  EXPECT_EQ(again.replay.host_frames(), 1500U);
+  EXPECT_EQ(again.replay.equal_replies(), replies);
+  EXPECT_TRUE(again.end.complete);
+}
+
+// What the drives start with is part of the recording.
+TEST_F(Record, KeepsTheRomThatTheDrivesStartWith) {
+  std::vector<BusConfig> buses = robot();
+  ServoConfig& servo = buses[0].servos[0];
+  servo.rom.gains = {1, 2, 3, 4, 5, 6};
+  servo.wear[static_cast<std::size_t>(RomParameter::kGains)] = 9;
+  make(true, buses);
+  const Again again(directory());
+  EXPECT_EQ(again.recording.buses[0].servos[0].rom, servo.rom);
+  EXPECT_EQ(again.recording.buses[0].servos[0].wear, servo.wear);
+  EXPECT_EQ(text(again), "identical");
+  fs::remove(directory() / "rom" / "vcan0-1.toml");
+  EXPECT_NE(text(Again(directory())), "identical");
+}
+
+TEST_F(Record, NeedsEveryDirective) {
+  make();
+  const std::string all = text_of(directory() / kInputsFile);
+  std::istringstream lines(all);
+  int left_out = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const bool matters = line.find("supply_V") != std::string::npos ||
+                         line.find("slow_replies") != std::string::npos ||
+                         line.find("hang") != std::string::npos;
+    if (!matters) continue;
+    ++left_out;
+    std::string without = all;
+    without.erase(without.find(line), line.size() + 1);
+    std::ofstream(directory() / kInputsFile) << without;
+    EXPECT_NE(text(Again(directory())), "identical") << line;
+  }
+  EXPECT_EQ(left_out, 3);
+}
+
+// --- tampered with
+// ------------------------------------------------------------------------------------------
+
+/// The place of the reply in the middle of the log.
+std::size_t middle_reply(const std::vector<std::string>& lines) {
+  std::size_t place = lines.size() / 2;
+  while (!lines[place].ends_with('R')) ++place;
+  return place;
+}
+
+TEST_F(Record, AChangedReplyIsNamed) {
+  make();
+  auto lines = frames();
+  std::string& line = lines[middle_reply(lines)];
+  const std::string before = line;
+  char& digit = line[line.size() - 3];  // of the last byte
+  digit = digit == '0' ? '1' : '0';
+  write_frames(lines);
+  const Again again(directory());
+  const auto& difference = again.replay.difference();
+  ASSERT_TRUE(difference);
+  const auto is = std::get<CandumpLine>(parse_candump_line(before));
+  const auto should = std::get<CandumpLine>(parse_candump_line(line));
+  EXPECT_EQ(difference->bus, is.interface);
+  ASSERT_TRUE(difference->recorded && difference->replayed);
+  EXPECT_EQ(difference->recorded->frame, should.frame);
+  EXPECT_EQ(difference->replayed->frame, is.frame);
+  EXPECT_EQ(std::chrono::floor<microseconds>(difference->replayed->at), is.at);
+  EXPECT_EQ(difference->before.size(), Replay::kContext);
+  EXPECT_NE(text(again).find("first difference on " + is.interface), std::string::npos);
+}
+
+TEST_F(Record, AReplyAMicrosecondLateIsNamed) {
+  make();
+  auto lines = frames();
+  std::string& line = lines[middle_reply(lines)];
+  const auto is = std::get<CandumpLine>(parse_candump_line(line));
+  line = candump_line(is.at + microseconds(1), is.interface, is.frame, is.direction);
+  write_frames(lines);
+  const Again again(directory());
+  ASSERT_TRUE(again.replay.difference());
+  EXPECT_EQ(again.replay.difference()->recorded->at, is.at + microseconds(1));
+}
+
+TEST_F(Record, AReplyTooFewOrTooManyIsNamed) {
+  make();
+  const auto lines = frames();
+  const std::size_t place = middle_reply(lines);
+  const auto is = std::get<CandumpLine>(parse_candump_line(lines[place]));
+  auto fewer = lines;
+  fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(place));
+  write_frames(fewer);
+  const Again missing(directory());
+  ASSERT_TRUE(missing.replay.difference() && missing.replay.difference()->replayed);
+  EXPECT_EQ(missing.replay.difference()->replayed->frame, is.frame);
+  auto more = lines;
+  more.insert(more.begin() + static_cast<std::ptrdiff_t>(place), lines[place]);
+  write_frames(more);
+  const Again twice(directory());
+  ASSERT_TRUE(twice.replay.difference() && twice.replay.difference()->recorded);
+  EXPECT_EQ(twice.replay.difference()->recorded->frame, is.frame);
+}
+
+TEST_F(Record, AnotherOrderIsNamed) {
+  make();
+  auto lines = frames();
+  // Two replies of one bus with nothing between them, which say different things.
+  const auto two = std::ranges::adjacent_find(lines, [](const auto& a, const auto& b) {
+    return a.ends_with('R') && b.ends_with('R') && a.substr(20) != b.substr(20) &&
+           a.substr(20, 5) == b.substr(20, 5);
+  });
+  ASSERT_NE(two, lines.end());
+  const auto first = std::get<CandumpLine>(parse_candump_line(*two));
+  std::swap(*two, *(two + 1));
+  write_frames(lines);
+  const Again again(directory());
+  ASSERT_TRUE(again.replay.difference());
+  EXPECT_EQ(again.replay.difference()->replayed->frame, first.frame);
+}
+
+TEST_F(Record, AChangedQueryIsFoundByItsReply) {
+  make();
+  auto lines = frames();
+  auto line = std::ranges::find_if(lines, [](const std::string& one) {
+    return one.find("vcan1 141#9C") != std::string::npos && one.ends_with('T');
+  });
+  ASSERT_NE(line, lines.end());
+  line->replace(line->find("#9C"), 3, "#90");
+  write_frames(lines);
+  EXPECT_TRUE(Again(directory()).replay.difference());
+}
+
+// --- cut short
+// ----------------------------------------------------------------------------------------------
+
+TEST_F(Record, KilledAnywhereItIsGoodUpToItsLastLine) {
+  make(false);
+  const std::string all = text_of(directory() / kFramesFile);
+  for (std::size_t part = 1; part < 40; ++part) {
+    const std::size_t size = all.size() * part / 40 + part;
+    std::ofstream(directory() / kFramesFile) << all.substr(0, size);
+    const Again again(directory());
+    EXPECT_EQ(text(again), "identical") << size;
+    EXPECT_FALSE(again.end.complete);
+    EXPECT_EQ(again.end.cut_line, all[size - 1] != '\n') << size;
+    EXPECT_GT(again.replay.equal_replies(), 0U);
+  }
+}
+
+TEST_F(Record, RefusesWhatItCannotRead) {
+  EXPECT_NE(problem().find("is no recording"), std::string::npos) << problem();
+  make();
+  const fs::path about = directory() / kRecordingFile;
+  const std::string good = text_of(about);
+  std::ofstream(about) << "{";
+  EXPECT_NE(problem().find("recording.json: not as lk-emu writes it"), std::string::npos);
+  std::string other = good;
+  other.replace(other.find("\"format\": 1"), 11, "\"format\": 2");
+  std::ofstream(about) << other;
+  EXPECT_NE(problem().find("format 2 is not known"), std::string::npos) << problem();
+  std::ofstream(about) << good;
+  auto lines = frames();
+  lines[4] = "(0000000000.000100) vcan0 141#9C";
+  write_frames(lines);
+  EXPECT_NE(problem().find("frames.log:5: "), std::string::npos) << problem();
+  lines[4] = "(0000000000.000100) vcan7 141#9C00000000000000 T";
+  write_frames(lines);
+  EXPECT_NE(problem().find("frames.log:5: no bus vcan7"), std::string::npos) << problem();
+  fs::remove(directory() / kInputsFile);
+  EXPECT_NE(problem().find(kInputsFile), std::string::npos) << problem();
+}
+
+TEST_F(Record, WantsADirectoryOfItsOwn) {
+  fs::create_directories(directory());
+  std::ofstream(directory() / "mine") << "precious";
+  EXPECT_THROW(Live(directory(), robot()), StartError);
+  EXPECT_EQ(text_of(directory() / "mine"), "precious");
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,149 @@
+// The scenarios as they are delivered: each passes, and none passes by itself. Without its faults
+// or its events, or with what it expects turned round, it does not.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "emulator/config_scenario.hpp"
+#include "emulator/scenario_run.hpp"
+#include "emulator/scenario_text.hpp"
+#include "tests/support/profile.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kConfigs = fs::path(LKEMU_SOURCE_DIR) / "configs";
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+const ScenarioFiles kFiles{
+    .robot =
+        [](const std::string& name, const Overrides& overrides) {
+          const fs::path file = name.ends_with(".toml") ? kConfigs / "scenarios" / name
+                                                        : kConfigs / "buses" / (name + ".toml");
+          return parse_config(text_of(file), file.string(), overrides, test::profile);
+        },
+    .text = [](const std::string& name) { return text_of(kConfigs / "scenarios" / name); },
+};
+
+Scenario load(const std::string& name) {
+  const fs::path file = kConfigs / "scenarios" / (name + ".toml");
+  return parse_scenario(text_of(file), file.string(), std::nullopt, kFiles);
+}
+
+Verdict run(const Scenario& scenario) {
+  ScenarioRun run(scenario);
+  run.advance_to(scenario.duration);
+  return run.verdict();
+}
+
+std::string told(const Verdict& verdict) {
+  std::string text;
+  for (const auto& result : verdict.expectations) {
+    if (result.status == ExpectationResult::Status::kPassed) continue;
+    text += result.expected + ": " + result.measured + '\n';
+  }
+  for (const std::string& reason : verdict.invalid) text += reason + '\n';
+  return text;
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(kConfigs / "scenarios")) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+class Delivered : public testing::TestWithParam<std::string> {};
+
+TEST_P(Delivered, Passes) {
+  const Verdict verdict = run(load(GetParam()));
+  EXPECT_EQ(verdict.outcome, Outcome::kPassed) << told(verdict);
+}
+
+/// Another seed is another drive of the kind.
+TEST_P(Delivered, PassesWithAnotherSeed) {
+  const fs::path file = kConfigs / "scenarios" / (GetParam() + ".toml");
+  const Verdict verdict = run(parse_scenario(text_of(file), file.string(), 4711, kFiles));
+  EXPECT_EQ(verdict.outcome, Outcome::kPassed) << told(verdict);
+}
+
+TEST_P(Delivered, DoesNotPassWithoutItsEvents) {
+  Scenario scenario = load(GetParam());
+  bool had_any = false;
+  for (BusConfig& bus : scenario.robot) {
+    had_any = had_any || !bus.events.empty();
+    bus.events.clear();
+  }
+  if (!had_any) scenario.sends.clear();  // one in which the host is the trouble
+  EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
+}
+
+TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
+  Scenario scenario = load(GetParam());
+  std::size_t faults = 0;
+  for (BusConfig& bus : scenario.robot) {
+    for (TimedDirective& event : bus.events) {
+      if (!std::holds_alternative<SetFault>(event.directive.what)) continue;
+      event.at = scenario.duration;  // too late for anything to show
+      ++faults;
+    }
+    std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
+  }
+  if (faults == 0) GTEST_SKIP() << "no faults in it";
+  EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
+}
+
+/// What no value can meet is met by none.
+TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
+  const Scenario scenario = load(GetParam());
+  Scenario turned = scenario;
+  for (Expectation& expectation : turned.expectations) {
+    if (auto* within = std::get_if<SignalWithin>(&expectation.what)) {
+      // Beyond one of the two ends: of the range that is expected nothing is left.
+      const bool has_max = !std::isinf(within->range.max);
+      within->range = has_max ? Range{within->range.max + 1e-9, INFINITY}
+                              : Range{-INFINITY, within->range.min - 1e-9};
+      // What is to be reached at some time is now to be missed at all times.
+      if (expectation.when.kind == Period::Kind::kBy) {
+        expectation.when.kind = Period::Kind::kThroughout;
+      }
+    } else if (auto* error = std::get_if<ErrorIs>(&expectation.what)) {
+      error->set = !error->set;
+      if (expectation.when.kind == Period::Kind::kBy) {
+        expectation.when.kind = Period::Kind::kThroughout;
+      }
+    } else if (auto* replies = std::get_if<Replies>(&expectation.what)) {
+      if (replies->min_count > 0) {
+        replies->max_count = replies->min_count - 1;
+        replies->min_count = 0;
+      } else {
+        replies->min_count = replies->max_count + 1;
+        replies->max_count = std::numeric_limits<std::uint64_t>::max();
+      }
+    }
+  }
+  const Verdict verdict = run(turned);
+  for (const ExpectationResult& result : verdict.expectations) {
+    EXPECT_EQ(result.status, ExpectationResult::Status::kFailed) << result.expected;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
+                         [](const auto& name) { return name.param; });
+
+TEST(Scenarios, ThereAreSome) { EXPECT_GE(names().size(), 12U); }
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,196 @@
+// DriveBank::takes_effect: a fault that changes nothing says so (docs/model.md §14).
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+/// A drive with a little of everything, told `setpoint` for a while.
+DriveBank drive_at(const Setpoint& setpoint, const Faults& in_force = {}) {
+  DriveParams d = ideal_drive();
+  d.mechanics.tau_coulomb = 0.01;
+  d.mechanics.tau_static = 0.012;
+  d.mechanics.B = 1e-5;
+  d.supply.i_logic = 0.05;
+  d.supply.R_source = 0.05;
+  d.logic.v_reset = 6.0;
+  d.current_sensor.bits = 12;  // steps of 16 mA: the encoder's half count makes 2 mA in phase a
+  DriveBank bank = one_drive(d);
+  bank.command(0, Off{});
+  bank.advance(3200);
+  bank.set_faults(0, in_force);
+  bank.command(0, setpoint);
+  bank.advance(6400);
+  return bank;
+}
+
+bool of(const DriveBank& bank, const Faults& one) { return bank.takes_effect(0, one); }
+
+TEST(TakesEffect, HealthNever) {
+  for (const Setpoint& setpoint : {Setpoint{Off{}}, Setpoint{Torque{3.0}}, Setpoint{Speed{40.0}}}) {
+    EXPECT_FALSE(of(drive_at(setpoint), {}));
+    EXPECT_FALSE(of(drive_at(setpoint, {.encoder = EncoderFault::kGarbage, .jam = 0.3}), {}));
+  }
+}
+
+TEST(TakesEffect, AStuckEncoderOnceTheShaftHasMoved) {
+  const Faults stuck{.encoder = EncoderFault::kStuck};
+  DriveBank bank = drive_at(Off{}, stuck);
+  EXPECT_FALSE(of(bank, stuck));
+  bank.turn_shaft(0, 2e-6);  // less than a count of 18 bits, 2.4e-5 rad
+  EXPECT_FALSE(of(bank, stuck));
+  bank.turn_shaft(0, 5e-5);
+  EXPECT_TRUE(of(bank, stuck));
+  EXPECT_TRUE(of(bank, {.encoder = EncoderFault::kGarbage}));
+  EXPECT_TRUE(of(bank, {.encoder = EncoderFault::kLostMagnet}));
+}
+
+TEST(TakesEffect, SensorsWhereTheyShowAnotherStep) {
+  const DriveBank off = drive_at(Off{});
+  EXPECT_TRUE(of(off, {.encoder_offset = 1e-3}));
+  EXPECT_FALSE(of(off, {.encoder_latency = 1e-3}));  // nothing moves
+  EXPECT_TRUE(of(off, {.encoder_noise = 1e-4}));
+  EXPECT_FALSE(of(off, {.encoder_noise = 1e-7}));
+  EXPECT_FALSE(of(off, {.current_a = {.gain = 0.5}}));  // no current
+  EXPECT_FALSE(of(off, {.current_a = {.stuck = 0.0}}));
+  EXPECT_TRUE(of(off, {.current_b = {.stuck = 1.0}}));
+  EXPECT_TRUE(of(off, {.current_b = {.offset = 0.1}}));
+  EXPECT_FALSE(of(off, {.current_b = {.offset = 1e-6}}));
+  EXPECT_TRUE(of(off, {.current_noise = 0.1}));
+  EXPECT_TRUE(of(off, {.v_bus_stuck = 12.0}));
+  EXPECT_FALSE(of(off, {.temp_motor_stuck = 25.1}));  // 25.0 in steps of half a kelvin
+  EXPECT_TRUE(of(off, {.temp_driver_stuck = 26.0}));
+  EXPECT_FALSE(of(off, {.temp_driver_offset = 0.1}));
+  EXPECT_TRUE(of(off, {.v_bus_offset = -0.01}));
+
+  const DriveBank running = drive_at(Speed{40.0});
+  EXPECT_TRUE(of(running, {.encoder_latency = 1e-3}));
+  EXPECT_FALSE(of(running, {.encoder_latency = 1e-8}));
+  const DriveBank pushing = drive_at(Torque{10.0}, {.jam = 1.0});
+  EXPECT_TRUE(of(pushing, {.current_b = {.gain = 0.5}}));  // at angle 0 the q axis is b and c
+  EXPECT_FALSE(of(pushing, {.current_a = {.gain = 0.5}}));
+}
+
+TEST(TakesEffect, NoSensorOfADeadController) {
+  DriveBank bank = drive_at(Off{});
+  bank.set_supply_voltage(0, 3.0);
+  bank.advance(3200);
+  ASSERT_FALSE(bank.alive(0));
+  EXPECT_FALSE(of(bank, {.v_bus_stuck = 12.0}));
+  EXPECT_FALSE(of(bank, {.encoder_offset = 1.0}));
+  EXPECT_FALSE(of(bank, {.clock_ratio = 2.0}));
+}
+
+TEST(TakesEffect, TheStageWhereItWouldCarryCurrent) {
+  const Faults dead{.bridge_dead = true};
+  const Faults open_a{.legs = {LegFault::kPhaseOpen}};
+  const Faults open_b{.legs = {LegFault::kNone, LegFault::kPhaseOpen}};
+  const DriveBank off = drive_at(Off{});
+  for (const LegFault fault : {LegFault::kPhaseOpen, LegFault::kHighOpen, LegFault::kLowOpen,
+                               LegFault::kHighShorted, LegFault::kLowShorted}) {
+    EXPECT_FALSE(of(off, {.legs = {fault}}));
+  }
+  EXPECT_FALSE(of(off, dead));
+  // Locked at angle 0, the q axis lies between b and c: a carries nothing, b current into the
+  // motor.
+  const DriveBank pushing = drive_at(Torque{5.0}, {.jam = 1.0});
+  EXPECT_TRUE(of(pushing, dead));
+  EXPECT_FALSE(of(pushing, open_a));
+  EXPECT_TRUE(of(pushing, open_b));
+  EXPECT_TRUE(of(pushing, {.legs = {LegFault::kNone, LegFault::kHighOpen}}));
+  EXPECT_TRUE(of(pushing, {.legs = {LegFault::kNone, LegFault::kNone, LegFault::kLowOpen}}));
+  EXPECT_TRUE(of(pushing, {.legs = {LegFault::kHighShorted}}));
+  // In force, the current is gone; it would come back without.
+  EXPECT_TRUE(of(drive_at(Torque{5.0}, {.bridge_dead = true, .jam = 1.0}), dead));
+  EXPECT_TRUE(of(drive_at(Torque{5.0}, {.legs = open_b.legs, .jam = 1.0}), open_b));
+  // A shaft turned by hand makes a shorted switch a brake.
+  DriveBank turned = drive_at(Off{});
+  turned.kick(0, 933e-7 * 60.0);
+  EXPECT_FALSE(of(turned, open_a));
+  EXPECT_TRUE(of(turned, {.legs = {LegFault::kHighShorted}}));
+}
+
+TEST(TakesEffect, MechanicsWhereShaftsWouldMoveDifferently) {
+  const DriveBank off = drive_at(Off{});
+  const DriveBank running = drive_at(Speed{40.0});
+  const DriveBank held = drive_at(Torque{0.05});  // 5 mNm, below what its own friction holds
+  for (const Faults& fault : {Faults{.jam = 0.2}, Faults{.friction = 2.0}, Faults{.jam = 1.0}}) {
+    EXPECT_FALSE(of(off, fault));
+    EXPECT_FALSE(of(held, fault));
+    EXPECT_TRUE(of(running, fault));
+  }
+  EXPECT_TRUE(of(drive_at(Torque{3.0}, {.jam = 1.0}), {.jam = 1.0}));
+  EXPECT_FALSE(of(drive_at(Torque{0.05}, {.jam = 1.0}), {.jam = 1.0}));
+  EXPECT_FALSE(of(off, {.inertia = 2.0}));
+  DriveBank accelerating = drive_at(Off{});
+  accelerating.command(0, Torque{5.0});
+  accelerating.advance(100);
+  EXPECT_TRUE(of(accelerating, {.inertia = 2.0}));
+  EXPECT_FALSE(of(running, {.backlash = 5.0}));  // a rigid gear has none
+  EXPECT_FALSE(of(off, {.coupling_broken = true}));
+  EXPECT_TRUE(of(off, {.load_torque = 0.01}));
+  EXPECT_FALSE(of(running, {.theta_max = 1e6}));
+  const Faults stop{.theta_max = 0.5};
+  DriveBank stopped = drive_at(Torque{2.0}, stop);
+  ASSERT_EQ(stopped.truth(0).theta_out, 0.5);
+  EXPECT_TRUE(of(stopped, stop));
+  EXPECT_FALSE(of(stopped, {.theta_max = 0.6}));
+  stopped.command(0, Torque{-2.0});
+  stopped.advance(3200);
+  EXPECT_FALSE(of(stopped, stop));
+}
+
+TEST(TakesEffect, ABrokenCouplingOnceItParts) {
+  DriveParams d = ideal_drive();
+  d.load.J = 1e-3;
+  DriveBank bank = one_drive(d);
+  const Faults broken{.coupling_broken = true};
+  bank.set_faults(0, broken);
+  bank.advance(100);
+  EXPECT_FALSE(of(bank, broken));
+  bank.command(0, Speed{5.0});
+  bank.advance(1000);
+  EXPECT_TRUE(of(bank, broken));
+  EXPECT_GT(bank.truth(0).theta_m, bank.truth(0).theta_out);
+}
+
+TEST(TakesEffect, BacklashWhereTheHealthyTeethWouldTouch) {
+  DriveParams d = ideal_drive();
+  d.mechanics.gear_ratio = 6.0;
+  d.mechanics.backlash_out = 0.02;
+  d.mechanics.gear_stiffness_out = 400.0;
+  d.mechanics.gear_damping_out = 0.3;
+  d.mechanics.J_out = 5e-4;
+  DriveBank bank = one_drive(d);
+  const Faults worn{.backlash = 3.0};
+  bank.set_faults(0, {.jam = 1.0, .backlash = 3.0});
+  bank.advance(100);
+  EXPECT_FALSE(of(bank, worn));
+  bank.command(0, Torque{0.3});
+  bank.advance(6400);
+  EXPECT_TRUE(of(bank, worn));
+}
+
+TEST(TakesEffect, PowerWhereTheLinkWouldBeAnother) {
+  const DriveBank off = drive_at(Off{});
+  EXPECT_FALSE(of(off, {.v_source_max = 24.0}));
+  EXPECT_TRUE(of(off, {.v_source_max = 20.0}));
+  EXPECT_TRUE(of(drive_at(Off{}, {.v_source_max = 20.0}), {.v_source_max = 20.0}));
+  EXPECT_TRUE(of(drive_at(Off{}, {.supply_cut = true}), {.supply_cut = true}));
+  EXPECT_FALSE(of(off, {.no_regeneration = true}));
+  DriveBank braking = drive_at(Speed{60.0});
+  braking.set_faults(0, {.no_regeneration = true});
+  EXPECT_FALSE(of(braking, {.no_regeneration = true}));
+  braking.command(0, Speed{0.0});
+  braking.advance(320);
+  EXPECT_GT(braking.truth(0).v_bus, 24.2);
+  EXPECT_TRUE(of(braking, {.no_regeneration = true}));
+}
+
+TEST(TakesEffect, AWrongClockWhereTimeCounts) {
+  EXPECT_FALSE(of(drive_at(Off{}), {.clock_ratio = 1.01}));
+  EXPECT_TRUE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.01}));
+  EXPECT_FALSE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.0}));
+}
+
+}  // namespace
+}  // namespace lk::model::test

@@ -1,0 +1,348 @@
+// A broken power stage: phases open, switches open or shorted (docs/model.md §14).
+#include "model/plant/broken_legs.hpp"
+#include "tests/model/support.hpp"
+
+namespace lk::model::test {
+namespace {
+
+constexpr double kDiode = 0.8;  // V
+constexpr LegParts kParts{kDiode, 10e-3, 0.0064, 0.01};
+
+/// The plant with a broken stage and a shaft that somebody else turns at `omega` rad/s.
+struct TurnedPlant : BarePlant {
+  LaneFaults faults;
+  double omega;
+
+  static DriveParams heavy(DriveParams d) {
+    d.mechanics.J = 100.0;
+    return d;
+  }
+  TurnedPlant(const DriveParams& d, const std::array<LegFault, 3>& legs, double speed)
+      : BarePlant(heavy(d)), omega(speed) {
+    faults.legs = legs;
+  }
+  void turn(const Abc<double>& duty, bool bridge_on) {
+    s.omega = omega;
+    s.omega_change = 0.0;
+    const SinCos<double> theta_e = sincos<double>(p.pole_pairs * s.theta);
+    lk::model::advance<kFaultyParts>(p, s, duty, bridge_on ? 1.0 : 0.0, currents(), theta_e,
+                                     &faults);
+  }
+  /// One period with a voltage [V] on the q axis at the period's middle.
+  void turn_with(double v_q) {
+    const double theta = p.pole_pairs * (s.theta + 0.5 * p.T_s * omega);
+    const Abc<double> x = inverse_clarke(inverse_park(Dq<double>{0.0, v_q}, sincos(theta)));
+    turn({0.5 + x.a / s.v_link, 0.5 + x.b / s.v_link, 0.5 + x.c / s.v_link}, true);
+  }
+  Abc<double> currents() const {
+    return inverse_clarke(inverse_park(Dq<double>{s.i_d, s.i_q}, sincos(p.pole_pairs * s.theta)));
+  }
+};
+
+TEST(BrokenLegs, ThreeWholeOnesAreTheDrivenWindings) {
+  DriveParams d;
+  d.motor.L_q = 1.5 * d.motor.L_d;
+  PlantParams<double> p = plant_params(d);
+  const double omega_e = 800.0;
+  for (const double theta_e : {0.3, 1.35, 4.0}) {  // no phase changes its sign
+    const Dq<double> i0{-3.0, 8.0};
+    const SinCos<double> start = sincos(theta_e);
+    const SinCos<double> middle = sincos(theta_e + 0.5 * omega_e * p.T_s);
+    const Abc<double> duty{0.62, 0.35, 0.50};
+    const Abc<double> i_abc = inverse_clarke(inverse_park(i0, start));
+    const WindingStep<double> exact = driven_windings(p, i0, inverter(p, duty, i_abc, middle), 24.0,
+                                                      d.motor.R_s, d.motor.psi_f, omega_e);
+    Legs legs;
+    const LegParts parts{p.v_diode, p.R_on, p.dead_fraction, p.dead_drop};
+    legs[0] = broken_leg(parts, LegFault::kNone, true, duty.a);
+    legs[1] = broken_leg(parts, LegFault::kNone, true, duty.b);
+    legs[2] = broken_leg(parts, LegFault::kNone, true, duty.c);
+    const LegBridgeStep solved = leg_bridge({i0, theta_e, omega_e, 24.0, 0.1, d.motor.R_s,
+                                             d.motor.L_d, d.motor.L_q, d.motor.psi_f, p.T_s},
+                                            legs);
+    // The driven windings hold the voltage in the rotor's frame for the period, the legs in the
+    // stator's: the frame turns by ±ω·T/2 = 0.0125 rad, which changes the voltage by its square/24
+    // in the mean, and the currents, of which 5 A change in the period, by as much.
+    EXPECT_NEAR(solved.step.i_next.d, exact.i_next.d, 5e-4);
+    EXPECT_NEAR(solved.step.i_next.q, exact.i_next.q, 5e-4);
+    EXPECT_NEAR(solved.step.i_mean.q, exact.i_mean.q, 5e-3);
+    EXPECT_NEAR(solved.step.i_link, exact.i_link, 5e-3);
+    EXPECT_NEAR(solved.step.p_inverter, exact.p_inverter, 5e-3 * exact.p_inverter);
+    EXPECT_NEAR(solved.p_cut, 0.0, 1e-4);  // rounding of some 10 µJ, 32000 times a second
+  }
+}
+
+/// τ(θ_e) over an electrical turn as Fourier amplitudes 0, 1, 2, 3.
+std::array<double, 4> torque_harmonics(TurnedPlant& plant, double v_q) {
+  const int periods = plant.periods(2.0 * kPiT / (plant.p.pole_pairs * plant.omega));
+  for (int n = 0; n < 3 * periods; ++n) {
+    plant.turn_with(v_q);
+  }
+  std::array<double, 4> re{}, im{}, amplitude{};
+  for (int n = 0; n < periods; ++n) {
+    const double theta_e = plant.p.pole_pairs * plant.s.theta;
+    plant.turn_with(v_q);
+    for (std::size_t k = 0; k < 4; ++k) {
+      re[k] += plant.s.tau_e * std::cos(static_cast<double>(k) * theta_e);
+      im[k] += plant.s.tau_e * std::sin(static_cast<double>(k) * theta_e);
+    }
+  }
+  for (std::size_t k = 0; k < 4; ++k) {
+    amplitude[k] = std::hypot(re[k], im[k]) / periods * (k == 0 ? 1.0 : 2.0);
+  }
+  return amplitude;
+}
+
+TEST(BrokenLegs, WithAnOpenPhaseTorqueIsHalfAndPulsesTwiceATurn) {
+  const DriveParams d = ideal_drive();
+  const double omega = 2.0 * kPiT * 16.0 / d.motor.pole_pairs;  // 16 Hz: 2000 periods
+  const double emf = d.motor.pole_pairs * omega * d.motor.psi_f;
+  const double v_q = emf + 1.0;
+  const double whole = k_t(d.motor) * 1.0 / d.motor.R_s;
+  for (std::size_t open = 0; open < 3; ++open) {
+    std::array<LegFault, 3> legs{};
+    legs[open] = LegFault::kPhaseOpen;
+    TurnedPlant plant(d, legs, omega);
+    const auto harmonics = torque_harmonics(plant, v_q);
+    // Two phases in series: √3·(v − e)·sin x/(2·R) against √3·e·sin x: 3/4 where three make 3/2,
+    // and sin² is ½ − ½·cos 2x. L lets the current lag by ω_e·L/R = 0.086.
+    EXPECT_NEAR(harmonics[0], 0.5 * whole, 0.01 * whole) << open;
+    EXPECT_NEAR(harmonics[2], 0.5 * whole, 0.01 * whole) << open;
+    EXPECT_LT(harmonics[1], 0.005 * whole) << open;
+    EXPECT_LT(harmonics[3], 0.005 * whole) << open;
+    const Abc<double> i = plant.currents();
+    EXPECT_NEAR((std::array{i.a, i.b, i.c}[open]), 0.0, 1e-9);
+  }
+}
+
+TEST(BrokenLegs, AnOpenPhaseCarriesNothingWhateverTheDriveDoes) {
+  DriveParams d;
+  d.current_sensor.noise = 0.0;
+  DriveBank bank = one_drive(d);
+  bank.command(0, Speed{40.0});
+  bank.advance(ticks_in(d, 0.1));
+  bank.set_faults(0, {.legs = {LegFault::kPhaseOpen}});
+  bank.advance(2);  // a sample is a period old
+  double largest = 0.0;
+  for (int n = 0; n < 6400; ++n) {
+    if (n == 3200) {
+      bank.command(0, Speed{-20.0});
+    }
+    bank.advance(1);
+    const Truth t = bank.truth(0);
+    const SinCos<double> theta_e = sincos(d.motor.pole_pairs * t.theta_m);
+    const Abc<double> i = inverse_clarke(inverse_park(Dq<double>{t.i_d, t.i_q}, theta_e));
+    // The solver's frame turns evenly, the rotor not quite: 1e-4 rad of up to 50 A.
+    ASSERT_NEAR(i.a, 0.0, 5e-3);
+    ASSERT_EQ(bank.telemetry(0).i_a, 0.0);
+    largest = std::max(largest, std::abs(i.b));
+  }
+  EXPECT_GT(largest, 1.0);
+}
+
+TEST(BrokenLegs, AnUpperSwitchThatNeverClosesLetsNoCurrentIn) {
+  // At rest with legs b and c alike: the current of a is 2/3·(v_a − v_b)/R.
+  const DriveParams d = ideal_drive();
+  const double diode_and_back = 1e-6;
+  for (const LegFault fault : {LegFault::kHighOpen, LegFault::kLowOpen}) {
+    TurnedPlant in(d, {fault, LegFault::kNone, LegFault::kNone}, 0.0);
+    TurnedPlant out(d, {fault, LegFault::kNone, LegFault::kNone}, 0.0);
+    const double step = 0.05;
+    for (int n = 0; n < 3200; ++n) {
+      in.turn({0.5 + step, 0.5, 0.5}, true);
+      out.turn({0.5 - step, 0.5, 0.5}, true);
+    }
+    const double whole = 2.0 / 3.0 * 24.0 * step / d.motor.R_s;
+    if (fault == LegFault::kHighOpen) {
+      EXPECT_NEAR(in.currents().a, 0.0, diode_and_back);
+      // Out of the motor: the upper diode where the switch should be, so a is higher by duty·v_d.
+      EXPECT_NEAR(out.currents().a, -whole + 2.0 / 3.0 * (0.5 - step) * kDiode / d.motor.R_s,
+                  0.01 * whole);
+    } else {
+      EXPECT_NEAR(out.currents().a, 0.0, diode_and_back);
+      EXPECT_NEAR(in.currents().a, whole - 2.0 / 3.0 * (0.5 - step) * kDiode / d.motor.R_s,
+                  0.01 * whole);
+    }
+  }
+}
+
+TEST(BrokenLegs, WithTheBridgeOffOpenSwitchesAreNoFault) {
+  const DriveParams d = ideal_drive();
+  TurnedPlant whole(d, {LegFault::kHighOpen, LegFault::kLowOpen, LegFault::kHighOpen}, 400.0);
+  BarePlant healthy(TurnedPlant::heavy(d));
+  double braking = 0.0;
+  double difference = 0.0;
+  for (int n = 0; n < 500; ++n) {
+    healthy.s.omega = 400.0;
+    healthy.s.omega_change = 0.0;
+    healthy.free_step();
+    whole.turn({0.5, 0.5, 0.5}, false);
+    braking += healthy.s.tau_e;
+    difference += whole.s.tau_e - healthy.s.tau_e;
+  }
+  EXPECT_LT(braking / 500, -0.1);
+  // A phase starts and ends to conduct within a sixteenth of a period, of some 20 between two such
+  // instants.
+  EXPECT_NEAR(difference, 0.0, 0.003 * -braking);
+}
+
+TEST(BrokenLegs, AShortedSwitchBrakesATurnedShaftOnceItsVoltageExceedsOneDiode) {
+  // With the bridge off: the loop through the shorted switch and another leg's diode on the same
+  // rail. A sound stage would let the shaft turn freely until the voltage exceeds link and diodes.
+  const DriveParams d = ideal_drive();
+  const double one_diode = kDiode / (std::sqrt(3.0) * d.motor.psi_f * d.motor.pole_pairs);
+  for (const LegFault fault : {LegFault::kHighShorted, LegFault::kLowShorted}) {
+    for (const double part : {0.98, 3.0, -3.0}) {
+      DriveBank bank = one_drive(d);
+      bank.command(0, Off{});
+      bank.advance(8);
+      bank.set_faults(0, {.legs = {LegFault::kNone, fault}});
+      const double omega = part * one_diode;
+      bank.kick(0, omega * d.mechanics.J);
+      const EnergyLedger start = bank.energy(0);
+      bank.advance(ticks_in(d, 1.0));
+      const EnergyLedger e = bank.energy(0);
+      if (part == 0.98) {
+        EXPECT_NEAR(bank.truth(0).omega_m, omega, 1e-9);
+        EXPECT_EQ(e.copper, 0.0);
+      } else {
+        EXPECT_LT(std::abs(bank.truth(0).omega_m), 1.1 * one_diode);
+        EXPECT_GT(std::abs(bank.truth(0).omega_m), 0.9 * one_diode);
+        // Its energy heats winding and diode, and goes nowhere else.
+        const double lost = start.stored - e.stored;
+        EXPECT_NEAR(e.copper - start.copper + e.inverter - start.inverter, lost, 0.01 * lost);
+        EXPECT_NEAR(e.supply, start.supply, 1e-6);
+      }
+    }
+  }
+}
+
+TEST(BrokenLegs, OneShortToEitherRailFeedsTwoPhasesInSeries) {
+  DriveParams d = ideal_drive();
+  d.inverter.R_on = 10e-3;
+  TurnedPlant plant(d, {LegFault::kHighShorted, LegFault::kLowShorted, LegFault::kNone}, 0.0);
+  for (int n = 0; n < 3200; ++n) {
+    plant.turn({0.5, 0.5, 0.5}, false);
+  }
+  const double expected = plant.s.v_link / (2.0 * (d.motor.R_s + d.inverter.R_on));
+  EXPECT_NEAR(plant.currents().a, expected, 1e-3 * expected);
+  EXPECT_NEAR(plant.currents().b, -expected, 1e-3 * expected);
+  EXPECT_NEAR(plant.currents().c, 0.0, 1e-6);
+  EXPECT_NEAR(plant.s.i_link, expected, 1e-3 * expected);
+  EXPECT_NEAR(plant.s.v_link, 24.0 - d.supply.R_source * expected, 0.01);
+}
+
+TEST(BrokenLegs, ShootThroughIsTheCapacitorThroughBothSwitches) {
+  DriveParams d = ideal_drive();
+  d.inverter.R_on = 50e-3;
+  d.supply.C_link = 2e-3;
+  d.supply.v_source = 0.0;  // cut off: what the link has is all there is
+  d.supply.i_regen_max = 0.0;
+  TurnedPlant plant(d, {LegFault::kNone, LegFault::kNone, LegFault::kHighShorted}, 0.0);
+  plant.s.v_link = 24.0;
+  // The shorted leg is half high, half in shoot-through: duty ¼·… no winding current when all legs
+  // are at the same mean voltage: share 1 − ½·(1 − ½) = ¾.
+  const int periods = 32;
+  for (int n = 0; n < periods; ++n) {
+    plant.turn({0.75, 0.75, 0.5}, true);
+    ASSERT_NEAR(plant.currents().c, 0.0, 0.2);
+  }
+  const double time = periods * plant.p.T_s;
+  EXPECT_NEAR(plant.s.v_link, 24.0 * std::exp(-0.5 * time / (0.1 * 2e-3)), 0.02 * 24.0);
+  // All that left the link has become heat of the switches.
+  const double lost = 0.5 * 2e-3 * (24.0 * 24.0 - plant.s.v_link * plant.s.v_link);
+  EXPECT_NEAR(plant.inverter() + plant.copper(), lost, 0.01 * lost);
+}
+
+TEST(BrokenLegs, AShortedSwitchUnderPowerResetsTheDriveAndHeatsTheStage) {
+  DriveParams d;
+  d.logic.v_reset = 6.0;
+  d.supply.R_source = 0.5;  // a long cable: 48 A at most
+  DriveBank bank = one_drive(d);
+  bank.advance(100);
+  bank.set_faults(0, {.legs = {LegFault::kHighShorted}});
+  double lowest = 24.0;
+  for (int n = 0; n < 40; ++n) {
+    bank.advance(1);
+    lowest = std::min(lowest, bank.truth(0).v_bus);
+  }
+  EXPECT_LT(lowest, 6.0);
+  EXPECT_FALSE(bank.alive(0));
+  // Switches open, the link comes back, the controller boots and closes them again.
+  int deaths = 0;
+  bool alive = false;
+  for (int n = 0; n < 4000; ++n) {
+    bank.advance(4);
+    deaths += alive && !bank.alive(0) ? 1 : 0;
+    alive = bank.alive(0);
+    ASSERT_GE(bank.truth(0).v_bus, 0.0);
+  }
+  EXPECT_GE(deaths, 2);
+  EXPECT_GT(bank.truth(0).temp_stage, 25.1);
+  bank.set_faults(0, {});
+  bank.advance(ticks_in(d, 0.2));
+  EXPECT_TRUE(bank.alive(0));
+}
+
+TEST(DeadBridge, DrivesNothingAndItsFirmwareDoesNotKnow) {
+  const DriveParams d = ideal_drive();
+  DriveBank bank = one_drive(d);
+  bank.command(0, Speed{40.0});
+  bank.advance(ticks_in(d, 0.2));
+  bank.set_faults(0, {.bridge_dead = true});
+  bank.advance(ticks_in(d, 0.01));  // the diodes have taken the current down
+  bank.command(0, Torque{10.0});
+  const double omega = bank.truth(0).omega_m;
+  for (int n = 0; n < 100; ++n) {
+    bank.advance(32);
+    ASSERT_EQ(bank.truth(0).i_q, 0.0);
+    ASSERT_TRUE(bank.telemetry(0).bridge_on);
+  }
+  EXPECT_EQ(bank.truth(0).omega_m, omega);
+  EXPECT_GT(bank.telemetry(0).power, 0.9);  // it asks for all it can
+  bank.set_faults(0, {});
+  bank.advance(ticks_in(d, 0.01));
+  EXPECT_NEAR(bank.truth(0).i_q, 10.0, 0.5);
+}
+
+class LegFaults : public testing::TestWithParam<LegFault> {};
+
+TEST_P(LegFaults, TheLedgerCloses) {
+  DriveParams d;
+  d.mechanics.tau_coulomb = 0.012;
+  d.mechanics.tau_static = 0.014;
+  d.mechanics.B = 2e-5;
+  d.supply.i_logic = 0.05;
+  d.load.J = 2e-4;
+  for (const std::array<LegFault, 3>& legs :
+       {std::array{GetParam(), LegFault::kNone, LegFault::kNone},
+        std::array{LegFault::kNone, GetParam(), LegFault::kPhaseOpen}}) {
+    DriveBank bank = one_drive(d);
+    bank.command(0, Speed{60.0});
+    bank.advance(ticks_in(d, 0.2));
+    const EnergyLedger start = bank.energy(0);
+    bank.set_faults(0, {.legs = legs});
+    for (const Setpoint& setpoint :
+         {Setpoint{Speed{60.0}}, Setpoint{Torque{-6.0}}, Setpoint{Position{0.0}}, Setpoint{Off{}},
+          Setpoint{Torque{6.0}}}) {
+      bank.command(0, setpoint);
+      bank.advance(ticks_in(d, 0.2));
+    }
+    const EnergyLedger e = bank.energy(0);
+    const auto spent = [](const EnergyLedger& x) {
+      return x.copper + x.inverter + x.friction + x.gear + x.load + x.stored;
+    };
+    const double supplied = e.supply - start.supply;
+    EXPECT_GT(supplied, 0.05);
+    // 0.1 % of what was supplied, as everywhere (energy_test).
+    EXPECT_NEAR(supplied, spent(e) - spent(start), 1e-3 * supplied);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(BrokenLegs, LegFaults,
+                         testing::Values(LegFault::kPhaseOpen, LegFault::kHighOpen,
+                                         LegFault::kLowOpen, LegFault::kHighShorted,
+                                         LegFault::kLowShorted));
+
+}  // namespace
+}  // namespace lk::model::test

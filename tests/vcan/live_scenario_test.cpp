@@ -1,0 +1,88 @@
+// A scenario on a running bus, beside a real host.
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+std::string put(const std::string& text) {
+  const std::string file = testing::TempDir() + "lk-emu-live-scenario.toml";
+  std::ofstream(file) << text;
+  return file;
+}
+
+std::vector<std::string> arguments(const std::string& scenario) {
+  return {"--rom", ":memory:", "--control", "none",       "--bus",
+          "vcan0", "--ids",    "1-2",       "--scenario", scenario};
+}
+
+TEST(LiveScenario, JudgesWhatARealHostSaysAndHears) {
+  // The host's second command makes the drive hang, that one included.
+  const std::string file = put(R"(
+robot = "somewhere_else"
+duration_s = 3
+[[event]]
+when = { id = 1, command = 0x92 }
+id = 1
+fault = "hang"
+[[send]]
+at_s = 0
+id = 2
+command = "off"
+[[expect]]
+id = 1
+reply = { command = 0x9A, count = 1 }
+[[expect]]
+id = 1
+no_reply = { command = 0x92 }
+[[expect]]
+id = 2
+state = "off"
+)");
+  const std::string junit = testing::TempDir() + "lk-emu-live-scenario.xml";
+  Host host("vcan0");
+  auto with_junit = arguments(file);
+  with_junit.insert(with_junit.end(), {"--junit", junit});
+  EmulatorProcess emulator(with_junit);
+  ASSERT_TRUE(emulator.wait_ready());
+  const auto injected = host.receive();  // the reply to the scenario's own frame
+  ASSERT_TRUE(injected.has_value());
+  EXPECT_EQ(injected->can_id, 0x142U);
+  EXPECT_EQ(injected->data[0], 0x80);
+  EXPECT_TRUE(host.query(1, {0x9A}).has_value());
+  host.send(0x141, {0x92});
+  const auto result = emulator.wait();  // it ends with the scenario
+  EXPECT_EQ(result.status, 0) << result.out << result.err;
+  EXPECT_NE(result.out.find("lk-emu-live-scenario: passed"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("hang of drive 1"), std::string::npos) << result.out;
+  std::ostringstream xml;
+  xml << std::ifstream(junit).rdbuf();
+  EXPECT_NE(xml.str().find("tests=\"4\" failures=\"0\" errors=\"0\""), std::string::npos)
+      << xml.str();
+}
+
+TEST(LiveScenario, FailsWithStatus1) {
+  const std::string file =
+      put("duration_s = 0.2\n[[expect]]\nid = 1\nreply = { command = 0x9A }\n");
+  EXPECT_EQ(EmulatorProcess(arguments(file)).wait().status, 1);
+}
+
+TEST(LiveScenario, IsInvalidWhenItIsCutShort) {
+  const std::string file = put("duration_s = 600\n[[expect]]\nid = 1\nstate = \"running\"\n");
+  EmulatorProcess emulator(arguments(file));
+  ASSERT_TRUE(emulator.wait_ready());
+  const auto result = emulator.stop(SIGINT);
+  EXPECT_EQ(result.status, 3) << result.out;
+  EXPECT_NE(result.out.find("1 expectations were still open at the end"), std::string::npos)
+      << result.out;
+}
+
+}  // namespace
+}  // namespace lk::vcan

@@ -1,0 +1,188 @@
+// What a run recorded, on a real bus at full speed, runs again identically; after a kill too.
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRobot = R"(
+seed = 5
+[[bus]]
+interface = "vcan0"
+[[bus.drive]]
+ids = "1-3"
+motor = "mf7015"
+[[bus.event]]
+at_s = 0.2
+id = 2
+power = "cycle"
+off_s = 0.05
+[[bus.event]]
+at_s = 0.3
+id = 1
+fault = { kind = "drop", probability = 0.2, for_s = 0.1 }
+[[bus]]
+interface = "vcan1"
+bitrate = 0
+[[bus.drive]]
+id = 1
+motor = "mg4005"
+)";
+
+/// Sends `windows` windows of frames as fast as it can, and waits behind each until the drive
+/// `last` has answered all that came before.
+void talk(const std::string& interface, int windows, int last) {
+  Host host(interface);
+  constexpr Payload kFrames[] = {
+      {0x9A},       {0x9C}, {0xA2, 0, 0, 0, 0x10, 0x27, 0, 0},
+      {0x90},       {0x92}, {0xA1, 0, 0, 0, 0x20, 0, 0, 0},
+      {0x32, 0, 9}, {0x30}, {0xEE},
+      {0x9D},       {0x81}, {0x88},
+  };
+  const canid_t asked = 0x140 + static_cast<canid_t>(last);
+  for (int window = 0; window < windows; ++window) {
+    for (std::size_t n = 0; n < std::size(kFrames); ++n) {
+      Payload frame = kFrames[n];
+      if (frame[0] == 0x32) frame[3] = static_cast<std::uint8_t>(window);
+      if (frame[0] == 0x32 && window % 10 != 0) frame[0] = 0x31;
+      host.send(0x141 + static_cast<canid_t>(n + static_cast<std::size_t>(window)) % 3, frame);
+    }
+    // A drive that is busy with its flash hears nothing: it is asked again.
+    bool answered = false;
+    for (int attempt = 0; attempt < 200 && !answered; ++attempt) {
+      host.send(asked, {0x9C});
+      while (const auto reply = answered ? std::nullopt : host.receive(100)) {
+        // The other host's query has no temperature.
+        answered = reply->can_id == asked && reply->data[0] == 0x9C && reply->data[1] != 0;
+      }
+    }
+    ASSERT_TRUE(answered) << interface << ", window " << window;
+  }
+}
+
+class Record : public testing::Test {
+ protected:
+  Record() {
+    std::string name = testing::TempDir() + "lk-emu-record-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    scratch_ = name;
+    std::ofstream(scratch_ + "/robot.toml") << kRobot;
+  }
+  ~Record() override { fs::remove_all(scratch_); }
+
+  std::vector<std::string> arguments() const {
+    return {"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom", "--record",
+            directory()};
+  }
+  std::string directory() const { return scratch_ + "/recording"; }
+  EmulatorProcess::Exit replay(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all = {"replay", directory()};
+    all.insert(all.end(), more.begin(), more.end());
+    return EmulatorProcess(all).wait();
+  }
+
+  std::string scratch_;
+};
+
+/// Two hosts on one bus and one on the other, all at once: some 4000 frames.
+void talk_on_both() {
+  std::thread one([] { talk("vcan0", 120, 3); });
+  std::thread two([] { talk("vcan0", 120, 3); });
+  talk("vcan1", 60, 1);
+  one.join();
+  two.join();
+}
+
+TEST_F(Record, RunsAgainIdentically) {
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    talk_on_both();
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0) << result.err;
+  }
+  const auto again = replay({"--candump", scratch_ + "/again.log", "--csv", scratch_ + "/a.csv"});
+  EXPECT_EQ(again.status, 0) << again.out << again.err;
+  EXPECT_NE(again.out.find("replies, identical\n"), std::string::npos) << again.out;
+  EXPECT_GT(std::stoi(again.out), 3500) << again.out;
+  EXPECT_GT(fs::file_size(scratch_ + "/a.csv"), 1000U);
+  EXPECT_EQ(fs::file_size(scratch_ + "/again.log"), fs::file_size(directory() + "/frames.log"));
+  // Nothing but the directory is needed, and the drives start from the ROM of then.
+  fs::remove(scratch_ + "/robot.toml");
+  fs::remove_all(scratch_ + "/rom");
+  EXPECT_EQ(replay().status, 0);
+}
+
+/// The second run starts from the ROM that the first one wrote.
+TEST_F(Record, RunsAgainFromTheRomOfThen) {
+  {
+    EmulatorProcess emulator({"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom"});
+    ASSERT_TRUE(emulator.wait_ready());
+    talk("vcan0", 3, 3);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    talk("vcan0", 3, 3);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  ASSERT_TRUE(fs::exists(directory() + "/rom/vcan0-1.toml"));
+  const auto again = replay();
+  EXPECT_EQ(again.status, 0) << again.out << again.err;
+}
+
+TEST_F(Record, KilledItIsGoodUpToItsLastLine) {
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    talk_on_both();
+    emulator.signal(SIGKILL);
+    emulator.wait();
+  }
+  const auto again = replay();
+  EXPECT_EQ(again.status, 0) << again.out << again.err;
+  EXPECT_NE(again.out.find("identical up to "), std::string::npos) << again.out;
+  EXPECT_GT(std::stoi(again.out), 3000) << again.out;
+}
+
+TEST_F(Record, AFullDiskEndsItAndNothingElse) {
+  fs::create_directory(directory());
+  ASSERT_TRUE(run("mount -t tmpfs -o size=128k tmpfs " + directory()));
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    talk_on_both();
+    EXPECT_TRUE(emulator.wait_for_log("recording in " + directory() +
+                                      " has ended: No space left on device"));
+    talk("vcan0", 3, 3);
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.status, 0) << result.out << result.err;
+  }
+  const auto again = replay();
+  EXPECT_EQ(again.status, 0) << again.out << again.err;
+  EXPECT_NE(again.out.find("identical up to "), std::string::npos) << again.out;
+  EXPECT_TRUE(run("umount " + directory()));
+}
+
+TEST_F(Record, WantsADirectoryOfItsOwn) {
+  fs::create_directory(directory());
+  std::ofstream(directory() + "/mine") << "precious";
+  const auto result = EmulatorProcess(arguments()).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err,
+            "lk-emu: " + directory() + " is not empty; a recording needs a directory of its own\n");
+}
+
+}  // namespace
+}  // namespace lk::vcan

@@ -1,0 +1,231 @@
+// lk-emu run, through the real program: exit statuses, what it writes, what it refuses. None of
+// this needs a bus.
+
+#include <gtest/gtest.h>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/vcan/emulator_process.hpp"
+
+namespace lk::vcan {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A directory with a robot in it, for this test alone.
+class Run : public testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = fs::path(testing::TempDir()) /
+                 ("lk-emu-run-" +
+                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(directory_);
+    fs::create_directories(directory_);
+    put("robot.toml",
+        "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-2\"\nmotor = \"mf7015\"\n"
+        "generation = \"v235\"\n");
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+  std::string put(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name)) << text;
+    return path(name);
+  }
+  std::string scenario(const std::string& name, const std::string& rest) const {
+    return put(name, "robot = \"robot.toml\"\nduration_s = 1\n" + rest);
+  }
+  static std::string text_of(const std::string& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  }
+  static EmulatorProcess::Exit run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "run");
+    return EmulatorProcess(arguments).wait();
+  }
+
+  // Each sends a query every 10 ms.
+  std::string passing() const { return scenario("passing.toml", kAsks + std::string(kAlive)); }
+  std::string failing() const {
+    return scenario("failing.toml", kAsks + std::string("[[expect]]\nid = 1\nstate = \"off\"\n"));
+  }
+  std::string invalid() const {
+    // The drive that hangs is not asked anything.
+    return scenario("invalid.toml", kAsks + std::string(kAlive) +
+                                        "[[event]]\nat_s = 0.5\nid = 2\nfault = \"hang\"\n");
+  }
+
+  static constexpr const char* kAsks =
+      "[[send]]\nat_s = 0\nid = 1\ncommand = \"state_2\"\nevery_s = 0.01\n";
+  static constexpr const char* kAlive = "[[expect]]\nid = 1\nsignal = \"alive\"\nmin = 1\n";
+
+ private:
+  fs::path directory_;
+};
+
+TEST_F(Run, StatusSaysWhatCameOfIt) {
+  EXPECT_EQ(run({passing()}).status, 0);
+  EXPECT_EQ(run({failing()}).status, 1);
+  EXPECT_EQ(run({invalid()}).status, 3);
+  EXPECT_EQ(run({path("nowhere.toml")}).status, 2);
+}
+
+TEST_F(Run, TheWorstOfSeveralCounts) {
+  EXPECT_EQ(run({passing(), invalid()}).status, 3);
+  EXPECT_EQ(run({invalid(), failing(), passing()}).status, 1);
+  const auto unusable = run({failing(), path("nowhere.toml")});
+  EXPECT_EQ(unusable.status, 2);
+  EXPECT_EQ(unusable.out, "") << "nothing is run when one file is of no use";
+}
+
+TEST_F(Run, TellsWhatWasExpectedAndMeasured) {
+  const auto failed = run({failing()});
+  EXPECT_EQ(failed.err, "");
+  EXPECT_NE(failed.out.find("failing: failed"), std::string::npos) << failed.out;
+  EXPECT_NE(failed.out.find("FAIL  vcan0 drive 1: off at 1 s - running at 1 s"), std::string::npos)
+      << failed.out;
+  EXPECT_EQ(failed.out.find('\x1b'), std::string::npos) << "no colours but on a terminal";
+  const auto idle = run({invalid()});
+  EXPECT_NE(idle.out.find("vcan0 hang of drive 2 began at 0.5 s and changed nothing"),
+            std::string::npos)
+      << idle.out;
+  EXPECT_EQ(run({passing(), "--quiet"}).out, "");
+  EXPECT_NE(run({failing(), "--quiet"}).out, "");
+}
+
+TEST_F(Run, SaysFileLineAndKeyOfAMistake) {
+  const std::string file = scenario("bad.toml", "[[expect]]\nid = 7\nstate = \"off\"\n");
+  EXPECT_EQ(run({file}).err, "lk-emu: " + file + ":4: expect.id: no drive 7 on this bus\n");
+  const std::string robot = put("no_robot.toml", "robot = \"gimball\"\nduration_s = 1\n");
+  EXPECT_EQ(run({robot}).err.rfind("lk-emu: " + robot +
+                                       ":1: robot: no robot \"gimball\", did you mean gimbal? "
+                                       "(there are: bench, ",
+                                   0),
+            0U);
+}
+
+TEST_F(Run, RefusesWhatItCannotDoBeforeItRuns) {
+  struct {
+    std::vector<std::string> arguments;
+    std::string message;
+  } const cases[] = {
+      {{passing(), "--junit", "/nowhere/x.xml"},
+       "lk-emu: --junit: cannot write /nowhere/x.xml: No such file or directory\n"},
+      {{passing(), "--csv", "/nowhere/x.csv"},
+       "lk-emu: --csv: cannot write /nowhere/x.csv: No such file or directory\n"},
+      {{passing(), "--candump", path("")},
+       "lk-emu: --candump: cannot write " + path("") + ": Is a directory\n"},
+      {{passing(), failing(), "--csv", "x"}, "lk-emu: --csv: takes one scenario at a time\n"},
+      {{passing(), "--rate", "10"}, "lk-emu: --rate: belongs to --csv\n"},
+      {{passing(), "--csv", path("x"), "--rate", "0"},
+       "lk-emu: --rate: must be 0.001 to 1000000 Hz\n"},
+      {{passing(), "--csv", path("x"), "--signals", "sped_dps"},
+       "lk-emu: --signals: no signal \"sped_dps\", did you mean speed_dps?\n"},
+      {{passing(), "--csv", path("x"), "--ids", "7"},
+       "lk-emu: --ids: the robot has none of these drives\n"},
+      {{passing(), "--seed=-1"}, "lk-emu: --seed: must not be negative\n"},
+  };
+  for (const auto& one : cases) {
+    const auto result = run(one.arguments);
+    EXPECT_EQ(result.status, 2) << one.message;
+    EXPECT_EQ(result.err, one.message);
+    EXPECT_EQ(result.out, "") << one.message;
+  }
+  EXPECT_FALSE(fs::exists(path("x"))) << "nothing is left behind";
+}
+
+TEST_F(Run, TwoRunsWriteTheSameBytes) {
+  for (const std::string n : {"1", "2"}) {
+    EXPECT_EQ(run({passing(), "--csv", path(n + ".csv"), "--candump", path(n + ".log")}).status, 0);
+  }
+  EXPECT_FALSE(text_of(path("1.csv")).empty());
+  EXPECT_EQ(text_of(path("1.csv")), text_of(path("2.csv")));
+  EXPECT_FALSE(text_of(path("1.log")).empty());
+  EXPECT_EQ(text_of(path("1.log")), text_of(path("2.log")));
+  EXPECT_EQ(run({passing(), "--seed", "5", "--csv", path("5.csv")}).status, 0);
+  EXPECT_NE(text_of(path("1.csv")), text_of(path("5.csv")));
+}
+
+TEST_F(Run, CsvHasOneRowAStepAndTheTimesAreExact) {
+  ASSERT_EQ(run({passing(), "--csv", path("x.csv"), "--rate", "3", "--ids", "2", "--signals",
+                 "alive,bridge_on"})
+                .status,
+            0);
+  EXPECT_EQ(
+      text_of(path("x.csv")),
+      "time_s,2.alive,2.bridge_on\n0,1,1\n0.333333333,1,1\n0.666666666,1,1\n0.999999999,1,1\n");
+}
+
+TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
+  ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
+  std::istringstream log(text_of(path("x.log")));
+  std::string line;
+  double last = -1;
+  int queries = 0;
+  int replies = 0;
+  while (std::getline(log, line)) {
+    const double at = std::stod(line.substr(1));
+    EXPECT_GE(at, last);
+    last = at;
+    const bool sent = line.ends_with(" T");
+    EXPECT_NE(sent, line.ends_with(" R")) << line;
+    EXPECT_NE(line.find(sent ? " vcan0 141#9C00000000000000" : " vcan0 141#9C"), std::string::npos);
+    ++(sent ? queries : replies);
+  }
+  EXPECT_EQ(queries, 101);  // 0, 0.01 … 1
+  EXPECT_EQ(replies, 100);  // the last query is still on the wire
+}
+
+TEST_F(Run, ALogOfARunPlaysAsItsHost) {
+  ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
+  const std::string again =
+      scenario("again.toml",
+               "[[send]]\nplay = \"x.log\"\n"
+               "[[expect]]\nid = 1\nreply = { command = \"state_2\", count = 100 }\n");
+  EXPECT_EQ(run({again, "--candump", path("y.log")}).status, 0);
+  EXPECT_EQ(text_of(path("x.log")), text_of(path("y.log")));
+}
+
+TEST_F(Run, JunitIsWellFormedAndCountsRight) {
+  const std::string odd = scenario(
+      "odd.toml", "[[expect]]\nid = 1\nstate = \"off\"\nsays = \"<&\\\"' off\\n\\u0007\"\n" +
+                      std::string(kAlive));
+  EXPECT_EQ(run({odd, invalid(), "--junit", path("x.xml")}).status, 1);
+  const std::string check =
+      "python3 -c \"\nimport sys, xml.etree.ElementTree as e\n"
+      "suites = e.parse(sys.argv[1]).getroot().findall('testsuite')\n"
+      "assert [s.get('name') for s in suites] == ['odd', 'invalid']\n"
+      "assert [s.get('tests') for s in suites] == ['2', '2']\n"
+      "assert [s.get('failures') for s in suites] == ['1', '0']\n"
+      "assert [s.get('errors') for s in suites] == ['0', '1']\n"
+      "assert len(suites[0].findall('testcase')) == 2\n"
+      "assert '<&' in suites[0].findall('testcase')[0].get('name')\n"
+      "assert len(suites[0].findall('testcase/failure')) == 1\n"
+      "assert len(suites[1].findall('testcase/error')) == 1\n"
+      "assert suites[1].find('properties/property[@name=\\\"seed\\\"]').get('value') == '1'\n"
+      "\" " +
+      path("x.xml");
+  EXPECT_TRUE(lk::vcan::run(check)) << text_of(path("x.xml"));
+}
+
+TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
+  const std::string writes = scenario(
+      "writes.toml", "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"write_offset\"\noffset = 77\n" +
+                         std::string(kAlive));
+  const std::string reads =
+      scenario("reads.toml",
+               "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"encoder\"\n"
+               "[[expect]]\nid = 1\nreply = { field = \"offset\", min = 77, max = 77 }\n");
+  EXPECT_EQ(run({writes}).status, 0);
+  EXPECT_EQ(run({reads, "--rom", path("rom")}).status, 1);
+  EXPECT_EQ(run({writes, "--rom", path("rom")}).status, 0);
+  EXPECT_EQ(run({reads, "--rom", path("rom")}).status, 0);
+  EXPECT_EQ(run({reads}).status, 1);
+}
+
+}  // namespace
+}  // namespace lk::vcan
