@@ -21,7 +21,7 @@ endif()
 # Headers include each other from the root of the project. Those of the shell stay at home: it is no library.
 if(TARGET lk_shell)
   get_target_property(shell_headers lk_shell SOURCES)
-  list(TRANSFORM shell_headers REPLACE "(.*)\\.cpp$" "PATTERN;\\1.hpp;EXCLUDE")
+  list(TRANSFORM shell_headers REPLACE "(.*)\\.cpp$" "REGEX;/emulator/\\1[.]hpp$;EXCLUDE")
 endif()
 install(DIRECTORY protocol model emulator DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu
   FILES_MATCHING PATTERN *.hpp ${shell_headers})

@@ -93,7 +93,9 @@ TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
   for (int n = 0; n < kFrames; ++n) {
     host.send(0x141, n % 2 == 0 ? kReadState2 : kReadPid);
     // Lets the program empty its socket.
-    if (n % kBurst == kBurst - 1) ASSERT_GE(number("clock", "time_s"), 0);
+    if (n % kBurst == kBurst - 1) {
+      ASSERT_GE(number("clock", "time_s"), 0);
+    }
   }
   int replies = 0;
   for (int step = 0; replies < kFrames && step < 200; ++step) {
