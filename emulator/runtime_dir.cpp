@@ -1,5 +1,6 @@
 #include "emulator/runtime_dir.hpp"
 
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -18,11 +19,31 @@ namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
+/// Whom a file belongs to that this process makes there. Mostly its own user; under user-mode Linux
+/// everybody is root, and files belong to whoever started it.
+uid_t owner_of_new_files(const std::filesystem::path& directory) {
+  const std::string probe = (directory / (".lk-emu-" + std::to_string(::getpid()))).string();
+  const int fd = ::open(probe.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0600);
+  if (fd < 0) return ::geteuid();
+  struct stat made {};
+  const bool known = ::fstat(fd, &made) == 0;
+  ::close(fd);
+  ::unlink(probe.c_str());
+  return known ? made.st_uid : ::geteuid();
+}
+
+bool is_ours(uid_t owner, const std::filesystem::path& directory) {
+  return owner == ::geteuid() || owner == owner_of_new_files(directory);
+}
+
 }  // namespace
 
 std::filesystem::path runtime_directory() {
   const char* const base = std::getenv("XDG_RUNTIME_DIR");
-  if (base != nullptr && *base == '/') return std::filesystem::path(base) / "lk-emu";
+  std::error_code none;
+  if (base != nullptr && *base == '/' && std::filesystem::is_directory(base, none)) {
+    return std::filesystem::path(base) / "lk-emu";
+  }
   return "/tmp/lk-emu-" + std::to_string(::geteuid());
 }
 
@@ -36,7 +57,7 @@ void secure_directory(const std::filesystem::path& directory) {
     throw StartError("cannot look at " + name + ": " + reason(errno));
   }
   if (!S_ISDIR(found.st_mode)) throw StartError(name + " is no directory: remove it");
-  if (found.st_uid != ::geteuid()) throw StartError(name + " belongs to somebody else");
+  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to somebody else");
   if ((found.st_mode & 077) != 0) {
     throw StartError(name + " is open to others: chmod 700 " + name);
   }
@@ -75,7 +96,9 @@ void clear_stale_socket(const std::filesystem::path& path) {
     throw StartError("cannot look at " + name + ": " + reason(errno));
   }
   if (!S_ISSOCK(found.st_mode)) throw StartError(name + " is there already, and is no socket");
-  if (found.st_uid != ::geteuid()) throw StartError(name + " belongs to somebody else");
+  if (!is_ours(found.st_uid, path.parent_path())) {
+    throw StartError(name + " belongs to somebody else");
+  }
   if (is_live_socket(path)) throw StartError(name + " is in use by another lk-emu");
   if (::unlink(name.c_str()) != 0 && errno != ENOENT) {
     throw StartError("cannot remove " + name + ": " + reason(errno));

@@ -6,7 +6,8 @@
 
 namespace lk::emulator {
 
-/// Where the sockets of running programs are: lk-emu in $XDG_RUNTIME_DIR, or /tmp/lk-emu-UID.
+/// Where the sockets of running programs are: lk-emu in $XDG_RUNTIME_DIR, or, when there is no such
+/// directory, /tmp/lk-emu-UID.
 std::filesystem::path runtime_directory();
 
 /// Makes it, and checks that nobody else has a hand in it: a directory, no link, ours, mode 0700.
