@@ -36,6 +36,9 @@ constexpr const char* kActionList =
 
 /// Exactly one action, and nothing that belongs to another one.
 void check_actions(TableReader& reader) {
+  if (reader.has("clock")) {
+    reader.fail("clock", "time is the running program's: --clock, or lk-emu ctl clock");
+  }
   const char* first = nullptr;
   for (const char* action : kActions) {
     if (!reader.has(action)) continue;

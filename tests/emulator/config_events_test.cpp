@@ -86,6 +86,9 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
       {"at_s = 1",
        "robot.toml:7: bus.event.at_s: an event needs an action: power, supply_V, sag_to_V, "
        "ambient_C, load, turn_deg, settings, fault, clear or mark"},
+      {"at_s = 1\nclock = \"x10\"",
+       "robot.toml:8: bus.event.clock: time is the running program's: --clock, or lk-emu ctl "
+       "clock"},
       {"at_s = 1\nturn_deg = 1\nambient_C = 1",
        "robot.toml:8: bus.event.turn_deg: one action an event; this one has ambient_C already"},
       {"at_s = 1\nid = 3\nambient_C = 1", "robot.toml:8: bus.event.id: no drive 3 on this bus"},

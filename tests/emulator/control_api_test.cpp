@@ -163,6 +163,17 @@ TEST(ControlApi, MovesASteppedClockOnly) {
   EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "fast"})").status, 400);
 }
 
+TEST(ControlApi, TheClockIsADirectiveToo) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/directives", R"({"clock": "x10"})").status, 200);
+  EXPECT_EQ(t.get("/clock").body["mode"], "x10");
+  const ApiResponse unknown = t.post("/directives", R"({"clock": "backwards"})");
+  EXPECT_EQ(unknown.status, 400);
+  EXPECT_EQ(where(unknown), "clock");
+  EXPECT_EQ(t.post("/directives", R"({"clock": "stepped", "id": 1})").status, 400);
+  EXPECT_EQ(t.get("/clock").body["mode"], "x10");
+}
+
 TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
   TestWorld t;
   std::optional<ApiResponse> far;
