@@ -211,23 +211,22 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kNoPower);
     return;
   }
-  protocol::Frame heard = frame;
-  if (!hears(seat(id), heard)) {
-    drop(Drop::kFault);
-    return;
-  }
-  if (LiveFault* const hang = active_fault(seat(id), FaultKind::kHang)) {
-    took_effect(*hang, id, &frame);
-    drop(Drop::kFault);
-    return;
-  }
   Servo& servo = servos_[seat(id)];
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     drop(Drop::kWrongMode);
     return;
   }
-  const auto understood = servo.understand(heard);
+  auto understood = servo.understand(frame);
+  protocol::Frame heard = frame;
+  // A fault shows only in what the drive would have answered without it.
+  if (std::holds_alternative<protocol::Query>(understood) && !hears(seat(id), heard)) {
+    drop(Drop::kFault);
+    return;
+  }
+  if (!(heard == frame)) {
+    understood = servo.understand(heard);
+  }
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     if (busy(seat(id))) {
       ignored_for_full_queue(seat(id), heard);
@@ -256,17 +255,17 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       continue;
     }
     Servo& servo = servos_[k];
+    auto understood = servo.understand(frame);
     protocol::Frame heard = frame;
-    if (!hears(k, heard)) {
-      cause = Drop::kFault;
-      continue;
+    if (servo.multi_drive_mode() && std::holds_alternative<protocol::Query>(understood)) {
+      if (!hears(k, heard)) {
+        cause = Drop::kFault;
+        continue;
+      }
+      if (!(heard == frame)) {
+        understood = servo.understand(heard);
+      }
     }
-    if (LiveFault* const hang = active_fault(k, FaultKind::kHang)) {
-      took_effect(*hang, servo.id(), &frame);
-      cause = Drop::kFault;
-      continue;
-    }
-    const auto understood = servo.understand(heard);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
       const bool unknown =
@@ -306,10 +305,13 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
     ready = std::max(ready, begin_rom_write(seat, at));
   }
   book_firmware(seat);
-  if (LiveFault* const slow = active_fault(seat, FaultKind::kSlowReplies)) {
-    ready += std::chrono::duration_cast<SimTime>(
-        std::chrono::duration<double, std::milli>(slow->value(0)));
-    took_effect(*slow, servo.id());
+  if (active_fault(seat, FaultKind::kSlowReplies) != nullptr) {
+    for (LiveFault& live : faults_) {
+      if (live.fault.kind == FaultKind::kSlowReplies && live.active() && live.is_of(servo.id())) {
+        ready += from_ms(live.value(0));
+        took_effect(live, servo.id());
+      }
+    }
   }
   say(seat, ready, servo.encode(reply), rom_write);
 }

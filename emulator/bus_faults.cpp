@@ -249,8 +249,10 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
   Servo& servo = servos_[seat];
   bool struck = false;
   if (live.fault.kind == FaultKind::kKick) {
+    const model::Truth before = truth(servo.id());
     motor.bank.kick(motor.index, live.value(0));
-    struck = live.value(0) != 0;
+    const model::Truth after = truth(servo.id());
+    struck = before.omega_m != after.omega_m || before.omega_out != after.omega_out;
   } else if (live.fault.kind == FaultKind::kReset) {
     struck = timelines_[seat].alive;
     power_cycle(servo.id());

@@ -20,11 +20,15 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
     return true;
   }
   const int id = servos_[seat].id();
+  bool hangs = false;
   for (LiveFault& live : faults_) {
     if (!live.active() || !live.is_of(id)) {
       continue;
     }
-    if (live.fault.kind == FaultKind::kDrop && acts_on(live, 0, FrameChoice::kQueries)) {
+    if (live.fault.kind == FaultKind::kHang) {
+      took_effect(live, id, &frame);
+      hangs = true;
+    } else if (live.fault.kind == FaultKind::kDrop && acts_on(live, 0, FrameChoice::kQueries)) {
       if (live.hits()) {
         took_effect(live, id, &frame);
         return false;
@@ -36,7 +40,7 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
       }
     }
   }
-  return true;
+  return !hangs;
 }
 
 // --- what a drive says

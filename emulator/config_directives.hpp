@@ -34,6 +34,10 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
 void check_clear(const TableReader& reader, const std::string& which,
                  const std::vector<TimedDirective>& directives);
 
+/// Refuses at `event`, the last that was read, what a bus has no room for: it would be forgotten on
+/// the way.
+void check_room(const TableReader& event, const std::vector<TimedDirective>& directives);
+
 /// Reads the command byte that `key` gives, as a number or as text: 0xA4 or "0xA4".
 std::optional<std::uint8_t> read_command(TableReader& reader, const std::string& key);
 

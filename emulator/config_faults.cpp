@@ -2,6 +2,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "emulator/bus.hpp"
 #include "emulator/config_directives.hpp"
 #include "emulator/fault_table.hpp"
 
@@ -27,6 +28,20 @@ const FaultRow& read_kind(TableReader& reader, const std::string& key) {
   return fault_table()[*place];
 }
 
+/// What is counted, and takes no fractions.
+bool is_whole(std::string_view word) {
+  return word == "bits" || word == "copies" || word == "dlc" || word == "offset" ||
+         word == "can_id";
+}
+
+std::optional<double> read_value(TableReader& reader, const std::string& word,
+                                 const FaultParam& param) {
+  if (!is_whole(word)) return reader.number(word, param.min, param.max);
+  const auto whole = reader.integer(word, static_cast<std::int64_t>(param.min),
+                                    static_cast<std::int64_t>(param.max));
+  return whole ? std::optional(static_cast<double>(*whole)) : std::nullopt;
+}
+
 void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
   for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
     const FaultParam& param = row.params[n];
@@ -36,7 +51,7 @@ void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
       if (const auto place = reader.choice(word, words_of(param.choices))) {
         fault.values[n] = static_cast<double>(*place);
       }
-    } else if (const auto value = reader.number(word, param.min, param.max)) {
+    } else if (const auto value = read_value(reader, word, param)) {
       fault.values[n] = *value;
     } else if (param.required) {
       reader.note_missing(word);
@@ -73,7 +88,8 @@ void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
 }
 
 /// A fault that cannot do anything to the drive is refused instead of accepted and forgotten.
-std::string impossible(FaultKind kind, const ServoConfig& servo) {
+std::string impossible(const Fault& fault, const ServoConfig& servo) {
+  const FaultKind kind = fault.kind;
   const std::string drive = "drive " + std::to_string(servo.id);
   const bool of_current_sensor =
       kind >= FaultKind::kCurrentOffset && kind <= FaultKind::kCurrentStuck;
@@ -84,10 +100,34 @@ std::string impossible(FaultKind kind, const ServoConfig& servo) {
   if (kind == FaultKind::kBacklash && (gear.backlash_out <= 0 || gear.gear_stiffness_out <= 0)) {
     return drive + " has no gear with play";
   }
+  const bool ms = servo.profile.series == Series::kMs;
+  const auto parameter = static_cast<RomParameter>(fault.values[0]);
+  if (kind == FaultKind::kRamFlipped &&
+      parameter == (ms ? RomParameter::kMaxTorqueCurrent : RomParameter::kMaxPower)) {
+    return drive + " is limited by " + (ms ? "max_power" : "max_torque_current") +
+           ", not by this parameter";
+  }
   return "";
 }
 
 }  // namespace
+
+void check_room(const TableReader& event, const std::vector<TimedDirective>& directives) {
+  const auto faults = std::ranges::count_if(directives, [](const TimedDirective& one) {
+    return std::holds_alternative<SetFault>(one.directive.what);
+  });
+  const auto waiting = std::ranges::count_if(
+      directives, [](const TimedDirective& one) { return one.when.has_value(); });
+  const auto refuse = [&](const char* key, const char* what, std::size_t most) {
+    event.fail(key, "a bus keeps " + std::to_string(most) + " " + what);
+  };
+  if (static_cast<std::size_t>(faults) > Bus::kMostFaults) {
+    refuse("fault", "faults", Bus::kMostFaults);
+  }
+  if (static_cast<std::size_t>(waiting) > Bus::kMostWaiting) {
+    refuse("when", "conditions", Bus::kMostWaiting);
+  }
+}
 
 std::string text_problem(const std::string& text, std::size_t longest) {
   if (text.size() > longest) return "is longer than " + std::to_string(longest) + " bytes";
@@ -164,7 +204,7 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
   fault.ids = ids;
   for (const ServoConfig& servo : bus.servos) {
     if (std::ranges::find(ids, servo.id) == ids.end()) continue;
-    const std::string why = impossible(fault.kind, servo);
+    const std::string why = impossible(fault, servo);
     if (!why.empty()) reader.fail("fault", std::string(row.word) + ": " + why);
   }
   return fault;

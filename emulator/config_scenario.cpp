@@ -24,6 +24,20 @@ void read_event(TableReader& reader, Scenario& scenario) {
   for (TimedDirective& directive : read_directives(reader, bus, Timing::kRequired)) {
     bus.events.push_back(std::move(directive));
   }
+  check_room(reader, bus.events);
+}
+
+/// A clear has to mean something that the robot's events or the scenario's set.
+void check_clears(std::vector<TableReader>& events, const Scenario& scenario) {
+  for (TableReader& event : events) {
+    if (!event.is_text("clear")) continue;
+    const std::string which = *event.text("clear");
+    std::vector<TimedDirective> all;
+    for (const BusConfig& bus : scenario.robot) {
+      all.insert(all.end(), bus.events.begin(), bus.events.end());
+    }
+    check_clear(event, which, all);
+  }
 }
 
 void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const ScenarioFiles& files,
@@ -58,7 +72,9 @@ void read_course(TableReader& reader, const ScenarioFiles& files, Scenario& scen
     std::erase_if(bus.events,
                   [&](const TimedDirective& event) { return event.at > scenario.duration; });
   }
-  for (auto& event : reader.tables("event")) read_event(event, scenario);
+  auto events = reader.tables("event");
+  for (auto& event : events) read_event(event, scenario);
+  check_clears(events, scenario);
   for (BusConfig& bus : scenario.robot) {
     std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
   }

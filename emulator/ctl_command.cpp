@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,8 +33,8 @@ struct Raw {
   std::string word;
   std::vector<std::string> words;
   std::string ids;
-  double at_s = -1;
-  double for_s = -1;
+  std::optional<double> at_s;
+  std::optional<double> for_s;
 };
 
 using Answer = CtlClient::Answer;
@@ -63,8 +64,8 @@ class Ctl {
       put_word(of_event ? said : fault, word);
     }
     if (!raw_.ids.empty()) said["ids"] = raw_.ids;
-    if (raw_.at_s >= 0) said["at_s"] = raw_.at_s;
-    if (raw_.for_s >= 0) fault["for_s"] = raw_.for_s;
+    if (raw_.at_s) said["at_s"] = *raw_.at_s;
+    if (raw_.for_s) fault["for_s"] = *raw_.for_s;
     said["fault"] = std::move(fault);
     return direct(std::move(said));
   }

@@ -162,7 +162,12 @@ int Daemon::run() {
 
 int Daemon::conclude_scenario() {
   const auto report = judged_ ? scenario_.report() : std::nullopt;
-  if (!report) return judged_ ? exit_status(Outcome::kInvalid) : EXIT_SUCCESS;
+  if (!report && judged_) {
+    std::printf("invalid: the scenario never began, an interface was down\n");
+    std::fflush(stdout);
+    return exit_status(Outcome::kInvalid);
+  }
+  if (!report) return EXIT_SUCCESS;
   std::fputs(report_text(*report, false).c_str(), stdout);
   std::fflush(stdout);
   if (junit_) {

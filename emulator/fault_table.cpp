@@ -84,7 +84,7 @@ constexpr FaultRow kTable[] = {
 
     row(K::kJam, "jam", kMechanics, "the output is clamped: dry friction of this share of the motor's peak torque; 100: locked, whatever pushes", {number("percent", 0, 100, 100)}),
     row(K::kFriction, "friction", kMechanics, "all friction is so many times what it was", {needed("factor", 0, 1000)}),
-    row(K::kInertia, "inertia", kMechanics, "everything that turns has so many times its inertia", {needed("factor", 0.01, 1000)}),
+    row(K::kInertia, "inertia", kMechanics, "everything that turns has so many times its inertia", {needed("factor", 0.1, 1000)}),
     row(K::kLoadStep, "load_step", kMechanics, "torque on the output in addition, positive pushes clockwise", {needed("torque_Nm", -1000, 1000)}),
     moment_row(K::kKick, "kick", kMechanics, "a blow on the output: this much angular momentum at once", {needed("impulse_Nms", -100, 100)}),
     row(K::kBacklash, "backlash", kMechanics, "the gear's play is so many times what it was (motors with an elastic gear only)", {needed("factor", 0, 1000)}),

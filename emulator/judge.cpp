@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "emulator/scenario_text.hpp"
 #include "protocol/codec.hpp"
@@ -20,7 +21,9 @@ double read(const Expectation& expectation, const DriveView& drive) {
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
     return (drive.telemetry.errors & model::bit(error->error)) != 0 ? 1 : 0;
   }
-  return static_cast<double>(drive.servo.run_state());
+  // A drive without power is in no state.
+  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state())
+                               : std::numeric_limits<double>::quiet_NaN();
 }
 
 Range wanted(const Expectation& expectation) {
@@ -32,7 +35,13 @@ Range wanted(const Expectation& expectation) {
   return {one, one};
 }
 
+/// NaN is outside of every range, and so is what has run away.
+bool is_within(const Range& range, double value) {
+  return std::isfinite(value) && range.has(value);
+}
+
 double distance(const Range& range, double value) {
+  if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
@@ -72,7 +81,7 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
   const Period& when = trial.expectation.when;
   const Range range = wanted(trial.expectation);
   const double value = read(trial.expectation, drive);
-  const bool holds = range.has(value);
+  const bool holds = is_within(range, value);
   const bool last = now >= start_ + when.to;
   if (!trial.value || holds || distance(range, value) < distance(range, *trial.value) ||
       when.kind == Kind::kThroughout) {
@@ -182,7 +191,9 @@ std::string Judge::measured(const Trial& trial) const {
     return (*trial.value != 0 ? "set" : "not set") + at;
   }
   if (std::holds_alternative<StateIs>(expectation.what)) {
-    return state_word(static_cast<RunState>(*trial.value)) + at;
+    const std::string state =
+        std::isfinite(*trial.value) ? state_word(static_cast<RunState>(*trial.value)) : "no power";
+    return state + at;
   }
   if (expectation.when.kind == Kind::kThroughout && trial.status == Status::kPassed) {
     return number_text(trial.seen->min) + " to " + number_text(trial.seen->max);

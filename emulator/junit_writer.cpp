@@ -64,6 +64,8 @@ std::string suite_of(const RunReport& report) {
       std::ranges::count(verdict.expectations, Status::kOpen, &ExpectationResult::status);
   const auto idle =
       std::ranges::count_if(verdict.faults, [](const auto& fault) { return !fault.took_effect(); });
+  // Some reasons have a case of their own already.
+  const bool reasons_apart = !verdict.invalid.empty() && open + idle == 0;
   std::string text = fmt::format(
       "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n"
       "    <properties>\n"
@@ -73,11 +75,17 @@ std::string suite_of(const RunReport& report) {
       "      <property name=\"simulated_s\" value=\"{}\"/>\n"
       "      <property name=\"outcome\" value=\"{}\"/>\n"
       "    </properties>\n",
-      escaped(report.name), verdict.expectations.size() + verdict.faults.size(), failed,
-      open + idle, report.wall_s, report.seed, in_seconds(report.simulated),
-      outcome_word(verdict.outcome));
+      escaped(report.name),
+      verdict.expectations.size() + verdict.faults.size() + (reasons_apart ? 1 : 0), failed,
+      open + idle + (reasons_apart ? 1 : 0), report.wall_s, report.seed,
+      in_seconds(report.simulated), outcome_word(verdict.outcome));
   for (const auto& result : verdict.expectations) text += expectation_case(result, report.name);
   for (const auto& fault : verdict.faults) text += fault_case(fault, report.name);
+  if (reasons_apart) {
+    text += open_case("the scenario is valid", report.name) +
+            fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
+                        escaped(verdict.invalid.front()));
+  }
   if (!verdict.invalid.empty()) {
     std::string reasons;
     for (const std::string& reason : verdict.invalid) reasons += "invalid: " + reason + '\n';

@@ -1,10 +1,13 @@
 #include "emulator/live_scenario.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
+#include "emulator/fault_table.hpp"
 #include "emulator/json_table.hpp"
+#include "emulator/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -67,8 +70,9 @@ void LiveScenario::look(Part& part, const Bus& bus) {
   if (part.judge.next_due() <= now) part.judge.look(bus);
   while (part.host.next_due() <= now) part.line->take_in(part.host.take());
   if (now < part.beginning.start + scenario_.duration) return;
-  part.over = true;
-  const bool all = std::ranges::all_of(parts_, [](const auto& one) { return one->over; });
+  end(part);
+  const bool all =
+      std::ranges::all_of(parts_, [](const auto& one) { return one->over.has_value(); });
   if (all && on_over_) on_over_();
 }
 
@@ -92,29 +96,61 @@ RunReport LiveScenario::report() const {
   report.wall_s = std::chrono::duration<double>(monotonic_now() - began_).count();
   for (const auto& part : parts_) {
     const Bus& bus = part->line->bus();
+    const SimTime reached = part->over ? part->over_at : bus.time();
     report.drives += bus.size();
     report.simulated =
-        std::min({report.simulated, bus.time() - part->beginning.start, scenario_.duration});
-    add_to_verdict(part->judge, bus, part->line->name(), part->beginning, report.verdict);
+        std::min({report.simulated, reached - part->beginning.start, scenario_.duration});
+    Verdict verdict = part->over ? *part->over : verdict_of(*part);
+    std::ranges::move(verdict.expectations, std::back_inserter(report.verdict.expectations));
+    std::ranges::move(verdict.faults, std::back_inserter(report.verdict.faults));
+    std::ranges::move(verdict.invalid, std::back_inserter(report.verdict.invalid));
   }
   conclude(report.verdict);
   return report;
 }
 
+Verdict LiveScenario::verdict_of(const Part& part) const {
+  Verdict verdict;
+  const Bus& bus = part.line->bus();
+  add_to_verdict(part.judge, bus, part.line->name(), part.beginning, verdict);
+  return verdict;
+}
+
+void LiveScenario::end(Part& part) {
+  part.over = verdict_of(part);
+  part.over_at = part.line->bus().time();
+  const SimTime ran = part.over_at - part.beginning.start;
+  if (ran < scenario_.duration) {
+    part.over->invalid.push_back(part.line->name() + ": cut short at " + time_text(ran) + " of " +
+                                 time_text(scenario_.duration));
+  }
+  for (; part.next_event < part.events.size(); ++part.next_event) {
+    const TimedDirective& event = part.events[part.next_event];
+    if (const auto* const set = std::get_if<SetFault>(&event.directive.what)) {
+      part.over->invalid.push_back(part.line->name() + ": fault " +
+                                   std::string(fault_row(set->fault.kind).word) + " planned for " +
+                                   time_text(event.at) + " never began");
+    }
+  }
+  const std::vector<FaultReport> faults = part.line->bus().faults();
+  for (std::size_t n = part.beginning.faults; n < faults.size(); ++n) {
+    const auto state = faults[n].evidence.state;
+    if (state == FaultEvidence::State::kOver || state == FaultEvidence::State::kCleared) continue;
+    const std::string& name = faults[n].fault.name;
+    part.line->announce(Json{{"clear", name}}.dump());
+    part.line->perform({part.line->bus().time(), {kWholeBus, ClearFault{name}}});
+  }
+}
+
 void LiveScenario::finish() {
   if (final_) return;
+  for (const auto& part : parts_) {
+    if (!part->over) end(*part);
+  }
   final_ = report();
   for (const auto& part : parts_) {
     part->line->remove_watcher(part->watcher);
     part->line->remove_listener(part->listener);
-    const std::vector<FaultReport> faults = part->line->bus().faults();
-    for (std::size_t n = part->beginning.faults; n < faults.size(); ++n) {
-      const auto state = faults[n].evidence.state;
-      if (state == FaultEvidence::State::kOver || state == FaultEvidence::State::kCleared) continue;
-      const std::string& name = faults[n].fault.name;
-      part->line->announce(Json{{"clear", name}}.dump());
-      part->line->perform({part->line->bus().time(), {kWholeBus, ClearFault{name}}});
-    }
   }
 }
 

@@ -43,7 +43,9 @@ class LiveScenario {
     std::vector<TimedDirective> events;  // by time, since the beginning
     std::size_t next_event = 0;
     Beginning beginning;
-    bool over = false;
+    // How it stood when it was over; what comes later is not the scenario's.
+    std::optional<Verdict> over = std::nullopt;
+    SimTime over_at{0};
     Line::WatcherKey watcher{};
     Line::ListenerKey listener{};
   };
@@ -51,6 +53,9 @@ class LiveScenario {
   SimTime next_due(const Part& part) const;
   void look(Part& part, const Bus& bus);
   void perform_due(Part& part, SimTime now);
+  Verdict verdict_of(const Part& part) const;
+  /// Its faults are cleared, its verdict stands.
+  void end(Part& part);
 
   Scenario scenario_;
   std::function<void()> on_over_;

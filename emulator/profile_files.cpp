@@ -55,6 +55,18 @@ Profile load_profile(const std::string& name) {
   return parse_profile(read_file(file), file.string(), name);
 }
 
+std::string read_regular_file(const fs::path& file) {
+  constexpr std::uintmax_t kMost = 64U * 1024 * 1024;
+  std::error_code error;
+  if (fs::exists(file, error) && !fs::is_regular_file(file, error)) {
+    throw std::invalid_argument(file.string() + ": is no regular file");
+  }
+  if (fs::exists(file, error) && fs::file_size(file, error) > kMost) {
+    throw std::invalid_argument(file.string() + ": is larger than 64 MiB");
+  }
+  return read_file(file);
+}
+
 std::string read_file(const fs::path& file) {
   std::error_code ignored;
   if (fs::is_directory(file, ignored))

@@ -74,6 +74,9 @@ void Replay::run(std::size_t n, SimTime until) {
   advance(n, until);
   taken_.clear();
   line.bus.take_replies(taken_);
+  // Whoever kept them has taken them by now: what he could not keep is told to the bus later.
+  std::vector<RomWrite> kept;
+  line.bus.take_rom_writes(kept);
   for (const TimedFrame& reply : taken_) {
     if (on_frame) on_frame(n, {reply, false});
     line.replayed.push_back(reply);

@@ -168,6 +168,14 @@ ReplayEnd replay_recording(const std::filesystem::path& directory, const Recordi
   }
   end.cut_line = lines.cut();
   end.complete = inputs.complete();
+  for (const RecordedInput& input : recording.inputs) {
+    if (!std::holds_alternative<RecordedInput::End>(input.what) || replay.difference()) continue;
+    if (input.after_frames > replay.host_frames()) {
+      throw StartError(std::string(kFramesFile) + ": incomplete, it has " +
+                       std::to_string(replay.host_frames()) + " of " +
+                       std::to_string(input.after_frames) + " frames of hosts");
+    }
+  }
   if (!end.complete) replay.break_off();
   for (std::size_t bus = 0; bus < recording.buses.size(); ++bus) {
     end.until = std::max(end.until, replay.last(bus));

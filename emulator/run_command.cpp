@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +25,7 @@ never took effect, so the run says nothing. Of several scenarios the worst count
 /// As CLI11 collects them.
 struct Raw {
   std::vector<std::string> files;
-  std::optional<std::int64_t> seed;
+  std::string seed;
   std::string junit, csv, candump, rom, ids;
   std::vector<std::string> signals;
   double rate_Hz = 100;
@@ -96,9 +97,20 @@ RunOutputs read_outputs(const CLI::App& app, const Raw& raw) {
   }
   if (app.count("--csv") > 0) outputs.csv = read_csv(raw);
   if (app.count("--candump") > 0) outputs.candump = raw.candump;
-  if (app.count("--rom") > 0) outputs.rom = raw.rom;
+  if (app.count("--rom") > 0 && raw.rom != ":memory:") outputs.rom = raw.rom;
   outputs.progress = !raw.quiet && ::isatty(STDERR_FILENO) != 0;
   return outputs;
+}
+
+std::optional<std::uint64_t> read_seed(const CLI::App& app, const Raw& raw) {
+  if (app.count("--seed") == 0) return std::nullopt;
+  std::int64_t seed = 0;
+  const char* const last = raw.seed.data() + raw.seed.size();
+  const auto [end, error] = std::from_chars(raw.seed.data(), last, seed);
+  if (error != std::errc() || end != last || seed < 0) {
+    throw StartError("--seed: \"" + raw.seed + "\" is no whole number from 0 to 2^63 - 1");
+  }
+  return static_cast<std::uint64_t>(seed);
 }
 
 /// Whoever reads a file does not want colours, nor does who says so (no-color.org).
@@ -120,9 +132,7 @@ int run_scenarios(int argc, const char* const* argv) {
   Raw raw;
   add_options(app, raw);
   if (!parse_arguments(app, argc, argv)) return 0;
-  if (raw.seed && *raw.seed < 0) throw StartError("--seed: must not be negative");
-  const std::optional<std::uint64_t> seed =
-      raw.seed ? std::optional(static_cast<std::uint64_t>(*raw.seed)) : std::nullopt;
+  const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
   // All that can be wrong is found before anything runs.
   std::vector<Scenario> scenarios;

@@ -70,6 +70,7 @@ Activity RunRecording::for_clients() {
     const auto directory = reader.text("directory");
     if (!directory) reader.note_missing("directory");
     reader.finish();
+    if (directory->empty()) reader.fail("directory", "needs a name");
     try {
       start(std::filesystem::absolute(*directory), From::kNow);
     } catch (const StartError& problem) {

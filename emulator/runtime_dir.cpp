@@ -72,8 +72,9 @@ bool is_live_socket(const std::filesystem::path& path) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  // A full queue of connections is a sign of life too.
-  const bool live = result == 0 || errno == EAGAIN;
+  // Only who refuses has died: a full queue of connections, and a socket of another kind, are signs
+  // of life.
+  const bool live = result == 0 || errno != ECONNREFUSED;
   ::close(fd);
   return live;
 }

@@ -50,6 +50,7 @@ void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
   finish();
   live_.reset();
   const unsigned number = ++number_;
+  planned_ = static_cast<bool>(on_over);
   std::vector<Line*> lines;
   for (const auto& line : world_.lines()) lines.push_back(line.get());
   live_.emplace(std::move(scenario), std::move(lines), [this, number, over = std::move(on_over)] {
@@ -74,6 +75,11 @@ Activity ScenarioActivity::for_clients() {
   return {.start = [this](const Json& request) { return start_for_client(request); },
           .stop =
               [this] {
+                if (planned_) {
+                  throw ApiError(
+                      409, "scenario",
+                      "the program runs for this scenario (--scenario): stop the program");
+                }
                 finish();
                 return report_json();
               },
@@ -82,6 +88,9 @@ Activity ScenarioActivity::for_clients() {
 }
 
 Json ScenarioActivity::start_for_client(const Json& request) {
+  if (planned_) {
+    throw ApiError(409, "scenario", "the program runs for a scenario of its own (--scenario)");
+  }
   if (live_ && live_->running()) {
     throw ApiError(409, "scenario", live_->scenario().name + " is running; stop it first");
   }

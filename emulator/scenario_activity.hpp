@@ -31,7 +31,8 @@ class ScenarioActivity {
   boost::asio::io_context& loop_;
   World& world_;
   std::optional<LiveScenario> live_;
-  unsigned number_ = 0;  // of the present one
+  unsigned number_ = 0;   // of the present one
+  bool planned_ = false;  // the present one is what the program runs for
 };
 
 }  // namespace lk::emulator

@@ -66,9 +66,10 @@ ScenarioFiles scenario_files(const fs::path& directory) {
       .robot =
           [directory](const std::string& name, const Overrides& overrides) {
             const fs::path file = robot_file(name, directory);
-            return parse_config(read_file(file), file.string(), overrides, cached_profiles());
+            return parse_config(read_regular_file(file), file.string(), overrides,
+                                cached_profiles());
           },
-      .text = [directory](const std::string& name) { return read_file(directory / name); },
+      .text = [directory](const std::string& name) { return read_regular_file(directory / name); },
   };
 }
 
@@ -80,7 +81,7 @@ Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) 
 
 Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running) {
   return load([&] {
-    return parse_live_scenario(read_file(file), file.string(), running,
+    return parse_live_scenario(read_regular_file(file), file.string(), running,
                                scenario_files(file.parent_path()));
   });
 }

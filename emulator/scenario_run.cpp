@@ -1,6 +1,7 @@
 #include "emulator/scenario_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "emulator/fault_table.hpp"
 #include "emulator/sampler.hpp"
@@ -34,6 +35,14 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
     if (evidence.first_effect_at) *evidence.first_effect_at -= beginning.start;
     if (!fault.took_effect()) verdict.invalid.push_back(invalid_text(fault));
     verdict.faults.push_back(std::move(fault));
+  }
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    if (!bus.has(id)) continue;
+    const model::Truth truth = bus.truth(id);
+    if (!std::isfinite(truth.theta_m + truth.omega_m + truth.i_q + truth.v_bus)) {
+      verdict.invalid.push_back(interface + " drive " + std::to_string(id) +
+                                ": no such motor: its state has run out of all bounds");
+    }
   }
   const std::size_t unmet = bus.unmet_directives();
   if (unmet > beginning.unmet) {

@@ -80,7 +80,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
     const bool follows = std::holds_alternative<Speed>(unit.setpoint) ||
                          std::holds_alternative<Position>(unit.setpoint);
     const bool times = unit.life.life == Life::kBooting || (alive && (follows || s.omega != 0.0));
-    return one.load_torque != 0.0 || plants_differ(with, without, unit.slow_sensors) ||
+    return plants_differ(with, without, unit.slow_sensors) ||
            (alive && (measurements_differ(with, without) ||
                       slow_measurements_differ(one, s, unit.slow_sensors))) ||
            (one.clock_ratio != 1.0 && times);

@@ -236,6 +236,8 @@ class Emulator:
 
     def targets(self, ids: Optional[Sequence[int]] = None, bus: Optional[str] = None) -> Targets:
         """Several drives of a bus at once, all of it if no `ids` are given: `emu.targets([1, 2]).power.cycle()`."""
+        if ids is not None and not ids:
+            raise ValueError("ids is empty: leave it out for all drives")
         on = bus or self.bus
         return Targets(self, on, [drive.id for drive in self.drives if drive.bus == on] if ids is None else ids)
 
