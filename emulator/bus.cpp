@@ -217,16 +217,12 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     drop(Drop::kWrongMode);
     return;
   }
-  auto understood = servo.understand(frame);
   protocol::Frame heard = frame;
-  // A fault shows only in what the drive would have answered without it.
-  if (std::holds_alternative<protocol::Query>(understood) && !hears(seat(id), heard)) {
+  if (!hears(seat(id), heard)) {
     drop(Drop::kFault);
     return;
   }
-  if (!(heard == frame)) {
-    understood = servo.understand(heard);
-  }
+  const auto understood = servo.understand(heard);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     if (busy(seat(id))) {
       ignored_for_full_queue(seat(id), heard);
@@ -255,17 +251,12 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       continue;
     }
     Servo& servo = servos_[k];
-    auto understood = servo.understand(frame);
     protocol::Frame heard = frame;
-    if (servo.multi_drive_mode() && std::holds_alternative<protocol::Query>(understood)) {
-      if (!hears(k, heard)) {
-        cause = Drop::kFault;
-        continue;
-      }
-      if (!(heard == frame)) {
-        understood = servo.understand(heard);
-      }
+    if (!hears(k, heard)) {
+      cause = Drop::kFault;
+      continue;
     }
+    const auto understood = servo.understand(heard);
     const auto* query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) {
       const bool unknown =

@@ -19,17 +19,25 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
   if (active_faults_ == 0) {
     return true;
   }
-  const int id = servos_[seat].id();
+  const Servo& servo = servos_[seat];
+  const int id = servo.id();
+  // What the drive would not have answered anyway cannot be lost.
+  const auto would_answer = [&servo, &frame] {
+    const bool for_several = frame.id < protocol::kSingleDriveId + protocol::kMinId ||
+                             frame.id > protocol::kSingleDriveId + protocol::kMaxId;
+    return servo.multi_drive_mode() == for_several &&
+           std::holds_alternative<protocol::Query>(servo.understand(frame));
+  };
   bool hangs = false;
   for (LiveFault& live : faults_) {
     if (!live.active() || !live.is_of(id)) {
       continue;
     }
-    if (live.fault.kind == FaultKind::kHang) {
+    if (live.fault.kind == FaultKind::kHang && would_answer()) {
       took_effect(live, id, &frame);
       hangs = true;
     } else if (live.fault.kind == FaultKind::kDrop && acts_on(live, 0, FrameChoice::kQueries)) {
-      if (live.hits()) {
+      if (would_answer() && live.hits()) {
         took_effect(live, id, &frame);
         return false;
       }

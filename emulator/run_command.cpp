@@ -107,7 +107,8 @@ std::optional<std::uint64_t> read_seed(const CLI::App& app, const Raw& raw) {
   std::int64_t seed = 0;
   const char* const last = raw.seed.data() + raw.seed.size();
   const auto [end, error] = std::from_chars(raw.seed.data(), last, seed);
-  if (error != std::errc() || end != last || seed < 0) {
+  if (seed < 0) throw StartError("--seed: must not be negative");
+  if (error != std::errc() || end != last) {
     throw StartError("--seed: \"" + raw.seed + "\" is no whole number from 0 to 2^63 - 1");
   }
   return static_cast<std::uint64_t>(seed);

@@ -52,7 +52,9 @@ TEST(Vocabulary, EveryKindIsReadWithAllThatItTakes) {
       table += ", " + std::string(param.word) + " = ";
       if (param.choices.empty()) {
         expected[n] = param.word == "max_deg" ? 5 : param.max;  // its largest is none
-        table += std::to_string(expected[n]);
+        const auto whole = static_cast<long long>(expected[n]);
+        table += static_cast<double>(whole) == expected[n] ? std::to_string(whole)
+                                                           : std::to_string(expected[n]);
       } else {  // the last of the words
         const std::string words(param.choices);
         expected[n] = static_cast<double>(std::count(words.begin(), words.end(), ' '));
@@ -106,10 +108,25 @@ TEST(Vocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
   for (const auto& [word, parameter] : words) {
     for (const std::string kind : {"rom_damaged", "ram_flipped"}) {
       if (kind == "ram_flipped" && parameter == RomParameter::kProtections) continue;
+      // MS drives only are limited by it.
+      if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
       const Fault fault =
-          only_fault("fault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
+          only_fault("id = 5\nfault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
       EXPECT_EQ(fault.values[0], static_cast<double>(parameter)) << kind << ' ' << word;
     }
+  }
+}
+
+TEST(Vocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
+  EXPECT_THROW(only_fault("id = 5\nfault = { kind = \"ram_flipped\", parameter = \"max_power\" }"),
+               ConfigError);
+}
+
+TEST(Vocabulary, WhatIsCountedTakesNoFractions) {
+  for (const char* fault :
+       {"{ kind = \"wrong_dlc\", dlc = 2.5 }", "{ kind = \"duplicate\", copies = 1.5 }",
+        "{ kind = \"babbling\", can_id = 1.9 }"}) {
+    EXPECT_THROW(only_fault(std::string("id = 5\nfault = ") + fault), ConfigError) << fault;
   }
 }
 

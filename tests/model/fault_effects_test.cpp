@@ -127,7 +127,8 @@ TEST(TakesEffect, MechanicsWhereShaftsWouldMoveDifferently) {
   EXPECT_TRUE(of(accelerating, {.inertia = 2.0}));
   EXPECT_FALSE(of(running, {.backlash = 5.0}));  // a rigid gear has none
   EXPECT_FALSE(of(off, {.coupling_broken = true}));
-  EXPECT_TRUE(of(off, {.load_torque = 0.01}));
+  EXPECT_TRUE(of(off, {.load_torque = 1.0}));
+  EXPECT_FALSE(of(off, {.load_torque = 1e-6}));  // friction holds the shaft as it did
   EXPECT_FALSE(of(running, {.theta_max = 1e6}));
   const Faults stop{.theta_max = 0.5};
   DriveBank stopped = drive_at(Torque{2.0}, stop);
