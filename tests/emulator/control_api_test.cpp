@@ -140,6 +140,18 @@ TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 409);
 }
 
+TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
+  TestWorld t;
+  const std::string never = R"("when": {"id": 1, "signal": "speed_dps", "above": 1e9})";
+  for (std::size_t n = 0; n < Bus::kMostWaiting; ++n) {
+    ASSERT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 200) << n;
+  }
+  // Neither done, nor forgotten, nor answered with another one's name.
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 409);
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "jam", )" + never + "}").status, 409);
+  EXPECT_TRUE(t.get("/faults").body.empty());
+}
+
 TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
   TestWorld t({.stepped = true}, 2);
   EXPECT_EQ(where(t.post("/directives", R"({"power": "off"})")), "bus");

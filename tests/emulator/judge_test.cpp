@@ -84,6 +84,38 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, true}, by(1s)), Status::kFailed);
 }
 
+TEST(Judge, ADriveWithoutPowerIsInNoState) {
+  Scenario scenario;
+  scenario.robot = {test::powered_bus({1})};
+  scenario.robot[0].events = {{0ns, {1, PowerOff{}}, std::nullopt}};
+  scenario.duration = 2s;
+  for (const RunState state : {RunState::kOff, RunState::kStopped, RunState::kRunning}) {
+    scenario.expectations.push_back({0, 1, StateIs{state}, at(1s), ""});
+  }
+  ScenarioRun run(scenario);
+  run.advance_to(2s);
+  for (const ExpectationResult& result : run.verdict().expectations) {
+    EXPECT_EQ(result.status, Status::kFailed);
+    EXPECT_NE(result.measured.find("no power"), std::string::npos) << result.measured;
+  }
+}
+
+TEST(Judge, WhatIsNoNumberIsWithinNoRange) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  Load load;
+  load.load.tau = 1e6;  // no shaft bears that
+  scenario.robot[0].events = {{0ns, {1, load}, std::nullopt}};
+  scenario.duration = 2s;
+  scenario.expectations = {
+      {0, 1, within("true_speed_dps", -INFINITY, INFINITY), throughout(0ns, 2s), ""}};
+  ScenarioRun run(scenario);
+  run.advance_to(2s);
+  ASSERT_FALSE(std::isfinite(run.bus(0).truth(1).omega_m));
+  EXPECT_EQ(run.verdict().expectations.at(0).status, Status::kFailed);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
+}
+
 TEST(Judge, SaysWhatWasMeasuredAndWhen) {
   const auto early = outcome_of(within("alive", 2, 3), by(1s));
   EXPECT_EQ(early.expected, "test drive 1: alive 2 to 3 by 1 s");

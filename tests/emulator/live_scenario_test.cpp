@@ -89,6 +89,38 @@ TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
   EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kActive);
 }
 
+TEST_F(Live, CutShortItHasNotPassed) {
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {1};
+  Scenario plan = scenario();
+  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  plan.expectations = {
+      {0, 1, SignalWithin{find_signal("alive"), {1, 1}}, {Period::Kind::kAt, 0ns, 100ms}, ""}};
+  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  go_to(10s + 300ms);
+  live.finish();
+  const Verdict verdict = live.report().verdict;
+  EXPECT_EQ(verdict.expectations.at(0).status, ExpectationResult::Status::kPassed);
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  EXPECT_EQ(verdict.invalid.size(), 2U);  // the time, and the fault that never began
+}
+
+TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {1};
+  Scenario plan = scenario();
+  plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  go_to(11s + 200ms);  // whoever is told comes later
+  line_.take_in({11s + 200ms, test::frame("141#9C00000000000000")});
+  go_to(11s + 300ms);
+  live.finish();
+  EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);  // it changed nothing in its time
+  EXPECT_EQ(line_.bus().faults().at(0).evidence.effects, 0U);
+}
+
 TEST_F(Live, WhatItHadPlannedIsNotDoneOnceItIsStopped) {
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};

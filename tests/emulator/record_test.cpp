@@ -167,7 +167,12 @@ class Record : public ::testing::Test {
       if (n == 700) live.directive(0, R"({"mark": "half way"})");
       if (n == 800) live.directive(0, R"({"at_s": 0.3, "id": 2, "supply_V": 11.7, "ramp_s": 0.1})");
       if (n == 900) live.directive(0, R"({"clear": "all"})");
-      if (n == 1000) live.refuse_rom(0, 1);
+      if (n == 1000) live.host(0, live.time(0), test::frame("141#9100000000002000"));
+      if (n == 1001) live.advance(0, live.time(0) + milliseconds(20));  // the flash has it
+      if (n == 1002) live.refuse_rom(0, 1);
+      if (n == 1003) live.directive(0, R"({"id": 1, "fault": "reset"})");
+      if (n == 1004) live.advance(0, live.time(0) + milliseconds(100));
+      if (n == 1005) live.host(0, live.time(0), test::frame("141#9000000000000000"));
     }
     for (std::size_t bus = 0; bus < 2; ++bus) live.advance(bus, live.time(bus) + milliseconds(20));
     if (ended) live.end();
