@@ -58,7 +58,7 @@ TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
   EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
   host.wait(400ms);
   EXPECT_NEAR(host.bus.truth(1).omega_m / std::numbers::pi * 180, 180.0, 3.0);
-  EXPECT_EQ(evidence(host).effects, 2U);
+  EXPECT_EQ(evidence(host).effects, 1U);  // 0x280 would have got no answer anyway
   EXPECT_EQ(evidence(host).first_effect_at, 300ms);
   EXPECT_EQ(evidence(host).first_on, "drive 1, 141#A200000000000000");
   host.wait(100ms);
