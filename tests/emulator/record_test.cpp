@@ -227,7 +227,7 @@ TEST_F(Record, RunsAgainIdentically) {
   ASSERT_GT(replies, 700U);
   const Again again(directory());
   EXPECT_EQ(text(again), "identical");
-  EXPECT_EQ(again.replay.host_frames(), 1500U);
+  EXPECT_EQ(again.replay.host_frames(), 1502U);
   EXPECT_EQ(again.replay.equal_replies(), replies);
   EXPECT_TRUE(again.end.complete);
 }
