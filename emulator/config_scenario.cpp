@@ -29,14 +29,12 @@ void read_event(TableReader& reader, Scenario& scenario) {
 
 /// A clear has to mean something that the robot's events or the scenario's set.
 void check_clears(std::vector<TableReader>& events, const Scenario& scenario) {
+  std::vector<TimedDirective> all;
+  for (const BusConfig& bus : scenario.robot) {
+    all.insert(all.end(), bus.events.begin(), bus.events.end());
+  }
   for (TableReader& event : events) {
-    if (!event.is_text("clear")) continue;
-    const std::string which = *event.text("clear");
-    std::vector<TimedDirective> all;
-    for (const BusConfig& bus : scenario.robot) {
-      all.insert(all.end(), bus.events.begin(), bus.events.end());
-    }
-    check_clear(event, which, all);
+    if (event.is_text("clear")) check_clear(event, *event.text("clear"), all);
   }
 }
 

@@ -45,12 +45,13 @@ void check_setting(const TimedDirective& directive, const Line& line) {
 void check_places(const std::vector<TimedDirective>& directives, const Line& line) {
   const auto waits = [](const TimedDirective& directive) { return directive.when.has_value(); };
   const auto wanted = static_cast<std::size_t>(std::ranges::count_if(directives, waits));
+  if (wanted == 0) return;
   const std::vector<FaultReport> faults = line.bus().faults();
   const auto armed = static_cast<std::size_t>(std::ranges::count(
       faults, FaultEvidence::State::kArmed, [](const auto& one) { return one.evidence.state; }));
   // Some of the armed ones wait for a time and not for a condition: too many are refused, not too
   // few.
-  if (wanted > 0 && line.bus().unmet_directives() + armed + wanted > Bus::kMostWaiting) {
+  if (line.bus().unmet_directives() + armed + wanted > Bus::kMostWaiting) {
     throw ApiError(409, "when",
                    "a bus waits for no more than " + std::to_string(Bus::kMostWaiting) +
                        " conditions: clear some faults");
@@ -76,10 +77,9 @@ std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
 std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line) {
   std::vector<std::string> names;
   for (const TimedDirective& directive : directives) {
-    const std::size_t faults_before = line.bus().faults().size();
-    line.perform(directive);
-    const std::vector<FaultReport> faults = line.bus().faults();
-    if (faults.size() > faults_before) names.push_back(faults.back().fault.name);
+    if (line.perform(directive) && std::holds_alternative<SetFault>(directive.directive.what)) {
+      names.push_back(line.bus().faults().back().fault.name);
+    }
   }
   return names;
 }

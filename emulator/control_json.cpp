@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "emulator/fault_table.hpp"
+#include "emulator/motor_listing.hpp"
 #include "emulator/profile_fields.hpp"
+#include "emulator/scenario_text.hpp"
 #include "emulator/signals.hpp"
 
 namespace lk::emulator {
@@ -16,18 +18,6 @@ std::string as_key(std::string_view words) {
   std::string key(words);
   std::ranges::replace(key, ' ', '_');
   return key;
-}
-
-std::string_view state_word(RunState state) {
-  switch (state) {
-    case RunState::kOff:
-      return "off";
-    case RunState::kStopped:
-      return "stopped";
-    case RunState::kRunning:
-      return "running";
-  }
-  return "?";
 }
 
 std::string_view state_word(FaultEvidence::State state) {
@@ -44,11 +34,6 @@ std::string_view state_word(FaultEvidence::State state) {
       return "cleared";
   }
   return "?";
-}
-
-std::string_view series_word(Series series) {
-  constexpr std::string_view kWords[] = {"MS", "MF", "MG", "MH"};
-  return kWords[static_cast<std::size_t>(series)];
 }
 
 std::string_view generation_word(Generation generation) {
@@ -172,7 +157,7 @@ Json drive_json(const Line& line, int id) {
           {"id", id},
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
-          {"series", series_word(servo.profile.series)},
+          {"series", series_name(servo.profile.series)},
           {"generation", generation_word(servo.generation)},
           {"state", state_word(drive.servo.run_state())},
           {"alive", drive.telemetry.alive},

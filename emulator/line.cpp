@@ -16,7 +16,6 @@ constexpr SimTime kStep = std::chrono::milliseconds(1);
 /// port holds.
 constexpr std::size_t kMostLeaving = 256;
 
-/// Frames are put on a bus at such instants: what a log can say.
 SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
 
 /// "1-4,7"
@@ -56,6 +55,8 @@ struct AllWatchers {
 
 }  // namespace
 
+SimTime frame_instant(SimTime at, SimTime reached) { return whole_us(std::max(at, reached)); }
+
 Line::Line(const BusConfig& config)
     : config_(config), ids_(print_ids(config.servos)), bus_(config), gate_(config) {}
 
@@ -92,7 +93,7 @@ void Line::take_in(const TimedFrame& in) {
 
 void Line::put_on_bus(const TimedFrame& in) {
   TimedFrame effective = in;
-  effective.at = whole_us(std::max(in.at, bus_.time()));
+  effective.at = frame_instant(in.at, bus_.time());
   if (!listeners_.empty()) {  // nothing that came before the frame is heard behind it
     bus_.advance_to(effective.at);
     let_out();
@@ -155,12 +156,9 @@ void Line::announce(const std::string& json) const {
   }
 }
 
-void Line::perform(const TimedDirective& directive) {
-  if (directive.when || directive.at > bus_.time()) {
-    bus_.plan(directive);
-  } else {
-    bus_.apply(directive.directive);
-  }
+bool Line::perform(const TimedDirective& directive) {
+  return directive.when || directive.at > bus_.time() ? bus_.plan(directive)
+                                                      : bus_.apply(directive.directive);
 }
 
 void Line::let_out() {

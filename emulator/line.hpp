@@ -15,6 +15,10 @@
 
 namespace lk::emulator {
 
+/// When a host's frame that came at `at` counts as put on a bus that is at `reached`: not in the
+/// past, and at a whole microsecond, which is what a log can say.
+SimTime frame_instant(SimTime at, SimTime reached);
+
 /// Looks at a bus whenever it is due (sampler.hpp).
 struct Watcher {
   std::function<SimTime()> next_due;
@@ -72,8 +76,8 @@ class Line {
   Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
   /// Tells those who listen what is about to be performed.
   void announce(const std::string& json) const;
-  /// Does it now, or plans it.
-  void perform(const TimedDirective& directive);
+  /// Does it now, or plans it. Returns false when the bus has no room for it: nothing is done then.
+  bool perform(const TimedDirective& directive);
 
   /// Everything that was to leave has left.
   bool replies_have_left() const;

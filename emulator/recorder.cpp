@@ -88,9 +88,4 @@ std::string Recorder::input_line(std::size_t bus, SimTime at,
   return print_input({at, host_frames_, buses_[bus].interface, std::move(what)});
 }
 
-SimTime frame_instant(SimTime at, SimTime reached) {
-  return std::max(std::chrono::floor<std::chrono::microseconds>(at),
-                  std::chrono::ceil<std::chrono::microseconds>(reached));
-}
-
 }  // namespace lk::emulator

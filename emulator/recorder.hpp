@@ -61,8 +61,4 @@ class Recorder {
   std::unique_ptr<LogWriter> writer_;
 };
 
-/// When a host's frame that came at `at` counts as put on a bus that is at `reached`: not in the
-/// past, and at a whole microsecond, which is what a log can say.
-SimTime frame_instant(SimTime at, SimTime reached);
-
 }  // namespace lk::emulator

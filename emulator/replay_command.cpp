@@ -12,6 +12,7 @@
 #include "emulator/cli.hpp"
 #include "emulator/commands.hpp"
 #include "emulator/config_reader.hpp"
+#include "emulator/csv_options.hpp"
 #include "emulator/log_compare.hpp"
 #include "emulator/profile_files.hpp"
 #include "emulator/progress.hpp"
@@ -87,21 +88,8 @@ void check(const CLI::App& app, const Request& request) {
 // --------------------------------------------------------------------------------------------
 
 ReplayCsv read_csv(const Request& request) {
-  constexpr double kMost_Hz = 1e6;
-  if (!(request.rate_Hz >= 1e-3 && request.rate_Hz <= kMost_Hz)) {
-    throw StartError("--rate: must be 0.001 to 1000000 Hz");
-  }
-  ReplayCsv csv{request.csv, {}, SimTime(std::llround(1e9 / request.rate_Hz))};
-  std::vector<std::string> known;
-  for (const Signal& signal : signals()) known.emplace_back(signal.name);
-  for (const std::string& name : request.signals) {
-    csv.signals.push_back(find_signal(name));
-    if (csv.signals.back() != nullptr) continue;
-    const std::string meant = nearest(name, known);
-    throw StartError("--signals: no signal \"" + name + "\"" +
-                     (meant.empty() ? "" : ", did you mean " + meant + "?"));
-  }
-  return csv;
+  const SimTime period = row_period(request.rate_Hz);
+  return {request.csv, find_signals(request.signals), period};
 }
 
 Recording open_recording(const std::string& directory) {

@@ -10,6 +10,7 @@
 #include "emulator/cli.hpp"
 #include "emulator/commands.hpp"
 #include "emulator/config_reader.hpp"
+#include "emulator/csv_options.hpp"
 #include "emulator/scenario_files.hpp"
 #include "emulator/scenario_report.hpp"
 #include "emulator/scenario_runner.hpp"
@@ -49,28 +50,10 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_flag("--quiet", raw.quiet, "print only what did not pass");
 }
 
-std::vector<const Signal*> find_signals(const std::vector<std::string>& names) {
-  std::vector<std::string> known;
-  for (const Signal& signal : signals()) known.emplace_back(signal.name);
-  std::vector<const Signal*> found;
-  for (const std::string& name : names) {
-    found.push_back(find_signal(name));
-    if (found.back() != nullptr) continue;
-    const std::string meant = nearest(name, known);
-    throw StartError("--signals: no signal \"" + name + "\"" +
-                     (meant.empty() ? "" : ", did you mean " + meant + "?"));
-  }
-  return found;
-}
-
 RunOutputs::Csv read_csv(const Raw& raw) {
-  constexpr double kMost_Hz = 1e6;
-  if (!(raw.rate_Hz >= 1e-3 && raw.rate_Hz <= kMost_Hz)) {
-    throw StartError("--rate: must be 0.001 to 1000000 Hz");
-  }
   RunOutputs::Csv csv;
   csv.file = raw.csv;
-  csv.period = SimTime(std::llround(1e9 / raw.rate_Hz));
+  csv.period = row_period(raw.rate_Hz);
   csv.signals =
       find_signals(raw.signals.empty() ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
                                        : raw.signals);

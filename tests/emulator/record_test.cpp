@@ -12,6 +12,7 @@
 #include "emulator/cli.hpp"
 #include "emulator/config_directives.hpp"
 #include "emulator/json_table.hpp"
+#include "emulator/line.hpp"
 #include "emulator/profile.hpp"
 #include "emulator/recorder.hpp"
 #include "emulator/replay_directory.hpp"
