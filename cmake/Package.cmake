@@ -19,12 +19,9 @@ if(TARGET lk_config)
 endif()
 
 # Headers include each other from the root of the project. Those of the shell stay at home: it is no library.
-if(TARGET lk_shell)
-  get_target_property(shell_headers lk_shell SOURCES)
-  list(TRANSFORM shell_headers REPLACE "(.*)\\.cpp$" "REGEX;/emulator/\\1[.]hpp$;EXCLUDE")
-endif()
-install(DIRECTORY protocol model emulator DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu
-  FILES_MATCHING PATTERN *.hpp ${shell_headers})
+install(DIRECTORY protocol model DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu FILES_MATCHING PATTERN *.hpp)
+install(DIRECTORY emulator/core emulator/config DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/emulator
+  FILES_MATCHING PATTERN *.hpp)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake

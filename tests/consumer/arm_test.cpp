@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "emulator/config.hpp"
-#include "emulator/profile.hpp"
+#include "emulator/config/config.hpp"
+#include "emulator/config/profile.hpp"
 #include "host/shoulder_joint.hpp"
 #include "virtual_can.hpp"
 

@@ -1,11 +1,11 @@
 // Logs of candump: the lines below are as can-utils' candump -L prints them (its log2asc and
 // canplayer read the same).
 
-#include "emulator/candump_log.hpp"
+#include "emulator/config/candump_log.hpp"
 
 #include <gtest/gtest.h>
 
-#include "emulator/frame_text.hpp"
+#include "emulator/core/frame_text.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

@@ -1,14 +1,14 @@
 // The vocabulary of directives, as files say it and as tables without a text do.
 
-#include "emulator/config_directives.hpp"
+#include "emulator/config/config_directives.hpp"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "emulator/bus.hpp"
-#include "emulator/fault_table.hpp"
-#include "emulator/signals.hpp"
+#include "emulator/core/bus.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/signals.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/config_reader.hpp"
-#include "emulator/profile_fields.hpp"
+#include "emulator/config/config_reader.hpp"
+#include "emulator/config/profile_fields.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
-#include "emulator/bus.hpp"
-#include "emulator/generation.hpp"
-#include "emulator/units.hpp"
+#include "emulator/core/bus.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/core/units.hpp"
 #include "protocol/wire.hpp"
 #include "tests/emulator/config_support.hpp"
 #include "tests/support/test_bus.hpp"

@@ -7,8 +7,8 @@
 #include <regex>
 #include <sstream>
 
-#include "emulator/config.hpp"
-#include "emulator/profile.hpp"
+#include "emulator/config/config.hpp"
+#include "emulator/config/profile.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

@@ -1,13 +1,13 @@
 // Scenario files: what they mean, and what is said of mistakes.
 
-#include "emulator/config_scenario.hpp"
+#include "emulator/config/config_scenario.hpp"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "emulator/frame_text.hpp"
-#include "emulator/scenario_text.hpp"
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/scenario_text.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/config.hpp"
+#include "emulator/config/config.hpp"
 
 namespace lk::emulator {
 

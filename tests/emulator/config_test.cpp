@@ -1,4 +1,4 @@
-#include "emulator/config.hpp"
+#include "emulator/config/config.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "emulator/control_api.hpp"
+#include "emulator/control/control_api.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/ctl_words.hpp"
-#include "emulator/fault_table.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/ctl/ctl_words.hpp"
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {

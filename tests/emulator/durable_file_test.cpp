@@ -1,6 +1,6 @@
 // What is synced, and what happens when that fails: this program's fsync is its own.
 
-#include "emulator/durable_file.hpp"
+#include "emulator/rom/durable_file.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@
 #include <semaphore>
 #include <vector>
 
-#include "emulator/cli.hpp"
-#include "emulator/rom_store.hpp"
-#include "emulator/rom_writer.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/rom/rom_store.hpp"
+#include "emulator/rom/rom_writer.hpp"
 #include "tests/emulator/rom_support.hpp"
 #include "tests/support/test_bus.hpp"
 

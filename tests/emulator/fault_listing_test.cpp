@@ -1,15 +1,15 @@
 // The documents about directives and faults, against what the program knows of them.
 
-#include "emulator/fault_listing.hpp"
+#include "emulator/program/fault_listing.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "emulator/config_listing.hpp"
-#include "emulator/fault_table.hpp"
-#include "emulator/signals.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/signals.hpp"
+#include "emulator/program/config_listing.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

@@ -1,6 +1,6 @@
 // Generations and series of drives, on a bus: what they answer, what it looks like, what it does.
 
-#include "emulator/generation.hpp"
+#include "emulator/core/generation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -17,10 +17,10 @@
 #include <thread>
 #include <vector>
 
-#include "emulator/cli.hpp"
-#include "emulator/control_server.hpp"
-#include "emulator/http_access.hpp"
-#include "emulator/runtime_dir.hpp"
+#include "emulator/control/control_server.hpp"
+#include "emulator/control/http_access.hpp"
+#include "emulator/control/runtime_dir.hpp"
+#include "emulator/program/cli.hpp"
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {

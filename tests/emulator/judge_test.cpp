@@ -1,11 +1,11 @@
 // What a judge makes of what it sees and hears, at the edges of ranges and times too.
 
-#include "emulator/judge.hpp"
+#include "emulator/core/judge.hpp"
 
 #include <gtest/gtest.h>
 
-#include "emulator/scenario_run.hpp"
-#include "emulator/scenario_text.hpp"
+#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario_text.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -1,6 +1,6 @@
 // A scenario on a line without an interface, with a host beside it.
 
-#include "emulator/live_scenario.hpp"
+#include "emulator/scenario/live_scenario.hpp"
 
 #include <gtest/gtest.h>
 

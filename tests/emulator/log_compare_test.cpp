@@ -1,7 +1,7 @@
 // A log of a bus, without a word of who said what: queries and replies are told apart, and what the
 // emulator says to the same queries is compared quantity by quantity.
 
-#include "emulator/log_compare.hpp"
+#include "emulator/record/log_compare.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/candump_log.hpp"
-#include "emulator/profile_files.hpp"
+#include "emulator/config/candump_log.hpp"
+#include "emulator/program/profile_files.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

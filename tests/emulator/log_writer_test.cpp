@@ -1,6 +1,6 @@
 // A disk that is full, or stands still, is nobody's trouble but the log's.
 
-#include "emulator/log_writer.hpp"
+#include "emulator/record/log_writer.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "emulator/pacer.hpp"
+#include "emulator/program/pacer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "emulator/generation.hpp"
-#include "emulator/units.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/core/units.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

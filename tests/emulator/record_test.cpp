@@ -8,15 +8,15 @@
 #include <random>
 #include <sstream>
 
-#include "emulator/candump_log.hpp"
-#include "emulator/cli.hpp"
-#include "emulator/config_directives.hpp"
-#include "emulator/json_table.hpp"
-#include "emulator/line.hpp"
-#include "emulator/profile.hpp"
-#include "emulator/recorder.hpp"
-#include "emulator/replay_directory.hpp"
-#include "emulator/replay_text.hpp"
+#include "emulator/config/candump_log.hpp"
+#include "emulator/config/config_directives.hpp"
+#include "emulator/config/profile.hpp"
+#include "emulator/control/json_table.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/line.hpp"
+#include "emulator/record/recorder.hpp"
+#include "emulator/record/replay_directory.hpp"
+#include "emulator/record/replay_text.hpp"
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/bus.hpp"
-#include "emulator/config.hpp"
+#include "emulator/config/config.hpp"
+#include "emulator/core/bus.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
 

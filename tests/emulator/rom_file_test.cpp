@@ -1,4 +1,4 @@
-#include "emulator/rom_file.hpp"
+#include "emulator/config/rom_file.hpp"
 
 #include <gtest/gtest.h>
 

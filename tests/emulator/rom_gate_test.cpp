@@ -1,4 +1,4 @@
-#include "emulator/rom_gate.hpp"
+#include "emulator/rom/rom_gate.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <mutex>
 #include <semaphore>
 
-#include "emulator/rom_writer.hpp"
+#include "emulator/rom/rom_writer.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom_support.hpp"
 #include "tests/support/test_bus.hpp"

@@ -1,4 +1,4 @@
-#include "emulator/rom_store.hpp"
+#include "emulator/rom/rom_store.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -7,7 +7,7 @@
 
 #include <optional>
 
-#include "emulator/cli.hpp"
+#include "emulator/program/cli.hpp"
 #include "tests/emulator/rom_support.hpp"
 
 namespace lk::emulator {

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "emulator/rom_write.hpp"
+#include "emulator/core/rom_write.hpp"
 
 namespace lk::emulator {
 

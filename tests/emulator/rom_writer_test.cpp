@@ -1,4 +1,4 @@
-#include "emulator/rom_writer.hpp"
+#include "emulator/rom/rom_writer.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <semaphore>
 
-#include "emulator/durable_file.hpp"
+#include "emulator/rom/durable_file.hpp"
 #include "tests/emulator/rom_support.hpp"
 
 namespace lk::emulator {

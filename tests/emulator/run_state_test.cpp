@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "emulator/servo.hpp"
+#include "emulator/core/servo.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/config_scenario.hpp"
-#include "emulator/scenario_run.hpp"
-#include "emulator/scenario_text.hpp"
+#include "emulator/config/config_scenario.hpp"
+#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario_text.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {

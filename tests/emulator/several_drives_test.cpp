@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "emulator/generation.hpp"
+#include "emulator/core/generation.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

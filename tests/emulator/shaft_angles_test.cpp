@@ -1,4 +1,4 @@
-#include "emulator/shaft_angles.hpp"
+#include "emulator/core/shaft_angles.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "emulator/wire_timing.hpp"
+#include "emulator/core/wire_timing.hpp"
 
 #include <gtest/gtest.h>
 

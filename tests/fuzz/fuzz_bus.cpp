@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "emulator/bus.hpp"
-#include "emulator/generation.hpp"
+#include "emulator/core/bus.hpp"
+#include "emulator/core/generation.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/profile.hpp"
-#include "emulator/registers.hpp"
+#include "emulator/config/profile.hpp"
+#include "emulator/core/registers.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

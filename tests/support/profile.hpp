@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "emulator/profile.hpp"
+#include "emulator/config/profile.hpp"
 
 namespace lk::test {
 

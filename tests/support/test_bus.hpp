@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/bus.hpp"
-#include "emulator/generation.hpp"
+#include "emulator/core/bus.hpp"
+#include "emulator/core/generation.hpp"
 #include "protocol/codec.hpp"
 #include "tests/support/frames.hpp"
 

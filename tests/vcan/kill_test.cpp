@@ -12,7 +12,7 @@
 #include <random>
 #include <sstream>
 
-#include "emulator/rom_file.hpp"
+#include "emulator/config/rom_file.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 

@@ -1,0 +1,169 @@
+#include "emulator/config/config.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "emulator/config/config_drive.hpp"
+#include "emulator/config/config_events.hpp"
+#include "emulator/config/config_ids.hpp"
+#include "emulator/config/config_reader.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Two buses with the same IDs must not be copies of each other. A bus of a file keeps its place
+/// there, also when it runs alone.
+std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
+
+// --- the configuration file
+// ---------------------------------------------------------------------------
+
+BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, const Overrides& overrides,
+                   const FindProfile& find) {
+  BusConfig bus;
+  bus.bitrate = file_bitrate;
+  if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
+  const std::string problem = bitrate_problem(bus.bitrate);
+  if (!problem.empty()) reader.fail("bitrate", problem);
+  if (const auto interface = reader.text("interface")) {
+    const std::string wrong = interface_name_problem(*interface);
+    if (!wrong.empty()) reader.fail("interface", wrong);
+    bus.interface = *interface;
+  } else {
+    reader.note_missing("interface");
+  }
+  std::set<int> seen;
+  for (auto& drive : reader.tables("drive")) {
+    for (auto& servo : read_drive(drive, overrides, find)) {
+      if (!seen.insert(servo.id).second) {
+        drive.fail(ids_key(drive),
+                   "ID " + std::to_string(servo.id) + " is given twice on this bus");
+      }
+      bus.servos.push_back(std::move(servo));
+    }
+  }
+  if (seen.empty()) reader.note_missing("drive");
+  std::sort(bus.servos.begin(), bus.servos.end(),
+            [](const ServoConfig& a, const ServoConfig& b) { return a.id < b.id; });
+  read_events(reader, bus);
+  reader.finish();
+  return bus;
+}
+
+std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
+                                  const FindProfile& find) {
+  const auto seed = reader.integer("seed", 0, INT64_MAX);
+  const std::int64_t bitrate = reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
+  const std::string problem = bitrate_problem(bitrate);
+  if (!problem.empty()) reader.fail("bitrate", problem);
+  std::vector<BusConfig> buses;
+  std::set<std::string> seen;
+  for (auto& table : reader.tables("bus")) {
+    buses.push_back(read_bus(table, bitrate, overrides, find));
+    if (!seen.insert(buses.back().interface).second) {
+      table.fail("interface", "bus " + buses.back().interface + " is given twice");
+    }
+    buses.back().seed = seed ? static_cast<std::uint64_t>(*seed) : kDefaultSeed;
+  }
+  if (buses.empty()) reader.note_missing("bus");
+  reader.finish();
+  return buses;
+}
+
+// --- what the command line says
+// -----------------------------------------------------------------------
+
+/// The place in the file of the bus that `request` means: the one on that interface or, when the
+/// file and the command line each name one bus only, that one.
+std::optional<std::size_t> place_of(const BusRequest& request,
+                                    const std::vector<BusConfig>& of_file, bool only) {
+  const auto found = std::ranges::find(of_file, request.interface, &BusConfig::interface);
+  if (found != of_file.end()) return static_cast<std::size_t>(found - of_file.begin());
+  return only && of_file.size() == 1 ? std::optional<std::size_t>(0) : std::nullopt;
+}
+
+void select_ids(BusConfig& bus, const std::vector<int>& ids, const Overrides& overrides,
+                const FindProfile& find) {
+  std::vector<ServoConfig> servos;
+  for (const int id : ids) {
+    const auto known = std::find_if(bus.servos.begin(), bus.servos.end(),
+                                    [id](const ServoConfig& servo) { return servo.id == id; });
+    servos.push_back(known != bus.servos.end()
+                         ? *known
+                         : make_servo(id, find(overrides.motor.value_or(kDefaultMotor))));
+  }
+  bus.servos = std::move(servos);
+  const auto gone = [&ids](int id) { return std::ranges::find(ids, id) == ids.end(); };
+  std::erase_if(bus.events, [&](TimedDirective& event) {
+    if (event.when && gone(event.when->id)) return true;
+    auto* const set = std::get_if<SetFault>(&event.directive.what);
+    if (set == nullptr || set->fault.ids.empty()) {
+      return event.directive.id != kWholeBus && gone(event.directive.id);
+    }
+    std::erase_if(set->fault.ids, gone);
+    return set->fault.ids.empty();
+  });
+}
+
+std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> of_file,
+                             const FindProfile& find) {
+  for (std::size_t i = 0; i < of_file.size(); ++i) {
+    of_file[i].seed = bus_seed(overrides.seed.value_or(of_file[i].seed), i);
+  }
+  std::vector<BusConfig> buses;
+  const bool only = overrides.buses.size() == 1;
+  std::size_t next_place = of_file.size();  // of the buses that the file does not know
+  for (const auto& request : overrides.buses) {
+    BusConfig bus;
+    if (const auto place = place_of(request, of_file, only)) {
+      bus = of_file[*place];
+    } else {
+      bus.seed = bus_seed(overrides.seed.value_or(kDefaultSeed), next_place++);
+    }
+    bus.interface = request.interface;
+    if (request.ids) select_ids(bus, *request.ids, overrides, find);
+    if (bus.servos.empty()) {
+      throw std::invalid_argument("bus " + request.interface + " has no drives: give it --ids");
+    }
+    buses.push_back(std::move(bus));
+  }
+  if (overrides.buses.empty()) buses = std::move(of_file);
+  if (overrides.bitrate) {
+    for (BusConfig& bus : buses) bus.bitrate = *overrides.bitrate;
+  }
+  return buses;
+}
+
+}  // namespace
+
+std::string interface_name_problem(const std::string& name) {
+  constexpr std::size_t kLongest = 15;  // IFNAMSIZ - 1
+  if (name.empty()) return "an interface needs a name";
+  if (name.size() > kLongest) return "\"" + name + "\" is longer than an interface name can be";
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return c > ' ' && c < '\x7f' && c != '/' && c != ':';
+  });
+  if (!plain || name == "." || name == "..") return "\"" + name + "\" is no interface name";
+  return "";
+}
+
+std::string bitrate_problem(std::int64_t bitrate) {
+  if (bitrate == 0 || (bitrate >= 10'000 && bitrate <= 1'000'000)) return "";
+  return std::to_string(bitrate) + " is out of range (0, or 10000 to 1000000 bit/s)";
+}
+
+std::vector<BusConfig> parse_config(const std::string& text, const std::string& file,
+                                    const Overrides& overrides, const FindProfile& find_profile) {
+  const toml::table document = parse_toml(text, file);
+  TableReader reader(document, file, "");
+  return apply(overrides, read_buses(reader, overrides, find_profile), find_profile);
+}
+
+std::vector<BusConfig> default_config(const Overrides& overrides, const FindProfile& find_profile) {
+  std::vector<BusConfig> buses = apply(overrides, {}, find_profile);
+  if (buses.empty())
+    throw std::invalid_argument("no bus: give --bus vcan0 --ids 1-4, or --config FILE");
+  return buses;
+}
+
+}  // namespace lk::emulator

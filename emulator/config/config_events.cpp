@@ -1,0 +1,25 @@
+#include "emulator/config/config_events.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "emulator/config/config_directives.hpp"
+
+namespace lk::emulator {
+
+void read_events(TableReader& reader, BusConfig& bus) {
+  std::vector<std::pair<TableReader, std::string>> clears;
+  for (auto& event : reader.tables("event")) {
+    for (TimedDirective& directive : read_directives(event, bus, Timing::kRequired)) {
+      if (const auto* const clear = std::get_if<ClearFault>(&directive.directive.what)) {
+        clears.emplace_back(event, clear->which);
+      }
+      bus.events.push_back(std::move(directive));
+    }
+    check_room(event, bus.events);
+  }
+  std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
+  for (const auto& [event, which] : clears) check_clear(event, which, bus.events);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/core/bus_config.hpp"
+
+namespace lk::emulator {
+
+/// Reads every [[bus.event]] into `bus.events`, one directive a drive, by time. The bus must have
+/// its drives.
+void read_events(TableReader& reader, BusConfig& bus);
+
+}  // namespace lk::emulator

@@ -1,0 +1,156 @@
+// [[expect]]: what a scenario expects, and when.
+
+#include <algorithm>
+
+#include "emulator/config/config_directives.hpp"
+#include "emulator/config/config_ids.hpp"
+#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/config_send.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr double kAnything = 1e12;
+constexpr std::int64_t kMostReplies = 1'000'000'000'000;
+
+/// min and max, of which at least one must be there.
+std::optional<Range> read_range(TableReader& reader, const char* min_key, const char* max_key) {
+  const auto min = reader.number(min_key, -kAnything, kAnything);
+  const auto max = reader.number(max_key, -kAnything, kAnything);
+  if (!min && !max) return std::nullopt;
+  if (min && max && *max < *min) reader.fail(max_key, std::string("is below ") + min_key);
+  Range range;
+  if (min) range.min = *min;
+  if (max) range.max = *max;
+  return range;
+}
+
+const ReplyField* read_field(TableReader& reader) {
+  std::vector<std::string> names;
+  for (const ReplyField& field : reply_fields()) names.emplace_back(field.name);
+  const auto place = reader.choice("field", names);
+  return place ? &reply_fields()[*place] : nullptr;
+}
+
+void read_counts(TableReader& reader, Replies& replies) {
+  const auto count = reader.integer("count", 0, kMostReplies);
+  const auto min = reader.integer("min_count", 0, kMostReplies);
+  const auto max = reader.integer("max_count", 0, kMostReplies);
+  if (count && (min || max)) {
+    reader.fail("count", "does not go together with min_count and max_count");
+  }
+  if (min && max && *max < *min) reader.fail("max_count", "is below min_count");
+  if (count) {
+    replies.min_count = replies.max_count = static_cast<std::uint64_t>(*count);
+  }
+  if (max) {
+    replies.max_count = static_cast<std::uint64_t>(*max);
+    replies.min_count = 0;
+  }
+  if (min) replies.min_count = static_cast<std::uint64_t>(*min);
+}
+
+Replies read_replies(TableReader& reader, bool none) {
+  Replies replies;
+  if (none) replies.min_count = replies.max_count = 0;
+  replies.command = read_command_or_word(reader, "command");
+  replies.error = read_error(reader, "error");
+  replies.field = read_field(reader);
+  const auto range = read_range(reader, "min", "max");
+  replies.age = read_range(reader, "min_delay_ms", "max_delay_ms");
+  if (!none) read_counts(reader, replies);
+  reader.finish();
+  if (range && replies.field == nullptr) {
+    reader.fail("field", "missing: what are min and max of?");
+  }
+  if (!range && replies.field != nullptr) reader.fail("field", "needs min, max or both");
+  if (range) replies.range = *range;
+  return replies;
+}
+
+Period read_period(TableReader& reader, SimTime duration, bool counts) {
+  const auto at = read_moment(reader, "at_s", duration);
+  const auto by = read_moment(reader, "by_s", duration);
+  const auto from = read_moment(reader, "from_s", duration);
+  const auto to = read_moment(reader, "to_s", duration);
+  if (at && (by || from || to)) {
+    reader.fail("at_s", "does not go together with by_s, from_s and to_s");
+  }
+  if (by && to) reader.fail("by_s", "does not go together with to_s");
+  if (to && !from) reader.fail("to_s", "needs from_s");
+  if (at && counts) reader.fail("at_s", "replies take a while: use from_s and to_s, or by_s");
+  Period period{Period::Kind::kAt, from.value_or(SimTime{0}), duration};
+  if (at) {
+    period.to = *at;
+  } else if (by) {
+    period.kind = Period::Kind::kBy;
+    period.to = *by;
+  } else if (from || counts) {
+    period.kind = Period::Kind::kThroughout;
+    period.to = to.value_or(duration);
+  }
+  if (period.to < period.from) reader.fail(by ? "by_s" : "to_s", "is before from_s");
+  return period;
+}
+
+constexpr const char* kSubjects[] = {"signal", "error", "state", "reply", "no_reply"};
+
+void check_subjects(TableReader& reader) {
+  const char* first = nullptr;
+  for (const char* subject : kSubjects) {
+    if (!reader.has(subject)) continue;
+    if (first != nullptr) {
+      reader.fail(subject, std::string("one thing at a time; this one has ") + first + " already");
+    }
+    first = subject;
+  }
+  if (!reader.has("signal")) {
+    for (const char* key : {"min", "max"}) {
+      if (reader.has(key)) reader.fail(key, "belongs to signal");
+    }
+  }
+  if (reader.has("set") && !reader.has("error")) reader.fail("set", "belongs to error");
+}
+
+}  // namespace
+
+Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
+  Expectation expectation;
+  check_subjects(reader);
+  const auto id = reader.integer("id", protocol::kMinId, protocol::kMaxId);
+  if (id) expectation.id = static_cast<int>(*id);
+  expectation.says = reader.text("says").value_or("");
+  bool found = true;
+  if (const Signal* signal = read_signal(reader, "signal")) {
+    const auto range = read_range(reader, "min", "max");
+    if (!range) reader.fail("signal", "needs min, max or both");
+    expectation.what = SignalWithin{signal, *range};
+  } else if (const auto error = read_error(reader, "error")) {
+    expectation.what = ErrorIs{*error, reader.boolean("set").value_or(true)};
+  } else if (const auto state = reader.choice("state", {"off", "stopped", "running"})) {
+    expectation.what = StateIs{static_cast<RunState>(*state)};
+  } else if (auto reply = reader.table("reply")) {
+    expectation.what = read_replies(*reply, false);
+  } else if (auto none = reader.table("no_reply")) {
+    expectation.what = read_replies(*none, true);
+  } else {
+    found = false;
+  }
+  if (!id) reader.note_missing("id");
+  const bool counts = std::holds_alternative<Replies>(expectation.what);
+  expectation.when = read_period(reader, scenario.duration, counts);
+  if (!id) {
+    reader.text("bus");
+    reader.finish();
+  }
+  expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
+  reader.finish();
+  if (!found) reader.fail("id", "what is expected? signal, error, state, reply or no_reply");
+  const auto& servos = scenario.robot[expectation.bus].servos;
+  if (std::ranges::find(servos, expectation.id, &ServoConfig::id) == servos.end()) {
+    reader.fail("id", "no drive " + std::to_string(expectation.id) + " on this bus");
+  }
+  return expectation;
+}
+
+}  // namespace lk::emulator

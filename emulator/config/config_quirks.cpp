@@ -1,0 +1,155 @@
+#include "emulator/config/config_quirks.hpp"
+
+#include <cstddef>
+#include <optional>
+
+#include "emulator/core/generation.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::Dialect;
+
+// One row a line.
+// clang-format off
+const Field<Quirks> kQuirkSwitches[] = {
+    {"manual_reply_bytes", &Quirks::manual_reply_bytes},
+    {"offset_write_takes_effect", &Quirks::offset_write_takes_effect},
+    {"run_resumes", &Quirks::run_resumes},
+    {"stop_holds", &Quirks::stop_holds},
+};
+const Field<Dialect> kDialectSwitches[] = {
+    {"pid_commands", &Dialect::pid_commands},
+    {"offset_command", &Dialect::offset_command},
+    {"open_loop_command", &Dialect::open_loop_command},
+    {"speed_iq_limit", &Dialect::speed_iq_limit},
+    {"brake_command", &Dialect::brake_command},
+    {"parameter_commands", &Dialect::parameter_commands},
+    {"multi_drive_more", &Dialect::multi_drive_more},
+    {"all_error_bits", &Dialect::all_error_bits},
+};
+// clang-format on
+using Words = std::vector<std::string>;
+const Words kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
+const Words kClearAngle{"ignored", "implemented", "sets_angle"};
+const Words kScales{"manual", "series"};
+const Words kBootWraps{"half_circle", "half_turn"};
+const Words kSpans{"rotor_turn", "output_turn"};
+
+/// An enumeration, by the words in the order of its values.
+template <typename Enum>
+void read_word(TableReader& reader, const char* key, const Words& words, Enum& value) {
+  if (const auto word = reader.choice(key, words)) value = static_cast<Enum>(*word);
+}
+
+/// A number that has two values; `words` names them to a person.
+std::optional<std::int64_t> read_either(TableReader& reader, const char* key, std::int64_t one,
+                                        std::int64_t other, const char* words) {
+  const auto value = reader.integer(key, INT64_MIN, INT64_MAX);
+  if (value && *value != one && *value != other) {
+    reader.fail(key, std::string("must be ") + words);
+  }
+  return value;
+}
+
+void read_dialect(TableReader& reader, Dialect& dialect) {
+  read_fields<Dialect>(reader, kDialectSwitches, Presence::kOptional, dialect);
+  read_word(reader, "state_1", kState1, dialect.state_1);
+  read_word(reader, "clear_angle", kClearAngle, dialect.clear_angle);
+  read_word(reader, "iq_scale", kScales, dialect.iq_scale);
+  read_word(reader, "phase_current_scale", kScales, dialect.phase_current_scale);
+  if (const auto bits = read_either(reader, "single_turn_bits", 16, 32, "16 or 32")) {
+    dialect.wide_single_turn = *bits == 32;
+  }
+  if (const auto bits = read_either(reader, "single_turn_target_bits", 16, 32, "16 or 32")) {
+    dialect.wide_single_turn_target = *bits == 32;
+  }
+  if (const auto limit = read_either(reader, "iq_command_limit_lsb", 2000, 2048, "2000 or 2048")) {
+    dialect.iq_command_limit_lsb = static_cast<std::int16_t>(*limit);
+  }
+  if (const auto base = read_either(reader, "reply_id_base", 0x140, 0x180, "0x140 or 0x180")) {
+    dialect.reply_id_base = static_cast<std::uint32_t>(*base);
+  }
+}
+
+/// All switches as a configuration file says them, in one order.
+class Printer {
+ public:
+  explicit Printer(const Quirks& quirks) {
+    const Dialect& dialect = quirks.dialect;
+    word("state_1", kState1, dialect.state_1);
+    say("single_turn_bits", dialect.wide_single_turn ? "32" : "16");
+    say("single_turn_target_bits", dialect.wide_single_turn_target ? "32" : "16");
+    for (const auto& field : kDialectSwitches) flag(field, dialect);
+    word("clear_angle", kClearAngle, dialect.clear_angle);
+    say("iq_command_limit_lsb", std::to_string(dialect.iq_command_limit_lsb));
+    word("iq_scale", kScales, dialect.iq_scale);
+    word("phase_current_scale", kScales, dialect.phase_current_scale);
+    say("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
+    for (const auto& field : kQuirkSwitches) flag(field, quirks);
+    word("boot_wrap", kBootWraps, quirks.boot_wrap);
+    const auto& span = quirks.encoder_span;
+    say("encoder_span", span ? kSpans[static_cast<std::size_t>(*span)] : "the motor's");
+  }
+  const std::vector<std::string>& lines() const { return lines_; }
+
+ private:
+  void say(const char* key, const std::string& value) {
+    lines_.push_back(std::string(key) + " = " + value);
+  }
+  template <typename Enum>
+  void word(const char* key, const Words& words, Enum value) {
+    say(key, words[static_cast<std::size_t>(value)]);
+  }
+  template <typename Section>
+  void flag(const Field<Section>& field, const Section& section) {
+    say(field.key, section.*std::get<bool Section::*>(field.member) ? "true" : "false");
+  }
+
+  std::vector<std::string> lines_;
+};
+
+}  // namespace
+
+std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks) {
+  const Printer preset(quirks_of(generation)), drive(quirks);
+  std::vector<std::string> differing;
+  for (std::size_t k = 0; k < drive.lines().size(); ++k) {
+    if (drive.lines()[k] != preset.lines()[k]) differing.push_back(drive.lines()[k]);
+  }
+  return differing;
+}
+
+const char* generation_name(Generation generation) {
+  switch (generation) {
+    case Generation::kLegacy:
+      return "legacy";
+    case Generation::kV235:
+      return "v235";
+    case Generation::kV236:
+      return "v236";
+  }
+  return "";
+}
+
+void read_generation(TableReader& reader, ServoConfig& servo) {
+  read_word(reader, "generation", {"legacy", "v235", "v236"}, servo.generation);
+  servo.quirks = quirks_of(servo.generation);
+  auto quirks = reader.table("quirks");
+  if (!quirks) return;
+  read_fields<Quirks>(*quirks, kQuirkSwitches, Presence::kOptional, servo.quirks);
+  read_dialect(*quirks, servo.quirks.dialect);
+  read_word(*quirks, "boot_wrap", kBootWraps, servo.quirks.boot_wrap);
+  EncoderSpan span = servo.profile.encoder_span;
+  read_word(*quirks, "encoder_span", kSpans, span);
+  if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
+  // The presets switch it on for every series, and the others do not look; asking for it is a
+  // mistake.
+  if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
+      quirks->has("open_loop_command")) {
+    quirks->fail("open_loop_command", "MS drives only");
+  }
+  quirks->finish();
+}
+
+}  // namespace lk::emulator

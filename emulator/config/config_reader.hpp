@@ -1,0 +1,109 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "emulator/config/config_error.hpp"
+
+namespace lk::emulator {
+
+/// The name among `known` that `word` was most likely meant to be; empty when none is close.
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
+
+/// Parses `text` as TOML; throws ConfigError with the line of the mistake.
+toml::table parse_toml(const std::string& text, const std::string& file);
+
+/// Reads one table strictly: every value has a type and a range, and `finish()` refuses the keys
+/// that nobody asked for. All methods throw ConfigError.
+class TableReader {
+ public:
+  /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
+  TableReader(const toml::table& table, const std::string& file, const std::string& path);
+
+  // Absent keys give nothing; a wrong type or a value outside [min, max] is an error.
+  std::optional<double> number(const std::string& key, double min, double max);
+  std::optional<std::int64_t> integer(const std::string& key, std::int64_t min, std::int64_t max);
+  std::optional<bool> boolean(const std::string& key);
+  std::optional<std::string> text(const std::string& key);
+  /// Index of the word found among `words`.
+  std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
+  std::optional<TableReader> table(const std::string& key);
+  /// `[[key]]`: an array of tables; empty when absent.
+  std::vector<TableReader> tables(const std::string& key);
+
+  bool has(const std::string& key) const;
+  bool is_text(const std::string& key) const;
+  /// The table as JSON, on one line, without some of its keys.
+  std::string as_json(const std::vector<std::string>& without) const;
+  /// `finish()` will complain that `key` is missing.
+  /// Like this and not at once, so that a misspelt key is called misspelt and not missing.
+  void note_missing(const std::string& key) { missing_.push_back(key); }
+  /// Complains about `key`, at its line, or at the line of the table when the key is not there or
+  /// empty.
+  [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
+  /// Call when everything was asked for: refuses unknown keys, then missing ones.
+  void finish() const;
+
+ private:
+  const toml::node* ask(const std::string& key);
+
+  const toml::table* table_;
+  std::string file_;
+  std::string path_;
+  std::vector<std::string> asked_;
+  std::vector<std::string> missing_;
+};
+
+/// Whether a file has to state a value.
+enum class Presence : std::uint8_t { kRequired, kOptional };
+
+/// One row of a mapping: key of the file ↔ member of the struct ↔ size of the key's unit ↔ range.
+template <typename Section>
+struct Field {
+  using Member = std::variant<double Section::*, std::int32_t Section::*, std::uint16_t Section::*,
+                              std::uint8_t Section::*, bool Section::*>;
+  const char* key;
+  Member member;
+  double unit = 1;  // the member's value for 1 in the file
+  double min = 0;   // in units of the file
+  double max = 0;
+  Presence presence = Presence::kRequired;
+};
+
+/// Reads what `fields` lists into `section`. With `kOptional`, absent keys leave the value as it
+/// is.
+template <typename Section>
+void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Presence presence,
+                 Section& section) {
+  const auto read = [&](const Field<Section>& field, auto member) {
+    using Value = std::remove_reference_t<decltype(section.*member)>;
+    if constexpr (std::is_same_v<Value, bool>) {
+      const auto value = reader.boolean(field.key);
+      if (value) section.*member = *value;
+      return value.has_value();
+    } else if constexpr (std::is_same_v<Value, double>) {
+      const auto value = reader.number(field.key, field.min, field.max);
+      if (value) section.*member = *value * field.unit;
+      return value.has_value();
+    } else {
+      const auto value = reader.integer(field.key, static_cast<std::int64_t>(field.min),
+                                        static_cast<std::int64_t>(field.max));
+      if (value) section.*member = static_cast<Value>(*value);
+      return value.has_value();
+    }
+  };
+  for (const auto& field : fields) {
+    const bool found = std::visit([&](auto member) { return read(field, member); }, field.member);
+    const bool needed = presence == Presence::kRequired && field.presence == Presence::kRequired;
+    if (!found && needed) reader.note_missing(field.key);
+  }
+}
+
+}  // namespace lk::emulator

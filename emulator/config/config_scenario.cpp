@@ -1,0 +1,199 @@
+#include "emulator/config/config_scenario.hpp"
+
+#include <algorithm>
+
+#include "emulator/config/config_directives.hpp"
+#include "emulator/config/config_ids.hpp"
+#include "emulator/core/scenario_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::string names_of(const std::vector<BusConfig>& robot) {
+  std::string all;
+  for (const BusConfig& bus : robot) all += (all.empty() ? "" : ", ") + bus.interface;
+  return all;
+}
+
+/// One [[event]]; its drives say which bus is meant when it does not say so itself.
+void read_event(TableReader& reader, Scenario& scenario) {
+  std::optional<int> id;
+  if (const auto ids = read_ids(reader); !ids.empty()) id = ids.front();
+  BusConfig& bus = scenario.robot[read_bus_of(reader, scenario.robot, id)];
+  read_moment(reader, "at_s", scenario.duration);
+  for (TimedDirective& directive : read_directives(reader, bus, Timing::kRequired)) {
+    bus.events.push_back(std::move(directive));
+  }
+  check_room(reader, bus.events);
+}
+
+/// A clear has to mean something that the robot's events or the scenario's set.
+void check_clears(std::vector<TableReader>& events, const Scenario& scenario) {
+  std::vector<TimedDirective> all;
+  for (const BusConfig& bus : scenario.robot) {
+    all.insert(all.end(), bus.events.begin(), bus.events.end());
+  }
+  for (TableReader& event : events) {
+    if (event.is_text("clear")) check_clear(event, *event.text("clear"), all);
+  }
+}
+
+void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const ScenarioFiles& files,
+                Scenario& scenario) {
+  Overrides overrides;
+  const auto of_file = reader.integer("seed", 0, INT64_MAX);
+  if (of_file) overrides.seed = static_cast<std::uint64_t>(*of_file);
+  if (seed) overrides.seed = seed;
+  if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) {
+    const std::string problem = bitrate_problem(*bitrate);
+    if (!problem.empty()) reader.fail("bitrate", problem);
+    overrides.bitrate = bitrate;
+  }
+  const auto name = reader.text("robot");
+  if (!name) {
+    reader.note_missing("robot");
+    return;
+  }
+  try {
+    scenario.robot = files.robot(*name, overrides);
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::exception& problem) {
+    reader.fail("robot", problem.what());
+  }
+}
+
+/// All but the robot.
+void read_course(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
+  for (BusConfig& bus : scenario.robot) {
+    // What the robot's own file has planned for later does not belong to this.
+    std::erase_if(bus.events,
+                  [&](const TimedDirective& event) { return event.at > scenario.duration; });
+  }
+  auto events = reader.tables("event");
+  for (auto& event : events) read_event(event, scenario);
+  check_clears(events, scenario);
+  for (BusConfig& bus : scenario.robot) {
+    std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
+  }
+  for (auto& send : reader.tables("send")) {
+    for (HostSend& one : read_send(send, scenario, files)) {
+      scenario.sends.push_back(std::move(one));
+    }
+  }
+  for (auto& expect : reader.tables("expect")) {
+    scenario.expectations.push_back(read_expectation(expect, scenario));
+  }
+  if (scenario.expectations.empty()) {
+    reader.note_missing("expect");
+  }
+}
+
+void read_head(TableReader& reader, const std::string& file, Scenario& scenario) {
+  const std::size_t slash = file.find_last_of('/');
+  scenario.name = file.substr(slash == std::string::npos ? 0 : slash + 1);
+  if (scenario.name.ends_with(".toml")) scenario.name.resize(scenario.name.size() - 5);
+  scenario.about = reader.text("about").value_or("");
+  const auto duration = read_duration(reader, "duration_s");
+  if (!duration) {
+    reader.note_missing("duration_s");
+  } else if (*duration == SimTime{0}) {
+    reader.fail("duration_s", "must be above 0");
+  }
+  scenario.duration = duration.value_or(SimTime{0});
+}
+
+/// What a file must have before anything else in it makes sense. An unknown key is reported first.
+void check_head(TableReader& reader) {
+  for (const char* key : {"event", "send", "expect"}) reader.tables(key);
+  reader.finish();
+}
+
+/// The robot may run on other interfaces than its file says. Its buses are known by the names there
+/// then, in the order there.
+void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
+  const auto name = reader.text("robot");
+  if (!name) return;
+  std::vector<BusConfig> of_file;
+  try {
+    of_file = files.robot(*name, {});
+  } catch (const std::exception&) {
+    return;  // not needed when the buses run already
+  }
+  const bool known = std::ranges::any_of(of_file, [&](const BusConfig& bus) {
+    return std::ranges::find(scenario.robot, bus.interface, &BusConfig::interface) !=
+           scenario.robot.end();
+  });
+  if (known || of_file.size() != scenario.robot.size()) return;
+  for (std::size_t n = 0; n < of_file.size(); ++n) {
+    scenario.robot[n].interface = of_file[n].interface;
+  }
+}
+
+}  // namespace
+
+Scenario parse_scenario(const std::string& text, const std::string& file,
+                        std::optional<std::uint64_t> seed, const ScenarioFiles& files) {
+  const toml::table document = parse_toml(text, file);
+  TableReader reader(document, file, "");
+  Scenario scenario;
+  read_head(reader, file, scenario);
+  read_robot(reader, seed, files, scenario);
+  check_head(reader);
+  read_course(reader, files, scenario);
+  reader.finish();
+  return scenario;
+}
+
+Scenario parse_live_scenario(const std::string& text, const std::string& file,
+                             const std::vector<BusConfig>& running, const ScenarioFiles& files) {
+  const toml::table document = parse_toml(text, file);
+  TableReader reader(document, file, "");
+  Scenario scenario;
+  read_head(reader, file, scenario);
+  reader.integer("seed", 0, INT64_MAX);
+  reader.integer("bitrate", 0, INT64_MAX);
+  scenario.robot = running;
+  for (BusConfig& bus : scenario.robot) bus.events.clear();
+  take_names_of_robot(reader, files, scenario);
+  check_head(reader);
+  read_course(reader, files, scenario);
+  reader.finish();
+  for (std::size_t n = 0; n < running.size(); ++n) {
+    scenario.robot[n].interface = running[n].interface;
+  }
+  return scenario;
+}
+
+std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot,
+                        std::optional<int> id) {
+  if (const auto name = reader.text("bus")) {
+    const auto found = std::ranges::find(robot, *name, &BusConfig::interface);
+    if (found == robot.end()) {
+      reader.fail("bus", "\"" + *name + "\" is none of " + names_of(robot));
+    }
+    return static_cast<std::size_t>(found - robot.begin());
+  }
+  if (robot.size() == 1) return 0;
+  std::vector<std::size_t> places;
+  for (std::size_t n = 0; id && n < robot.size(); ++n) {
+    if (std::ranges::find(robot[n].servos, *id, &ServoConfig::id) != robot[n].servos.end()) {
+      places.push_back(n);
+    }
+  }
+  if (id && places.empty()) {
+    reader.fail(ids_key(reader), "no drive " + std::to_string(*id) + " on any bus");
+  }
+  if (places.size() != 1) reader.fail("bus", "which one is meant? " + names_of(robot));
+  return places.front();
+}
+
+std::optional<SimTime> read_moment(TableReader& reader, const std::string& key, SimTime duration) {
+  const auto moment = read_duration(reader, key);
+  if (moment && *moment > duration) {
+    reader.fail(key, "is after the end of the scenario, " + time_text(duration));
+  }
+  return moment;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,130 @@
+// [[send]]: what a scenario's host says.
+
+#include "emulator/config/config_send.hpp"
+
+#include <algorithm>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/config/config_directives.hpp"
+#include "emulator/config/config_ids.hpp"
+#include "emulator/config/config_scenario.hpp"
+#include "emulator/core/frame_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Puts the course in time on what is sent: once, or every so often.
+void read_repetition(TableReader& reader, SimTime duration, HostSend& send) {
+  const auto every = read_duration(reader, "every_s");
+  const auto until = read_moment(reader, "until_s", duration);
+  const auto times = reader.integer("times", 1, 1'000'000'000);
+  if (!every) {
+    for (const char* key : {"until_s", "times"}) {
+      if (reader.has(key)) reader.fail(key, "belongs to every_s");
+    }
+    return;
+  }
+  if (*every < std::chrono::microseconds(10)) {
+    reader.fail("every_s", "must be at least 0.00001; no bus carries more");
+  }
+  if (until && times) reader.fail("until_s", "does not go together with times");
+  const SimTime last = until.value_or(duration);
+  if (last < send.at) reader.fail("until_s", "is before at_s");
+  send.every = *every;
+  send.times = static_cast<std::uint64_t>((last - send.at) / *every) + 1;
+  if (times) send.times = std::min(send.times, static_cast<std::uint64_t>(*times));
+}
+
+/// The hosts' frames of a log: those that it marks as received came from drives.
+std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
+                                const ScenarioFiles& files) {
+  const std::string name = *reader.text("play");
+  const SimTime from = read_moment(reader, "from_s", scenario.duration).value_or(SimTime{0});
+  const auto interface = reader.text("interface");
+  const std::size_t bus = read_bus_of(reader, scenario.robot, std::nullopt);
+  reader.finish();
+  std::vector<CandumpLine> log;
+  try {
+    log = parse_candump_log(files.text(name), name);
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::exception& problem) {
+    reader.fail("play", problem.what());
+  }
+  std::vector<HostSend> sends;
+  std::optional<SimTime> first;
+  for (const CandumpLine& line : log) {
+    if (interface && line.interface != *interface) continue;
+    first = first.value_or(line.at);
+    if (line.direction == CandumpLine::Direction::kReceived) continue;
+    const SimTime at = from + (line.at - *first);
+    if (at < from) reader.fail("play", "the times of " + name + " go back");
+    if (at <= scenario.duration) sends.push_back({bus, at, line.frame});
+  }
+  if (sends.empty()) reader.fail("play", name + " has no frame of a host to play");
+  return sends;
+}
+
+HostSend read_raw(TableReader& reader, const Scenario& scenario) {
+  const auto parsed = parse_frame(*reader.text("frame"));
+  if (const auto* problem = std::get_if<std::string>(&parsed)) reader.fail("frame", *problem);
+  HostSend send;
+  send.frame = std::get<protocol::Frame>(parsed);
+  const int id = static_cast<int>(send.frame.id) - static_cast<int>(protocol::kSingleDriveId);
+  const bool of_drive =
+      !send.frame.extended && std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
+        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+      });
+  for (const char* key : {"id", "ids", "command"}) {
+    if (reader.has(key)) reader.fail(key, "does not go together with frame");
+  }
+  send.bus = read_bus_of(reader, scenario.robot, of_drive ? std::optional(id) : std::nullopt);
+  return send;
+}
+
+/// One frame for each drive that is meant; all of the bus when none is named.
+std::vector<HostSend> read_words(TableReader& reader, const Scenario& scenario) {
+  const std::vector<int> ids = read_ids(reader);
+  const std::size_t bus =
+      read_bus_of(reader, scenario.robot, ids.empty() ? std::nullopt : std::optional(ids.front()));
+  const auto& servos = scenario.robot[bus].servos;
+  for (const int id : ids) {
+    if (std::ranges::find(servos, id, &ServoConfig::id) == servos.end()) {
+      reader.fail(ids_key(reader), "no drive " + std::to_string(id) + " on this bus");
+    }
+  }
+  std::vector<HostSend> sends;
+  for (const ServoConfig& servo : servos) {
+    if (!ids.empty() && std::ranges::find(ids, servo.id) == ids.end()) continue;
+    HostSend send;
+    send.bus = bus;
+    send.frame = read_query(reader, servo);
+    sends.push_back(send);
+  }
+  return sends;
+}
+
+}  // namespace
+
+std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
+                                const ScenarioFiles& files) {
+  if (reader.has("play")) return read_play(reader, scenario, files);
+  const auto at = read_moment(reader, "at_s", scenario.duration);
+  if (!at) reader.note_missing("at_s");
+  std::vector<HostSend> sends;
+  if (reader.is_text("frame")) {
+    sends.push_back(read_raw(reader, scenario));
+  } else if (reader.has("frame")) {
+    reader.text("frame");
+  } else {
+    sends = read_words(reader, scenario);
+  }
+  for (HostSend& send : sends) {
+    send.at = at.value_or(SimTime{0});
+    read_repetition(reader, scenario.duration, send);
+  }
+  reader.finish();
+  return sends;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,171 @@
+#include "emulator/config/profile.hpp"
+
+#include "emulator/config/config_checks.hpp"
+#include "emulator/config/profile_fields.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fields = profile_fields;
+
+template <typename Section, std::size_t N>
+void read_section(TableReader& reader, const char* name, const Field<Section> (&table)[N],
+                  Presence presence, Section& section) {
+  auto found = reader.table(name);
+  if (!found) {
+    if (presence == Presence::kRequired) reader.note_missing(name);
+    return;
+  }
+  read_fields<Section>(*found, table, presence, section);
+  found->finish();
+}
+
+void check_direction(TableReader& reader, const model::EncoderParams& encoder) {
+  if (encoder.direction == 0) reader.table("encoder")->fail("direction", "must be 1 or -1");
+}
+
+void check_friction(TableReader& reader, const model::MechanicsParams& mechanics) {
+  if (mechanics.tau_static < mechanics.tau_coulomb) {
+    reader.table("mechanics")->fail("tau_static_mNm", "must not be below tau_coulomb_mNm");
+  }
+}
+
+/// Max Torque Current, or what an MS drive has in its place.
+void read_limit(TableReader& reader, Presence presence, const RegisterRules& rules,
+                Registers& registers) {
+  const bool ms = rules.series == Series::kMs;
+  if (ms && reader.has("max_torque_current_lsb")) {
+    reader.fail("max_torque_current_lsb", "an MS drive has max_power_permille in its place");
+  }
+  if (!ms && reader.has("max_power_permille")) {
+    reader.fail("max_power_permille",
+                "MS drives only; this one has max_torque_current_lsb in its place");
+  }
+  const Field<Registers> limit[] = {ms ? fields::max_power()
+                                       : fields::max_torque_current(rules.iq_limit_lsb)};
+  read_fields<Registers>(reader, limit, presence, registers);
+}
+
+void read_gains(TableReader& reader, Presence presence, const RegisterRules& rules,
+                model::GainBytes& gains) {
+  if (rules.wide_gains) {
+    read_section(reader, "gains", fields::kWideGains, presence, gains);
+    return;
+  }
+  if (reader.has("gains")) {
+    const auto table = reader.table("gains");
+    for (const char* key : {"angle_kd", "speed_kd", "current_kd"}) {
+      if (table->has(key)) table->fail(key, "only drives with parameter_commands have it");
+    }
+  }
+  read_section(reader, "gains", fields::kGains, presence, gains);
+}
+
+/// A drive that is reset before its protection notices could not report under-voltage.
+void check_reset(TableReader& reader, const Profile& profile) {
+  constexpr auto kUnderVoltage = static_cast<std::size_t>(model::Error::kUnderVoltage);
+  const model::LogicParams& logic = profile.drive.logic;
+  if (logic.v_reset + logic.v_reset_hysteresis <
+      profile.factory.protections[kUnderVoltage].threshold) {
+    return;
+  }
+  reader.table("factory")
+      ->table("protection")
+      ->table("under_voltage")
+      ->fail("threshold_V", "must be above logic.reset_V + logic.reset_hysteresis_V");
+}
+
+void check_factory(TableReader& reader, const Profile& profile) {
+  const std::string control = control_problem(profile.series, profile.drive.control);
+  if (!control.empty()) reader.table("control")->fail("has_current_loop", control);
+  auto factory = reader.table("factory");
+  const std::string offset = offset_problem(profile.factory.encoder_offset, profile.drive.encoder);
+  if (!offset.empty()) factory->fail("encoder_offset", offset);
+  const std::string voltages = voltage_problem(profile.factory);
+  if (!voltages.empty()) {
+    factory->table("protection")->table("over_voltage")->fail("threshold_V", voltages);
+  }
+}
+
+}  // namespace
+
+void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
+  read_section(reader, "motor", fields::kMotor, presence, params.motor);
+  read_section(reader, "inverter", fields::kInverter, presence, params.inverter);
+  read_section(reader, "mechanics", fields::kMechanics, presence, params.mechanics);
+  read_section(reader, "supply", fields::kSupply, presence, params.supply);
+  read_section(reader, "logic", fields::kLogic, presence, params.logic);
+  // All keys of a brake, or no brake.
+  const Presence fitted = reader.has("brake") ? presence : Presence::kOptional;
+  read_section(reader, "brake", fields::kBrake, fitted, params.brake);
+  read_section(reader, "thermal", fields::kThermal, presence, params.thermal);
+  read_section(reader, "encoder", fields::kEncoder, presence, params.encoder);
+  read_section(reader, "current_sensor", fields::kCurrentSensor, presence, params.current_sensor);
+  read_section(reader, "slow_sensor", fields::kSlowSensor, presence, params.slow_sensor);
+  read_section(reader, "control", fields::kControl, presence, params.control);
+  if (reader.has("encoder")) check_direction(reader, params.encoder);
+  if (reader.has("mechanics")) check_friction(reader, params.mechanics);
+}
+
+void read_load(TableReader& reader, model::LoadParams& load) {
+  read_section(reader, "load", fields::kLoad, Presence::kOptional, load);
+  if (load.theta_min > load.theta_max) {
+    reader.table("load")->fail("theta_min_deg", "must not be above theta_max_deg");
+  }
+}
+
+void read_registers(TableReader& reader, Presence presence, const RegisterRules& rules,
+                    Registers& registers) {
+  read_fields<Registers>(reader, fields::kRegisters, presence, registers);
+  read_limit(reader, presence, rules, registers);
+  read_gains(reader, presence, rules, registers.gains);
+  auto protections = reader.table("protection");
+  if (!protections) {
+    if (presence == Presence::kRequired) reader.note_missing("protection");
+    return;
+  }
+  for (std::size_t kind = 0; kind < registers.protections.size(); ++kind) {
+    const auto& keys = fields::kProtections[kind];
+    read_section(*protections, keys.name, keys.fields, presence, registers.protections[kind]);
+  }
+  protections->finish();
+}
+
+Profile parse_profile(const std::string& text, const std::string& file, const std::string& name) {
+  const toml::table document = parse_toml(text, file);
+  TableReader reader(document, file, "");
+  Profile profile;
+  profile.name = name;
+  if (const auto model = reader.text("model")) {
+    profile.model = *model;
+  } else {
+    reader.note_missing("model");
+  }
+  if (const auto series = reader.choice("series", {"MS", "MF", "MG", "MH"})) {
+    profile.series = static_cast<Series>(*series);
+  } else {
+    reader.note_missing("series");
+  }
+  if (const auto span = reader.choice("encoder_span", {"rotor_turn", "output_turn"})) {
+    profile.encoder_span = static_cast<EncoderSpan>(*span);
+  } else {
+    reader.note_missing("encoder_span");
+  }
+  read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
+  read_drive_params(reader, Presence::kRequired, profile.drive);
+  if (auto factory = reader.table("factory")) {
+    read_registers(*factory, Presence::kRequired, {.series = profile.series}, profile.factory);
+    factory->finish();
+  } else {
+    reader.note_missing("factory");
+  }
+  reader.finish();
+  check_reset(reader, profile);
+  check_factory(reader, profile);
+  if (profile.rating.voltage_min_V > profile.rating.voltage_max_V) {
+    reader.table("rating")->fail("voltage_min_V", "must not be above voltage_max_V");
+  }
+  return profile;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,404 @@
+#include "emulator/control/control_api.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_directives.hpp"
+#include "emulator/control/control_directives.hpp"
+#include "emulator/control/control_json.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Parts = std::vector<std::string>;
+
+Parts split(std::string_view text, char by) {
+  Parts parts;
+  for (;;) {
+    const std::size_t end = text.find(by);
+    parts.emplace_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+/// Whether `path` is what `pattern` says; what stands for its {…} goes to `parts`.
+bool matches(std::string_view pattern, const Parts& path, Parts& parts) {
+  const Parts wanted = split(pattern, '/');
+  if (wanted.size() != path.size()) return false;
+  parts.clear();
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    if (wanted[n].starts_with('{')) {
+      parts.push_back(path[n]);
+    } else if (wanted[n] != path[n]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Json body_of(const ApiRequest& request) {
+  Json json = parse_json(request.body);
+  if (!json.is_object()) throw ApiError(400, "body", "must be a JSON object");
+  return json;
+}
+
+void check_content_type(const ApiRequest& request) {
+  if (request.method != "POST" && request.method != "PUT") return;
+  const std::string type = request.content_type.substr(0, request.content_type.find(';'));
+  if (type != "application/json") {
+    throw ApiError(415, "Content-Type", "must be application/json");
+  }
+}
+
+/// The mode that `key` names, which has to be there.
+ClockMode read_clock(TableReader& reader, const std::string& key) {
+  const auto word = reader.text(key);
+  if (!word) {
+    reader.note_missing(key);
+    reader.finish();
+    return {};
+  }
+  const auto mode = parse_clock_mode(*word);
+  if (!mode) reader.fail(key, "\"" + *word + "\" is none of realtime, stepped, x0.001 to x1000");
+  return *mode;
+}
+
+}  // namespace
+
+ApiResponse error_response(int status, const std::string& where, const std::string& reason) {
+  return {status, {{"error", {{"where", where}, {"reason", reason}}}}, ""};
+}
+
+std::span<const ControlApi::Route> ControlApi::routes() {
+  static constexpr Route kRoutes[] = {
+      {"GET", "/status", &ControlApi::get_status},
+      {"GET", "/drives", &ControlApi::get_drives},
+      {"GET", "/drives/{bus}/{id}", &ControlApi::get_drive},
+      {"POST", "/directives", &ControlApi::post_directives},
+      {"GET", "/faults", &ControlApi::get_faults},
+      {"GET", "/faults/kinds", &ControlApi::get_fault_kinds},
+      {"GET", "/signals", &ControlApi::get_signals},
+      {"GET", "/clock", &ControlApi::get_clock},
+      {"PUT", "/clock", &ControlApi::put_clock},
+      {"POST", "/clock/advance", &ControlApi::post_advance},
+      {"DELETE", "/clock/advance", &ControlApi::delete_advance},
+      {"POST", "/recording", &ControlApi::post_recording},
+      {"DELETE", "/recording", &ControlApi::delete_recording},
+      {"POST", "/scenario", &ControlApi::post_scenario},
+      {"GET", "/scenario", &ControlApi::get_scenario},
+      {"DELETE", "/scenario", &ControlApi::delete_scenario},
+      {"GET", "/telemetry", &ControlApi::get_telemetry},
+  };
+  return kRoutes;
+}
+
+void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
+  try {
+    std::string_view path = request.path;
+    const bool below_base =
+        path.starts_with(kBasePath) && path.substr(kBasePath.size()).starts_with('/');
+    if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
+    const Parts asked = split(path.substr(kBasePath.size()), '/');
+    std::string allowed;
+    for (const Route& route : routes()) {
+      Parts parts;
+      if (!matches(route.path, asked, parts)) continue;
+      if (route.method == request.method) {
+        check_content_type(request);
+        (this->*route.handle)(request, parts, reply);
+        return;
+      }
+      allowed += (allowed.empty() ? "" : ", ") + std::string(route.method);
+    }
+    if (allowed.empty()) throw ApiError(404, "path", "there is no such thing");
+    ApiResponse response = error_response(405, "method", "this can be asked for by " + allowed);
+    response.allow = allowed;
+    reply(response);
+  } catch (const ApiError& problem) {
+    reply(error_response(problem.status, problem.where, problem.what()));
+  } catch (const JsonError& problem) {
+    reply(error_response(400, problem.where, problem.what()));
+  } catch (const ConfigError& problem) {
+    const std::string line = problem.line > 0 ? "line " + std::to_string(problem.line) + ": " : "";
+    reply(error_response(400, problem.key.empty() ? problem.file : problem.key,
+                         line + problem.reason));
+  } catch (const std::exception& problem) {
+    spdlog::error("control: {} {}: {}", request.method, request.path, problem.what());
+    reply(error_response(500, "lk-emu", problem.what()));
+  }
+}
+
+Line& ControlApi::line_of(const std::string* bus) {
+  if (bus != nullptr) {
+    if (Line* const line = world_.find_line(*bus)) return *line;
+    throw ApiError(400, "bus", "there is no bus " + *bus);
+  }
+  if (world_.lines().size() > 1) throw ApiError(400, "bus", "there are several; name one");
+  return *world_.lines().front();
+}
+
+// --- what there is
+// -----------------------------------------------------------------------------------
+
+Json ControlApi::clock_json() const {
+  return {{"mode", to_string(world_.clock().mode())},
+          {"time_s", seconds(world_.time())},
+          {"slipped_s", seconds(world_.clock().total_slip())},
+          {"advancing", world_.advancing()}};
+}
+
+void ControlApi::get_status(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                            const Reply& reply) {
+  catch_up();
+  Json buses = Json::array();
+  for (const auto& line : world_.lines()) buses.push_back(bus_json(*line));
+  reply({200,
+         {{"version", LKEMU_VERSION},
+          {"pid", ::getpid()},
+          {"clock", clock_json()},
+          {"buses", buses},
+          {"recording", recording.state ? recording.state() : Json(nullptr)},
+          {"scenario", scenario.state ? scenario.state() : Json(nullptr)}},
+         ""});
+}
+
+void ControlApi::get_drives(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                            const Reply& reply) {
+  catch_up();
+  Json drives = Json::array();
+  for (const auto& line : world_.lines()) {
+    for (const ServoConfig& servo : line->config().servos) {
+      drives.push_back(drive_json(*line, servo.id));
+    }
+  }
+  reply({200, drives, ""});
+}
+
+void ControlApi::get_drive(const ApiRequest& /*request*/, const Parts& parts, const Reply& reply) {
+  catch_up();
+  const Line* const line = world_.find_line(parts[0]);
+  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + parts[0]);
+  int id = 0;
+  const char* const last = parts[1].data() + parts[1].size();
+  const auto [end, error] = std::from_chars(parts[1].data(), last, id);
+  if (error != std::errc() || end != last || !line->bus().has(id)) {
+    throw ApiError(404, "path", "there is no drive " + parts[1] + " on " + parts[0]);
+  }
+  reply({200, drive_json(*line, id), ""});
+}
+
+void ControlApi::get_faults(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                            const Reply& reply) {
+  catch_up();
+  Json faults = Json::array();
+  for (const auto& line : world_.lines()) {
+    for (const FaultReport& report : line->bus().faults()) {
+      faults.push_back(fault_json(*line, report));
+    }
+  }
+  reply({200, faults, ""});
+}
+
+void ControlApi::get_fault_kinds(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                                 const Reply& reply) {
+  reply({200, fault_kinds_json(), ""});
+}
+
+void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                             const Reply& reply) {
+  reply({200, signals_json(), ""});
+}
+
+// --- what can be done
+// -----------------------------------------------------------------------------------
+
+void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts*/,
+                                 const Reply& reply) {
+  Json said = body_of(request);
+  if (said.contains("clock")) {  // the one directive that no bus has to know
+    const toml::table table = to_table(said);
+    TableReader reader(table, "request", "");
+    const ClockMode mode = read_clock(reader, "clock");
+    reader.finish();
+    world_.set_clock(mode);
+    return reply({200, {{"time_s", seconds(world_.time())}, {"faults", Json::array()}}, ""});
+  }
+  std::optional<std::string> bus;
+  if (said.contains("bus")) {
+    if (!said["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
+    bus = said["bus"].get<std::string>();
+    said.erase("bus");
+  }
+  Line& line = line_of(bus ? &*bus : nullptr);
+  catch_up();
+  const auto directives = read_request(said, line);
+  line.announce(said.dump());
+  const auto names = perform_all(directives, line);
+  reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
+}
+
+void ControlApi::get_clock(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                           const Reply& reply) {
+  catch_up();
+  reply({200, clock_json(), ""});
+}
+
+void ControlApi::put_clock(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
+  const toml::table table = to_table(body_of(request));
+  TableReader reader(table, "request", "");
+  const ClockMode mode = read_clock(reader, "mode");
+  reader.finish();
+  world_.set_clock(mode);
+  reply({200, clock_json(), ""});
+}
+
+void ControlApi::post_advance(const ApiRequest& request, const Parts& /*parts*/,
+                              const Reply& reply) {
+  const toml::table table = to_table(body_of(request));
+  TableReader reader(table, "request", "");
+  const auto by = read_duration(reader, "by_s");
+  const auto to = read_duration(reader, "to_s");
+  if (by && to) reader.fail("to_s", "give either by_s or to_s");
+  if (!by && !to) reader.note_missing("by_s");
+  reader.finish();
+  if (!world_.clock().mode().stepped) {
+    throw ApiError(409, "clock",
+                   "time goes by itself (" + to_string(world_.clock().mode()) +
+                       "); it is moved by hand when the clock is stepped");
+  }
+  if (world_.advancing()) throw ApiError(409, "clock", "time is being moved already");
+  const SimTime now = world_.clock().stands_at();
+  const SimTime target = std::chrono::round<std::chrono::microseconds>(by ? now + *by : *to);
+  if (target < now) reader.fail("to_s", "is past; it is " + std::to_string(seconds(now)) + " s");
+  world_.advance(target, [this, reply](World::Advanced how) {
+    const Json time_s = seconds(world_.time());
+    switch (how) {
+      case World::Advanced::kThere:
+        return reply({200, {{"time_s", time_s}}, ""});
+      case World::Advanced::kCancelled:
+        return reply(error_response(409, "clock", "cancelled at " + time_s.dump() + " s"));
+      case World::Advanced::kStuck:
+        return reply(error_response(503, "clock",
+                                    "replies do not leave: the disk or an interface does not take "
+                                    "them; it is " +
+                                        time_s.dump() + " s"));
+    }
+  });
+}
+
+void ControlApi::delete_advance(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                                const Reply& reply) {
+  world_.cancel_advance();
+  reply({200, {{"time_s", seconds(world_.time())}}, ""});
+}
+
+namespace {
+
+ApiResponse absent(const char* what) {
+  return error_response(501, what, std::string("this lk-emu has no ") + what);
+}
+
+}  // namespace
+
+void ControlApi::post_recording(const ApiRequest& request, const Parts& /*parts*/,
+                                const Reply& reply) {
+  if (!recording.start) return reply(absent("recording"));
+  reply({200, recording.start(body_of(request)), ""});
+}
+
+void ControlApi::delete_recording(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                                  const Reply& reply) {
+  if (!recording.stop) return reply(absent("recording"));
+  reply({200, recording.stop(), ""});
+}
+
+void ControlApi::post_scenario(const ApiRequest& request, const Parts& /*parts*/,
+                               const Reply& reply) {
+  if (!scenario.start) return reply(absent("scenario"));
+  reply({200, scenario.start(body_of(request)), ""});
+}
+
+void ControlApi::get_scenario(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                              const Reply& reply) {
+  if (!scenario.report) return reply(absent("scenario"));
+  catch_up();
+  reply({200, scenario.report(), ""});
+}
+
+void ControlApi::delete_scenario(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                                 const Reply& reply) {
+  if (!scenario.stop) return reply(absent("scenario"));
+  reply({200, scenario.stop(), ""});
+}
+
+// --- telemetry
+// -----------------------------------------------------------------------------------
+
+/// Whoever may listen to a stream asks for an upgrade, and does not come here.
+void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/,
+                               const Reply& reply) {
+  read_telemetry_request(request);
+  reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
+}
+
+TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
+  TelemetryRequest wanted;
+  std::optional<std::string> bus;
+  std::string ids;
+  std::string names = "angle_deg,speed_dps,iq_A";
+  for (const auto& [key, value] : request.query) {
+    if (key == "bus") {
+      bus = value;
+    } else if (key == "ids") {
+      ids = value;
+    } else if (key == "signals") {
+      names = value;
+    } else if (key == "rate_Hz") {
+      const char* const last = value.data() + value.size();
+      const auto [end, error] = std::from_chars(value.data(), last, wanted.rate_Hz);
+      if (error != std::errc() || end != last || !(wanted.rate_Hz >= kSlowestTelemetry_Hz) ||
+          !(wanted.rate_Hz <= kFastestTelemetry_Hz)) {
+        throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
+      }
+    } else {
+      throw ApiError(400, key, "unknown; there are bus, ids, signals and rate_Hz");
+    }
+  }
+  wanted.line = &line_of(bus ? &*bus : nullptr);
+  try {
+    if (!ids.empty()) wanted.ids = parse_ids(ids);
+  } catch (const std::invalid_argument& problem) {
+    throw ApiError(400, "ids", problem.what());
+  }
+  for (const int id : wanted.ids) {
+    if (!wanted.line->bus().has(id)) {
+      throw ApiError(400, "ids", "no drive " + std::to_string(id) + " on this bus");
+    }
+  }
+  if (wanted.ids.empty()) {
+    for (const ServoConfig& servo : wanted.line->config().servos) wanted.ids.push_back(servo.id);
+  }
+  for (const std::string& name : split(names, ',')) {
+    const Signal* const signal = find_signal(name);
+    if (signal == nullptr) throw ApiError(400, "signals", "there is no signal \"" + name + "\"");
+    if (std::ranges::find(wanted.signals, signal) != wanted.signals.end()) {
+      throw ApiError(400, "signals", name + " is given twice");
+    }
+    wanted.signals.push_back(signal);
+  }
+  const double values =
+      wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
+  if (values > kMostTelemetry) {
+    throw ApiError(400, "rate_Hz", "more than 200000 values a second; ask for less");
+  }
+  wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));
+  return wanted;
+}
+
+}  // namespace lk::emulator

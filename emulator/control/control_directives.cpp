@@ -1,0 +1,87 @@
+#include "emulator/control/control_directives.hpp"
+
+#include <algorithm>
+
+#include "emulator/config/config_directives.hpp"
+#include "emulator/control/control_api.hpp"
+#include "emulator/core/fault_table.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// The bus as it is now: a setting that is not said stays what it is in RAM.
+BusConfig as_it_is(const Line& line) {
+  BusConfig now = line.config();
+  for (ServoConfig& servo : now.servos) servo.rom = line.bus().servo(servo.id).ram();
+  return now;
+}
+
+void check_fault(const Line& line) {
+  if (line.bus().faults_full()) {
+    throw ApiError(409, "fault",
+                   "this bus has had " + std::to_string(Bus::kMostFaults) +
+                       " faults, which is all that it keeps");
+  }
+}
+
+void check_clear(const ClearFault& clear, const Line& line) {
+  if (clear.which == "all" || find_fault(clear.which) != nullptr) return;
+  const auto faults = line.bus().faults();
+  const bool known = std::ranges::any_of(
+      faults, [&](const FaultReport& report) { return report.fault.name == clear.which; });
+  if (!known) throw ApiError(400, "clear", "there is no fault \"" + clear.which + "\"");
+}
+
+void check_setting(const TimedDirective& directive, const Line& line) {
+  const int id = directive.directive.id;
+  const bool now = !directive.when && directive.at <= line.bus().time();
+  if (now && !line.bus().telemetry(id).alive) {
+    throw ApiError(409, "settings",
+                   "drive " + std::to_string(id) + " is without power: nobody is there to take it");
+  }
+}
+
+/// Nothing is begun that cannot be done for all drives that are meant.
+void check_places(const std::vector<TimedDirective>& directives, const Line& line) {
+  const auto waits = [](const TimedDirective& directive) { return directive.when.has_value(); };
+  const auto wanted = static_cast<std::size_t>(std::ranges::count_if(directives, waits));
+  if (wanted == 0) return;
+  const std::vector<FaultReport> faults = line.bus().faults();
+  const auto armed = static_cast<std::size_t>(std::ranges::count(
+      faults, FaultEvidence::State::kArmed, [](const auto& one) { return one.evidence.state; }));
+  // Some of the armed ones wait for a time and not for a condition: too many are refused, not too
+  // few.
+  if (line.bus().unmet_directives() + armed + wanted > Bus::kMostWaiting) {
+    throw ApiError(409, "when",
+                   "a bus waits for no more than " + std::to_string(Bus::kMostWaiting) +
+                       " conditions: clear some faults");
+  }
+}
+
+}  // namespace
+
+std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
+  const toml::table table = to_table(said);
+  TableReader reader(table, "request", "");
+  auto directives = read_directives(reader, as_it_is(line), Timing::kOptional);
+  for (const TimedDirective& directive : directives) {
+    const auto& what = directive.directive.what;
+    if (std::holds_alternative<SetFault>(what)) check_fault(line);
+    if (const auto* clear = std::get_if<ClearFault>(&what)) check_clear(*clear, line);
+    if (std::holds_alternative<Setting>(what)) check_setting(directive, line);
+  }
+  check_places(directives, line);
+  return directives;
+}
+
+std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line) {
+  std::vector<std::string> names;
+  for (const TimedDirective& directive : directives) {
+    if (line.perform(directive) && std::holds_alternative<SetFault>(directive.directive.what)) {
+      names.push_back(line.bus().faults().back().fault.name);
+    }
+  }
+  return names;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,244 @@
+#include "emulator/control/control_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "emulator/config/profile_fields.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/signals.hpp"
+#include "emulator/program/motor_listing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fields = profile_fields;
+
+std::string as_key(std::string_view words) {
+  std::string key(words);
+  std::ranges::replace(key, ' ', '_');
+  return key;
+}
+
+std::string_view state_word(FaultEvidence::State state) {
+  switch (state) {
+    case FaultEvidence::State::kArmed:
+      return "armed";
+    case FaultEvidence::State::kActive:
+      return "active";
+    case FaultEvidence::State::kPaused:
+      return "paused";
+    case FaultEvidence::State::kOver:
+      return "over";
+    case FaultEvidence::State::kCleared:
+      return "cleared";
+  }
+  return "?";
+}
+
+std::string_view generation_word(Generation generation) {
+  switch (generation) {
+    case Generation::kLegacy:
+      return "legacy";
+    case Generation::kV235:
+      return "v235";
+    case Generation::kV236:
+      return "v236";
+  }
+  return "?";
+}
+
+template <typename Section>
+void put(Json& json, const Field<Section>& field, const Section& section) {
+  std::visit(
+      [&](auto member) {
+        const auto value = section.*member;
+        if constexpr (std::is_same_v<decltype(value), const double>) {
+          json[field.key] = value / field.unit;
+        } else {
+          json[field.key] = value;
+        }
+      },
+      field.member);
+}
+
+/// In the words of [settings].
+Json registers_json(const Registers& registers, const ServoConfig& servo) {
+  Json json = Json::object();
+  for (const auto& field : fields::kRegisters) put(json, field, registers);
+  if (servo.profile.series == Series::kMs) {
+    put(json, fields::max_power(), registers);
+  } else {
+    put(json, fields::max_torque_current(servo.quirks.dialect.iq_command_limit_lsb), registers);
+  }
+  Json& gains = json["gains"] = Json::object();
+  if (servo.quirks.dialect.parameter_commands) {
+    for (const auto& field : fields::kWideGains) put(gains, field, registers.gains);
+  } else {
+    for (const auto& field : fields::kGains) put(gains, field, registers.gains);
+  }
+  Json& protections = json["protection"] = Json::object();
+  for (std::size_t kind = 0; kind < registers.protections.size(); ++kind) {
+    const auto& keys = fields::kProtections[kind];
+    Json& one = protections[keys.name] = Json::object();
+    for (const auto& field : keys.fields) put(one, field, registers.protections[kind]);
+  }
+  return json;
+}
+
+Json optional_seconds(const std::optional<SimTime>& time) {
+  return time ? Json(seconds(*time)) : Json(nullptr);
+}
+
+std::string word_of(std::string_view words, std::size_t n) {
+  std::size_t begin = 0;
+  for (; n > 0; --n) begin = words.find(' ', begin) + 1;
+  return std::string(words.substr(begin, words.find(' ', begin) - begin));
+}
+
+Json parameter_value(const FaultParam& param, double value) {
+  if (param.choices.empty()) return value;
+  return word_of(param.choices, static_cast<std::size_t>(value));
+}
+
+}  // namespace
+
+double seconds(SimTime time) { return std::chrono::duration<double>(time).count(); }
+
+Json bus_json(const Line& line) {
+  const BusStats stats = line.bus().stats();
+  Json ids = Json::array();
+  for (const ServoConfig& servo : line.config().servos) ids.push_back(servo.id);
+  Json dropped = Json::object();
+  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
+    dropped[as_key(to_string(static_cast<Drop>(cause)))] = stats.dropped[cause];
+  }
+  Json counters = {{"frames", stats.frames},
+                   {"queries", stats.queries},
+                   {"replies", stats.replies},
+                   {"replies_lost", stats.replies_lost},
+                   {"dropped", dropped},
+                   {"refused_motion", stats.refused_motion},
+                   {"invalid_targets", stats.invalid_targets},
+                   {"rom_writes", stats.rom_writes},
+                   {"queue_peak", stats.queue_peak},
+                   {"wire_busy_s", seconds(stats.wire_busy)},
+                   {"waiting_for_time", line.backlog()},
+                   {"lost_while_time_stood", line.backlog_lost()}};
+  if (const SocketCanPort* port = line.port()) {
+    const PortStats sent = port->stats();
+    counters["interface"] = {{"sent", sent.sent},
+                             {"pending", sent.pending},
+                             {"lost_link_down", sent.lost_link_down},
+                             {"lost_queue_full", sent.lost_queue_full},
+                             {"kernel_drops", sent.kernel_drops},
+                             {"link_losses", sent.link_losses}};
+  }
+  return {{"bus", line.name()},
+          {"ids", ids},
+          {"up", line.is_up()},
+          {"time_s", seconds(line.bus().time())},
+          {"bitrate", line.config().bitrate},
+          {"counters", counters}};
+}
+
+Json drive_json(const Line& line, int id) {
+  const DriveView drive = line.bus().view(id);
+  const ServoConfig& servo = drive.servo.config();
+  Json errors = Json::array();
+  for (int n = 0; n < model::kErrorKinds; ++n) {
+    const auto error = static_cast<model::Error>(n);
+    if ((drive.telemetry.errors & model::bit(error)) != 0) errors.push_back(error_word(error));
+  }
+  Json values = Json::object();
+  for (const Signal& signal : signals()) values[std::string(signal.name)] = signal.read(drive);
+  const ServoStats& stats = drive.servo.stats();
+  return {{"bus", line.name()},
+          {"id", id},
+          {"motor", servo.profile.name},
+          {"model", servo.profile.model},
+          {"series", series_name(servo.profile.series)},
+          {"generation", generation_word(servo.generation)},
+          {"state", state_word(drive.servo.run_state())},
+          {"alive", drive.telemetry.alive},
+          {"errors", errors},
+          {"signals", values},
+          {"registers",
+           {{"ram", registers_json(drive.servo.ram(), servo)},
+            {"rom", registers_json(drive.servo.rom(), servo)}}},
+          {"counters",
+           {{"queries", stats.queries},
+            {"replies", stats.replies},
+            {"unknown_commands", stats.unknown_commands},
+            {"wrong_mode", stats.wrong_mode},
+            {"refused_motion", stats.refused_motion},
+            {"invalid_targets", stats.invalid_targets},
+            {"rom_writes", stats.rom_writes}}}};
+}
+
+Json fault_json(const Line& line, const FaultReport& report) {
+  const Fault& fault = report.fault;
+  const FaultEvidence& evidence = report.evidence;
+  const FaultRow& row = fault_row(fault.kind);
+  Json parameters = Json::object();
+  for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
+    parameters[std::string(row.params[n].word)] = parameter_value(row.params[n], fault.values[n]);
+  }
+  if (row.per_frame) parameters["probability"] = fault.probability;
+  if (fault.duration) parameters["for_s"] = seconds(*fault.duration);
+  if (fault.every) parameters["every_s"] = seconds(*fault.every);
+  if (fault.times > 0) parameters["times"] = fault.times;
+  return {{"bus", line.name()},
+          {"name", fault.name},
+          {"kind", row.word},
+          {"ids", fault.ids},
+          {"state", state_word(evidence.state)},
+          {"armed_at_s", seconds(evidence.armed_at)},
+          {"began_at_s", optional_seconds(evidence.began_at)},
+          {"first_effect_at_s", optional_seconds(evidence.first_effect_at)},
+          {"effects", evidence.effects},
+          {"first_on", evidence.first_on},
+          {"parameters", parameters}};
+}
+
+Json fault_kinds_json() {
+  Json kinds = Json::array();
+  for (const FaultRow& row : fault_table()) {
+    Json params = Json::array();
+    for (const FaultParam& param : row.params) {
+      if (param.word.empty()) break;
+      Json one = {{"name", param.word}, {"required", param.required}};
+      if (!param.choices.empty()) {
+        Json words = Json::array();
+        const auto count = 1 + std::ranges::count(param.choices, ' ');
+        for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
+          words.push_back(word_of(param.choices, n));
+        }
+        one["choices"] = words;
+      } else {
+        one["min"] = param.min;
+        one["max"] = param.max;
+      }
+      if (!param.required) one["default"] = parameter_value(param, param.fallback);
+      params.push_back(std::move(one));
+    }
+    kinds.push_back({{"kind", row.word},
+                     {"group", to_string(row.group)},
+                     {"about", row.about},
+                     {"of_bus", row.of_bus},
+                     {"per_frame", row.per_frame},
+                     {"momentary", row.momentary},
+                     {"parameters", params}});
+  }
+  return kinds;
+}
+
+Json signals_json() {
+  Json all = Json::array();
+  for (const Signal& signal : signals()) {
+    all.push_back({{"name", signal.name}, {"about", signal.about}});
+  }
+  return all;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file What the control interface tells, as JSON: docs/control.md.
+
+#include "emulator/control/json_table.hpp"
+#include "emulator/program/line.hpp"
+
+namespace lk::emulator {
+
+double seconds(SimTime time);
+
+Json bus_json(const Line& line);
+Json drive_json(const Line& line, int id);
+Json fault_json(const Line& line, const FaultReport& report);
+Json fault_kinds_json();
+Json signals_json();
+
+}  // namespace lk::emulator

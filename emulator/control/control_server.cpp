@@ -1,0 +1,158 @@
+#include "emulator/control/control_server.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "emulator/control/runtime_dir.hpp"
+#include "emulator/program/cli.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using boost::asio::ip::tcp;
+using local = boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr std::size_t kShortestToken = 16;
+constexpr std::size_t kLongestToken = 4096;
+constexpr std::size_t kLongestPath = 107;  // of a Unix socket
+constexpr auto kPause = std::chrono::milliseconds(100);
+
+std::string read_token(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  const int fd = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) {
+    throw StartError("--http-token: cannot read " + name + ": " +
+                     std::generic_category().message(errno));
+  }
+  struct stat found {};
+  ::fstat(fd, &found);
+  std::string token(kLongestToken, '\0');
+  const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
+  ::close(fd);
+  if (size < 0) throw StartError("--http-token: " + name + " is no readable file");
+  if ((found.st_mode & 077) != 0) {
+    throw StartError("--http-token: others can read " + name + ": chmod 600 " + name);
+  }
+  token.resize(static_cast<std::size_t>(size));
+  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+  if (token.size() < kShortestToken) {
+    throw StartError("--http-token: the token in " + name + " is shorter than " +
+                     std::to_string(kShortestToken) + " characters");
+  }
+  return token;
+}
+
+}  // namespace
+
+ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
+                             const ControlOptions& options)
+    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), pause_(loop) {
+  if (options.socket.empty()) {
+    try {
+      secure_directory(runtime_directory());
+      listen_at(runtime_directory() /
+                (world.lines().front()->name() + "-" + std::to_string(::getpid()) + ".sock"));
+    } catch (const StartError& problem) {
+      spdlog::warn("no control socket: {} (--control PATH puts it elsewhere, none does without)",
+                   problem.what());
+    }
+  } else if (options.socket != "none") {
+    listen_at(std::filesystem::path(options.socket));
+  }
+  if (options.http) listen_at(*options.http, options.token_file);
+}
+
+ControlServer::~ControlServer() {
+  struct stat found {};
+  // Only what is still ours.
+  if (!path_.empty() && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_) {
+    ::unlink(path_.c_str());
+  }
+}
+
+void ControlServer::listen_at(const std::filesystem::path& path) {
+  if (path.string().size() > kLongestPath) {
+    throw StartError(path.string() + " is longer than the path of a socket can be (" +
+                     std::to_string(kLongestPath) + ")");
+  }
+  clear_stale_socket(path);
+  try {
+    unix_.emplace(loop_);
+    unix_->open();
+    const mode_t before = ::umask(0177);  // nobody gets in between making it and closing it
+    error_code error;
+    unix_->bind(local::endpoint(path.string()), error);
+    ::umask(before);
+    if (error) throw boost::system::system_error(error);
+    path_ = path;
+    struct stat made {};
+    ::lstat(path.c_str(), &made);
+    inode_ = made.st_ino;
+    unix_->listen();
+  } catch (const boost::system::system_error& problem) {
+    unix_.reset();
+    throw StartError("cannot listen at " + path.string() + ": " + problem.code().message());
+  }
+  spdlog::debug("control: {}", path.string());
+  accept(*unix_, std::make_shared<const Access>());
+}
+
+void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::path& token_file) {
+  error_code error;
+  const auto address = boost::asio::ip::make_address(http.address, error);
+  if (error) {
+    throw StartError("--http: \"" + http.address + "\" is no address, like 127.0.0.1 or ::1");
+  }
+  Access access;
+  if (!token_file.empty()) access.token = read_token(token_file);
+  if (!address.is_loopback() && access.token.empty()) {
+    throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
+  }
+  try {
+    const tcp::endpoint endpoint(address, http.port);
+    tcp_.emplace(loop_);
+    tcp_->open(endpoint.protocol());
+    tcp_->set_option(tcp::acceptor::reuse_address(true));
+    tcp_->bind(endpoint);
+    tcp_->listen();
+    port_ = tcp_->local_endpoint().port();
+  } catch (const boost::system::system_error& problem) {
+    throw StartError("cannot listen at " + http.address + ":" + std::to_string(http.port) + ": " +
+                     problem.code().message());
+  }
+  if (address.is_loopback()) access.hosts = loopback_hosts(port_);
+  spdlog::info("control: http://{}:{}/api/v1",
+               address.is_v6() ? "[" + http.address + "]" : http.address, port_);
+  accept(*tcp_, std::make_shared<const Access>(std::move(access)));
+}
+
+template <class Acceptor>
+void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<const Access> access) {
+  acceptor.async_accept([this, &acceptor, access](const error_code& error, auto socket) {
+    if (error == boost::asio::error::operation_aborted) return;
+    if (error) {
+      // Most likely there are too many descriptors: some will be closed.
+      pause_.expires_after(kPause);
+      pause_.async_wait([this, &acceptor, access](const error_code& aborted) {
+        if (!aborted) accept(acceptor, access);
+      });
+      return;
+    }
+    if (shared_->connections < kMostConnections) {
+      serve_http(HttpSocket(std::move(socket)), shared_, access);
+    } else if (!std::exchange(told_of_crowd_, true)) {
+      spdlog::warn("control: more than {} connections; others are closed at once",
+                   kMostConnections);
+    }
+    accept(acceptor, access);
+  });
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,60 @@
+#include "emulator/control/http_access.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace lk::emulator {
+namespace {
+
+/// Takes the same time wherever the two differ.
+bool same_secret(std::string_view shown, std::string_view secret) {
+  unsigned difference = shown.size() == secret.size() ? 0 : 1;
+  for (std::size_t n = 0; n < secret.size(); ++n) {
+    const char c = n < shown.size() ? shown[n] : '\0';
+    difference |= static_cast<unsigned>(static_cast<unsigned char>(c) ^
+                                        static_cast<unsigned char>(secret[n]));
+  }
+  return difference == 0;
+}
+
+}  // namespace
+
+/// A page in a browser on this machine can send requests here. Its Origin gives it away; a name
+/// that somebody lets point to 127.0.0.1 is given away by Host.
+int refusal(const Access& access, const Credentials& shown) {
+  if (!access.hosts.empty()) {
+    const auto known = [&](std::string_view host) {
+      return std::ranges::find(access.hosts, host) != access.hosts.end();
+    };
+    if (!known(shown.host)) return 403;
+    constexpr std::string_view kScheme = "http://";
+    if (shown.origin &&
+        (!shown.origin->starts_with(kScheme) || !known(shown.origin->substr(kScheme.size())))) {
+      return 403;
+    }
+  }
+  if (!access.token.empty()) {
+    constexpr std::string_view kBearer = "Bearer ";
+    if (!shown.authorization.starts_with(kBearer)) return 401;
+    if (!same_secret(shown.authorization.substr(kBearer.size()), access.token)) return 401;
+  }
+  return 0;
+}
+
+std::string refusal_reason(int status) {
+  return status == 401 ? "needs the token: Authorization: Bearer …"
+                       : "Host, or Origin, is not this program's";
+}
+
+std::vector<std::string> loopback_hosts(unsigned port) {
+  std::string suffix = ":";
+  suffix += std::to_string(port);
+  std::vector<std::string> hosts;
+  for (const char* name : {"localhost", "127.0.0.1", "[::1]"}) {
+    hosts.push_back(name + suffix);
+    if (port == 80) hosts.emplace_back(name);  // which clients leave out
+  }
+  return hosts;
+}
+
+}  // namespace lk::emulator

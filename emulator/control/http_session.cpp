@@ -1,0 +1,237 @@
+#include "emulator/control/http_session.hpp"
+
+#include <sys/socket.h>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <optional>
+
+#include "emulator/control/http_target.hpp"
+#include "emulator/control/telemetry_stream.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+constexpr std::size_t kReadAtOnce = 4096;
+constexpr std::size_t kLongestBuffer = 16 * 1024;  // with what a client sends ahead
+constexpr auto kGoodbye = std::chrono::seconds(1);
+constexpr int kMostGoodbyeReads = 256;
+
+std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+
+int status_of(const error_code& error) {
+  if (error == http::error::header_limit) return 431;
+  if (error == http::error::body_limit) return 413;
+  return 400;
+}
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(HttpSocket socket, std::shared_ptr<HttpShared> shared,
+              std::shared_ptr<const Access> access)
+      : stream_(std::move(socket)), shared_(std::move(shared)), access_(std::move(access)) {
+    ++shared_->connections;
+  }
+  HttpSession(const HttpSession&) = delete;
+  HttpSession& operator=(const HttpSession&) = delete;
+  ~HttpSession() { --shared_->connections; }
+
+  /// The next request, or the end. Requests that are sent ahead wait in the buffer and the socket.
+  void wait() {
+    if (buffer_.size() > 0) {
+      read_header();
+      return;
+    }
+    stream_.expires_after(kLongestIdle);
+    stream_.async_read_some(buffer_.prepare(kReadAtOnce),
+                            [self = shared_from_this()](const error_code& error, std::size_t size) {
+                              if (error) return;
+                              self->buffer_.commit(size);
+                              self->read_header();
+                            });
+  }
+
+ private:
+  void read_header() {
+    parser_.emplace();
+    parser_->header_limit(kLongestHeader);
+    parser_->body_limit(kLongestScenario);
+    stream_.expires_after(kRequestDeadline);  // for all of it
+    http::async_read_header(
+        stream_, buffer_, *parser_,
+        [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
+          if (error) {
+            self->refuse_unreadable(error);
+          } else {
+            self->look_at_header();
+          }
+        });
+  }
+
+  void look_at_header() {
+    const auto& header = parser_->get();
+    const auto origin = header.find(http::field::origin);
+    const Credentials shown{
+        view(header[http::field::host]),
+        origin != header.end() ? std::optional(view(origin->value())) : std::nullopt,
+        view(header[http::field::authorization])};
+    if (const int status = refusal(*access_, shown)) {
+      refuse(status, status == 401 ? "Authorization" : "Host", refusal_reason(status));
+      return;
+    }
+    request_ = {};
+    request_.method = std::string(view(header.method_string()));
+    request_.content_type = std::string(view(header[http::field::content_type]));
+    try {
+      read_target(view(header.target()), request_);
+      if (beast::websocket::is_upgrade(header)) {
+        upgrade();
+        return;
+      }
+    } catch (const ApiError& problem) {
+      refuse(problem.status, problem.where, problem.what());
+      return;
+    }
+    read_body();
+  }
+
+  void read_body() {
+    if (request_.path != "/api/v1/scenario") {
+      const auto length = parser_->content_length();
+      if (length && *length > kLongestBody) {
+        refuse(413, "body", "is longer than " + std::to_string(kLongestBody) + " bytes");
+        return;
+      }
+      parser_->body_limit(kLongestBody);
+    }
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
+                       if (error) {
+                         self->refuse_unreadable(error);
+                       } else {
+                         self->dispatch();
+                       }
+                     });
+  }
+
+  void dispatch() {
+    request_.body = std::move(parser_->get().body());
+    keep_alive_ = parser_->get().keep_alive();
+    const unsigned mine = ++requests_;
+    waiting_ = true;
+    shared_->api.handle(request_, [self = shared_from_this()](const ApiResponse& response) {
+      self->waiting_ = false;
+      self->write(response);
+    });
+    if (waiting_ && mine == requests_) watch_for_hang_up(mine);
+  }
+
+  /// The answer takes its time: if whoever waits for it goes, nobody needs it.
+  void watch_for_hang_up(unsigned mine) {
+    stream_.expires_never();
+    stream_.socket().async_wait(
+        HttpSocket::wait_read, [self = shared_from_this(), mine](const error_code& error) {
+          if (error || !self->waiting_ || mine != self->requests_) return;
+          char byte = 0;
+          const auto size =
+              ::recv(self->stream_.socket().native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+          if (size == 0) self->shared_->api.abandon();
+        });
+  }
+
+  void upgrade() {
+    if (request_.path != ControlApi::kTelemetryPath) {
+      throw ApiError(404, "path", "there is no WebSocket here");
+    }
+    const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
+    const double values =
+        wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
+    if (shared_->telemetry_values + values > kMostTelemetryOfAll) {
+      throw ApiError(429, "rate_Hz", "all clients together ask for too many values a second");
+    }
+    stream_.expires_never();
+    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_);
+  }
+
+  void refuse_unreadable(const error_code& error) {
+    if (error.category() != http::make_error_code(http::error::end_of_stream).category() ||
+        error == http::error::end_of_stream || error == http::error::partial_message) {
+      return;  // the client has gone, or is too slow
+    }
+    refuse(status_of(error), "request", error.message());
+  }
+
+  /// What follows in the stream is not to be trusted.
+  void refuse(int status, const std::string& where, const std::string& reason) {
+    keep_alive_ = false;
+    write(error_response(status, where, reason));
+  }
+
+  void write(const ApiResponse& response) {
+    response_ = {};
+    response_.version(11);
+    response_.result(static_cast<unsigned>(response.status));
+    response_.set(http::field::content_type, "application/json");
+    response_.set(http::field::cache_control, "no-store");
+    response_.set("X-Content-Type-Options", "nosniff");
+    if (!response.allow.empty()) response_.set(http::field::allow, response.allow);
+    if (response.status == 401) response_.set(http::field::www_authenticate, "Bearer");
+    response_.body() = response.body.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    response_.keep_alive(keep_alive_);
+    response_.prepare_payload();
+    stream_.expires_after(kRequestDeadline);
+    http::async_write(stream_, response_,
+                      [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
+                        if (error) return;
+                        if (self->keep_alive_) {
+                          self->wait();
+                        } else {
+                          self->say_goodbye();
+                        }
+                      });
+  }
+
+  /// Closing a socket that holds unread bytes takes the answer away from the client.
+  void say_goodbye() {
+    error_code ignored;
+    stream_.socket().shutdown(HttpSocket::shutdown_send, ignored);
+    stream_.expires_after(kGoodbye);
+    read_away(0);
+  }
+
+  void read_away(int times) {
+    buffer_.clear();
+    stream_.async_read_some(
+        buffer_.prepare(kReadAtOnce),
+        [self = shared_from_this(), times](const error_code& error, std::size_t /*size*/) {
+          if (!error && times < kMostGoodbyeReads) self->read_away(times + 1);
+        });
+  }
+
+  HttpStream stream_;
+  std::shared_ptr<HttpShared> shared_;
+  std::shared_ptr<const Access> access_;
+  beast::flat_buffer buffer_{kLongestBuffer};
+  std::optional<http::request_parser<http::string_body>> parser_;
+  ApiRequest request_;
+  http::response<http::string_body> response_;
+  bool keep_alive_ = true;
+  bool waiting_ = false;  // for the API's answer
+  unsigned requests_ = 0;
+};
+
+}  // namespace
+
+void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
+                std::shared_ptr<const Access> access) {
+  std::make_shared<HttpSession>(std::move(socket), std::move(shared), std::move(access))->wait();
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,109 @@
+#include "emulator/control/runtime_dir.hpp"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+
+#include "emulator/program/cli.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// Whom a file belongs to that this process makes there. Mostly its own user; under user-mode Linux
+/// everybody is root, and files belong to whoever started it.
+uid_t owner_of_new_files(const std::filesystem::path& directory) {
+  const std::string probe = (directory / (".lk-emu-" + std::to_string(::getpid()))).string();
+  const int fd = ::open(probe.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_WRONLY | O_CLOEXEC, 0600);
+  if (fd < 0) return ::geteuid();
+  struct stat made {};
+  const bool known = ::fstat(fd, &made) == 0;
+  ::close(fd);
+  ::unlink(probe.c_str());
+  return known ? made.st_uid : ::geteuid();
+}
+
+bool is_ours(uid_t owner, const std::filesystem::path& directory) {
+  return owner == ::geteuid() || owner == owner_of_new_files(directory);
+}
+
+}  // namespace
+
+std::filesystem::path runtime_directory() {
+  const char* const base = std::getenv("XDG_RUNTIME_DIR");
+  std::error_code none;
+  if (base != nullptr && *base == '/' && std::filesystem::is_directory(base, none)) {
+    return std::filesystem::path(base) / "lk-emu";
+  }
+  return "/tmp/lk-emu-" + std::to_string(::geteuid());
+}
+
+void secure_directory(const std::filesystem::path& directory) {
+  const std::string name = directory.string();
+  if (::mkdir(name.c_str(), 0700) != 0 && errno != EEXIST) {
+    throw StartError("cannot make " + name + ": " + reason(errno));
+  }
+  struct stat found {};
+  if (::lstat(name.c_str(), &found) != 0) {
+    throw StartError("cannot look at " + name + ": " + reason(errno));
+  }
+  if (!S_ISDIR(found.st_mode)) throw StartError(name + " is no directory: remove it");
+  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to somebody else");
+  if ((found.st_mode & 077) != 0) {
+    throw StartError(name + " is open to others: chmod 700 " + name);
+  }
+}
+
+bool is_live_socket(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (name.size() >= sizeof address.sun_path) return false;
+  std::copy(name.begin(), name.end(), std::begin(address.sun_path));
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return false;
+  const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  // Only who refuses has died: a full queue of connections, and a socket of another kind, are signs
+  // of life.
+  const bool live = result == 0 || errno != ECONNREFUSED;
+  ::close(fd);
+  return live;
+}
+
+std::vector<std::filesystem::path> live_sockets() {
+  std::vector<std::filesystem::path> live;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(runtime_directory(), none)) {
+    if (entry.is_socket(none) && is_live_socket(entry.path())) live.push_back(entry.path());
+  }
+  std::ranges::sort(live);
+  return live;
+}
+
+void clear_stale_socket(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  struct stat found {};
+  if (::lstat(name.c_str(), &found) != 0) {
+    if (errno == ENOENT) return;
+    throw StartError("cannot look at " + name + ": " + reason(errno));
+  }
+  if (!S_ISSOCK(found.st_mode)) throw StartError(name + " is there already, and is no socket");
+  if (!is_ours(found.st_uid, path.parent_path())) {
+    throw StartError(name + " belongs to somebody else");
+  }
+  if (is_live_socket(path)) throw StartError(name + " is in use by another lk-emu");
+  if (::unlink(name.c_str()) != 0 && errno != ENOENT) {
+    throw StartError("cannot remove " + name + ": " + reason(errno));
+  }
+}
+
+}  // namespace lk::emulator

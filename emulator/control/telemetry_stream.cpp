@@ -1,0 +1,174 @@
+#include "emulator/control/telemetry_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cmath>
+#include <deque>
+#include <iterator>
+#include <optional>
+
+#include "emulator/control/control_json.hpp"
+#include "emulator/core/sampler.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+constexpr std::size_t kLongestMessage = 4096;     // of the client
+constexpr std::size_t kMostQueued = 1024 * 1024;  // bytes that wait for the client
+
+void append_number(std::string& text, double value) {
+  if (std::isfinite(value)) {
+    fmt::format_to(std::back_inserter(text), "{}", value);
+  } else {
+    text += "null";
+  }
+}
+
+class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
+ public:
+  TelemetryStream(HttpStream stream, const TelemetryRequest& wanted,
+                  std::shared_ptr<HttpShared> shared)
+      : socket_(std::move(stream)), wanted_(wanted), shared_(std::move(shared)) {
+    ++shared_->connections;
+    shared_->telemetry_values += values_a_second();
+  }
+  TelemetryStream(const TelemetryStream&) = delete;
+  TelemetryStream& operator=(const TelemetryStream&) = delete;
+  ~TelemetryStream() {
+    --shared_->connections;
+    shared_->telemetry_values -= values_a_second();
+  }
+
+  void start(beast::http::request<beast::http::string_body> upgrade) {
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.read_message_max(kLongestMessage);
+    upgrade_ = std::move(upgrade);
+    socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
+      if (error) return;
+      self->begin();
+    });
+  }
+
+ private:
+  double values_a_second() const {
+    return wanted_.rate_Hz * static_cast<double>(wanted_.ids.size() * wanted_.signals.size());
+  }
+
+  void begin() {
+    std::vector<SampledColumn> columns;
+    for (const int id : wanted_.ids) {
+      for (const Signal* signal : wanted_.signals) columns.push_back({id, signal});
+    }
+    sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
+    tell(introduction());
+    // Not this stream's owner: it may end in between.
+    watcher_ =
+        wanted_.line->add_watcher({[weak = weak_from_this()] {
+                                     const auto self = weak.lock();
+                                     return self ? self->sampler_->next_due() : SimTime::max();
+                                   },
+                                   [weak = weak_from_this()](const Bus& bus) {
+                                     if (const auto self = weak.lock()) self->look(bus);
+                                   }});
+    read();
+  }
+
+  std::string introduction() const {
+    Json names = Json::array();
+    for (const Signal* signal : wanted_.signals) names.push_back(signal->name);
+    const Json json = {{"bus", wanted_.line->name()},
+                       {"ids", wanted_.ids},
+                       {"signals", names},
+                       {"rate_Hz", wanted_.rate_Hz}};
+    return json.dump();
+  }
+
+  void look(const Bus& bus) {
+    sampler_->look(bus, row_);
+    if (queued_ > kMostQueued) {
+      ++lost_;
+      return;
+    }
+    std::string text = "{\"time_s\":";
+    append_number(text, seconds(bus.time()));
+    if (lost_ > 0) fmt::format_to(std::back_inserter(text), ",\"lost\":{}", lost_);
+    text += ",\"rows\":[";
+    auto value = row_.begin();
+    for (const int id : wanted_.ids) {
+      fmt::format_to(std::back_inserter(text), "{}[{}", value == row_.begin() ? "" : ",", id);
+      for (std::size_t n = 0; n < wanted_.signals.size(); ++n) {
+        text += ',';
+        append_number(text, *value++);
+      }
+      text += ']';
+    }
+    tell(text + "]}");
+  }
+
+  void tell(std::string text) {
+    queued_ += text.size();
+    queue_.push_back(std::move(text));
+    if (queue_.size() == 1) write();
+  }
+
+  void write() {
+    socket_.text(true);
+    socket_.async_write(boost::asio::buffer(queue_.front()),
+                        [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                          if (error) {
+                            self->end();
+                            return;
+                          }
+                          self->queued_ -= self->queue_.front().size();
+                          self->queue_.pop_front();
+                          if (!self->queue_.empty()) self->write();
+                        });
+  }
+
+  /// Whatever the client says is not of interest; that it goes is.
+  void read() {
+    incoming_.clear();
+    socket_.async_read(incoming_,
+                       [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                         if (error) {
+                           self->end();
+                         } else {
+                           self->read();
+                         }
+                       });
+  }
+
+  void end() {
+    if (watcher_) wanted_.line->remove_watcher(*watcher_);
+    watcher_.reset();
+  }
+
+  websocket::stream<HttpStream> socket_;
+  TelemetryRequest wanted_;
+  std::shared_ptr<HttpShared> shared_;
+  beast::http::request<beast::http::string_body> upgrade_;
+  beast::flat_buffer incoming_;
+  std::optional<Sampler> sampler_;
+  std::optional<Line::WatcherKey> watcher_;
+  std::vector<double> row_;
+  std::deque<std::string> queue_;
+  std::size_t queued_ = 0;  // bytes
+  std::uint64_t lost_ = 0;  // samples, since the stream began
+};
+
+}  // namespace
+
+void stream_telemetry(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
+                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared) {
+  std::make_shared<TelemetryStream>(std::move(stream), wanted, std::move(shared))
+      ->start(std::move(upgrade));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <memory>
+
+#include "emulator/control/http_session.hpp"
+#include "emulator/core/telemetry.hpp"
+
+namespace lk::emulator {
+
+using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
+
+/// Values a second that all streams together may have.
+inline constexpr double kMostTelemetryOfAll = 400'000;
+
+/// Answers the upgrade and tells what is wanted until the client has gone; keeps itself alive. A
+/// client that reads too slowly misses samples.
+void stream_telemetry(HttpStream stream,
+                      boost::beast::http::request<boost::beast::http::string_body> upgrade,
+                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared);
+
+}  // namespace lk::emulator

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "emulator/core/directive.hpp"
+#include "emulator/core/sim_time.hpp"
+
+namespace lk::emulator {
+
+/// The next step of a supply's way to its new voltage.
+struct SupplyStep {
+  std::size_t seat;
+};
+/// The end of a sag.
+struct SagEnd {
+  std::size_t seat;
+};
+/// A drive's memory has taken the write it began first.
+struct RomWritten {
+  std::size_t seat;
+};
+/// The end of a power cycle.
+struct Reconnect {
+  std::size_t seat;
+};
+/// A fault begins; its present time is over. By its place among the bus's faults.
+struct FaultBegin {
+  std::size_t fault;
+};
+struct FaultEnd {
+  std::size_t fault;
+};
+/// Conditions and faults that last are looked at.
+struct Look {};
+/// A drive sends the next frame that nobody asked for, because of a fault.
+struct Babble {
+  std::size_t fault;
+  std::size_t seat;
+};
+/// A drive's controller has counted out its time off the bus.
+struct BusOffEnd {
+  std::size_t seat;
+};
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin,
+                          FaultEnd, Look, Babble, BusOffEnd>;
+
+/// What is going to happen on a bus besides frames, in order of time; what was entered first comes
+/// first among equals. A value.
+class Agenda {
+ public:
+  void enter(SimTime at, Task task) {
+    // Latest first, so that the next one is taken from the end; before its equals, to come after.
+    const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
+    entries_.insert(place, {at, std::move(task)});
+  }
+  std::optional<SimTime> next_due() const {
+    return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
+  }
+  /// The next task; there must be one.
+  Task take() {
+    Task task = std::move(entries_.back().task);
+    entries_.pop_back();
+    return task;
+  }
+  /// Forgets what of this kind is to happen to a drive.
+  template <class Kind>
+  void forget(std::size_t seat) {
+    std::erase_if(entries_, [seat](const Entry& entry) {
+      const auto* task = std::get_if<Kind>(&entry.task);
+      return task != nullptr && task->seat == seat;
+    });
+  }
+  /// Forgets the coming beginnings and the end of a fault.
+  void forget_fault(std::size_t fault) {
+    std::erase_if(entries_, [fault](const Entry& entry) {
+      const auto* begin = std::get_if<FaultBegin>(&entry.task);
+      const auto* end = std::get_if<FaultEnd>(&entry.task);
+      return (begin != nullptr && begin->fault == fault) || (end != nullptr && end->fault == fault);
+    });
+  }
+  /// Forgets what a babbling drive is going to say because of a fault.
+  void forget_babble(std::size_t fault) {
+    std::erase_if(entries_, [fault](const Entry& entry) {
+      const auto* babble = std::get_if<Babble>(&entry.task);
+      return babble != nullptr && babble->fault == fault;
+    });
+  }
+
+ private:
+  struct Entry {
+    SimTime at;
+    Task task;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,393 @@
+#include "emulator/core/bus.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "emulator/core/wire_timing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::int64_t f_pwm_Hz(const ServoConfig& servo) {
+  return std::llround(servo.profile.drive.inverter.f_pwm);
+}
+
+Drop drop_cause(protocol::Reject reject) {
+  switch (reject) {
+    case protocol::Reject::kErrorFrame:
+      return Drop::kErrorFrame;
+    case protocol::Reject::kCanFd:
+      return Drop::kCanFd;
+    case protocol::Reject::kRemote:
+      return Drop::kRemote;
+    case protocol::Reject::kExtended:
+      return Drop::kExtended;
+    case protocol::Reject::kForeignId:
+      return Drop::kForeignId;
+    case protocol::Reject::kWrongLength:
+      return Drop::kWrongLength;
+    case protocol::Reject::kUnknownCommand:
+      return Drop::kUnknownCommand;
+  }
+  return Drop::kForeignId;
+}
+
+/// The events begin with this drive's supply switched off.
+bool starts_without_power(const BusConfig& config, int id) {
+  return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
+    return event.at == SimTime{0} && !event.when && event.directive.id == id &&
+           std::holds_alternative<PowerOff>(event.directive.what);
+  });
+}
+
+}  // namespace
+
+Bus::Bus(const BusConfig& config)
+    : bitrate_(config.bitrate), wire_(config.bitrate), seed_(config.seed) {
+  seat_of_id_.fill(-1);
+  build_motors(config);
+  servos_.reserve(config.servos.size());
+  rom_writes_.reserve(config.servos.size());
+  for (std::size_t k = 0; k < config.servos.size(); ++k) {
+    const ServoConfig& servo = config.servos[k];
+    assert(servo.id >= protocol::kMinId && servo.id <= protocol::kMaxId && !has(servo.id));
+    assert(k == 0 || servo.id > config.servos[k - 1].id);
+    seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
+    servos_.emplace_back(servo, lane(k).telemetry());
+    Timeline timeline;
+    timeline.supply_V = servo.profile.drive.supply.v_source;
+    timeline.alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
+    timelines_.push_back(timeline);
+  }
+  links_.resize(config.servos.size());
+  for (const TimedDirective& event : config.events) {
+    plan(event);
+  }
+}
+
+/// One bank for each PWM rate, filled in the order of the seats.
+void Bus::build_motors(const BusConfig& config) {
+  std::vector<std::int64_t> rates_Hz;
+  std::vector<std::vector<model::DriveInit>> motors;
+  for (const ServoConfig& servo : config.servos) {
+    const auto found = std::ranges::find(rates_Hz, f_pwm_Hz(servo));
+    const auto bank = static_cast<std::size_t>(std::distance(rates_Hz.begin(), found));
+    if (found == rates_Hz.end()) {
+      rates_Hz.push_back(f_pwm_Hz(servo));
+      motors.emplace_back();
+    }
+    places_.push_back({bank, motors[bank].size()});
+    motors[bank].push_back(make_drive(servo, config.seed));
+    motors[bank].back().connected = !starts_without_power(config, servo.id);
+  }
+  for (std::size_t k = 0; k < rates_Hz.size(); ++k) {
+    banks_.push_back({rates_Hz[k], model::DriveBank(motors[k])});
+  }
+}
+
+void Bus::receive(const TimedFrame& in) {
+  ++stats_.frames;
+  if (in.frame.kind == protocol::FrameKind::kError) {
+    drop(Drop::kErrorFrame);
+    return;
+  }
+  if (in.frame.kind == protocol::FrameKind::kFd) {
+    drop(Drop::kCanFd);  // no classical bus carries it
+    return;
+  }
+  const SimTime at = std::max(in.at, time_);
+  if (wire_.host_queue_full()) {
+    advance_to(at);
+  }
+  if (wire_.host_queue_full()) {
+    drop(Drop::kQueueFull);
+    return;
+  }
+  wire_.send_from_host(at, in.frame);
+  stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
+}
+
+void Bus::advance_to(SimTime until) {
+  until = std::max(until, time_);
+  for (;;) {
+    const std::optional<SimTime> due = next_due();
+    SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    // Whether a drive dies before its frame starts or during it are two things.
+    if (const auto start = wire_.next_reply_start(); start && *start > time_) {
+      target = std::min(target, *start);
+    }
+    if (bring_motors_to(target)) {
+      continue;  // what was due may be void
+    }
+    time_ = target;
+    if (due && *due <= target) {
+      happen();
+    } else if (target == until) {
+      return;
+    }
+  }
+}
+
+/// What is due at `time()`, the first of it.
+void Bus::happen() {
+  if (agenda_.next_due() && *agenda_.next_due() <= time_) {
+    perform(agenda_.take());
+  } else {
+    deliver_next();
+  }
+}
+
+void Bus::take_replies(std::vector<TimedFrame>& out) {
+  out.insert(out.end(), replies_.begin(), replies_.end());
+  replies_.clear();
+}
+
+void Bus::take_rom_writes(std::vector<RomWrite>& out) {
+  out.insert(out.end(), rom_writes_.begin(), rom_writes_.end());
+  rom_writes_.clear();
+}
+
+void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
+  if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
+    return;  // whoever takes that one will hear whether it is durable
+  }
+  std::vector<Timeline::Writing>& writing = timelines_[seat(id)].writing;
+  if (writing.empty()) {
+    servos_[seat(id)].restore_rom(rom, wear);
+  } else {
+    // It brings what the failed one brought; only if the power cuts it short is that gone.
+    writing.front().rom_before = rom;
+    writing.front().wear_before = wear;
+  }
+}
+
+std::optional<SimTime> Bus::next_due() const {
+  const std::optional<SimTime> wire = wire_.next_due();
+  const std::optional<SimTime> agenda = agenda_.next_due();
+  return wire && agenda ? std::min(wire, agenda) : wire ? wire : agenda;
+}
+
+void Bus::deliver_next() {
+  if (destroy_next()) {
+    return;
+  }
+  const auto delivery = wire_.deliver(time_);
+  assert(delivery);
+  if (had_errors_) {
+    count_success(*delivery);
+  }
+  if (delivery->from_host) {
+    process_query(delivery->at, delivery->frame);
+    doubles_hear(delivery->at, delivery->frame);
+  } else {
+    const std::uint32_t id = delivery->owner & 0x3FU;
+    const bool tells = (delivery->frame.id & 0x3FU) == id;
+    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write,
+                        tells ? 0 : static_cast<int>(id)});
+    ++stats_.replies;
+  }
+}
+
+void Bus::process_query(SimTime at, const protocol::Frame& frame) {
+  const auto addressed = protocol::address(frame);
+  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
+    drop(drop_cause(*reject));
+    return;
+  }
+  const int id = std::get<int>(addressed);
+  if (id != protocol::kMultiDrive && !has(id)) {
+    drop(Drop::kNoSuchDrive);
+    return;
+  }
+  if (id == protocol::kMultiDrive) {
+    process_multi_drive(at, frame);
+    return;
+  }
+  count_command(id, frame);
+  if (!timelines_[seat(id)].alive) {
+    drop(Drop::kNoPower);
+    return;
+  }
+  Servo& servo = servos_[seat(id)];
+  if (servo.multi_drive_mode()) {
+    servo.count_wrong_mode();
+    drop(Drop::kWrongMode);
+    return;
+  }
+  protocol::Frame heard = frame;
+  if (!hears(seat(id), heard)) {
+    drop(Drop::kFault);
+    return;
+  }
+  const auto understood = servo.understand(heard);
+  if (const auto* query = std::get_if<protocol::Query>(&understood)) {
+    if (busy(seat(id))) {
+      ignored_for_full_queue(seat(id), heard);
+      drop(Drop::kDriveBusy);
+      return;
+    }
+    ++stats_.queries;
+    answer(at, seat(id), *query);
+  } else {
+    servo.count_unknown_command();
+    drop(Drop::kUnknownCommand);
+  }
+}
+
+/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
+/// that came closest to it.
+void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
+  if (!servos_.empty() && std::ranges::none_of(timelines_, &Timeline::alive)) {
+    drop(Drop::kNoPower);
+    return;
+  }
+  bool answered = false;
+  Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
+  for (std::size_t k = 0; k < servos_.size(); ++k) {
+    if (!timelines_[k].alive) {
+      continue;
+    }
+    Servo& servo = servos_[k];
+    protocol::Frame heard = frame;
+    if (!hears(k, heard)) {
+      cause = Drop::kFault;
+      continue;
+    }
+    const auto understood = servo.understand(heard);
+    const auto* query = std::get_if<protocol::Query>(&understood);
+    if (query == nullptr) {
+      const bool unknown =
+          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
+      if (unknown && servo.multi_drive_mode()) {
+        servo.count_unknown_command();
+        cause = Drop::kUnknownCommand;
+      }
+    } else if (servo.multi_drive_mode()) {
+      if (busy(k)) {
+        ignored_for_full_queue(k, heard);
+        cause = Drop::kDriveBusy;
+        continue;
+      }
+      answer(at, k, *query);
+      answered = true;
+    } else if (cause == Drop::kForeignId) {
+      cause = Drop::kWrongMode;
+    }
+  }
+  if (answered) {
+    ++stats_.queries;
+  } else {
+    drop(cause);
+  }
+}
+
+void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
+  Servo& servo = servos_[seat];
+  const std::uint64_t writes_before = servo.stats().rom_writes;
+  const protocol::Reply reply = servo.handle(query, lane(seat));
+  // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
+  SimTime ready = bitrate_ > 0 ? at + servo.reply_time() : at;
+  std::uint64_t rom_write = 0;
+  if (servo.stats().rom_writes != writes_before) {
+    rom_write = servo.stats().rom_writes;
+    ready = std::max(ready, begin_rom_write(seat, at));
+  }
+  book_firmware(seat);
+  if (active_fault(seat, FaultKind::kSlowReplies) != nullptr) {
+    for (LiveFault& live : faults_) {
+      if (live.fault.kind == FaultKind::kSlowReplies && live.active() && live.is_of(servo.id())) {
+        ready += from_ms(live.value(0));
+        took_effect(live, servo.id());
+      }
+    }
+  }
+  say(seat, ready, servo.encode(reply), rom_write);
+}
+
+bool Bus::bring_motors_to(SimTime t) {
+  bool edge = false;
+  for (Bank& bank : banks_) {
+    // A command that arrives at `t` acts at the first tick after it.
+    edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
+  }
+  bring_doubles_to(t);
+  return edge && follow_lives();
+}
+
+/// Some drive has died or come alive. The banks may be apart by what was left to the instant asked
+/// for; drives meet on the wire only, and there nothing happens before it.
+bool Bus::follow_lives() {
+  for (std::size_t k = 0; k < servos_.size(); ++k) {
+    const bool alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
+    if (alive == timelines_[k].alive) {
+      continue;
+    }
+    timelines_[k].alive = alive;
+    if (alive) {
+      servos_[k].power_cycle(lane(k));
+      book_firmware(k);
+    } else {
+      lose_power(k);
+    }
+  }
+  return true;
+}
+
+/// What it was about to say is lost, and so is what its memory had not taken yet.
+void Bus::lose_power(std::size_t seat) {
+  Timeline& timeline = timelines_[seat];
+  forget_words(seat);
+  links_[seat].errors = 0;
+  if (std::exchange(links_[seat].bus_off, false)) {
+    agenda_.forget<BusOffEnd>(seat);
+  }
+  if (!timeline.writing.empty()) {
+    servos_[seat].restore_rom(timeline.writing.front().rom_before,
+                              timeline.writing.front().wear_before);
+    timeline.writing.clear();
+    agenda_.forget<RomWritten>(seat);
+  }
+}
+
+BusStats Bus::stats() const {
+  BusStats sum = stats_;
+  sum.wire_busy = wire_.busy();
+  sum.frames_waiting = wire_.host_queue_size();
+  sum.replies_waiting = wire_.drive_frames();
+  for (const DriveLink& link : links_) {
+    sum.replies_waiting += link.held_back ? 1U : 0U;
+  }
+  for (const Servo& servo : servos_) {
+    sum.refused_motion += servo.stats().refused_motion;
+    sum.invalid_targets += servo.stats().invalid_targets;
+    sum.rom_writes += servo.stats().rom_writes;
+  }
+  return sum;
+}
+
+bool Bus::has(int id) const {
+  return id >= protocol::kMinId && id <= protocol::kMaxId &&
+         seat_of_id_[static_cast<std::size_t>(id)] >= 0;
+}
+
+std::size_t Bus::seat(int id) const {
+  assert(has(id));
+  return static_cast<std::size_t>(seat_of_id_[static_cast<std::size_t>(id)]);
+}
+
+Lane Bus::lane(std::size_t seat) { return {banks_[places_[seat].bank].drives, places_[seat].lane}; }
+
+model::Telemetry Bus::telemetry(int id) const {
+  const Place& place = places_[seat(id)];
+  return banks_[place.bank].drives.telemetry(place.lane);
+}
+
+model::Truth Bus::truth(int id) const {
+  const Place& place = places_[seat(id)];
+  return banks_[place.bank].drives.truth(place.lane);
+}
+
+}  // namespace lk::emulator

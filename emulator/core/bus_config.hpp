@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/directive.hpp"
+#include "emulator/core/parameter_memory.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "model/drive_params.hpp"
+#include "model/setpoint.hpp"
+#include "protocol/wire_format.hpp"
+
+namespace lk::emulator {
+
+using protocol::Series;
+
+/// Which turn the encoder field of the wire spans on geared motors (docs/protocol.md §7).
+enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
+
+/// Where the multi-turn angle starts: from the single-turn angle wrapped to half its circle to
+/// either side, or to half a rotor turn, (−180°, 180°]. One and the same where the circle is a
+/// rotor turn.
+enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
+
+enum class Generation : std::uint8_t { kLegacy, kV235, kV236 };
+
+/// Misprints of the manual, open points of the protocol, and what sets the generations apart: each
+/// its own switch (docs/protocol.md). The values here are those of `legacy`.
+struct Quirks {
+  bool manual_reply_bytes = false;  // DATA[0] of 0x9B, 0xA7, 0xA8 replies as the manual prints them
+  protocol::Dialect dialect;        // what is on the wire
+  bool offset_write_takes_effect = true;  // 0x91 is in force at once
+  bool run_resumes = true;                // 0x88 after 0x81 resumes the earlier mode
+  bool stop_holds = false;                // 0x81 holds the position instead of freeing the shaft
+  BootWrap boot_wrap = BootWrap::kHalfCircle;
+  std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
+
+  friend bool operator==(const Quirks&, const Quirks&) = default;
+};
+
+/// What the vendor prints, at the output shaft; 0 = not printed.
+struct Rating {
+  double voltage_min_V = 0;
+  double voltage_max_V = 0;
+  double torque_rated_Nm = 0;
+  double torque_peak_Nm = 0;
+  double speed_rated_rpm = 0;
+  double speed_no_load_rpm = 0;
+};
+
+/// What a motor file says.
+struct Profile {
+  std::string name;   // "mf7015"
+  std::string model;  // "MF7015-10T"
+  Series series = Series::kMf;
+  Rating rating;
+  model::DriveParams drive;
+  EncoderSpan encoder_span = EncoderSpan::kRotorTurn;
+  Registers factory;
+};
+
+struct ServoConfig {
+  int id = 1;  // 1..32
+  Profile profile;
+  Generation generation = Generation::kLegacy;  // what `quirks` started from
+  Quirks quirks;
+  Registers rom;    // what power-up finds there; profile.factory unless something else is said
+  RomWear wear{};   // the writes it has seen
+  RomParams flash;  // and what it is made of
+  SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
+  // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
+  // whatever the drive makes of them. Drawn from seed and ID when absent.
+  std::optional<double> boot_angle_deg;
+  // The zero that the boot angle counts from: the shaft stays where it is when a host moves the
+  // zero in ROM. That of `rom` when absent.
+  std::optional<std::uint16_t> boot_offset;
+};
+
+struct BusConfig {
+  std::string interface;             // "vcan0"
+  std::int64_t bitrate = 1'000'000;  // bit/s; 0 = frames take no time and drives answer at once
+  std::uint64_t seed = 1;
+  std::vector<ServoConfig> servos;     // ascending, distinct IDs
+  std::vector<TimedDirective> events;  // ascending times; planned when the bus is made
+};
+
+}  // namespace lk::emulator

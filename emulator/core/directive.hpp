@@ -1,0 +1,88 @@
+#pragma once
+
+/// @file What can be done to a running bus besides sending frames: plain values, handled by the
+/// core.
+
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "emulator/core/condition.hpp"
+#include "emulator/core/fault.hpp"
+#include "emulator/core/parameter_memory.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "model/drive_params.hpp"
+
+namespace lk::emulator {
+
+// Of one drive.
+struct PowerOn {};
+struct PowerOff {};  // the supply is disconnected: the link runs empty
+/// Off, and on again when `off_for` has passed and the drive is dead: its link feeds it for a
+/// while.
+struct PowerCycle {
+  SimTime off_for{std::chrono::milliseconds(500)};
+};
+/// The source's voltage moves there, evenly within `ramp`; at once when that is 0.
+struct SupplyVoltage {
+  double supply_V = 0;
+  SimTime ramp{0};
+};
+/// The source drops there at once, and is back after that time at what it had, or was on its way
+/// to. A sag in a sag ends both; whatever else is said of the voltage meanwhile stays.
+struct Sag {
+  double to_V = 0;
+  SimTime duration{0};
+};
+struct AmbientTemperature {
+  double ambient_C = 25;
+};
+struct Load {
+  model::LoadParams load;
+};
+/// The output shaft is turned by hand, by so much, clockwise positive.
+struct TurnShaft {
+  double turn_deg = 0;
+};
+
+/// Somebody at the drive, not on the wire, writes a setting to RAM and ROM. Nothing happens while
+/// the drive is dead or its flash has too much to do.
+struct Setting {
+  RomParameter parameter = RomParameter::kMaxSpeed;
+  Registers value;  // what `parameter` is in here
+};
+
+// Of the bus as a whole.
+struct SetFault {
+  Fault fault;
+};
+/// The fault of this name, all of this kind, or "all".
+struct ClearFault {
+  std::string which;
+};
+/// Nothing but a note in logs and recordings.
+struct Mark {
+  std::string text;
+};
+
+inline constexpr int kWholeBus = 0;
+
+/// To the drive `id`, which must be on the bus; SetFault, ClearFault and Mark have kWholeBus.
+struct Directive {
+  int id = kWholeBus;
+  std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, Sag, AmbientTemperature, Load,
+               TurnShaft, Setting, SetFault, ClearFault, Mark>
+      what;
+};
+
+/// To be done at `at`, or, with a condition, at the first instant from then on at which it holds.
+struct TimedDirective {
+  SimTime at{0};
+  Directive directive;
+  std::optional<Condition> when = std::nullopt;
+  // The words that asked for it, without its time, as JSON: for recordings. Of the directives that
+  // one request made, the first has them.
+  std::string said = {};
+};
+
+}  // namespace lk::emulator

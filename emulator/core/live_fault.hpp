@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "emulator/core/fault.hpp"
+#include "emulator/core/seed.hpp"
+
+namespace lk::emulator {
+
+/// A fault on a running bus. Stays after its end, for what it has to say.
+struct LiveFault {
+  Fault fault;
+  FaultEvidence evidence;
+  std::int64_t beginnings = 0;
+  SimTime since{0};                  // when it began, this time
+  std::optional<SimTime> looked_at;  // last, to see what shows of it
+  std::vector<double> anchors;       // rad: where the outputs of `fault.ids` stood then
+  std::uint64_t random = 1;
+
+  bool active() const { return evidence.state == FaultEvidence::State::kActive; }
+  bool is_of(int id) const {
+    for (const int one : fault.ids) {
+      if (one == id) return true;
+    }
+    return false;
+  }
+  bool comes_again() const { return fault.every && (fault.times == 0 || beginnings < fault.times); }
+  double value(std::size_t n) const { return fault.values[n]; }
+  /// The next of this fault's own random numbers, [0, 1).
+  double draw() { return uniform(random = mix(random)); }
+  /// Whether it hits this frame. A certain fault draws nothing.
+  bool hits() { return fault.probability >= 1 || draw() < fault.probability; }
+};
+
+}  // namespace lk::emulator

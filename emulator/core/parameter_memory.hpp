@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file What a drive keeps: its settings, in RAM and in ROM, and what ROM is made of.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "emulator/core/sim_time.hpp"
+#include "model/setpoint.hpp"
+
+namespace lk::emulator {
+
+/// The drive's parameter memory. RAM starts as a copy of ROM at power-up.
+struct Registers {
+  model::GainBytes gains;
+  std::int32_t acceleration_dps_s = 0;         // 0 = no ramp
+  std::uint16_t encoder_offset = 0;            // wire counts
+  std::int32_t max_torque_current_lsb = 1000;  // 0..2000, units of the iq command
+  std::int32_t max_power_permille = 850;       // 0..850, MS series
+  double max_speed_dps = 16800;                // > 0
+  double max_angle_deg = 0;                    // 0 = no limit
+  double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
+  bool broadcast_mode = false;                 // answers the commands for several drives only
+  std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
+
+  friend bool operator==(const Registers&, const Registers&) = default;
+};
+
+/// What ROM holds, one by one: each is written, and wears, by itself.
+enum class RomParameter : std::uint8_t {
+  kGains,
+  kAcceleration,
+  kEncoderOffset,
+  kMaxTorqueCurrent,
+  kMaxPower,
+  kMaxSpeed,
+  kMaxAngle,
+  kCurrentRamp,
+  kBroadcastMode,
+  kProtections,
+};
+inline constexpr std::size_t kRomParameters = 10;
+/// How often each parameter was written.
+using RomWear = std::array<std::uint32_t, kRomParameters>;
+
+/// What the memory is made of.
+struct RomParams {
+  SimTime write_time = std::chrono::milliseconds(2);  // assumed: a page of flash
+  std::uint32_t endurance = 10'000;  // writes of one parameter; STM32 data sheets' minimum
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "emulator/core/signals.hpp"
+#include "emulator/core/sim_time.hpp"
+
+namespace lk::emulator {
+
+class Line;
+
+/// What a client wants to be told again and again.
+struct TelemetryRequest {
+  Line* line = nullptr;
+  std::vector<int> ids;
+  std::vector<const Signal*> signals;
+  double rate_Hz = 100;
+  SimTime period{0};
+};
+
+inline constexpr double kSlowestTelemetry_Hz = 0.1;
+inline constexpr double kFastestTelemetry_Hz = 20'000;
+/// Values a second of simulated time in one stream.
+inline constexpr double kMostTelemetry = 200'000;
+
+}  // namespace lk::emulator

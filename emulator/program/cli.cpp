@@ -1,0 +1,316 @@
+#include "emulator/program/cli.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+
+#include "emulator/config/profile.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/motor_listing.hpp"
+#include "emulator/program/profile_files.hpp"
+#include "emulator/record/recording.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kFooter = R"(
+One --ids belongs to the --bus before it. Example, two buses:
+  lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
+
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
+--scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
+
+/// The other commands have their own --help.
+std::string footer() {
+  std::string text = "\nOther commands, lk-emu WORD --help tells more:\n";
+  for (const Command& command : commands()) {
+    text += fmt::format("  {:<8} {}\n", command.word, command.about);
+  }
+  return text + kFooter;
+}
+
+/// The values as CLI11 collects them; --bus and --ids may come several times.
+struct Raw {
+  std::vector<std::string> buses;
+  std::vector<std::string> ids;
+  std::string motor;
+  std::string config;
+  std::string seed;
+  std::string bitrate;
+  std::string rom;
+  std::string clock = "realtime";
+  std::string control;
+  std::string scenario;
+  std::string junit;
+  std::string http;
+  std::string http_token;
+  std::string record;
+  std::string motor_to_show;
+  CommandLine line;
+};
+
+void add_options(CLI::App& app, Raw& raw) {
+  app.add_option("--bus", raw.buses, "CAN interface to answer on, e.g. vcan0 (repeatable)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
+      ->type_name("LIST")
+      ->allow_extra_args(false);
+  app.add_option("--motor", raw.motor,
+                 std::string("motor profile of every drive (default ") + kDefaultMotor + ")")
+      ->type_name("NAME");
+  app.add_option("--config", raw.config, "TOML file with buses, drives and settings")
+      ->type_name("FILE");
+  app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
+  app.add_option("--bitrate", raw.bitrate,
+                 "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
+      ->type_name("N");
+  app.add_option("--rom", raw.rom,
+                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
+                 "(default lk-emu/BUS in the user's state directory)")
+      ->type_name("DIR");
+  app.add_flag("--wipe-rom", raw.line.rom.wipe,
+               "remove the ROM files of these drives first: they start as configured");
+  app.add_option("--record", raw.record,
+                 "directory that gets everything lk-emu replay needs to run this again")
+      ->type_name("DIR");
+  app.add_flag("--create-bus", raw.line.create_bus,
+               "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+  app.add_flag("--check", raw.line.check,
+               "print what would run and start nothing; needs no CAN interface");
+  app.add_option("--clock", raw.clock,
+                 "how simulated time goes by: realtime (default), x10 or x0.1, or stepped: only "
+                 "when told to (lk-emu ctl advance)")
+      ->type_name("MODE");
+  app.add_option("--scenario", raw.scenario,
+                 "play this scenario on the buses, judge it, and end with it (docs/scenarios.md)")
+      ->type_name("FILE");
+  app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
+      ->type_name("FILE");
+  app.add_option("--control", raw.control,
+                 "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
+                 "XDG_RUNTIME_DIR)")
+      ->type_name("PATH");
+  app.add_option("--http", raw.http,
+                 "be controlled over TCP too, e.g. at 127.0.0.1:8474 (port 0: any)")
+      ->type_name("ADDR:PORT");
+  app.add_option("--http-token", raw.http_token,
+                 "file with the token that clients have to show; a must when other machines can "
+                 "reach the address")
+      ->type_name("FILE");
+  app.add_option("--log-level", raw.line.log_level,
+                 "trace, debug, info, warn, error or off (default info)")
+      ->type_name("LEVEL");
+}
+
+CLI::App* add_motors_command(CLI::App& app, Raw& raw) {
+  CLI::App* motors = app.add_subcommand("motors", "list the motor profiles, or show one of them");
+  motors->add_option("NAME", raw.motor_to_show, "profile to show with its derived figures");
+  return motors;
+}
+
+/// Profiles as asked for on standard output.
+void print_motors(const std::string& name) {
+  try {
+    const std::string text = name.empty() ? list_motors() : describe_motor(load_profile(name));
+    std::fputs(text.c_str(), stdout);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("motors: ") + problem.what());
+  }
+}
+
+/// The listing runs nothing, so it does not take what a run takes.
+void refuse_options_of_a_run(const CLI::App& app) {
+  const auto given = app.parse_order();
+  if (given.empty()) return;
+  throw StartError("motors: takes no " + given.front()->get_name() +
+                   "; it lists the profiles and runs nothing");
+}
+
+/// Gives each --ids to the --bus before it.
+std::vector<BusRequest> pair_up(const CLI::App& app, const Raw& raw) {
+  std::vector<BusRequest> requests;
+  auto next_bus = raw.buses.begin();
+  auto next_ids = raw.ids.begin();
+  for (const CLI::Option* option : app.parse_order()) {
+    const std::string name = option->get_name();
+    if (name == "--bus") {
+      const std::string problem = interface_name_problem(*next_bus);
+      if (!problem.empty()) throw StartError("--bus: " + problem);
+      for (const auto& request : requests) {
+        if (request.interface == *next_bus)
+          throw StartError("--bus: " + *next_bus + " is given twice");
+      }
+      requests.push_back({*next_bus++, std::nullopt});
+    } else if (name == "--ids") {
+      if (requests.empty()) throw StartError("--ids " + *next_ids + " has no --bus before it");
+      if (requests.back().ids) {
+        throw StartError("--bus " + requests.back().interface +
+                         " has two --ids; write one list: 1,3,7-9");
+      }
+      try {
+        requests.back().ids = parse_ids(*next_ids++);
+      } catch (const std::invalid_argument& problem) {
+        throw StartError(std::string("--ids: ") + problem.what());
+      }
+    }
+  }
+  return requests;
+}
+
+void check_log_level(const std::string& level) {
+  for (const char* known : {"trace", "debug", "info", "warn", "error", "off"}) {
+    if (level == known) return;
+  }
+  throw StartError("--log-level: \"" + level +
+                   "\" is none of trace, debug, info, warn, error, off");
+}
+
+/// A plain decimal number: 010 is ten, and what does not fit is said so.
+std::int64_t parse_number(const char* option, const std::string& text) {
+  std::int64_t number = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error == std::errc::result_out_of_range) {
+    throw StartError(std::string(option) + ": " + text + " is out of range");
+  }
+  if (error != std::errc() || end != last) {
+    throw StartError(std::string(option) + ": \"" + text + "\" is not a whole number");
+  }
+  return number;
+}
+
+/// "127.0.0.1:8474", "[::1]:0"
+HttpAddress parse_http_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::string address = text.substr(0, colon);
+  const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (bracketed) address = address.substr(1, address.size() - 2);
+  if (colon == std::string::npos || address.empty() ||
+      (!bracketed && address.find(':') != std::string::npos)) {
+    throw StartError("--http: \"" + text + "\" is no ADDR:PORT, like 127.0.0.1:8474 or [::1]:8474");
+  }
+  const std::int64_t port = parse_number("--http", text.substr(colon + 1));
+  if (port < 0 || port > 65535) {
+    throw StartError("--http: port " + std::to_string(port) + " is out of range");
+  }
+  return {address, static_cast<std::uint16_t>(port)};
+}
+
+void read_rom_option(const std::string& text, RomOptions& rom) {
+  if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
+  rom.in_memory = text == ":memory:";
+  if (!rom.in_memory) rom.directory = text;
+  if (rom.in_memory && rom.wipe) {
+    throw StartError("--wipe-rom: with --rom :memory: there is nothing to wipe");
+  }
+}
+
+CommandLine gather(const CLI::App& app, Raw& raw) {
+  CommandLine& line = raw.line;
+  line.overrides.buses = pair_up(app, raw);
+  if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
+  if (app.count("--config") > 0) line.config_file = raw.config;
+  if (app.count("--seed") > 0) {
+    const std::int64_t seed = parse_number("--seed", raw.seed);
+    if (seed < 0) throw StartError("--seed: " + raw.seed + " is negative");
+    line.overrides.seed = static_cast<std::uint64_t>(seed);
+  }
+  if (app.count("--bitrate") > 0) {
+    const std::int64_t bitrate = parse_number("--bitrate", raw.bitrate);
+    const std::string problem = bitrate_problem(bitrate);
+    if (!problem.empty()) throw StartError("--bitrate: " + problem);
+    line.overrides.bitrate = bitrate;
+  }
+  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
+  const auto clock = parse_clock_mode(raw.clock);
+  if (!clock) {
+    throw StartError("--clock: \"" + raw.clock +
+                     "\" is none of realtime, stepped and x0.001 to x1000");
+  }
+  line.clock = *clock;
+  if (app.count("--scenario") > 0) line.scenario = raw.scenario;
+  if (app.count("--junit") > 0) {
+    if (!line.scenario) throw StartError("--junit: belongs to --scenario");
+    line.junit = raw.junit;
+  }
+  if (app.count("--control") > 0) line.control.socket = raw.control;
+  if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
+  if (app.count("--http-token") > 0) {
+    if (!line.control.http) throw StartError("--http-token: belongs to --http");
+    line.control.token_file = raw.http_token;
+  }
+  if (app.count("--record") > 0) {
+    if (raw.record.empty()) throw StartError("--record: needs a directory");
+    line.record = raw.record;
+  }
+  check_log_level(line.log_level);
+  return line;
+}
+
+/// A motor file is read once, however many drives use it; its text is kept in `texts`.
+FindProfile cached_profiles(ConfigTexts& texts) {
+  return [&texts, known = std::map<std::string, Profile>()](const std::string& name) mutable {
+    const auto found = known.find(name);
+    if (found != known.end()) return found->second;
+    const std::filesystem::path file = motor_file(name);
+    const std::string& text = texts.motors[name] = read_file(file);
+    return known.emplace(name, parse_profile(text, file.string(), name)).first->second;
+  };
+}
+
+}  // namespace
+
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& answer) {
+    app.exit(answer);
+    return false;
+  } catch (const CLI::ParseError& problem) {
+    throw StartError(std::string(problem.what()) + " (see " + app.get_name() + " --help)");
+  }
+  return true;
+}
+
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
+  CLI::App app("Virtual LK-TECH servo drives on a real CAN bus", "lk-emu");
+  app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
+  app.footer(footer());
+  Raw raw;
+  add_options(app, raw);
+  const CLI::App* motors = add_motors_command(app, raw);
+  if (!parse_arguments(app, argc, argv)) return std::nullopt;
+  if (motors->parsed()) {
+    refuse_options_of_a_run(app);
+    print_motors(raw.motor_to_show);
+    return std::nullopt;
+  }
+  return gather(app, raw);
+}
+
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
+  ConfigTexts unwanted;
+  ConfigTexts& read = texts != nullptr ? *texts : unwanted;
+  const FindProfile find_profile = cached_profiles(read);
+  try {
+    if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
+    read.config = read_file(*command_line.config_file);
+    return parse_config(*read.config, command_line.config_file->string(), command_line.overrides,
+                        find_profile);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("--motor: ") + problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/config/config.hpp"
+#include "emulator/control/control_options.hpp"
+#include "emulator/program/pacer.hpp"
+#include "emulator/rom/rom_options.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace lk::emulator {
+
+struct ConfigTexts;
+
+/// Why the program cannot start: one line for the person who typed the command. Exit status 2.
+struct StartError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What the command line says.
+struct CommandLine {
+  Overrides overrides;
+  std::optional<std::filesystem::path> config_file;
+  bool create_bus = false;
+  bool check = false;  // say what would run, and start nothing
+  RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
+  std::optional<std::filesystem::path> scenario;
+  std::optional<std::filesystem::path> junit;   // of the scenario
+  std::optional<std::filesystem::path> record;  // directory that gets a recording
+  std::string log_level = "info";
+};
+
+/// Parses the arguments of a command. False when the answer was all there is to do (`--help`).
+/// Throws StartError.
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
+
+/// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
+/// output). Throws StartError.
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
+
+/// The buses to run: configuration file, profiles and command line together. What was read goes
+/// into `texts`, if that is wanted. Throws StartError.
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts = nullptr);
+
+}  // namespace lk::emulator

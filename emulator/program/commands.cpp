@@ -1,0 +1,17 @@
+#include "emulator/program/commands.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr Command kCommands[] = {
+    {"ctl", "look at a running lk-emu and act on it", run_ctl},
+    {"faults", "list the faults that can be injected, or show one of them", run_faults},
+    {"replay", "run a recording again and compare, or compare a real robot's log", run_replay},
+    {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios},
+};
+
+}  // namespace
+
+std::span<const Command> commands() { return kCommands; }
+
+}  // namespace lk::emulator

@@ -1,0 +1,207 @@
+#include "emulator/program/config_listing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "emulator/config/config_quirks.hpp"
+#include "emulator/config/profile_fields.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/core/units.hpp"
+#include "emulator/program/motor_listing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kNone = "-";
+
+std::string number(double value) { return fmt::format("{:.6g}", value); }
+/// A limit of 0 is none.
+std::string limit(double value) { return value == 0 ? kNone : number(value); }
+
+std::string bitrate_text(std::int64_t bitrate) {
+  if (bitrate == 0) return "frames take no time";
+  if (bitrate % 1'000'000 == 0) return fmt::format("{} Mbit/s", bitrate / 1'000'000);
+  return fmt::format("{} kbit/s", number(static_cast<double>(bitrate) / 1e3));
+}
+
+std::string count(std::size_t n, const char* what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
+/// "mixed": not all switches are those of the generation.
+std::string generation_text(const ServoConfig& servo) {
+  const bool mixed = !(servo.quirks == quirks_of(servo.generation));
+  return std::string(generation_name(servo.generation)) + (mixed ? " mixed" : "");
+}
+
+std::string limit_of_loops(const ServoConfig& servo) {
+  return servo.profile.series == Series::kMs
+             ? fmt::format("{} permille", servo.rom.max_power_permille)
+             : fmt::format("{} LSB", servo.rom.max_torque_current_lsb);
+}
+
+std::string load_text(const model::LoadParams& load) {
+  std::vector<std::string> parts;
+  if (load.J > 0) parts.push_back(number(load.J * 1e7) + " g cm2");
+  if (load.tau != 0) parts.push_back(number(load.tau) + " Nm");
+  if (load.tau_gravity != 0) parts.push_back("gravity " + number(load.tau_gravity) + " Nm");
+  const model::LoadParams free;
+  if (load.theta_min > free.theta_min || load.theta_max < free.theta_max) {
+    parts.push_back(fmt::format("stops {:.4g}..{:.4g} deg", load.theta_min / kRadPerDeg,
+                                load.theta_max / kRadPerDeg));
+  }
+  return parts.empty() ? kNone : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+struct Column {
+  const char* title;
+  const char* unit;
+  bool right;  // aligned
+};
+constexpr std::array kColumns{
+    Column{"id", "", true},
+    Column{"motor", "", false},
+    Column{"series", "", false},
+    Column{"generation", "", false},
+    Column{"gear", "", true},
+    Column{"supply", "V", true},
+    Column{"current", "or power", true},
+    Column{"speed", "dps", true},
+    Column{"accel.", "dps/s", true},
+    Column{"angle", "deg", true},
+    Column{"zero", "counts", true},
+    Column{"boot", "deg", true},
+    Column{"ROM", "ms", true},
+    Column{"ROM", "writes", true},
+    Column{"events", "", true},
+    Column{"load", "", false},
+};
+using Row = std::array<std::string, kColumns.size()>;
+
+bool is_about(const Directive& directive, int id) {
+  const auto* const set = std::get_if<SetFault>(&directive.what);
+  return directive.id == id ||
+         (set != nullptr && std::ranges::find(set->fault.ids, id) != set->fault.ids.end());
+}
+
+Row row_of(const ServoConfig& servo, const BusConfig& bus) {
+  const auto events = static_cast<std::size_t>(std::count_if(
+      bus.events.begin(), bus.events.end(),
+      [&](const TimedDirective& event) { return is_about(event.directive, servo.id); }));
+  const Registers& rom = servo.rom;
+  return {std::to_string(servo.id),
+          servo.profile.name,
+          series_name(servo.profile.series),
+          generation_text(servo),
+          number(servo.profile.drive.mechanics.gear_ratio),
+          number(servo.profile.drive.supply.v_source),
+          limit_of_loops(servo),
+          number(rom.max_speed_dps),
+          limit(rom.acceleration_dps_s),
+          limit(rom.max_angle_deg),
+          std::to_string(rom.encoder_offset),
+          servo.boot_angle_deg ? number(*servo.boot_angle_deg) : "drawn",
+          number(std::chrono::duration<double, std::milli>(servo.flash.write_time).count()),
+          std::to_string(servo.flash.endurance),
+          events == 0 ? kNone : std::to_string(events),
+          load_text(servo.profile.drive.load)};
+}
+
+std::string print_row(const Row& row, const std::array<std::size_t, kColumns.size()>& widths) {
+  std::string line;
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    line += kColumns[k].right ? fmt::format("  {:>{}}", row[k], widths[k])
+                              : fmt::format("  {:<{}}", row[k], widths[k]);
+  }
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+/// One width a column for all buses, so that they stand below each other.
+std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows) {
+  std::array<std::size_t, kColumns.size()> widths{};
+  for (const Row& row : rows) {
+    for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], row[k].size());
+  }
+  return widths;
+}
+
+/// What runs all right and is rarely meant.
+std::vector<std::string> doubts(const ServoConfig& servo) {
+  std::vector<std::string> all;
+  const model::DriveParams& drive = servo.profile.drive;
+  const Rating& rating = servo.profile.rating;
+  const double supply_V = drive.supply.v_source;
+  const double starts_V = drive.logic.v_reset + drive.logic.v_reset_hysteresis;
+  if (supply_V < starts_V) {
+    all.push_back(fmt::format("does not start below {} V, its supply is {} V", number(starts_V),
+                              number(supply_V)));
+  } else if (rating.voltage_max_V > 0 &&
+             (supply_V < rating.voltage_min_V || supply_V > rating.voltage_max_V)) {
+    all.push_back(fmt::format("supply of {} V, the vendor says {} to {} V", number(supply_V),
+                              number(rating.voltage_min_V), number(rating.voltage_max_V)));
+  }
+  if (servo.rom.broadcast_mode && servo.id > 4) {
+    all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
+  }
+  return all;
+}
+
+/// What the table has no column for.
+std::vector<std::string> remarks(const ServoConfig& servo) {
+  std::vector<std::string> all;
+  const auto switches = switches_beside(servo.generation, servo.quirks);
+  if (!switches.empty()) {
+    all.push_back(
+        fmt::format("unlike {}: {}", generation_name(servo.generation), fmt::join(switches, ", ")));
+  }
+  if (servo.rom.broadcast_mode && servo.id <= 4) all.emplace_back("multi-drive mode");
+  if (servo.profile.drive.brake.tau > 0) {
+    all.push_back(fmt::format("brake of {} mNm", number(servo.profile.drive.brake.tau * 1e3)));
+  }
+  std::vector<std::string> on, off;
+  for (std::size_t kind = 0; kind < servo.rom.protections.size(); ++kind) {
+    const bool enabled = servo.rom.protections[kind].enabled;
+    if (enabled == servo.profile.factory.protections[kind].enabled) continue;
+    (enabled ? on : off).emplace_back(profile_fields::kProtections[kind].name);
+  }
+  if (!on.empty()) all.push_back(fmt::format("protections on: {}", fmt::join(on, ", ")));
+  if (!off.empty()) all.push_back(fmt::format("protections off: {}", fmt::join(off, ", ")));
+  return all;
+}
+
+}  // namespace
+
+std::string describe_run(const std::vector<BusConfig>& buses) {
+  Row titles, units;
+  for (std::size_t k = 0; k < kColumns.size(); ++k) {
+    titles[k] = kColumns[k].title;
+    units[k] = kColumns[k].unit;
+  }
+  std::vector<Row> rows{titles, units};
+  for (const auto& bus : buses) {
+    for (const auto& servo : bus.servos) rows.push_back(row_of(servo, bus));
+  }
+  const auto widths = widths_of(rows);
+
+  std::string text, notes;
+  std::size_t next = 2;
+  for (const auto& bus : buses) {
+    text += fmt::format("{}{}: {}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
+                        bitrate_text(bus.bitrate), count(bus.servos.size(), "drive"),
+                        count(bus.events.size(), "event"), bus.seed);
+    text += print_row(titles, widths) + print_row(units, widths);
+    for (const auto& servo : bus.servos) {
+      text += print_row(rows[next++], widths);
+      auto said = doubts(servo);
+      for (auto& remark : remarks(servo)) said.push_back(std::move(remark));
+      for (const auto& text_of_note : said) {
+        notes += fmt::format("note: {} drive {}: {}\n", bus.interface, servo.id, text_of_note);
+      }
+    }
+  }
+  return text + (notes.empty() ? "" : "\n") + notes;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,265 @@
+#include "emulator/program/daemon.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cinttypes>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <system_error>
+
+#include "emulator/program/cli.hpp"
+#include "emulator/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// How long the end waits for the disk. A write that was not acknowledged may be lost.
+constexpr auto kLongestGoodbye = std::chrono::seconds(3);
+/// And then for the interfaces: as long as a full bus takes for all that a port holds.
+constexpr auto kLongestFlush = std::chrono::milliseconds(150);
+constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
+
+void check_can_support() {
+  const int fd = ::socket(PF_CAN, SOCK_RAW, 1);
+  if (fd >= 0) {
+    ::close(fd);
+    return;
+  }
+  if (errno == EPERM || errno == EACCES) throw StartError("no permission to open a CAN socket");
+  throw StartError(
+      "this kernel has no CAN sockets: sudo modprobe can-raw vcan, or run it under "
+      "scripts/with-vcan");
+}
+
+void make(const std::string& interface) {
+  try {
+    create_vcan(interface);
+  } catch (const std::system_error& problem) {
+    const int error = problem.code().value();
+    if (error == EPERM || error == EACCES) {
+      throw StartError("no permission to make " + interface +
+                       ": --create-bus needs root or CAP_NET_ADMIN");
+    }
+    if (error == EOPNOTSUPP) {
+      throw StartError("cannot make " + interface +
+                       ": this kernel has no vcan (sudo modprobe vcan)");
+    }
+    if (link_state(interface).index != 0) {
+      throw StartError("cannot bring up " + interface + " (" + problem.code().message() +
+                       "); set its bit rate first: sudo ip link set " + interface +
+                       " type can bitrate 1000000");
+    }
+    throw StartError("cannot make " + interface + ": " + problem.code().message());
+  }
+}
+
+void check_interface(const std::string& interface) {
+  const LinkState link = link_state(interface);
+  if (link.index == 0) {
+    throw StartError("there is no interface " + interface + "; make it with: sudo ip link add " +
+                     interface + " type vcan && sudo ip link set " + interface +
+                     " up (or start with --create-bus)");
+  }
+  if (!link.is_can) throw StartError(interface + " is not a CAN interface");
+}
+
+/// Only what happened: a column of zeros hides the one number that matters.
+void print_nonzero(const char* what, std::uint64_t count) {
+  if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
+}
+
+void print_bus(const BusStats& bus, const std::string& title) {
+  std::printf("  %-46s %10" PRIu64 " frames, %" PRIu64 " queries, %" PRIu64 " replies\n",
+              title.c_str(), bus.frames, bus.queries, bus.replies);
+  for (std::size_t cause = 0; cause < kDropKinds; ++cause) {
+    print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
+                  bus.dropped[cause]);
+  }
+  print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
+  print_nonzero("frames of drives that nobody asked for", bus.extra_frames);
+  print_nonzero("error frames", bus.error_frames);
+  print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
+  print_nonzero("motion not executed: target out of range", bus.invalid_targets);
+  print_nonzero("writes to ROM", bus.rom_writes);
+}
+
+void print_gate(const RomGate& gate) {
+  print_nonzero("writes to ROM that failed: not kept", gate.failed_writes());
+  print_nonzero("replies not sent: not kept in ROM", gate.lost_replies());
+  print_nonzero("drives whose last ROM write is not confirmed", gate.waiting());
+}
+
+void print_port(const PortStats& port) {
+  print_nonzero("replies lost: interface down", port.lost_link_down);
+  print_nonzero("replies lost: send queue full", port.lost_queue_full);
+  print_nonzero("replies lost: still in the send queue at the end", port.pending);
+  print_nonzero("waits for the send queue", port.waits_for_queue);
+  print_nonzero("frames dropped by the kernel", port.kernel_drops);
+  print_nonzero("times the interface went down or away", port.link_losses);
+}
+
+}  // namespace
+
+Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
+    : world_(loop_, options.clock),
+      scenario_(loop_, world_),
+      recording_(world_, options.overrides, options.texts),
+      planned_(options.scenario),
+      judged_(options.scenario.has_value()),
+      links_(loop_, [this] { follow_links(); }),
+      signals_(loop_, SIGINT, SIGTERM),
+      patience_(loop_),
+      started_(monotonic_now()) {
+  check_can_support();
+  // Nothing is made or brought up before all that exists has been looked at.
+  for (const auto& bus : buses) {
+    if (!options.create_buses || link_state(bus.interface).index != 0) {
+      check_interface(bus.interface);
+    }
+  }
+  if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
+  if (options.junit) junit_.emplace(*options.junit, "--junit");
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    Line& line = world_.add(buses[i]);  // with what its drives have in ROM
+    if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
+  }
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    if (options.create_buses) make(buses[i].interface);
+  }
+  control_.emplace(loop_, world_, options.control);
+  control_->api().scenario = scenario_.for_clients();
+  control_->api().recording = recording_.for_clients();
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    world_.lines()[i]->connect(loop_, [this, i] { world_.serve(i); });
+  }
+}
+
+int Daemon::run() {
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
+  started_ = monotonic_now();
+  world_.start();
+  follow_links();
+  loop_.run();
+  print_summary();
+  const int status = conclude_scenario();
+  if (!disk_is_done()) {
+    // The writer's thread may stand in a system call for as long as the disk likes. Ending the
+    // process is cutting the power, and a file that is not done yet is as it was.
+    control_.reset();
+    spdlog::default_logger()->flush();
+    std::fflush(nullptr);
+    std::_Exit(status);
+  }
+  return status;
+}
+
+int Daemon::conclude_scenario() {
+  const auto report = judged_ ? scenario_.report() : std::nullopt;
+  if (!report && judged_) {
+    std::printf("invalid: the scenario never began, an interface was down\n");
+    std::fflush(stdout);
+    return exit_status(Outcome::kInvalid);
+  }
+  if (!report) return EXIT_SUCCESS;
+  std::fputs(report_text(*report, false).c_str(), stdout);
+  std::fflush(stdout);
+  if (junit_) {
+    junit_->write(junit_xml({*report}));
+    junit_->commit();
+  }
+  return exit_status(report->verdict.outcome);
+}
+
+void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
+  rom_writer().write(rom_store_->place(line, write.id), write);
+}
+
+/// Most runs write nothing and get by without a second thread.
+RomWriter& Daemon::rom_writer() {
+  if (!rom_writer_) {
+    rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
+      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+        world_.lines()[bus]->settle_rom(write, error);
+      });
+    });
+  }
+  return *rom_writer_;
+}
+
+bool Daemon::rom_is_settled() const {
+  return std::ranges::all_of(world_.lines(), [](const auto& line) { return line->gate().idle(); });
+}
+
+bool Daemon::replies_have_left() const {
+  return std::ranges::all_of(world_.lines(),
+                             [](const auto& line) { return line->port()->stats().pending == 0; });
+}
+
+/// What was written is acknowledged before the power goes, if the disk answers in time; another
+/// signal does not wait for that.
+void Daemon::begin_stop() {
+  scenario_.finish();
+  world_.stop();
+  recording_.stop();
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+  give_up_disk_ = monotonic_now() + kLongestGoodbye;
+  give_up_ = give_up_disk_ + kLongestFlush;
+  wait_to_end();
+}
+
+void Daemon::wait_to_end() {
+  const MonoTime now = monotonic_now();
+  const bool done_with_disk = disk_is_done() || now >= give_up_disk_;
+  if (done_with_disk) give_up_ = std::min(give_up_, now + kLongestFlush);
+  if (done_with_disk && (replies_have_left() || now >= give_up_)) {
+    loop_.stop();
+    return;
+  }
+  patience_.expires_after(kGoodbyeStep);
+  patience_.async_wait([this](const auto& /*error*/) { wait_to_end(); });
+}
+
+void Daemon::follow_links() {
+  for (auto& line : world_.lines()) line->port()->check_link();
+  say_ready_once();
+}
+
+void Daemon::say_ready_once() {
+  const bool all_up =
+      std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
+  if (ready_ || !all_up) return;
+  ready_ = true;
+  std::string text = "lk-emu ready";
+  for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
+  if (!planned_) return;
+  scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  planned_.reset();
+}
+
+void Daemon::print_summary() const {
+  std::printf("lk-emu stopped after %.1f s\n", in_seconds(monotonic_now() - started_));
+  for (const auto& line : world_.lines()) {
+    print_bus(line->bus().stats(), line->name() + ":" + line->ids());
+    print_gate(line->gate());
+    print_port(line->port()->stats());
+    print_nonzero("frames lost while time stood still", line->backlog_lost());
+    print_nonzero("frames that still waited for time to move", line->backlog());
+  }
+  const SimClock& clock = world_.clock();
+  if (clock.slips() > 0) {
+    std::printf("simulated time slipped %" PRIu64 " times, %.3f s in all\n", clock.slips(),
+                in_seconds(clock.total_slip()));
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace lk::emulator

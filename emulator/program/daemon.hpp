@@ -1,0 +1,83 @@
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/control/control_server.hpp"
+#include "emulator/program/netlink.hpp"
+#include "emulator/program/output_file.hpp"
+#include "emulator/program/world.hpp"
+#include "emulator/record/run_recording.hpp"
+#include "emulator/rom/rom_options.hpp"
+#include "emulator/rom/rom_store.hpp"
+#include "emulator/rom/rom_writer.hpp"
+#include "emulator/scenario/scenario_activity.hpp"
+
+namespace lk::emulator {
+
+/// How to run them, whatever they are.
+struct RunOptions {
+  bool create_buses = false;
+  RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
+  std::optional<Scenario> scenario;  // the run ends with it
+  std::optional<std::filesystem::path> junit;
+  std::optional<std::filesystem::path> record;  // a recording from the beginning
+  // What the buses were made of.
+  Overrides overrides;
+  ConfigTexts texts;
+};
+
+/// The running program: buses on their interfaces, paced by the clock, on one thread and one loop.
+/// Only the disk is another thread's.
+class Daemon {
+ public:
+  /// Throws StartError when an interface, the ROM or a place to be controlled at cannot be had.
+  Daemon(std::vector<BusConfig> buses, const RunOptions& options);
+
+  /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
+  /// not return when the disk still has not answered: it ends the process. Gives the exit status:
+  /// 0, or that of the scenario's verdict.
+  int run();
+
+ private:
+  void keep_rom(std::size_t line, const RomWrite& write);
+  RomWriter& rom_writer();
+  void begin_stop();
+  void wait_to_end();
+  bool rom_is_settled() const;
+  bool disk_is_done() const { return rom_is_settled() && recording_.done(); }
+  bool replies_have_left() const;
+  void follow_links();
+  void say_ready_once();
+  void print_summary() const;
+  /// The verdict, where it is wanted; gives the exit status.
+  int conclude_scenario();
+
+  boost::asio::io_context loop_{1};
+  World world_;
+  ScenarioActivity scenario_;
+  RunRecording recording_;
+  std::optional<Scenario> planned_;  // begins when the interfaces are up
+  bool judged_ = false;              // the run is for a scenario
+  std::optional<OutputFile> junit_;
+  LinkMonitor links_;
+  boost::asio::signal_set signals_;
+  boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
+  MonoTime give_up_disk_{};
+  MonoTime give_up_{};
+  MonoTime started_;
+  bool ready_ = false;
+  std::optional<RomStore> rom_store_;  // none: ROM ends with the process
+  std::optional<ControlServer> control_;
+  std::optional<RomWriter> rom_writer_;  // last: its thread ends before what it reports to
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/fault_listing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+void print_one(const std::string& word) {
+  if (const FaultRow* row = find_fault(word)) {
+    std::fputs(describe_fault(*row).c_str(), stdout);
+    return;
+  }
+  std::vector<std::string> words;
+  for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
+  const std::string meant = nearest(word, words);
+  throw StartError(
+      "faults: no fault \"" + word + "\"" +
+      (meant.empty() ? " (lk-emu faults lists them)" : ", did you mean " + meant + "?"));
+}
+
+}  // namespace
+
+int run_faults(int argc, const char* const* argv) {
+  CLI::App app("List the faults that can be injected, or show one of them", "lk-emu faults");
+  std::string word;
+  bool markdown = false;
+  app.add_option("NAME", word, "fault to show");
+  app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
+  if (!parse_arguments(app, argc, argv)) return 0;
+  if (markdown) {
+    std::fputs(fault_page().c_str(), stdout);
+  } else if (word.empty()) {
+    std::fputs(list_faults().c_str(), stdout);
+  } else {
+    print_one(word);
+  }
+  return 0;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,70 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "emulator/program/cli.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/config_listing.hpp"
+#include "emulator/program/daemon.hpp"
+#include "emulator/scenario/scenario_files.hpp"
+
+namespace {
+
+void start_logging(const std::string& level) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("lk-emu"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_level(spdlog::level::from_str(level));
+}
+
+int run(int argc, char** argv) {
+  for (const lk::emulator::Command& command : lk::emulator::commands()) {
+    if (argc > 1 && std::string_view(argv[1]) == command.word) {
+      return command.run(argc - 1, argv + 1);
+    }
+  }
+  const auto command_line = lk::emulator::parse_command_line(argc, argv);
+  if (!command_line) return 0;
+  start_logging(command_line->log_level);
+  lk::emulator::ConfigTexts texts;
+  auto buses = lk::emulator::load_config(*command_line, &texts);
+  std::optional<lk::emulator::Scenario> scenario;
+  if (command_line->scenario) {
+    scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
+  }
+  if (command_line->check) {
+    std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
+    return 0;
+  }
+  lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
+                                                 .rom = command_line->rom,
+                                                 .clock = command_line->clock,
+                                                 .control = command_line->control,
+                                                 .scenario = std::move(scenario),
+                                                 .junit = command_line->junit,
+                                                 .record = command_line->record,
+                                                 .overrides = command_line->overrides,
+                                                 .texts = std::move(texts)});
+  return daemon.run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
+  try {
+    return run(argc, argv);
+  } catch (const lk::emulator::StartError& problem) {
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "lk-emu: failed: %s\n", problem.what());
+    return 1;
+  }
+}

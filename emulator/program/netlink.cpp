@@ -1,0 +1,172 @@
+#include "emulator/program/netlink.hpp"
+
+#include <linux/if_link.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace lk::emulator {
+namespace {
+
+[[noreturn]] void throw_errno(int error, const std::string& what) {
+  throw std::system_error(error, std::generic_category(), what);
+}
+
+/// A file descriptor that is closed on every way out.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {
+    if (fd_ < 0) throw_errno(errno, "socket");
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { ::close(fd_); }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// A netlink request, built up attribute by attribute.
+class Request {
+ public:
+  Request(std::uint16_t type, std::uint16_t flags, const ifinfomsg& info) {
+    header_.nlmsg_type = type;
+    header_.nlmsg_flags = flags;
+    header_.nlmsg_seq = 1;
+    append(&header_, sizeof header_);
+    append(&info, sizeof info);
+  }
+  void add(std::uint16_t type, std::string_view text) {
+    const std::size_t start = open(type);
+    append(text.data(), text.size());
+    close(start);
+  }
+  /// Starts an attribute; `close` with what it returns ends it.
+  std::size_t open(std::uint16_t type) {
+    const std::size_t start = bytes_.size();
+    const rtattr attribute{0, type};
+    append(&attribute, sizeof attribute);
+    return start;
+  }
+  void close(std::size_t start) {
+    const auto length = static_cast<std::uint16_t>(bytes_.size() - start);
+    std::memcpy(&bytes_[start], &length, sizeof length);
+    bytes_.resize(NLMSG_ALIGN(bytes_.size()));
+  }
+  /// Sends it and waits for the kernel's verdict: 0 or an errno.
+  int execute() {
+    header_.nlmsg_len = static_cast<std::uint32_t>(bytes_.size());
+    std::memcpy(bytes_.data(), &header_, sizeof header_);
+    const Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
+    if (::send(socket.get(), bytes_.data(), bytes_.size(), 0) < 0) return errno;
+    alignas(nlmsghdr) std::array<char, 4096> answer{};
+    const ssize_t size = ::recv(socket.get(), answer.data(), answer.size(), 0);
+    if (size < 0) return errno;
+    if (static_cast<std::size_t>(size) < NLMSG_LENGTH(sizeof(nlmsgerr))) return EPROTO;
+    nlmsgerr verdict{};
+    std::memcpy(&verdict, answer.data() + NLMSG_HDRLEN, sizeof verdict);
+    return -verdict.error;
+  }
+
+ private:
+  void append(const void* data, std::size_t size) {
+    const auto* begin = static_cast<const std::uint8_t*>(data);
+    bytes_.insert(bytes_.end(), begin, begin + size);
+  }
+
+  nlmsghdr header_{};
+  std::vector<std::uint8_t> bytes_;
+};
+
+ifinfomsg bring_up(int index) {
+  ifinfomsg info{};
+  info.ifi_index = index;
+  info.ifi_flags = IFF_UP;
+  info.ifi_change = IFF_UP;
+  return info;
+}
+
+int make_vcan(const std::string& interface) {
+  Request request(RTM_NEWLINK, NLM_F_REQUEST | NLM_F_ACK | NLM_F_CREATE | NLM_F_EXCL, bring_up(0));
+  request.add(IFLA_IFNAME, std::string_view(interface.c_str(), interface.size() + 1));
+  const std::size_t link_info = request.open(IFLA_LINKINFO);
+  request.add(IFLA_INFO_KIND, "vcan");
+  request.close(link_info);
+  return request.execute();
+}
+
+}  // namespace
+
+LinkState link_state(const std::string& interface) {
+  const Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  ifreq request{};
+  std::memcpy(request.ifr_name, interface.data(),
+              std::min(interface.size(), sizeof request.ifr_name - 1));
+  LinkState state;
+  if (::ioctl(socket.get(), SIOCGIFINDEX, &request) < 0) return state;
+  const int index = request.ifr_ifindex;
+  // It may vanish between two questions: then it is not there.
+  if (::ioctl(socket.get(), SIOCGIFHWADDR, &request) < 0) return state;
+  state.is_can = request.ifr_hwaddr.sa_family == ARPHRD_CAN;
+  if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) < 0) return state;
+  state.up = (request.ifr_flags & IFF_UP) != 0;
+  state.index = index;
+  return state;
+}
+
+void create_vcan(const std::string& interface) {
+  const LinkState link = link_state(interface);
+  if (link.up) return;
+  const int error =
+      link.index == 0
+          ? make_vcan(interface)
+          : Request(RTM_NEWLINK, NLM_F_REQUEST | NLM_F_ACK, bring_up(link.index)).execute();
+  if (error != 0) throw_errno(error, interface);
+}
+
+LinkMonitor::LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_change)
+    : socket_(loop), on_change_(std::move(on_change)) {
+  const int fd = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
+  if (fd < 0) throw_errno(errno, "netlink socket");
+  socket_.assign(fd);
+  sockaddr_nl address{};
+  address.nl_family = AF_NETLINK;
+  address.nl_groups = RTMGRP_LINK;
+  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
+    throw_errno(errno, "netlink bind");
+  }
+  wait();
+}
+
+void LinkMonitor::wait() {
+  socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                     [this](const boost::system::error_code& error) {
+                       if (error == boost::asio::error::operation_aborted) return;
+                       drain();
+                       on_change_();
+                       wait();
+                     });
+}
+
+void LinkMonitor::drain() {
+  std::array<char, 8192> ignored;
+  // ENOBUFS says that messages were lost; looking again makes up for that.
+  while (::recv(socket_.native_handle(), ignored.data(), ignored.size(), MSG_TRUNC) >= 0 ||
+         errno == ENOBUFS) {
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,84 @@
+#include "emulator/program/profile_files.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_reader.hpp"
+#include "emulator/config/profile.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string unknown_motor(const std::string& name) {
+  const auto known = known_motors();
+  if (known.empty()) return "no motor files in " + (config_directory() / "motors").string();
+  std::string all;
+  for (const auto& motor : known) all += (all.empty() ? "" : ", ") + motor;
+  const std::string meant = nearest(name, known);
+  return "no motor \"" + name + "\"" + (meant.empty() ? "" : ", did you mean " + meant + "?") +
+         " (there are: " + all + ")";
+}
+
+}  // namespace
+
+fs::path config_directory() {
+  // LKEMU_CONFIG_DIR leads from the program's directory to its files; the build tree has the same
+  // shape.
+  return (fs::canonical("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
+}
+
+std::vector<std::string> known_motors() {
+  std::vector<std::string> names;
+  std::error_code none_there;
+  for (const auto& entry : fs::directory_iterator(config_directory() / "motors", none_there)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+fs::path motor_file(const std::string& name) {
+  const auto known = known_motors();
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw UnknownMotor(unknown_motor(name));
+  return config_directory() / "motors" / (name + ".toml");
+}
+
+Profile load_profile(const std::string& name) {
+  const fs::path file = motor_file(name);
+  return parse_profile(read_file(file), file.string(), name);
+}
+
+std::string read_regular_file(const fs::path& file) {
+  constexpr std::uintmax_t kMost = 64U * 1024 * 1024;
+  std::error_code error;
+  if (fs::exists(file, error) && !fs::is_regular_file(file, error)) {
+    throw std::invalid_argument(file.string() + ": is no regular file");
+  }
+  if (fs::exists(file, error) && fs::file_size(file, error) > kMost) {
+    throw std::invalid_argument(file.string() + ": is larger than 64 MiB");
+  }
+  return read_file(file);
+}
+
+std::string read_file(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored))
+    throw std::invalid_argument(file.string() + ": is a directory");
+  std::ifstream stream(file, std::ios::binary);
+  std::stringstream text;
+  // An empty file puts nothing into `text`, which is no mistake of the stream's.
+  if (stream) text << stream.rdbuf();
+  if (!stream || stream.bad()) {
+    throw std::invalid_argument("cannot read " + file.string() + ": " + std::strerror(errno));
+  }
+  return text.str();
+}
+
+}  // namespace lk::emulator

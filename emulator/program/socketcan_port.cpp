@@ -1,0 +1,166 @@
+#include "emulator/program/socketcan_port.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <system_error>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+/// Replies kept for a full queue: a tenth of a second of a full bus. Later ones are of no use to a
+/// host.
+constexpr std::size_t kMostPending = 1024;
+constexpr auto kRetry = std::chrono::milliseconds(1);
+
+using Descriptor = boost::asio::posix::stream_descriptor;
+
+}  // namespace
+
+SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interface,
+                             Reception reception, std::function<void()> on_frames)
+    : interface_(std::move(interface)),
+      reception_(reception),
+      on_frames_(std::move(on_frames)),
+      readiness_(loop),
+      retry_(loop) {}
+
+void SocketCanPort::check_link() {
+  const LinkState link = link_state(interface_);
+  if (link.index == 0 || !link.is_can) {
+    close();
+    enter(Link::kMissing);
+    return;
+  }
+  // Made again under the same name, it is another interface: the old socket hears nothing any more.
+  if (socket_ && link.index != index_) {
+    close();
+    enter(Link::kMissing);
+  }
+  if (!socket_) open(link.index);
+  if (socket_) enter(link.up ? Link::kUp : Link::kDown);
+}
+
+void SocketCanPort::open(int index) {
+  try {
+    socket_.emplace(index, reception_);
+  } catch (const std::system_error& problem) {
+    // It vanished meanwhile, and the kernel will report that; or it is worth a line.
+    spdlog::warn("{}: cannot open: {}", interface_, problem.what());
+    enter(Link::kMissing);
+    return;
+  }
+  index_ = index;
+  readiness_.assign(socket_->descriptor());
+  wait_readable();
+}
+
+void SocketCanPort::close() {
+  if (!socket_) return;
+  readiness_.release();  // the socket closes its own descriptor
+  retry_.cancel();
+  ++generation_;
+  waiting_to_flush_ = false;
+  stats_.kernel_drops += socket_->kernel_drops();
+  socket_.reset();
+  drop_pending();
+}
+
+void SocketCanPort::enter(Link link) {
+  if (link == link_) return;
+  const Link before = std::exchange(link_, link);
+  switch (link) {
+    case Link::kUnknown:
+      break;
+    case Link::kUp:
+      if (before != Link::kUnknown) spdlog::info("{} is up: going on", interface_);
+      break;
+    case Link::kDown:
+      spdlog::warn("{} is down: waiting for it (sudo ip link set {} up)", interface_, interface_);
+      break;
+    case Link::kMissing:
+      spdlog::warn("{} is gone: waiting until it is made again", interface_);
+      break;
+  }
+  if (link != Link::kUp) {
+    if (before == Link::kUp) ++stats_.link_losses;
+    drop_pending();
+  }
+}
+
+void SocketCanPort::note_error(int error) {
+  spdlog::debug("{}: receive: {}", interface_, std::generic_category().message(error));
+  // The socket has lost its interface; if there is one of that name again, it needs a new socket.
+  if (error == ENODEV) close();
+  check_link();
+}
+
+void SocketCanPort::wait_readable() {
+  readiness_.async_wait(Descriptor::wait_read, [this, mine = generation_](const auto& /*error*/) {
+    if (mine != generation_) return;
+    on_frames_();
+    if (mine == generation_) wait_readable();
+  });
+}
+
+void SocketCanPort::send(const protocol::Frame& frame) {
+  if (!socket_ || link_ != Link::kUp) {
+    ++stats_.lost_link_down;
+    return;
+  }
+  if (pending_.size() >= kMostPending) {
+    ++stats_.lost_queue_full;
+    return;
+  }
+  pending_.push_back(frame);
+  if (!waiting_to_flush_) flush();
+}
+
+void SocketCanPort::flush() {
+  while (!pending_.empty()) {
+    const SendResult result = socket_->send(pending_.front());
+    switch (result) {
+      case SendResult::kSent:
+        ++stats_.sent;
+        pending_.pop_front();
+        break;
+      case SendResult::kNotWritable:
+      case SendResult::kQueueFull:
+        ++stats_.waits_for_queue;
+        wait_to_flush(result);
+        return;
+      case SendResult::kLinkDown:
+        drop_pending();
+        return;
+    }
+  }
+}
+
+void SocketCanPort::wait_to_flush(SendResult why) {
+  waiting_to_flush_ = true;
+  const auto go_on = [this, mine = generation_](const boost::system::error_code& /*error*/) {
+    if (mine != generation_) return;
+    waiting_to_flush_ = false;
+    flush();
+  };
+  if (why == SendResult::kNotWritable) {
+    readiness_.async_wait(Descriptor::wait_write, go_on);
+  } else {
+    retry_.expires_after(kRetry);
+    retry_.async_wait(go_on);
+  }
+}
+
+void SocketCanPort::drop_pending() {
+  stats_.lost_link_down += pending_.size();
+  pending_.clear();
+}
+
+PortStats SocketCanPort::stats() const {
+  PortStats stats = stats_;
+  stats.pending = pending_.size();
+  if (socket_) stats.kernel_drops += socket_->kernel_drops();
+  return stats;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,230 @@
+#include "emulator/record/log_pairing.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <deque>
+#include <map>
+#include <numeric>
+#include <variant>
+
+#include "emulator/record/reply_values.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::Frame;
+using protocol::Opcode;
+
+/// Replies of newer drives: this plus the ID (docs/protocol.md).
+constexpr std::uint32_t kOwnReplyId = 0x240;
+
+bool is_data(const Frame& frame) {
+  return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
+}
+
+/// The drive that `base` plus an ID stands for; 0 = none.
+int drive_at(const Frame& frame, std::uint32_t base) {
+  const std::int64_t id = std::int64_t{frame.id} - base;
+  return is_data(frame) && id >= protocol::kMinId && id <= protocol::kMaxId ? static_cast<int>(id)
+                                                                            : 0;
+}
+
+/// DATA[0] of the reply to a command; the commands to several drives ask for those of one.
+std::optional<std::uint8_t> reply_command(const protocol::Command& command) {
+  const std::size_t kind = command.index();
+  if (kind < protocol::kOpcodes.size()) {
+    return static_cast<std::uint8_t>(protocol::kOpcodes[kind].opcode);
+  }
+  if (std::holds_alternative<protocol::MultiTorque>(command)) {
+    return static_cast<std::uint8_t>(Opcode::kTorque);
+  }
+  if (std::holds_alternative<protocol::MultiSpeed>(command)) {
+    return static_cast<std::uint8_t>(Opcode::kSpeed);
+  }
+  if (std::holds_alternative<protocol::MultiPosition>(command)) {
+    return static_cast<std::uint8_t>(Opcode::kPosition1);
+  }
+  return std::nullopt;
+}
+
+enum class Fit : std::uint8_t { kNo, kEither, kYes };
+
+/// One drive and what the log has of it.
+class Drive {
+ public:
+  Drive(const ServoConfig& servo, const std::vector<LoggedFrame>& log)
+      : reader_(servo), several_(servo.rom.broadcast_mode), log_(&log) {}
+
+  int id() const { return reader_.id; }
+  void add(std::size_t place) { own_.push_back(place); }
+
+  /// Goes through its frames and tells which of them are queries.
+  void pair(std::vector<bool>& is_query, PairedLog& out, bool directions_count) {
+    directions_count_ = directions_count;
+    own_replies_ = std::ranges::any_of(
+        own_, [this](std::size_t place) { return drive_at(frame(place), kOwnReplyId) != 0; });
+    for (std::size_t n = 0; n < own_.size(); ++n) take(n, is_query, out);
+  }
+  std::vector<Exchange> exchanges;  // `query` is a place in the log
+
+ private:
+  const Frame& frame(std::size_t place) const { return (*log_)[place].timed.frame; }
+  SimTime at(std::size_t place) const { return (*log_)[place].timed.at; }
+
+  void take(std::size_t n, std::vector<bool>& is_query, PairedLog& out) {
+    const std::size_t place = own_[n];
+    while (!pending_.empty() && at(place) - at(exchanges[pending_.front()].query) > kLongestReply) {
+      pending_.pop_front();
+    }
+    const auto sure = surely_from_host(place);
+    if (sure == true) {
+      ask(place, is_query);
+    } else if (const auto match = sure ? oldest(place, Fit::kEither) : likely_answer(n, out)) {
+      exchanges[pending_[*match]].reply = (*log_)[place].timed;
+      pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(*match) + 1);
+    } else if (sure || looks_like_a_reply(place)) {
+      ++out.orphans;
+      if (!sure) ++out.ambiguous;
+    } else {
+      ask(place, is_query);
+    }
+  }
+
+  std::optional<bool> surely_from_host(std::size_t place) const {
+    if (drive_at(frame(place), protocol::kSingleDriveId) == 0) {
+      return drive_at(frame(place), kOwnReplyId) == 0;
+    }
+    if (own_replies_) return true;
+    return directions_count_ ? (*log_)[place].from_host : std::nullopt;
+  }
+
+  void ask(std::size_t place, std::vector<bool>& is_query) {
+    is_query[place] = true;
+    const auto query = protocol::decode_query(frame(place), reader_.format);
+    if (!std::holds_alternative<protocol::Query>(query)) return;  // it will not be answered
+    const bool single = drive_at(frame(place), protocol::kSingleDriveId) != 0;
+    if (single == several_) return;
+    const auto own = protocol::for_drive(id(), std::get<protocol::Query>(query), reader_.format);
+    if (!std::holds_alternative<protocol::Query>(own)) return;
+    if (const auto command = reply_command(std::get<protocol::Query>(own).command)) {
+      pending_.push_back(exchanges.size());
+      exchanges.push_back({id(), place, *command, std::nullopt});
+    }
+  }
+
+  /// The place in `pending_` of the oldest query that the frame can answer.
+  std::optional<std::size_t> oldest(std::size_t place, Fit at_least) const {
+    for (std::size_t n = 0; n < pending_.size(); ++n) {
+      if (fit(exchanges[pending_[n]], frame(place)) >= at_least) return n;
+    }
+    return std::nullopt;
+  }
+
+  /// Of several queries that the frame can answer, those are answered last that got no reply: as
+  /// many replies as follow each other belong to as many of the last queries.
+  std::optional<std::size_t> likely_answer(std::size_t n, PairedLog& out) const {
+    const std::size_t place = own_[n];
+    std::vector<std::size_t> can;
+    for (std::size_t k = 0; k < pending_.size(); ++k) {
+      if (fit(exchanges[pending_[k]], frame(place)) != Fit::kNo) can.push_back(k);
+    }
+    if (can.empty()) return std::nullopt;
+    const Exchange& last = exchanges[pending_[can.back()]];
+    if (can.size() > 1 || fit(last, frame(place)) == Fit::kEither) ++out.ambiguous;
+    std::size_t replies = 1;
+    while (n + replies < own_.size() && replies < can.size() &&
+           fit(last, frame(own_[n + replies])) == Fit::kYes) {
+      ++replies;
+    }
+    return can[can.size() - replies];
+  }
+
+  Fit fit(const Exchange& asked, const Frame& reply) const;
+
+  /// Nobody waits for it, but drives say such things and hosts hardly do: states, whose DATA[1] is
+  /// a temperature.
+  bool looks_like_a_reply(std::size_t place) const {
+    const std::uint8_t command = frame(place).data[0];
+    const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
+    return state && frame(place).data[1] > 1;
+  }
+
+  Frame as_reply(Frame reply) const {
+    reply.id = reader_.format.dialect.reply_id_base + static_cast<std::uint32_t>(id());
+    return reply;
+  }
+
+  ReplyReader reader_;
+  bool several_;  // answers commands for several drives only
+  const std::vector<LoggedFrame>* log_;
+  std::vector<std::size_t> own_;     // places of its frames in the log
+  std::deque<std::size_t> pending_;  // places in `exchanges`
+  bool own_replies_ = false;
+  bool directions_count_ = false;
+};
+
+Fit Drive::fit(const Exchange& asked, const Frame& reply) const {
+  if (!reader_.answers_with(asked.command, reply.data[0])) return Fit::kNo;
+  const auto decoded = protocol::decode_reply(as_reply(reply), reader_.format);
+  const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
+  if (content == nullptr) return Fit::kNo;
+  const bool same = reply.data == frame(asked.query).data;
+  if (std::holds_alternative<protocol::Echo>(content->reply)) {
+    return same ? Fit::kEither : Fit::kNo;
+  }
+  const bool state = std::holds_alternative<protocol::State1>(content->reply) ||
+                     std::holds_alternative<protocol::State2>(content->reply) ||
+                     std::holds_alternative<protocol::State3>(content->reply);
+  // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
+  if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
+  return same ? Fit::kEither : Fit::kYes;
+}
+
+/// Directions are those of the machine that logged. They tell something when there are both.
+bool directions_tell(const std::vector<LoggedFrame>& log) {
+  const auto any = [&log](bool from_host) {
+    return std::ranges::any_of(log, [from_host](const LoggedFrame& one) {
+      return one.from_host == from_host && drive_at(one.timed.frame, protocol::kSingleDriveId) != 0;
+    });
+  };
+  return any(true) && any(false);
+}
+
+}  // namespace
+
+PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
+  std::map<int, Drive> drives;
+  for (const ServoConfig& servo : bus.servos) drives.emplace(servo.id, Drive(servo, log));
+  PairedLog out;
+  std::vector<bool> is_query(log.size(), false);
+  for (std::size_t n = 0; n < log.size(); ++n) {
+    const Frame& frame = log[n].timed.frame;
+    const int single = drive_at(frame, protocol::kSingleDriveId) + drive_at(frame, kOwnReplyId);
+    if (single != 0) {
+      const auto drive = drives.find(single);
+      drive != drives.end() ? drive->second.add(n) : void(++out.strangers);
+    } else if (is_data(frame) && protocol::find_multi_drive(frame.id) != nullptr) {
+      is_query[n] = true;
+      for (auto& [id, drive] : drives) drive.add(n);
+    } else {
+      is_query[n] = frame.kind != protocol::FrameKind::kError;
+    }
+  }
+  const bool directions_count = directions_tell(log);
+  for (auto& [id, drive] : drives) {
+    drive.pair(is_query, out, directions_count);
+    out.exchanges.insert(out.exchanges.end(), drive.exchanges.begin(), drive.exchanges.end());
+  }
+  // From places in the log to places among what is sent.
+  std::vector<std::size_t> sent_before(log.size() + 1, 0);
+  for (std::size_t n = 0; n < log.size(); ++n) {
+    sent_before[n + 1] = sent_before[n] + (is_query[n] ? 1 : 0);
+    if (is_query[n]) out.sent.push_back(log[n].timed);
+  }
+  for (Exchange& exchange : out.exchanges) exchange.query = sent_before[exchange.query];
+  std::ranges::stable_sort(out.exchanges, {}, &Exchange::query);
+  return out;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,115 @@
+#include "emulator/record/log_writer.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <system_error>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+/// Lines gather for so long: a write for each frame would cost more than the frame.
+constexpr auto kGather = std::chrono::milliseconds(10);
+
+/// Returns 0 or errno.
+int append(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+}  // namespace
+
+LogWriter::LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end, std::size_t most_waiting)
+    : files_(std::move(files)), on_end_(std::move(on_end)), most_waiting_(most_waiting) {
+  // Signals are for the loop's thread; threads inherit what their maker blocks.
+  sigset_t all;
+  sigset_t before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] { run(); });
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+LogWriter::~LogWriter() {
+  finish("");
+  thread_.join();
+}
+
+void LogWriter::finish(std::string last_lines) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stop_) return;
+    stop_ = true;
+    last_lines_ = std::move(last_lines);
+  }
+  changed_.notify_one();
+}
+
+bool LogWriter::done() const {
+  const std::lock_guard lock(mutex_);
+  return done_;
+}
+
+void LogWriter::add(std::size_t file, std::string_view line) {
+  bool too_slow = false;
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (failed_ || stop_) return;
+    too_slow = failed_ = waiting_bytes_ + line.size() >= most_waiting_;
+    if (!too_slow) {
+      first = waiting_bytes_ == 0;
+      waiting_bytes_ += line.size() + 1;
+      waiting_[file].append(line) += '\n';
+    }
+  }
+  if (first) changed_.notify_one();
+  if (too_slow) on_end_("the disk is too slow");
+}
+
+bool LogWriter::failed() const {
+  const std::lock_guard lock(mutex_);
+  return failed_;
+}
+
+void LogWriter::run() {
+  bool refused = false;  // nothing may follow what is not there
+  std::unique_lock lock(mutex_);
+  while (!done_) {
+    changed_.wait(lock, [this] { return stop_ || waiting_bytes_ > 0; });
+    changed_.wait_for(lock, kGather, [this] { return stop_; });
+    const bool last = stop_;
+    const auto batch = std::exchange(waiting_, {});
+    waiting_bytes_ = 0;
+    const bool whole = !failed_;
+    lock.unlock();
+    int error = refused ? 0 : write(batch);
+    if (error == 0 && last && whole) error = append(files_[0].get(), last_lines_);
+    refused = refused || error != 0;
+    lock.lock();
+    if (error != 0 && !std::exchange(failed_, true)) {
+      lock.unlock();
+      on_end_(std::generic_category().message(error));
+      lock.lock();
+    }
+    done_ = last;
+  }
+}
+
+int LogWriter::write(const std::array<std::string, kFiles>& batch) {
+  for (std::size_t n = 0; n < kFiles; ++n) {
+    const int error = append(files_[n].get(), batch[n]);
+    if (error != 0) return error;
+  }
+  return 0;
+}
+
+}  // namespace lk::emulator

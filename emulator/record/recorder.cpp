@@ -1,0 +1,91 @@
+#include "emulator/record/recorder.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <system_error>
+#include <utility>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/program/cli.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// In the order in which a batch is written: a frame is never there without the directives before
+/// it.
+enum File : std::size_t { kInputs, kFrames };
+
+Descriptor open_log(const std::filesystem::path& file) {
+  Descriptor log(::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+  if (!log) {
+    throw StartError("cannot write " + file.string() + ": " +
+                     std::generic_category().message(errno));
+  }
+  return log;
+}
+
+}  // namespace
+
+RecordingInfo recording_info(const RecordRequest& request, SimTime start) {
+  RecordingInfo info;
+  info.version = LKEMU_VERSION;
+  info.replayable = start == SimTime{0};
+  info.overrides = request.overrides;
+  info.clock = request.clock;
+  info.start = start;
+  info.started_utc = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  return info;
+}
+
+Recorder::Recorder(std::filesystem::path directory, const RecordingInfo& info,
+                   const ConfigTexts& texts, std::vector<BusConfig> buses)
+    : directory_(std::move(directory)), buses_(std::move(buses)) {
+  begin_recording(directory_, info, texts, buses_);
+  writer_ = std::make_unique<LogWriter>(
+      std::array{open_log(directory_ / kInputsFile), open_log(directory_ / kFramesFile)},
+      [where = directory_.string()](const std::string& reason) {
+        spdlog::error("recording in {} has ended: {}", where, reason);
+      });
+}
+
+void Recorder::host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame) {
+  ++host_frames_;
+  writer_->add(kFrames,
+               candump_line(at, buses_[bus].interface, frame, CandumpLine::Direction::kSent));
+}
+
+void Recorder::reply(std::size_t bus, const TimedFrame& reply) {
+  writer_->add(kFrames, candump_line(reply.at, buses_[bus].interface, reply.frame,
+                                     CandumpLine::Direction::kReceived));
+}
+
+void Recorder::directive(std::size_t bus, SimTime at, std::string json) {
+  writer_->add(kInputs, input_line(bus, at, RecordedInput::Request{std::move(json)}));
+}
+
+void Recorder::restored_rom(std::size_t bus, SimTime at, int id, const Registers& rom,
+                            const RomWear& wear) {
+  const auto servo = std::ranges::find(buses_[bus].servos, id, &ServoConfig::id);
+  const auto restored = record_rom(rom, wear, buses_[bus].interface, *servo);
+  writer_->add(kInputs, input_line(bus, at, restored));
+}
+
+void Recorder::end(const std::vector<SimTime>& times) {
+  std::string lines;
+  for (std::size_t bus = 0; bus < times.size(); ++bus) {
+    lines += input_line(bus, times[bus], RecordedInput::End{}) + '\n';
+  }
+  writer_->finish(std::move(lines));
+}
+
+std::string Recorder::input_line(std::size_t bus, SimTime at,
+                                 decltype(RecordedInput::what) what) const {
+  return print_input({at, host_frames_, buses_[bus].interface, std::move(what)});
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,267 @@
+#include "emulator/record/recording.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <system_error>
+
+#include "emulator/config/profile.hpp"
+#include "emulator/config/rom_file.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+// --- recording.json
+// -----------------------------------------------------------------------------------------
+
+Json print_overrides(const Overrides& overrides) {
+  Json json = Json::object();
+  for (const BusRequest& request : overrides.buses) {
+    Json bus = {{"bus", request.interface}};
+    if (request.ids) bus["ids"] = *request.ids;
+    json["buses"].push_back(std::move(bus));
+  }
+  if (overrides.motor) json["motor"] = *overrides.motor;
+  if (overrides.seed) json["seed"] = *overrides.seed;
+  if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
+  return json;
+}
+
+Overrides parse_overrides(const Json& json) {
+  Overrides overrides;
+  for (const Json& bus : json.value("buses", Json::array())) {
+    overrides.buses.push_back({bus.at("bus").get<std::string>(), std::nullopt});
+    if (bus.contains("ids")) overrides.buses.back().ids = bus["ids"].get<std::vector<int>>();
+  }
+  if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
+  if (json.contains("seed")) overrides.seed = json["seed"].get<std::uint64_t>();
+  if (json.contains("bitrate")) overrides.bitrate = json["bitrate"].get<std::int64_t>();
+  return overrides;
+}
+
+/// What of the buses helps a person to know the recording again.
+Json describe_buses(const std::vector<BusConfig>& buses) {
+  Json all = Json::array();
+  for (const BusConfig& bus : buses) {
+    Json ids = Json::array();
+    for (const ServoConfig& servo : bus.servos) ids.push_back(servo.id);
+    all.push_back(
+        {{"bus", bus.interface}, {"ids", ids}, {"seed", bus.seed}, {"bitrate", bus.bitrate}});
+  }
+  return all;
+}
+
+std::string print_info(const RecordingInfo& info, bool has_config,
+                       const std::vector<BusConfig>& buses) {
+  const Json json = {{"format", kRecordingFormat},
+                     {"lk_emu", info.version},
+                     {"replayable", info.replayable},
+                     {"started_utc", info.started_utc},
+                     {"start_ns", info.start.count()},
+                     {"clock", info.clock},
+                     {"config", has_config ? Json("config.toml") : Json(nullptr)},
+                     {"command_line", print_overrides(info.overrides)},
+                     {"buses", describe_buses(buses)}};
+  return json.dump(2) + '\n';
+}
+
+struct ParsedInfo {
+  RecordingInfo info;
+  bool has_config = false;
+};
+
+ParsedInfo parse_info(const std::string& text, const fs::path& file) {
+  try {
+    const Json json = Json::parse(text);
+    const int format = json.at("format").get<int>();
+    if (format != kRecordingFormat) {
+      throw StartError(file.string() + ": format " + std::to_string(format) +
+                       " is not known to this version of lk-emu, " +
+                       std::to_string(kRecordingFormat) + " is");
+    }
+    ParsedInfo parsed;
+    parsed.info.version = json.at("lk_emu").get<std::string>();
+    parsed.info.replayable = json.at("replayable").get<bool>();
+    parsed.info.overrides = parse_overrides(json.at("command_line"));
+    parsed.info.clock = json.at("clock").get<std::string>();
+    parsed.info.start = SimTime(json.at("start_ns").get<std::int64_t>());
+    parsed.info.started_utc = json.at("started_utc").get<std::string>();
+    parsed.has_config = !json.at("config").is_null();
+    return parsed;
+  } catch (const Json::exception& problem) {
+    throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
+  }
+}
+
+// --- files
+// --------------------------------------------------------------------------------------------------
+
+void write_file(const fs::path& file, const std::string& text) {
+  errno = 0;
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) throw StartError("cannot write " + file.string() + ": " + reason(errno));
+}
+
+void make_empty_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (!error && !fs::is_empty(directory, error) && !error) {
+    throw StartError(directory.string() +
+                     " is not empty; a recording needs a directory of its own");
+  }
+  if (error) throw StartError("cannot record in " + directory.string() + ": " + error.message());
+}
+
+fs::path rom_file(const fs::path& directory, const BusConfig& bus, const ServoConfig& servo) {
+  return directory / "rom" / (bus.interface + "-" + std::to_string(servo.id) + ".toml");
+}
+
+bool was_written(const ServoConfig& servo) {
+  return std::ranges::any_of(servo.wear, [](std::uint32_t writes) { return writes > 0; });
+}
+
+std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& parsed) {
+  const FindProfile find = [&](const std::string& name) {
+    const fs::path file = directory / "motors" / (name + ".toml");
+    return parse_profile(read_file(file), file.string(), name);
+  };
+  const fs::path config = directory / "config.toml";
+  auto buses = parsed.has_config
+                   ? parse_config(read_file(config), config.string(), parsed.info.overrides, find)
+                   : default_config(parsed.info.overrides, find);
+  for (BusConfig& bus : buses) {
+    for (ServoConfig& servo : bus.servos) {
+      const fs::path rom = rom_file(directory, bus, servo);
+      if (fs::exists(rom)) read_rom(read_file(rom), rom.string(), bus.interface, servo);
+    }
+  }
+  return buses;
+}
+
+/// A line that a kill has cut off is none.
+std::vector<RecordedInput> read_inputs(const fs::path& file) {
+  const std::string text = read_file(file);
+  std::vector<RecordedInput> inputs;
+  int number = 0;
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos;
+       begin = end + 1) {
+    inputs.push_back(parse_input(text.substr(begin, end - begin), file.string(), ++number));
+  }
+  return inputs;
+}
+
+}  // namespace
+
+// --- directives.jsonl
+// ---------------------------------------------------------------------------------------
+
+std::string print_input(const RecordedInput& input) {
+  Json json = {
+      {"time_ns", input.at.count()}, {"after_frames", input.after_frames}, {"bus", input.bus}};
+  if (const auto* request = std::get_if<RecordedInput::Request>(&input.what)) {
+    json["directive"] = Json::parse(request->json);
+  } else if (const auto* rom = std::get_if<RecordedInput::RestoredRom>(&input.what)) {
+    json["restored_rom"] = {{"id", rom->id}, {"wear", rom->wear}, {"rom", rom->rom}};
+  } else {
+    json["end"] = true;
+  }
+  return json.dump();
+}
+
+RecordedInput parse_input(const std::string& line, const std::string& file, int number) {
+  try {
+    const Json json = Json::parse(line);
+    RecordedInput input;
+    input.at = SimTime(json.at("time_ns").get<std::int64_t>());
+    input.after_frames = json.at("after_frames").get<std::uint64_t>();
+    input.bus = json.at("bus").get<std::string>();
+    if (json.contains("directive")) {
+      input.what = RecordedInput::Request{json["directive"].dump()};
+    } else if (json.contains("restored_rom")) {
+      const Json& rom = json["restored_rom"];
+      input.what = RecordedInput::RestoredRom{
+          rom.at("id").get<int>(), rom.at("rom").get<std::string>(), rom.at("wear").get<RomWear>()};
+    } else if (json.contains("end")) {
+      input.what = RecordedInput::End{};
+    } else {
+      throw ConfigError(file, number, "", "neither directive, restored_rom nor end is in it");
+    }
+    return input;
+  } catch (const Json::exception& problem) {
+    throw ConfigError(file, number, "", std::string("not as lk-emu writes it: ") + problem.what());
+  }
+}
+
+RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
+                                      const std::string& bus, const ServoConfig& servo) {
+  // A ROM file has what its counts say was written; here everything counts, since a fault may have
+  // damaged what nobody wrote.
+  RomWear everything;
+  everything.fill(1);
+  return {servo.id, print_rom({bus, servo.id, servo.profile.name}, rom, everything), wear};
+}
+
+Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
+                       const ServoConfig& servo) {
+  ServoConfig with_rom = servo;
+  read_rom(restored.rom, kInputsFile, bus, with_rom);
+  return with_rom.rom;
+}
+
+// --- the directory
+// ------------------------------------------------------------------------------------------
+
+void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
+                     const std::vector<BusConfig>& buses) {
+  make_empty_directory(directory);
+  std::error_code error;
+  for (const char* part : {"motors", "rom"}) fs::create_directory(directory / part, error);
+  if (error) throw StartError("cannot record in " + directory.string() + ": " + error.message());
+  if (texts.config) write_file(directory / "config.toml", *texts.config);
+  for (const auto& [name, text] : texts.motors) {
+    write_file(directory / "motors" / (name + ".toml"), text);
+  }
+  for (const BusConfig& bus : buses) {
+    for (const ServoConfig& servo : bus.servos) {
+      if (!was_written(servo)) continue;
+      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
+      write_file(rom_file(directory, bus, servo), print_rom(owner, servo.rom, servo.wear));
+    }
+  }
+  for (const char* log : {kFramesFile, kInputsFile}) write_file(directory / log, "");
+  // Last: a directory that has it has the rest as well.
+  write_file(directory / kRecordingFile, print_info(info, texts.config.has_value(), buses));
+}
+
+Recording read_recording(const fs::path& directory) {
+  const fs::path file = directory / kRecordingFile;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    throw StartError(directory.string() + " is no recording: there is no " + kRecordingFile +
+                     " in it");
+  }
+  try {
+    const ParsedInfo parsed = parse_info(read_file(file), file);
+    Recording recording{parsed.info, {}, {}};
+    recording.buses = read_buses(directory, parsed);
+    recording.inputs = read_inputs(directory / kInputsFile);
+    return recording;
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,144 @@
+#include "emulator/rom/rom_store.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <stdexcept>
+#include <system_error>
+
+#include "emulator/program/cli.hpp"
+#include "emulator/program/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// "lk-emu (pid 1234)"; whoever has just taken the lock may not have said so yet.
+std::string holder(int lock_fd) {
+  std::array<char, 64> text{};
+  const ssize_t size = ::pread(lock_fd, text.data(), text.size(), 0);
+  const std::string found(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  const std::string line = found.substr(0, found.find('\n'));
+  return line.empty() ? "another process" : line;
+}
+
+void wipe(const RomPlace& place, const fs::path& file) {
+  const std::string drive = place.owner.bus + ":" + std::to_string(place.owner.id);
+  if (::unlinkat(place.directory_fd, place.name.c_str(), 0) == 0) {
+    spdlog::info("{}: ROM wiped, {} removed", drive, file.string());
+  } else if (errno != ENOENT) {
+    throw StartError("cannot remove " + file.string() + ": " + reason(errno));
+  }
+}
+
+}  // namespace
+
+fs::path state_directory(const char* xdg_state_home, const char* home) {
+  // Relative ones are to be ignored.
+  if (xdg_state_home != nullptr && *xdg_state_home == '/') {
+    return fs::path(xdg_state_home) / "lk-emu";
+  }
+  if (home != nullptr && *home == '/') return fs::path(home) / ".local/state/lk-emu";
+  return {};
+}
+
+// --- the directory
+// ----------------------------------------------------------------------------------------
+
+RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : path_(path) {
+  int error = make_directories(path);
+  if (error == 0) {
+    directory_ = Descriptor(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!directory_) error = errno;
+  }
+  if (error == 0) {
+    lock_ = Descriptor(::openat(descriptor(), "lock", O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+    if (!lock_) error = errno;
+  }
+  if (error != 0) {
+    throw StartError("cannot keep ROM in " + path.string() + ": " + reason(error) + advice);
+  }
+  lock();
+}
+
+void RomDirectory::lock() {
+  if (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) {
+      throw StartError(path_.string() + " is in use by " + holder(lock_.get()) +
+                       "; end that, or give another --rom DIR");
+    }
+    throw StartError("cannot lock " + path_.string() + ": " + reason(errno));
+  }
+  // Only for the message above: what counts is the lock, so a full disk does no harm here.
+  const std::string self = "lk-emu (pid " + std::to_string(::getpid()) + ")\n";
+  if (::ftruncate(lock_.get(), 0) != 0 || ::pwrite(lock_.get(), self.data(), self.size(), 0) < 0) {
+    spdlog::debug("{}: lock: {}", path_.string(), reason(errno));
+  }
+}
+
+// --- the files
+// --------------------------------------------------------------------------------------------
+
+RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
+  take_directories(options, buses);
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    const RomDirectory& directory = directories_[directories_.size() == 1 ? 0 : i];
+    const std::string& bus = buses[i].interface;
+    for (ServoConfig& servo : buses[i].servos) {
+      const RomPlace place{directory.descriptor(),
+                           bus + "-" + std::to_string(servo.id) + ".toml",
+                           i,
+                           {bus, servo.id, servo.profile.name}};
+      ::unlinkat(place.directory_fd, unfinished(place.name).c_str(), 0);
+      if (options.wipe) wipe(place, directory.path() / place.name);
+      load(place, directory, bus, servo);
+      places_.emplace(std::pair(i, servo.id), place);
+    }
+    if (options.wipe && ::fsync(directory.descriptor()) != 0) {
+      throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason(errno));
+    }
+  }
+}
+
+void RomStore::take_directories(const RomOptions& options, const std::vector<BusConfig>& buses) {
+  if (options.directory) {
+    directories_.emplace_back(*options.directory, "");
+    return;
+  }
+  const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
+  if (base.empty()) {
+    throw StartError(
+        "nowhere to keep ROM: neither HOME nor XDG_STATE_HOME is set; give --rom DIR, or "
+        "--rom :memory:");
+  }
+  for (const BusConfig& bus : buses) {
+    directories_.emplace_back(base / bus.interface, "; give --rom DIR, or --rom :memory:");
+  }
+}
+
+void RomStore::load(const RomPlace& place, const RomDirectory& directory, const std::string& bus,
+                    ServoConfig& servo) const {
+  if (::faccessat(place.directory_fd, place.name.c_str(), F_OK, AT_SYMLINK_NOFOLLOW) != 0 &&
+      errno == ENOENT) {
+    return;
+  }
+  const fs::path file = directory.path() / place.name;
+  try {
+    read_rom(read_file(file), file.string(), bus, servo);
+  } catch (const ConfigError& problem) {
+    throw StartError(std::string(problem.what()) +
+                     " (give another --rom DIR, or start anew with --wipe-rom)");
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,105 @@
+#include "emulator/scenario/junit_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "emulator/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Status = ExpectationResult::Status;
+
+/// For an attribute. What XML 1.0 cannot carry at all becomes a question mark.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '"') {
+      out += "&quot;";
+    } else if (c == '\n' || c == '\t' || c == '\r') {
+      out += fmt::format("&#{};", static_cast<int>(c));
+    } else if (c >= 0 && c < ' ') {
+      out += '?';
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string open_case(const std::string& name, const std::string& suite) {
+  return fmt::format("    <testcase name=\"{}\" classname=\"{}\"", escaped(name), escaped(suite));
+}
+
+std::string expectation_case(const ExpectationResult& result, const std::string& suite) {
+  const std::string name =
+      result.says.empty() ? result.expected : result.says + " (" + result.expected + ")";
+  std::string text = open_case(name, suite);
+  if (result.status == Status::kPassed) return text + "/>\n";
+  const char* const kind = result.status == Status::kFailed ? "failure" : "error";
+  const std::string message = "expected " + result.expected + ", measured " + result.measured;
+  return text +
+         fmt::format(">\n      <{} message=\"{}\"/>\n    </testcase>\n", kind, escaped(message));
+}
+
+std::string fault_case(const PlannedFault& fault, const std::string& suite) {
+  std::string text = open_case(fault.bus + " fault " + fault.report.fault.name, suite);
+  if (fault.took_effect()) return text + "/>\n";
+  return text + fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
+                            escaped(fault_sentence(fault)));
+}
+
+std::string suite_of(const RunReport& report) {
+  const Verdict& verdict = report.verdict;
+  const auto failed =
+      std::ranges::count(verdict.expectations, Status::kFailed, &ExpectationResult::status);
+  const auto open =
+      std::ranges::count(verdict.expectations, Status::kOpen, &ExpectationResult::status);
+  const auto idle =
+      std::ranges::count_if(verdict.faults, [](const auto& fault) { return !fault.took_effect(); });
+  // Some reasons have a case of their own already.
+  const bool reasons_apart = !verdict.invalid.empty() && open + idle == 0;
+  std::string text = fmt::format(
+      "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n"
+      "    <properties>\n"
+      "      <property name=\"seed\" value=\"{}\"/>\n"
+      "      <property name=\"version\" value=\"" LKEMU_VERSION
+      "\"/>\n"
+      "      <property name=\"simulated_s\" value=\"{}\"/>\n"
+      "      <property name=\"outcome\" value=\"{}\"/>\n"
+      "    </properties>\n",
+      escaped(report.name),
+      verdict.expectations.size() + verdict.faults.size() + (reasons_apart ? 1 : 0), failed,
+      open + idle + (reasons_apart ? 1 : 0), report.wall_s, report.seed,
+      in_seconds(report.simulated), outcome_word(verdict.outcome));
+  for (const auto& result : verdict.expectations) text += expectation_case(result, report.name);
+  for (const auto& fault : verdict.faults) text += fault_case(fault, report.name);
+  if (reasons_apart) {
+    text += open_case("the scenario is valid", report.name) +
+            fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
+                        escaped(verdict.invalid.front()));
+  }
+  if (!verdict.invalid.empty()) {
+    std::string reasons;
+    for (const std::string& reason : verdict.invalid) reasons += "invalid: " + reason + '\n';
+    text += "    <system-err>" + escaped(reasons) + "</system-err>\n";
+  }
+  return text + "  </testsuite>\n";
+}
+
+}  // namespace
+
+std::string junit_xml(const std::vector<RunReport>& reports) {
+  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"lk-emu\">\n";
+  for (const RunReport& report : reports) text += suite_of(report);
+  return text + "</testsuites>\n";
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "emulator/core/host_script.hpp"
+#include "emulator/core/judge.hpp"
+#include "emulator/core/scenario.hpp"
+#include "emulator/program/line.hpp"
+#include "emulator/scenario/junit_writer.hpp"
+
+namespace lk::emulator {
+
+/// A scenario on buses that run already, beside whatever hosts there are: does what it has planned
+/// when its time comes, puts its frames on the buses as if a host had, and listens.
+class LiveScenario {
+ public:
+  /// Begins now. `scenario.robot` is what runs on `lines`, in that order; they outlive this.
+  /// `on_over` is called once, from a line, when the scenario has come to its end; `finish` is to
+  /// be called after that, not from there. Throws std::invalid_argument when a bus cannot take so
+  /// many faults.
+  LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over);
+  LiveScenario(const LiveScenario&) = delete;
+  LiveScenario& operator=(const LiveScenario&) = delete;
+  ~LiveScenario() { finish(); }
+
+  const Scenario& scenario() const { return scenario_; }
+  bool running() const { return !final_; }
+  /// So far; at the end once it is finished.
+  RunReport report() const;
+  /// Ends it: its faults are cleared, what it had planned is not done, the verdict stands.
+  void finish();
+
+ private:
+  /// On one bus.
+  struct Part {
+    Line* line;
+    HostScript host;
+    Judge judge;
+    std::vector<TimedDirective> events;  // by time, since the beginning
+    std::size_t next_event = 0;
+    Beginning beginning;
+    // How it stood when it was over; what comes later is not the scenario's.
+    std::optional<Verdict> over = std::nullopt;
+    SimTime over_at{0};
+    Line::WatcherKey watcher{};
+    Line::ListenerKey listener{};
+  };
+
+  SimTime next_due(const Part& part) const;
+  void look(Part& part, const Bus& bus);
+  void perform_due(Part& part, SimTime now);
+  Verdict verdict_of(const Part& part) const;
+  /// Its faults are cleared, its verdict stands.
+  void end(Part& part);
+
+  Scenario scenario_;
+  std::function<void()> on_over_;
+  std::vector<std::unique_ptr<Part>> parts_;
+  MonoTime began_;
+  std::optional<RunReport> final_;
+};
+
+}  // namespace lk::emulator

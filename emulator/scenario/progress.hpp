@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "emulator/core/sim_time.hpp"
+
+namespace lk::emulator {
+
+/// One line on standard error that says how far a run has come, from a second on.
+class Progress {
+ public:
+  Progress(std::string name, SimTime duration, bool wanted);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress();  // takes the line away
+
+  void show(SimTime now);
+  double wall_s() const;
+
+ private:
+  std::string name_;
+  SimTime duration_;
+  bool wanted_;
+  bool shown_ = false;
+  std::chrono::steady_clock::time_point began_;
+  std::chrono::steady_clock::time_point next_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,89 @@
+#include "emulator/scenario/scenario_files.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> known_robots() {
+  std::vector<std::string> names;
+  std::error_code none_there;
+  for (const auto& entry : fs::directory_iterator(config_directory() / "buses", none_there)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+fs::path robot_file(const std::string& name, const fs::path& directory) {
+  const bool is_path = name.find('/') != std::string::npos || name.ends_with(".toml");
+  if (is_path) return directory / name;
+  const std::vector<std::string> known = known_robots();
+  if (std::ranges::find(known, name) == known.end()) {
+    std::string all;
+    for (const std::string& robot : known) all += (all.empty() ? "" : ", ") + robot;
+    const std::string meant = nearest(name, known);
+    throw std::invalid_argument("no robot \"" + name + "\"" +
+                                (meant.empty() ? "" : ", did you mean " + meant + "?") +
+                                " (there are: " + all + "; or give a path to a .toml file)");
+  }
+  return config_directory() / "buses" / (name + ".toml");
+}
+
+/// A motor file is read once, however many drives use it.
+FindProfile cached_profiles() {
+  return [known = std::map<std::string, Profile>()](const std::string& name) mutable {
+    const auto found = known.find(name);
+    return found != known.end() ? found->second
+                                : known.emplace(name, load_profile(name)).first->second;
+  };
+}
+
+template <class Parse>
+Scenario load(Parse parse) {
+  try {
+    return parse();
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace
+
+ScenarioFiles scenario_files(const fs::path& directory) {
+  return {
+      .robot =
+          [directory](const std::string& name, const Overrides& overrides) {
+            const fs::path file = robot_file(name, directory);
+            return parse_config(read_regular_file(file), file.string(), overrides,
+                                cached_profiles());
+          },
+      .text = [directory](const std::string& name) { return read_regular_file(directory / name); },
+  };
+}
+
+Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) {
+  return load([&] {
+    return parse_scenario(read_file(file), file.string(), seed, scenario_files(file.parent_path()));
+  });
+}
+
+Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running) {
+  return load([&] {
+    return parse_live_scenario(read_regular_file(file), file.string(), running,
+                               scenario_files(file.parent_path()));
+  });
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,149 @@
+#include "emulator/scenario/scenario_runner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/rom/rom_store.hpp"
+#include "emulator/scenario/csv_writer.hpp"
+#include "emulator/scenario/progress.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Between two looks at the clock, and two writes of traffic.
+constexpr SimTime kChunk = std::chrono::milliseconds(20);
+
+/// Rows of signals at equal steps.
+class CsvOutput {
+ public:
+  CsvOutput(const RunOutputs::Csv& csv, const Scenario& scenario) : file_(csv.file, "--csv") {
+    std::vector<std::string> buses;
+    std::size_t columns_in_all = 0;
+    for (const BusConfig& bus : scenario.robot) {
+      std::vector<SampledColumn> columns;
+      for (const ServoConfig& servo : bus.servos) {
+        const bool wanted =
+            csv.ids.empty() || std::ranges::find(csv.ids, servo.id) != csv.ids.end();
+        for (const Signal* signal : csv.signals) {
+          if (wanted) columns.push_back({servo.id, signal});
+        }
+      }
+      columns_in_all += columns.size();
+      samplers_.emplace_back(std::move(columns), SimTime{0}, csv.period);
+      buses.push_back(bus.interface);
+    }
+    if (columns_in_all == 0) throw StartError("--ids: the robot has none of these drives");
+    file_.write(csv_header(buses, samplers_));
+  }
+
+  SimTime next_due() const { return samplers_.front().next_due(); }
+  void look(const ScenarioRun& run) {
+    values_.clear();
+    for (std::size_t n = 0; n < samplers_.size(); ++n) {
+      samplers_[n].look(run.bus(n), row_);
+      values_.insert(values_.end(), row_.begin(), row_.end());
+    }
+    file_.write(csv_row(run.time(), values_));
+  }
+  void commit() { file_.commit(); }
+
+ private:
+  OutputFile file_;
+  std::vector<Sampler> samplers_;  // by bus
+  std::vector<double> row_;
+  std::vector<double> values_;
+};
+
+/// All frames, of both directions.
+class CandumpOutput {
+ public:
+  CandumpOutput(const std::filesystem::path& file, const Scenario& scenario)
+      : file_(file, "--candump") {
+    for (const BusConfig& bus : scenario.robot) buses_.push_back(bus.interface);
+  }
+  void write(const std::vector<Traffic>& traffic) {
+    using Direction = CandumpLine::Direction;
+    for (const Traffic& one : traffic) {
+      file_.write(candump_line(one.frame.at, buses_[one.bus], one.frame.frame,
+                               one.from_host ? Direction::kSent : Direction::kReceived) +
+                  '\n');
+    }
+  }
+  void commit() { file_.commit(); }
+
+ private:
+  OutputFile file_;
+  std::vector<std::string> buses_;
+};
+
+/// Files that keep ROM; each write is on the disk before the run goes on.
+class RomOutput {
+ public:
+  RomOutput(const std::filesystem::path& directory, Scenario& scenario)
+      : store_({.directory = directory, .in_memory = false, .wipe = false}, scenario.robot) {}
+  void write(ScenarioRun& run) {
+    for (std::size_t n = 0; n < run.size(); ++n) {
+      writes_.clear();
+      run.take_rom_writes(n, writes_);
+      for (const RomWrite& write : writes_) {
+        const RomPlace& place = store_.place(n, write.id);
+        const int error = write_durably(place.directory_fd, place.name,
+                                        print_rom(place.owner, write.rom, write.wear));
+        if (error == 0) continue;
+        throw StartError("--rom: cannot write " + place.name + ": " +
+                         std::generic_category().message(error));
+      }
+    }
+  }
+
+ private:
+  RomStore store_;
+  std::vector<RomWrite> writes_;
+};
+
+std::size_t drives_of(const Scenario& scenario) {
+  std::size_t drives = 0;
+  for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
+  return drives;
+}
+
+}  // namespace
+
+RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
+  std::optional<RomOutput> rom;
+  std::optional<CsvOutput> csv;
+  std::optional<CandumpOutput> candump;
+  if (outputs.rom) rom.emplace(*outputs.rom, scenario);
+  if (outputs.csv) csv.emplace(*outputs.csv, scenario);
+  if (outputs.candump) candump.emplace(*outputs.candump, scenario);
+  Progress progress(scenario.name, scenario.duration, outputs.progress);
+  ScenarioRun run(scenario);
+  std::vector<Traffic> traffic;
+  for (;;) {
+    SimTime until = std::min(run.time() + kChunk, scenario.duration);
+    if (csv) until = std::min(until, csv->next_due());
+    run.advance_to(until);
+    if (csv && csv->next_due() <= run.time()) csv->look(run);
+    traffic.clear();
+    run.take_traffic(traffic);
+    if (candump) candump->write(traffic);
+    if (rom) rom->write(run);
+    progress.show(run.time());
+    if (run.time() >= scenario.duration) break;
+  }
+  if (csv) csv->commit();
+  if (candump) candump->commit();
+  return {.name = scenario.name,
+          .about = scenario.about,
+          .seed = scenario.robot.front().seed,
+          .drives = drives_of(scenario),
+          .simulated = scenario.duration,
+          .wall_s = progress.wall_s(),
+          .verdict = run.verdict()};
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario.hpp"
+#include "emulator/program/output_file.hpp"
+#include "emulator/scenario/junit_writer.hpp"
+
+namespace lk::emulator {
+
+/// What `lk-emu run` writes besides its summary.
+struct RunOutputs {
+  struct Csv {
+    std::filesystem::path file;
+    std::vector<const Signal*> signals;
+    std::vector<int> ids;  // empty: all
+    SimTime period{0};
+  };
+  std::optional<Csv> csv;
+  std::optional<std::filesystem::path> candump;
+  std::optional<std::filesystem::path> rom;  // directory; absent: ROM ends with the run
+  bool progress = false;                     // on standard error
+};
+
+/// Runs a scenario as fast as the machine goes. Throws StartError when an output cannot be written.
+RunReport run_scenario(Scenario scenario, const RunOutputs& outputs);
+
+}  // namespace lk::emulator
