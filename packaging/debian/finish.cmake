@@ -1,0 +1,24 @@
+# Run by CPack on the files of both packages before it packs them: what Debian wants in places and formats of its own.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where that is set
+
+function(compress file)
+  execute_process(COMMAND gzip -9nf ${file} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+function(finish root package)
+  set(doc ${root}/usr/share/doc/${package})
+  file(MAKE_DIRECTORY ${doc})
+  file(COPY ${CMAKE_CURRENT_LIST_DIR}/copyright DESTINATION ${doc})
+  file(WRITE ${doc}/changelog "${package} (${CPACK_PACKAGE_VERSION}) unstable; urgency=medium
+
+  * ${CPACK_PACKAGE_VERSION}: /usr/share/doc/lk-emu/CHANGELOG.md has what is new.
+
+ -- ${CPACK_PACKAGE_CONTACT}  ${date}
+")
+  compress(${doc}/changelog)
+endfunction()
+
+finish(${CPACK_TEMPORARY_DIRECTORY}/program lk-emu)
+finish(${CPACK_TEMPORARY_DIRECTORY}/development lk-emu-dev)
+file(REMOVE ${CPACK_TEMPORARY_DIRECTORY}/program/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
+compress(${CPACK_TEMPORARY_DIRECTORY}/program/usr/share/man/man1/lk-emu.1)
