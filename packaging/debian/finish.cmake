@@ -16,9 +16,12 @@ function(finish root package)
  -- ${CPACK_PACKAGE_CONTACT}  ${date}
 ")
   compress(${doc}/changelog)
+  # Whatever the umask of who builds it.
+  execute_process(COMMAND chmod -R u=rwX,go=rX ${root} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-finish(${CPACK_TEMPORARY_DIRECTORY}/program lk-emu)
+set(program ${CPACK_TEMPORARY_DIRECTORY}/program)
+file(REMOVE ${program}/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
+compress(${program}/usr/share/man/man1/lk-emu.1)
+finish(${program} lk-emu)
 finish(${CPACK_TEMPORARY_DIRECTORY}/development lk-emu-dev)
-file(REMOVE ${CPACK_TEMPORARY_DIRECTORY}/program/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
-compress(${CPACK_TEMPORARY_DIRECTORY}/program/usr/share/man/man1/lk-emu.1)

@@ -49,8 +49,9 @@ done
 ! grep -v 'root/root' "$scratch/files" || fail "these do not belong to root"
 ! grep -v '^-rw-r--r--\|^-rwxr-xr-x\|^drwxr-xr-x\|^lrwxrwxrwx' "$scratch/files" || fail "odd permissions"
 ! grep '\.hpp$\|\.a$\|__pycache__\|\.log$' "$scratch/files" || fail "these are in the wrong package"
-dpkg-deb -c "$dev" | grep -q 'usr/include/lk-emu/emulator/core/bus.hpp$' || fail "no headers"
-dpkg-deb -c "$dev" | grep -q 'liblk_emulator\.a$' || fail "no library"
+dpkg-deb -c "$dev" >"$scratch/files"
+grep -q 'usr/include/lk-emu/emulator/core/bus.hpp$' "$scratch/files" || fail "no headers"
+grep -q 'liblk_emulator\.a$' "$scratch/files" || fail "no library"
 
 # Installed by dpkg itself, with a database of its own. What the packages depend on is on this machine: the
 # program runs here.
@@ -66,10 +67,10 @@ in_root --install "$deb" "$dev"
 
 program=$root/usr/bin/lk-emu
 [[ $("$program" --version) == "lk-emu $(dpkg-deb -f "$deb" Version)" ]] || fail "another version"
-"$program" motors | grep -q mf7015 || fail "it does not find its motors"
+"$program" motors | grep mf7015 >/dev/null || fail "it does not find its motors"
 quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
 quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml"
-MANPATH=$root/usr/share/man man lk-emu 2>"$scratch/man.log" | grep -q 'EXIT STATUS' || fail "no manual page"
+MANPATH=$root/usr/share/man man lk-emu 2>"$scratch/man.log" | grep 'EXIT STATUS' >/dev/null || fail "no manual page"
 quietly man --warnings -E UTF-8 -l "$root/usr/share/man/man1/lk-emu.1.gz"
 [[ ! -s $scratch/man.log ]] || fail "man: $(cat "$scratch/man.log")"
 unit=$root/usr/lib/systemd/system/lk-emu@.service
