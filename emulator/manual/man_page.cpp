@@ -23,6 +23,7 @@ constexpr const char* kEnvironment[][2] = {
     {"XDG_STATE_HOME, HOME", "where ROM is kept without --rom"},
     {"XDG_RUNTIME_DIR", "where control sockets are"},
     {"NO_COLOR", "unless empty, lk-emu run prints no colours"},
+    {"CREDENTIALS_DIRECTORY", "where a service manager keeps the --http-token of a service"},
     {"NOTIFY_SOCKET", "socket of a service manager, which is told of the start and the end"},
 };
 
