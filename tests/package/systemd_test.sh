@@ -56,6 +56,7 @@ inside() {
   mount -t cgroup2 cgroup2 sys/fs/cgroup
   pivot_root . old
   umount -l /old
+  mount --make-rshared / # what is mounted for a service comes from a namespace below
   exec env -i container=test /lib/systemd/systemd --unit=proof.target --show-status=0 --log-target=kmsg </dev/null >/out/systemd.log 2>&1
 }
 

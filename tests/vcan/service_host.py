@@ -33,7 +33,7 @@ def command_of(unit, directory):
     with open(unit, encoding="utf-8") as file:
         line = re.search(r"^ExecStart=(.+)$", file.read(), re.MULTILINE)[1]
     for what, by in {"%S": f"{directory}/state", "%t": f"{directory}/run", "%i": "arm", "/etc/": f"{directory}/etc/",
-                     " $LKEMU_OPTIONS": ""}.items():
+                     "$LKEMU_OPTIONS": f"--http 127.0.0.1:0 --http-token {directory}/credentials/token"}.items():
         assert what in line, (what, line)
         line = line.replace(what, by)
     return line.split()
@@ -61,12 +61,18 @@ def check(program, unit, configs, directory):
         os.chmod(f"{directory}/{name}/lk-emu/arm", 0o700)
         os.chown(f"{directory}/{name}/lk-emu/arm", user, user)
 
+    # Readable by others, as it looks when systemd lets the service in with an access control list.
+    os.makedirs(f"{directory}/credentials")
+    with open(f"{directory}/credentials/token", "w", encoding="utf-8") as file:
+        file.write("0123456789abcdef\n")
+
     manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     manager.bind(f"{directory}/notify")
     os.chmod(f"{directory}/notify", 0o777)
     manager.settimeout(PATIENCE_S)
     subprocess.run(["ip", "link", "set", "vcan0", "down"], check=True)
-    environment = {"PATH": os.environ["PATH"], "NOTIFY_SOCKET": f"{directory}/notify"}
+    environment = {"PATH": os.environ["PATH"], "NOTIFY_SOCKET": f"{directory}/notify",
+                   "CREDENTIALS_DIRECTORY": f"{directory}/credentials"}
     service = subprocess.Popen([*launcher, *command], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
         assert manager.recv(1000) == b"STATUS=waiting for an interface to be up"
