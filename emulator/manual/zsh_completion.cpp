@@ -87,7 +87,8 @@ void add_function(std::string& text, const Word& word, const Word* parent) {
   }
   text += fmt::format(
       "\n{}() {{\n  local curcontext=$curcontext state line\n  typeset -A opt_args\n"
-      "  _arguments -C -s{} \\\n    {} \\\n    '*:: :->rest'\n  [[ $state == rest ]] || return\n"
+      "  _arguments -C -s -A '-*'{} \\\n    {} \\\n    '*:: :->rest'\n  [[ $state == rest ]] || "
+      "return\n"
       "  case $line[1] in\n{}  esac\n}}\n",
       function_name(word), specs, quoted(fmt::format(": :(({}))", names.substr(1))), calls);
 }
