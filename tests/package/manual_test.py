@@ -89,7 +89,7 @@ class Page(unittest.TestCase):
                 self.assertRegex(f"\n{place}\n", entry, name)
 
     def test_has_its_sections(self):
-        text = output("man", "-l", PAGE, env={**os.environ, "MANWIDTH": "100", "LC_ALL": "C.UTF-8"})
+        text = re.sub(".\b", "", output("mandoc", "-Tascii", "-Owidth=100", PAGE))  # bold is struck twice
         sections = ["NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "COMMANDS", "EXIT STATUS", "FILES", "ENVIRONMENT",
                     "EXAMPLES", "SEE ALSO"]
         self.assertEqual(re.findall(r"^[A-Z][A-Z ]+$", text, re.MULTILINE), sections)

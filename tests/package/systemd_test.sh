@@ -12,6 +12,7 @@ outside() {
     exit 77
   }
   rm -rf "$scratch"
+  umask 022 # the service is somebody else
   mkdir -p "$scratch/out"
   cmake --install "$build" --component program --prefix "$scratch/local" >/dev/null
   cp "$here/systemd_proof.sh" "$here/../../docs/service.md" "$scratch/out"
