@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "emulator/program/cli.hpp"
+#include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
 namespace lk::emulator {
@@ -146,6 +147,7 @@ int Daemon::run() {
   started_ = monotonic_now();
   world_.start();
   follow_links();
+  if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
   loop_.run();
   print_summary();
   const int status = conclude_scenario();
@@ -205,6 +207,7 @@ bool Daemon::replies_have_left() const {
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
+  tell_service_manager("STOPPING=1");
   scenario_.finish();
   world_.stop();
   recording_.stop();
@@ -236,10 +239,11 @@ void Daemon::say_ready_once() {
       std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
   if (ready_ || !all_up) return;
   ready_ = true;
-  std::string text = "lk-emu ready";
+  std::string text = "ready";
   for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
-  std::printf("%s\n", text.c_str());
+  std::printf("lk-emu %s\n", text.c_str());
   std::fflush(stdout);
+  tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
   scenario_.start(std::move(*planned_), [this] { begin_stop(); });
   planned_.reset();
