@@ -58,7 +58,7 @@ int open_bus(const char* interface) {
   if (::bind(bus, reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
     give_up(interface);
   }
-  set(bus, SOL_SOCKET, SO_RCVTIMEO, timeval{2, 0});  // then it is unanswered
+  set(bus, SOL_SOCKET, SO_RCVTIMEO, timeval{10, 0});  // then it is unanswered
   return bus;
 }
 
@@ -275,7 +275,8 @@ void sweeps(const char* interface, int bus, int count) {
     }
     if (!receive(bus, reply)) break;
   }
-  judge(heard_by(monitor, static_cast<std::size_t>(sent + answered)), count);
+  judge(heard_by(monitor, static_cast<std::size_t>(sent) + static_cast<std::size_t>(answered)),
+        count);
 }
 
 }  // namespace
