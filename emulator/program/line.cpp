@@ -64,20 +64,6 @@ void Line::connect(boost::asio::io_context& loop, std::function<void()> on_frame
   port_.emplace(loop, config_.interface, reception_for(config_), std::move(on_frames));
 }
 
-bool Line::take_in(const SimClock& clock, SimTime now) {
-  if (!port_) return false;
-  const bool stands_still = clock.mode().stepped;
-  return port_->receive([&](const ReceivedFrame& received) {
-    const SimTime at =
-        std::chrono::floor<std::chrono::microseconds>(now - clock.span(received.age));
-    if (stands_still) {
-      keep_for_later({at, received.frame});
-    } else {
-      take_in({at, received.frame});
-    }
-  });
-}
-
 void Line::take_in(const TimedFrame& in) {
   if (!backlog_.empty()) {
     keep_for_later(in);
@@ -176,8 +162,7 @@ void Line::let_out() {
 }
 
 void Line::send(const std::vector<protocol::Frame>& frames) {
-  if (!port_) return;
-  for (const protocol::Frame& frame : frames) port_->send(frame);
+  if (port_ && !frames.empty()) port_->send(frames);
 }
 
 void Line::keep_rom() {
@@ -208,10 +193,8 @@ void Line::settle_rom(const RomWrite& write, int error) {
   send(leaving_);
 }
 
-bool Line::replies_have_left() const {
-  return gate_.idle() && (!port_ || port_->stats().pending == 0);
-}
+bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
 
-bool Line::crowded() const { return port_ && port_->stats().pending > kMostLeaving; }
+bool Line::crowded() const { return port_ && port_->pending() > kMostLeaving; }
 
 }  // namespace lk::emulator

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -103,37 +104,42 @@ void SocketCanPort::wait_readable() {
   });
 }
 
-void SocketCanPort::send(const protocol::Frame& frame) {
+void SocketCanPort::send(std::span<const protocol::Frame> frames) {
   if (!socket_ || link_ != Link::kUp) {
-    ++stats_.lost_link_down;
+    stats_.lost_link_down += frames.size();
     return;
   }
-  if (pending_.size() >= kMostPending) {
-    ++stats_.lost_queue_full;
-    return;
+  if (!waiting_to_flush_) send_out(frames);  // nothing is pending then
+  const std::size_t kept = std::min(frames.size(), kMostPending - pending_.size());
+  pending_.insert(pending_.end(), frames.begin(),
+                  frames.begin() + static_cast<std::ptrdiff_t>(kept));
+  stats_.lost_queue_full += frames.size() - kept;
+}
+
+void SocketCanPort::send_out(std::span<const protocol::Frame>& frames) {
+  if (frames.empty()) return;
+  const CanSocket::Sent sent = socket_->send(frames);
+  stats_.sent += sent.count;
+  frames = frames.subspan(sent.count);
+  switch (sent.then) {
+    case SendResult::kSent:
+      break;
+    case SendResult::kNotWritable:
+    case SendResult::kQueueFull:
+      ++stats_.waits_for_queue;
+      wait_to_flush(sent.then);
+      break;
+    case SendResult::kLinkDown:
+      stats_.lost_link_down += frames.size();
+      frames = {};
+      break;
   }
-  pending_.push_back(frame);
-  if (!waiting_to_flush_) flush();
 }
 
 void SocketCanPort::flush() {
-  while (!pending_.empty()) {
-    const SendResult result = socket_->send(pending_.front());
-    switch (result) {
-      case SendResult::kSent:
-        ++stats_.sent;
-        pending_.pop_front();
-        break;
-      case SendResult::kNotWritable:
-      case SendResult::kQueueFull:
-        ++stats_.waits_for_queue;
-        wait_to_flush(result);
-        return;
-      case SendResult::kLinkDown:
-        drop_pending();
-        return;
-    }
-  }
+  std::span<const protocol::Frame> frames = pending_;
+  send_out(frames);
+  pending_.erase(pending_.begin(), pending_.end() - static_cast<std::ptrdiff_t>(frames.size()));
 }
 
 void SocketCanPort::wait_to_flush(SendResult why) {

@@ -4,10 +4,11 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "emulator/program/netlink.hpp"
 #include "emulator/program/socketcan.hpp"
@@ -41,23 +42,27 @@ class SocketCanPort {
   void check_link();
   bool is_up() const { return link_ == Link::kUp; }
 
-  /// Hands `take(ReceivedFrame)` what has arrived, up to a bound that keeps the loop responsive;
-  /// returns whether that ended it.
+  /// Hands `take(std::span<const ReceivedFrame>)` what has arrived, up to a bound that keeps the
+  /// loop responsive; returns whether that ended it.
   template <typename Take>
   bool receive(Take&& take) {
     constexpr int kMostBatches = 16;
     for (int i = 0; socket_ && i < kMostBatches; ++i) {
       const CanSocket::Batch batch = socket_->receive();
-      for (const ReceivedFrame& received : batch.frames) take(received);
+      if (!batch.frames.empty()) take(batch.frames);
       if (batch.error != 0) note_error(batch.error);
       if (!batch.more) return false;
     }
     return socket_.has_value();
   }
 
-  void send(const protocol::Frame& frame);
+  void send(std::span<const protocol::Frame> frames);
 
   const std::string& interface() const { return interface_; }
+  /// To wait for frames; −1: there is no socket.
+  int descriptor() const { return socket_ ? socket_->descriptor() : -1; }
+  /// Replies in our hands still.
+  std::size_t pending() const { return pending_.size(); }
   PortStats stats() const;
 
  private:
@@ -68,6 +73,8 @@ class SocketCanPort {
   void enter(Link link);
   void note_error(int error);
   void wait_readable();
+  /// Takes those that left off the front.
+  void send_out(std::span<const protocol::Frame>& frames);
   void flush();
   void wait_to_flush(SendResult why);
   void drop_pending();
@@ -79,7 +86,7 @@ class SocketCanPort {
   boost::asio::posix::stream_descriptor
       readiness_;  // watches the socket, which owns the descriptor
   boost::asio::steady_timer retry_;
-  std::deque<protocol::Frame> pending_;
+  std::vector<protocol::Frame> pending_;
   bool waiting_to_flush_ = false;
   unsigned generation_ = 0;  // of the socket: what waited for an earlier one is void
   Link link_ = Link::kUnknown;
