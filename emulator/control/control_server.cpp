@@ -61,9 +61,12 @@ std::string read_token(const std::filesystem::path& file) {
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
     : loop_(loop), shared_(std::make_shared<HttpShared>(world)), pause_(loop) {
+  // First what may be refused and leaves nothing behind.
+  if (options.http) listen_at(*options.http, options.token_file);
   if (options.socket.empty()) {
     try {
       secure_directory(runtime_directory());
+      remove_dead_sockets();
       listen_at(runtime_directory() /
                 (world.lines().front()->name() + "-" + std::to_string(::getpid()) + ".sock"));
     } catch (const StartError& problem) {
@@ -73,7 +76,6 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
   } else if (options.socket != "none") {
     listen_at(std::filesystem::path(options.socket));
   }
-  if (options.http) listen_at(*options.http, options.token_file);
 }
 
 ControlServer::~ControlServer() {

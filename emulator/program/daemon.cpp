@@ -130,11 +130,12 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
-  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
+  control_.emplace(loop_, world_, options.control);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
-  control_.emplace(loop_, world_, options.control);
+  // Last of what may be refused: a directory that has been begun will not do for the next start.
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {

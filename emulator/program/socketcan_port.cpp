@@ -27,6 +27,19 @@ SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interfac
       retry_(loop) {}
 
 void SocketCanPort::check_link() {
+  try {
+    follow_link();
+    if (socket_) told_of_trouble_ = false;
+  } catch (const std::system_error& problem) {
+    // No descriptors are left, or it vanished meanwhile: we look again soon.
+    if (!std::exchange(told_of_trouble_, true)) {
+      spdlog::warn("{}: cannot open: {}", interface_, problem.what());
+    }
+    if (!socket_) enter(Link::kMissing);
+  }
+}
+
+void SocketCanPort::follow_link() {
   const LinkState link = link_state(interface_);
   if (link.index == 0 || !link.is_can) {
     close();
@@ -43,14 +56,7 @@ void SocketCanPort::check_link() {
 }
 
 void SocketCanPort::open(int index) {
-  try {
-    socket_.emplace(index, reception_);
-  } catch (const std::system_error& problem) {
-    // It vanished meanwhile, and the kernel will report that; or it is worth a line.
-    spdlog::warn("{}: cannot open: {}", interface_, problem.what());
-    enter(Link::kMissing);
-    return;
-  }
+  socket_.emplace(index, reception_);
   index_ = index;
   readiness_.assign(socket_->descriptor());
   wait_readable();
@@ -80,12 +86,23 @@ void SocketCanPort::enter(Link link) {
       spdlog::warn("{} is down: waiting for it (sudo ip link set {} up)", interface_, interface_);
       break;
     case Link::kMissing:
-      spdlog::warn("{} is gone: waiting until it is made again", interface_);
+      say_missing();
       break;
   }
   if (link != Link::kUp) {
     if (before == Link::kUp) ++stats_.link_losses;
     drop_pending();
+  }
+}
+
+/// A renamed interface is another one: whoever gave it another name does not expect us there.
+void SocketCanPort::say_missing() const {
+  const std::string name = index_ != 0 ? link_name(index_) : "";
+  if (name.empty() || name == interface_) {
+    spdlog::warn("{} is gone: waiting until it is made again", interface_);
+  } else {
+    spdlog::warn("{} is called {} now: waiting until there is a {} again", interface_, name,
+                 interface_);
   }
 }
 

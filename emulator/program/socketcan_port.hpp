@@ -38,7 +38,8 @@ class SocketCanPort {
   SocketCanPort& operator=(const SocketCanPort&) = delete;
   ~SocketCanPort() { close(); }
 
-  /// Looks at the interface and follows it: at the start and whenever the kernel reports a change.
+  /// Looks at the interface and follows it: at the start, whenever the kernel reports a change, and
+  /// now and then, as what could not be opened may be opened later.
   void check_link();
   bool is_up() const { return link_ == Link::kUp; }
 
@@ -68,9 +69,11 @@ class SocketCanPort {
  private:
   enum class Link : std::uint8_t { kUnknown, kMissing, kDown, kUp };
 
+  void follow_link();
   void open(int index);
   void close();
   void enter(Link link);
+  void say_missing() const;
   void note_error(int error);
   void wait_readable();
   /// Takes those that left off the front.
@@ -90,7 +93,8 @@ class SocketCanPort {
   bool waiting_to_flush_ = false;
   unsigned generation_ = 0;  // of the socket: what waited for an earlier one is void
   Link link_ = Link::kUnknown;
-  int index_ = 0;
+  int index_ = 0;  // of the interface the socket is at, or was last
+  bool told_of_trouble_ = false;
   PortStats stats_;
 };
 
