@@ -56,6 +56,12 @@ void check_content_type(const ApiRequest& request) {
   }
 }
 
+/// Telemetry looks at its own.
+void check_query(const ApiRequest& request, std::string_view route) {
+  if (request.query.empty() || route == "/telemetry") return;
+  throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
+}
+
 /// The mode that `key` names, which has to be there.
 ClockMode read_clock(TableReader& reader, const std::string& key) {
   const auto word = reader.text(key);
@@ -111,6 +117,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       if (!matches(route.path, asked, parts)) continue;
       if (route.method == request.method) {
         check_content_type(request);
+        check_query(request, route.path);
         (this->*route.handle)(request, parts, reply);
         return;
       }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
 
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
+#include "emulator/control/json_table.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/profile_files.hpp"
 
@@ -16,7 +16,6 @@ namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -181,7 +180,7 @@ std::string print_input(const RecordedInput& input) {
 
 RecordedInput parse_input(const std::string& line, const std::string& file, int number) {
   try {
-    const Json json = Json::parse(line);
+    const Json json = parse_json(line);
     RecordedInput input;
     input.at = SimTime(json.at("time_ns").get<std::int64_t>());
     input.after_frames = json.at("after_frames").get<std::uint64_t>();
@@ -200,6 +199,8 @@ RecordedInput parse_input(const std::string& line, const std::string& file, int 
     return input;
   } catch (const Json::exception& problem) {
     throw ConfigError(file, number, "", std::string("not as lk-emu writes it: ") + problem.what());
+  } catch (const JsonError& problem) {
+    throw ConfigError(file, number, problem.where, problem.what());
   }
 }
 

@@ -69,6 +69,29 @@ TEST(ControlApi, RefusesBodiesThatSayNothing) {
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": -1})").status, 400);
 }
 
+TEST(ControlApi, RefusesWhatIsSaidTwice) {
+  TestWorld t;
+  const ApiResponse twice = t.post("/directives", R"({"supply_V": 3, "id": 1, "supply_V": 30})");
+  EXPECT_EQ(twice.status, 400);
+  EXPECT_EQ(where(twice), "supply_V");
+  EXPECT_EQ(reason(twice), "is given twice");
+  EXPECT_EQ(where(t.post("/directives", R"({"id": 1, "load": {"J_g_cm2": 1, "J_g_cm2": 2}})")),
+            "J_g_cm2");
+  // The same word in two objects is no such thing.
+  EXPECT_EQ(
+      t.post("/directives", R"({"id": 1, "when": {"id": 2, "error": "stall"}, "power": "off"})")
+          .status,
+      200);
+}
+
+TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
+  TestWorld t;
+  const ApiResponse asked = t.ask({"GET", "/api/v1/status", {{"bus", "vcan0"}}, "", ""});
+  EXPECT_EQ(asked.status, 400);
+  EXPECT_EQ(where(asked), "bus");
+  EXPECT_EQ(t.ask({"PUT", "/api/v1/clock", {{"mode", "x1"}}, "application/json", "{}"}).status, 400);
+}
+
 TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
   TestWorld t;
   const auto nested = [](int levels) {
