@@ -1,0 +1,34 @@
+// The inputs of a recording, whatever somebody has put into them.
+
+#include "emulator/record/recording.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lk::emulator {
+namespace {
+
+std::string input(const std::string& directive) {
+  return R"({"time_ns":5,"after_frames":2,"bus":"vcan0","directive":)" + directive + "}";
+}
+
+TEST(RecordedInput, IsReadAsItIsWritten) {
+  const std::string line = input(R"({"id":1,"when":{"signal":"iq_A","above":2},"power":"off"})");
+  EXPECT_EQ(print_input(parse_input(line, "x", 1)), line);
+}
+
+TEST(RecordedInput, IsRefusedWithItsLine) {
+  const std::string deep(500'000, '[');
+  for (const std::string& line :
+       {std::string("{"), std::string("7"), input("{\"id\":1,\"id\":2}"),
+        input(deep + std::string(deep.size(), ']')), std::string(R"({"time_ns":"soon"})")}) {
+    try {
+      parse_input(line, "directives.jsonl", 7);
+      ADD_FAILURE() << line.substr(0, 80);
+    } catch (const ConfigError& problem) {
+      EXPECT_EQ(std::string(problem.what()).rfind("directives.jsonl:7: ", 0), 0U) << problem.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
