@@ -8,6 +8,7 @@
 
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
+#include "emulator/scenario/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {
@@ -89,7 +90,8 @@ TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
   const ApiResponse asked = t.ask({"GET", "/api/v1/status", {{"bus", "vcan0"}}, "", ""});
   EXPECT_EQ(asked.status, 400);
   EXPECT_EQ(where(asked), "bus");
-  EXPECT_EQ(t.ask({"PUT", "/api/v1/clock", {{"mode", "x1"}}, "application/json", "{}"}).status, 400);
+  EXPECT_EQ(t.ask({"PUT", "/api/v1/clock", {{"mode", "x1"}}, "application/json", "{}"}).status,
+            400);
 }
 
 TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
@@ -233,6 +235,26 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
   t.api.recording.start = [](const Json& said) -> Json { return said; };
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
+}
+
+/// Reading a long one would keep the drives waiting.
+TEST(ControlApi, AClientsScenarioIsShort) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const std::string file = testing::TempDir() + "lk-emu-long-scenario.toml";
+  const std::string text = R"(robot = "x"
+duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)";
+  const auto post = [&](std::size_t size) {
+    std::ofstream(file) << text << std::string(size - text.size(), '\n');
+    return t.post("/scenario", Json{{"file", file}}.dump());
+  };
+  EXPECT_EQ(where(post(ScenarioActivity::kLongestFile + 1)), "file");
+  EXPECT_EQ(post(ScenarioActivity::kLongestFile).status, 200);
 }
 
 TEST(Telemetry, IsAskedForWithinBounds) {

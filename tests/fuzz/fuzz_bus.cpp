@@ -5,6 +5,7 @@
 // Input: one byte of settings, one of generations when its top bit is set, then records of an
 // opcode byte and its operands; see `Player::step`.
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -197,7 +198,11 @@ class Player {
     }
     require(replies + stats.extra_frames ==
             stats.replies + stats.replies_lost + stats.replies_waiting);
-    require(stats.replies == replies_.size());
+    const auto errors =
+        static_cast<std::uint64_t>(std::ranges::count_if(replies_, [](const TimedFrame& one) {
+          return one.frame.kind == protocol::FrameKind::kError;
+        }));
+    require(stats.replies + errors == replies_.size() && stats.error_frames == errors);
     for (const int id : {1, 2, 5}) {
       const model::Truth truth = bus_.truth(id);
       require(std::isfinite(truth.theta_m) && std::isfinite(truth.omega_out) &&

@@ -26,22 +26,22 @@ namespace {
 namespace http = boost::beast::http;
 using fuzz::require;
 
-std::shared_ptr<const Access> access_of(bool tcp) {
-  Access access;
-  if (tcp) access = {loopback_hosts(8474), "correct-horse-battery"};
-  return std::make_shared<const Access>(access);
+std::shared_ptr<Entrance> entrance_of(bool tcp) {
+  auto entrance = std::make_shared<Entrance>();
+  if (tcp) entrance->access = {loopback_hosts(8474), "correct-horse-battery"};
+  return entrance;
 }
 
 class Connection {
  public:
-  explicit Connection(bool tcp) {
+  explicit Connection(bool tcp) : entrance_(entrance_of(tcp)) {
     int ends[2];
     require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
     client_ = ends[0];
     ::fcntl(client_, F_SETFL, O_NONBLOCK);
     boost::asio::local::stream_protocol::socket socket(
         t_.loop, boost::asio::local::stream_protocol(), ends[1]);
-    serve_http(HttpSocket(std::move(socket)), shared_, access_of(tcp));
+    serve_http(HttpSocket(std::move(socket)), shared_, entrance_);
     settle();
   }
   Connection(const Connection&) = delete;
@@ -49,7 +49,8 @@ class Connection {
   ~Connection() {
     if (client_ >= 0) ::close(client_);
     settle();
-    require(shared_->connections == 0 && shared_->telemetry_values == 0);
+    require(entrance_->connections == 0 && entrance_->idle.empty());
+    require(shared_->telemetry_values == 0);
   }
 
   void send(std::string_view text) {
@@ -110,6 +111,7 @@ class Connection {
 
   TestWorld t_;
   std::shared_ptr<HttpShared> shared_ = std::make_shared<HttpShared>(t_.world);
+  std::shared_ptr<Entrance> entrance_;
   int client_ = -1;
   std::string answers_;
 };
