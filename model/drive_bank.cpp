@@ -13,6 +13,11 @@
 namespace lk::model {
 namespace {
 
+/// Total: what is no number, of a motor that cannot exist, is 0.
+std::int64_t whole_counts(double counts) {
+  return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
+}
+
 /// A plant at rest at `theta_m`, at ambient temperature, its link charged.
 PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
   PlantState<double> s;
@@ -322,8 +327,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;
     t.omega = unit.motion.omega_report;
-    t.encoder_position =
-        unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
+    t.encoder_position = unit.params.encoder.direction * whole_counts(loop.encoder_counts);
     t.errors = unit.protection.latched;
     t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
     t.alive = unit.life.life == Life::kAlive;

@@ -3,11 +3,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 
-#include "emulator/config/config.hpp"
 #include "emulator/config/config_directives.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
@@ -54,6 +51,12 @@ void check_content_type(const ApiRequest& request) {
   if (type != "application/json") {
     throw ApiError(415, "Content-Type", "must be application/json");
   }
+}
+
+/// Telemetry looks at its own.
+void check_query(const ApiRequest& request, std::string_view route) {
+  if (request.query.empty() || route == "/telemetry") return;
+  throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
 }
 
 /// The mode that `key` names, which has to be there.
@@ -111,6 +114,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       if (!matches(route.path, asked, parts)) continue;
       if (route.method == request.method) {
         check_content_type(request);
+        check_query(request, route.path);
         (this->*route.handle)(request, parts, reply);
         return;
       }
@@ -345,60 +349,6 @@ void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/
                                const Reply& reply) {
   read_telemetry_request(request);
   reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
-}
-
-TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
-  TelemetryRequest wanted;
-  std::optional<std::string> bus;
-  std::string ids;
-  std::string names = "angle_deg,speed_dps,iq_A";
-  for (const auto& [key, value] : request.query) {
-    if (key == "bus") {
-      bus = value;
-    } else if (key == "ids") {
-      ids = value;
-    } else if (key == "signals") {
-      names = value;
-    } else if (key == "rate_Hz") {
-      const char* const last = value.data() + value.size();
-      const auto [end, error] = std::from_chars(value.data(), last, wanted.rate_Hz);
-      if (error != std::errc() || end != last || !(wanted.rate_Hz >= kSlowestTelemetry_Hz) ||
-          !(wanted.rate_Hz <= kFastestTelemetry_Hz)) {
-        throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
-      }
-    } else {
-      throw ApiError(400, key, "unknown; there are bus, ids, signals and rate_Hz");
-    }
-  }
-  wanted.line = &line_of(bus ? &*bus : nullptr);
-  try {
-    if (!ids.empty()) wanted.ids = parse_ids(ids);
-  } catch (const std::invalid_argument& problem) {
-    throw ApiError(400, "ids", problem.what());
-  }
-  for (const int id : wanted.ids) {
-    if (!wanted.line->bus().has(id)) {
-      throw ApiError(400, "ids", "no drive " + std::to_string(id) + " on this bus");
-    }
-  }
-  if (wanted.ids.empty()) {
-    for (const ServoConfig& servo : wanted.line->config().servos) wanted.ids.push_back(servo.id);
-  }
-  for (const std::string& name : split(names, ',')) {
-    const Signal* const signal = find_signal(name);
-    if (signal == nullptr) throw ApiError(400, "signals", "there is no signal \"" + name + "\"");
-    if (std::ranges::find(wanted.signals, signal) != wanted.signals.end()) {
-      throw ApiError(400, "signals", name + " is given twice");
-    }
-    wanted.signals.push_back(signal);
-  }
-  const double values =
-      wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
-  if (values > kMostTelemetry) {
-    throw ApiError(400, "rate_Hz", "more than 200000 values a second; ask for less");
-  }
-  wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));
-  return wanted;
 }
 
 }  // namespace lk::emulator

@@ -60,7 +60,10 @@ std::string read_token(const std::filesystem::path& file) {
 
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
-    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), pause_(loop) {
+    : loop_(loop),
+      shared_(std::make_shared<HttpShared>(world)),
+      patience_(options.patience),
+      pause_(loop) {
   // First what may be refused and leaves nothing behind.
   if (options.http) listen_at(*options.http, options.token_file);
   if (options.socket.empty()) {
@@ -110,7 +113,9 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
     throw StartError("cannot listen at " + path.string() + ": " + problem.code().message());
   }
   spdlog::debug("control: {}", path.string());
-  accept(*unix_, std::make_shared<const Access>());
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  accept(*unix_, entrance);
 }
 
 void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::path& token_file) {
@@ -119,7 +124,9 @@ void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::pa
   if (error) {
     throw StartError("--http: \"" + http.address + "\" is no address, like 127.0.0.1 or ::1");
   }
-  Access access;
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  Access& access = entrance->access;
   if (!token_file.empty()) access.token = read_token(token_file);
   if (!address.is_loopback() && access.token.empty()) {
     throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
@@ -139,28 +146,36 @@ void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::pa
   if (address.is_loopback()) access.hosts = loopback_hosts(port_);
   spdlog::info("control: http://{}:{}/api/v1",
                address.is_v6() ? "[" + http.address + "]" : http.address, port_);
-  accept(*tcp_, std::make_shared<const Access>(std::move(access)));
+  accept(*tcp_, entrance);
+}
+
+/// A newcomer takes the place of whoever has been idle for longest.
+bool ControlServer::has_room(Entrance& entrance) {
+  if (entrance.connections < kMostConnections) return true;
+  if (entrance.idle.empty()) {
+    tell_of_refusal(entrance, "connection",
+                    "there are " + std::to_string(kMostConnections) + " already");
+    return false;
+  }
+  const auto close = entrance.idle.front();  // which removes it there
+  close();
+  return true;
 }
 
 template <class Acceptor>
-void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<const Access> access) {
-  acceptor.async_accept([this, &acceptor, access](const error_code& error, auto socket) {
+void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance) {
+  acceptor.async_accept([this, &acceptor, entrance](const error_code& error, auto socket) {
     if (error == boost::asio::error::operation_aborted) return;
     if (error) {
       // Most likely there are too many descriptors: some will be closed.
       pause_.expires_after(kPause);
-      pause_.async_wait([this, &acceptor, access](const error_code& aborted) {
-        if (!aborted) accept(acceptor, access);
+      pause_.async_wait([this, &acceptor, entrance](const error_code& aborted) {
+        if (!aborted) accept(acceptor, entrance);
       });
       return;
     }
-    if (shared_->connections < kMostConnections) {
-      serve_http(HttpSocket(std::move(socket)), shared_, access);
-    } else if (!std::exchange(told_of_crowd_, true)) {
-      spdlog::warn("control: more than {} connections; others are closed at once",
-                   kMostConnections);
-    }
-    accept(acceptor, access);
+    if (has_room(*entrance)) serve_http(HttpSocket(std::move(socket)), shared_, entrance);
+    accept(acceptor, entrance);
   });
 }
 

@@ -20,6 +20,7 @@ inline constexpr double kMostTelemetryOfAll = 400'000;
 /// client that reads too slowly misses samples.
 void stream_telemetry(HttpStream stream,
                       boost::beast::http::request<boost::beast::http::string_body> upgrade,
-                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared);
+                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared,
+                      std::shared_ptr<Entrance> entrance);
 
 }  // namespace lk::emulator
