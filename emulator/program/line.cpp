@@ -72,7 +72,6 @@ void Line::take_in(const TimedFrame& in) {
   // The bus would look for room by itself, but nobody would watch it doing so.
   if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
     advance_to(in.at);
-    let_out();
   }
   put_on_bus(in);
 }
@@ -108,12 +107,10 @@ void Line::take_from_backlog() {
 }
 
 void Line::advance_to(SimTime until) {
-  if (watchers_.empty()) {
-    bus_.advance_to(until);
-  } else {
-    AllWatchers all{watchers_};
-    advance_watched(bus_, until, all);
-  }
+  AllWatchers all{watchers_};
+  deliver_watched(bus_, until, all);
+  let_out();  // replies do not wait for motors that they do not depend on
+  bus_.settle();
 }
 
 Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {
@@ -127,7 +124,6 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
       target = std::max(std::min(target, frame), bus_.time());
     }
     advance_to(target);
-    let_out();
     const bool more_is_due =
         !backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time();
     if (bus_.time() >= until && !more_is_due) return Progress::kThere;

@@ -106,7 +106,7 @@ class Line {
  private:
   void put_on_bus(const TimedFrame& in);
   void take_from_backlog();
-  /// To `until`, watched.
+  /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);
   void keep_rom();
   void let_out();
