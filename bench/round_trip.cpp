@@ -129,6 +129,9 @@ int ask_own_drives(const char* interface, int host, int count) {
     own[k] = {query(host + kHosts * static_cast<int>(k)).can_id, CAN_SFF_MASK};
   }
   set(bus, SOL_CAN_RAW, CAN_RAW_FILTER, own);
+  // Others may have talked before the filter was there.
+  for (can_frame early{}; ::recv(bus, &early, sizeof early, MSG_DONTWAIT) > 0;) {
+  }
   int unanswered = 0;
   for (int n = 0; n < count; ++n) unanswered += ask(bus, host + kHosts * n) ? 0 : 1;
   return unanswered;

@@ -28,7 +28,7 @@ constexpr auto kReplyPoll = std::chrono::milliseconds(1);
 World::World(boost::asio::io_context& loop, ClockMode mode)
     : loop_(loop),
       seen_(monotonic_now()),
-      last_frame_(seen_),
+      last_frame_(seen_ - kTrafficEnds),
       clock_(seen_, mode),
       timer_(loop, [this] { wake(); }),
       patience_(loop) {}

@@ -63,6 +63,9 @@ void Host::hear_only(const std::vector<int>& ids) {
   }
   const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) < 0) fail("filter");
+  // Others may have talked before the filter was there.
+  for (canfd_frame early{}; ::recv(fd_, &early, sizeof early, MSG_DONTWAIT) > 0;) {
+  }
 }
 
 std::optional<can_frame> Host::receive(int patience_ms) {
