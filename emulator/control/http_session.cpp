@@ -152,10 +152,24 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     idle_.reset();
   }
 
+  /// What the library would refuse in words of its own.
+  void check_handshake() const {
+    const auto& header = parser_->get();
+    constexpr std::size_t kKeyLength = 24;  // 16 bytes in base64
+    if (header[http::field::host].empty()) throw ApiError(400, "Host", "missing");
+    if (header[http::field::sec_websocket_version] != "13") {
+      throw ApiError(400, "Sec-WebSocket-Version", "must be 13");
+    }
+    if (header[http::field::sec_websocket_key].size() != kKeyLength) {
+      throw ApiError(400, "Sec-WebSocket-Key", "must be 16 bytes in base64");
+    }
+  }
+
   void upgrade() {
     if (request_.path != ControlApi::kTelemetryPath) {
       throw ApiError(404, "path", "there is no WebSocket here");
     }
+    check_handshake();
     const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
     const double values =
         wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());

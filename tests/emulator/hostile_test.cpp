@@ -196,6 +196,19 @@ TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
 // --- WebSocket
 // ---------------------------------------------------------------------------------------------------
 
+TEST_F(Hostile, AHalfHandshakeIsRefusedAsAnythingElse) {
+  start();
+  const std::string good = upgrade("signals=alive");
+  for (const char* field : {"Host: x\r\n", "Sec-WebSocket-Version: 13\r\n",
+                            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"}) {
+    std::string request = good;
+    request.erase(request.find(field), std::string(field).size());
+    const std::string answer = ask(request);
+    EXPECT_EQ(status(answer), 400) << field;
+    EXPECT_NE(answer.find("{\"error\":"), std::string::npos) << answer;
+  }
+}
+
 TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
   start();
   const std::string fragment = websocket_frame(0x01, std::string(1000, 'x'));
@@ -209,9 +222,14 @@ TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
         websocket_frame(0x83, "reserved"), websocket_frame(0x80, "continues nothing"),
         websocket_frame(0xC1, "compressed")}) {
     const Client one = client();
-    one.send(upgrade("signals=alive&rate_Hz=10") + frames);
-    const std::string all = one.receive_all();  // comes to an end
-    EXPECT_EQ(status(all), 101);
+    one.send(upgrade("signals=alive&rate_Hz=10"));
+    ASSERT_EQ(status(one.receive_until("\r\n\r\n")), 101);
+    one.send(frames);
+    // The last that is heard is why, in a close frame: 1002, or 1009 for what is too long.
+    const std::string rest = one.receive_all();
+    EXPECT_TRUE(rest.find("\x03\xEA") != std::string::npos ||
+                rest.find("\x03\xF1") != std::string::npos)
+        << testing::PrintToString(rest);
   }
   expect_others_served();
 }

@@ -60,10 +60,15 @@ class Client {
   std::string receive_until(const std::string& text) const {
     std::string all;
     char byte = 0;
-    while (all.find(text) == std::string::npos && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    while (!all.ends_with(text) && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
     return all;
   }
-  std::string receive_all() const { return receive_until(std::string(1, '\0')); }
+  std::string receive_all() const {
+    std::string all;
+    char byte = 0;
+    while (::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    return all;
+  }
   /// One answer, which has a Content-Length.
   std::string receive_answer() const {
     std::string head = receive_until("\r\n\r\n");

@@ -98,6 +98,8 @@ class Connection {
     t_.loop.restart();
     while (t_.loop.poll_one() > 0) {
       if (t_.world.advancing()) shared_->api.abandon();  // days of it are no use here
+      // A clock that runs is always behind here, and the loop would never come to rest.
+      if (!t_.world.clock().mode().stepped) t_.world.set_clock({.stepped = true});
     }
   }
   void receive() {
