@@ -130,7 +130,7 @@ struct CanSocket::Buffers {
 };
 
 CanSocket::CanSocket(int interface_index, Reception reception)
-    : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)),
+    : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)),
       buffers_(std::make_unique<Buffers>()),
       outgoing_(std::make_unique<Outgoing>()) {
   if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "CAN socket");
@@ -161,13 +161,16 @@ void CanSocket::configure(Reception reception) {
   set_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // to count them
   set_option(fd_, SOL_SOCKET, SO_TIMESTAMPNS, on, "SO_TIMESTAMPNS");
   set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on, "SO_RXQ_OVFL");
+  const timeval patience{0, kPatience.count()};
+  set_option(fd_, SOL_SOCKET, SO_RCVTIMEO, patience, "SO_RCVTIMEO");
 }
 
-CanSocket::Batch CanSocket::receive() {
+CanSocket::Batch CanSocket::receive(Wait wait) {
   for (auto& message : buffers_->messages) {
     message.msg_hdr.msg_controllen = sizeof(Buffers::Control::bytes);
   }
-  const int count = ::recvmmsg(fd_, buffers_->messages.data(), kBatch, MSG_DONTWAIT, nullptr);
+  const int flags = wait == Wait::kForOne ? MSG_WAITFORONE : MSG_DONTWAIT;
+  const int count = ::recvmmsg(fd_, buffers_->messages.data(), kBatch, flags, nullptr);
   if (count < 0) {
     const bool nothing = errno == EAGAIN || errno == EINTR;
     return {{}, !nothing, nothing ? 0 : errno};
@@ -208,7 +211,9 @@ std::size_t CanSocket::send_some(std::span<const protocol::Frame> frames) {
   const std::size_t count = std::min(frames.size(), kBatch);
   Outgoing& out = *outgoing_;
   for (std::size_t i = 0; i < count; ++i) out.frames[i] = from_frame(frames[i]);
-  if (count == 1) return ::write(fd_, out.frames.data(), CAN_MTU) == CAN_MTU ? 1 : 0;
+  if (count == 1) {
+    return ::send(fd_, out.frames.data(), CAN_MTU, MSG_DONTWAIT) == CAN_MTU ? 1 : 0;
+  }
   const int sent = ::sendmmsg(fd_, out.messages.data(), static_cast<unsigned>(count), MSG_DONTWAIT);
   return sent > 0 ? static_cast<std::size_t>(sent) : 0;
 }

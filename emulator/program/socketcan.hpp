@@ -31,7 +31,8 @@ enum class SendResult : std::uint8_t {
   kLinkDown,
 };
 
-/// A raw CAN socket bound to one interface, non-blocking. System calls and nothing else.
+/// A raw CAN socket bound to one interface. Blocks where that is asked for only. System calls and
+/// nothing else.
 class CanSocket {
  public:
   /// Throws std::system_error; the interface may be down.
@@ -47,8 +48,11 @@ class CanSocket {
     bool more = false;                      // the socket may hold further frames
     int error = 0;                          // errno of the link: ENETDOWN, ENODEV, …
   };
-  /// Whatever waits in the socket, up to a few dozen frames.
-  Batch receive();
+  enum class Wait : std::uint8_t { kNot, kForOne };
+  /// Whatever waits in the socket, up to a few dozen frames. `kForOne` waits when there is nothing,
+  /// for about `kPatience`: as long as the kernel's tick is, 1 to 10 ms.
+  Batch receive(Wait wait = Wait::kNot);
+  static constexpr std::chrono::microseconds kPatience{1000};
 
   struct Sent {
     std::size_t count;  // of the frames, from the first

@@ -44,12 +44,12 @@ class SocketCanPort {
   bool is_up() const { return link_ == Link::kUp; }
 
   /// Hands `take(std::span<const ReceivedFrame>)` what has arrived, up to a bound that keeps the
-  /// loop responsive; returns whether that ended it.
+  /// loop responsive; returns whether that ended it. Waits for the first if that is asked for.
   template <typename Take>
-  bool receive(Take&& take) {
+  bool receive(Take&& take, CanSocket::Wait wait = CanSocket::Wait::kNot) {
     constexpr int kMostBatches = 16;
     for (int i = 0; socket_ && i < kMostBatches; ++i) {
-      const CanSocket::Batch batch = socket_->receive();
+      const CanSocket::Batch batch = socket_->receive(i == 0 ? wait : CanSocket::Wait::kNot);
       if (!batch.frames.empty()) take(batch.frames);
       if (batch.error != 0) note_error(batch.error);
       if (!batch.more) return false;

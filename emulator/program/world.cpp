@@ -17,6 +17,8 @@ constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
 constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
 /// How long all but frames has to wait while frame follows frame.
 constexpr MonoTime kLinger = std::chrono::milliseconds(3);
+/// A receive that waits may last as long as a tick of the kernel, and one more.
+constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
 /// The loop has other things to do as well.
 constexpr MonoTime kSlice = std::chrono::milliseconds(10);
 /// All lines move together, this far at a time, so that an advance can end anywhere.
@@ -108,6 +110,15 @@ void World::linger() {
       if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
       sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
     }
+    if (only_frames_are_waited_for()) {
+      if (take_in(*lines_.front(), CanSocket::Wait::kForOne).any) {
+        bring_to_now(*lines_.front());
+        continue;
+      }
+      seen_ = monotonic_now();
+      bring_to_now(*lines_.front());
+      return;
+    }
     const MonoTime due = next_due();
     const MonoTime wake = std::min(due, seen_ + kShortSleep);
     const bool frames = wait_for_frames(sockets_, wake - seen_);
@@ -121,10 +132,17 @@ void World::linger() {
   }
 }
 
-/// Takes in what has arrived on a line; returns whether there may be more.
-bool World::take_in(Line& line) {
-  if (line.port() == nullptr) return false;
-  return line.port()->receive([&](std::span<const ReceivedFrame> frames) {
+/// A receive that waits saves asking whether there is something to receive.
+bool World::only_frames_are_waited_for() const {
+  return lines_.size() == 1 && !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
+}
+
+/// Takes in what has arrived on a line.
+World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
+  Taken taken;
+  if (line.port() == nullptr) return taken;
+  const auto take = [&](std::span<const ReceivedFrame> frames) {
+    taken.any = true;
     seen_ = stamps_.reached(frames.back().stamp, seen_);
     // Without a wire a query is answered at its own instant; else by the clock, and some time has
     // gone by since.
@@ -135,7 +153,9 @@ bool World::take_in(Line& line) {
       const TimedFrame frame{clock_.shows(stamps_.arrival(in.stamp, seen_)), in.frame};
       clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
     }
-  });
+  };
+  taken.more = line.port()->receive(take, wait);
+  return taken;
 }
 
 /// Where the line should be. What is too far off slips.
@@ -196,7 +216,7 @@ void World::advance(SimTime to, OnAdvanced done) {
 void World::take_in_all() {
   constexpr int kMostRounds = 100;
   for (const auto& line : lines_) {
-    for (int n = 0; n < kMostRounds && take_in(*line); ++n)
+    for (int n = 0; n < kMostRounds && take_in(*line).more; ++n)
       ;
   }
 }

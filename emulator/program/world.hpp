@@ -66,8 +66,13 @@ class World {
 
   void wake();
   void linger();
+  bool only_frames_are_waited_for() const;
   MonoTime next_due() const;
-  bool take_in(Line& line);
+  struct Taken {
+    bool any = false;
+    bool more = false;  // there may be
+  };
+  Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void take_in_all();
