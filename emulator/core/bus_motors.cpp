@@ -83,20 +83,24 @@ bool Bus::bring_motor_to(SimTime t, std::size_t seat) {
 /// nobody hears of may stay behind. A drive that dies stops there, and those that were brought with
 /// it: when its frame is void, nobody is ahead of what happens instead.
 bool Bus::bring_concerned_to(SimTime t) {
-  if (servos_.size() == 1 || faults_or_conditions()) {
+  if (faults_or_conditions()) {
     return bring_motors_to(t);
   }
   const bool agenda_due = agenda_.next_due() && *agenda_.next_due() <= t;
   const bool wire_due = wire_.next_due() && *wire_.next_due() <= t;
-  if (const std::optional<SimTime> start = wire_.next_reply_start(); start && *start <= t) {
-    // Even if it ends later: whoever waits behind it might have had the wire by then.
-    if ((agenda_due || wire_due || wire_.several_wait()) &&
-        bring_motor_to(t, seat(static_cast<int>(wire_.next().owner & 0x3FU)))) {
-      return true;
-    }
-    return agenda_due && bring_motors_to(t);
+  const std::optional<SimTime> start = wire_.next_reply_start();
+  const bool replies = start && *start <= t;
+  // A reply that ends later: whoever waits behind it might have had the wire by then.
+  if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
+    return false;
   }
-  if (agenda_due || !wire_due) {
+  if (servos_.size() == 1) {
+    return bring_motors_to(t);
+  }
+  if (replies && bring_motor_to(t, seat(static_cast<int>(wire_.next().owner & 0x3FU)))) {
+    return true;
+  }
+  if (agenda_due || replies) {
     return agenda_due && bring_motors_to(t);
   }
   const auto addressed = protocol::address(wire_.next().frame);
