@@ -293,10 +293,10 @@ TEST(CreateBus, BringsUpWhatIsDown) {
 }
 
 TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
-  const auto result =
-      EmulatorProcess({"--rom", ":memory:", "--bus", "vcanperm", "--ids", "1", "--create-bus"},
-                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
-          .wait();
+  const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--bus",
+                                       "vcanperm", "--ids", "1", "--create-bus"},
+                                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
+                          .wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
             "lk-emu: no permission to make vcanperm: --create-bus needs root or CAP_NET_ADMIN\n");

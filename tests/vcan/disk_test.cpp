@@ -169,6 +169,7 @@ TEST_F(RunningDisk, ALogThatCannotBeWrittenIsMissed) {
 
 TEST_F(RunningDisk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   disk("size=1m,mode=777");
+  fs::permissions(path(""), fs::perms(0755));
   // Nobody is stopped by permissions who is root.
   EmulatorProcess emulator(
       {"--rom", path("disk") + "/rom", "--control", "none", "--bus", "vcan0", "--ids", "1-2"},
