@@ -10,8 +10,8 @@
 namespace lk::emulator {
 namespace {
 
-/// A bus is brought on in steps this long at most, so that the loop gets a word in. Not shorter than
-/// the loop sleeps: every step but the last looks at the clock.
+/// A bus is brought on in steps this long at most, so that the loop gets a word in. Not shorter
+/// than the loop sleeps: every step but the last looks at the clock.
 constexpr SimTime kStep = std::chrono::milliseconds(5);
 /// Replies that may wait to leave before time waits for them, where it can: a quarter of what the
 /// port holds.
