@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/core/scenario_text.hpp"
@@ -32,18 +33,6 @@ std::string_view state_word(FaultEvidence::State state) {
       return "over";
     case FaultEvidence::State::kCleared:
       return "cleared";
-  }
-  return "?";
-}
-
-std::string_view generation_word(Generation generation) {
-  switch (generation) {
-    case Generation::kLegacy:
-      return "legacy";
-    case Generation::kV235:
-      return "v235";
-    case Generation::kV236:
-      return "v236";
   }
   return "?";
 }
@@ -166,7 +155,7 @@ Json drive_json(const Line& line, int id) {
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
           {"series", series_name(servo.profile.series)},
-          {"generation", generation_word(servo.generation)},
+          {"generation", generation_name(servo.generation)},
           {"state", state_word(drive.servo.run_state())},
           {"alive", drive.telemetry.alive},
           {"errors", errors},

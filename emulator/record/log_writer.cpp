@@ -14,17 +14,6 @@ namespace {
 /// Lines gather for so long: a write for each frame would cost more than the frame.
 constexpr auto kGather = std::chrono::milliseconds(10);
 
-/// Returns 0 or errno.
-int append(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(fd, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return 0;
-}
-
 }  // namespace
 
 LogWriter::LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end, std::size_t most_waiting)
@@ -92,7 +81,7 @@ void LogWriter::run() {
     const bool whole = !failed_;
     lock.unlock();
     int error = refused ? 0 : write(batch);
-    if (error == 0 && last && whole) error = append(files_[0].get(), last_lines_);
+    if (error == 0 && last && whole) error = write_all(files_[0].get(), last_lines_);
     refused = refused || error != 0;
     lock.lock();
     if (error != 0 && !std::exchange(failed_, true)) {
@@ -106,7 +95,7 @@ void LogWriter::run() {
 
 int LogWriter::write(const std::array<std::string, kFiles>& batch) {
   for (std::size_t n = 0; n < kFiles; ++n) {
-    const int error = append(files_[n].get(), batch[n]);
+    const int error = write_all(files_[n].get(), batch[n]);
     if (error != 0) return error;
   }
   return 0;

@@ -11,16 +11,6 @@
 namespace lk::emulator {
 namespace {
 
-int write_all(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(fd, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return 0;
-}
-
 int sync(int fd) { return ::fsync(fd) == 0 ? 0 : errno; }
 
 int sync_directory(const std::filesystem::path& path) {
@@ -50,6 +40,16 @@ Descriptor::~Descriptor() {
 }
 
 std::string unfinished(const std::string& name) { return name + ".new"; }
+
+int write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
 
 int write_durably(int directory_fd, const std::string& name, const std::string& text) {
   const std::string fresh = unfinished(name);

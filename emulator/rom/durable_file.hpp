@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace lk::emulator {
 
@@ -21,6 +22,9 @@ class Descriptor {
  private:
   int fd_;
 };
+
+/// Appends all of `text`, however many writes that takes. Returns 0 or errno.
+int write_all(int fd, std::string_view text);
 
 /// Puts `text` into the file `name` of the directory `directory_fd`, all of it or nothing: whatever
 /// happens, the file holds what it held before or `text`. Returns 0 once that is durable, else
