@@ -10,6 +10,7 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
 
+#include "emulator/config/config_error.hpp"
 #include "emulator/control/http_target.hpp"
 #include "emulator/control/telemetry_stream.hpp"
 
@@ -254,9 +255,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 }  // namespace
 
 void tell_of_refusal(Entrance& entrance, const std::string& what, const std::string& reason) {
-  if (!entrance.told.insert(what).second) return;
+  // A client chooses the words in it, as many as it likes.
+  constexpr std::size_t kMostTold = 32;
+  if (entrance.told.size() >= kMostTold || !entrance.told.insert(what).second) return;
   spdlog::warn("control: a client was refused: {}: {} (said once; others like it are not logged)",
-               what, reason);
+               on_one_line(what), on_one_line(reason));
 }
 
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,

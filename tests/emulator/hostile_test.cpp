@@ -193,6 +193,26 @@ TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
   EXPECT_EQ(count(text, "refused"), 3U) << text;
 }
 
+TEST_F(Hostile, WordsOfItsOwnDoNotFillTheLog) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  listen_to_tcp();
+  start();
+  for (int n = 0; n < 200; ++n) {
+    const std::string key = "%0Ak" + std::to_string(n);
+    ask_tcp("GET /api/v1/status?" + key + "=1&" + key + "=2 HTTP/1.1\r\nHost: " + host() +
+            "\r\n\r\n");
+  }
+  stop();
+  spdlog::set_default_logger(before);
+  const std::string text = log.str();
+  EXPECT_NE(text.find("400 ?k0: is given twice"), std::string::npos) << text;
+  EXPECT_LE(count(text, "refused"), 32U);
+  EXPECT_EQ(count(text, "\nk"), 0U) << "nor break its lines";
+}
+
 // --- WebSocket
 // ---------------------------------------------------------------------------------------------------
 
