@@ -93,7 +93,9 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"POST", "/scenario", &ControlApi::post_scenario},
       {"GET", "/scenario", &ControlApi::get_scenario},
       {"DELETE", "/scenario", &ControlApi::delete_scenario},
+      {"GET", "/scenarios", &ControlApi::get_scenarios},
       {"GET", "/telemetry", &ControlApi::get_telemetry},
+      {"GET", "/frames", &ControlApi::get_frames},
   };
   return kRoutes;
 }
@@ -103,6 +105,9 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
     std::string_view path = request.path;
     const bool below_base =
         path.starts_with(kBasePath) && path.substr(kBasePath.size()).starts_with('/');
+    if (request.from_page && !request.pages_may_write && request.method != "GET") {
+      throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
+    }
     if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
     const Parts asked = split(path.substr(kBasePath.size()), '/');
     std::string allowed;
@@ -153,8 +158,7 @@ Json ControlApi::clock_json() const {
           {"advancing", world_.advancing()}};
 }
 
-void ControlApi::get_status(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                            const Reply& reply) {
+void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
   catch_up();
   Json buses = Json::array();
   for (const auto& line : world_.lines()) buses.push_back(bus_json(*line));
@@ -164,7 +168,8 @@ void ControlApi::get_status(const ApiRequest& /*request*/, const Parts& /*parts*
           {"clock", clock_json()},
           {"buses", buses},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
-          {"scenario", scenario.state ? scenario.state() : Json(nullptr)}},
+          {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
+          {"pages_may_write", request.pages_may_write}},
          ""});
 }
 
@@ -337,6 +342,11 @@ void ControlApi::delete_scenario(const ApiRequest& /*request*/, const Parts& /*p
   reply({200, scenario.stop(), ""});
 }
 
+void ControlApi::get_scenarios(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                               const Reply& reply) {
+  reply({200, scenarios_json(), ""});
+}
+
 // --- telemetry
 // -----------------------------------------------------------------------------------
 
@@ -345,6 +355,20 @@ void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/
                                const Reply& reply) {
   read_telemetry_request(request);
   reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
+}
+
+void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
+  read_frames_request(request);
+  reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
+}
+
+Line& ControlApi::read_frames_request(const ApiRequest& request) {
+  const std::string* bus = nullptr;
+  for (const auto& [key, value] : request.query) {
+    if (key != "bus") throw ApiError(400, key, "unknown; there is bus");
+    bus = &value;
+  }
+  return line_of(bus);
 }
 
 TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
@@ -366,8 +390,16 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
           !(wanted.rate_Hz <= kFastestTelemetry_Hz)) {
         throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
       }
+    } else if (key == "samples_per_message") {
+      const char* const last = value.data() + value.size();
+      const auto [end, error] = std::from_chars(value.data(), last, wanted.samples_per_message);
+      if (error != std::errc() || end != last || wanted.samples_per_message < 1 ||
+          wanted.samples_per_message > kMostSamplesPerMessage) {
+        throw ApiError(400, key, "must be a whole number from 1 to 1000");
+      }
     } else {
-      throw ApiError(400, key, "unknown; there are bus, ids, signals and rate_Hz");
+      throw ApiError(400, key,
+                     "unknown; there are bus, ids, signals, rate_Hz and samples_per_message");
     }
   }
   wanted.line = &line_of(bus ? &*bus : nullptr);

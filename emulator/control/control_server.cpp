@@ -66,7 +66,7 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
   } else if (options.socket != "none") {
     listen_at(std::filesystem::path(options.socket));
   }
-  if (options.http) listen_at(*options.http, options.token_file);
+  if (options.http) listen_at(*options.http, options);
 }
 
 ControlServer::~ControlServer() {
@@ -104,14 +104,15 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
   accept(*unix_, std::make_shared<const Access>());
 }
 
-void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::path& token_file) {
+void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
   error_code error;
   const auto address = boost::asio::ip::make_address(http.address, error);
   if (error) {
     throw StartError("--http: \"" + http.address + "\" is no address, like 127.0.0.1 or ::1");
   }
   Access access;
-  if (!token_file.empty()) access.token = read_token(token_file);
+  access.pages_may_write = options.pages_may_write;
+  if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty()) {
     throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
   }
@@ -128,8 +129,8 @@ void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::pa
                      problem.code().message());
   }
   if (address.is_loopback()) access.hosts = loopback_hosts(port_);
-  spdlog::info("control: http://{}:{}/api/v1",
-               address.is_v6() ? "[" + http.address + "]" : http.address, port_);
+  const std::string host = address.is_v6() ? "[" + http.address + "]" : http.address;
+  spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
   accept(*tcp_, std::make_shared<const Access>(std::move(access)));
 }
 
