@@ -9,6 +9,8 @@ import {driveKey, driveName, driveOf, on, store} from './store.js';
 const kNumbers_ms = 120;   // between changes of numbers: people have to read them
 const kSpoken_ms = 1500;   // and those who listen have to hear them
 
+const kDense = 12;         // drives on one screen in full size
+
 const cards = new Map();
 let visible = false;
 
@@ -42,7 +44,7 @@ function makeCard(drive) {
 function build() {
   cards.clear();
   for (const drive of store.drives) cards.set(driveKey(drive.bus, drive.id), makeCard(drive));
-  byId('view-bus').replaceChildren(el('div', {class: 'cards'}, ...[...cards.values()].map((card) => card.root)));
+  byId('view-bus').replaceChildren(el('div', {class: cards.size > kDense ? 'cards dense' : 'cards'}, ...[...cards.values()].map((card) => card.root)));
 }
 
 function showNumbers(card, drive, now) {

@@ -2,6 +2,10 @@
 
 function apply(node, attributes) {
   for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith('aria-')) {
+      if (value !== undefined) node.setAttribute(key, value);
+      continue;
+    }
     if (value === undefined || value === null || value === false) continue;
     if (key.startsWith('on')) node.addEventListener(key.slice(2), value);
     else if (key === 'text') node.textContent = value;

@@ -9,12 +9,10 @@ const kLeast_px = 110;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 function range(self, min, max) {
-  if (min === null || !Number.isFinite(min)) return [0, 1];
+  if (!Number.isFinite(min) || !Number.isFinite(max)) return [0, 1];
   const span = max - min || Math.abs(max) * 0.1 || 1;
   return [min - span * 0.06, max + span * 0.06];
 }
-
-const gapless = (data) => data.map((column, n) => (n === 0 ? column : column));
 
 /// `traces` are {label, colour, dash, unit}; `view` is asked for {from_s, to_s, cursors, marks}.
 export class Panels {
@@ -49,7 +47,7 @@ export class Panels {
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
       axes: [
         {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((t) => figures(t, 9)) : () => []},
-        {...axis, size: kAxis_px, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
+        {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
           values: (u, ticks) => ticks.map((t) => figures(t, 6))},
       ],
       series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1.5, dash: trace.dash,
@@ -101,7 +99,7 @@ export class Panels {
   /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
   draw(dataOf) {
     for (const {plot, traces} of this.plots) {
-      plot.setData(gapless(dataOf(traces, this.bins)), true);
+      plot.setData(dataOf(traces, this.bins), true);
     }
   }
 

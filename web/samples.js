@@ -89,39 +89,34 @@ export class Samples {
       return [this.times.subarray(first, last), ...columns.map((n) => this.values[n].subarray(first, last))];
     }
     const width = (to_s - from_s) / bins;
-    const edges = new Int32Array(bins + 1);
-    const times = new Float64Array(2 * bins);
     // Bins stand still on the axis of time, or a moving picture would shimmer.
     const origin = Math.floor(from_s / width) * width;
-    let place = first;
-    for (let bin = 0; bin <= bins; ++bin) {
-      const edge = origin + bin * width;
+    const times = [];
+    const edges = [];  // of the bins that have samples: first, last
+    for (let bin = 0, place = first; bin <= bins && place < last; ++bin) {
+      const edge = bin === bins ? Infinity : origin + (bin + 1) * width;
+      const begin = place;
       while (place < last && this.times[place] < edge) ++place;
-      edges[bin] = place;
+      if (place === begin) continue;
+      edges.push(begin, place);
+      times.push(origin + (bin + 0.25) * width, origin + (bin + 0.75) * width);
     }
-    edges[bins] = last;
-    for (let bin = 0; bin < bins; ++bin) {
-      times[2 * bin] = origin + (bin + 0.25) * width;
-      times[2 * bin + 1] = origin + (bin + 0.75) * width;
-    }
-    return [times, ...columns.map((n) => extremesOfBins(this.values[n], edges, bins))];
+    return [times, ...columns.map((n) => extremesOfBins(this.values[n], edges))];
   }
 }
 
-function extremesOfBins(values, edges, bins) {
-  const out = new Float64Array(2 * bins).fill(NaN);
-  for (let bin = 0; bin < bins; ++bin) {
-    const from = edges[bin];
-    const to = edges[bin + 1];
-    if (from === to) continue;
-    let least = from;
-    let most = from;
-    for (let n = from + 1; n < to; ++n) {
+/// Both extremes of each bin, in the order in which they came.
+function extremesOfBins(values, edges) {
+  const out = new Float64Array(edges.length);
+  for (let bin = 0; bin < edges.length; bin += 2) {
+    let least = edges[bin];
+    let most = least;
+    for (let n = least + 1; n < edges[bin + 1]; ++n) {
       if (values[n] < values[least]) least = n;
       if (values[n] > values[most]) most = n;
     }
-    out[2 * bin] = values[Math.min(least, most)];
-    out[2 * bin + 1] = values[Math.max(least, most)];
+    out[bin] = values[Math.min(least, most)];
+    out[bin + 1] = values[Math.max(least, most)];
   }
   return out;
 }
