@@ -1,0 +1,142 @@
+#pragma once
+
+/// @file The control interface over real sockets, and a client that may misbehave.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "emulator/control/control_server.hpp"
+#include "tests/emulator/control_support.hpp"
+
+namespace lk::emulator {
+
+namespace fs = std::filesystem;
+
+/// A client without a library to keep it from misbehaving.
+class Client {
+ public:
+  static Client unix_socket(const fs::path& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path.string();
+    std::copy(name.begin(), name.end(), std::begin(address.sun_path));
+    return {AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address};
+  }
+  static Client tcp(unsigned port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return {AF_INET, reinterpret_cast<const sockaddr*>(&address), sizeof address};
+  }
+  Client(Client&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+  void send(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t sent = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
+      if (sent <= 0) return;
+      text.remove_prefix(static_cast<std::size_t>(sent));
+    }
+  }
+  /// Until `text` has come, or the end.
+  std::string receive_until(const std::string& text) const {
+    std::string all;
+    char byte = 0;
+    while (all.find(text) == std::string::npos && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    return all;
+  }
+  std::string receive_all() const { return receive_until(std::string(1, '\0')); }
+  /// One answer, which has a Content-Length.
+  std::string receive_answer() const {
+    std::string head = receive_until("\r\n\r\n");
+    const std::size_t at = head.find("Content-Length: ");
+    std::size_t left = at == std::string::npos ? 0 : std::stoul(head.substr(at + 16));
+    char byte = 0;
+    for (; left > 0 && ::recv(fd_, &byte, 1, 0) > 0; --left) head += byte;
+    return head;
+  }
+
+ private:
+  Client(int family, const sockaddr* address, socklen_t size)
+      : fd_(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    if (::connect(fd_, address, size) != 0) throw std::runtime_error("connect");
+    const timeval patience{20, 0};  // a test that fails ends too
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+
+  int fd_;
+};
+
+inline int status(const std::string& answer) {
+  return answer.starts_with("HTTP/1.1 ") ? std::stoi(answer.substr(9, 3)) : 0;
+}
+
+/// A server whose loop runs on a thread of its own.
+class Served : public testing::Test {
+ protected:
+  Served() {
+    std::string name = testing::TempDir() + "lk-http-XXXXXX";
+    directory_ = ::mkdtemp(name.data());
+    options_.socket = (directory_ / "s").string();
+  }
+  ~Served() override {
+    stop();
+    fs::remove_all(directory_);
+  }
+  void start() {
+    server_.emplace(t_.loop, t_.world, options_);
+    thread_ = std::thread([this] { t_.loop.run(); });
+  }
+  void stop() {
+    if (!thread_.joinable()) return;
+    t_.loop.stop();
+    thread_.join();
+    server_.reset();
+  }
+  /// A token file with that mode.
+  fs::path token_file(const std::string& token, fs::perms mode) const {
+    const fs::path file = directory_ / "token";
+    std::ofstream(file) << token << '\n';
+    fs::permissions(file, mode);
+    return file;
+  }
+  Client client() const { return Client::unix_socket(options_.socket); }
+  std::string ask(const std::string& text) const {
+    const Client one = client();
+    one.send(text);
+    return one.receive_answer();
+  }
+  std::string ask_tcp(const std::string& text) const {
+    const Client one = Client::tcp(server_->port());
+    one.send(text);
+    return one.receive_answer();
+  }
+  std::string host() const { return "localhost:" + std::to_string(server_->port()); }
+
+  fs::path directory_;
+  ControlOptions options_;
+  TestWorld t_;
+  std::optional<ControlServer> server_;
+  std::thread thread_;
+};
+
+}  // namespace lk::emulator
