@@ -31,6 +31,7 @@ constexpr const char* kPagePolicy =
     "form-action 'none'";
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+beast::string_view view(std::string_view text) { return {text.data(), text.size()}; }
 
 int status_of(const error_code& error) {
   if (error == http::error::header_limit) return 431;
@@ -208,7 +209,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     begin_response(known ? 304 : 200, file.type);
     response_.set(http::field::cache_control, "no-cache");
-    response_.set(http::field::etag, file.etag);
+    response_.set(http::field::etag, view(file.etag));
     response_.set("Content-Security-Policy", kPagePolicy);
     response_.set("Referrer-Policy", "no-referrer");
     if (!known) response_.body() = file.body;
@@ -219,7 +220,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     response_ = {};
     response_.version(11);
     response_.result(static_cast<unsigned>(status));
-    response_.set(http::field::content_type, type);
+    response_.set(http::field::content_type, view(type));
     response_.set("X-Content-Type-Options", "nosniff");
   }
 
