@@ -2,6 +2,7 @@
 
 const kBase = '/api/v1';
 const kTokenKey = 'lk-emu-token';
+const kAnswer_ms = 5000;
 const kRetry_ms = [300, 1000, 2000, 3000];
 
 let token = sessionStorage.getItem(kTokenKey) ?? '';
@@ -34,7 +35,8 @@ async function ask(method, path, body) {
   if (token) headers.Authorization = `Bearer ${token}`;
   if (body !== undefined) headers['Content-Type'] = 'application/json';
   const answer = await fetch(kBase + path, {
-    method, headers, cache: 'no-store', body: body === undefined ? undefined : JSON.stringify(body)});
+    method, headers, cache: 'no-store', body: body === undefined ? undefined : JSON.stringify(body),
+    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined});  // an advance may take hours
   if (answer.status === 401) {
     await askForToken();
     return ask(method, path, body);

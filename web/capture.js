@@ -7,6 +7,9 @@ import {clockFactor} from './store.js';
 const kMostValues = 190_000;  // a second, of simulated time and of the wall; the program allows 200,000
 const kMessages_Hz = 60;
 
+/// What is possible of the wanted rate.
+export const possibleRate_Hz = (wanted_Hz, columns) => Math.min(wanted_Hz, kMostValues / columns / Math.max(1, clockFactor()));
+
 /// The samples of `ids` of one bus, `signals` of each.
 export class Capture {
   constructor(bus, ids, signals, wanted_Hz) {
@@ -15,7 +18,7 @@ export class Capture {
     this.signals = signals;
     const columns = ids.length * signals.length;
     const factor = clockFactor() || 1;
-    this.rate_Hz = Math.min(wanted_Hz, kMostValues / columns / Math.max(1, factor));
+    this.rate_Hz = possibleRate_Hz(wanted_Hz, columns);
     this.samples = new Samples(columns);
     this.lost = 0;
     const together = Math.max(1, Math.min(1000, Math.round(this.rate_Hz * factor / kMessages_Hz)));

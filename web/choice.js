@@ -34,6 +34,7 @@ function tell() {
 }
 
 export function chooser() {
+  listeners.clear();
   group = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives that are meant'});
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of chosen) if (!there.has(key)) chosen.delete(key);

@@ -21,7 +21,7 @@ export function clockPanel() {
   const end = button('End', () => attempt(() => remove('/clock/advance')), {title: 'ends an advance that is under way'});
   const says = el('p', {class: 'dim'});
   on('change', () => {
-    if (!store.status) return;
+    if (!store.status || !says.isConnected) return;
     const {mode, time_s, slipped_s, advancing} = store.status.clock;
     setText(says, `${clockText(time_s)} of simulated time, ${mode}${advancing ? ', advancing' : ''}` +
       (slipped_s ? `; ${figures(slipped_s, 3)} s slipped: the machine was too busy` : ''));

@@ -14,13 +14,23 @@ function ticks() {
   return group;
 }
 
+const told = new Map();  // by drive: where the position loop was told to go when it was first looked at
+
+/// Until a target has been seen to change, nobody knows whether the position loop is at work at all.
+function hasTarget(drive, ref_deg) {
+  const key = `${drive.bus}/${drive.id}`;
+  if (!told.has(key)) told.set(key, ref_deg);
+  if (told.get(key) !== null && told.get(key) !== ref_deg) told.set(key, null);
+  return told.get(key) === null;
+}
+
 /// What the dial shows of a drive, in degrees of the output shaft, clockwise; null: nothing.
 export function shaftOf(drive, now) {
   const gear = drive.built?.gear_ratio ?? 1;
   const shaft = now.true_angle_deg;
   const alive = now.alive !== 0;
-  const following = drive.state === 'running' && alive && now.angle_ref_deg !== null && now.angle_ref_deg !== 0;
-  const counts = (drive.built?.encoder_counts ?? 65536);
+  const following = alive && drive.state === 'running' && hasTarget(drive, now.angle_ref_deg);
+  const counts = drive.built?.encoder_counts ?? 65536;
   const perCount = 360 * (drive.built?.encoder_turns ?? 1) / counts / gear;
   return {
     shaft,

@@ -4,7 +4,7 @@ import {get, post} from './api.js';
 import {el, labelled, setText} from './dom.js';
 import {attempt, chosenDrives} from './choice.js';
 import {figures, words} from './format.js';
-import {buses, driveName, on, store} from './store.js';
+import {buses, driveName, store} from './store.js';
 
 const kEvidence_ms = 700;
 
@@ -91,7 +91,8 @@ export function evidencePanel() {
   }, 'everything is whole again')}, 'Clear all');
   let before = '';
   let busy = false;
-  setInterval(async () => {
+  const timer = setInterval(async () => {
+    if (!body.isConnected) clearInterval(timer);
     if (busy || !store.connected || !body.isConnected || body.closest('[hidden]')) return;
     busy = true;
     try {
@@ -104,7 +105,6 @@ export function evidencePanel() {
     } catch { /* the next time */ }
     busy = false;
   }, kEvidence_ms);
-  on('program', () => { before = ''; });
   return [el('div', {class: 'row'}, all), el('div', {class: 'scroll'}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
     ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})))), body))];
 }

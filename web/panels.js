@@ -22,12 +22,14 @@ export class Panels {
     this.onPoint = onPoint;
     this.view = view;
     this.plots = [];
+    this.generation = 0;  // of what is to be drawn anew
     this.traces = [];
     new ResizeObserver(() => this.fit()).observe(root);
     document.addEventListener('theme', () => this.set(this.traces));
   }
 
   set(traces) {
+    ++this.generation;
     this.traces = traces;
     this.plots.forEach(({plot}) => plot.destroy());
     const units = [...new Set(traces.map((trace) => trace.unit))];
@@ -107,6 +109,7 @@ export class Panels {
     const width = this.root.clientWidth;
     const height = this.root.clientHeight;
     if (width < 50 || !this.plots.length) return;
+    ++this.generation;
     const each = Math.max(kLeast_px, Math.floor((height - 26) / this.plots.length));
     this.plots.forEach(({plot}, n) => plot.setSize({width, height: each + (n === this.plots.length - 1 ? 26 : 0)}));
   }

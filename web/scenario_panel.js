@@ -41,7 +41,7 @@ export function scenarioPanel() {
   on('change', async () => {
     const state = store.status?.scenario;
     stop.disabled = state?.state !== 'running';
-    if (!state || head.closest('[hidden]')) return;
+    if (!state || !head.isConnected || head.closest('[hidden]')) return;
     head.replaceChildren(chip(state.state), `${words(state.name)}, ${figures(state.time_s, 4)} of ${figures(state.duration_s)} s`);
     try {
       const report = await get('/scenario');

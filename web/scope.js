@@ -1,6 +1,6 @@
 // The scope: chosen signals of chosen drives over simulated time.
 
-import {Capture} from './capture.js';
+import {Capture, possibleRate_Hz} from './capture.js';
 import {byId, el, note, setText} from './dom.js';
 import {figures, unitOf} from './format.js';
 import {Panels} from './panels.js';
@@ -142,10 +142,20 @@ function dataOf(some, bins) {
   return [joined[0], ...some.map((trace) => joined[1 + order.indexOf(trace)])];
 }
 
+/// While paused the picture stays what it is, until something of this changes.
+function state() {
+  const {from_s, to_s, marks} = view();
+  return held === null ? null : JSON.stringify([from_s, to_s, marks, panels.bins, panels.generation,
+    captures.map(({samples}) => Math.min(samples.last_s, to_s))]);
+}
+
 let tableAt = 0;
+let drawn = null;
 function frame(at) {
   if (!visible) return;
-  panels.draw(dataOf);
+  const now = state();
+  if (now === null || now !== drawn) panels.draw(dataOf);
+  drawn = now;
   frames.push(at);
   while (frames[0] < at - 1000) frames.shift();
   if (at - tableAt > kTable_ms) {
@@ -240,9 +250,8 @@ on('program', () => {
   restart();
   if (visible) show(true);
 });
-let factor = '';
+// A faster clock may be too much; one that stops takes nothing away.
 on('change', () => {
-  const mode = store.status?.clock.mode ?? '';
-  if (panels && factor && factor !== mode) restart();
-  factor = mode;
+  const other = captures.some((one) => Math.abs(possibleRate_Hz(chosen.rate_Hz, one.samples.columns) / one.rate_Hz - 1) > 0.01);
+  if (panels && other) restart();
 });

@@ -4,7 +4,6 @@ import {get} from './api.js';
 
 const kPeriod_ms = 400;
 const kRetry_ms = 1000;
-const kAnswer_ms = 5000;
 
 export const store = {
   connected: false,
@@ -79,18 +78,12 @@ async function learn(status) {
   store.drives = await get('/drives');
 }
 
-function withDeadline(promise) {
-  return new Promise((resolve, reject) => {
-    const timer = setTimeout(() => reject(new Error('no answer')), kAnswer_ms);
-    promise.then(resolve, reject).finally(() => clearTimeout(timer));
-  });
-}
-
 async function look() {
-  const status = await withDeadline(get('/status'));
-  const other = store.status === null || store.status.pid !== status.pid;
+  const status = await get('/status');
+  const before = store.status;
+  const other = before === null || before.pid !== status.pid || status.clock.time_s < before.clock.time_s;
   if (other) await learn(status);
-  store.drives = await withDeadline(get('/drives'));
+  store.drives = await get('/drives');
   store.status = status;
   updateRates(performance.now());
   const back = !store.connected;

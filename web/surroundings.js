@@ -1,9 +1,9 @@
 // Supply, ambient temperature and load of the chosen drives.
 
 import {el, labelled} from './dom.js';
-import {figures} from './format.js';
 import {chosenDrives, direct, onChoice} from './choice.js';
 
+const plain = (value) => String(Number(value.toPrecision(6)));  // as inputs want it
 const number = (attributes) => el('input', {type: 'number', step: 'any', ...attributes});
 const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
 
@@ -17,8 +17,8 @@ export function supplyPanel() {
   const configured = () => {
     const drive = chosenDrives()[0];
     if (!drive?.built) return;
-    supply.value = figures(drive.built.supply_V);
-    ambient.value = figures(drive.built.ambient_C);
+    supply.value = plain(drive.built.supply_V);
+    ambient.value = plain(drive.built.ambient_C);
   };
   onChoice(configured);
   configured();
@@ -49,7 +49,7 @@ export function loadPanel() {
   const configured = () => {
     const load = chosenDrives()[0]?.built?.load ?? {};
     kLoad.forEach(([key], n) => {
-      inputs[n].value = Math.abs(load[key] ?? NaN) < kNoStop ? figures(load[key]) : '';
+      inputs[n].value = Math.abs(load[key] ?? NaN) < kNoStop ? plain(load[key]) : '';
     });
   };
   onChoice(configured);

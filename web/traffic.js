@@ -13,9 +13,11 @@ let streams = [];
 let frames = [];        // oldest first
 let shown = [];         // those that pass the filter
 let lost = 0;
+let listening = false;
 let paused = false;
 let stale = true;       // the picture
 let visible = false;
+let wanted = false;
 let parts = null;
 
 // --- filter
@@ -44,6 +46,7 @@ function readCommands(text) {
 // --- what comes
 
 function take(bus, message) {
+  if (!listening) stale = listening = true;
   if (message.lost) lost = message.lost;
   if (paused || !message.frames) return;
   for (const frame of message.frames) {
@@ -58,7 +61,9 @@ function take(bus, message) {
   stale = true;
 }
 
+/// From the first time on that somebody looks: it is work for the program too.
 function open() {
+  if (!wanted || !store.status) return;
   streams.forEach((one) => one.close());
   frames = [];
   shown = [];
@@ -98,7 +103,7 @@ function draw() {
   body.replaceChildren(...shown.slice(first, last).map((frame, n) => row(frame, shown[first + n - 1])));
   parts.table.setAttribute('aria-rowcount', shown.length);
   if (following) scroller.scrollTop = scroller.scrollHeight;
-  setText(info, `${shown.length} of ${frames.length} frames${lost ? `, ${lost} lost on the way here` : ''}`);
+  if (listening) setText(info, `${shown.length} of ${frames.length} frames${lost ? `, ${lost} lost on the way here` : ''}`);
 }
 
 function setPaused(yes) {
@@ -150,6 +155,10 @@ function buildDrives() {
 export function show(yes) {
   visible = yes;
   if (!parts) return;
+  if (yes && !wanted) {
+    wanted = true;
+    open();
+  }
   stale = true;
   if (yes) requestAnimationFrame(draw);
 }

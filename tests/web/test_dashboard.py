@@ -179,6 +179,7 @@ def test_csv_has_what_is_in_view(page, bench):
 
 def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     page.go("traffic")
+    settle(page, lambda: "frames" in page.text("#traffic-info"))
     page.click("#view-traffic", "Clear")
     bench.position(1, -45, 500)
     bench.ask(4, 0x9A)
