@@ -5,6 +5,8 @@ import {figures, kUnits} from './format.js';
 
 const kAxis_px = 62;
 const kLeast_px = 110;
+const kPadding_px = 10;
+const kTimes_px = 26;  // more for the picture with the axis of time
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -110,7 +112,7 @@ export class Panels {
     const height = this.root.clientHeight;
     if (width < 50 || !this.plots.length) return;
     ++this.generation;
-    const each = Math.max(kLeast_px, Math.floor((height - 26) / this.plots.length));
-    this.plots.forEach(({plot}, n) => plot.setSize({width, height: each + (n === this.plots.length - 1 ? 26 : 0)}));
+    const each = Math.max(kLeast_px, Math.floor((height - kPadding_px - kTimes_px) / this.plots.length));
+    this.plots.forEach(({plot}, n) => plot.setSize({width, height: each + (n === this.plots.length - 1 ? kTimes_px : 0)}));
   }
 }

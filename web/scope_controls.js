@@ -37,7 +37,7 @@ export class ScopeControls {
         labelled('view', this.width), button('+', 'zoom in', () => does.zoom(0.5)), button('−', 'zoom out', () => does.zoom(2)),
         labelled('sampled at', this.rate), button('A', 'put cursor A', () => does.putCursor('A')), button('B', 'put cursor B', () => does.putCursor('B')),
         button('no cursors', 'take both cursors away', does.clearCursors), button('CSV', 'save what is in view', does.exportCsv), this.frames),
-      this.drives, this.sets,
+      el('div', {class: 'row wide-gap'}, this.drives, this.sets),
       el('details', {}, el('summary', {text: 'all signals'}), this.signals));
   }
 

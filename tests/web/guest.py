@@ -105,8 +105,8 @@ class Guest:
 
 async def main():
     guest = Guest(sys.argv[2:])
-    print(await guest.start(), flush=True)
     server = await asyncio.start_server(guest.serve, "127.0.0.1", int(sys.argv[1]))
+    print(await guest.start(), flush=True)
     mover = asyncio.create_task(guest.move())
     async with server:
         await mover

@@ -1,13 +1,14 @@
 """Without --http-write the page looks and does not touch."""
 
+import os
+
 import pytest
 from dashboard import Bench, Page
-from conftest import PROGRAM
 
 
 @pytest.fixture(scope="module")
 def bench():
-    bench = Bench(PROGRAM, "1")
+    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1")
     yield bench
     bench.close()
 
