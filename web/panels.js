@@ -5,6 +5,7 @@ import {figures, kUnits} from './format.js';
 
 const kAxis_px = 62;
 const kLeast_px = 110;
+const kMostPoints = 60_000;  // in all pictures: what a processor draws 60 times a second
 const kPadding_px = 10;
 const kTimes_px = 26;  // more for the picture with the axis of time
 
@@ -96,8 +97,10 @@ export class Panels {
     ctx.restore();
   }
 
+  /// Columns of the picture: as many as there are pixels, fewer when there are many traces.
   get bins() {
-    return Math.max(200, Math.round(this.root.clientWidth - kAxis_px - 20));
+    const pixels = Math.max(200, Math.round(this.root.clientWidth - kAxis_px - 20));
+    return Math.min(pixels, Math.max(300, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
   }
 
   /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
