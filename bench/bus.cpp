@@ -40,7 +40,9 @@ void BM_BusQuery(benchmark::State& state) {
 BENCHMARK(BM_BusQuery)->Arg(1)->Arg(32);
 
 /// A loaded bus at 1 Mbit/s: one query every 250 µs to the drives in turn, 100 ms at a time.
-void BM_BusLoaded(benchmark::State& state) {
+/// `bring` takes the bus from one query to the next.
+template <class Bring>
+void run_loaded(benchmark::State& state, Bring bring) {
   const int drives = static_cast<int>(state.range(0));
   Bus bus(config(drives, 1'000'000));
   std::vector<TimedFrame> replies;
@@ -49,16 +51,39 @@ void BM_BusLoaded(benchmark::State& state) {
     for (const SimTime end = bus.time() + 100ms; bus.time() < end;) {
       bus.receive(
           {bus.time(), protocol::encode_query(id, protocol::Speed{360}, protocol::kLegacyFormat)});
-      bus.advance_to(bus.time() + 250us);
+      bring(bus, bus.time() + 250us);
       replies.clear();
       bus.take_replies(replies);
       id = id % drives + 1;
     }
+    bus.settle();
   }
   state.counters["times_real_time"] = benchmark::Counter(
       0.1 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
+
+/// For a host that talks to its drives.
+void BM_BusLoaded(benchmark::State& state) {
+  run_loaded(state, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
+}
 BENCHMARK(BM_BusLoaded)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
+
+/// For somebody who looks at all drives with each query.
+void BM_BusWatched(benchmark::State& state) {
+  run_loaded(state, [](Bus& bus, SimTime until) { bus.advance_to(until); });
+}
+BENCHMARK(BM_BusWatched)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
+
+/// Nobody says anything; 1 ms at a time, as the program goes. Items are drive-ticks.
+void BM_BusIdle(benchmark::State& state) {
+  const int drives = static_cast<int>(state.range(0));
+  Bus bus(config(drives, 1'000'000));
+  for (auto _ : state) {
+    bus.advance_to(bus.time() + 1ms);
+  }
+  state.SetItemsProcessed(state.iterations() * drives * 32);
+}
+BENCHMARK(BM_BusIdle)->Arg(1)->Arg(32);
 
 }  // namespace
 }  // namespace lk::emulator

@@ -8,9 +8,9 @@ function(lk_package export)
   foreach(name ${ARGN})
     add_library(lk::${name} ALIAS lk_${name})
     set_target_properties(lk_${name} PROPERTIES EXPORT_NAME ${name})
-    install(TARGETS lk_${name} EXPORT lk-emu-${export})
+    install(TARGETS lk_${name} EXPORT lk-emu-${export} COMPONENT development)
   endforeach()
-  install(EXPORT lk-emu-${export} NAMESPACE lk:: DESTINATION ${package_dir})
+  install(EXPORT lk-emu-${export} NAMESPACE lk:: DESTINATION ${package_dir} COMPONENT development)
 endfunction()
 
 lk_package(core-targets options protocol model emulator)
@@ -19,9 +19,10 @@ if(TARGET lk_config)
 endif()
 
 # Headers include each other from the root of the project. Those of the shell stay at home: it is no library.
-install(DIRECTORY protocol model DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu FILES_MATCHING PATTERN *.hpp)
+install(DIRECTORY protocol model DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu
+  COMPONENT development FILES_MATCHING PATTERN *.hpp)
 install(DIRECTORY emulator/core emulator/config DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/emulator
-  FILES_MATCHING PATTERN *.hpp)
+  COMPONENT development FILES_MATCHING PATTERN *.hpp)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake
@@ -29,4 +30,4 @@ configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/lk-emu-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/lk-emu-config.cmake ${PROJECT_BINARY_DIR}/lk-emu-config-version.cmake
-  DESTINATION ${package_dir})
+  DESTINATION ${package_dir} COMPONENT development)

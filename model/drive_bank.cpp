@@ -13,6 +13,11 @@
 namespace lk::model {
 namespace {
 
+/// Total: what is no number, of a motor that cannot exist, is 0.
+std::int64_t whole_counts(double counts) {
+  return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
+}
+
 /// A plant at rest at `theta_m`, at ambient temperature, its link charged.
 PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
   PlantState<double> s;
@@ -96,7 +101,18 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
 }
 
 std::size_t DriveBank::size() const { return units_.size(); }
-std::int64_t DriveBank::ticks() const { return ticks_; }
+
+std::int64_t DriveBank::ticks(std::size_t drive) const {
+  return with_block(drive, [](const auto& block, std::size_t lane) { return block.at[lane]; });
+}
+
+std::int64_t DriveBank::ticks() const {
+  std::int64_t least = ticks(0);
+  for (std::size_t drive = 1; drive < units_.size(); ++drive) {
+    least = std::min(least, ticks(drive));
+  }
+  return least;
+}
 
 PlantParams<double> DriveBank::plant_of(const Unit& unit, const Faults& faults) {
   DriveParams params = with_faults(unit.params, faults);
@@ -211,32 +227,43 @@ void DriveBank::run_motion_loops(std::size_t drive) {
 }
 
 void DriveBank::advance(std::int64_t n_ticks) {
-  const std::int64_t until = ticks_ + n_ticks;
+  const std::int64_t until = ticks() + n_ticks;
   while (advance_to_edge(until)) {
   }
 }
 
 bool DriveBank::advance_to_edge(std::int64_t until) {
   // Block by block through the whole time, so that each stays in the cache: drives do not influence
-  // each other. What had to stop on the way goes on from there.
+  // each other.
+  bool edge = false;
+  for (std::size_t drive = 0; drive < units_.size();) {
+    edge = advance_to_edge(until, drive) || edge;
+    const bool faulty = !wide_.empty() && wide_[drive / kLanes].faulty;
+    drive += faulty ? kLanes : kernel_.width;
+  }
+  return edge;
+}
+
+bool DriveBank::advance_to_edge(std::int64_t until, std::size_t drive) {
   edge_ = false;
-  while (!edge_ && ticks_ < until) {
-    BlockDrives drives{this, 0};
-    const Stretch stretch{until, stride_, give_orders, &drives};
-    if (wide_.empty()) {
-      (alone_.faulty ? run_alone_faulty : kernel_.run_alone)(alone_, stretch);
+  BlockDrives drives{this, drive - drive % kLanes};
+  Stretch stretch{until, stride_, give_orders, &drives};
+  const auto run = [&](auto& block, auto kernel) {
+    // What had to stop on the way goes on from there, unless somebody has to hear of it first.
+    while (!edge_ && block.at[stretch.drive] < until) {
+      kernel(block, stretch);
     }
-    for (TickBlock<Wide>& block : wide_) {
-      (block.faulty ? run_lanes_faulty : kernel_.run)(block, stretch);
-      drives.begin += kLanes;
+  };
+  if (wide_.empty()) {
+    run(alone_, alone_.faulty ? run_alone_faulty : kernel_.run_alone);
+  } else if (TickBlock<Wide>& block = wide_[drive / kLanes]; block.faulty) {
+    for (; stretch.drive < kLanes; stretch.drive += kSizeOf<Lanes>) {
+      run(block, run_lanes_faulty);
     }
-    ticks_ = alone_.at[0];
-    if (!wide_.empty()) {
-      ticks_ = until;
-      for (const TickBlock<Wide>& block : wide_) {
-        ticks_ = std::min(ticks_, std::ranges::min(block.at));
-      }
-    }
+  } else {
+    stretch.drive = drive % kLanes;
+    stretch.drive -= stretch.drive % kernel_.width;
+    run(block, kernel_.run);
   }
   return edge_;
 }
@@ -322,8 +349,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;
     t.omega = unit.motion.omega_report;
-    t.encoder_position =
-        unit.params.encoder.direction * static_cast<std::int64_t>(loop.encoder_counts);
+    t.encoder_position = unit.params.encoder.direction * whole_counts(loop.encoder_counts);
     t.errors = unit.protection.latched;
     t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
     t.alive = unit.life.life == Life::kAlive;

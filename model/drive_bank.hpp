@@ -36,13 +36,18 @@ class DriveBank {
   explicit DriveBank(std::span<const DriveInit> drives, NamedKernel kernel = best_lane_kernel());
 
   std::size_t size() const;
-  /// Control ticks done since construction; tick n happens at n/f_pwm.
+  /// Control ticks that all drives have done since construction; tick n happens at n/f_pwm.
   std::int64_t ticks() const;
+  /// Those that this drive has done.
+  std::int64_t ticks(std::size_t drive) const;
   void advance(std::int64_t n_ticks);
   /// Brings all drives to tick `until`. Returns true when some drive has died or come alive before:
   /// that drive, and those that are computed with it, then stand behind the tick in which it did;
   /// call again to go on.
   bool advance_to_edge(std::int64_t until);
+  /// The same of this drive and those that are computed with it, which are the same ones as long as
+  /// the bank has no faults; the others stay behind.
+  bool advance_to_edge(std::int64_t until, std::size_t drive);
   /// The controller has power and has booted.
   bool alive(std::size_t drive) const;
 
@@ -127,10 +132,9 @@ class DriveBank {
   TickBlock<double> alone_;            // used when there is exactly one drive
   std::vector<TickBlock<Wide>> wide_;  // used otherwise, kLanes drives each
   NamedKernel kernel_;
-  std::int64_t ticks_ = 0;  // what all drives have done
-  bool edge_ = false;       // of the stretch under way: a drive died or came alive,
-  bool stopped_ = false;    // or it had to end for some reason
-  int stride_ = 1;          // ticks between instants at which some motion loop may run
+  bool edge_ = false;     // of the stretch under way: a drive died or came alive,
+  bool stopped_ = false;  // or it had to end for some reason
+  int stride_ = 1;        // ticks between instants at which some motion loop may run
 };
 
 template <class Access>

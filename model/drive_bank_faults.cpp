@@ -1,4 +1,6 @@
 // What is broken about a drive of the bank: put in force, and what that does at once.
+#include <algorithm>
+
 #include "model/block_access.hpp"
 #include "model/drive_bank.hpp"
 #include "model/fault_effects.hpp"
@@ -15,13 +17,18 @@ double counts_without_noise(PlantParams<double> p, const PlantState<double>& s) 
   return encoder(p, s.theta, s.omega, unused);
 }
 
+/// No rotor is thrown beyond ω_max.
+double held(const PlantParams<double>& p, double omega) {
+  return std::clamp(omega, -p.omega_max, p.omega_max);
+}
+
 /// Rotor and output together again: the output where the rotor is. Where nothing gives, both go on
 /// with the speed that keeps their momentum; `J_rotor` is the rotor's own, kg·m².
 void join(const PlantParams<double>& p, double J_rotor, PlantState<double>& s) {
   s.theta_out = s.theta * p.inv_gear;
   if (p.compliant == 0.0) {
     const double rotor_share = J_rotor / (p.inertia_rate * p.T_s);
-    s.omega += (1.0 - rotor_share) * (s.omega_out * p.gear_ratio - s.omega);
+    s.omega = held(p, s.omega + (1.0 - rotor_share) * (s.omega_out * p.gear_ratio - s.omega));
     s.omega_out = s.omega * p.inv_gear;
   }
 }
@@ -95,7 +102,7 @@ void DriveBank::kick(std::size_t drive, double impulse) {
     if (p.compliant != 0.0) {
       s.omega_out += impulse * p.f_s * p.mobility_out;
     } else {
-      s.omega += impulse * p.f_s * p.inv_gear / p.inertia_rate;
+      s.omega = held(p, s.omega + impulse * p.f_s * p.inv_gear / p.inertia_rate);
       s.omega_out = s.omega * p.inv_gear;
     }
     s.p_load -= (stored_energy(p, s) - stored_before) * p.f_s;

@@ -13,16 +13,16 @@ namespace lk::model {
 
 NamedKernel lane_kernel(std::string_view name) {
   if (name == "baseline") {
-    return {"baseline", run_lanes_baseline, run_alone_baseline};
+    return {"baseline", run_lanes_baseline, run_alone_baseline, kSizeOf<Lanes>};
   }
 #ifdef LKEMU_X86_KERNELS
   if (name == "avx2" && __builtin_cpu_supports("avx2")) {
-    return {"avx2", run_lanes_avx2, run_alone_avx2};
+    return {"avx2", run_lanes_avx2, run_alone_avx2, kLanes};
   }
   if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
     // A single drive fills no register; AVX-512's masks would only make its choices slower.
-    return {"avx512", run_lanes_avx512, run_alone_avx2};
+    return {"avx512", run_lanes_avx512, run_alone_avx2, kLanes};
   }
 #endif
   return {};

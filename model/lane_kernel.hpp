@@ -15,6 +15,7 @@ struct NamedKernel {
   std::string_view name;  // "baseline", "avx2", "avx512"
   LaneKernel run = nullptr;
   AloneKernel run_alone = nullptr;  // the same tick for a drive that has no company
+  std::size_t width = 1;            // drives of a block that `run` computes together
 };
 
 void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch);
@@ -23,7 +24,7 @@ void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 
-/// The tick of faulty blocks: one for every processor, and in no haste.
+/// The tick of faulty blocks: one for every processor, and in no haste. As wide as the baseline.
 void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch);
 void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch);
 

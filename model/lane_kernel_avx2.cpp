@@ -5,6 +5,8 @@
 
 namespace lk::model {
 
+static_assert(kSizeOf<Lanes> == kLanes);
+
 [[gnu::flatten]] void run_alone_avx2(TickBlock<double>& block, const Stretch& stretch) {
   run_block<Solo>(block, stretch);
 }

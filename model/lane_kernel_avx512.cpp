@@ -5,6 +5,8 @@
 
 namespace lk::model {
 
+static_assert(kSizeOf<Lanes> == kLanes);
+
 [[gnu::flatten]] void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch) {
   run_block<Lanes>(block, stretch);
 }

@@ -29,15 +29,17 @@ struct TickBlock {
   bool faulty = false;  // some of them is any(): the block needs a tick that looks at them
 };
 
-/// Ticks up to end − 1, and who gives the drives their orders on the way: before every tick that is
-/// a multiple of `stride`, to drives first to first + count − 1 of the block, from what the block
-/// then holds. Orders are all that may change in the block; when something else did, `give_orders`
-/// returns true, and these drives stop after that tick.
+/// Ticks up to end − 1 of the drives that are computed together beginning with `drive` of the
+/// block, and who gives them their orders on the way: before every tick that is a multiple of
+/// `stride`, to drives first to first + count − 1 of the block, from what the block then holds.
+/// Orders are all that may change in the block; when something else did, `give_orders` returns
+/// true, and these drives stop after that tick.
 struct Stretch {
   std::int64_t end;
   int stride;
   bool (*give_orders)(void* context, std::size_t first, std::size_t count, std::int64_t tick);
   void* context;
+  std::size_t drive = 0;
 };
 
 inline namespace LKEMU_ISA {
@@ -79,10 +81,11 @@ inline void for_each_field(To to, From from, Op op) {
   (std::make_index_sequence<std::tuple_size_v<To>>{});
 }
 
-/// The periods of `stretch`, of the drives of a block that one `Real` holds, beginning with drive
-/// `first`. Their numbers stay in registers and on the stack from one order to the next.
-template <class Real, bool faulty, class Store>
-inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& stretch) {
+/// The periods of `stretch`, of the drives of a block that one `Real` holds. Their numbers stay in
+/// registers and on the stack from one order to the next.
+template <class Real, bool faulty = false, class Store>
+inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
+  const std::size_t first = kSizeOf<Real> < block.at.size() ? stretch.drive : 0;
   const auto in = [first](auto& value, const auto& stored) { load(value, stored, first); };
   const auto out = [first](auto& stored, const auto& value) { store(value, stored, first); };
   PlantParams<Real> plant_params;
@@ -124,14 +127,6 @@ inline void run_part(TickBlock<Store>& block, std::size_t first, const Stretch& 
   }
   store(noise, block.noise, first);
   std::fill_n(block.at.begin() + static_cast<std::ptrdiff_t>(first), kSizeOf<Real>, now);
-}
-
-/// The periods of `stretch`, of a whole block, which is `faulty` or not.
-template <class Real, bool faulty = false, class Store>
-inline void run_block(TickBlock<Store>& block, const Stretch& stretch) {
-  for (std::size_t first = 0; first < block.noise.word.size(); first += kSizeOf<Real>) {
-    run_part<Real, faulty>(block, first, stretch);
-  }
 }
 
 }  // namespace LKEMU_ISA

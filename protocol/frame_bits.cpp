@@ -1,55 +1,104 @@
 #include "protocol/frame_bits.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstddef>
 
 namespace lk::protocol {
 namespace {
 
+/// What the bits so far leave behind for those to come.
+struct BitState {
+  std::uint32_t crc = 0;
+  // The run of equal bits that the next one may continue: `last`, 1 to 4 times. The idle bus is
+  // recessive, and the frame starts dominant.
+  bool last = true;
+  std::uint32_t run = 1;
+  int stuff_bits = 0;
+};
+
+constexpr void take(bool bit, BitState& s) {
+  // x¹⁵ + x¹⁴ + x¹⁰ + x⁸ + x⁷ + x⁴ + x³ + 1 (Bosch CAN 2.0, 3.1.1)
+  const bool feedback = bit != ((s.crc & 0x4000U) != 0);
+  s.crc = (s.crc << 1U) & 0x7FFFU;
+  if (feedback) {
+    s.crc ^= 0x4599U;
+  }
+  // After five equal bits the sender inserts one of the other kind, which starts the next run.
+  s.run = bit == s.last ? s.run + 1 : 1;
+  s.last = bit;
+  if (s.run == 5) {
+    ++s.stuff_bits;
+    s.last = !bit;
+    s.run = 1;
+  }
+}
+
+constexpr BitState take_byte(std::uint32_t byte, BitState s) {
+  for (unsigned k = 8; k-- > 0;) {
+    take(((byte >> k) & 1U) != 0, s);
+  }
+  return s;
+}
+
+/// A run as a number below 8, and back.
+constexpr std::uint32_t packed_run(const BitState& s) { return (s.last ? 4U : 0U) + s.run - 1; }
+constexpr void unpack_run(std::uint32_t packed, BitState& s) {
+  s.last = packed >= 4;
+  s.run = packed % 4 + 1;
+}
+
+/// `take_byte` by table, as every frame of a bus goes through it: the CRC's share by the byte,
+/// XORed with the CRC's high bits, and the stuffing's by run and byte, 8·stuff bits + run.
+struct ByteTables {
+  std::array<std::uint16_t, 256> crc{};
+  std::array<std::array<std::uint8_t, 256>, 8> stuffing{};
+};
+constexpr ByteTables byte_tables() {
+  ByteTables tables;
+  for (std::uint32_t byte = 0; byte < 256; ++byte) {
+    tables.crc[byte] = static_cast<std::uint16_t>(take_byte(byte, {}).crc);
+    for (std::uint32_t run = 0; run < 8; ++run) {
+      BitState s;
+      unpack_run(run, s);
+      s = take_byte(byte, s);
+      tables.stuffing[run][byte] =
+          static_cast<std::uint8_t>(8U * static_cast<std::uint32_t>(s.stuff_bits) + packed_run(s));
+    }
+  }
+  return tables;
+}
+constexpr ByteTables kTables = byte_tables();
+
 /// Takes the frame's bits in the order of the wire; keeps the CRC and counts stuff bits.
 class BitCounter {
  public:
   /// The low `width` bits of `value`, most significant first.
-  void field(std::uint32_t value, int width) {
-    for (int k = width - 1; k >= 0; --k) {
-      const bool bit = ((value >> static_cast<unsigned>(k)) & 1U) != 0;
-      update_crc(bit);
-      update_stuffing(bit);
+  void field(std::uint32_t value, unsigned width) {
+    bits_ += static_cast<int>(width);
+    for (; width % 8 != 0; --width) {
+      take(((value >> (width - 1)) & 1U) != 0, state_);
     }
-    bits_ += width;
+    for (; width > 0; width -= 8) {
+      byte((value >> (width - 8)) & 0xFFU);
+    }
   }
 
-  std::uint32_t crc() const { return crc_; }
+  std::uint32_t crc() const { return state_.crc; }
   int bits() const { return bits_; }
-  int stuff_bits() const { return stuff_bits_; }
+  int stuff_bits() const { return state_.stuff_bits; }
 
  private:
-  // x¹⁵ + x¹⁴ + x¹⁰ + x⁸ + x⁷ + x⁴ + x³ + 1 (Bosch CAN 2.0, 3.1.1)
-  void update_crc(bool bit) {
-    const bool feedback = bit != ((crc_ & 0x4000U) != 0);
-    crc_ = (crc_ << 1U) & 0x7FFFU;
-    if (feedback) {
-      crc_ ^= 0x4599U;
-    }
+  void byte(std::uint32_t value) {
+    state_.crc = ((state_.crc << 8U) & 0x7FFFU) ^ kTables.crc[(state_.crc >> 7U) ^ value];
+    const std::uint32_t stuffing = kTables.stuffing[packed_run(state_)][value];
+    state_.stuff_bits += static_cast<int>(stuffing / 8);
+    unpack_run(stuffing % 8, state_);
   }
 
-  // After five equal bits the sender inserts one of the other kind, which starts the next run.
-  void update_stuffing(bool bit) {
-    run_ = bit == last_ ? run_ + 1 : 1;
-    last_ = bit;
-    if (run_ == 5) {
-      ++stuff_bits_;
-      last_ = !bit;
-      run_ = 1;
-    }
-  }
-
-  std::uint32_t crc_ = 0;
+  BitState state_;
   int bits_ = 0;
-  int stuff_bits_ = 0;
-  int run_ = 0;
-  bool last_ = true;  // the idle bus is recessive
 };
 
 /// Start of frame up to the end of data.
@@ -57,19 +106,17 @@ BitCounter head(const Frame& frame) {
   assert(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
   const bool remote = frame.kind == FrameKind::kRemote;
   BitCounter counter;
-  counter.field(0, 1);  // start of frame
+  const std::uint32_t remote_request = remote ? 1 : 0;
+  const std::uint32_t dlc = frame.dlc & 0xFU;
   if (frame.extended) {
-    counter.field(frame.id >> 18U, 11);
-    counter.field(0b11, 2);  // substitute remote request, identifier extension
-    counter.field(frame.id, 18);
-    counter.field(remote ? 1 : 0, 1);
-    counter.field(0, 2);  // reserved bits r1, r0
+    // start of frame (0), base identifier (11), substitute remote request 1, extension 1
+    counter.field((frame.id >> 18U & 0x7FFU) << 2U | 0b11U, 14);
+    // the rest of the identifier (18), remote request, reserved bits r1 and r0, DLC (4)
+    counter.field((frame.id & 0x3FFFFU) << 7U | remote_request << 6U | dlc, 25);
   } else {
-    counter.field(frame.id, 11);
-    counter.field(remote ? 1 : 0, 1);
-    counter.field(0, 2);  // identifier extension, reserved bit r0
+    // start of frame (0), identifier (11), remote request, extension 0, reserved bit r0, DLC (4)
+    counter.field((frame.id & 0x7FFU) << 7U | remote_request << 6U | dlc, 19);
   }
-  counter.field(frame.dlc, 4);
   const std::size_t bytes = remote ? 0 : std::min<std::size_t>(frame.dlc, frame.data.size());
   for (std::size_t k = 0; k < bytes; ++k) {
     counter.field(frame.data[k], 8);

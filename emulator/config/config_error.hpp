@@ -5,18 +5,27 @@
 
 namespace lk::emulator {
 
+/// What a person's terminal or a log can show on one line: the control characters in `text`, which
+/// may be anybody's, become question marks.
+inline std::string on_one_line(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+  }
+  return text;
+}
+
 /// What is wrong with a configuration file and where. `what()` is the line a person reads:
 /// `file:line: key: reason`, without the key when the file is not even TOML, without the line when
 /// there are none.
 struct ConfigError : std::runtime_error {
   ConfigError(const std::string& file_name, int line_number, const std::string& key_path,
               const std::string& why)
-      : std::runtime_error(file_name + place(line_number) + ": " +
-                           (key_path.empty() ? "" : key_path + ": ") + why),
+      : std::runtime_error(on_one_line(file_name + place(line_number) + ": " +
+                                       (key_path.empty() ? "" : key_path + ": ") + why)),
         file(file_name),
         line(line_number),
         key(key_path),
-        reason(why) {}
+        reason(on_one_line(why)) {}
 
   std::string file;
   int line;         // from 1; 0: not from a text

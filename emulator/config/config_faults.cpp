@@ -100,12 +100,13 @@ std::string impossible(const Fault& fault, const ServoConfig& servo) {
   if (kind == FaultKind::kBacklash && (gear.backlash_out <= 0 || gear.gear_stiffness_out <= 0)) {
     return drive + " has no gear with play";
   }
-  const bool ms = servo.profile.series == Series::kMs;
-  const auto parameter = static_cast<RomParameter>(fault.values[0]);
-  if (kind == FaultKind::kRamFlipped &&
-      parameter == (ms ? RomParameter::kMaxTorqueCurrent : RomParameter::kMaxPower)) {
-    return drive + " is limited by " + (ms ? "max_power" : "max_torque_current") +
-           ", not by this parameter";
+  if (kind == FaultKind::kRamFlipped) {
+    const bool ms = servo.profile.series == Series::kMs;
+    const auto parameter = static_cast<RomParameter>(fault.values[0]);
+    if (parameter == (ms ? RomParameter::kMaxTorqueCurrent : RomParameter::kMaxPower)) {
+      return drive + " is limited by " + (ms ? "max_power" : "max_torque_current") +
+             ", not by this parameter";
+    }
   }
   return "";
 }

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "emulator/config/toml_depth.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -68,6 +70,10 @@ std::string nearest(const std::string& word, const std::vector<std::string>& kno
 }
 
 toml::table parse_toml(const std::string& text, const std::string& file) {
+  if (const auto line = line_of_deep_key(text)) {
+    throw ConfigError(file, *line, "",
+                      "a key of more than " + std::to_string(kMostKeyParts) + " parts");
+  }
   try {
     return toml::parse(text, file);
   } catch (const toml::parse_error& error) {

@@ -3,10 +3,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <charconv>
 
-#include "emulator/config/config.hpp"
 #include "emulator/config/config_directives.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
@@ -53,6 +51,12 @@ void check_content_type(const ApiRequest& request) {
   if (type != "application/json") {
     throw ApiError(415, "Content-Type", "must be application/json");
   }
+}
+
+/// Telemetry looks at its own.
+void check_query(const ApiRequest& request, std::string_view route) {
+  if (request.query.empty() || route == "/telemetry") return;
+  throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
 }
 
 /// The mode that `key` names, which has to be there.
@@ -115,6 +119,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       if (!matches(route.path, asked, parts)) continue;
       if (route.method == request.method) {
         check_content_type(request);
+        check_query(request, route.path);
         (this->*route.handle)(request, parts, reply);
         return;
       }

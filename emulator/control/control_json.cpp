@@ -137,6 +137,10 @@ Json bus_json(const Line& line) {
                    {"queries", stats.queries},
                    {"replies", stats.replies},
                    {"replies_lost", stats.replies_lost},
+                   {"frames_waiting", stats.frames_waiting},
+                   {"replies_waiting", stats.replies_waiting},
+                   {"extra_frames", stats.extra_frames},
+                   {"error_frames", stats.error_frames},
                    {"dropped", dropped},
                    {"refused_motion", stats.refused_motion},
                    {"invalid_targets", stats.invalid_targets},
@@ -144,7 +148,11 @@ Json bus_json(const Line& line) {
                    {"queue_peak", stats.queue_peak},
                    {"wire_busy_s", seconds(stats.wire_busy)},
                    {"waiting_for_time", line.backlog()},
-                   {"lost_while_time_stood", line.backlog_lost()}};
+                   {"lost_while_time_stood", line.backlog_lost()},
+                   {"rom_gate",
+                    {{"waiting", line.gate().waiting()},
+                     {"failed_writes", line.gate().failed_writes()},
+                     {"lost_replies", line.gate().lost_replies()}}}};
   if (const SocketCanPort* port = line.port()) {
     const PortStats sent = port->stats();
     counters["interface"] = {{"sent", sent.sent},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -12,12 +13,19 @@ struct HttpAddress {
   std::uint16_t port = 0;  // 0: any
 };
 
+/// How long a client may take.
+struct Patience {
+  std::chrono::milliseconds request = std::chrono::seconds(10);  // for all of one, from its start
+  std::chrono::milliseconds idle = std::chrono::seconds(60);     // between requests
+};
+
 /// Where the program lets itself be controlled.
 struct ControlOptions {
   std::string socket;  // path of the Unix socket; empty: in the runtime directory; "none": nowhere
   std::optional<HttpAddress> http;
   bool pages_may_write = false;      // the dashboard, and whatever else has an Origin
   std::filesystem::path token_file;  // what clients have to show over TCP; empty: nothing
+  Patience patience;
 };
 
 }  // namespace lk::emulator

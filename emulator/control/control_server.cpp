@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <system_error>
 
 #include "emulator/control/runtime_dir.hpp"
@@ -24,6 +25,12 @@ constexpr std::size_t kLongestToken = 4096;
 constexpr std::size_t kLongestPath = 107;  // of a Unix socket
 constexpr auto kPause = std::chrono::milliseconds(100);
 
+/// systemd keeps others from what it hands to a service, with lists that the mode does not show.
+bool is_credential(const std::filesystem::path& file) {
+  const char* const directory = std::getenv("CREDENTIALS_DIRECTORY");
+  return directory != nullptr && *directory == '/' && file.parent_path() == directory;
+}
+
 std::string read_token(const std::filesystem::path& file) {
   const std::string name = file.string();
   const int fd = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -37,7 +44,7 @@ std::string read_token(const std::filesystem::path& file) {
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
   if (size < 0) throw StartError("--http-token: " + name + " is no readable file");
-  if ((found.st_mode & 077) != 0) {
+  if ((found.st_mode & 077) != 0 && !is_credential(file)) {
     throw StartError("--http-token: others can read " + name + ": chmod 600 " + name);
   }
   token.resize(static_cast<std::size_t>(size));
@@ -53,10 +60,16 @@ std::string read_token(const std::filesystem::path& file) {
 
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
-    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), pause_(loop) {
+    : loop_(loop),
+      shared_(std::make_shared<HttpShared>(world)),
+      patience_(options.patience),
+      pause_(loop) {
+  // First what may be refused and leaves nothing behind.
+  if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
     try {
       secure_directory(runtime_directory());
+      remove_dead_sockets();
       listen_at(runtime_directory() /
                 (world.lines().front()->name() + "-" + std::to_string(::getpid()) + ".sock"));
     } catch (const StartError& problem) {
@@ -66,7 +79,6 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
   } else if (options.socket != "none") {
     listen_at(std::filesystem::path(options.socket));
   }
-  if (options.http) listen_at(*options.http, options);
 }
 
 ControlServer::~ControlServer() {
@@ -101,7 +113,9 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
     throw StartError("cannot listen at " + path.string() + ": " + problem.code().message());
   }
   spdlog::debug("control: {}", path.string());
-  accept(*unix_, std::make_shared<const Access>());
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  accept(*unix_, entrance);
 }
 
 void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
@@ -110,7 +124,9 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   if (error) {
     throw StartError("--http: \"" + http.address + "\" is no address, like 127.0.0.1 or ::1");
   }
-  Access access;
+  const auto entrance = std::make_shared<Entrance>();
+  entrance->patience = patience_;
+  Access& access = entrance->access;
   access.pages_may_write = options.pages_may_write;
   if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty()) {
@@ -131,28 +147,36 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   if (address.is_loopback()) access.hosts = loopback_hosts(port_);
   const std::string host = address.is_v6() ? "[" + http.address + "]" : http.address;
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
-  accept(*tcp_, std::make_shared<const Access>(std::move(access)));
+  accept(*tcp_, entrance);
+}
+
+/// A newcomer takes the place of whoever has been idle for longest.
+bool ControlServer::has_room(Entrance& entrance) {
+  if (entrance.connections < kMostConnections) return true;
+  if (entrance.idle.empty()) {
+    tell_of_refusal(entrance, "connection",
+                    "there are " + std::to_string(kMostConnections) + " already");
+    return false;
+  }
+  const auto close = entrance.idle.front();  // which removes it there
+  close();
+  return true;
 }
 
 template <class Acceptor>
-void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<const Access> access) {
-  acceptor.async_accept([this, &acceptor, access](const error_code& error, auto socket) {
+void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance) {
+  acceptor.async_accept([this, &acceptor, entrance](const error_code& error, auto socket) {
     if (error == boost::asio::error::operation_aborted) return;
     if (error) {
       // Most likely there are too many descriptors: some will be closed.
       pause_.expires_after(kPause);
-      pause_.async_wait([this, &acceptor, access](const error_code& aborted) {
-        if (!aborted) accept(acceptor, access);
+      pause_.async_wait([this, &acceptor, entrance](const error_code& aborted) {
+        if (!aborted) accept(acceptor, entrance);
       });
       return;
     }
-    if (shared_->connections < kMostConnections) {
-      serve_http(HttpSocket(std::move(socket)), shared_, access);
-    } else if (!std::exchange(told_of_crowd_, true)) {
-      spdlog::warn("control: more than {} connections; others are closed at once",
-                   kMostConnections);
-    }
-    accept(acceptor, access);
+    if (has_room(*entrance)) serve_http(HttpSocket(std::move(socket)), shared_, entrance);
+    accept(acceptor, entrance);
   });
 }
 

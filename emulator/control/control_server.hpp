@@ -33,18 +33,19 @@ class ControlServer {
  private:
   void listen_at(const std::filesystem::path& path);
   void listen_at(const HttpAddress& http, const ControlOptions& options);
+  static bool has_room(Entrance& entrance);
   template <class Acceptor>
-  void accept(Acceptor& acceptor, std::shared_ptr<const Access> access);
+  void accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance);
 
   boost::asio::io_context& loop_;
   std::shared_ptr<HttpShared> shared_;
+  Patience patience_;
   std::optional<boost::asio::local::stream_protocol::acceptor> unix_;
   std::optional<boost::asio::ip::tcp::acceptor> tcp_;
   boost::asio::steady_timer pause_;  // when there are no descriptors left
   std::filesystem::path path_;
   unsigned long inode_ = 0;  // of our socket
   unsigned port_ = 0;
-  bool told_of_crowd_ = false;
 };
 
 }  // namespace lk::emulator

@@ -23,17 +23,17 @@ constexpr auto kGather = std::chrono::milliseconds(20);
 
 class FrameStream : public std::enable_shared_from_this<FrameStream> {
  public:
-  FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared)
+  FrameStream(HttpStream stream, Line& line, std::shared_ptr<Entrance> entrance)
       : socket_(std::move(stream)),
         timer_(socket_.get_executor()),
         line_(line),
         reader_(line.config()),
-        shared_(std::move(shared)) {
-    ++shared_->connections;
+        entrance_(std::move(entrance)) {
+    ++entrance_->connections;
   }
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
-  ~FrameStream() { --shared_->connections; }
+  ~FrameStream() { --entrance_->connections; }
 
   void start(beast::http::request<beast::http::string_body> upgrade) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
@@ -56,7 +56,8 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
       if (const auto self = weak.lock()) self->gather(frame, Direction::kReply);
     };
     listener_ = line_.add_listener(std::move(listener));
-    text_ = Json{{"bus", line_.name()}}.dump();
+    const Json introduction = {{"bus", line_.name()}};
+    text_ = introduction.dump();
     write();
     read();
   }
@@ -147,7 +148,7 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
   boost::asio::steady_timer timer_;
   Line& line_;
   FrameReader reader_;
-  std::shared_ptr<HttpShared> shared_;
+  std::shared_ptr<Entrance> entrance_;
   beast::http::request<beast::http::string_body> upgrade_;
   beast::flat_buffer incoming_;
   std::optional<Line::ListenerKey> listener_;
@@ -160,8 +161,8 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
 }  // namespace
 
 void stream_frames(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
-                   Line& line, std::shared_ptr<HttpShared> shared) {
-  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared))
+                   Line& line, std::shared_ptr<Entrance> entrance) {
+  std::make_shared<FrameStream>(std::move(stream), line, std::move(entrance))
       ->start(std::move(upgrade));
 }
 

@@ -8,6 +8,6 @@ namespace lk::emulator {
 /// itself alive. A client that reads too slowly misses frames.
 void stream_frames(HttpStream stream,
                    boost::beast::http::request<boost::beast::http::string_body> upgrade, Line& line,
-                   std::shared_ptr<HttpShared> shared);
+                   std::shared_ptr<Entrance> entrance);
 
 }  // namespace lk::emulator

@@ -1,5 +1,6 @@
 #include "emulator/control/http_session.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -42,13 +43,16 @@ int status_of(const error_code& error) {
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-              std::shared_ptr<const Access> access)
-      : stream_(std::move(socket)), shared_(std::move(shared)), access_(std::move(access)) {
-    ++shared_->connections;
+              std::shared_ptr<Entrance> entrance)
+      : stream_(std::move(socket)), shared_(std::move(shared)), entrance_(std::move(entrance)) {
+    ++entrance_->connections;
   }
   HttpSession(const HttpSession&) = delete;
   HttpSession& operator=(const HttpSession&) = delete;
-  ~HttpSession() { --shared_->connections; }
+  ~HttpSession() {
+    no_longer_idle();
+    --entrance_->connections;
+  }
 
   /// The next request, or the end. Requests that are sent ahead wait in the buffer and the socket.
   void wait() {
@@ -56,9 +60,14 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       read_header();
       return;
     }
-    stream_.expires_after(kLongestIdle);
+    stream_.expires_after(entrance_->patience.idle);
+    idle_ = entrance_->idle.insert(entrance_->idle.end(), [this] {
+      no_longer_idle();
+      stream_.close();
+    });
     stream_.async_read_some(buffer_.prepare(kReadAtOnce),
                             [self = shared_from_this()](const error_code& error, std::size_t size) {
+                              self->no_longer_idle();
                               if (error) return;
                               self->buffer_.commit(size);
                               self->read_header();
@@ -69,8 +78,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void read_header() {
     parser_.emplace();
     parser_->header_limit(kLongestHeader);
-    parser_->body_limit(kLongestScenario);
-    stream_.expires_after(kRequestDeadline);  // for all of it
+    parser_->body_limit(kLongestBody);
+    stream_.expires_after(entrance_->patience.request);  // for all of it
     http::async_read_header(
         stream_, buffer_, *parser_,
         [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
@@ -92,8 +101,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         offered.empty() ? view(header[http::field::authorization]) : offered};
     const WebFile* const file = find_web_file(view(header.target()));
     // The files of the dashboard are no secret, and a browser has no token before it has them.
-    const int status =
-        file != nullptr ? refusal({access_->hosts, "", false}, shown) : refusal(*access_, shown);
+    const int status = file != nullptr ? refusal({entrance_->access.hosts, "", false}, shown)
+                                       : refusal(entrance_->access, shown);
     if (status != 0) {
       refuse(status, status == 401 ? "Authorization" : "Host", refusal_reason(status));
       return;
@@ -102,7 +111,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.method = std::string(view(header.method_string()));
     request_.content_type = std::string(view(header[http::field::content_type]));
     request_.from_page = shown.origin.has_value();
-    request_.pages_may_write = access_->pages_may_write;
+    request_.pages_may_write = entrance_->access.pages_may_write;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]) == file->etag);
       return;
@@ -121,14 +130,6 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void read_body() {
-    if (request_.path != "/api/v1/scenario") {
-      const auto length = parser_->content_length();
-      if (length && *length > kLongestBody) {
-        refuse(413, "body", "is longer than " + std::to_string(kLongestBody) + " bytes");
-        return;
-      }
-      parser_->body_limit(kLongestBody);
-    }
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
                        if (error) {
@@ -164,16 +165,36 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         });
   }
 
+  void no_longer_idle() {
+    if (idle_) entrance_->idle.erase(*idle_);
+    idle_.reset();
+  }
+
+  /// What the library would refuse in words of its own.
+  void check_handshake() const {
+    const auto& header = parser_->get();
+    constexpr std::size_t kKeyLength = 24;  // 16 bytes in base64
+    if (header[http::field::host].empty()) throw ApiError(400, "Host", "missing");
+    if (header[http::field::sec_websocket_version] != "13") {
+      throw ApiError(400, "Sec-WebSocket-Version", "must be 13");
+    }
+    if (header[http::field::sec_websocket_key].size() != kKeyLength) {
+      throw ApiError(400, "Sec-WebSocket-Key", "must be 16 bytes in base64");
+    }
+  }
+
   void upgrade() {
     if (request_.path == ControlApi::kFramesPath) {
+      check_handshake();
       Line& line = shared_->api.read_frames_request(request_);
       stream_.expires_never();
-      stream_frames(std::move(stream_), parser_->release(), line, shared_);
+      stream_frames(std::move(stream_), parser_->release(), line, entrance_);
       return;
     }
     if (request_.path != ControlApi::kTelemetryPath) {
       throw ApiError(404, "path", "there is no WebSocket here");
     }
+    check_handshake();
     const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
     const double values =
         wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
@@ -181,7 +202,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       throw ApiError(429, "rate_Hz", "all clients together ask for too many values a second");
     }
     stream_.expires_never();
-    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_);
+    stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, entrance_);
   }
 
   void refuse_unreadable(const error_code& error) {
@@ -195,6 +216,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// What follows in the stream is not to be trusted.
   void refuse(int status, const std::string& where, const std::string& reason) {
     keep_alive_ = false;
+    tell_of_refusal(*entrance_, std::to_string(status) + " " + where, reason);
     write(error_response(status, where, reason));
   }
 
@@ -212,7 +234,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     response_.set(http::field::etag, view(file.etag));
     response_.set("Content-Security-Policy", kPagePolicy);
     response_.set("Referrer-Policy", "no-referrer");
-    if (!known) response_.body() = file.body;
+    if (!known) {
+      response_.body() = file.body;
+      response_.content_length(file.body.size());
+    }
     send_response();
   }
 
@@ -229,14 +254,16 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     response_.set(http::field::cache_control, "no-store");
     if (!response.allow.empty()) response_.set(http::field::allow, response.allow);
     if (response.status == 401) response_.set(http::field::www_authenticate, "Bearer");
-    response_.body() = response.body.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    std::string body = response.body.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    response_.content_length(body.size());
+    const bool head = parser_->is_header_done() && parser_->get().method() == http::verb::head;
+    if (!head) response_.body() = std::move(body);
     send_response();
   }
 
   void send_response() {
     response_.keep_alive(keep_alive_);
-    response_.prepare_payload();
-    stream_.expires_after(kRequestDeadline);
+    stream_.expires_after(entrance_->patience.request);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
                         if (error) return;
@@ -267,7 +294,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   HttpStream stream_;
   std::shared_ptr<HttpShared> shared_;
-  std::shared_ptr<const Access> access_;
+  std::shared_ptr<Entrance> entrance_;
+  std::optional<std::list<std::function<void()>>::iterator> idle_;  // while it is
   beast::flat_buffer buffer_{kLongestBuffer};
   std::optional<http::request_parser<http::string_body>> parser_;
   ApiRequest request_;
@@ -279,9 +307,15 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 }  // namespace
 
+void tell_of_refusal(Entrance& entrance, const std::string& what, const std::string& reason) {
+  if (!entrance.told.insert(what).second) return;
+  spdlog::warn("control: a client was refused: {}: {} (said once; others like it are not logged)",
+               what, reason);
+}
+
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-                std::shared_ptr<const Access> access) {
-  std::make_shared<HttpSession>(std::move(socket), std::move(shared), std::move(access))->wait();
+                std::shared_ptr<Entrance> entrance) {
+  std::make_shared<HttpSession>(std::move(socket), std::move(shared), std::move(entrance))->wait();
 }
 
 }  // namespace lk::emulator

@@ -1,9 +1,14 @@
 #pragma once
 
 #include <boost/asio/generic/stream_protocol.hpp>
+#include <functional>
+#include <list>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "emulator/control/control_api.hpp"
+#include "emulator/control/control_options.hpp"
 #include "emulator/control/http_access.hpp"
 
 namespace lk::emulator {
@@ -12,22 +17,33 @@ namespace lk::emulator {
 struct HttpShared {
   explicit HttpShared(World& world) : api(world) {}
   ControlApi api;
-  int connections = 0;
   double telemetry_values = 0;  // a second, of all streams
 };
 
+/// One of the places that are listened at, and who is in by it: a crowd at one keeps nobody out at
+/// another. Outlives the server when connections do.
+struct Entrance {
+  Access access;
+  Patience patience;
+  int connections = 0;
+  /// Each closes one connection that waits for its next request; the longest wait first.
+  std::list<std::function<void()>> idle;
+  std::set<std::string> told;  // what the log has said of refusals, once each
+};
+
 // What a client may do, so that none can hurt the drives (docs/control.md).
-inline constexpr int kMostConnections = 64;
+inline constexpr int kMostConnections = 64;  // at each entrance
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
+// A scenario is read on the loop of the drives: this much takes a few milliseconds.
 inline constexpr std::uint64_t kLongestBody = 64 * 1024;
-inline constexpr std::uint64_t kLongestScenario = 1024 * 1024;
-inline constexpr auto kRequestDeadline = std::chrono::seconds(10);
-inline constexpr auto kLongestIdle = std::chrono::seconds(60);
 
 using HttpSocket = boost::asio::generic::stream_protocol::socket;
 
 /// Talks to one client until it has gone; keeps itself alive.
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
-                std::shared_ptr<const Access> access);
+                std::shared_ptr<Entrance> entrance);
+
+/// Says in the log that somebody was refused, and why: once for each `what`.
+void tell_of_refusal(Entrance& entrance, const std::string& what, const std::string& reason);
 
 }  // namespace lk::emulator

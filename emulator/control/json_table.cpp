@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <limits>
+#include <set>
+#include <vector>
 
 namespace lk::emulator {
 namespace {
@@ -70,14 +72,21 @@ void add_value(const Json& value, const std::string& path, const Add& add) {
 
 Json parse_json(std::string_view text) {
   // The library parses without recursion: depth costs memory only, and that is bounded by the text.
-  const auto shallow = [](int depth, Json::parse_event_t /*event*/, Json& /*parsed*/) {
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto look = [&keys](int depth, Json::parse_event_t event, Json& parsed) {
+    using Event = Json::parse_event_t;
     if (depth > kDeepestJson) {
       throw JsonError("body", "is nested deeper than " + std::to_string(kDeepestJson) + " levels");
+    }
+    if (event == Event::object_start) keys.emplace_back();
+    if (event == Event::object_end) keys.pop_back();
+    if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second) {
+      throw JsonError(parsed.get<std::string>(), "is given twice");
     }
     return true;
   };
   try {
-    return Json::parse(text, shallow);
+    return Json::parse(text, look);
   } catch (const Json::parse_error& problem) {
     throw JsonError("byte " + std::to_string(problem.byte),
                     "no JSON: " + short_reason(problem.what()));

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
@@ -87,6 +89,22 @@ std::vector<std::filesystem::path> live_sockets() {
   }
   std::ranges::sort(live);
   return live;
+}
+
+void remove_dead_sockets() {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(runtime_directory(), none)) {
+    const std::string name = entry.path().stem().string();
+    const std::size_t dash = name.rfind('-');
+    pid_t pid = 0;
+    if (dash == std::string::npos || entry.path().extension() != ".sock") continue;
+    std::from_chars(name.data() + dash + 1, name.data() + name.size(), pid);
+    // Its owner may be about to listen: a socket alone says nothing.
+    const bool gone = pid > 0 && ::kill(pid, 0) != 0 && errno == ESRCH;
+    if (gone && entry.is_socket(none) && !is_live_socket(entry.path())) {
+      ::unlink(entry.path().c_str());
+    }
+  }
 }
 
 void clear_stale_socket(const std::filesystem::path& path) {

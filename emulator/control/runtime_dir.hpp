@@ -20,6 +20,10 @@ bool is_live_socket(const std::filesystem::path& path);
 /// The sockets in the runtime directory that somebody listens at, by name.
 std::vector<std::filesystem::path> live_sockets();
 
+/// Removes the sockets, by name BUS-PID.sock, of processes that are no more from the runtime
+/// directory.
+void remove_dead_sockets();
+
 /// Makes room for a socket at `path`: what a dead program left is removed. Throws StartError when
 /// something else is there, or a live one.
 void clear_stale_socket(const std::filesystem::path& path);

@@ -37,18 +37,19 @@ void append_number(std::string& text, double value) {
 class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
  public:
   TelemetryStream(HttpStream stream, const TelemetryRequest& wanted,
-                  std::shared_ptr<HttpShared> shared)
+                  std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance)
       : socket_(std::move(stream)),
         flush_(socket_.get_executor()),
         wanted_(wanted),
-        shared_(std::move(shared)) {
-    ++shared_->connections;
+        shared_(std::move(shared)),
+        entrance_(std::move(entrance)) {
+    ++entrance_->connections;
     shared_->telemetry_values += values_a_second();
   }
   TelemetryStream(const TelemetryStream&) = delete;
   TelemetryStream& operator=(const TelemetryStream&) = delete;
   ~TelemetryStream() {
-    --shared_->connections;
+    --entrance_->connections;
     shared_->telemetry_values -= values_a_second();
   }
 
@@ -182,6 +183,7 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   boost::asio::steady_timer flush_;
   TelemetryRequest wanted_;
   std::shared_ptr<HttpShared> shared_;
+  std::shared_ptr<Entrance> entrance_;
   beast::http::request<beast::http::string_body> upgrade_;
   beast::flat_buffer incoming_;
   std::optional<Sampler> sampler_;
@@ -206,8 +208,10 @@ void choose_protocol(websocket::stream<HttpStream>& socket,
 }
 
 void stream_telemetry(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
-                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared) {
-  std::make_shared<TelemetryStream>(std::move(stream), wanted, std::move(shared))
+                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared,
+                      std::shared_ptr<Entrance> entrance) {
+  std::make_shared<TelemetryStream>(std::move(stream), wanted, std::move(shared),
+                                    std::move(entrance))
       ->start(std::move(upgrade));
 }
 

@@ -26,6 +26,7 @@ void choose_protocol(boost::beast::websocket::stream<HttpStream>& socket,
 /// client that reads too slowly misses samples.
 void stream_telemetry(HttpStream stream,
                       boost::beast::http::request<boost::beast::http::string_body> upgrade,
-                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared);
+                      const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared,
+                      std::shared_ptr<Entrance> entrance);
 
 }  // namespace lk::emulator

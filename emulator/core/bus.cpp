@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "emulator/core/wire_timing.hpp"
 
 namespace lk::emulator {
 namespace {
-
-std::int64_t f_pwm_Hz(const ServoConfig& servo) {
-  return std::llround(servo.profile.drive.inverter.f_pwm);
-}
 
 Drop drop_cause(protocol::Reject reject) {
   switch (reject) {
@@ -33,14 +27,6 @@ Drop drop_cause(protocol::Reject reject) {
       return Drop::kUnknownCommand;
   }
   return Drop::kForeignId;
-}
-
-/// The events begin with this drive's supply switched off.
-bool starts_without_power(const BusConfig& config, int id) {
-  return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
-    return event.at == SimTime{0} && !event.when && event.directive.id == id &&
-           std::holds_alternative<PowerOff>(event.directive.what);
-  });
 }
 
 }  // namespace
@@ -68,26 +54,6 @@ Bus::Bus(const BusConfig& config)
   }
 }
 
-/// One bank for each PWM rate, filled in the order of the seats.
-void Bus::build_motors(const BusConfig& config) {
-  std::vector<std::int64_t> rates_Hz;
-  std::vector<std::vector<model::DriveInit>> motors;
-  for (const ServoConfig& servo : config.servos) {
-    const auto found = std::ranges::find(rates_Hz, f_pwm_Hz(servo));
-    const auto bank = static_cast<std::size_t>(std::distance(rates_Hz.begin(), found));
-    if (found == rates_Hz.end()) {
-      rates_Hz.push_back(f_pwm_Hz(servo));
-      motors.emplace_back();
-    }
-    places_.push_back({bank, motors[bank].size()});
-    motors[bank].push_back(make_drive(servo, config.seed));
-    motors[bank].back().connected = !starts_without_power(config, servo.id);
-  }
-  for (std::size_t k = 0; k < rates_Hz.size(); ++k) {
-    banks_.push_back({rates_Hz[k], model::DriveBank(motors[k])});
-  }
-}
-
 void Bus::receive(const TimedFrame& in) {
   ++stats_.frames;
   if (in.frame.kind == protocol::FrameKind::kError) {
@@ -111,15 +77,22 @@ void Bus::receive(const TimedFrame& in) {
 }
 
 void Bus::advance_to(SimTime until) {
+  deliver_to(until);
+  settle();
+}
+
+void Bus::deliver_to(SimTime until) {
   until = std::max(until, time_);
   for (;;) {
     const std::optional<SimTime> due = next_due();
     SimTime target = std::max(std::min(due.value_or(until), until), time_);
-    // Whether a drive dies before its frame starts or during it are two things.
-    if (const auto start = wire_.next_reply_start(); start && *start > time_) {
+    // Where everybody is brought, nobody may be ahead of what happens when a drive dies before its
+    // frame starts: the wire is left to others then.
+    const std::optional<SimTime> start = wire_.next_reply_start();
+    if (faults_or_conditions() && start && *start > time_) {
       target = std::min(target, *start);
     }
-    if (bring_motors_to(target)) {
+    if (bring_concerned_to(target)) {
       continue;  // what was due may be void
     }
     time_ = target;
@@ -151,6 +124,7 @@ void Bus::take_rom_writes(std::vector<RomWrite>& out) {
 }
 
 void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
+  settle();
   if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
     return;  // whoever takes that one will hear whether it is durable
   }
@@ -307,52 +281,8 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
   say(seat, ready, servo.encode(reply), rom_write);
 }
 
-bool Bus::bring_motors_to(SimTime t) {
-  bool edge = false;
-  for (Bank& bank : banks_) {
-    // A command that arrives at `t` acts at the first tick after it.
-    edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
-  }
-  bring_doubles_to(t);
-  return edge && follow_lives();
-}
-
-/// Some drive has died or come alive. The banks may be apart by what was left to the instant asked
-/// for; drives meet on the wire only, and there nothing happens before it.
-bool Bus::follow_lives() {
-  for (std::size_t k = 0; k < servos_.size(); ++k) {
-    const bool alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
-    if (alive == timelines_[k].alive) {
-      continue;
-    }
-    timelines_[k].alive = alive;
-    if (alive) {
-      servos_[k].power_cycle(lane(k));
-      book_firmware(k);
-    } else {
-      lose_power(k);
-    }
-  }
-  return true;
-}
-
-/// What it was about to say is lost, and so is what its memory had not taken yet.
-void Bus::lose_power(std::size_t seat) {
-  Timeline& timeline = timelines_[seat];
-  forget_words(seat);
-  links_[seat].errors = 0;
-  if (std::exchange(links_[seat].bus_off, false)) {
-    agenda_.forget<BusOffEnd>(seat);
-  }
-  if (!timeline.writing.empty()) {
-    servos_[seat].restore_rom(timeline.writing.front().rom_before,
-                              timeline.writing.front().wear_before);
-    timeline.writing.clear();
-    agenda_.forget<RomWritten>(seat);
-  }
-}
-
 BusStats Bus::stats() const {
+  assert(settled());
   BusStats sum = stats_;
   sum.wire_busy = wire_.busy();
   sum.frames_waiting = wire_.host_queue_size();
@@ -376,18 +306,6 @@ bool Bus::has(int id) const {
 std::size_t Bus::seat(int id) const {
   assert(has(id));
   return static_cast<std::size_t>(seat_of_id_[static_cast<std::size_t>(id)]);
-}
-
-Lane Bus::lane(std::size_t seat) { return {banks_[places_[seat].bank].drives, places_[seat].lane}; }
-
-model::Telemetry Bus::telemetry(int id) const {
-  const Place& place = places_[seat(id)];
-  return banks_[place.bank].drives.telemetry(place.lane);
-}
-
-model::Truth Bus::truth(int id) const {
-  const Place& place = places_[seat(id)];
-  return banks_[place.bank].drives.truth(place.lane);
 }
 
 }  // namespace lk::emulator

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -36,6 +37,12 @@ class Bus {
   bool host_queue_full() const { return wire_.host_queue_full(); }
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
+  /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
+  /// stay behind until `settle` or the next `advance_to`; before, nothing may be read of drives.
+  void deliver_to(SimTime until);
+  /// Brings the motors that stayed behind to `time()`. Whatever is done to the bus begins with
+  /// this.
+  void settle();
   /// Moves out the replies that have left the wire since the last call, in order; appended to
   /// `out`.
   void take_replies(std::vector<TimedFrame>& out);
@@ -72,11 +79,14 @@ class Bus {
 
   /// The number of drives.
   std::size_t size() const { return servos_.size(); }
-  BusStats stats() const;
+  BusStats stats() const;  // like what follows, of a settled bus
 
   bool has(int id) const;
   // Of the drive `id`, which must be on the bus.
-  const Servo& servo(int id) const { return servos_[seat(id)]; }
+  const Servo& servo(int id) const {
+    assert(settled());
+    return servos_[seat(id)];
+  }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
   DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
@@ -126,10 +136,18 @@ class Bus {
   std::size_t seat(int id) const;
   Lane lane(std::size_t seat);
 
+  bool settled() const { return motors_at_ == time_; }
   /// All motors to `t`, or to the first instant before at which a drive dies or wakes; true then.
   bool bring_motors_to(SimTime t);
-  bool follow_lives();
-  void lose_power(std::size_t seat);
+  /// The same of one motor, and those that are computed with it.
+  bool bring_motor_to(SimTime t, std::size_t seat);
+  /// The same of those that what is due by `t` is about.
+  bool bring_concerned_to(SimTime t);
+  /// They look at drives when they like.
+  bool faults_or_conditions() const { return active_faults_ > 0 || !waiting_.empty(); }
+  void follow_lives();
+  /// `at`: the last instant at which it had power.
+  void lose_power(std::size_t seat, SimTime at);
 
   void act(std::size_t seat, const PowerOn& power);
   void act(std::size_t seat, const PowerOff& power);
@@ -202,7 +220,7 @@ class Bus {
   void hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
   void copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
   void put_on_wire(std::size_t seat, const Outgoing& out);
-  void forget_words(std::size_t seat);
+  void forget_words(std::size_t seat, SimTime at);
   void ignored_for_full_queue(std::size_t seat, const protocol::Frame& query);
   void babble(const Babble& babble);
   void begin_link_fault(std::size_t index);
@@ -222,6 +240,7 @@ class Bus {
 
   std::int64_t bitrate_;
   SimTime time_{0};
+  SimTime motors_at_{0};  // where all of them are at least
   CanWire wire_;
   std::vector<Bank> banks_;
   std::vector<Place> places_;        // by seat

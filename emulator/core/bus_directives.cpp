@@ -19,6 +19,7 @@ double fraction(SimTime part, SimTime whole) {
 }  // namespace
 
 bool Bus::apply(const Directive& directive) {
+  settle();
   if (const auto* set = std::get_if<SetFault>(&directive.what)) {
     if (faults_full()) {
       return false;
@@ -142,6 +143,7 @@ void Bus::act(std::size_t seat, const Setting& setting) {
 }
 
 bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
+  settle();
   const std::size_t k = seat(id);
   if (!timelines_[k].alive || timelines_[k].writing.size() >= CanWire::kDriveQueue) {
     return false;
@@ -171,17 +173,18 @@ void Bus::finish_rom_write(std::size_t seat) {
   writing.erase(writing.begin());
 }
 
-void Bus::set_load(int id, const model::LoadParams& load) { act(seat(id), Load{load}); }
+void Bus::set_load(int id, const model::LoadParams& load) { apply({id, Load{load}}); }
 void Bus::set_supply_voltage(int id, double supply_V) {
-  act(seat(id), SupplyVoltage{supply_V, SimTime{0}});
+  apply({id, SupplyVoltage{supply_V, SimTime{0}}});
 }
 void Bus::set_ambient_temperature(int id, double ambient_C) {
-  act(seat(id), AmbientTemperature{ambient_C});
+  apply({id, AmbientTemperature{ambient_C}});
 }
 void Bus::power_cycle(int id) {
+  settle();
   const std::size_t k = seat(id);
   if (timelines_[k].alive) {
-    lose_power(k);
+    lose_power(k, time_);
     servos_[k].power_cycle(lane(k));
     book_firmware(k);
   }

@@ -17,6 +17,7 @@ using State = FaultEvidence::State;
 // -----------------------------------------------------------------------------------
 
 bool Bus::plan(const TimedDirective& planned) {
+  settle();
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
   if ((set != nullptr && faults_full()) || (planned.when && waiting_.size() >= kMostWaiting)) {
     return false;

@@ -198,9 +198,9 @@ void Bus::put_on_wire(std::size_t seat, const Outgoing& out) {
 }
 
 /// Everything that has not left is gone.
-void Bus::forget_words(std::size_t seat) {
+void Bus::forget_words(std::size_t seat, SimTime at) {
   DriveLink& link = links_[seat];
-  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), time_);
+  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), at);
   stats_.replies_lost += link.held_back ? 1U : 0U;
   link.held_back.reset();
   link.last_said.reset();

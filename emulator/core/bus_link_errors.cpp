@@ -82,7 +82,7 @@ void Bus::leave_bus(const CanWire::Candidate& given_up) {
     return;
   }
   const std::size_t k = seat(id_of(given_up.owner));
-  forget_words(k);
+  forget_words(k, time_);
   SimTime recovery = bitrate_ > 0 ? bits_duration(CanWire::kRecoveryBits, bitrate_) : SimTime{0};
   if (const LiveFault* const fault = active_fault(k, FaultKind::kBusOff)) {
     recovery += from_ms(fault->value(0));

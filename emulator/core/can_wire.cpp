@@ -32,6 +32,7 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
   }
   hosts_[(host_head_ + host_count_) % kHostQueue] = waiting(at, frame);
   ++host_count_;
+  decide_turn();
 }
 
 bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
@@ -56,12 +57,12 @@ void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
   drives_.back().after_rom_write = after_rom_write;
   drives_.back().owner = owner;
   drives_.back().blocked = blocked;
+  decide_turn();
 }
 
 std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
-  const auto turn = next_turn();
   const Waiting* const begun =
-      turn && turn->drive && turn->start < now ? &drives_[*turn->drive] : nullptr;
+      turn_ && turn_->drive && turn_->start < now ? &drives_[*turn_->drive] : nullptr;
   std::size_t count = 0;
   for (Waiting& reply : drives_) {
     if (reply.owner == owner && &reply != begun && !reply.blocked) {
@@ -69,6 +70,7 @@ std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
       ++count;
     }
   }
+  decide_turn();
   return count;
 }
 
@@ -79,20 +81,18 @@ void CanWire::release(std::uint32_t owner, SimTime now) {
       reply.at = std::max(reply.at, now);
     }
   }
-}
-
-std::optional<SimTime> CanWire::next_reply_start() const {
-  const auto turn = next_turn();
-  return turn && turn->drive ? std::optional(turn->start) : std::nullopt;
+  decide_turn();
 }
 
 std::size_t CanWire::forget_replies(std::uint32_t owner, SimTime now) {
-  const auto turn = next_turn();
-  if (turn && turn->drive && turn->start <= now && sender(*turn).owner == owner) {
-    free_at_ = turn->start + sender(*turn).occupancy;
-    busy_ += sender(*turn).occupancy;
+  if (turn_ && turn_->drive && turn_->start <= now && sender(*turn_).owner == owner) {
+    free_at_ = turn_->start + sender(*turn_).occupancy;
+    busy_ += sender(*turn_).occupancy;
   }
-  return std::erase_if(drives_, [owner](const Waiting& reply) { return reply.owner == owner; });
+  const std::size_t count =
+      std::erase_if(drives_, [owner](const Waiting& reply) { return reply.owner == owner; });
+  decide_turn();
+  return count;
 }
 
 std::optional<CanWire::Turn> CanWire::next_turn() const {
@@ -110,7 +110,7 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
     return std::nullopt;
   }
   // All who wait when the wire falls free start together; the lowest arbitration field stays.
-  Turn turn{.start = std::max(*first, free_at_), .drive = std::nullopt};
+  Turn turn{.start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
   const Waiting* winner = nullptr;
   for (std::size_t k = 0; k < drives_.size(); ++k) {
     const Waiting& reply = drives_[k];
@@ -129,6 +129,7 @@ std::optional<CanWire::Turn> CanWire::next_turn() const {
       turn.drive.reset();
     }
   }
+  turn.end = turn.start + sender(turn).length;
   return turn;
 }
 
@@ -145,36 +146,28 @@ void CanWire::remove(const Turn& turn) {
   }
 }
 
-std::optional<SimTime> CanWire::next_due() const {
-  const auto turn = next_turn();
-  return turn ? std::optional(turn->start + sender(*turn).length) : std::nullopt;
-}
-
 std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
-  const auto turn = next_turn();
-  if (!turn) {
+  if (!turn_ || turn_->end > until) {
     return std::nullopt;
   }
-  const Waiting& frame = sender(*turn);
-  const Delivery delivery{.at = turn->start + frame.length,
+  const Turn turn = *turn_;
+  const Waiting& frame = sender(turn);
+  const Delivery delivery{.at = turn.end,
                           .frame = frame.frame,
-                          .from_host = !turn->drive,
+                          .from_host = !turn.drive,
                           .after_rom_write = frame.after_rom_write,
                           .owner = frame.owner};
-  if (delivery.at > until) {
-    return std::nullopt;
-  }
-  free_at_ = turn->start + frame.occupancy;
+  free_at_ = turn.start + frame.occupancy;
   busy_ += frame.occupancy;
-  remove(*turn);
+  remove(turn);
+  decide_turn();
   return delivery;
 }
 
 CanWire::Candidate CanWire::next() const {
-  const auto turn = next_turn();
-  assert(turn);
-  const Waiting& frame = sender(*turn);
-  return {frame.frame, !turn->drive, frame.owner};
+  assert(turn_);
+  const Waiting& frame = sender(*turn_);
+  return {frame.frame, !turn_->drive, frame.owner};
 }
 
 SimTime CanWire::bits(int count) const {
@@ -190,21 +183,21 @@ void CanWire::break_off(const Turn& turn) {
 }
 
 void CanWire::spoil(int pause_bits) {
-  const auto turn = next_turn();
-  assert(turn);
-  break_off(*turn);
-  Waiting& frame = turn->drive ? drives_[*turn->drive] : hosts_[host_head_];
+  assert(turn_);
+  break_off(*turn_);
+  Waiting& frame = turn_->drive ? drives_[*turn_->drive] : hosts_[host_head_];
   frame.at = free_at_ + bits(pause_bits);
+  decide_turn();
 }
 
 void CanWire::spoil_for_good(int pause_bits) {
-  const auto turn = next_turn();
-  assert(turn);
-  break_off(*turn);
-  remove(*turn);
-  if (!turn->drive) {
+  assert(turn_);
+  break_off(*turn_);
+  remove(*turn_);
+  if (!turn_->drive) {
     hosts_from_ = free_at_ + bits(pause_bits);
   }
+  decide_turn();
 }
 
 }  // namespace lk::emulator

@@ -78,13 +78,19 @@ class CanWire {
   void release(std::uint32_t owner, SimTime now);
 
   /// When the next frame starts if it is a drive's; `next_due` is its end.
-  std::optional<SimTime> next_reply_start() const;
+  std::optional<SimTime> next_reply_start() const {
+    return turn_ && turn_->drive ? std::optional(turn_->start) : std::nullopt;
+  }
+  /// More than one frame waits or is on the wire.
+  bool several_wait() const { return host_count_ + drives_.size() > 1; }
   /// The drive has lost its power, and with it what it wanted to send: so many frames. One that has
   /// begun by `now` is spoiled, and has the wire to its end.
   std::size_t forget_replies(std::uint32_t owner, SimTime now);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
-  std::optional<SimTime> next_due() const;
+  std::optional<SimTime> next_due() const {
+    return turn_ ? std::optional(turn_->end) : std::nullopt;
+  }
   /// The next frame, if its last bit is on the wire by `until`; it no longer waits then. Nothing is
   /// decided before: a frame sent later but in time for the arbitration still takes part.
   std::optional<Delivery> deliver(SimTime until);
@@ -110,14 +116,17 @@ class CanWire {
     SimTime length{0};           // up to the last bit
     SimTime occupancy{0};        // and the inter-frame space
   };
-  /// Who sends next, and from when.
+  /// Who sends next, and from when to when.
   struct Turn {
     SimTime start;
+    SimTime end;
     std::optional<std::size_t> drive;  // index in drives_; none = the head of the hosts' queue
   };
 
   Waiting waiting(SimTime at, const protocol::Frame& frame) const;
   std::optional<Turn> next_turn() const;
+  /// Whatever changes who waits, or since when, ends with this.
+  void decide_turn() { turn_ = next_turn(); }
   const Waiting& sender(const Turn& turn) const;
   void remove(const Turn& turn);
   SimTime bits(int count) const;
@@ -132,6 +141,7 @@ class CanWire {
   std::size_t host_head_ = 0;
   std::size_t host_count_ = 0;
   std::vector<Waiting> drives_;  // in the order in which they were sent
+  std::optional<Turn> turn_;     // as things stand; asked for more often than they change
 };
 
 }  // namespace lk::emulator

@@ -35,23 +35,29 @@ class Sampler {
 };
 
 /// Brings `bus` to `until` and stops on the way wherever a watcher wants to look: each has
-/// `next_due()` and `look(bus)`.
+/// `next_due()` and `look(bus)`. After the last look the motors may stay behind (Bus::deliver_to).
 template <class... Watchers>
-void advance_watched(Bus& bus, SimTime until, Watchers&... watchers) {
+void deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   for (;;) {
-    SimTime due = until;
+    SimTime due = SimTime::max();
     ((due = std::min(due, watchers.next_due())), ...);
+    if (due > until) {
+      bus.deliver_to(until);
+      return;
+    }
     bus.advance_to(due);
-    bool looked = false;
     const auto look = [&](auto& watcher) {
-      if (watcher.next_due() <= due) {
-        watcher.look(bus);
-        looked = true;
-      }
+      if (watcher.next_due() <= due) watcher.look(bus);
     };
     (look(watchers), ...);
-    if (!looked) return;
   }
+}
+
+/// The same, and nothing stays behind.
+template <class... Watchers>
+void advance_watched(Bus& bus, SimTime until, Watchers&... watchers) {
+  deliver_watched(bus, until, watchers...);
+  bus.settle();
 }
 
 }  // namespace lk::emulator

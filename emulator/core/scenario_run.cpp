@@ -93,7 +93,7 @@ void ScenarioRun::advance(std::size_t index, SimTime until) {
     }
   };
   while (line.host.next_due() <= until) {
-    advance_watched(line.bus, line.host.next_due(), line.judge);
+    deliver_watched(line.bus, line.host.next_due(), line.judge);
     hear();
     const TimedFrame query = line.host.take();
     line.judge.hear_query(query);

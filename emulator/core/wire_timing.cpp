@@ -19,4 +19,10 @@ std::int64_t ticks_until(SimTime t, std::int64_t f_Hz) {
   return seconds * f_Hz + rest_ns * f_Hz / kNsPerS;
 }
 
+SimTime time_of_tick(std::int64_t n, std::int64_t f_Hz) {
+  assert(n >= 0 && f_Hz > 0);
+  const std::int64_t rest = n % f_Hz;
+  return SimTime{n / f_Hz * kNsPerS + (rest * kNsPerS + f_Hz - 1) / f_Hz};
+}
+
 }  // namespace lk::emulator

@@ -13,5 +13,7 @@ SimTime bits_duration(std::int64_t bits, std::int64_t bitrate);
 /// The number of control ticks up to and including `t` ≥ 0, tick n being at n/f: ⌊t·f⌋, exactly.
 /// `f_Hz` in 1..1e6.
 std::int64_t ticks_until(SimTime t, std::int64_t f_Hz);
+/// When tick n ≥ 0 is: n/f, rounded up to the next nanosecond, so that `ticks_until` gives n again.
+SimTime time_of_tick(std::int64_t n, std::int64_t f_Hz);
 
 }  // namespace lk::emulator

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -166,7 +167,7 @@ constexpr Row kRows[] = {
     {"watch", "all drives, live; q leaves", &Ctl::watch, nullptr, false},
     {"set", "do something to drives, in the words of docs/configuration.md: KEY=VALUE…", &Ctl::set,
      nullptr, false},
-    {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "KIND", true},
+    {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", true},
     {"faults", "the faults there have been, and what came of them", &Ctl::faults, nullptr, false},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all", true},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", true},
@@ -197,28 +198,40 @@ void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
   }
 }
 
+struct CtlApp {
+  CLI::App app{"Looks at a running lk-emu and acts on it", "lk-emu ctl"};
+  Raw raw;
+  std::vector<CLI::App*> subs;  // for each row
+
+  CtlApp() {
+    app.footer(kFooter);
+    app.require_subcommand(1);
+    app.fallthrough();
+    app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
+        ->type_name("PATH");
+    app.add_option("--bus", raw.bus, "the bus that is meant, when there are several")
+        ->type_name("BUS");
+    app.add_flag("--json", raw.json, "print the answer as it is");
+    for (const Row& row : kRows) {
+      subs.push_back(app.add_subcommand(row.word, row.about));
+      add_arguments(*subs.back(), row, raw);
+    }
+  }
+};
+
 }  // namespace
 
+std::shared_ptr<CLI::App> ctl_app() {
+  const auto made = std::make_shared<CtlApp>();
+  return {made, &made->app};
+}
+
 int run_ctl(int argc, const char* const* argv) {
-  CLI::App app("Looks at a running lk-emu and acts on it", "lk-emu ctl");
-  app.footer(kFooter);
-  app.require_subcommand(1);
-  app.fallthrough();
-  Raw raw;
-  app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
-      ->type_name("PATH");
-  app.add_option("--bus", raw.bus, "the bus that is meant, when there are several")
-      ->type_name("NAME");
-  app.add_flag("--json", raw.json, "print the answer as it is");
-  std::vector<CLI::App*> subs;
-  for (const Row& row : kRows) {
-    subs.push_back(app.add_subcommand(row.word, row.about));
-    add_arguments(*subs.back(), row, raw);
-  }
-  if (!parse_arguments(app, argc, argv)) return 0;
-  Ctl ctl(raw);
-  for (std::size_t n = 0; n < subs.size(); ++n) {
-    if (subs[n]->parsed()) return (ctl.*kRows[n].run)();
+  CtlApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  Ctl ctl(given.raw);
+  for (std::size_t n = 0; n < given.subs.size(); ++n) {
+    if (given.subs[n]->parsed()) return (ctl.*kRows[n].run)();
   }
   return 2;
 }

@@ -24,13 +24,13 @@ One --ids belongs to the --bus before it. Example, two buses:
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
 --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
-/// The other commands have their own --help.
-std::string footer() {
+/// They have their own --help.
+std::string other_commands() {
   std::string text = "\nOther commands, lk-emu WORD --help tells more:\n";
   for (const Command& command : commands()) {
     text += fmt::format("  {:<8} {}\n", command.word, command.about);
   }
-  return text + kFooter;
+  return text;
 }
 
 /// The values as CLI11 collects them; --bus and --ids may come several times.
@@ -56,14 +56,14 @@ struct Raw {
 
 void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bus", raw.buses, "CAN interface to answer on, e.g. vcan0 (repeatable)")
-      ->type_name("NAME")
+      ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
       ->type_name("LIST")
       ->allow_extra_args(false);
   app.add_option("--motor", raw.motor,
                  std::string("motor profile of every drive (default ") + kDefaultMotor + ")")
-      ->type_name("NAME");
+      ->type_name("MOTOR");
   app.add_option("--config", raw.config, "TOML file with buses, drives and settings")
       ->type_name("FILE");
   app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
@@ -113,9 +113,22 @@ void add_options(CLI::App& app, Raw& raw) {
 
 CLI::App* add_motors_command(CLI::App& app, Raw& raw) {
   CLI::App* motors = app.add_subcommand("motors", "list the motor profiles, or show one of them");
-  motors->add_option("NAME", raw.motor_to_show, "profile to show with its derived figures");
+  motors->add_option("MOTOR", raw.motor_to_show, "profile to show with its derived figures");
   return motors;
 }
+
+struct ProgramApp {
+  CLI::App app{"Virtual LK-TECH servo drives on a real CAN bus", "lk-emu"};
+  Raw raw;
+  const CLI::App* motors;
+
+  ProgramApp() {
+    app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
+    app.footer(kFooter);
+    add_options(app, raw);
+    motors = add_motors_command(app, raw);
+  }
+};
 
 /// Profiles as asked for on standard output.
 void print_motors(const std::string& name) {
@@ -169,7 +182,7 @@ std::vector<BusRequest> pair_up(const CLI::App& app, const Raw& raw) {
 }
 
 void check_log_level(const std::string& level) {
-  for (const char* known : {"trace", "debug", "info", "warn", "error", "off"}) {
+  for (const char* known : kLogLevels) {
     if (level == known) return;
   }
   throw StartError("--log-level: \"" + level +
@@ -286,19 +299,20 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
 }
 
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
-  CLI::App app("Virtual LK-TECH servo drives on a real CAN bus", "lk-emu");
-  app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
-  app.footer(footer());
-  Raw raw;
-  add_options(app, raw);
-  const CLI::App* motors = add_motors_command(app, raw);
-  if (!parse_arguments(app, argc, argv)) return std::nullopt;
-  if (motors->parsed()) {
-    refuse_options_of_a_run(app);
-    print_motors(raw.motor_to_show);
+  ProgramApp given;
+  given.app.footer(other_commands() + kFooter);
+  if (!parse_arguments(given.app, argc, argv)) return std::nullopt;
+  if (given.motors->parsed()) {
+    refuse_options_of_a_run(given.app);
+    print_motors(given.raw.motor_to_show);
     return std::nullopt;
   }
-  return gather(app, raw);
+  return gather(given.app, given.raw);
+}
+
+std::shared_ptr<CLI::App> program_app() {
+  const auto made = std::make_shared<ProgramApp>();
+  return {made, &made->app};
 }
 
 std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {

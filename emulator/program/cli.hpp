@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -46,6 +47,12 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
 /// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
 /// output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
+
+/// The options of a run and `motors`, for the manual and the completions; the other words have
+/// theirs in commands().
+std::shared_ptr<CLI::App> program_app();
+
+inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
 /// The buses to run: configuration file, profiles and command line together. What was read goes
 /// into `texts`, if that is wanted. Throws StartError.

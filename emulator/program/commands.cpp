@@ -4,10 +4,11 @@ namespace lk::emulator {
 namespace {
 
 constexpr Command kCommands[] = {
-    {"ctl", "look at a running lk-emu and act on it", run_ctl},
-    {"faults", "list the faults that can be injected, or show one of them", run_faults},
-    {"replay", "run a recording again and compare, or compare a real robot's log", run_replay},
-    {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios},
+    {"ctl", "look at a running lk-emu and act on it", run_ctl, ctl_app},
+    {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
+    {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,
+     replay_app},
+    {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios, scenarios_app},
 };
 
 }  // namespace

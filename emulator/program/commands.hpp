@@ -3,7 +3,12 @@
 /// @file What `lk-emu WORD …` does besides running drives: each word has a function, and a file, of
 /// its own.
 
+#include <memory>
 #include <span>
+
+namespace CLI {
+class App;
+}
 
 namespace lk::emulator {
 
@@ -12,6 +17,8 @@ struct Command {
   const char* about;  // for --help
   /// `argv[0]` is the word. Returns the exit status; throws StartError.
   int (*run)(int argc, const char* const* argv);
+  /// Its options, for the manual and the completions.
+  std::shared_ptr<CLI::App> (*app)();
 };
 
 /// In the order of listings.
@@ -19,11 +26,15 @@ std::span<const Command> commands();
 
 // ctl_command.cpp
 int run_ctl(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> ctl_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> faults_app();
 // replay_command.cpp
 int run_replay(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> replay_app();
 // run_command.cpp
 int run_scenarios(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> scenarios_app();
 
 }  // namespace lk::emulator

@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "emulator/program/cli.hpp"
+#include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
 namespace lk::emulator {
@@ -129,11 +130,12 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
-  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
+  control_.emplace(loop_, world_, options.control);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
-  control_.emplace(loop_, world_, options.control);
+  // Last of what may be refused: a directory that has been begun will not do for the next start.
+  if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -146,6 +148,7 @@ int Daemon::run() {
   started_ = monotonic_now();
   world_.start();
   follow_links();
+  if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
   loop_.run();
   print_summary();
   const int status = conclude_scenario();
@@ -205,6 +208,7 @@ bool Daemon::replies_have_left() const {
 /// What was written is acknowledged before the power goes, if the disk answers in time; another
 /// signal does not wait for that.
 void Daemon::begin_stop() {
+  tell_service_manager("STOPPING=1");
   scenario_.finish();
   world_.stop();
   recording_.stop();
@@ -236,10 +240,11 @@ void Daemon::say_ready_once() {
       std::ranges::all_of(world_.lines(), [](const auto& line) { return line->is_up(); });
   if (ready_ || !all_up) return;
   ready_ = true;
-  std::string text = "lk-emu ready";
+  std::string text = "ready";
   for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
-  std::printf("%s\n", text.c_str());
+  std::printf("lk-emu %s\n", text.c_str());
   std::fflush(stdout);
+  tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
   scenario_.start(std::move(*planned_), [this] { begin_stop(); });
   planned_.reset();

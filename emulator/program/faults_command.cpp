@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <memory>
 #include <string>
 
 #include "emulator/config/config_reader.hpp"
@@ -26,21 +27,33 @@ void print_one(const std::string& word) {
       (meant.empty() ? " (lk-emu faults lists them)" : ", did you mean " + meant + "?"));
 }
 
-}  // namespace
-
-int run_faults(int argc, const char* const* argv) {
-  CLI::App app("List the faults that can be injected, or show one of them", "lk-emu faults");
+struct FaultsApp {
+  CLI::App app{"List the faults that can be injected, or show one of them", "lk-emu faults"};
   std::string word;
   bool markdown = false;
-  app.add_option("NAME", word, "fault to show");
-  app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
-  if (!parse_arguments(app, argc, argv)) return 0;
-  if (markdown) {
+
+  FaultsApp() {
+    app.add_option("FAULT", word, "fault to show");
+    app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<CLI::App> faults_app() {
+  const auto made = std::make_shared<FaultsApp>();
+  return {made, &made->app};
+}
+
+int run_faults(int argc, const char* const* argv) {
+  FaultsApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  if (given.markdown) {
     std::fputs(fault_page().c_str(), stdout);
-  } else if (word.empty()) {
+  } else if (given.word.empty()) {
     std::fputs(list_faults().c_str(), stdout);
   } else {
-    print_one(word);
+    print_one(given.word);
   }
   return 0;
 }

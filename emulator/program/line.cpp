@@ -10,8 +10,9 @@
 namespace lk::emulator {
 namespace {
 
-/// A bus is brought on in steps this long at most, so that the loop gets a word in.
-constexpr SimTime kStep = std::chrono::milliseconds(1);
+/// A bus is brought on in steps this long at most, so that the loop gets a word in. Not shorter than
+/// the loop sleeps: every step but the last looks at the clock.
+constexpr SimTime kStep = std::chrono::milliseconds(5);
 /// Replies that may wait to leave before time waits for them, where it can: a quarter of what the
 /// port holds.
 constexpr std::size_t kMostLeaving = 256;
@@ -64,20 +65,6 @@ void Line::connect(boost::asio::io_context& loop, std::function<void()> on_frame
   port_.emplace(loop, config_.interface, reception_for(config_), std::move(on_frames));
 }
 
-bool Line::take_in(const SimClock& clock, SimTime now) {
-  if (!port_) return false;
-  const bool stands_still = clock.mode().stepped;
-  return port_->receive([&](const ReceivedFrame& received) {
-    const SimTime at =
-        std::chrono::floor<std::chrono::microseconds>(now - clock.span(received.age));
-    if (stands_still) {
-      keep_for_later({at, received.frame});
-    } else {
-      take_in({at, received.frame});
-    }
-  });
-}
-
 void Line::take_in(const TimedFrame& in) {
   if (!backlog_.empty()) {
     keep_for_later(in);
@@ -86,7 +73,6 @@ void Line::take_in(const TimedFrame& in) {
   // The bus would look for room by itself, but nobody would watch it doing so.
   if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
     advance_to(in.at);
-    let_out();
   }
   put_on_bus(in);
 }
@@ -122,12 +108,10 @@ void Line::take_from_backlog() {
 }
 
 void Line::advance_to(SimTime until) {
-  if (watchers_.empty()) {
-    bus_.advance_to(until);
-  } else {
-    AllWatchers all{watchers_};
-    advance_watched(bus_, until, all);
-  }
+  AllWatchers all{watchers_};
+  deliver_watched(bus_, until, all);
+  let_out();  // replies do not wait for motors that they do not depend on
+  bus_.settle();
 }
 
 Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {
@@ -141,7 +125,6 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
       target = std::max(std::min(target, frame), bus_.time());
     }
     advance_to(target);
-    let_out();
     const bool more_is_due =
         !backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time();
     if (bus_.time() >= until && !more_is_due) return Progress::kThere;
@@ -176,8 +159,7 @@ void Line::let_out() {
 }
 
 void Line::send(const std::vector<protocol::Frame>& frames) {
-  if (!port_) return;
-  for (const protocol::Frame& frame : frames) port_->send(frame);
+  if (port_ && !frames.empty()) port_->send(frames);
 }
 
 void Line::keep_rom() {
@@ -208,10 +190,8 @@ void Line::settle_rom(const RomWrite& write, int error) {
   send(leaving_);
 }
 
-bool Line::replies_have_left() const {
-  return gate_.idle() && (!port_ || port_->stats().pending == 0);
-}
+bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
 
-bool Line::crowded() const { return port_ && port_->stats().pending > kMostLeaving; }
+bool Line::crowded() const { return port_ && port_->pending() > kMostLeaving; }
 
 }  // namespace lk::emulator

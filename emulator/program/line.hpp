@@ -58,11 +58,10 @@ class Line {
   const RomGate& gate() const { return gate_; }
   bool is_up() const { return !port_ || port_->is_up(); }
 
-  /// What has arrived at the interface; `now` is what the clock shows. Returns whether there may be
-  /// more.
-  bool take_in(const SimClock& clock, SimTime now);
-  /// A host's frame, as if it had arrived at `at`.
+  /// A host's frame that arrived at `at`.
   void take_in(const TimedFrame& in);
+  /// The same, while time stands still.
+  void keep_for_later(const TimedFrame& in);
   enum class Progress : std::uint8_t {
     kThere,
     kOutOfTime,  // `deadline` came first
@@ -98,15 +97,16 @@ class Line {
     return listeners_.insert(listeners_.end(), std::move(listener));
   }
   void remove_listener(ListenerKey listener) { listeners_.erase(listener); }
+  /// Somebody wants to see what goes on when it goes on.
+  bool watched() const { return !watchers_.empty() || !listeners_.empty(); }
 
   std::size_t backlog() const { return backlog_.size(); }
   std::uint64_t backlog_lost() const { return backlog_lost_; }
 
  private:
   void put_on_bus(const TimedFrame& in);
-  void keep_for_later(const TimedFrame& in);
   void take_from_backlog();
-  /// To `until`, watched.
+  /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);
   void keep_rom();
   void let_out();

@@ -5,12 +5,14 @@
 #include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
@@ -19,6 +21,8 @@
 
 namespace lk::emulator {
 namespace {
+
+constexpr auto kNowAndThen = std::chrono::seconds(1);
 
 [[noreturn]] void throw_errno(int error, const std::string& what) {
   throw std::system_error(error, std::generic_category(), what);
@@ -137,35 +141,64 @@ void create_vcan(const std::string& interface) {
   if (error != 0) throw_errno(error, interface);
 }
 
-LinkMonitor::LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_change)
-    : socket_(loop), on_change_(std::move(on_change)) {
+std::string link_name(int index) {
+  std::array<char, IF_NAMESIZE> name{};
+  return ::if_indextoname(static_cast<unsigned>(index), name.data()) != nullptr ? name.data() : "";
+}
+
+int open_link_socket() {
   const int fd = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
   if (fd < 0) throw_errno(errno, "netlink socket");
-  socket_.assign(fd);
   sockaddr_nl address{};
   address.nl_family = AF_NETLINK;
   address.nl_groups = RTMGRP_LINK;
   if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
-    throw_errno(errno, "netlink bind");
+    const int error = errno;
+    ::close(fd);
+    throw_errno(error, "netlink bind");
   }
+  return fd;
+}
+
+LinkMonitor::LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_look, int socket)
+    : socket_(loop, socket), now_and_then_(loop), on_look_(std::move(on_look)) {
   wait();
+  look_now_and_then();
 }
 
 void LinkMonitor::wait() {
   socket_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                      [this](const boost::system::error_code& error) {
                        if (error == boost::asio::error::operation_aborted) return;
-                       drain();
-                       on_change_();
-                       wait();
+                       const int broken = error ? error.value() : drain();
+                       on_look_();
+                       if (broken == 0) {
+                         wait();
+                         return;
+                       }
+                       // It would be readable for ever.
+                       spdlog::warn("netlink: {}; interfaces are looked at every second",
+                                    std::generic_category().message(broken));
                      });
 }
 
-void LinkMonitor::drain() {
+void LinkMonitor::look_now_and_then() {
+  now_and_then_.expires_after(kNowAndThen);
+  now_and_then_.async_wait([this](const boost::system::error_code& error) {
+    if (error) return;
+    on_look_();
+    look_now_and_then();
+  });
+}
+
+int LinkMonitor::drain() {
   std::array<char, 8192> ignored;
-  // ENOBUFS says that messages were lost; looking again makes up for that.
-  while (::recv(socket_.native_handle(), ignored.data(), ignored.size(), MSG_TRUNC) >= 0 ||
-         errno == ENOBUFS) {
+  for (;;) {
+    const ssize_t size = ::recv(socket_.native_handle(), ignored.data(), ignored.size(), MSG_TRUNC);
+    if (size == 0) return EPIPE;  // a socket of the kernel's does not end
+    // ENOBUFS says that messages were lost; looking again makes up for that.
+    if (size > 0 || errno == ENOBUFS || errno == EINTR) continue;
+    return errno == EAGAIN ? 0 : errno;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <string>
 
@@ -13,23 +14,35 @@ struct LinkState {
   bool is_can = false;
   bool up = false;
 };
+/// Throws std::system_error when the kernel cannot be asked.
 LinkState link_state(const std::string& interface);
+/// What the interface `index` is called now; empty: it is gone.
+std::string link_name(int index);
 
 /// Makes `interface` as a vcan unless it exists, and brings it up. Throws std::system_error.
 void create_vcan(const std::string& interface);
 
-/// Calls back whenever some interface of the machine has come, gone or changed. Messages are only a
-/// sign to look again, so that lost ones do no harm.
+/// A socket that can be read when some interface of the machine has come, gone or changed. Throws
+/// std::system_error.
+int open_link_socket();
+
+/// Calls back whenever some interface may have changed, and every second all the same: messages are
+/// only a sign to look again, so that lost ones do no harm, nor does a socket that gives none.
 class LinkMonitor {
  public:
-  LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_change);
+  /// Closes `socket` in the end.
+  LinkMonitor(boost::asio::io_context& loop, std::function<void()> on_look,
+              int socket = open_link_socket());
 
  private:
   void wait();
-  void drain();
+  void look_now_and_then();
+  /// Returns 0, or errno when the socket will not do.
+  int drain();
 
   boost::asio::posix::stream_descriptor socket_;
-  std::function<void()> on_change_;
+  boost::asio::steady_timer now_and_then_;
+  std::function<void()> on_look_;
 };
 
 }  // namespace lk::emulator

@@ -2,7 +2,10 @@
 
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 
 #include "emulator/program/cli.hpp"
@@ -10,6 +13,39 @@
 namespace lk::emulator {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// Names of unfinished files, where a signal handler can read them; null: a free place.
+std::array<std::atomic<const char*>, 8> unfinished_files{};
+static_assert(std::atomic<const char*>::is_always_lock_free);
+
+extern "C" void remove_unfinished_and_end(int signal) {
+  for (const auto& file : unfinished_files) {
+    if (const char* const name = file.load()) ::unlink(name);
+  }
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
+}
+
+/// Only where nobody has said yet what a signal does.
+void watch_signals() {
+  for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
+    struct sigaction present {};
+    if (::sigaction(signal, nullptr, &present) != 0 || present.sa_handler != SIG_DFL) continue;
+    present.sa_handler = remove_unfinished_and_end;
+    ::sigaction(signal, &present, nullptr);
+  }
+}
+
+void replace_unfinished(const char* before, const char* after) {
+  for (auto& file : unfinished_files) {
+    const char* expected = before;
+    if (file.compare_exchange_strong(expected, after)) return;
+  }
+}
+
+}  // namespace
 
 OutputFile::OutputFile(const fs::path& path, const std::string& option)
     : path_(path), unfinished_(path), option_(option) {
@@ -20,15 +56,27 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
   if (!fs::exists(status) || fs::is_regular_file(status)) {
     unfinished_ += ".part-" + std::to_string(::getpid());
   }
+  if (unfinished_ != path_) {
+    watch_signals();
+    replace_unfinished(nullptr, unfinished_.c_str());
+  }
   stream_ = std::fopen(unfinished_.c_str(), "w");
-  if (stream_ == nullptr) fail(errno);
+  if (stream_ == nullptr) {
+    const int error = errno;
+    forget_unfinished();
+    fail(error);
+  }
 }
 
 OutputFile::~OutputFile() {
-  if (stream_ == nullptr) return;
-  std::fclose(stream_);
-  if (unfinished_ != path_) ::unlink(unfinished_.c_str());
+  if (stream_ != nullptr) {
+    std::fclose(stream_);
+    if (unfinished_ != path_) ::unlink(unfinished_.c_str());
+  }
+  forget_unfinished();
 }
+
+void OutputFile::forget_unfinished() const { replace_unfinished(unfinished_.c_str(), nullptr); }
 
 void OutputFile::write(const std::string& text) {
   errno = 0;

@@ -7,7 +7,8 @@
 namespace lk::emulator {
 
 /// A file that appears when it is complete: written beside its place and renamed. What is not a
-/// regular file (a pipe, /dev/stdout) is written as it is.
+/// regular file (a pipe, /dev/stdout) is written as it is. A signal that would end the program
+/// removes what is unfinished first.
 class OutputFile {
  public:
   /// Throws StartError: `option` says what for.
@@ -23,6 +24,7 @@ class OutputFile {
 
  private:
   [[noreturn]] void fail(int error) const;
+  void forget_unfinished() const;
 
   std::filesystem::path path_;
   std::filesystem::path unfinished_;  // the same for what is written as it is

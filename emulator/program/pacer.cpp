@@ -54,9 +54,14 @@ SimTime SimClock::span(MonoTime wall) const {
   return SimTime(static_cast<std::int64_t>(static_cast<double>(wall.count()) * mode_.factor));
 }
 
+SimTime SimClock::shows(MonoTime mono) const {
+  if (mode_.stepped) return base_;
+  return std::chrono::floor<std::chrono::microseconds>(base_ + span(mono - epoch_));
+}
+
 SimClock::Reading SimClock::read(MonoTime mono, SimTime reached) {
-  if (mode_.stepped) return {base_, SimTime{0}};
-  const SimTime now = std::chrono::floor<std::chrono::microseconds>(base_ + span(mono - epoch_));
+  const SimTime now = shows(mono);
+  if (mode_.stepped) return {now, SimTime{0}};
   if (now - reached <= span(kMostLag)) return {now, SimTime{0}};
   const SimTime slip = now - reached;
   base_ -= slip;
@@ -104,8 +109,8 @@ WakeTimer::WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wak
   timer_.assign(fd);
 }
 
-void WakeTimer::wake_by(MonoTime mono) {
-  if (armed_ && armed_at_ <= mono) return;
+void WakeTimer::wake_by(MonoTime mono, MonoTime now) {
+  if (armed_ && armed_at_ <= mono && armed_at_ > now) return;
   // A time of zero would disarm it.
   const itimerspec setting{{}, to_timespec(std::max(mono, MonoTime{1}))};
   if (::timerfd_settime(timer_.native_handle(), TFD_TIMER_ABSTIME, &setting, nullptr) < 0) {

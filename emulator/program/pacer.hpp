@@ -45,6 +45,8 @@ class SimClock {
   };
   /// Simulated time at `mono` for a simulation that has got as far as `reached`.
   Reading read(MonoTime mono, SimTime reached);
+  /// Simulated time at `mono`, whoever has got as far.
+  SimTime shows(MonoTime mono) const;
   /// When simulated time will be `time`; far away when it stands still.
   MonoTime to_mono(SimTime time) const;
   /// How much simulated time goes by meanwhile.
@@ -86,9 +88,9 @@ class SlipReporter {
 class WakeTimer {
  public:
   WakeTimer(boost::asio::io_context& loop, std::function<void()> on_wake);
-  /// Wakes at `mono`, or earlier if that was asked for before: one wake-up too many is cheaper than
-  /// a system call for each frame.
-  void wake_by(MonoTime mono);
+  /// Wakes at `mono`, or earlier if that was asked for before and is not over `now`: one wake-up
+  /// too many is cheaper than a system call for each frame.
+  void wake_by(MonoTime mono, MonoTime now);
 
  private:
   void wait();

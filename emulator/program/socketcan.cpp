@@ -21,17 +21,9 @@ using std::chrono::nanoseconds;
 constexpr std::size_t kBatch = 64;
 constexpr int kReceiveBuffer =
     4 << 20;  // bytes, about 5000 frames: more than half a second of a full bus
-/// A frame that claims to be older than this was stamped before the clock was set.
-constexpr nanoseconds kOldest = std::chrono::seconds(1);
 
 nanoseconds to_nanoseconds(const timespec& time) {
   return std::chrono::seconds(time.tv_sec) + nanoseconds(time.tv_nsec);
-}
-
-nanoseconds wall_clock() {
-  timespec now{};
-  ::clock_gettime(CLOCK_REALTIME, &now);
-  return to_nanoseconds(now);
 }
 
 protocol::Frame to_frame(const canfd_frame& raw, std::size_t size) {
@@ -86,7 +78,34 @@ void enlarge_receive_buffer(int fd) {
   set_option(fd, SOL_SOCKET, SO_RCVBUF, kReceiveBuffer, "SO_RCVBUF");
 }
 
+SendResult why_not_sent(int error) {
+  switch (error) {
+    case EAGAIN:
+    case EINTR:
+      return SendResult::kNotWritable;
+    case ENOBUFS:
+      return SendResult::kQueueFull;
+    default:
+      return SendResult::kLinkDown;
+  }
+}
+
 }  // namespace
+
+/// What sendmmsg takes, wired up once.
+struct CanSocket::Outgoing {
+  std::array<can_frame, kBatch> frames{};
+  std::array<iovec, kBatch> vectors{};
+  std::array<mmsghdr, kBatch> messages{};
+
+  Outgoing() {
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      vectors[i] = {&frames[i], sizeof frames[i]};
+      messages[i].msg_hdr.msg_iov = &vectors[i];
+      messages[i].msg_hdr.msg_iovlen = 1;
+    }
+  }
+};
 
 /// What recvmmsg fills, wired up once.
 struct CanSocket::Buffers {
@@ -112,7 +131,8 @@ struct CanSocket::Buffers {
 
 CanSocket::CanSocket(int interface_index, Reception reception)
     : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)),
-      buffers_(std::make_unique<Buffers>()) {
+      buffers_(std::make_unique<Buffers>()),
+      outgoing_(std::make_unique<Outgoing>()) {
   if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "CAN socket");
   try {
     configure(reception);
@@ -152,21 +172,19 @@ CanSocket::Batch CanSocket::receive() {
     const bool nothing = errno == EAGAIN || errno == EINTR;
     return {{}, !nothing, nothing ? 0 : errno};
   }
-  const nanoseconds now = wall_clock();
   const auto received = static_cast<std::size_t>(count);
   for (std::size_t i = 0; i < received; ++i) {
     mmsghdr& message = buffers_->messages[i];
     ReceivedFrame& out = buffers_->received[i];
     out.frame = to_frame(buffers_->frames[i], message.msg_len);
-    out.age = nanoseconds(0);
+    out.stamp = nanoseconds(0);
     for (cmsghdr* item = CMSG_FIRSTHDR(&message.msg_hdr); item != nullptr;
          item = CMSG_NXTHDR(&message.msg_hdr, item)) {
       if (item->cmsg_level != SOL_SOCKET) continue;
       if (item->cmsg_type == SCM_TIMESTAMPNS) {
         timespec stamp{};
         std::memcpy(&stamp, CMSG_DATA(item), sizeof stamp);
-        const nanoseconds age = now - to_nanoseconds(stamp);
-        out.age = age > kOldest ? nanoseconds(0) : std::max(age, nanoseconds(0));
+        out.stamp = to_nanoseconds(stamp);
       } else if (item->cmsg_type == SO_RXQ_OVFL) {
         std::memcpy(&kernel_drops_, CMSG_DATA(item), sizeof kernel_drops_);
       }
@@ -175,18 +193,32 @@ CanSocket::Batch CanSocket::receive() {
   return {std::span(buffers_->received).first(received), received == kBatch, 0};
 }
 
-SendResult CanSocket::send(const protocol::Frame& frame) {
-  const can_frame raw = from_frame(frame);
-  if (::write(fd_, &raw, sizeof raw) == sizeof raw) return SendResult::kSent;
-  switch (errno) {
-    case EAGAIN:
-    case EINTR:
-      return SendResult::kNotWritable;
-    case ENOBUFS:
-      return SendResult::kQueueFull;
-    default:
-      return SendResult::kLinkDown;
+CanSocket::Sent CanSocket::send(std::span<const protocol::Frame> frames) {
+  std::size_t done = 0;
+  while (done < frames.size()) {
+    const std::size_t sent = send_some(frames.subspan(done));
+    if (sent == 0) return {done, why_not_sent(errno)};
+    done += sent;
   }
+  return {done, SendResult::kSent};
+}
+
+/// As many as one system call takes; 0 and errno when not even the first.
+std::size_t CanSocket::send_some(std::span<const protocol::Frame> frames) {
+  const std::size_t count = std::min(frames.size(), kBatch);
+  Outgoing& out = *outgoing_;
+  for (std::size_t i = 0; i < count; ++i) out.frames[i] = from_frame(frames[i]);
+  if (count == 1) return ::write(fd_, out.frames.data(), CAN_MTU) == CAN_MTU ? 1 : 0;
+  const int sent = ::sendmmsg(fd_, out.messages.data(), static_cast<unsigned>(count), MSG_DONTWAIT);
+  return sent > 0 ? static_cast<std::size_t>(sent) : 0;
+}
+
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience) {
+  patience = std::max(patience, nanoseconds(0));
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(patience);
+  const timespec timeout{static_cast<time_t>(seconds.count()),
+                         static_cast<long>((patience - seconds).count())};
+  return ::ppoll(sockets.data(), sockets.size(), &timeout, nullptr) > 0;
 }
 
 }  // namespace lk::emulator

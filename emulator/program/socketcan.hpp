@@ -1,5 +1,7 @@
 #pragma once
 
+#include <poll.h>
+
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -10,10 +12,9 @@
 
 namespace lk::emulator {
 
-/// A frame off the socket, and how long ago the kernel received it. Ages, not times: the kernel
-/// stamps with the wall clock, and a wall clock that is set must not move the simulation.
+/// A frame off the socket, and when the kernel received it by its wall clock (stamp_clock.hpp).
 struct ReceivedFrame {
-  std::chrono::nanoseconds age{0};
+  std::chrono::nanoseconds stamp{0};
   protocol::Frame frame;
 };
 
@@ -49,19 +50,30 @@ class CanSocket {
   /// Whatever waits in the socket, up to a few dozen frames.
   Batch receive();
 
-  SendResult send(const protocol::Frame& frame);
+  struct Sent {
+    std::size_t count;  // of the frames, from the first
+    SendResult then;    // kSent: all of them
+  };
+  Sent send(std::span<const protocol::Frame> frames);
 
   /// Frames the kernel dropped because the receive buffer was full.
   std::uint32_t kernel_drops() const { return kernel_drops_; }
 
  private:
   struct Buffers;
+  struct Outgoing;
 
   void configure(Reception reception);
+  std::size_t send_some(std::span<const protocol::Frame> frames);
 
   int fd_;
   std::uint32_t kernel_drops_ = 0;
   std::unique_ptr<Buffers> buffers_;
+  std::unique_ptr<Outgoing> outgoing_;
 };
+
+/// Waits until one of the sockets has something to receive; a socket of −1 never has. Returns false
+/// when there was nothing in time. `sockets[n].revents` tells which.
+bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience);
 
 }  // namespace lk::emulator

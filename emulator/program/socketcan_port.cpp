@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -26,6 +27,19 @@ SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interfac
       retry_(loop) {}
 
 void SocketCanPort::check_link() {
+  try {
+    follow_link();
+    if (socket_) told_of_trouble_ = false;
+  } catch (const std::system_error& problem) {
+    // No descriptors are left, or it vanished meanwhile: we look again soon.
+    if (!std::exchange(told_of_trouble_, true)) {
+      spdlog::warn("{}: cannot open: {}", interface_, problem.what());
+    }
+    if (!socket_) enter(Link::kMissing);
+  }
+}
+
+void SocketCanPort::follow_link() {
   const LinkState link = link_state(interface_);
   if (link.index == 0 || !link.is_can) {
     close();
@@ -42,14 +56,7 @@ void SocketCanPort::check_link() {
 }
 
 void SocketCanPort::open(int index) {
-  try {
-    socket_.emplace(index, reception_);
-  } catch (const std::system_error& problem) {
-    // It vanished meanwhile, and the kernel will report that; or it is worth a line.
-    spdlog::warn("{}: cannot open: {}", interface_, problem.what());
-    enter(Link::kMissing);
-    return;
-  }
+  socket_.emplace(index, reception_);
   index_ = index;
   readiness_.assign(socket_->descriptor());
   wait_readable();
@@ -79,12 +86,23 @@ void SocketCanPort::enter(Link link) {
       spdlog::warn("{} is down: waiting for it (sudo ip link set {} up)", interface_, interface_);
       break;
     case Link::kMissing:
-      spdlog::warn("{} is gone: waiting until it is made again", interface_);
+      say_missing();
       break;
   }
   if (link != Link::kUp) {
     if (before == Link::kUp) ++stats_.link_losses;
     drop_pending();
+  }
+}
+
+/// A renamed interface is another one: whoever gave it another name does not expect us there.
+void SocketCanPort::say_missing() const {
+  const std::string name = index_ != 0 ? link_name(index_) : "";
+  if (name.empty() || name == interface_) {
+    spdlog::warn("{} is gone: waiting until it is made again", interface_);
+  } else {
+    spdlog::warn("{} is called {} now: waiting until there is a {} again", interface_, name,
+                 interface_);
   }
 }
 
@@ -103,37 +121,42 @@ void SocketCanPort::wait_readable() {
   });
 }
 
-void SocketCanPort::send(const protocol::Frame& frame) {
+void SocketCanPort::send(std::span<const protocol::Frame> frames) {
   if (!socket_ || link_ != Link::kUp) {
-    ++stats_.lost_link_down;
+    stats_.lost_link_down += frames.size();
     return;
   }
-  if (pending_.size() >= kMostPending) {
-    ++stats_.lost_queue_full;
-    return;
+  if (!waiting_to_flush_) send_out(frames);  // nothing is pending then
+  const std::size_t kept = std::min(frames.size(), kMostPending - pending_.size());
+  pending_.insert(pending_.end(), frames.begin(),
+                  frames.begin() + static_cast<std::ptrdiff_t>(kept));
+  stats_.lost_queue_full += frames.size() - kept;
+}
+
+void SocketCanPort::send_out(std::span<const protocol::Frame>& frames) {
+  if (frames.empty()) return;
+  const CanSocket::Sent sent = socket_->send(frames);
+  stats_.sent += sent.count;
+  frames = frames.subspan(sent.count);
+  switch (sent.then) {
+    case SendResult::kSent:
+      break;
+    case SendResult::kNotWritable:
+    case SendResult::kQueueFull:
+      ++stats_.waits_for_queue;
+      wait_to_flush(sent.then);
+      break;
+    case SendResult::kLinkDown:
+      stats_.lost_link_down += frames.size();
+      frames = {};
+      break;
   }
-  pending_.push_back(frame);
-  if (!waiting_to_flush_) flush();
 }
 
 void SocketCanPort::flush() {
-  while (!pending_.empty()) {
-    const SendResult result = socket_->send(pending_.front());
-    switch (result) {
-      case SendResult::kSent:
-        ++stats_.sent;
-        pending_.pop_front();
-        break;
-      case SendResult::kNotWritable:
-      case SendResult::kQueueFull:
-        ++stats_.waits_for_queue;
-        wait_to_flush(result);
-        return;
-      case SendResult::kLinkDown:
-        drop_pending();
-        return;
-    }
-  }
+  std::span<const protocol::Frame> frames = pending_;
+  send_out(frames);
+  pending_.erase(pending_.begin(), pending_.end() - static_cast<std::ptrdiff_t>(frames.size()));
 }
 
 void SocketCanPort::wait_to_flush(SendResult why) {

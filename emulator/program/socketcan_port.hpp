@@ -4,10 +4,11 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "emulator/program/netlink.hpp"
 #include "emulator/program/socketcan.hpp"
@@ -37,37 +38,46 @@ class SocketCanPort {
   SocketCanPort& operator=(const SocketCanPort&) = delete;
   ~SocketCanPort() { close(); }
 
-  /// Looks at the interface and follows it: at the start and whenever the kernel reports a change.
+  /// Looks at the interface and follows it: at the start, whenever the kernel reports a change, and
+  /// now and then, as what could not be opened may be opened later.
   void check_link();
   bool is_up() const { return link_ == Link::kUp; }
 
-  /// Hands `take(ReceivedFrame)` what has arrived, up to a bound that keeps the loop responsive;
-  /// returns whether that ended it.
+  /// Hands `take(std::span<const ReceivedFrame>)` what has arrived, up to a bound that keeps the
+  /// loop responsive; returns whether that ended it.
   template <typename Take>
   bool receive(Take&& take) {
     constexpr int kMostBatches = 16;
     for (int i = 0; socket_ && i < kMostBatches; ++i) {
       const CanSocket::Batch batch = socket_->receive();
-      for (const ReceivedFrame& received : batch.frames) take(received);
+      if (!batch.frames.empty()) take(batch.frames);
       if (batch.error != 0) note_error(batch.error);
       if (!batch.more) return false;
     }
     return socket_.has_value();
   }
 
-  void send(const protocol::Frame& frame);
+  void send(std::span<const protocol::Frame> frames);
 
   const std::string& interface() const { return interface_; }
+  /// To wait for frames; −1: there is no socket.
+  int descriptor() const { return socket_ ? socket_->descriptor() : -1; }
+  /// Replies in our hands still.
+  std::size_t pending() const { return pending_.size(); }
   PortStats stats() const;
 
  private:
   enum class Link : std::uint8_t { kUnknown, kMissing, kDown, kUp };
 
+  void follow_link();
   void open(int index);
   void close();
   void enter(Link link);
+  void say_missing() const;
   void note_error(int error);
   void wait_readable();
+  /// Takes those that left off the front.
+  void send_out(std::span<const protocol::Frame>& frames);
   void flush();
   void wait_to_flush(SendResult why);
   void drop_pending();
@@ -79,11 +89,12 @@ class SocketCanPort {
   boost::asio::posix::stream_descriptor
       readiness_;  // watches the socket, which owns the descriptor
   boost::asio::steady_timer retry_;
-  std::deque<protocol::Frame> pending_;
+  std::vector<protocol::Frame> pending_;
   bool waiting_to_flush_ = false;
   unsigned generation_ = 0;  // of the socket: what waited for an earlier one is void
   Link link_ = Link::kUnknown;
-  int index_ = 0;
+  int index_ = 0;  // of the interface the socket is at, or was last
+  bool told_of_trouble_ = false;
   PortStats stats_;
 };
 

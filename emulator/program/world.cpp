@@ -1,5 +1,7 @@
 #include "emulator/program/world.hpp"
 
+#include <sys/prctl.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <utility>
@@ -7,8 +9,14 @@
 namespace lk::emulator {
 namespace {
 
-/// The model is advanced at least this often, so that a query never finds much to catch up with.
-constexpr MonoTime kLongestSleep = std::chrono::milliseconds(1);
+/// While there is traffic the model is advanced at least this often, so that a query never finds
+/// much to catch up with.
+constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
+/// When there has been none for a while: what costs then is waking up. The first query finds more.
+constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
+constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
+/// How long all but frames has to wait while frame follows frame.
+constexpr MonoTime kLinger = std::chrono::milliseconds(3);
 /// The loop has other things to do as well.
 constexpr MonoTime kSlice = std::chrono::milliseconds(10);
 /// All lines move together, this far at a time, so that an advance can end anywhere.
@@ -19,8 +27,10 @@ constexpr auto kReplyPoll = std::chrono::milliseconds(1);
 
 World::World(boost::asio::io_context& loop, ClockMode mode)
     : loop_(loop),
-      clock_(monotonic_now(), mode),
-      timer_(loop, [this] { serve_all(); }),
+      seen_(monotonic_now()),
+      last_frame_(seen_ - kTrafficEnds),
+      clock_(seen_, mode),
+      timer_(loop, [this] { wake(); }),
       patience_(loop) {}
 
 Line& World::add(const BusConfig& bus) {
@@ -42,6 +52,8 @@ SimTime World::time() const {
 }
 
 void World::start() {
+  // Else the kernel lets sleeps end up to 50 µs late, for fewer wake-ups.
+  ::prctl(PR_SET_TIMERSLACK, 1);
   clock_ = SimClock(monotonic_now(), clock_.mode());
   serve_all();
 }
@@ -51,38 +63,113 @@ void World::stop() {
   end_advance(Advanced::kCancelled);
 }
 
+/// On some machines a system call takes as long as all the rest of an answer, so there are as few
+/// as can be on the way from a query to its reply: none for the time, as the kernel has stamped the
+/// frame, and none to set an alarm.
 void World::serve(std::size_t index) {
   if (stopped_) return;
-  const MonoTime mono = monotonic_now();
-  serve(*lines_[index], mono);
-  arm_timer(mono);
+  Line& line = *lines_[index];
+  take_in(line);
+  bring_to_now(line);
+  linger();
+  arm_timer();
 }
 
 void World::serve_all() {
   if (stopped_) return;
-  // One reading for all: a clock costs nothing on most machines, and a system call on some.
-  const MonoTime mono = monotonic_now();
-  for (const auto& line : lines_) serve(*line, mono);
-  slip_reporter_.check(mono);
-  arm_timer(mono);
-}
-
-void World::serve(Line& line, MonoTime mono) {
-  const auto [now, slipped] = clock_.read(mono, line.bus().time());
-  if (slipped > SimTime{0}) slip_reporter_.slipped(mono, slipped);
-  line.take_in(clock_, now);
-  if (clock_.mode().stepped) return;
-  // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
-  line.bring_to(now, mono + kSlice, Line::Patience::kNone);
-}
-
-void World::arm_timer(MonoTime mono) {
-  if (clock_.mode().stepped) return;
-  MonoTime wake = mono + kLongestSleep;
+  seen_ = monotonic_now();
   for (const auto& line : lines_) {
-    if (const auto due = line->bus().next_due()) wake = std::min(wake, clock_.to_mono(*due));
+    take_in(*line);
+    bring_to_now(*line);
   }
-  timer_.wake_by(wake);
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// The alarm has gone off.
+void World::wake() {
+  if (stopped_) return;
+  seen_ = monotonic_now();
+  for (const auto& line : lines_) {
+    if (busy()) take_in(*line);  // what came while the machine was busy was before now
+    bring_to_now(*line);
+  }
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// Where one frame was there will be others: waits for them here, which takes less than the loop
+/// does. Not for long, as the loop has other things to do.
+void World::linger() {
+  const MonoTime leave = seen_ + kLinger;
+  while (!stopped_ && !clock_.mode().stepped && seen_ < leave) {
+    sockets_.clear();
+    for (const auto& line : lines_) {
+      if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
+      sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
+    }
+    const MonoTime due = next_due();
+    const MonoTime wake = std::min(due, seen_ + kShortSleep);
+    const bool frames = wait_for_frames(sockets_, wake - seen_);
+    if (!frames) seen_ = monotonic_now();
+    for (std::size_t n = 0; n < lines_.size(); ++n) {
+      if (frames && sockets_[n].revents == 0) continue;
+      if (frames) take_in(*lines_[n]);
+      bring_to_now(*lines_[n]);
+    }
+    if (!frames && due > seen_) return;
+  }
+}
+
+/// Takes in what has arrived on a line; returns whether there may be more.
+bool World::take_in(Line& line) {
+  if (line.port() == nullptr) return false;
+  return line.port()->receive([&](std::span<const ReceivedFrame> frames) {
+    seen_ = stamps_.reached(frames.back().stamp, seen_);
+    // Without a wire a query is answered at its own instant; else by the clock, and some time has
+    // gone by since.
+    if (line.config().bitrate > 0) seen_ = std::max(seen_, monotonic_now());
+    last_frame_ = seen_;
+    follow_clock(line);
+    for (const ReceivedFrame& in : frames) {
+      const TimedFrame frame{clock_.shows(stamps_.arrival(in.stamp, seen_)), in.frame};
+      clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
+    }
+  });
+}
+
+/// Where the line should be. What is too far off slips.
+SimTime World::follow_clock(Line& line) {
+  const auto [now, slipped] = clock_.read(seen_, line.bus().time());
+  if (slipped > SimTime{0}) slip_reporter_.slipped(seen_, slipped);
+  return now;
+}
+
+void World::bring_to_now(Line& line) {
+  if (clock_.mode().stepped) return;
+  const SimTime now = std::max(follow_clock(line), line.bus().time());
+  // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
+  line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+}
+
+MonoTime World::next_due() const {
+  MonoTime first = MonoTime::max();
+  for (const auto& line : lines_) {
+    if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
+  }
+  return first;
+}
+
+/// Somebody looks, or asks every now and then.
+bool World::busy() const {
+  return seen_ - last_frame_ < kTrafficEnds ||
+         std::ranges::any_of(lines_, [](const auto& line) { return line->watched(); });
+}
+
+void World::arm_timer() {
+  if (clock_.mode().stepped) return;
+  const MonoTime sleep = busy() ? kShortSleep : kLongSleep;
+  timer_.wake_by(std::min(seen_ + sleep, next_due()), seen_);
 }
 
 void World::set_clock(ClockMode mode) {
@@ -109,7 +196,7 @@ void World::advance(SimTime to, OnAdvanced done) {
 void World::take_in_all() {
   constexpr int kMostRounds = 100;
   for (const auto& line : lines_) {
-    for (int n = 0; n < kMostRounds && line->take_in(clock_, clock_.stands_at()); ++n)
+    for (int n = 0; n < kMostRounds && take_in(*line); ++n)
       ;
   }
 }

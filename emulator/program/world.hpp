@@ -10,6 +10,7 @@
 
 #include "emulator/program/line.hpp"
 #include "emulator/program/pacer.hpp"
+#include "emulator/program/stamp_clock.hpp"
 
 namespace lk::emulator {
 
@@ -32,8 +33,9 @@ class World {
   /// Time ends: nothing happens on the buses any more.
   void stop();
 
-  /// Takes in what has arrived on one line, brings it to now, lets its replies out.
+  /// There are frames on a line: takes them in, lets the replies out, and stays for what follows.
   void serve(std::size_t line);
+  /// Brings all lines to now, with everything that has arrived.
   void serve_all();
 
   /// Goes on from the present instant. An advance that is under way ends there.
@@ -62,7 +64,12 @@ class World {
     std::uint64_t sent;               // replies that had left when it last waited
   };
 
-  void serve(Line& line, MonoTime mono);
+  void wake();
+  void linger();
+  MonoTime next_due() const;
+  bool take_in(Line& line);
+  SimTime follow_clock(Line& line);
+  void bring_to_now(Line& line);
   void take_in_all();
   void go_on();
   void go_on_soon();
@@ -71,10 +78,15 @@ class World {
   std::uint64_t replies_sent() const;
   void wait_for_replies();
   void end_advance(Advanced how);
-  void arm_timer(MonoTime mono);
+  bool busy() const;
+  void arm_timer();
 
   boost::asio::io_context& loop_;
+  MonoTime seen_;  // what monotonic time has reached, as far as is known
+  MonoTime last_frame_;
   SimClock clock_;
+  StampClock stamps_;
+  std::vector<pollfd> sockets_;  // by line
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
   WakeTimer timer_;

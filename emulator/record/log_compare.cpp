@@ -22,10 +22,10 @@ std::vector<TimedFrame> emulate(const std::vector<TimedFrame>& sent, SimTime fir
   std::vector<TimedFrame> replies;
   for (const TimedFrame& frame : sent) {
     const SimTime at = std::max(simulated(frame.at, first), bus.time());
-    bus.advance_to(at);
+    bus.deliver_to(at);
     bus.receive({at, frame.frame});
   }
-  bus.advance_to(bus.time() + kLongestReply);
+  bus.deliver_to(bus.time() + kLongestReply);
   bus.take_replies(replies);
   return replies;
 }

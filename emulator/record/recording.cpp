@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <limits>
 #include <sstream>
 #include <system_error>
 
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
+#include "emulator/control/json_table.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/profile_files.hpp"
 
@@ -16,7 +17,30 @@ namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+
+/// A whole number that fits. The library would convert any, with whatever comes of that.
+template <class Number>
+Number whole(const Json& json) {
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<Number>::max());
+  constexpr auto kLeast = static_cast<std::int64_t>(std::numeric_limits<Number>::min());
+  const bool fits = json.is_number_unsigned()
+                        ? json.get<std::uint64_t>() <= kMost
+                        : json.is_number_integer() && json.get<std::int64_t>() >= kLeast;
+  if (!fits) throw JsonError("", "is no whole number that fits: " + json.dump());
+  return json.get<Number>();
+}
+
+RomWear read_wear(const Json& json) {
+  RomWear wear{};
+  for (std::size_t p = 0; p < wear.size(); ++p) wear[p] = whole<std::uint32_t>(json.at(p));
+  return wear;
+}
+
+std::vector<int> read_ids(const Json& json) {
+  std::vector<int> ids;
+  for (const Json& id : json) ids.push_back(whole<int>(id));
+  return ids;
+}
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -40,11 +64,11 @@ Overrides parse_overrides(const Json& json) {
   Overrides overrides;
   for (const Json& bus : json.value("buses", Json::array())) {
     overrides.buses.push_back({bus.at("bus").get<std::string>(), std::nullopt});
-    if (bus.contains("ids")) overrides.buses.back().ids = bus["ids"].get<std::vector<int>>();
+    if (bus.contains("ids")) overrides.buses.back().ids = read_ids(bus["ids"]);
   }
   if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
-  if (json.contains("seed")) overrides.seed = json["seed"].get<std::uint64_t>();
-  if (json.contains("bitrate")) overrides.bitrate = json["bitrate"].get<std::int64_t>();
+  if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
+  if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);
   return overrides;
 }
 
@@ -82,7 +106,7 @@ struct ParsedInfo {
 ParsedInfo parse_info(const std::string& text, const fs::path& file) {
   try {
     const Json json = Json::parse(text);
-    const int format = json.at("format").get<int>();
+    const int format = whole<int>(json.at("format"));
     if (format != kRecordingFormat) {
       throw StartError(file.string() + ": format " + std::to_string(format) +
                        " is not known to this version of lk-emu, " +
@@ -93,11 +117,13 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
     parsed.info.replayable = json.at("replayable").get<bool>();
     parsed.info.overrides = parse_overrides(json.at("command_line"));
     parsed.info.clock = json.at("clock").get<std::string>();
-    parsed.info.start = SimTime(json.at("start_ns").get<std::int64_t>());
+    parsed.info.start = SimTime(whole<std::int64_t>(json.at("start_ns")));
     parsed.info.started_utc = json.at("started_utc").get<std::string>();
     parsed.has_config = !json.at("config").is_null();
     return parsed;
   } catch (const Json::exception& problem) {
+    throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
+  } catch (const JsonError& problem) {
     throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
   }
 }
@@ -181,17 +207,17 @@ std::string print_input(const RecordedInput& input) {
 
 RecordedInput parse_input(const std::string& line, const std::string& file, int number) {
   try {
-    const Json json = Json::parse(line);
+    const Json json = parse_json(line);
     RecordedInput input;
-    input.at = SimTime(json.at("time_ns").get<std::int64_t>());
-    input.after_frames = json.at("after_frames").get<std::uint64_t>();
+    input.at = SimTime(whole<std::int64_t>(json.at("time_ns")));
+    input.after_frames = whole<std::uint64_t>(json.at("after_frames"));
     input.bus = json.at("bus").get<std::string>();
     if (json.contains("directive")) {
       input.what = RecordedInput::Request{json["directive"].dump()};
     } else if (json.contains("restored_rom")) {
       const Json& rom = json["restored_rom"];
       input.what = RecordedInput::RestoredRom{
-          rom.at("id").get<int>(), rom.at("rom").get<std::string>(), rom.at("wear").get<RomWear>()};
+          whole<int>(rom.at("id")), rom.at("rom").get<std::string>(), read_wear(rom.at("wear"))};
     } else if (json.contains("end")) {
       input.what = RecordedInput::End{};
     } else {
@@ -200,6 +226,8 @@ RecordedInput parse_input(const std::string& line, const std::string& file, int 
     return input;
   } catch (const Json::exception& problem) {
     throw ConfigError(file, number, "", std::string("not as lk-emu writes it: ") + problem.what());
+  } catch (const JsonError& problem) {
+    throw ConfigError(file, number, problem.where, problem.what());
   }
 }
 

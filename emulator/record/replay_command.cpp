@@ -46,17 +46,28 @@ void add_options(CLI::App& app, Request& request) {
   app.add_option("--csv", request.csv, "file that gets signals of the drives")->type_name("FILE");
   app.add_option("--signals", request.signals, "what goes into it: angle_deg,speed_dps,…")
       ->delimiter(',')
-      ->type_name("LIST");
+      ->allow_extra_args(false)
+      ->type_name("SIGNALS");
   app.add_option("--rate", request.rate_Hz, "rows a simulated second (default 100)")
       ->type_name("HZ");
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");
   app.add_option("--config", request.config, "the robot that the log is of")->type_name("FILE");
   app.add_option("--bus", request.bus, "the bus to look at, in the log and the configuration")
-      ->type_name("NAME");
+      ->type_name("BUS");
   app.add_option("--report", request.report, "file for the comparison (default: standard output)")
       ->type_name("FILE");
 }
+
+struct ReplayApp {
+  CLI::App app{"Run a recording again and compare, or compare a real robot's log", "lk-emu replay"};
+  Request request;
+
+  ReplayApp() {
+    app.footer(kFooter);
+    add_options(app, request);
+  }
+};
 
 void check(const CLI::App& app, const Request& request) {
   const bool log = app.count("--log") > 0;
@@ -224,13 +235,16 @@ int compare(const Request& request) {
 
 }  // namespace
 
+std::shared_ptr<CLI::App> replay_app() {
+  const auto made = std::make_shared<ReplayApp>();
+  return {made, &made->app};
+}
+
 int run_replay(int argc, const char* const* argv) {
-  CLI::App app("Run a recording again and compare, or compare a real robot's log", "lk-emu replay");
-  app.footer(kFooter);
-  Request request;
-  add_options(app, request);
-  if (!parse_arguments(app, argc, argv)) return 0;
-  check(app, request);
+  ReplayApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  const Request& request = given.request;
+  check(given.app, request);
   return request.log.empty() ? replay_directory(request) : compare(request);
 }
 

@@ -40,7 +40,8 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
   app.add_option("--signals", raw.signals, "what goes into the CSV file: angle_deg,speed_dps,…")
       ->delimiter(',')
-      ->type_name("LIST");
+      ->allow_extra_args(false)
+      ->type_name("SIGNALS");
   app.add_option("--ids", raw.ids, "of which drives (default all): 1-4 or 1,3,7-9")
       ->type_name("LIST");
   app.add_option("--rate", raw.rate_Hz, "rows a simulated second (default 100)")->type_name("HZ");
@@ -49,6 +50,16 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
   app.add_flag("--quiet", raw.quiet, "print only what did not pass");
 }
+
+struct ScenariosApp {
+  CLI::App app{"Run scenarios in simulated time, without a CAN bus", "lk-emu run"};
+  Raw raw;
+
+  ScenariosApp() {
+    app.footer(kFooter);
+    add_options(app, raw);
+  }
+};
 
 RunOutputs::Csv read_csv(const Raw& raw) {
   RunOutputs::Csv csv;
@@ -110,11 +121,15 @@ Outcome worse(Outcome a, Outcome b) {
 
 }  // namespace
 
+std::shared_ptr<CLI::App> scenarios_app() {
+  const auto made = std::make_shared<ScenariosApp>();
+  return {made, &made->app};
+}
+
 int run_scenarios(int argc, const char* const* argv) {
-  CLI::App app("Run scenarios in simulated time, without a CAN bus", "lk-emu run");
-  app.footer(kFooter);
-  Raw raw;
-  add_options(app, raw);
+  ScenariosApp given;
+  CLI::App& app = given.app;
+  const Raw& raw = given.raw;
   if (!parse_arguments(app, argc, argv)) return 0;
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);

@@ -104,6 +104,13 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   if (file.has_value() == toml.has_value() || request.size() != 1) {
     throw ApiError(400, "scenario", "needs either \"file\" or \"toml\", and nothing else");
   }
+  std::error_code none_there;
+  const auto size = file ? std::filesystem::file_size(*file, none_there) : 0;
+  if (!none_there && size > kLongestFile) {
+    throw ApiError(400, "file",
+                   "is longer than " + std::to_string(kLongestFile) +
+                       " bytes; the drives would wait while it is read (--scenario takes it)");
+  }
   try {
     const std::vector<BusConfig> buses = running(world_);
     start(file ? load_live_scenario(*file, buses)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -20,6 +21,8 @@ class ScenarioActivity {
   /// Of the one that runs, or ran last; none before the first.
   std::optional<RunReport> report() const;
 
+  /// A client's file is read on the loop of the drives: as much as a request may have.
+  static constexpr std::uintmax_t kLongestFile = 64 * 1024;
   /// What clients can do: start one that they name ("file") or send ("toml"), look, and stop it.
   Activity for_clients();
 

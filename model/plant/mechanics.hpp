@@ -102,7 +102,7 @@ inline constexpr Parts kCommonParts{false, false, false, false};
 /// forces taken at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
 /// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either
-/// direction.
+/// direction. At ω_max the rotor is held, whatever pushes: beyond it the equations hold no more.
 template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {
@@ -126,7 +126,7 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
 
   MechanicsStep<Real> step;
   Motion<Real>& next = step.next;
-  next.omega = (drive - tau_dry) * p.mobility;
+  next.omega = clamp((drive - tau_dry) * p.mobility, -p.omega_max, p.omega_max);
   const Real omega_mean = 0.5 * (m.omega + next.omega);
   next.theta = m.theta + p.T_s * omega_mean;
 

@@ -7,6 +7,10 @@
 namespace lk::model {
 namespace {
 
+/// How far the field turns in a period at the most, rad. The windings' series (motor.hpp) lets
+/// currents grow from 2.3 on; a motor at its fastest has 0.5, and a rotor has burst before 2.
+constexpr double kMostTurn = 2.0;
+
 void set_electrical(PlantParams<double>& p, const DriveParams& d) {
   p.T_s = 1.0 / d.inverter.f_pwm;
   p.f_s = d.inverter.f_pwm;
@@ -39,6 +43,7 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   p.inertia_rate = J_rotor * p.f_s;
   p.B_half = 0.5 * m.B;
   p.mobility = 1.0 / (p.inertia_rate + p.B_half);
+  p.omega_max = kMostTurn * p.f_s / d.motor.pole_pairs;
   p.inertia_rate_out = compliant ? J_out * p.f_s : 0.0;
   p.mobility_out = compliant && J_out > 0.0 ? 1.0 / p.inertia_rate_out : 0.0;
   p.tau_coulomb = m.tau_coulomb + (compliant ? 0.0 : m.tau_coulomb_out / m.gear_ratio);

@@ -26,6 +26,7 @@ struct PlantParams {
   T inertia_rate{},
       inertia_rate_out{};  // J/T_s of rotor (or of both, when rigid) and of the output
   T B_half{}, mobility{}, mobility_out{};  // B/2; 1/(J/T_s + B/2); T_s/J_out, 0 when rigid
+  T omega_max{};                           // rad/s: no rotor gets beyond
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
   T tau_cogging{}, cogging_per_turn{};
   T compliant{};  // 1: gear with stiffness and play, 0: rigid
@@ -58,19 +59,20 @@ requires requires(Params p) {
   p.current_max;
 }
 constexpr auto fields(Params& p) {
-  return std::tie(
-      p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d, p.L_q,
-      p.T_by_L_d, p.T_by_L_q, p.L_d_by_L_q, p.L_q_by_L_d, p.dead_fraction, p.dead_drop,
-      p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear, p.inertia_rate,
-      p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out, p.tau_coulomb, p.tau_static_excess,
-      p.inv_omega_stribeck2, p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn, p.compliant,
-      p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving, p.loss_driven, p.tau_load,
-      p.tau_gravity, p.theta_min, p.theta_max, p.v_source, p.R_source, p.link_decay, p.link_rate,
-      p.inv_link_rate, p.i_regen_max, p.g_logic, p.heat_winding, p.heat_housing, p.heat_stage,
-      p.g_winding_housing, p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
-      p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,
-      p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a, p.offset_b,
-      p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
+  return std::tie(p.T_s, p.f_s, p.pole_pairs, p.R_25, p.alpha_cu, p.psi_25, p.alpha_pm, p.L_d,
+                  p.L_q, p.T_by_L_d, p.T_by_L_q, p.L_d_by_L_q, p.L_q_by_L_d, p.dead_fraction,
+                  p.dead_drop, p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear,
+                  p.inertia_rate, p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out,
+                  p.omega_max, p.tau_coulomb, p.tau_static_excess, p.inv_omega_stribeck2,
+                  p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn, p.compliant,
+                  p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving, p.loss_driven,
+                  p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source, p.R_source,
+                  p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
+                  p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
+                  p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
+                  p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,
+                  p.encoder_direction, p.encoder_latency, p.gain_a, p.gain_b, p.offset_a,
+                  p.offset_b, p.current_noise, p.current_lsb, p.inv_current_lsb, p.current_max);
 }
 
 }  // namespace LKEMU_ISA

@@ -11,7 +11,10 @@ packages_in() {
       libgtest-dev libgmock-dev libbenchmark-dev
     ;;
   run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
-  test) printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy python3-pytest ;;
+  test)
+    printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy python3-pytest \
+      dpkg-dev fakeroot fish groff-base mandoc systemd zsh
+    ;;
   esac
 }
 

@@ -9,6 +9,7 @@
 #include "emulator/control/frame_words.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
+#include "emulator/scenario/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {
@@ -68,6 +69,30 @@ TEST(ControlApi, RefusesBodiesThatSayNothing) {
   EXPECT_EQ(t.post("/directives", R"({"supply_V": 18446744073709551615})").status, 400);
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1, "to_s": 1})").status, 400);
   EXPECT_EQ(t.post("/clock/advance", R"({"by_s": -1})").status, 400);
+}
+
+TEST(ControlApi, RefusesWhatIsSaidTwice) {
+  TestWorld t;
+  const ApiResponse twice = t.post("/directives", R"({"supply_V": 3, "id": 1, "supply_V": 30})");
+  EXPECT_EQ(twice.status, 400);
+  EXPECT_EQ(where(twice), "supply_V");
+  EXPECT_EQ(reason(twice), "is given twice");
+  EXPECT_EQ(where(t.post("/directives", R"({"id": 1, "load": {"J_g_cm2": 1, "J_g_cm2": 2}})")),
+            "J_g_cm2");
+  // The same word in two objects is no such thing.
+  EXPECT_EQ(
+      t.post("/directives", R"({"id": 1, "when": {"id": 2, "error": "stall"}, "power": "off"})")
+          .status,
+      200);
+}
+
+TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
+  TestWorld t;
+  const ApiResponse asked = t.ask({"GET", "/api/v1/status", {{"bus", "vcan0"}}, "", ""});
+  EXPECT_EQ(asked.status, 400);
+  EXPECT_EQ(where(asked), "bus");
+  EXPECT_EQ(t.ask({"PUT", "/api/v1/clock", {{"mode", "x1"}}, "application/json", "{}"}).status,
+            400);
 }
 
 TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
@@ -211,6 +236,26 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
   t.api.recording.start = [](const Json& said) -> Json { return said; };
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
+}
+
+/// Reading a long one would keep the drives waiting.
+TEST(ControlApi, AClientsScenarioIsShort) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const std::string file = testing::TempDir() + "lk-emu-long-scenario.toml";
+  const std::string text = R"(robot = "x"
+duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)";
+  const auto post = [&](std::size_t size) {
+    std::ofstream(file) << text << std::string(size - text.size(), '\n');
+    return t.post("/scenario", Json{{"file", file}}.dump());
+  };
+  EXPECT_EQ(where(post(ScenarioActivity::kLongestFile + 1)), "file");
+  EXPECT_EQ(post(ScenarioActivity::kLongestFile).status, 200);
 }
 
 TEST(Telemetry, IsAskedForWithinBounds) {

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file The control interface over real sockets, and a client that may misbehave.
+/// @file The control interface over real sockets, and clients that no library keeps from
+/// misbehaving.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -10,11 +11,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -61,10 +60,15 @@ class Client {
   std::string receive_until(const std::string& text) const {
     std::string all;
     char byte = 0;
-    while (all.find(text) == std::string::npos && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    while (!all.ends_with(text) && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
     return all;
   }
-  std::string receive_all() const { return receive_until(std::string(1, '\0')); }
+  std::string receive_all() const {
+    std::string all;
+    char byte = 0;
+    while (::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    return all;
+  }
   /// One answer, which has a Content-Length.
   std::string receive_answer() const {
     std::string head = receive_until("\r\n\r\n");
@@ -138,5 +142,20 @@ class Served : public testing::Test {
   std::optional<ControlServer> server_;
   std::thread thread_;
 };
+
+inline const std::string kStatus = "GET /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n";
+
+/// A POST with a body of JSON.
+inline std::string post(const std::string& path, const std::string& body) {
+  return "POST /api/v1" + path + " HTTP/1.1\r\nContent-Type: application/json\r\n" +
+         "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+}
+
+/// What asks for telemetry; frames may follow it.
+inline std::string upgrade(const std::string& query) {
+  return "GET /api/v1/telemetry?" + query +
+         " HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+}
 
 }  // namespace lk::emulator

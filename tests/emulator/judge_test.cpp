@@ -103,15 +103,14 @@ TEST(Judge, ADriveWithoutPowerIsInNoState) {
 TEST(Judge, WhatIsNoNumberIsWithinNoRange) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
-  Load load;
-  load.load.tau = 1e6;  // no shaft bears that
-  scenario.robot[0].events = {{0ns, {1, load}, std::nullopt}};
+  // No file can say that, and no push does it.
+  scenario.robot[0].servos[0].profile.drive.supply.v_source = std::nan("");
   scenario.duration = 2s;
   scenario.expectations = {
-      {0, 1, within("true_speed_dps", -INFINITY, INFINITY), throughout(0ns, 2s), ""}};
+      {0, 1, within("true_voltage_V", -INFINITY, INFINITY), throughout(0ns, 2s), ""}};
   ScenarioRun run(scenario);
   run.advance_to(2s);
-  ASSERT_FALSE(std::isfinite(run.bus(0).truth(1).omega_m));
+  ASSERT_FALSE(std::isfinite(run.bus(0).truth(1).v_bus));
   EXPECT_EQ(run.verdict().expectations.at(0).status, Status::kFailed);
   EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
 }

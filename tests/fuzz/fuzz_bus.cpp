@@ -1,46 +1,32 @@
-// A whole bus under a sequence of frames and interventions. Nothing may crash, every accepted query
-// gets its reply, every frame is accounted for, and time split otherwise gives the same bytes.
+// A whole bus under a sequence of frames, interventions and faults. Nothing may crash, every
+// accepted query gets its reply, every frame is accounted for, and time split otherwise gives the
+// same bytes.
 //
 // Input: one byte of settings, one of generations when its top bit is set, then records of an
 // opcode byte and its operands; see `Player::step`.
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <numeric>
 #include <span>
 #include <vector>
 
 #include "emulator/core/bus.hpp"
 #include "emulator/core/generation.hpp"
+#include "tests/fuzz/faults.hpp"
+#include "tests/fuzz/support.hpp"
 
 namespace lk::emulator {
 namespace {
 
+using fuzz::Input;
+using fuzz::require;
+
 constexpr int kMaxSteps = 300;  // keeps one input in the range of milliseconds
-
-void require(bool condition) {
-  if (!condition) {
-    std::abort();
-  }
-}
-
-class Input {
- public:
-  explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  bool empty() const { return at_ >= bytes_.size(); }
-  std::uint8_t byte() { return empty() ? std::uint8_t{0} : bytes_[at_++]; }
-  std::uint16_t word() {
-    const unsigned low = byte();
-    return static_cast<std::uint16_t>(low | static_cast<unsigned>(byte()) << 8U);
-  }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-};
+constexpr SimTime kAfterwards = std::chrono::milliseconds(50);
 
 constexpr Series kSeries[] = {Series::kMf, Series::kMg, Series::kMh, Series::kMs};
 
@@ -81,9 +67,8 @@ class Player {
       step(input);
     }
     bus_.advance_to(now_);
-    while (const auto due = bus_.next_due()) {  // works off what waits
-      bus_.advance_to(*due);
-    }
+    bus_.apply({kWholeBus, ClearFault{"all"}});
+    bus_.advance_to(now_ + kAfterwards);  // most of what waits
     bus_.take_replies(replies_);
     check_accounts();
     return replies_;
@@ -106,13 +91,44 @@ class Player {
         break;
       case 2:
         bus_.advance_to(now_);
-        bus_.power_cycle(id);
+        spoil(what >> 2U & 7U, id, input);
         break;
       case 3:
         direct(what >> 2U & 7U, id, input);
         break;
       default:
         receive(what, input);
+    }
+  }
+
+  void spoil(unsigned kind, int id, Input& input) {
+    switch (kind) {
+      case 0:
+        bus_.power_cycle(id);
+        break;
+      case 1:
+        bus_.apply({kWholeBus, ClearFault{"all"}});
+        break;
+      case 2: {
+        const auto& table = fault_table();
+        const FaultRow& row = table[input.byte() % table.size()];
+        bus_.apply({kWholeBus, ClearFault{std::string(row.word)}});
+        break;
+      }
+      case 3: {
+        const Fault fault = fuzz::fault_from(input, id);
+        bus_.plan({now_, {kWholeBus, SetFault{fault}}, fuzz::condition_from(input, id)});
+        break;
+      }
+      case 4:
+        bus_.plan({now_ + std::chrono::microseconds(input.word()),
+                   {kWholeBus, SetFault{fuzz::fault_from(input, id)}}});
+        break;
+      case 5:
+        bus_.plan({now_, {id, PowerCycle{}}, fuzz::condition_from(input, id)});
+        break;
+      default:
+        bus_.apply({kWholeBus, SetFault{fuzz::fault_from(input, id)}});
     }
   }
 
@@ -173,14 +189,20 @@ class Player {
 
   void check_accounts() const {
     const BusStats stats = bus_.stats();
-    require(std::accumulate(stats.dropped.begin(), stats.dropped.end(), stats.queries) ==
-            stats.frames);
+    require(std::accumulate(stats.dropped.begin(), stats.dropped.end(),
+                            stats.queries + stats.frames_waiting) == stats.frames);
     std::uint64_t replies = 0;
     for (const int id : {1, 2, 5}) {
       require(bus_.servo(id).stats().queries == bus_.servo(id).stats().replies);
       replies += bus_.servo(id).stats().replies;
     }
-    require(replies == stats.replies + stats.replies_lost && stats.replies == replies_.size());
+    require(replies + stats.extra_frames ==
+            stats.replies + stats.replies_lost + stats.replies_waiting);
+    const auto errors =
+        static_cast<std::uint64_t>(std::ranges::count_if(replies_, [](const TimedFrame& one) {
+          return one.frame.kind == protocol::FrameKind::kError;
+        }));
+    require(stats.replies + errors == replies_.size() && stats.error_frames == errors);
     for (const int id : {1, 2, 5}) {
       const model::Truth truth = bus_.truth(id);
       require(std::isfinite(truth.theta_m) && std::isfinite(truth.omega_out) &&

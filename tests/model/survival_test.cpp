@@ -122,6 +122,34 @@ TEST(Survival, EverySetpointWithExtremeRampsAndABlockedSource) {
   });
 }
 
+/// More than any rotor bears: a thousand times what tears it off its bench, and blows to match.
+TEST(Survival, WhateverPushesAtTheOutput) {
+  for (std::vector<NamedDrive>& group : profiles_by_rate()) {
+    DriveBank bank = bank_of(group);
+    for (int n = 0; n < 40; ++n) {
+      for (std::size_t drive = 0; drive < group.size(); ++drive) {
+        LoadParams load;
+        load.tau = 1000.0 * sign(n / 4);
+        bank.set_load(drive, load);
+        if (n % 3 == 0) bank.kick(drive, 100.0 * sign(n / 6));
+        bank.command(drive, at_the_limits(group[drive].init, n));
+      }
+      bank.advance(ticks_in(group.front().init.params, 0.05));
+      for (std::size_t drive = 0; drive < group.size(); ++drive) {
+        const DriveParams& d = group[drive].init.params;
+        const Truth t = bank.truth(drive);
+        for (const double x : {t.theta_m, t.omega_m, t.theta_out, t.omega_out, t.i_d, t.i_q,
+                               t.tau_e, t.v_bus, t.temp_winding, t.temp_stage}) {
+          ASSERT_TRUE(std::isfinite(x)) << group[drive].name << ", step " << n;
+        }
+        // Two radians of the field in a PWM period (docs/model.md §4), where a whole turn is 2 pi.
+        const double most = 2.0 * d.inverter.f_pwm / d.motor.pole_pairs;
+        ASSERT_LE(std::abs(t.omega_m), most * (1 + 1e-12)) << group[drive].name;
+      }
+    }
+  }
+}
+
 /// The drives under a third of their break-away torque, bridges off; nothing moves once it has
 /// settled.
 void expect_standstill(std::vector<NamedDrive> drives, double seconds) {

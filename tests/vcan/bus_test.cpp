@@ -6,13 +6,19 @@
 
 #include <chrono>
 #include <fstream>
+#include <future>
+#include <optional>
 #include <thread>
+#include <vector>
 
+#include "protocol/frame_bits.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
 namespace {
+
+using namespace std::chrono_literals;
 
 constexpr Payload kReadState2 = {0x9C};
 
@@ -146,6 +152,60 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
   }
   const auto result = emulator.stop();
   EXPECT_NE(result.out.find(" 2000 frames, 2000 queries, 2000 replies"), std::string::npos)
+      << result.out;
+}
+
+struct Exchange {
+  std::chrono::steady_clock::duration took;
+  std::chrono::microseconds on_wire;  // both frames, at 1 Mbit/s
+  bool answered;
+};
+
+std::chrono::microseconds wire_time(int id, const Payload& data) {
+  return std::chrono::microseconds(
+      protocol::frame_bits({.id = 0x140U + static_cast<unsigned>(id), .dlc = 8, .data = data}));
+}
+
+std::vector<Exchange> ask_in_turns(const std::vector<int>& ids, int rounds) {
+  Host host("vcan0");
+  host.hear_only(ids);
+  std::vector<Exchange> all;
+  for (int n = 0; n < rounds; ++n) {
+    for (const int id : ids) {
+      const auto start = std::chrono::steady_clock::now();
+      const auto reply = host.query(id, kReadState2);
+      const auto took = std::chrono::steady_clock::now() - start;
+      all.push_back({took, wire_time(id, kReadState2) + wire_time(id, reply.value_or(Payload{})),
+                     reply.has_value()});
+    }
+  }
+  return all;
+}
+
+TEST(Buses, EightHostsAtOnceAreAllAnsweredAndNeverEarly) {
+  constexpr int kHosts = 8;
+  constexpr int kRounds = 10;
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32"});
+  ASSERT_TRUE(emulator.wait_ready());
+  std::vector<std::future<std::vector<Exchange>>> hosts;
+  const auto start = std::chrono::steady_clock::now();
+  for (int first = 1; first <= kHosts; ++first) {
+    hosts.push_back(std::async(std::launch::async, [first] {
+      return ask_in_turns({first, first + 8, first + 16, first + 24}, kRounds);
+    }));
+  }
+  std::chrono::microseconds all_on_wire{0};
+  for (auto& host : hosts) {
+    for (const Exchange& exchange : host.get()) {
+      ASSERT_TRUE(exchange.answered);
+      // The drive's own reply time; simulated time goes in whole microseconds.
+      EXPECT_GE(exchange.took, exchange.on_wire + 100us - 1us);
+      all_on_wire += exchange.on_wire;
+    }
+  }
+  EXPECT_GE(std::chrono::steady_clock::now() - start, all_on_wire) << "one frame at a time";
+  const auto result = emulator.stop();
+  EXPECT_NE(result.out.find(" 320 frames, 320 queries, 320 replies"), std::string::npos)
       << result.out;
 }
 

@@ -9,12 +9,21 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 namespace lk::vcan {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Words before the program's own in every test, such as "valgrind --quiet": $LKEMU_LAUNCHER.
+std::vector<std::string> launcher_of_all() {
+  const char* const said = std::getenv("LKEMU_LAUNCHER");
+  std::istringstream text(said != nullptr ? said : "");
+  return {std::istream_iterator<std::string>(text), {}};
+}
 
 /// Appends what waits in `fd`; closes it at its end.
 void drain(int& fd, std::string& text) {
@@ -52,7 +61,7 @@ EmulatorProcess::EmulatorProcess(const std::vector<std::string>& arguments,
   if (::pipe2(out.data(), O_CLOEXEC) < 0 || ::pipe2(err.data(), O_CLOEXEC) < 0) {
     throw std::runtime_error("pipe");
   }
-  std::vector<std::string> words = launcher;
+  std::vector<std::string> words = launcher.empty() ? launcher_of_all() : launcher;
   words.emplace_back(LKEMU_PROGRAM);
   words.insert(words.end(), arguments.begin(), arguments.end());
   pid_ = spawn(words, out[1], err[1]);

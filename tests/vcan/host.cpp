@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <vector>
 
 namespace lk::vcan {
 namespace {
@@ -53,6 +54,18 @@ void Host::send(const can_frame& frame) {
 
 void Host::send(const canfd_frame& frame) {
   if (::write(fd_, &frame, sizeof frame) != sizeof frame) fail("write");
+}
+
+void Host::hear_only(const std::vector<int>& ids) {
+  std::vector<can_filter> filters;
+  for (const int id : ids) {
+    filters.push_back({kSingleDriveId + static_cast<canid_t>(id), CAN_SFF_MASK});
+  }
+  const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+  if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) < 0) fail("filter");
+  // Others may have talked before the filter was there.
+  for (canfd_frame early{}; ::recv(fd_, &early, sizeof early, MSG_DONTWAIT) > 0;) {
+  }
 }
 
 std::optional<can_frame> Host::receive(int patience_ms) {

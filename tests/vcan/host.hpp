@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tests/vcan/emulator_process.hpp"
 
@@ -26,6 +27,8 @@ class Host {
   void send(canid_t id, const Payload& data);
   void send(const can_frame& frame);
   void send(const canfd_frame& frame);
+  /// Of all others' frames it no longer notices any but those of these drives.
+  void hear_only(const std::vector<int>& ids);
   /// The next frame of another program; nothing when none came within the patience given.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);
   /// Sends a query to the drive `id` and waits for the next frame, which must be the reply.

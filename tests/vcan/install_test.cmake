@@ -13,7 +13,8 @@ execute_process(COMMAND ${program} --bus vcan0 --ids 1 --motor none WORKING_DIRE
 if(NOT status EQUAL 2 OR NOT message MATCHES "there are: .*mf7015, .*mg4005, .*ms3506")
   message(FATAL_ERROR "status ${status}: ${message}")
 endif()
-foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/doc/lk-emu/LICENSE)
+foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/doc/lk-emu/LICENSE
+  share/man/man1/lk-emu.1 share/bash-completion/completions/lk-emu lib/systemd/system/lk-emu@.service)
   if(NOT EXISTS ${SCRATCH}/moved/${file})
     message(FATAL_ERROR "${file} is not installed")
   endif()

@@ -160,6 +160,14 @@ TEST_F(Run, CsvHasOneRowAStepAndTheTimesAreExact) {
       "time_s,2.alive,2.bridge_on\n0,1,1\n0.333333333,1,1\n0.666666666,1,1\n0.999999999,1,1\n");
 }
 
+TEST_F(Run, AFileMayFollowTheSignals) {
+  ASSERT_EQ(run({"--csv", path("x.csv"), "--rate", "3", "--ids", "2", "--signals",
+                 "alive,bridge_on", passing()})
+                .status,
+            0);
+  EXPECT_TRUE(text_of(path("x.csv")).starts_with("time_s,2.alive,2.bridge_on\n"));
+}
+
 TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
   ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
   std::istringstream log(text_of(path("x.log")));

@@ -1,0 +1,87 @@
+// What a telemetry stream is asked to tell.
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "emulator/config/config.hpp"
+#include "emulator/control/control_api.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// "speed_dps,iq_A"
+std::vector<const Signal*> signals_of(std::string_view names) {
+  std::vector<const Signal*> all;
+  for (;;) {
+    const std::size_t end = names.find(',');
+    const std::string name(names.substr(0, end));
+    const Signal* const signal = find_signal(name);
+    if (signal == nullptr) throw ApiError(400, "signals", "there is no signal \"" + name + "\"");
+    if (std::ranges::find(all, signal) != all.end()) {
+      throw ApiError(400, "signals", name + " is given twice");
+    }
+    all.push_back(signal);
+    if (end == std::string_view::npos) return all;
+    names.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace
+
+TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
+  TelemetryRequest wanted;
+  std::optional<std::string> bus;
+  std::string ids;
+  std::string names = "angle_deg,speed_dps,iq_A";
+  for (const auto& [key, value] : request.query) {
+    if (key == "bus") {
+      bus = value;
+    } else if (key == "ids") {
+      ids = value;
+    } else if (key == "signals") {
+      names = value;
+    } else if (key == "rate_Hz") {
+      const char* const last = value.data() + value.size();
+      const auto [end, error] = std::from_chars(value.data(), last, wanted.rate_Hz);
+      if (error != std::errc() || end != last || !(wanted.rate_Hz >= kSlowestTelemetry_Hz) ||
+          !(wanted.rate_Hz <= kFastestTelemetry_Hz)) {
+        throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
+      }
+    } else if (key == "samples_per_message") {
+      const char* const last = value.data() + value.size();
+      const auto [end, error] = std::from_chars(value.data(), last, wanted.samples_per_message);
+      if (error != std::errc() || end != last || wanted.samples_per_message < 1 ||
+          wanted.samples_per_message > kMostSamplesPerMessage) {
+        throw ApiError(400, key, "must be a whole number from 1 to 1000");
+      }
+    } else {
+      throw ApiError(400, key,
+                     "unknown; there are bus, ids, signals, rate_Hz and samples_per_message");
+    }
+  }
+  wanted.line = &line_of(bus ? &*bus : nullptr);
+  try {
+    if (!ids.empty()) wanted.ids = parse_ids(ids);
+  } catch (const std::invalid_argument& problem) {
+    throw ApiError(400, "ids", problem.what());
+  }
+  for (const int id : wanted.ids) {
+    if (!wanted.line->bus().has(id)) {
+      throw ApiError(400, "ids", "no drive " + std::to_string(id) + " on this bus");
+    }
+  }
+  if (wanted.ids.empty()) {
+    for (const ServoConfig& servo : wanted.line->config().servos) wanted.ids.push_back(servo.id);
+  }
+  wanted.signals = signals_of(names);
+  const double values =
+      wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
+  if (values > kMostTelemetry) {
+    throw ApiError(400, "rate_Hz", "more than 200000 values a second; ask for less");
+  }
+  wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));
+  return wanted;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,164 @@
+// The motors of a bus: how they are made, and brought to the instants at which somebody needs them.
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "emulator/core/bus.hpp"
+#include "emulator/core/wire_timing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::int64_t f_pwm_Hz(const ServoConfig& servo) {
+  return std::llround(servo.profile.drive.inverter.f_pwm);
+}
+
+/// The events begin with this drive's supply switched off.
+bool starts_without_power(const BusConfig& config, int id) {
+  return std::ranges::any_of(config.events, [id](const TimedDirective& event) {
+    return event.at == SimTime{0} && !event.when && event.directive.id == id &&
+           std::holds_alternative<PowerOff>(event.directive.what);
+  });
+}
+
+}  // namespace
+
+/// One bank for each PWM rate, filled in the order of the seats.
+void Bus::build_motors(const BusConfig& config) {
+  std::vector<std::int64_t> rates_Hz;
+  std::vector<std::vector<model::DriveInit>> motors;
+  for (const ServoConfig& servo : config.servos) {
+    const auto found = std::ranges::find(rates_Hz, f_pwm_Hz(servo));
+    const auto bank = static_cast<std::size_t>(std::distance(rates_Hz.begin(), found));
+    if (found == rates_Hz.end()) {
+      rates_Hz.push_back(f_pwm_Hz(servo));
+      motors.emplace_back();
+    }
+    places_.push_back({bank, motors[bank].size()});
+    motors[bank].push_back(make_drive(servo, config.seed));
+    motors[bank].back().connected = !starts_without_power(config, servo.id);
+  }
+  for (std::size_t k = 0; k < rates_Hz.size(); ++k) {
+    banks_.push_back({rates_Hz[k], model::DriveBank(motors[k])});
+  }
+}
+
+void Bus::settle() {
+  while (!settled()) {
+    bring_motors_to(time_);
+  }
+}
+
+bool Bus::bring_motors_to(SimTime t) {
+  bool edge = false;
+  for (Bank& bank : banks_) {
+    // A command that arrives at `t` acts at the first tick after it.
+    edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
+  }
+  if (!doubles_.empty()) {
+    bring_doubles_to(t);
+  }
+  if (edge) {
+    follow_lives();
+  } else {
+    motors_at_ = t;
+  }
+  return edge;
+}
+
+bool Bus::bring_motor_to(SimTime t, std::size_t seat) {
+  const Place& place = places_[seat];
+  Bank& bank = banks_[place.bank];
+  const bool edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz), place.lane);
+  if (edge) {
+    follow_lives();
+  }
+  return edge;
+}
+
+/// Drives meet on the wire only: without faults and conditions, which look at several, a drive
+/// nobody hears of may stay behind. A drive that dies stops there, and those that were brought with
+/// it: when its frame is void, nobody is ahead of what happens instead.
+bool Bus::bring_concerned_to(SimTime t) {
+  if (faults_or_conditions()) {
+    return bring_motors_to(t);
+  }
+  const bool agenda_due = agenda_.next_due() && *agenda_.next_due() <= t;
+  const bool wire_due = wire_.next_due() && *wire_.next_due() <= t;
+  const std::optional<SimTime> start = wire_.next_reply_start();
+  const bool replies = start && *start <= t;
+  // A reply that ends later: whoever waits behind it might have had the wire by then.
+  if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
+    return false;
+  }
+  if (servos_.size() == 1) {
+    return bring_motors_to(t);
+  }
+  if (replies && bring_motor_to(t, seat(static_cast<int>(wire_.next().owner & 0x3FU)))) {
+    return true;
+  }
+  if (agenda_due || replies) {
+    return agenda_due && bring_motors_to(t);
+  }
+  const auto addressed = protocol::address(wire_.next().frame);
+  const int* const id = std::get_if<int>(&addressed);
+  if (id != nullptr && *id == protocol::kMultiDrive) {
+    return bring_motors_to(t);
+  }
+  return id != nullptr && has(*id) && bring_motor_to(t, seat(*id));
+}
+
+/// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
+/// nothing of a drive's happens there before it has been brought to it.
+void Bus::follow_lives() {
+  for (std::size_t k = 0; k < servos_.size(); ++k) {
+    const Bank& bank = banks_[places_[k].bank];
+    const bool alive = bank.drives.alive(places_[k].lane);
+    if (alive == timelines_[k].alive) {
+      continue;
+    }
+    timelines_[k].alive = alive;
+    if (alive) {
+      servos_[k].power_cycle(lane(k));
+      book_firmware(k);
+    } else {
+      // A frame that starts as the tick ends does not start.
+      lose_power(k, time_of_tick(bank.drives.ticks(places_[k].lane), bank.f_pwm_Hz) - SimTime{1});
+    }
+  }
+}
+
+/// What it was about to say is lost, and so is what its memory had not taken yet.
+void Bus::lose_power(std::size_t seat, SimTime at) {
+  Timeline& timeline = timelines_[seat];
+  forget_words(seat, at);
+  links_[seat].errors = 0;
+  if (std::exchange(links_[seat].bus_off, false)) {
+    agenda_.forget<BusOffEnd>(seat);
+  }
+  if (!timeline.writing.empty()) {
+    servos_[seat].restore_rom(timeline.writing.front().rom_before,
+                              timeline.writing.front().wear_before);
+    timeline.writing.clear();
+    agenda_.forget<RomWritten>(seat);
+  }
+}
+
+Lane Bus::lane(std::size_t seat) { return {banks_[places_[seat].bank].drives, places_[seat].lane}; }
+
+model::Telemetry Bus::telemetry(int id) const {
+  assert(settled());
+  const Place& place = places_[seat(id)];
+  return banks_[place.bank].drives.telemetry(place.lane);
+}
+
+model::Truth Bus::truth(int id) const {
+  assert(settled());
+  const Place& place = places_[seat(id)];
+  return banks_[place.bank].drives.truth(place.lane);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,58 @@
+#include "emulator/manual/values.hpp"
+
+#include <algorithm>
+
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/signals.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/profile_files.hpp"
+
+namespace lk::manual {
+namespace {
+
+std::vector<std::string> fault_words() {
+  std::vector<std::string> words;
+  for (const emulator::FaultRow& row : emulator::fault_table()) words.emplace_back(row.word);
+  return words;
+}
+
+std::vector<std::string> signal_words() {
+  std::vector<std::string> words;
+  for (const emulator::Signal& signal : emulator::signals()) words.emplace_back(signal.name);
+  return words;
+}
+
+/// Words that are to be typed as they are have small letters.
+bool is_literal(const std::string& part) {
+  return std::ranges::all_of(part, [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+void add_part(Choices& choices, const std::string& part) {
+  choices.files |= part == "FILE" || part == "PATH";
+  choices.directories |= part == "DIR";
+  choices.interfaces |= part == "BUS";
+  choices.list |= part == "SIGNALS";
+  std::vector<std::string> words;
+  if (part == "MOTOR") words = emulator::known_motors();
+  if (part == "FAULT") words = fault_words();
+  if (part == "SIGNALS") words = signal_words();
+  if (part == "MODE") words = {"realtime", "stepped", "x0.1", "x10"};
+  if (part == "LEVEL")
+    words.assign(std::begin(emulator::kLogLevels), std::end(emulator::kLogLevels));
+  if (is_literal(part)) words = {part};
+  choices.words.insert(choices.words.end(), words.begin(), words.end());
+}
+
+}  // namespace
+
+Choices choices_of(const std::string& value) {
+  Choices choices;
+  for (std::size_t begin = 0; begin < value.size();) {
+    const std::size_t end = std::min(value.find('|', begin), value.size());
+    add_part(choices, value.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return choices;
+}
+
+}  // namespace lk::manual

@@ -1,0 +1,27 @@
+# Run by CPack on the files of both packages before it packs them: what Debian wants in places and formats of its own.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where that is set
+
+function(compress file)
+  execute_process(COMMAND gzip -9nf ${file} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+function(finish root package)
+  set(doc ${root}/usr/share/doc/${package})
+  file(MAKE_DIRECTORY ${doc})
+  file(COPY ${CMAKE_CURRENT_LIST_DIR}/copyright DESTINATION ${doc})
+  file(WRITE ${doc}/changelog "${package} (${CPACK_PACKAGE_VERSION}) unstable; urgency=medium
+
+  * ${CPACK_PACKAGE_VERSION}: /usr/share/doc/lk-emu/CHANGELOG.md has what is new.
+
+ -- ${CPACK_PACKAGE_CONTACT}  ${date}
+")
+  compress(${doc}/changelog)
+  # Whatever the umask of who builds it.
+  execute_process(COMMAND chmod -R u=rwX,go=rX ${root} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+set(program ${CPACK_TEMPORARY_DIRECTORY}/program)
+file(REMOVE ${program}/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
+compress(${program}/usr/share/man/man1/lk-emu.1)
+finish(${program} lk-emu)
+finish(${CPACK_TEMPORARY_DIRECTORY}/development lk-emu-dev)

@@ -1,0 +1,65 @@
+#include "emulator/program/netlink.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+
+namespace lk::emulator {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// How often a monitor looks at `socket` while the loop is turned a thousand times, and how often
+/// it may: at once, and every second.
+void expect_no_spin(int socket) {
+  boost::asio::io_context loop;
+  int looks = 0;
+  const auto begin = Clock::now();
+  const LinkMonitor monitor(
+      loop, [&looks] { ++looks; }, socket);
+  for (int n = 0; n < 1000; ++n) loop.poll();
+  EXPECT_LE(looks, 1 + (Clock::now() - begin) / std::chrono::seconds(1));
+  // It goes on by looking now and then.
+  const int before = looks;
+  while (looks == before && Clock::now() - begin < std::chrono::seconds(60)) {
+    loop.run_one_for(std::chrono::seconds(1));
+  }
+  EXPECT_GT(looks, before);
+}
+
+TEST(LinkMonitor, ASocketThatHasEndedIsNotReadForEver) {
+  std::array<int, 2> pair{};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, pair.data()), 0);
+  ::close(pair[1]);
+  expect_no_spin(pair[0]);
+}
+
+TEST(LinkMonitor, ASocketThatGivesErrorsIsNotReadForEver) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  ::close(ends[1]);
+  expect_no_spin(ends[0]);  // ready at once, and ENOTSOCK each time
+}
+
+TEST(LinkMonitor, EachMessageIsASignToLook) {
+  std::array<int, 2> pair{};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, pair.data()), 0);
+  boost::asio::io_context loop;
+  int looks = 0;
+  const LinkMonitor monitor(
+      loop, [&looks] { ++looks; }, pair[0]);
+  for (int round = 1; round <= 3; ++round) {
+    const int before = looks;
+    ASSERT_EQ(::send(pair[1], "x", 1, 0), 1);
+    ASSERT_EQ(::send(pair[1], "y", 1, 0), 1);
+    loop.poll();
+    EXPECT_GT(looks, before) << round;
+  }
+  ::close(pair[1]);
+}
+
+}  // namespace
+}  // namespace lk::emulator

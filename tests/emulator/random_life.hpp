@@ -1,0 +1,195 @@
+#pragma once
+
+/// @file What hosts may say to 32 drives and what may happen to them, at random and repeatably, for
+/// tests.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <utility>
+
+#include "emulator/core/directive.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::test {
+
+using emulator::SimTime;
+
+/// Draws frames, directives and faults, valid and invalid, anywhere within what may be asked for.
+class RandomLife {
+ public:
+  /// Faults last `longest_fault` at most, each time.
+  RandomLife(std::uint32_t seed, int drives, SimTime longest_fault)
+      : random_(seed), drives_(drives), longest_fault_(longest_fault) {}
+
+  bool one_in(unsigned n) { return below(n) == 0; }
+  int below(unsigned n) { return static_cast<int>(random_() % n); }
+  /// [0, 1)
+  double share() { return static_cast<double>(random_() >> 5U) / 134'217'728.0; }
+  double between(double low, double high) { return low + (high - low) * share(); }
+  SimTime up_to(SimTime most) {
+    return SimTime(static_cast<std::int64_t>(share() * static_cast<double>(most.count())));
+  }
+  int drive() { return 1 + below(static_cast<unsigned>(drives_)); }
+
+  /// For one drive or for several; sometimes nothing that a drive would answer.
+  protocol::Frame frame() {
+    protocol::Frame frame;
+    for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random_());
+    if (one_in(2)) std::fill(frame.data.begin() + 1, frame.data.end(), std::uint8_t{0});
+    frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(drive());
+    const auto command = static_cast<std::size_t>(below(protocol::kOpcodes.size()));
+    frame.data[0] = static_cast<std::uint8_t>(protocol::kOpcodes[command].opcode);
+    if (one_in(200)) {
+      const auto row = static_cast<std::size_t>(below(protocol::kMultiDriveRows.size()));
+      frame.id = protocol::kMultiDriveRows[row].id;
+    } else if (one_in(20)) {
+      spoil(frame);
+    }
+    return frame;
+  }
+
+  /// To one drive, or a fault of theirs ended.
+  emulator::Directive directive() {
+    using namespace emulator;
+    using namespace std::chrono_literals;
+    const int id = drive();
+    switch (below(24)) {
+      case 0:
+        return {id, PowerOff{}};
+      case 1:
+      case 2:
+        return {id, PowerCycle{up_to(2s)}};
+      case 3:
+      case 4:
+        return {id, SupplyVoltage{one_in(4) ? between(0, 100) : between(18, 30), up_to(1s)}};
+      case 5:
+        return {id, Sag{between(0, 24), up_to(500ms)}};
+      case 6:
+        return {id, AmbientTemperature{between(-40, 125)}};
+      case 7:
+      case 8:
+      case 9:
+        return {id, Load{load()}};
+      case 10:
+        return {id, TurnShaft{between(-1e4, 1e4)}};
+      case 11:
+      case 12:
+      case 13:
+      case 14:
+        return {id, setting()};
+      case 15:
+        return {kWholeBus, ClearFault{std::string(any_row().word)}};
+      default:
+        return {id, PowerOn{}};
+    }
+  }
+
+  emulator::Fault fault() {
+    const emulator::FaultRow& row = any_row();
+    emulator::Fault fault;
+    fault.kind = row.kind;
+    for (std::size_t n = 0; n < row.params.size(); ++n) fault.values[n] = value(row.params[n]);
+    if (row.per_frame) fault.probability = one_in(2) ? 1 : share();
+    if (!row.momentary) {
+      // Not for long: a second drive with an ID is a motor of its own to compute, and while the
+      // bus as a whole is faulty nobody says much.
+      const bool dear = row.kind == emulator::FaultKind::kDuplicateId || row.of_bus;
+      fault.duration = up_to(dear ? longest_fault_ / 10 : longest_fault_) + SimTime{1};
+    }
+    if (one_in(8)) {
+      fault.every = fault.duration.value_or(SimTime{1}) + up_to(5 * longest_fault_) + SimTime{1};
+      fault.times = 1 + below(20);
+    }
+    if (!row.of_bus) {
+      const int first = drive();
+      for (int id = first; id <= std::min(first + below(3), drives_); ++id) {
+        fault.ids.push_back(id);
+      }
+    }
+    return fault;
+  }
+
+ private:
+  /// So that no drive answers, or none is asked.
+  void spoil(protocol::Frame& frame) {
+    switch (below(7)) {
+      case 0:
+        frame.dlc = static_cast<std::uint8_t>(below(8));
+        break;
+      case 1:
+        frame.id = static_cast<std::uint32_t>(below(0x800));
+        break;
+      case 2:
+        frame.extended = true;
+        break;
+      case 3:
+        frame.kind = protocol::FrameKind::kRemote;
+        break;
+      case 4:
+        frame.kind = protocol::FrameKind::kFd;
+        break;
+      case 5:
+        frame.kind = protocol::FrameKind::kError;
+        break;
+      default:
+        frame.data[0] = static_cast<std::uint8_t>(below(256));
+    }
+  }
+
+  model::LoadParams load() {
+    model::LoadParams load;
+    load.J = between(0, 0.02);
+    load.tau = between(-5, 5);
+    load.tau_gravity = between(0, 5);
+    if (one_in(4)) load.theta_min = -between(0, 100);
+    if (one_in(4)) load.theta_max = between(0, 100);
+    return load;
+  }
+
+  emulator::Setting setting() {
+    using emulator::RomParameter;
+    constexpr std::array kParameters{
+        RomParameter::kGains,       RomParameter::kAcceleration, RomParameter::kMaxTorqueCurrent,
+        RomParameter::kMaxPower,    RomParameter::kMaxSpeed,     RomParameter::kMaxAngle,
+        RomParameter::kCurrentRamp, RomParameter::kBroadcastMode};
+    emulator::Setting setting;
+    setting.parameter = kParameters[static_cast<std::size_t>(below(kParameters.size()))];
+    emulator::Registers& value = setting.value;
+    for (std::uint16_t* gain : {&value.gains.angle_kp, &value.gains.speed_kp}) {
+      *gain = static_cast<std::uint16_t>(below(256));
+    }
+    value.acceleration_dps_s = below(1'000'000);
+    value.max_torque_current_lsb = below(2001);
+    value.max_power_permille = below(851);
+    value.max_speed_dps = between(1, 1e5);
+    value.max_angle_deg = one_in(2) ? 0 : between(0, 1e4);
+    value.current_ramp_A_s = one_in(2) ? 0 : between(0, 1e3);
+    value.broadcast_mode = one_in(4);
+    return setting;
+  }
+
+  const emulator::FaultRow& any_row() {
+    return emulator::fault_table()[static_cast<std::size_t>(below(emulator::kFaultKinds))];
+  }
+
+  double value(const emulator::FaultParam& parameter) {
+    if (!parameter.choices.empty()) {
+      const auto spaces = std::ranges::count(parameter.choices, ' ');
+      return below(static_cast<unsigned>(spaces) + 1);
+    }
+    if (!parameter.required && one_in(4)) return parameter.fallback;
+    // Mostly what may happen, at times the most that may be asked for.
+    const double value = between(parameter.min, parameter.max);
+    return one_in(4) ? value : std::clamp(value / 1000, parameter.min, parameter.max);
+  }
+
+  std::mt19937 random_;
+  int drives_;
+  SimTime longest_fault_;
+};
+
+}  // namespace lk::test

@@ -1,0 +1,65 @@
+#pragma once
+
+/// @file Faults and conditions out of the bytes of an input, all within what configuration allows.
+
+#include <algorithm>
+#include <chrono>
+
+#include "emulator/core/directive.hpp"
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/signals.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::fuzz {
+
+inline double parameter_from(const emulator::FaultParam& param, std::uint8_t byte) {
+  if (!param.choices.empty()) {
+    const auto words = 1 + std::ranges::count(param.choices, ' ');
+    return static_cast<double>(byte % words);
+  }
+  return param.min + (param.max - param.min) * byte / 255.0;
+}
+
+/// Of the drive `id`.
+inline emulator::Fault fault_from(Input& input, int id) {
+  using std::chrono::milliseconds;
+  emulator::Fault fault;
+  const emulator::FaultRow& row =
+      emulator::fault_table()[input.byte() % emulator::fault_table().size()];
+  fault.kind = row.kind;
+  if (!row.of_bus) fault.ids = {id};
+  for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
+    fault.values[n] = parameter_from(row.params[n], input.byte());
+  }
+  // These ranges are for the largest motors. A small one runs out of all bounds there, which a
+  // verdict says ("no such motor").
+  if (fault.kind == emulator::FaultKind::kLoadStep || fault.kind == emulator::FaultKind::kKick) {
+    fault.values[0] /= 1000;
+  }
+  if (row.per_frame) fault.probability = input.byte() / 255.0;
+  const std::uint8_t course = input.byte();  // bit 0: lasts, bit 1: comes again, so many ms
+  const auto span = milliseconds(1 + (course >> 2U));
+  if ((course & 1U) != 0 && !row.momentary) fault.duration = span;
+  if ((course & 2U) != 0 && (fault.duration || row.momentary)) {
+    fault.every = span + milliseconds(1);
+    fault.times = course >> 6U;
+  }
+  return fault;
+}
+
+inline emulator::Condition condition_from(Input& input, int id) {
+  const std::uint8_t what = input.byte();
+  const std::uint8_t value = input.byte();
+  switch (what & 3U) {
+    case 0:
+      return {id, emulator::CommandSeen{value, 1 + static_cast<int>(what >> 2U & 3U)}};
+    case 1:
+      return {id, emulator::ErrorSet{static_cast<model::Error>(value & 7U)}};
+    default:
+      return {id, emulator::SignalReaches{&emulator::signals()[value % emulator::signals().size()],
+                                          static_cast<emulator::Edge>(what % 3U),
+                                          static_cast<std::int8_t>(what) * 2.5}};
+  }
+}
+
+}  // namespace lk::fuzz

@@ -1,0 +1,117 @@
+// A log as candump writes it, and the inputs of a recording, whatever is in them: refused in one
+// line, or read, and what is written again is read the same.
+//
+// Input: a byte of settings (bits 0..1: generation, bit 2: the lines are inputs of a recording,
+// bit 3: the log is compared with a drive), then the text.
+
+#include <cstddef>
+#include <string>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/config/config_error.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/record/log_compare.hpp"
+#include "emulator/record/recording.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using fuzz::require;
+
+constexpr SimTime kMostCompared = std::chrono::milliseconds(20);  // of simulated time
+
+void check_reason(const ConfigError& problem) {
+  const std::string reason = problem.what();
+  require(!reason.empty() && reason.find('\n') == std::string::npos);
+}
+
+BusConfig bus_of(std::uint8_t settings) {
+  BusConfig bus;
+  bus.interface = "vcan0";
+  bus.bitrate = 1'000'000;
+  for (const int id : {1, 2}) {
+    ServoConfig servo;
+    servo.id = id;
+    servo.generation = static_cast<Generation>((settings & 3U) % 3U);
+    servo.quirks = quirks_of(servo.generation);
+    servo.rom.broadcast_mode = id == 2;
+    bus.servos.push_back(servo);
+  }
+  return bus;
+}
+
+/// Every line says the same when it is written and read again; times are cut to microseconds.
+void check_lines(const std::vector<CandumpLine>& log) {
+  for (const CandumpLine& line : log) {
+    const std::string text = candump_line(line.at, line.interface, line.frame, line.direction);
+    const auto again = parse_candump_line(text);
+    require(std::holds_alternative<CandumpLine>(again));
+    CandumpLine expected = line;
+    if (line.frame.kind == protocol::FrameKind::kRemote) expected.frame.dlc = 0;  // not written
+    expected.at = std::chrono::floor<std::chrono::microseconds>(line.at);
+    require(std::get<CandumpLine>(again) == expected);
+  }
+}
+
+/// As `lk-emu replay --against` does it, where time does not go back.
+void compare(const std::vector<CandumpLine>& log, const BusConfig& bus) {
+  std::vector<LoggedFrame> frames;
+  for (const CandumpLine& line : log) {
+    const SimTime at = line.at - log.front().at;
+    if (at < SimTime{0} || at > kMostCompared) return;
+    if (!frames.empty() && at < frames.back().timed.at) return;
+    std::optional<bool> from_host;
+    if (line.direction != CandumpLine::Direction::kUnsaid) {
+      from_host = line.direction == CandumpLine::Direction::kSent;
+    }
+    frames.push_back({{at, line.frame}, from_host});
+  }
+  const LogComparison compared = compare_log(frames, bus);
+  require(compared.sent + compared.orphans + compared.strangers <= frames.size());
+  require(!comparison_text(compared).empty());
+}
+
+void check_input(const std::string& line, const BusConfig& bus) {
+  try {
+    const RecordedInput input = parse_input(line, "directives.jsonl", 1);
+    const std::string printed = print_input(input);
+    require(print_input(parse_input(printed, "again", 1)) == printed);
+    if (const auto* rom = std::get_if<RecordedInput::RestoredRom>(&input.what)) {
+      restored_rom(*rom, "vcan0", bus.servos.front());
+    }
+  } catch (const ConfigError& problem) {
+    check_reason(problem);
+  }
+}
+
+void check_inputs(std::string_view text, const BusConfig& bus) {
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    check_input(std::string(text.substr(0, end)), bus);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+}
+
+void check(std::uint8_t settings, const std::string& text) {
+  const BusConfig bus = bus_of(settings);
+  if ((settings & 4U) != 0) {
+    check_inputs(text, bus);
+    return;
+  }
+  try {
+    const std::vector<CandumpLine> log = parse_candump_log(text, "log");
+    check_lines(log);
+    if ((settings & 8U) != 0) compare(log, bus);
+  } catch (const ConfigError& problem) {
+    check_reason(problem);
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size > 0) lk::emulator::check(data[0], {reinterpret_cast<const char*>(data + 1), size - 1});
+  return 0;
+}

@@ -1,0 +1,68 @@
+// A configuration, whatever its text: either one line says what is wrong with it, or its buses run.
+//
+// Input: the text of a configuration; behind a line "---", that of the motor "custom", if any.
+
+#include <cstddef>
+#include <string>
+
+#include "emulator/core/bus.hpp"
+#include "tests/fuzz/shipped.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using fuzz::require;
+
+constexpr std::size_t kMostDrives = 12;  // that run: keeps one input in the range of milliseconds
+constexpr SimTime kRun = std::chrono::milliseconds(2);
+
+/// Asks every drive, and lets what was planned for the beginning happen. A motor that cannot exist
+/// may run out of all bounds, which verdicts say, and nothing else may come of that.
+void run(const BusConfig& config) {
+  Bus bus(config);
+  bus.advance_to(kRun / 2);
+  for (const ServoConfig& servo : config.servos) {
+    protocol::Frame query;
+    query.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id);
+    query.dlc = 8;
+    query.data[0] = 0x9C;
+    bus.receive({bus.time(), query});
+  }
+  bus.advance_to(kRun);
+}
+
+/// A mistake is told in one line.
+void check_reason(const std::string& reason) {
+  require(!reason.empty() && reason.find('\n') == std::string::npos);
+}
+
+void check(std::string text) {
+  const std::string config = fuzz::take_part(text);
+  const FindProfile find = [&](const std::string& name) {
+    return name == "custom" ? parse_profile(text, "custom.toml", name)
+                            : fuzz::shipped_profile(name);
+  };
+  try {
+    const std::vector<BusConfig> buses = parse_config(config, "config.toml", {}, find);
+    require(!buses.empty());
+    std::size_t drives = 0;
+    for (const BusConfig& bus : buses) drives += bus.servos.size();
+    if (drives > kMostDrives) return;
+    for (const BusConfig& bus : buses) run(bus);
+  } catch (const ConfigError& problem) {
+    check_reason(problem.what());
+  } catch (const UnknownMotor& problem) {
+    check_reason(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    check_reason(problem.what());
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lk::emulator::check({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

@@ -1,0 +1,145 @@
+// What a client sends over a connection, HTTP and WebSocket frames behind an upgrade, in one piece
+// or in several. What comes back is HTTP up to an upgrade; nothing is an inner error; when the
+// client has gone, so has everything that was kept for it.
+//
+// Input: a byte of settings (bit 0: over TCP with a token and a known Host, bits 1..3: in so many
+// more pieces, bit 4: the client hangs up in the midst), then what is sent.
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/beast/http.hpp>
+#include <cstddef>
+#include <string>
+
+#include "emulator/control/http_session.hpp"
+#include "tests/emulator/control_support.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace http = boost::beast::http;
+using fuzz::require;
+
+std::shared_ptr<Entrance> entrance_of(bool tcp) {
+  auto entrance = std::make_shared<Entrance>();
+  if (tcp) entrance->access = {loopback_hosts(8474), "correct-horse-battery"};
+  return entrance;
+}
+
+class Connection {
+ public:
+  explicit Connection(bool tcp) : entrance_(entrance_of(tcp)) {
+    int ends[2];
+    require(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
+    client_ = ends[0];
+    ::fcntl(client_, F_SETFL, O_NONBLOCK);
+    boost::asio::local::stream_protocol::socket socket(
+        t_.loop, boost::asio::local::stream_protocol(), ends[1]);
+    serve_http(HttpSocket(std::move(socket)), shared_, entrance_);
+    settle();
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() {
+    if (client_ >= 0) ::close(client_);
+    settle();
+    require(entrance_->connections == 0 && entrance_->idle.empty());
+    require(shared_->telemetry_values == 0);
+  }
+
+  void send(std::string_view text) {
+    while (!text.empty()) {
+      const ssize_t sent = ::send(client_, text.data(), text.size(), MSG_NOSIGNAL);
+      settle();
+      receive();
+      if (sent <= 0) return;  // closed, or it reads no more
+      text.remove_prefix(static_cast<std::size_t>(sent));
+    }
+    Line& line = *t_.world.lines().front();  // telemetry has something to tell
+    line.bring_to(line.bus().time() + std::chrono::milliseconds(2), MonoTime::max(),
+                  Line::Patience::kNone);
+    settle();
+  }
+  void say_no_more() {
+    ::shutdown(client_, SHUT_WR);
+    settle();
+    receive();
+  }
+  void hang_up() { ::close(std::exchange(client_, -1)); }
+
+  /// All that came back, up to an upgrade, is HTTP with JSON in it.
+  void check_answers() {
+    receive();
+    std::string_view rest = answers_;
+    while (!rest.empty()) {
+      http::response_parser<http::string_body> parser;
+      parser.eager(true);
+      boost::system::error_code error;
+      const std::size_t used =
+          parser.put(boost::asio::const_buffer(rest.data(), rest.size()), error);
+      require(!error && parser.is_header_done());
+      const unsigned status = parser.get().result_int();
+      require(status != 500);
+      if (status == 101) return;
+      require(parser.is_done() && used > 0);
+      require(!Json::parse(parser.get().body(), nullptr, false).is_discarded());
+      rest.remove_prefix(used);
+    }
+  }
+
+ private:
+  void settle() {
+    t_.loop.restart();
+    while (t_.loop.poll_one() > 0) {
+      if (t_.world.advancing()) shared_->api.abandon();  // days of it are no use here
+      // A clock that runs is always behind here, and the loop would never come to rest.
+      if (!t_.world.clock().mode().stepped) t_.world.set_clock({.stepped = true});
+    }
+  }
+  void receive() {
+    char bytes[4096];
+    ssize_t size = 0;
+    while ((size = ::recv(client_, bytes, sizeof bytes, 0)) > 0) {
+      answers_.append(bytes, static_cast<std::size_t>(size));
+      settle();
+    }
+  }
+
+  TestWorld t_;
+  std::shared_ptr<HttpShared> shared_ = std::make_shared<HttpShared>(t_.world);
+  std::shared_ptr<Entrance> entrance_;
+  int client_ = -1;
+  std::string answers_;
+};
+
+void check(std::uint8_t settings, std::string_view text) {
+  spdlog::set_level(spdlog::level::off);
+  Connection connection((settings & 1U) != 0);
+  const std::size_t pieces = 1 + (settings >> 1U & 7U);
+  const std::size_t length = text.size() / pieces + 1;
+  for (; !text.empty(); text.remove_prefix(std::min(length, text.size()))) {
+    connection.send(text.substr(0, length));
+  }
+  if ((settings & 16U) != 0) {
+    connection.hang_up();
+    return;
+  }
+  connection.say_no_more();
+  connection.check_answers();
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size > 0) {
+    lk::emulator::check(data[0], {reinterpret_cast<const char*>(data + 1), size - 1});
+  }
+  return 0;
+}

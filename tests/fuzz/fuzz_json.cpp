@@ -1,0 +1,85 @@
+// What a client asks of the control interface, behind HTTP: a path and a body of JSON. Every
+// request is answered once; nothing is an inner error; a refusal leaves the bus as it was.
+//
+// Input: requests one after the other, "METHOD PATH BODY" each, which a line break ends. Between
+// two of them simulated time moves by 1 ms.
+
+#include <spdlog/spdlog.h>
+
+#include <cstddef>
+#include <string>
+
+#include "emulator/scenario/scenario_activity.hpp"
+#include "tests/emulator/control_support.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using fuzz::require;
+
+constexpr int kMostRequests = 20;  // keeps one input in the range of milliseconds
+
+std::string take_until(std::string_view& text, char end) {
+  const std::size_t size = text.find(end);
+  std::string part(text.substr(0, size));
+  text.remove_prefix(size == std::string_view::npos ? text.size() : size + 1);
+  return part;
+}
+
+class Clients {
+ public:
+  Clients() {
+    t_.api.scenario = scenario_.for_clients();
+    // Not what files of this machine say.
+    t_.api.scenario.start = [start = t_.api.scenario.start](const Json& request) {
+      if (request.contains("file")) throw ApiError(400, "file", "none here");
+      return start(request);
+    };
+  }
+
+  void ask(std::string_view line) {
+    ApiRequest request;
+    request.method = take_until(line, ' ');
+    request.path = "/api/v1" + take_until(line, ' ');
+    request.content_type = "application/json";
+    request.body = line;
+    const std::size_t faults = line_().bus().faults().size();
+    int answers = 0;
+    int status = 0;
+    t_.loop.restart();
+    t_.api.handle(request, [&](const ApiResponse& response) {
+      ++answers;
+      status = response.status;
+      require(!response.body.dump(-1, ' ', false, Json::error_handler_t::replace).empty());
+    });
+    t_.api.abandon();  // an advance of days ends when its client goes
+    // A clock that runs is always behind here, and the loop would never come to rest.
+    t_.world.set_clock({.stepped = true});
+    t_.loop.poll();
+    require(answers == 1 && status != 500);
+    require(status == 200 || line_().bus().faults().size() == faults);
+    line_().bring_to(line_().bus().time() + std::chrono::milliseconds(1), MonoTime::max(),
+                     Line::Patience::kNone);
+  }
+
+ private:
+  Line& line_() { return *t_.world.lines().front(); }
+
+  TestWorld t_;
+  ScenarioActivity scenario_{t_.loop, t_.world};
+};
+
+void check(std::string_view text) {
+  spdlog::set_level(spdlog::level::off);
+  Clients clients;
+  for (int n = 0; n < kMostRequests && !text.empty(); ++n) clients.ask(take_until(text, '\n'));
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lk::emulator::check({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# Makes the Debian packages, looks into them, installs them into a root of their own, upgrades and purges them.
+# usage: deb_test.sh BUILD_DIRECTORY SCRATCH
+set -euo pipefail
+build=$1 scratch=$2
+root=$scratch/root
+
+fail() {
+  echo "deb_test: $1" >&2
+  exit 1
+}
+
+# quietly COMMAND...: its output is shown when it fails.
+quietly() {
+  "$@" >"$scratch/log" 2>&1 || {
+    cat "$scratch/log" >&2
+    fail "failed: $*"
+  }
+}
+
+rm -rf "$scratch"
+mkdir -p "$scratch"
+umask 077 # of somebody careful: packages are readable all the same
+quietly cpack --config "$build/CPackConfig.cmake" -B "$scratch"
+umask 022
+shopt -s nullglob
+debs=("$scratch"/lk-emu_*.deb "$scratch"/lk-emu-dev_*.deb)
+((${#debs[@]} == 2)) || fail "packages: ${debs[*]}"
+deb=${debs[0]} dev=${debs[1]}
+
+# What it says of itself.
+for field in Depends Maintainer Section Description Installed-Size; do
+  [[ -n $(dpkg-deb -f "$deb" "$field") ]] || fail "no $field"
+done
+[[ $(dpkg-deb -f "$deb" Depends) == *libc6*libstdc++6* ]] || fail "depends on: $(dpkg-deb -f "$deb" Depends)"
+[[ $(dpkg-deb -f "$deb" Depends) != *asan* ]] || fail "depends on a sanitizer"
+[[ $(dpkg-deb -f "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "architecture"
+
+# What is in it, and that everybody may read it.
+dpkg-deb -c "$deb" >"$scratch/files"
+for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/man1/lk-emu.1.gz \
+  usr/share/bash-completion/completions/lk-emu usr/share/zsh/vendor-completions/_lk-emu \
+  usr/share/fish/vendor_completions.d/lk-emu.fish usr/share/lk-emu/motors/mf7015.toml \
+  usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
+  usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md; do
+  grep -q " \./$file\$" "$scratch/files" || fail "$file is not in the package"
+done
+! grep -v ' \./usr/\| \./$' "$scratch/files" || fail "these are outside /usr"
+! grep -v 'root/root' "$scratch/files" || fail "these do not belong to root"
+! grep -v '^-rw-r--r--\|^-rwxr-xr-x\|^drwxr-xr-x\|^lrwxrwxrwx' "$scratch/files" || fail "odd permissions"
+! grep '\.hpp$\|\.a$\|__pycache__\|\.log$' "$scratch/files" || fail "these are in the wrong package"
+dpkg-deb -c "$dev" >"$scratch/files"
+grep -q 'usr/include/lk-emu/emulator/core/bus.hpp$' "$scratch/files" || fail "no headers"
+grep -q 'liblk_emulator\.a$' "$scratch/files" || fail "no library"
+
+# Installed by dpkg itself, with a database of its own. What the packages depend on is on this machine: the
+# program runs here.
+mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates"
+: >"$root/var/lib/dpkg/status"
+in_root() {
+  local run=()
+  ((EUID == 0)) || run=(fakeroot)
+  # All of it, even in an image that leaves documents out.
+  quietly "${run[@]}" dpkg --root="$root" --log=/dev/null --force-script-chrootless,depends,not-root \
+    --path-include='/*' "$@"
+}
+in_root --install "$deb" "$dev"
+[[ $(dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${db:Status-Abbrev}' lk-emu) == "ii " ]] || fail "not installed"
+
+program=$root/usr/bin/lk-emu
+[[ $("$program" --version) == "lk-emu $(dpkg-deb -f "$deb" Version)" ]] || fail "another version"
+"$program" motors | grep mf7015 >/dev/null || fail "it does not find its motors"
+quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
+quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml"
+mandoc -Tlint -Wwarning "$root/usr/share/man/man1/lk-emu.1.gz" || fail "the manual page is not clean"
+unit=$root/usr/lib/systemd/system/lk-emu@.service
+
+# The unit: nothing to complain of, and little exposed: see docs/service.md for the figure.
+mkdir -p "$root/etc/lk-emu"
+cp "$root/usr/share/lk-emu/buses/bench.toml" "$root/etc/lk-emu/arm.toml"
+for target in basic multi-user network shutdown sysinit; do # those of systemd are elsewhere
+  printf '[Unit]\nDescription=%s\n' "$target" >"$root/usr/lib/systemd/system/$target.target"
+done
+said=$(systemd-analyze verify --man=no --root="$root" lk-emu@arm.service 2>&1) || fail "unit: $said"
+[[ -z $said ]] || fail "unit: $said"
+quietly systemd-analyze security --no-pager --offline=true --threshold=15 "$unit"
+rm -r "$root/etc/lk-emu" "$root"/usr/lib/systemd/system/*.target
+
+# An upgrade, here to the same version, keeps ROM; removing it too; purging it leaves nothing at all.
+rom=$root/var/lib/private/lk-emu/arm/vcan0-1.toml
+mkdir -p "${rom%/*}"
+: >"$rom"
+in_root --install "$deb"
+in_root --remove lk-emu-dev lk-emu
+[[ -e $rom ]] || fail "ROM is gone before a purge"
+in_root --purge lk-emu-dev lk-emu
+left=$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print -o -type l -print)
+[[ -z $left ]] || fail "left behind: $left"
+[[ ! -e $root/usr && ! -e $root/var/lib/private/lk-emu ]] || fail "directories are left behind"
+rm -rf "$scratch"

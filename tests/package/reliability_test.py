@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+"""Every test that docs/reliability.md names exists.
+
+usage: reliability_test.py SOURCES
+"""
+
+import pathlib
+import re
+import sys
+
+SOURCES = pathlib.Path(sys.argv[1])
+
+
+def text_of(pattern):
+    return "\n".join(file.read_text(encoding="utf-8") for file in sorted((SOURCES / "tests").rglob(pattern)))
+
+
+def main():
+    page = (SOURCES / "docs/reliability.md").read_text(encoding="utf-8")
+    code, lists = text_of("*.cpp"), text_of("CMakeLists.txt")
+    # GoogleTest's cases, and what ctest runs as one.
+    there = {f"{suite}.{case}" for suite, case in re.findall(r"^TEST(?:_F|_P)?\((\w+),\s*(\w+)\)", code, re.MULTILINE)}
+    there |= set(re.findall(r"add_test\(NAME ([\w.]+)", lists))
+    there |= {f"fuzz_corpus_{name}" for name in re.findall(r"lk_fuzz_harness\((\w+)", lists)}
+    named = set()
+    for row in re.findall(r"^\| (?!promise|what|-).*\|$", page, re.MULTILINE):
+        column = row.rstrip("|").split(" | ")[-1]
+        tests = set(re.findall(r"`([^`]+)`", column)) | set(re.findall(r"\((vcan\.\w+)\)", column))
+        assert tests, f"no test in: {row}"
+        named |= tests
+    missing = sorted(named - there - {"same_bits."})
+    assert not missing, f"docs/reliability.md names tests that there are not: {missing}"
+    assert len(named) > 60, named
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,348 @@
+// A flood of frames of all kinds, as fast as the kernel takes them, and clients of the control
+// interface that mean no good, while a host goes on asking: what it asks is answered, or counted as
+// lost, and the program is as it was before when the flood is over.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr canid_t kAsked = 0x142;  // the flood leaves this drive alone
+constexpr int kQueries = 300;
+
+// --- the flood
+// ---------------------------------------------------------------------------------------------------
+
+/// Any frame: of any kind, with any identifier, length and data; half of them commands to drive 1.
+canfd_frame any_frame(std::mt19937& random) {
+  canfd_frame frame{};
+  for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+  frame.len = static_cast<std::uint8_t>(random() % 9);
+  frame.can_id = static_cast<canid_t>(random()) & CAN_SFF_MASK;
+  switch (random() % 8) {
+    case 0:
+      frame.can_id = (static_cast<canid_t>(random()) & CAN_EFF_MASK) | CAN_EFF_FLAG;
+      break;
+    case 1:
+      frame.can_id |= CAN_RTR_FLAG;
+      break;
+    case 2:
+      frame.can_id |= CAN_ERR_FLAG;
+      break;
+    case 3:
+      frame.can_id = 0x280;
+      frame.len = 8;
+      break;
+    default:
+      frame.can_id = 0x141;
+      frame.len = 8;
+  }
+  if ((frame.can_id & CAN_SFF_MASK) == kAsked) frame.can_id ^= 1U << 9U;
+  return frame;
+}
+
+/// Sends until it is told to stop.
+class Flood {
+ public:
+  explicit Flood(const std::string& interface)
+      : host_(interface), thread_([this] {
+          std::mt19937 random(1);
+          while (!over_) send(any_frame(random), random() % 16 == 0);
+        }) {}
+  Flood(const Flood&) = delete;
+  Flood& operator=(const Flood&) = delete;
+  ~Flood() { stop(); }
+
+  /// How many frames there were.
+  std::uint64_t stop() {
+    over_ = true;
+    if (thread_.joinable()) thread_.join();
+    return sent_;
+  }
+  std::uint64_t so_far() const { return sent_; }
+
+ private:
+  void send(const canfd_frame& frame, bool fd) {
+    try {
+      if (fd) {
+        host_.send(frame);
+      } else {
+        can_frame classic{};
+        classic.can_id = frame.can_id;
+        classic.len = frame.len;
+        std::copy_n(frame.data, sizeof classic.data, classic.data);
+        host_.send(classic);
+      }
+      ++sent_;
+    } catch (const std::system_error&) {  // the queue is full, or the interface knows no CAN FD
+    }
+  }
+
+  Host host_;
+  std::atomic<bool> over_{false};
+  std::atomic<std::uint64_t> sent_{0};
+  std::thread thread_;
+};
+
+/// A host that hears one drive only, so that its own socket does not run over.
+class Asker {
+ public:
+  Asker() : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {
+    const can_filter mine{kAsked, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+    ::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, &mine, sizeof mine);
+    sockaddr_can address{};
+    address.can_family = AF_CAN;
+    address.can_ifindex = static_cast<int>(::if_nametoindex("vcan0"));
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  Asker(const Asker&) = delete;
+  Asker& operator=(const Asker&) = delete;
+  ~Asker() { ::close(fd_); }
+
+  void ask() {
+    can_frame query{};
+    query.can_id = kAsked;
+    query.len = 8;
+    query.data[0] = 0x9C;
+    while (::write(fd_, &query, sizeof query) != sizeof query) {
+    }
+    ++asked;
+  }
+  /// Takes in one answer, if it comes in so long.
+  bool hear(int patience_ms) {
+    pollfd readable{fd_, POLLIN, 0};
+    if (::poll(&readable, 1, patience_ms) < 1) return false;
+    can_frame reply{};
+    EXPECT_EQ(::read(fd_, &reply, sizeof reply), static_cast<ssize_t>(sizeof reply));
+    EXPECT_EQ(reply.data[0], 0x9C);
+    ++answered;
+    return true;
+  }
+
+  std::uint64_t asked = 0;
+  std::uint64_t answered = 0;
+
+ private:
+  int fd_;
+};
+
+// --- the control interface
+// ---------------------------------------------------------------------------------------
+
+int connect_to(const std::string& path) {
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), std::begin(address.sun_path));
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return fd;
+  ::close(fd);
+  return -1;
+}
+
+/// What a GET is answered with; empty: nothing.
+std::string ask_control(const std::string& path, const std::string& what) {
+  const int fd = connect_to(path);
+  const std::string request =
+      "GET /api/v1" + what + " HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+  if (::write(fd, request.data(), request.size()) < 0) return "";
+  std::string answer;
+  char bytes[4096];
+  for (ssize_t size = 0; (size = ::read(fd, bytes, sizeof bytes)) > 0;) {
+    answer.append(bytes, static_cast<std::size_t>(size));
+  }
+  ::close(fd);
+  return answer;
+}
+
+/// The number of a key in JSON that has it once.
+std::uint64_t number(const std::string& text, const std::string& key) {
+  const auto at = text.find("\"" + key + "\":");
+  EXPECT_NE(at, std::string::npos) << key << " in " << text;
+  return at == std::string::npos ? 0 : std::stoull(text.substr(at + key.size() + 3));
+}
+
+/// Of all numbers in the object "dropped".
+std::uint64_t dropped(const std::string& text) {
+  const auto begin = text.find("\"dropped\":{");
+  const auto end = text.find('}', begin);
+  std::uint64_t sum = 0;
+  for (auto at = text.find(':', begin + 11); at < end; at = text.find(':', at + 1)) {
+    sum += std::stoull(text.substr(at + 1));
+  }
+  return sum;
+}
+
+// --- the tests
+// ---------------------------------------------------------------------------------------------------
+
+class Flooded : public testing::Test {
+ protected:
+  Flooded() {
+    std::string name = testing::TempDir() + "lk-flood-XXXXXX";
+    directory_ = ::mkdtemp(name.data());
+  }
+  ~Flooded() override { std::filesystem::remove_all(directory_); }
+
+  std::string socket() const { return directory_ + "/s"; }
+  std::vector<std::string> arguments(const std::string& bitrate) const {
+    return {"--rom", ":memory:", "--control", socket(), "--bitrate",
+            bitrate, "--bus",    "vcan0",     "--ids",  "1-2"};
+  }
+  std::string status() const { return ask_control(socket(), "/status"); }
+  /// Asks until the program has nothing to catch up with.
+  std::string status_when_quiet(Asker& asker) const {
+    std::string before, now = status();
+    do {
+      asker.ask();
+      asker.hear(kPatience_ms);
+      before = now;
+      now = status();
+    } while (number(now, "frames") != number(before, "frames") + 1);
+    return now;
+  }
+
+  void flood(const std::string& bitrate);
+
+  std::string directory_;
+};
+
+void Flooded::flood(const std::string& bitrate) {
+  EmulatorProcess emulator(arguments(bitrate));
+  ASSERT_TRUE(emulator.wait_ready());
+  Asker asker;
+  Flood flood("vcan0");
+  std::vector<double> answers_ms;
+  for (int n = 0; n < kQueries; ++n) {
+    asker.ask();
+    while (asker.hear(1)) {
+    }
+    if (n % 10 != 0) continue;
+    const auto begin = Clock::now();
+    ASSERT_NE(status().find("200 OK"), std::string::npos) << "it answers in the flood too";
+    answers_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+  }
+  const std::uint64_t sent = flood.stop();
+  while (asker.hear(200)) {  // what is still under way
+  }
+  const std::string quiet = status_when_quiet(asker);
+  const std::uint64_t lost = asker.asked - asker.answered;
+  const std::uint64_t kernel = number(quiet, "kernel_drops");
+  // Each query has been answered, or is among those that somebody counted.
+  EXPECT_GT(asker.answered, 0U);
+  EXPECT_LE(lost, kernel + dropped(quiet));
+  EXPECT_EQ(number(quiet, "queries") + dropped(quiet), number(quiet, "frames"));
+  if (bitrate != "0") {  // without a wire, the kernel keeps from it what is for no drive
+    EXPECT_EQ(number(quiet, "frames") + kernel, sent + asker.asked);
+  }
+  EXPECT_GT(sent, asker.asked);
+  std::ranges::sort(answers_ms);
+  std::printf(
+      "bit rate %s: %llu frames of the flood, %llu frames on the bus, %llu dropped by the kernel; "
+      "%llu queries, %llu answered; /status in %.1f ms (median), %.1f ms (slowest)\n",
+      bitrate.c_str(), static_cast<unsigned long long>(sent),
+      static_cast<unsigned long long>(number(quiet, "frames")),
+      static_cast<unsigned long long>(kernel), static_cast<unsigned long long>(asker.asked),
+      static_cast<unsigned long long>(asker.answered), answers_ms[answers_ms.size() / 2],
+      answers_ms.back());
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+TEST_F(Flooded, OnAWireEveryFrameIsAccountedFor) { flood("1000000"); }
+
+TEST_F(Flooded, WithoutAWireEveryQueryIsAccountedFor) { flood("0"); }
+
+/// Resident memory, KiB.
+std::uint64_t resident(pid_t pid) {
+  std::ifstream stream("/proc/" + std::to_string(pid) + "/status");
+  std::string word;
+  while (stream >> word) {
+    if (word == "VmRSS:") break;
+  }
+  std::uint64_t kib = 0;
+  stream >> kib;
+  return kib;
+}
+
+/// Connects without a word, with half a request, and with an endless body.
+void attack(const std::string& path, int times) {
+  const std::string endless =
+      "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
+      "Transfer-Encoding: chunked\r\n\r\nfffffff\r\n" +
+      std::string(100'000, '[');
+  std::vector<int> held;
+  for (int n = 0; n < times; ++n) {
+    const int fd = connect_to(path);
+    if (fd < 0) continue;
+    ::fcntl(fd, F_SETFL, O_NONBLOCK);
+    const std::string text = n % 3 == 0 ? "" : n % 3 == 1 ? "GET /api/v1/st" : endless;
+    ::send(fd, text.data(), text.size(), MSG_NOSIGNAL);
+    held.push_back(fd);
+    if (held.size() < 200) continue;
+    for (const int one : held) ::close(one);
+    held.clear();
+  }
+  for (const int one : held) ::close(one);
+}
+
+TEST_F(Flooded, ClientsThatMeanNoGoodLeaveBusAndMemoryAlone) {
+  EmulatorProcess emulator(arguments("1000000"));
+  ASSERT_TRUE(emulator.wait_ready());
+  attack(socket(), 400);  // whatever is allocated once has been
+  const std::uint64_t before = resident(emulator.pid());
+  std::atomic<bool> over{false};
+  std::thread attacker([&] {
+    attack(socket(), 2000);
+    over = true;
+  });
+  Asker asker;
+  do {
+    asker.ask();
+    EXPECT_TRUE(asker.hear(kPatience_ms));
+  } while (!over);
+  attacker.join();
+  EXPECT_EQ(asker.answered, asker.asked);
+  EXPECT_NE(status().find("200 OK"), std::string::npos);
+#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
+  // 64 connections, 64 KiB of body and 16 KiB read ahead for each; twice, for what fragments.
+  EXPECT_LT(resident(emulator.pid()), before + 2 * 64 * (64 + 16));
+#endif
+  std::printf("2000 bad clients: %llu KiB before, %llu after; %llu queries, all answered\n",
+              static_cast<unsigned long long>(before),
+              static_cast<unsigned long long>(resident(emulator.pid())),
+              static_cast<unsigned long long>(asker.asked));
+  const auto exit = emulator.stop();
+  EXPECT_EQ(exit.status, 0);
+  std::size_t refusals = 0;
+  for (std::size_t at = 0; (at = exit.err.find("refused", at)) != std::string::npos; ++at) {
+    ++refusals;
+  }
+  EXPECT_LE(refusals, 2U) << "a kind of refusal is told of once: " << exit.err;
+}
+
+}  // namespace
+}  // namespace lk::vcan

@@ -1,0 +1,119 @@
+#pragma once
+
+/// @file A directory, an emulator that is controlled in it, and hosts, for tests of what the
+/// machine may do to them.
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/vcan/control_client.hpp"
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+
+using MonoClock = std::chrono::steady_clock;
+
+inline constexpr Payload kReadState2 = {0x9C};
+
+class MachineTest : public testing::Test {
+ protected:
+  MachineTest() {
+    std::string name = testing::TempDir() + "lk-machine-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    directory_ = name;
+  }
+  ~MachineTest() override { std::filesystem::remove_all(directory_); }
+
+  std::string path(const std::string& name) const { return directory_ + "/" + name; }
+  std::string socket() const { return path("s"); }
+  std::vector<std::string> arguments(const std::vector<std::string>& more = {},
+                                     const std::string& bus = "vcan0") const {
+    std::vector<std::string> all = {"--rom", ":memory:", "--control", socket(),
+                                    "--bus", bus,        "--ids",     "1-4"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  Answer get(const std::string& what) const { return ask(socket(), "GET " + what); }
+
+  /// Simulated time and what slipped, between two readings of the clock that it follows.
+  struct Reading {
+    MonoClock::time_point before, after;
+    double sum_s = 0, slipped_s = 0;
+  };
+  Reading read_clock() const {
+    Reading reading;
+    reading.before = MonoClock::now();
+    const Answer answer = get("/clock");
+    reading.after = MonoClock::now();
+    reading.slipped_s = answer.number("slipped_s");
+    reading.sum_s = answer.number("time_s") + reading.slipped_s;
+    return reading;
+  }
+  /// From `begin` to `end` simulated time went by as monotonic time did. Either reading may be
+  /// behind by what the emulator makes up for before time slips, 50 ms.
+  static void expect_no_drift(const Reading& begin, const Reading& end) {
+    constexpr double kMostLag_s = 0.051;
+    const auto s = [](auto span) { return std::chrono::duration<double>(span).count(); };
+    EXPECT_GE(end.sum_s - begin.sum_s, s(end.before - begin.after) - kMostLag_s);
+    EXPECT_LE(end.sum_s - begin.sum_s, s(end.after - begin.before) + kMostLag_s);
+  }
+
+  /// Everything that is counted adds up, with `sent` frames of hosts; nothing may be on its way.
+  void expect_balanced(std::uint64_t sent) const {
+    const Answer status = get("/status");
+    const auto count = [&](const char* key) {
+      return static_cast<std::uint64_t>(status.number(key));
+    };
+    // By name, as other objects of the answer are among them.
+    std::uint64_t dropped = 0;
+    for (const char* cause :
+         {"error_frame", "CAN_FD_frame", "remote_request", "extended_identifier",
+          "foreign_identifier", "no_such_drive", "wrong_length", "unknown_command", "wrong_mode",
+          "drive_without_power", "drive_busy", "injected_fault", "queue_full"}) {
+      dropped += count(cause);
+    }
+    EXPECT_EQ(sent, count("frames") + count("kernel_drops")) << status.body;
+    EXPECT_EQ(count("frames"), count("queries") + dropped + count("frames_waiting")) << status.body;
+    EXPECT_EQ(count("replies") + count("error_frames"),
+              count("sent") + count("pending") + count("lost_link_down") +
+                  count("lost_queue_full") + count("lost_replies"))
+        << status.body;
+  }
+
+  std::string directory_;
+};
+
+inline std::string text_of(const std::string& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline int count_of(const std::string& text, const std::string& what) {
+  int count = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
+/// A kernel of this test's own, whose clock and scheduler it may spoil.
+inline bool in_user_mode_linux() {
+  return text_of("/proc/cpuinfo").find("User Mode Linux") != std::string::npos;
+}
+
+/// Until it is so, or patience ends.
+template <class Condition>
+bool wait_until(Condition condition) {
+  const auto deadline = MonoClock::now() + std::chrono::milliseconds(kPatience_ms);
+  while (!condition()) {
+    if (MonoClock::now() >= deadline) return false;
+  }
+  return true;
+}
+
+}  // namespace lk::vcan

@@ -1,0 +1,273 @@
+// What the machine does to a running emulator: interfaces renamed and descriptors used up, clocks
+// set, the process stopped, the processor taken away.
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "tests/vcan/machine_support.hpp"
+
+namespace lk::vcan {
+namespace {
+
+// --- interfaces
+// -----------------------------------------------------------------------------------------
+
+class Interface : public MachineTest {
+ protected:
+  ~Interface() override {
+    for (const char* name : {"vcanold", "vcannew"}) {
+      run("ip link del " + std::string(name) + " 2>/dev/null");
+    }
+  }
+  static void make(const std::string& name) {
+    ASSERT_TRUE(run("ip link add " + name + " type vcan && ip link set " + name + " up"));
+  }
+  static void rename(const std::string& from, const std::string& to) {
+    ASSERT_TRUE(run("ip link set " + from + " down && ip link set " + from + " name " + to +
+                    " && ip link set " + to + " up"));
+  }
+};
+
+TEST_F(Interface, RenamedItIsAnotherOne) {
+  make("vcanold");
+  EmulatorProcess emulator(arguments({}, "vcanold"));
+  ASSERT_TRUE(emulator.wait_ready());
+  rename("vcanold", "vcannew");
+  ASSERT_TRUE(emulator.wait_for_log(
+      "vcanold is called vcannew now: waiting until there is a vcanold again"));
+  {
+    Host stranger("vcannew");
+    stranger.send(0x141, kReadState2);
+    ASSERT_EQ(get("/status").status, 200);  // it has had its turn since
+    EXPECT_FALSE(stranger.receive(0)) << "nobody expects drives there";
+  }
+  make("vcanold");
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+TEST_F(Interface, RenamedBackItGoesOn) {
+  make("vcanold");
+  EmulatorProcess emulator(arguments({}, "vcanold"));
+  ASSERT_TRUE(emulator.wait_ready());
+  rename("vcanold", "vcannew");
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is called vcannew now"));
+  rename("vcannew", "vcanold");
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
+  EXPECT_EQ(count_of(emulator.stop().err, "is called vcannew now"), 1);
+}
+
+/// Nothing reports that there is room again: it has to look by itself.
+TEST_F(Interface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
+  make("vcanold");
+  EmulatorProcess emulator(arguments({}, "vcanold"));
+  ASSERT_TRUE(emulator.wait_ready());
+  ASSERT_TRUE(run("ip link del vcanold"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
+  rlimit before{};
+  const rlimit none{3, 1024};  // fewer than it has
+  ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &none, &before), 0);
+  make("vcanold");
+  EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
+  ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &before, nullptr), 0);
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
+}
+
+TEST_F(Interface, WhatItLosesWhileItIsDownIsCounted) {
+  make("vcanold");
+  EmulatorProcess emulator(arguments({}, "vcanold"));
+  ASSERT_TRUE(emulator.wait_ready());
+  std::uint64_t sent = 0;
+  for (int round = 0; round < 5; ++round) {
+    Host host("vcanold");
+    for (int n = 0; n < 50; ++n, ++sent)
+      host.send(0x141U + static_cast<canid_t>(n % 4), kReadState2);
+    ASSERT_TRUE(run("ip link set vcanold down"));
+    ASSERT_TRUE(wait_until([&] {
+      return !get("/status").body.empty() &&
+             get("/status").body.find("\"up\":false") != std::string::npos;
+    }));
+    ASSERT_TRUE(run("ip link set vcanold up"));
+    ASSERT_TRUE(
+        wait_until([&] { return get("/status").body.find("\"up\":true") != std::string::npos; }));
+  }
+  ASSERT_TRUE(wait_until([&] {
+    const Answer status = get("/status");
+    return status.number("frames") + status.number("kernel_drops") >= static_cast<double>(sent) &&
+           status.number("frames_waiting") + status.number("replies_waiting") == 0;
+  })) << get("/status").body;
+  expect_balanced(sent);
+  EXPECT_EQ(get("/status").number("link_losses"), 5);
+}
+
+// --- clocks
+// -----------------------------------------------------------------------------------------------
+
+/// The wall clock, put where it was in the end.
+class WallClock {
+ public:
+  WallClock() : mono_(MonoClock::now()) { ::gettimeofday(&before_, nullptr); }
+  ~WallClock() {
+    const auto passed = std::chrono::duration_cast<std::chrono::seconds>(MonoClock::now() - mono_);
+    before_.tv_sec += passed.count();
+    ::settimeofday(&before_, nullptr);
+  }
+  static void step(double seconds) {
+    timeval now{};
+    ::gettimeofday(&now, nullptr);
+    const double to =
+        static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_usec) + seconds;
+    now.tv_sec = static_cast<time_t>(to);
+    now.tv_usec = static_cast<suseconds_t>((to - static_cast<double>(now.tv_sec)) * 1e6);
+    ASSERT_EQ(::settimeofday(&now, nullptr), 0);
+  }
+
+ private:
+  MonoClock::time_point mono_;
+  timeval before_{};
+};
+
+using Clocks = MachineTest;
+
+TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
+  if (!in_user_mode_linux()) GTEST_SKIP() << "would set the clock of this machine";
+  const WallClock wall;
+  EmulatorProcess emulator(arguments());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Reading begin = read_clock();
+  std::uint64_t sent = 0;
+  for (const double step_s : {7200.0, -7200.0, 0.3, -0.3, -86400.0, 86400.0, 0.04, -0.04}) {
+    // Some before the step that are read behind it, some after it.
+    for (int n = 0; n < 20; ++n, ++sent) host.send(0x141, kReadState2);
+    WallClock::step(step_s);
+    for (int n = 0; n < 20; ++n, ++sent) host.send(0x142, kReadState2);
+    for (int n = 0; n < 40; ++n) ASSERT_TRUE(host.receive()) << step_s << " s, reply " << n;
+    ASSERT_TRUE(host.query(3, kReadState2)) << step_s;
+    ++sent;
+  }
+  const Reading end = read_clock();
+  expect_no_drift(begin, end);
+  expect_balanced(sent);
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+// --- the processor
+// ---------------------------------------------------------------------------------------
+
+using Processor = MachineTest;
+
+char state_of(pid_t pid) {
+  const std::string stat = text_of("/proc/" + std::to_string(pid) + "/stat");
+  const auto name_end = stat.rfind(')');
+  return name_end == std::string::npos ? '?' : stat[name_end + 2];
+}
+
+TEST_F(Processor, StoppedForASecondItSlipsOnceAndAnswersWhatCame) {
+  EmulatorProcess emulator(arguments());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Reading begin = read_clock();
+  emulator.signal(SIGSTOP);
+  ASSERT_TRUE(wait_until([&] { return state_of(emulator.pid()) == 'T'; }));
+  const auto stopped = MonoClock::now();
+  constexpr int kFrames = 500;  // well within a socket's buffer
+  for (int n = 0; n < kFrames; ++n) host.send(0x141U + static_cast<canid_t>(n % 4), kReadState2);
+  ASSERT_TRUE(wait_until([&] { return MonoClock::now() - stopped > std::chrono::seconds(1); }));
+  const double pause_s = std::chrono::duration<double>(MonoClock::now() - stopped).count();
+  emulator.signal(SIGCONT);
+  for (int n = 0; n < kFrames; ++n) {
+    const auto reply = host.receive();
+    ASSERT_TRUE(reply) << n;
+    ASSERT_EQ(reply->can_id, 0x141U + static_cast<canid_t>(n % 4)) << n;
+  }
+  const Reading end = read_clock();
+  expect_no_drift(begin, end);
+  EXPECT_GE(end.slipped_s - begin.slipped_s, pause_s - 0.051) << "no more than 50 ms are made up";
+  expect_balanced(kFrames);
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_GE(count_of(result.err, "simulated time slips"), 1) << result.err;
+}
+
+/// Takes the only processor away for so long, and more than the priority of others can claim.
+void hog_processor(std::chrono::milliseconds span) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    sched_param highest{};
+    highest.sched_priority = 50;
+    if (::sched_setscheduler(0, SCHED_FIFO, &highest) != 0) ::_exit(1);
+    for (const auto end = MonoClock::now() + span; MonoClock::now() < end;) {
+    }
+    ::_exit(0);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_EQ(status, 0);
+}
+
+TEST_F(Processor, TakenAwayTimeSlipsAndNothingIsLost) {
+  if (!in_user_mode_linux()) GTEST_SKIP() << "would stop this machine";
+  ASSERT_TRUE(run("echo -1 >/proc/sys/kernel/sched_rt_runtime_us"));
+  EmulatorProcess emulator(arguments());
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Reading begin = read_clock();
+  std::uint64_t sent = 0;
+  for (int round = 0; round < 5; ++round) {
+    for (int n = 0; n < 100; ++n, ++sent) host.send(0x141, kReadState2);
+    hog_processor(std::chrono::milliseconds(200));
+    for (int n = 0; n < 100; ++n) ASSERT_TRUE(host.receive()) << round << ", reply " << n;
+  }
+  const Reading end = read_clock();
+  expect_no_drift(begin, end);
+  EXPECT_GE(end.slipped_s - begin.slipped_s, 5 * (0.2 - 0.051));
+  expect_balanced(sent);
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.err.find("simulated time slips"), std::string::npos);
+  EXPECT_NE(result.out.find("simulated time slipped"), std::string::npos) << result.out;
+  run("echo 950000 >/proc/sys/kernel/sched_rt_runtime_us");
+}
+
+TEST_F(Processor, SharedWithManyThatGoFirstItStaysConsistent) {
+  std::vector<pid_t> busy;
+  for (int n = 0; n < 4; ++n) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      // Without the right to go first they are as many all the same.
+      static_cast<void>(::setpriority(PRIO_PROCESS, 0, -20));
+      for (;;) {
+      }
+    }
+    busy.push_back(child);
+  }
+  EmulatorProcess emulator(arguments());
+  EXPECT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  const Reading begin = read_clock();
+  constexpr int kQueries = 50;
+  for (int n = 0; n < kQueries; ++n) EXPECT_TRUE(host.query(1 + n % 4, kReadState2)) << n;
+  const Reading end = read_clock();
+  for (const pid_t child : busy) {
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+  }
+  expect_no_drift(begin, end);
+  expect_balanced(kQueries);
+  EXPECT_EQ(emulator.stop().status, 0);
+}
+
+}  // namespace
+}  // namespace lk::vcan
