@@ -96,7 +96,9 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"POST", "/scenario", &ControlApi::post_scenario},
       {"GET", "/scenario", &ControlApi::get_scenario},
       {"DELETE", "/scenario", &ControlApi::delete_scenario},
+      {"GET", "/scenarios", &ControlApi::get_scenarios},
       {"GET", "/telemetry", &ControlApi::get_telemetry},
+      {"GET", "/frames", &ControlApi::get_frames},
   };
   return kRoutes;
 }
@@ -106,6 +108,9 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
     std::string_view path = request.path;
     const bool below_base =
         path.starts_with(kBasePath) && path.substr(kBasePath.size()).starts_with('/');
+    if (request.from_page && !request.pages_may_write && request.method != "GET") {
+      throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
+    }
     if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
     const Parts asked = split(path.substr(kBasePath.size()), '/');
     std::string allowed;
@@ -157,8 +162,7 @@ Json ControlApi::clock_json() const {
           {"advancing", world_.advancing()}};
 }
 
-void ControlApi::get_status(const ApiRequest& /*request*/, const Parts& /*parts*/,
-                            const Reply& reply) {
+void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
   catch_up();
   Json buses = Json::array();
   for (const auto& line : world_.lines()) buses.push_back(bus_json(*line));
@@ -168,7 +172,8 @@ void ControlApi::get_status(const ApiRequest& /*request*/, const Parts& /*parts*
           {"clock", clock_json()},
           {"buses", buses},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
-          {"scenario", scenario.state ? scenario.state() : Json(nullptr)}},
+          {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
+          {"pages_may_write", request.pages_may_write}},
          ""});
 }
 
@@ -341,14 +346,9 @@ void ControlApi::delete_scenario(const ApiRequest& /*request*/, const Parts& /*p
   reply({200, scenario.stop(), ""});
 }
 
-// --- telemetry
-// -----------------------------------------------------------------------------------
-
-/// Whoever may listen to a stream asks for an upgrade, and does not come here.
-void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/,
+void ControlApi::get_scenarios(const ApiRequest& /*request*/, const Parts& /*parts*/,
                                const Reply& reply) {
-  read_telemetry_request(request);
-  reply(error_response(426, "Upgrade", "telemetry comes over a WebSocket"));
+  reply({200, scenarios_json(), ""});
 }
 
 }  // namespace lk::emulator

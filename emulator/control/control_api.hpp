@@ -20,6 +20,8 @@ struct ApiRequest {
   std::map<std::string, std::string> query;  // decoded
   std::string content_type;
   std::string body;
+  bool from_page = false;        // a browser sent it, for a page
+  bool pages_may_write = false;  // where it came in
 };
 
 struct ApiResponse {
@@ -63,6 +65,9 @@ class ControlApi {
   /// What a telemetry stream is asked to tell. Throws ApiError.
   TelemetryRequest read_telemetry_request(const ApiRequest& request);
 
+  /// The bus whose frames are asked for. Throws ApiError.
+  Line& read_frames_request(const ApiRequest& request);
+
   struct Route {
     std::string_view method;
     std::string_view path;  // below kBasePath; {bus} and {id} stand for one part each
@@ -72,6 +77,7 @@ class ControlApi {
   static std::span<const Route> routes();
   static constexpr std::string_view kBasePath = "/api/v1";
   static constexpr std::string_view kTelemetryPath = "/api/v1/telemetry";
+  static constexpr std::string_view kFramesPath = "/api/v1/frames";
 
  private:
   using Parts = std::vector<std::string>;
@@ -91,6 +97,8 @@ class ControlApi {
   void post_scenario(const ApiRequest& request, const Parts&, const Reply& reply);
   void get_scenario(const ApiRequest&, const Parts&, const Reply& reply);
   void delete_scenario(const ApiRequest&, const Parts&, const Reply& reply);
+  void get_scenarios(const ApiRequest&, const Parts&, const Reply& reply);
+  void get_frames(const ApiRequest&, const Parts&, const Reply& reply);
   void get_telemetry(const ApiRequest&, const Parts&, const Reply& reply);
 
   Json clock_json() const;

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <system_error>
+#include <vector>
 
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/core/scenario_text.hpp"
+#include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/signals.hpp"
 #include "emulator/program/motor_listing.hpp"
+#include "emulator/program/profile_files.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -73,6 +78,21 @@ Json registers_json(const Registers& registers, const ServoConfig& servo) {
     for (const auto& field : keys.fields) put(one, field, registers.protections[kind]);
   }
   return json;
+}
+
+/// What a drive is made of and what it started with: nothing of it changes.
+Json built_json(const ServoConfig& servo) {
+  const model::DriveParams& drive = servo.profile.drive;
+  Json load = Json::object();
+  for (const auto& field : fields::kLoad) put(load, field, drive.load);
+  const double turns = encoder_turns(servo.profile, servo.quirks);
+  const ShaftAngles angles(servo.profile, servo.quirks);
+  return {{"gear_ratio", drive.mechanics.gear_ratio},
+          {"encoder_counts", angles.max_wire_count() + 1},
+          {"encoder_turns", turns},
+          {"supply_V", drive.supply.v_source},
+          {"ambient_C", drive.thermal.temp_ambient},
+          {"load", load}};
 }
 
 Json optional_seconds(const std::optional<SimTime>& time) {
@@ -160,6 +180,7 @@ Json drive_json(const Line& line, int id) {
           {"alive", drive.telemetry.alive},
           {"errors", errors},
           {"signals", values},
+          {"built", built_json(servo)},
           {"registers",
            {{"ram", registers_json(drive.servo.ram(), servo)},
             {"rom", registers_json(drive.servo.rom(), servo)}}},
@@ -228,6 +249,26 @@ Json fault_kinds_json() {
                      {"parameters", params}});
   }
   return kinds;
+}
+
+Json scenarios_json() {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(config_directory() / "scenarios", error)) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  Json all = Json::array();
+  for (const auto& file : files) {
+    std::string about;
+    try {
+      about = toml::parse_file(file.string())["about"].value_or(std::string());
+    } catch (const toml::parse_error&) {  // whoever starts it is told what is wrong with it
+    }
+    all.push_back({{"name", file.stem().string()}, {"file", file.string()}, {"about", about}});
+  }
+  return all;
 }
 
 Json signals_json() {

@@ -14,5 +14,7 @@ Json drive_json(const Line& line, int id);
 Json fault_json(const Line& line, const FaultReport& report);
 Json fault_kinds_json();
 Json signals_json();
+/// The scenarios that are delivered: name, file, what they are about.
+Json scenarios_json();
 
 }  // namespace lk::emulator

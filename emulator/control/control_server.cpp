@@ -65,7 +65,7 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
       patience_(options.patience),
       pause_(loop) {
   // First what may be refused and leaves nothing behind.
-  if (options.http) listen_at(*options.http, options.token_file);
+  if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
     try {
       secure_directory(runtime_directory());
@@ -118,7 +118,7 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
   accept(*unix_, entrance);
 }
 
-void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::path& token_file) {
+void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
   error_code error;
   const auto address = boost::asio::ip::make_address(http.address, error);
   if (error) {
@@ -127,7 +127,8 @@ void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::pa
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;
   Access& access = entrance->access;
-  if (!token_file.empty()) access.token = read_token(token_file);
+  access.pages_may_write = options.pages_may_write;
+  if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty()) {
     throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
   }
@@ -144,8 +145,8 @@ void ControlServer::listen_at(const HttpAddress& http, const std::filesystem::pa
                      problem.code().message());
   }
   if (address.is_loopback()) access.hosts = loopback_hosts(port_);
-  spdlog::info("control: http://{}:{}/api/v1",
-               address.is_v6() ? "[" + http.address + "]" : http.address, port_);
+  const std::string host = address.is_v6() ? "[" + http.address + "]" : http.address;
+  spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
   accept(*tcp_, entrance);
 }
 

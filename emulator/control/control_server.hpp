@@ -32,7 +32,7 @@ class ControlServer {
 
  private:
   void listen_at(const std::filesystem::path& path);
-  void listen_at(const HttpAddress& http, const std::filesystem::path& token_file);
+  void listen_at(const HttpAddress& http, const ControlOptions& options);
   static bool has_room(Entrance& entrance);
   template <class Acceptor>
   void accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance);

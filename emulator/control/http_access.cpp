@@ -1,6 +1,7 @@
 #include "emulator/control/http_access.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 
 namespace lk::emulator {
@@ -17,7 +18,44 @@ bool same_secret(std::string_view shown, std::string_view secret) {
   return difference == 0;
 }
 
+/// The words of a list with commas.
+template <class Take>
+void each_word(std::string_view list, const Take& take) {
+  while (!list.empty()) {
+    const std::size_t comma = std::min(list.find(','), list.size());
+    std::string_view word = list.substr(0, comma);
+    list.remove_prefix(std::min(comma + 1, list.size()));
+    while (word.starts_with(' ')) word.remove_prefix(1);
+    while (word.ends_with(' ')) word.remove_suffix(1);
+    take(word);
+  }
+}
+
 }  // namespace
+
+bool offers_protocol(std::string_view offered) {
+  bool found = false;
+  each_word(offered, [&](std::string_view word) { found = found || word == kWebSocketProtocol; });
+  return found;
+}
+
+std::string authorization_of(std::string_view offered) {
+  constexpr std::string_view kPrefix = "bearer.";
+  std::string said;
+  each_word(offered, [&](std::string_view word) {
+    if (!said.empty() || !word.starts_with(kPrefix)) return;
+    word.remove_prefix(kPrefix.size());
+    std::string token;
+    for (; word.size() >= 2; word.remove_prefix(2)) {
+      unsigned byte = 0;
+      const auto [end, error] = std::from_chars(word.data(), word.data() + 2, byte, 16);
+      if (error != std::errc() || end != word.data() + 2) return;
+      token += static_cast<char>(byte);
+    }
+    if (word.empty()) said = "Bearer " + token;
+  });
+  return said;
+}
 
 /// A page in a browser on this machine can send requests here. Its Origin gives it away; a name
 /// that somebody lets point to 127.0.0.1 is given away by Host.

@@ -11,6 +11,7 @@ namespace lk::emulator {
 struct Access {
   std::vector<std::string> hosts;  // what Host may be; empty: anything
   std::string token;               // what has to be shown; empty: nothing
+  bool pages_may_write = false;    // what comes with an Origin may do more than look
 };
 
 /// What a request says of where it comes from.
@@ -24,6 +25,13 @@ struct Credentials {
 int refusal(const Access& access, const Credentials& shown);
 /// Why, for the one who is refused.
 std::string refusal_reason(int status);
+
+/// A page can give a WebSocket no Authorization. It offers this protocol and, for its token, one
+/// more: "bearer." and the token's bytes in hexadecimal.
+inline constexpr std::string_view kWebSocketProtocol = "lk-emu";
+bool offers_protocol(std::string_view offered);
+/// What Authorization would say; empty when no token is offered.
+std::string authorization_of(std::string_view offered);
 
 /// What browsers and clients call this machine, seen from itself, at that port.
 std::vector<std::string> loopback_hosts(unsigned port);

@@ -11,8 +11,10 @@
 #include <optional>
 
 #include "emulator/config/config_error.hpp"
+#include "emulator/control/frame_stream.hpp"
 #include "emulator/control/http_target.hpp"
 #include "emulator/control/telemetry_stream.hpp"
+#include "emulator/control/web_files.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -25,8 +27,13 @@ constexpr std::size_t kReadAtOnce = 4096;
 constexpr std::size_t kLongestBuffer = 16 * 1024;  // with what a client sends ahead
 constexpr auto kGoodbye = std::chrono::seconds(1);
 constexpr int kMostGoodbyeReads = 256;
+/// The dashboard asks nobody else for anything, and no other page can hold it in a frame.
+constexpr const char* kPagePolicy =
+    "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
+    "form-action 'none'";
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+beast::string_view view(std::string_view text) { return {text.data(), text.size()}; }
 
 int status_of(const error_code& error) {
   if (error == http::error::header_limit) return 431;
@@ -88,17 +95,28 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void look_at_header() {
     const auto& header = parser_->get();
     const auto origin = header.find(http::field::origin);
+    const std::string offered = authorization_of(view(header[http::field::sec_websocket_protocol]));
     const Credentials shown{
         view(header[http::field::host]),
         origin != header.end() ? std::optional(view(origin->value())) : std::nullopt,
-        view(header[http::field::authorization])};
-    if (const int status = refusal(entrance_->access, shown)) {
+        offered.empty() ? view(header[http::field::authorization]) : offered};
+    const WebFile* const file = find_web_file(view(header.target()));
+    // The files of the dashboard are no secret, and a browser has no token before it has them.
+    const int status = file != nullptr ? refusal({entrance_->access.hosts, "", false}, shown)
+                                       : refusal(entrance_->access, shown);
+    if (status != 0) {
       refuse(status, status == 401 ? "Authorization" : "Host", refusal_reason(status));
       return;
     }
     request_ = {};
     request_.method = std::string(view(header.method_string()));
     request_.content_type = std::string(view(header[http::field::content_type]));
+    request_.from_page = shown.origin.has_value();
+    request_.pages_may_write = entrance_->access.pages_may_write;
+    if (file != nullptr) {
+      send_file(*file, view(header[http::field::if_none_match]) == file->etag);
+      return;
+    }
     try {
       read_target(view(header.target()), request_);
       if (beast::websocket::is_upgrade(header)) {
@@ -167,6 +185,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void upgrade() {
+    if (request_.path == ControlApi::kFramesPath) {
+      check_handshake();
+      Line& line = shared_->api.read_frames_request(request_);
+      stream_.expires_never();
+      stream_frames(std::move(stream_), parser_->release(), line, entrance_);
+      return;
+    }
     if (request_.path != ControlApi::kTelemetryPath) {
       throw ApiError(404, "path", "there is no WebSocket here");
     }
@@ -196,20 +221,49 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     write(error_response(status, where, reason));
   }
 
-  void write(const ApiResponse& response) {
+  /// Of a request without a body, or whose body is not of interest.
+  void send_file(const WebFile& file, bool known) {
+    keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
+    if (request_.method != "GET") {
+      ApiResponse response = error_response(405, "method", "this can be asked for by GET");
+      response.allow = "GET";
+      write(response);
+      return;
+    }
+    begin_response(known ? 304 : 200, file.type);
+    response_.set(http::field::cache_control, "no-cache");
+    response_.set(http::field::etag, view(file.etag));
+    response_.set("Content-Security-Policy", kPagePolicy);
+    response_.set("Referrer-Policy", "no-referrer");
+    if (!known) {
+      response_.body() = file.body;
+      response_.content_length(file.body.size());
+    }
+    send_response();
+  }
+
+  void begin_response(int status, std::string_view type) {
     response_ = {};
     response_.version(11);
-    response_.result(static_cast<unsigned>(response.status));
-    response_.set(http::field::content_type, "application/json");
-    response_.set(http::field::cache_control, "no-store");
+    response_.result(static_cast<unsigned>(status));
+    response_.set(http::field::content_type, view(type));
     response_.set("X-Content-Type-Options", "nosniff");
+  }
+
+  void write(const ApiResponse& response) {
+    begin_response(response.status, "application/json");
+    response_.set(http::field::cache_control, "no-store");
     if (!response.allow.empty()) response_.set(http::field::allow, response.allow);
     if (response.status == 401) response_.set(http::field::www_authenticate, "Bearer");
-    response_.keep_alive(keep_alive_);
     std::string body = response.body.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
     response_.content_length(body.size());
     const bool head = parser_->is_header_done() && parser_->get().method() == http::verb::head;
     if (!head) response_.body() = std::move(body);
+    send_response();
+  }
+
+  void send_response() {
+    response_.keep_alive(keep_alive_);
     stream_.expires_after(entrance_->patience.request);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {

@@ -48,8 +48,16 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
           !(wanted.rate_Hz <= kFastestTelemetry_Hz)) {
         throw ApiError(400, "rate_Hz", "must be a number from 0.1 to 20000");
       }
+    } else if (key == "samples_per_message") {
+      const char* const last = value.data() + value.size();
+      const auto [end, error] = std::from_chars(value.data(), last, wanted.samples_per_message);
+      if (error != std::errc() || end != last || wanted.samples_per_message < 1 ||
+          wanted.samples_per_message > kMostSamplesPerMessage) {
+        throw ApiError(400, key, "must be a whole number from 1 to 1000");
+      }
     } else {
-      throw ApiError(400, key, "unknown; there are bus, ids, signals and rate_Hz");
+      throw ApiError(400, key,
+                     "unknown; there are bus, ids, signals, rate_Hz and samples_per_message");
     }
   }
   wanted.line = &line_of(bus ? &*bus : nullptr);

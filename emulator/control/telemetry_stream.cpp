@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cmath>
@@ -23,6 +24,8 @@ using boost::system::error_code;
 constexpr std::size_t kLongestMessage = 4096;     // of the client
 constexpr std::size_t kMostQueued = 1024 * 1024;  // bytes that wait for the client
 
+constexpr auto kLongestGather = std::chrono::milliseconds(20);
+
 void append_number(std::string& text, double value) {
   if (std::isfinite(value)) {
     fmt::format_to(std::back_inserter(text), "{}", value);
@@ -36,6 +39,7 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   TelemetryStream(HttpStream stream, const TelemetryRequest& wanted,
                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance)
       : socket_(std::move(stream)),
+        flush_(socket_.get_executor()),
         wanted_(wanted),
         shared_(std::move(shared)),
         entrance_(std::move(entrance)) {
@@ -52,6 +56,7 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   void start(beast::http::request<beast::http::string_body> upgrade) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.read_message_max(kLongestMessage);
+    choose_protocol(socket_, upgrade);
     upgrade_ = std::move(upgrade);
     socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
       if (error) return;
@@ -95,11 +100,13 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
 
   void look(const Bus& bus) {
     sampler_->look(bus, row_);
-    if (queued_ > kMostQueued) {
+    if (queued_ + gathered_.size() > kMostQueued) {
       ++lost_;
       return;
     }
-    std::string text = "{\"time_s\":";
+    std::string& text = gathered_;
+    text += gathered_samples_++ == 0 ? "" : ",";
+    text += "{\"time_s\":";
     append_number(text, seconds(bus.time()));
     if (lost_ > 0) fmt::format_to(std::back_inserter(text), ",\"lost\":{}", lost_);
     text += ",\"rows\":[";
@@ -112,7 +119,25 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
       }
       text += ']';
     }
-    tell(text + "]}");
+    text += "]}";
+    if (gathered_samples_ >= wanted_.samples_per_message) {
+      tell_gathered();
+    } else if (gathered_samples_ == 1) {
+      flush_.expires_after(kLongestGather);
+      flush_.async_wait([weak = weak_from_this()](const error_code& error) {
+        if (const auto self = weak.lock(); self && !error) self->tell_gathered();
+      });
+    }
+  }
+
+  void tell_gathered() {
+    if (gathered_samples_ == 0 || !watcher_) return;
+    gathered_samples_ = 0;
+    if (wanted_.samples_per_message > 1) {
+      tell("[" + std::exchange(gathered_, {}) + "]");
+    } else {
+      tell(std::exchange(gathered_, {}));
+    }
   }
 
   void tell(std::string text) {
@@ -151,9 +176,11 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   void end() {
     if (watcher_) wanted_.line->remove_watcher(*watcher_);
     watcher_.reset();
+    flush_.cancel();
   }
 
   websocket::stream<HttpStream> socket_;
+  boost::asio::steady_timer flush_;
   TelemetryRequest wanted_;
   std::shared_ptr<HttpShared> shared_;
   std::shared_ptr<Entrance> entrance_;
@@ -162,12 +189,23 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   std::optional<Sampler> sampler_;
   std::optional<Line::WatcherKey> watcher_;
   std::vector<double> row_;
+  std::string gathered_;  // samples of the next message
+  int gathered_samples_ = 0;
   std::deque<std::string> queue_;
   std::size_t queued_ = 0;  // bytes
   std::uint64_t lost_ = 0;  // samples, since the stream began
 };
 
 }  // namespace
+
+void choose_protocol(websocket::stream<HttpStream>& socket,
+                     const beast::http::request<beast::http::string_body>& upgrade) {
+  const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
+  if (!offers_protocol({offered.data(), offered.size()})) return;
+  socket.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(beast::http::field::sec_websocket_protocol, std::string(kWebSocketProtocol));
+  }));
+}
 
 void stream_telemetry(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
                       const TelemetryRequest& wanted, std::shared_ptr<HttpShared> shared,

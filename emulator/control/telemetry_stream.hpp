@@ -4,6 +4,7 @@
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/stream_fwd.hpp>
 #include <memory>
 
 #include "emulator/control/http_session.hpp"
@@ -15,6 +16,11 @@ using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_proto
 
 /// Values a second that all streams together may have.
 inline constexpr double kMostTelemetryOfAll = 400'000;
+
+/// A page in a browser can show its token in no other way than among the protocols it offers
+/// (http_access.hpp); it wants one of them chosen.
+void choose_protocol(boost::beast::websocket::stream<HttpStream>& socket,
+                     const boost::beast::http::request<boost::beast::http::string_body>& upgrade);
 
 /// Answers the upgrade and tells what is wanted until the client has gone; keeps itself alive. A
 /// client that reads too slowly misses samples.

@@ -17,10 +17,13 @@ struct TelemetryRequest {
   std::vector<const Signal*> signals;
   double rate_Hz = 100;
   SimTime period{0};
+  // 1: a message is a sample; more: a list of up to so many, which is less work for both sides.
+  int samples_per_message = 1;
 };
 
 inline constexpr double kSlowestTelemetry_Hz = 0.1;
 inline constexpr double kFastestTelemetry_Hz = 20'000;
+inline constexpr int kMostSamplesPerMessage = 1000;
 /// Values a second of simulated time in one stream.
 inline constexpr double kMostTelemetry = 200'000;
 

@@ -48,6 +48,7 @@ struct Raw {
   std::string junit;
   std::string http;
   std::string http_token;
+  bool http_write = false;
   std::string record;
   std::string motor_to_show;
   CommandLine line;
@@ -96,8 +97,11 @@ void add_options(CLI::App& app, Raw& raw) {
                  "XDG_RUNTIME_DIR)")
       ->type_name("PATH");
   app.add_option("--http", raw.http,
-                 "be controlled over TCP too, e.g. at 127.0.0.1:8474 (port 0: any)")
+                 "be controlled over TCP too, e.g. at 127.0.0.1:8474 (port 0: any); a browser "
+                 "finds the dashboard there")
       ->type_name("ADDR:PORT");
+  app.add_flag("--http-write", raw.http_write,
+               "the dashboard may act on the drives, not only look at them");
   app.add_option("--http-token", raw.http_token,
                  "file with the token that clients have to show; a must when other machines can "
                  "reach the address")
@@ -259,6 +263,8 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
     line.control.token_file = raw.http_token;
   }
+  if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
+  line.control.pages_may_write = raw.http_write;
   if (app.count("--record") > 0) {
     if (raw.record.empty()) throw StartError("--record: needs a directory");
     line.record = raw.record;

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "emulator/control/frame_words.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
 #include "emulator/scenario/scenario_activity.hpp"
@@ -275,6 +276,42 @@ TEST(Telemetry, IsAskedForWithinBounds) {
   std::string all;
   for (const Signal& signal : signals()) all += (all.empty() ? "" : ",") + std::string(signal.name);
   EXPECT_EQ(ask({{"signals", all}, {"rate_Hz", "20000"}}), 400) << "too many values a second";
+}
+
+TEST(FrameWords, SayWhatIsWrongWithAFrame) {
+  const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
+  protocol::Frame frame;
+  frame.id = 0x141;
+  frame.dlc = 8;
+  frame.data[0] = 0x7E;
+  EXPECT_EQ(reader.query(frame).drawback, "unknown command");
+  EXPECT_EQ(reader.query(frame).mark, "unknown");
+  frame.data[0] = 0x9A;
+  EXPECT_EQ(reader.query(frame).name, "read state 1");
+  EXPECT_EQ(reader.query(frame).mark, "");
+  frame.id = 0x145;
+  EXPECT_EQ(reader.query(frame).drawback, "no such drive");
+  frame.dlc = 7;
+  EXPECT_EQ(reader.query(frame).drawback, "wrong length");
+  frame.id = 0x7DF;
+  EXPECT_EQ(reader.query(frame).drawback, "no drive's identifier");
+  EXPECT_EQ(reader.query(frame).id, 0);
+}
+
+/// docs/protocol.md: 0x280 carries four currents of 16 bits; a state 1 with an error bit.
+TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
+  const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
+  protocol::Frame frame;
+  frame.id = 0x280;
+  frame.dlc = 8;
+  EXPECT_EQ(reader.query(frame).command, "280");
+  EXPECT_EQ(reader.query(frame).values, "1 0, 2 0, 3 0, 4 0");
+  frame.id = 0x142;
+  frame.data = {0x9A, 25, 0, 240, 0, 0, 0, 0x01};
+  const FrameWords state = reader.reply(frame);
+  EXPECT_EQ(state.id, 2);
+  EXPECT_EQ(state.mark, "error");
+  EXPECT_EQ(state.values, "temperature_C 25, voltage_V 24, errors 1: under_voltage");
 }
 
 /// docs/openapi.json and the router's table name the same requests.

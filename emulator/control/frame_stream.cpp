@@ -1,0 +1,169 @@
+#include "emulator/control/frame_stream.hpp"
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+#include <optional>
+
+#include "emulator/control/control_json.hpp"
+#include "emulator/control/frame_words.hpp"
+#include "emulator/core/frame_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+constexpr std::size_t kLongestMessage = 4096;  // of the client
+constexpr std::size_t kMostGathered = 4096;    // frames that wait for the client
+constexpr auto kGather = std::chrono::milliseconds(20);
+
+class FrameStream : public std::enable_shared_from_this<FrameStream> {
+ public:
+  FrameStream(HttpStream stream, Line& line, std::shared_ptr<Entrance> entrance)
+      : socket_(std::move(stream)),
+        timer_(socket_.get_executor()),
+        line_(line),
+        reader_(line.config()),
+        entrance_(std::move(entrance)) {
+    ++entrance_->connections;
+  }
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+  ~FrameStream() { --entrance_->connections; }
+
+  void start(beast::http::request<beast::http::string_body> upgrade) {
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.read_message_max(kLongestMessage);
+    choose_protocol(socket_, upgrade);
+    upgrade_ = std::move(upgrade);
+    socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
+      if (!error) self->begin();
+    });
+  }
+
+ private:
+  void begin() {
+    // Not this stream's owner: it may end in between.
+    Listener listener;
+    listener.query = [weak = weak_from_this()](const TimedFrame& frame) {
+      if (const auto self = weak.lock()) self->gather(frame, Direction::kQuery);
+    };
+    listener.reply = [weak = weak_from_this()](const TimedFrame& frame) {
+      if (const auto self = weak.lock()) self->gather(frame, Direction::kReply);
+    };
+    listener_ = line_.add_listener(std::move(listener));
+    const Json introduction = {{"bus", line_.name()}};
+    text_ = introduction.dump();
+    write();
+    read();
+  }
+
+  enum class Direction : std::uint8_t { kQuery, kReply };
+
+  void gather(const TimedFrame& frame, Direction direction) {
+    if (gathered_.size() >= kMostGathered) {
+      ++lost_;
+      return;
+    }
+    gathered_.push_back({frame, direction});
+    if (gathered_.size() == 1 && !writing_) tell_soon();
+  }
+
+  void tell_soon() {
+    timer_.expires_after(kGather);
+    timer_.async_wait([weak = weak_from_this()](const error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && self->listener_) self->tell();
+    });
+  }
+
+  void tell() {
+    Json frames = Json::array();
+    for (const auto& [frame, direction] : gathered_) frames.push_back(row(frame, direction));
+    gathered_.clear();
+    Json message = {{"frames", std::move(frames)}};
+    if (lost_ > 0) message["lost"] = lost_;
+    text_ = message.dump(-1, ' ', false, Json::error_handler_t::replace);
+    write();
+  }
+
+  Json row(const TimedFrame& timed, Direction direction) const {
+    const bool query = direction == Direction::kQuery;
+    const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
+    Json json = {{"time_s", seconds(timed.at)},
+                 {"from", query ? "host" : "drive"},
+                 {"id", words.id},
+                 {"frame", frame_text(timed.frame)},
+                 {"command", words.command},
+                 {"name", words.name},
+                 {"values", words.values}};
+    if (!words.mark.empty()) json["mark"] = words.mark;
+    if (!words.drawback.empty()) json["drawback"] = words.drawback;
+    return json;
+  }
+
+  void write() {
+    writing_ = true;
+    socket_.text(true);
+    socket_.async_write(boost::asio::buffer(text_),
+                        [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                          self->writing_ = false;
+                          if (error) {
+                            self->end();
+                          } else if (!self->gathered_.empty()) {
+                            self->tell_soon();
+                          }
+                        });
+  }
+
+  /// Whatever the client says is not of interest; that it goes is.
+  void read() {
+    incoming_.clear();
+    socket_.async_read(incoming_,
+                       [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                         if (error) {
+                           self->end();
+                         } else {
+                           self->read();
+                         }
+                       });
+  }
+
+  void end() {
+    if (listener_) line_.remove_listener(*listener_);
+    listener_.reset();
+    timer_.cancel();
+  }
+
+  struct Gathered {
+    TimedFrame frame;
+    Direction direction;
+  };
+
+  websocket::stream<HttpStream> socket_;
+  boost::asio::steady_timer timer_;
+  Line& line_;
+  FrameReader reader_;
+  std::shared_ptr<Entrance> entrance_;
+  beast::http::request<beast::http::string_body> upgrade_;
+  beast::flat_buffer incoming_;
+  std::optional<Line::ListenerKey> listener_;
+  std::vector<Gathered> gathered_;
+  std::string text_;  // on its way
+  bool writing_ = false;
+  std::uint64_t lost_ = 0;  // frames, since the stream began
+};
+
+}  // namespace
+
+void stream_frames(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
+                   Line& line, std::shared_ptr<Entrance> entrance) {
+  std::make_shared<FrameStream>(std::move(stream), line, std::move(entrance))
+      ->start(std::move(upgrade));
+}
+
+}  // namespace lk::emulator

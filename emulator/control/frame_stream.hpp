@@ -1,0 +1,13 @@
+#pragma once
+
+#include "emulator/control/telemetry_stream.hpp"
+
+namespace lk::emulator {
+
+/// Answers the upgrade and tells every frame of `line`, in words, until the client has gone; keeps
+/// itself alive. A client that reads too slowly misses frames.
+void stream_frames(HttpStream stream,
+                   boost::beast::http::request<boost::beast::http::string_body> upgrade, Line& line,
+                   std::shared_ptr<Entrance> entrance);
+
+}  // namespace lk::emulator

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/record/reply_values.hpp"
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// A frame for a person.
+struct FrameWords {
+  int id = 0;                 // the drive that it is for or from; 0: several, or none
+  std::string command;        // "9C", or the identifier of a command for several drives: "280"
+  std::string_view name;      // "read state 2"; empty: nobody knows it
+  std::string values;         // "angle_deg 240, max_speed_dps 120"
+  std::string_view mark;      // empty, "error", "unknown": what catches the eye
+  std::string_view drawback;  // why it means nothing, if so: "wrong length"
+};
+
+/// Reads the frames of one bus as its drives and hosts do.
+class FrameReader {
+ public:
+  explicit FrameReader(const BusConfig& bus);
+  FrameWords query(const protocol::Frame& frame) const;
+  FrameWords reply(const protocol::Frame& frame) const;
+
+ private:
+  const ReplyReader* reader_of(int id) const;
+
+  std::vector<ReplyReader> readers_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,37 @@
+"""LKEMU says which program; without Chromium, its driver and Selenium there is nothing to test with
+(Debian: chromium, chromium-driver, python3-selenium)."""
+
+import importlib.util
+import os
+import shutil
+
+import pytest
+
+PROGRAM = os.environ.get("LKEMU", "lk-emu")
+
+if not (shutil.which("chromium") and shutil.which("chromedriver")
+        and importlib.util.find_spec("selenium")):
+    collect_ignore_glob = ["test_*.py"]
+
+
+@pytest.fixture(scope="session")
+def bench():
+    from dashboard import Bench
+    bench = Bench(PROGRAM, "1-4", "--http-write")
+    yield bench
+    bench.close()
+
+
+@pytest.fixture(scope="session")
+def browser(bench):
+    from dashboard import Page
+    page = Page(bench.http)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def page(browser):
+    """Complaints of the browser are those of this test."""
+    browser.complaints()
+    yield browser

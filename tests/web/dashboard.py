@@ -1,0 +1,190 @@
+"""A dashboard in a browser, the emulator that it belongs to, and a host on the same bus."""
+
+import contextlib
+import json
+import pathlib
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+HERE = pathlib.Path(__file__).resolve().parent
+PATIENCE_S = 40  # of a machine that may be busy; nothing passes by waiting
+
+
+def free_ports(count):
+    with contextlib.ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        return [one.getsockname()[1] for one in sockets]
+
+
+class Bench:
+    """lk-emu inside with-vcan, reachable from here."""
+
+    def __init__(self, program, ids, *options):
+        self.http, self.host = free_ports(2)
+        self.process = subprocess.Popen(
+            [sys.executable, str(HERE / "tunnel.py"), f"{self.http},{self.host}", "--",
+             "/usr/bin/python3", str(HERE / "guest.py"), str(self.host), program, "--bus", "vcan0",
+             "--ids", ids, "--rom", ":memory:", "--control", "none",
+             "--http", f"127.0.0.1:{self.http}", *options], stderr=subprocess.PIPE)
+        for line in self.process.stderr:
+            if b"ready" in line:
+                break
+        else:
+            raise RuntimeError("lk-emu did not start")
+        # The rest of what it says is of no interest, but must not fill the pipe.
+        self.drain = subprocess.Popen(["cat"], stdin=self.process.stderr, stdout=subprocess.DEVNULL)
+        self.connection = socket.create_connection(("127.0.0.1", self.host))
+        self.lines = self.connection.makefile("rw", newline="\n")
+
+    def tell(self, line):
+        self.lines.write(line + "\n")
+        self.lines.flush()
+        return self.lines.readline().strip()
+
+    def ask(self, drive, *data):
+        """DATA[0..7] of the reply; None: there is none."""
+        answer = self.tell(f"{0x140 + drive:03X}#{bytes(data).ljust(8, bytes(1)).hex()}")
+        return None if answer == "none" else bytes.fromhex(answer.split("#")[1])
+
+    def position(self, drive, angle_deg, max_speed_dps=0):
+        return self.ask(drive, *struct.pack("<BxHi", 0xA4, max_speed_dps, round(angle_deg * 100)))
+
+    def angle_deg(self, drive):
+        """0x92: 56 bits, signed, 0.01 degrees."""
+        data = self.ask(drive, 0x92)
+        return int.from_bytes(data[1:8], "little", signed=True) / 100
+
+    def voltage_V(self, drive):
+        """0x9A of the oldest generation: DATA[3..4], 0.1 V."""
+        return int.from_bytes(self.ask(drive, 0x9A)[3:5], "little") / 10
+
+    def close(self):
+        self.connection.close()
+        self.process.terminate()
+        self.process.wait()
+
+
+class Page:
+    """What a person sees and clicks."""
+
+    def __init__(self, port, size=(1440, 900)):
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                     "--hide-scrollbars", "--window-size=%d,%d" % size):
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.driver.set_script_timeout(PATIENCE_S)
+        # The window's frame takes its share.
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+        self.address = f"http://127.0.0.1:{port}/"
+        self.driver.get(self.address)
+        self.until(lambda: self.all(".card"))
+
+    def close(self):
+        self.driver.quit()
+
+    def until(self, holds):
+        return WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
+
+    def go(self, view):
+        self.run("location.hash = arguments[0]", f"#{view}")
+        self.until(lambda: self.one(f"#view-{view.split('?')[0]}").is_displayed())
+
+    def one(self, css):
+        return self.driver.find_element(By.CSS_SELECTOR, css)
+
+    def all(self, css):
+        return self.driver.find_elements(By.CSS_SELECTOR, css)
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def text(self, css):
+        return self.run("return document.querySelector(arguments[0])?.textContent ?? ''", css)
+
+    def button(self, within, name):
+        """By what is on it, or by what a screen reader calls it."""
+        found = [b for b in self.all(f"{within} button")
+                 if name in (b.text, b.get_attribute("aria-label"))]
+        assert found, f"no button {name} in {within}"
+        return found[0]
+
+    def click(self, within, name):
+        button = self.button(within, name)
+        self.run("arguments[0].scrollIntoView({block: 'center'})", button)
+        button.click()
+
+    def choose(self, css, value):
+        Select(self.one(css)).select_by_value(value)
+
+    def fill(self, css, value):
+        field = self.one(css)
+        field.clear()
+        field.send_keys(str(value))
+
+    def for_drives(self, *drives):
+        """The bench acts on these."""
+        self.click("#view-bench", "none")
+        for drive in drives:
+            self.click("#view-bench", f"drive {drive}")
+
+    def field(self, drive, name):
+        """A number of a drive's card."""
+        return self.run("""
+          for (const row of document.querySelectorAll(`[data-drive="${arguments[0]}"] .fields div`)) {
+            if (row.querySelector('dt').textContent === arguments[1]) {
+              return Number(row.querySelector('dd').textContent.replace('\\u2212', '-'));
+            }
+          }""", f"vcan0/{drive}", name)
+
+    def dial_deg(self, drive, part="shaft"):
+        turn = self.run("""return document.querySelector(
+          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).getAttribute('transform')""",
+                        f"vcan0/{drive}", part)
+        return float(turn[len("rotate("):-1]) if turn else None
+
+    def state(self, drive):
+        return self.text(f'[data-drive="vcan0/{drive}"] .chip')
+
+    def errors(self, drive):
+        return self.text(f'[data-drive="vcan0/{drive}"] .errors')
+
+    def scope(self, expression):
+        """Of what the scope keeps; `s` is its inspect()."""
+        return self.driver.execute_async_script(
+            "const done = arguments[0]; import('/scope.js').then(({inspect}) => {"
+            f"const s = inspect(); done({expression});}})")
+
+    def heap_bytes(self):
+        self.driver.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        self.driver.execute_cdp_cmd("Performance.enable", {})
+        metrics = self.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+        return {one["name"]: one["value"] for one in metrics}
+
+    def complaints(self):
+        """What the browser found wrong with the page."""
+        return [entry["message"] for entry in self.driver.get_log("browser")
+                if entry["level"] == "SEVERE"]
+
+    def requested_hosts(self):
+        names = json.loads(self.run(
+            "return JSON.stringify(performance.getEntriesByType('resource').map((e) => e.name))"))
+        return {name.split("/")[2] for name in names if "//" in name}
+
+
+def nap(seconds):
+    """Time that has to go by, where it is time that is measured."""
+    time.sleep(seconds)

@@ -1,0 +1,288 @@
+"""The dashboard in a real browser, before a real emulator on a real vcan: what it shows is what the
+drives say on the wire, and what is clicked happens there."""
+
+import pytest
+
+
+def settle(page, holds):
+    """The page, or the drive, gets there."""
+    page.until(holds)
+
+
+def test_cards_show_what_the_drives_say(page, bench):
+    page.go("bus")
+    assert len(page.all(".card")) == 4
+    # 0x9A: temperature in whole °C, voltage in 0.1 V; noise of the sensors is below that.
+    for drive in (1, 4):
+        reply = bench.ask(drive, 0x9A)
+        assert page.field(drive, "motor") == pytest.approx(reply[1], abs=1)
+        assert page.field(drive, "bus") == pytest.approx(bench.voltage_V(drive), abs=0.15)
+    settle(page, lambda: page.state(1) == "running")
+    assert page.errors(1) == "no errors"
+
+
+def test_the_dial_stands_where_the_shaft_does(page, bench):
+    page.go("bus")
+    bench.ask(1, 0x88)
+    bench.position(1, 90)
+    # A drive without gear: the multi-turn angle is that of the shaft, from the encoder's zero.
+    settle(page, lambda: abs(bench.angle_deg(1) - 90) < 0.5)
+    settle(page, lambda: abs((page.dial_deg(1) - page.dial_deg(1, "zero") - 90 + 180) % 360 - 180) < 2)
+
+
+def test_state_and_replies_are_followed(page, bench):
+    page.go("bus")
+    bench.ask(3, 0x80)
+    settle(page, lambda: page.state(3) == "off")
+    bench.ask(3, 0x88)
+    settle(page, lambda: page.state(3) == "running")
+    bench.tell("move 3")
+    settle(page, lambda: page.field(3, "replies") > 5)
+    assert page.field(4, "replies") == 0
+    bench.tell("move")
+    settle(page, lambda: page.field(3, "replies") == 0)
+
+
+def test_a_fault_that_is_clicked_takes_effect_on_the_bus(page, bench):
+    page.go("bench")
+    page.for_drives(2)
+    page.choose("#fault-kind", "hang")
+    page.click("#view-bench", "Break it")
+    settle(page, lambda: "active" in page.text('[data-fault="hang"]'))
+    assert bench.ask(2, 0x9A) is None
+    assert bench.ask(1, 0x9A) is not None
+    settle(page, lambda: "nothing yet" not in page.text('[data-fault="hang"]'))
+    page.click("#evidence", "clear hang")
+    settle(page, lambda: "cleared" in page.text('[data-fault="hang"]'))
+    assert bench.ask(2, 0x9A) is not None
+
+
+def test_a_fault_takes_its_parameters(page, bench):
+    page.go("bench")
+    page.for_drives(4)
+    page.choose("#fault-kind", "sag")
+    page.fill('#fault-parameters [data-key="to_V"]', 15)
+    page.click("#view-bench", "Break it")
+    settle(page, lambda: bench.voltage_V(4) == pytest.approx(15, abs=0.2))
+    assert bench.voltage_V(1) == pytest.approx(24, abs=0.2)
+    page.click("#view-bench", "Clear all")
+    settle(page, lambda: bench.voltage_V(4) == pytest.approx(24, abs=0.2))
+
+
+def test_power_and_supply(page, bench):
+    page.go("bench")
+    page.for_drives(3)
+    page.fill('[aria-label="supply, V"]', 18)
+    page.click("#view-bench", "set the supply")
+    settle(page, lambda: bench.voltage_V(3) == pytest.approx(18, abs=0.2))
+    page.click("#view-bench", "Power off")
+    settle(page, lambda: bench.ask(3, 0x9A) is None)
+    page.go("bus")
+    settle(page, lambda: page.state(3) == "no power")
+    page.go("bench")
+    page.click("#view-bench", "Power on")
+    settle(page, lambda: bench.ask(3, 0x9A) is not None)
+
+
+def test_the_shaft_is_turned_with_the_mouse(page, bench):
+    from selenium.webdriver.common.action_chains import ActionChains
+    page.go("bench")
+    page.for_drives(2)
+    bench.ask(2, 0x80)  # a free shaft stays where it is put
+    before = bench.angle_deg(2)
+    dial = page.one("#view-bench .dial")
+    page.run("arguments[0].scrollIntoView({block: 'center'})", dial)
+    far = dial.size["width"] * 0.4
+    hand = ActionChains(page.driver, duration=100).move_to_element_with_offset(dial, 0, -int(far))
+    hand.click_and_hold()
+    # From 12 o'clock to 3 o'clock, clockwise.
+    hand.move_by_offset(int(far * 0.7), int(far * 0.3)).move_by_offset(int(far) - int(far * 0.7), int(far) - int(far * 0.3))
+    hand.release().perform()
+    # Whole pixels: the hand is 2 degrees off at most.
+    settle(page, lambda: abs(bench.angle_deg(2) - before - 90) < 4)
+    from selenium.webdriver.common.keys import Keys
+    dial.send_keys(Keys.ARROW_LEFT)
+    settle(page, lambda: abs(bench.angle_deg(2) - before - 89) < 4)
+    bench.ask(2, 0x88)
+
+
+def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
+    bench.position(1, 0)
+    settle(page, lambda: abs(bench.angle_deg(1)) < 0.2)
+    page.go("scope?drive=vcan0/1")
+    settle(page, lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 500"))
+    began = page.scope("s.captures[0].samples.last_s")
+    bench.position(1, 60)
+    settle(page, lambda: abs(bench.angle_deg(1) - 60) < 0.2)
+    now = page.scope("s.captures[0].samples.last_s")
+    settle(page, lambda: page.scope("s.captures[0].samples.last_s") > now + 0.5)
+    seen = page.scope(f"""(() => {{
+      const {{samples}} = s.captures[0];
+      const trace = (signal) => s.traces.find((one) => one.signal === signal).column;
+      const first = samples.find({began});
+      const gaps = Array.from(samples.times.subarray(first, samples.end)).map((t, n, all) => n ? t - all[n - 1] : 0.001);
+      return {{most: samples.extremes(trace('angle_deg'), {began}, samples.last_s).max,
+        ref: samples.extremes(trace('angle_ref_deg'), {began}, samples.last_s).max,
+        start: samples.at(trace('angle_deg'), {began}),
+        least_gap: Math.min(...gaps), most_gap: Math.max(...gaps), rate_Hz: s.captures[0].rate_Hz}};
+    }})()""")
+    assert seen["rate_Hz"] == 1000
+    assert seen["least_gap"] == pytest.approx(0.001, abs=1e-6)
+    assert seen["most_gap"] == pytest.approx(0.001, abs=1e-6), "no sample is missing"
+    assert seen["ref"] == pytest.approx(60, abs=0.05)
+    assert abs(seen["start"]) < 1
+    assert 59.8 < seen["most"] < 90
+    # The picture has the same peak, whatever it leaves out.
+    drawn = page.scope("""(() => {
+      const trace = s.traces.find((one) => one.signal === 'angle_deg');
+      const [, values] = trace.capture.samples.view(s.view.from_s, s.view.to_s, 50, [trace.column]);
+      return {drawn: Math.max(...values), kept: trace.capture.samples.extremes(trace.column, s.view.from_s, s.view.to_s).max,
+        points: values.length};
+    })()""")
+    assert drawn["points"] <= 102
+    assert drawn["drawn"] == drawn["kept"]
+
+
+def test_cursors_tell_differences(page, bench):
+    page.go("scope")
+    settle(page, lambda: page.scope("s.captures[0].samples.last_s - s.captures[0].samples.first_s > 5.5"))
+    page.click(".scope-controls", "Pause")
+    page.click(".scope-controls", "A")
+    page.click(".scope-controls", "B")
+    said = page.scope("""(() => {
+      const trace = s.traces[0]; const {A, B} = s.cursors; const at = (t) => trace.capture.samples.at(trace.column, t);
+      return [B - A, at(B) - at(A), trace.label];
+    })()""")
+    settle(page, lambda: "ms" in page.text(".values caption"))
+    shown_ms = float(page.text(".values caption").split("=")[1].split("ms")[0])
+    assert shown_ms == pytest.approx(said[0] * 1000, rel=1e-4)
+    cells = page.run("""return [...document.querySelector(`[data-trace="${arguments[0]}"]`).cells].map((c) => c.textContent)""", said[2])
+    assert float(cells[4].replace("\u2212", "-")) == pytest.approx(said[1], rel=1e-3, abs=1e-3)
+    page.click(".scope-controls", "no cursors")
+    page.click(".scope-controls", "Go on")
+
+
+def test_csv_has_what_is_in_view(page, bench):
+    page.go("scope")
+    page.click(".scope-controls", "Pause")
+    page.run("""window.saved = null; const make = URL.createObjectURL;
+      URL.createObjectURL = (blob) => { window.saved = blob; URL.createObjectURL = make; return make.call(URL, blob); };""")
+    page.click(".scope-controls", "CSV")
+    text = page.driver.execute_async_script("window.saved.text().then(arguments[0])")
+    lines = text.strip().split("\n")
+    assert lines[0].split(",")[:2] == ["time_s", "1.angle_ref_deg"]
+    view = page.scope("s.view")
+    times = [float(line.split(",")[0]) for line in lines[1:]]
+    assert view["from_s"] <= times[0] and times[-1] <= view["to_s"] + 1e-6
+    expected = page.scope("s.captures[0].samples.find(s.view.to_s + 1e-9) - s.captures[0].samples.find(s.view.from_s)")
+    assert len(times) == expected
+    page.click(".scope-controls", "Go on")
+
+
+def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
+    page.go("traffic")
+    settle(page, lambda: "frames" in page.text("#traffic-info"))
+    page.click("#view-traffic", "Clear")
+    bench.position(1, -45, 500)
+    bench.ask(4, 0x9A)
+    bench.ask(1, 0x7E)  # no drive knows it
+    table = "#view-traffic tbody"
+    settle(page, lambda: "unknown command" in page.text(table))
+    said = page.text(table)
+    assert "angle_deg -45, max_speed_dps 500" in said
+    assert "voltage_V 2" in said
+    assert len(page.all(f"{table} tr.unknown")) == 1
+    page.click("#view-traffic", "4")
+    settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query, a reply
+    page.click("#view-traffic", "all")
+    page.fill("#view-traffic input[type=text]", "A4")
+    settle(page, lambda: len(page.all(f"{table} tr")) == 2)
+    when = float(page.text(f"{table} td"))
+    page.click("#view-traffic", "Pause")
+    page.all(f"{table} a")[0].click()
+    settle(page, lambda: page.one("#view-scope").is_displayed())
+    view = page.scope("s.view")
+    assert view["from_s"] < when < view["to_s"]
+    assert any(abs(mark["time_s"] - when) < 1e-6 for mark in view["marks"])
+    page.click(".scope-controls", "Go on")
+    page.go("traffic")
+    page.click("#view-traffic", "Go on")
+    page.fill("#view-traffic input[type=text]", "")
+
+
+def test_time_stands_and_moves_by_steps(page, bench):
+    page.go("bench")
+    page.click("#view-bench", "Stop")
+    settle(page, lambda: page.text("#clock-mode") == "stepped")
+    status = "return fetch('/api/v1/clock').then((r) => r.json()).then((c) => c.time_s)"
+    before = page.run(status)
+    assert page.run(status) == before
+    settle(page, lambda: page.button("#view-bench", "+100 ms").is_enabled())
+    page.click("#view-bench", "+100 ms")
+    settle(page, lambda: page.run(status) == pytest.approx(before + 0.1, abs=1e-6))
+    page.click("#view-bench", "Real time")
+    settle(page, lambda: page.text("#clock-mode") == "realtime")
+
+
+def test_a_scenario_is_started_and_judged(page, bench):
+    page.go("bench")
+    options = page.run("return [...document.querySelectorAll('#scenario option')].map((o) => o.value)")
+    jammed = [one for one in options if one.endswith("jammed_joint.toml")]
+    assert jammed
+    page.choose("#scenario", jammed[0])
+    page.click("#view-bench", "Start")
+    settle(page, lambda: "jammed joint" in page.text("#scenario-state"))
+    settle(page, lambda: "running" not in page.text("#scenario-state"))
+    assert any(word in page.text("#scenario-state") for word in ("passed", "failed"))
+
+
+def test_a_lost_connection_says_so_and_comes_back(page, bench):
+    page.go("bus")
+    assert not page.one("#lost").is_displayed()
+    bench.tell("stop")
+    settle(page, lambda: page.one("#lost").is_displayed())
+    assert "No answer" in page.text("#lost")
+    assert "ready" in bench.tell("start")
+    settle(page, lambda: not page.one("#lost").is_displayed())
+    before = page.dial_deg(1)
+    bench.ask(1, 0x88)
+    bench.position(1, bench.angle_deg(1) + 120)
+    settle(page, lambda: abs(page.dial_deg(1) - before) > 30)
+    page.complaints()  # of what was not there meanwhile
+
+
+def test_nobody_else_is_asked_for_anything(page, bench):
+    page.driver.refresh()
+    page.until(lambda: page.all(".card"))
+    assert page.requested_hosts() == {f"127.0.0.1:{bench.http}"}
+    assert page.complaints() == []
+
+
+def test_every_control_has_a_name(page, bench):
+    for view in ("bus", "scope", "traffic", "bench"):
+        page.go(view)
+        nameless = page.run("""
+          return [...document.querySelectorAll('button, input, select, a, [role=slider], [tabindex="0"]')].filter((node) =>
+            node.offsetParent && !(node.textContent.trim() || node.getAttribute('aria-label') || node.labels?.length || node.title))
+            .map((node) => node.outerHTML.slice(0, 120))""")
+        assert nameless == []
+
+
+def test_streaming_does_not_grow(page, bench):
+    """Long runs: LKEMU_SOAK_S=3600."""
+    import os
+    from dashboard import nap
+    bench.tell("move 1,2,3,4")
+    page.go("scope?drive=vcan0/1")
+    page.click(".scope-controls", "all drives")
+    soak_s = float(os.environ.get("LKEMU_SOAK_S", "20"))
+    nap(soak_s / 4)
+    before = page.heap_bytes()
+    nap(soak_s)
+    after = page.heap_bytes()
+    bench.tell("move")
+    print({key: (before[key], after[key]) for key in ("JSHeapUsedSize", "Nodes", "JSEventListeners")})
+    # The traffic view keeps 60,000 frames at most, about 25 MB; the scope's memory is taken at once.
+    assert after["JSHeapUsedSize"] - before["JSHeapUsedSize"] < 40e6
+    assert after["Nodes"] <= before["Nodes"] + 2000
+    assert after["JSEventListeners"] <= before["JSEventListeners"] + 200

@@ -1,0 +1,91 @@
+// The control interface (docs/control.md): requests, and WebSockets that come back by themselves.
+
+const kBase = '/api/v1';
+const kTokenKey = 'lk-emu-token';
+const kAnswer_ms = 5000;
+const kRetry_ms = [300, 1000, 2000, 3000];
+
+let token = sessionStorage.getItem(kTokenKey) ?? '';
+let asking = null;
+
+export class Refused extends Error {
+  constructor(status, where, reason) {
+    super(`${where}: ${reason}`);
+    this.status = status;
+  }
+}
+
+/// Asks whoever sits there for the token, once for all who need it.
+function askForToken() {
+  asking ??= new Promise((resolve) => {
+    const dialog = document.getElementById('token');
+    dialog.addEventListener('close', () => {
+      token = dialog.querySelector('input').value;
+      sessionStorage.setItem(kTokenKey, token);
+      asking = null;
+      resolve();
+    }, {once: true});
+    dialog.showModal();
+  });
+  return asking;
+}
+
+async function ask(method, path, body) {
+  const headers = {};
+  if (token) headers.Authorization = `Bearer ${token}`;
+  if (body !== undefined) headers['Content-Type'] = 'application/json';
+  const answer = await fetch(kBase + path, {
+    method, headers, cache: 'no-store', body: body === undefined ? undefined : JSON.stringify(body),
+    signal: method === 'GET' ? AbortSignal.timeout(kAnswer_ms) : undefined});  // an advance may take hours
+  if (answer.status === 401) {
+    await askForToken();
+    return ask(method, path, body);
+  }
+  const json = await answer.json();
+  if (!answer.ok) throw new Refused(answer.status, json.error?.where ?? path, json.error?.reason ?? answer.statusText);
+  return json;
+}
+
+export const get = (path) => ask('GET', path);
+export const put = (path, body) => ask('PUT', path, body);
+export const post = (path, body) => ask('POST', path, body);
+export const remove = (path) => ask('DELETE', path);
+
+/// The one place where a page can show its token to a WebSocket.
+function protocols() {
+  if (!token) return [];
+  const bytes = new TextEncoder().encode(token);
+  return ['lk-emu', `bearer.${Array.from(bytes, (b) => b.toString(16).padStart(2, '0')).join('')}`];
+}
+
+/// Messages of a WebSocket, parsed, until it is closed here. When the connection breaks it is tried
+/// again and again; `onOpen` is called at each beginning.
+export function stream(path, {onMessage, onOpen = () => {}}) {
+  let socket = null;
+  let closed = false;
+  let failures = 0;
+  let timer = 0;
+  const open = () => {
+    const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
+    socket = new WebSocket(`${scheme}//${location.host}${kBase}${path}`, protocols());
+    socket.onopen = () => {
+      failures = 0;
+      onOpen();
+    };
+    socket.onmessage = (event) => {
+      if (!closed) onMessage(JSON.parse(event.data));
+    };
+    socket.onclose = () => {
+      if (closed) return;
+      timer = setTimeout(open, kRetry_ms[Math.min(failures++, kRetry_ms.length - 1)]);
+    };
+  };
+  open();
+  return {
+    close() {
+      closed = true;
+      clearTimeout(timer);
+      socket.close();
+    },
+  };
+}

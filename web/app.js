@@ -1,0 +1,39 @@
+// Which view is shown. Addresses are #view?key=value, so that they can be kept and sent.
+
+import './header.js';
+import * as bus from './bus.js';
+import * as bench from './bench.js';
+import * as scope from './scope.js';
+import * as traffic from './traffic.js';
+import {byId} from './dom.js';
+import {follow, store, on} from './store.js';
+
+const views = {bus, scope, traffic, bench};
+let current = null;
+
+function go() {
+  const [name, query] = location.hash.slice(1).split('?');
+  const chosen = views[name] ? name : 'bus';
+  if (current !== chosen) {
+    for (const [key, view] of Object.entries(views)) {
+      byId(`view-${key}`).hidden = key !== chosen;
+      if (key === current) view.show(false);
+    }
+    for (const link of document.querySelectorAll('nav a')) {
+      if (link.hash === `#${chosen}`) link.setAttribute('aria-current', 'page');
+      else link.removeAttribute('aria-current');
+    }
+    current = chosen;
+    views[chosen].show(true);
+  }
+  document.title = `${chosen} – lk-emu`;
+  if (query && store.status) {
+    views[chosen].visit?.(new URLSearchParams(query));
+    history.replaceState(null, '', `#${chosen}`);
+  }
+}
+
+addEventListener('hashchange', go);
+on('program', go);
+go();
+follow();

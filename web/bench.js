@@ -1,0 +1,55 @@
+// The bench: what a person does to drives besides sending frames.
+
+import {byId, el} from './dom.js';
+import {on, store} from './store.js';
+import {chooser, choose} from './choice.js';
+import {clockPanel} from './clock_panel.js';
+import {evidencePanel, faultPanel} from './faults.js';
+import {scenarioPanel} from './scenario_panel.js';
+import {shaftPanel, showShaft} from './shaft_panel.js';
+import {supplyPanel, loadPanel} from './surroundings.js';
+import {wantLive} from './live.js';
+
+let built = false;
+let visible = false;
+let fieldsets = [];
+
+/// A panel whose controls are dead where the page may only look.
+function panel(title, content, {acts = true, wide = false} = {}) {
+  const set = el('fieldset', {}, ...content);
+  if (acts) fieldsets.push(set);
+  return el('section', {class: `panel${wide ? ' wide' : ''}`, 'aria-label': title}, el('h2', {text: title}), set);
+}
+
+function build() {
+  fieldsets = [];
+  const hint = el('p', {id: 'bench-hint', class: 'panel'}, 'This page may only look. ', el('code', {text: 'lk-emu --http-write'}), ' lets it act.');
+  byId('view-bench').replaceChildren(hint, chooser(), el('div', {class: 'bench'},
+    panel('Shaft', shaftPanel()),
+    panel('Supply and ambient', supplyPanel()),
+    panel('Load', loadPanel()),
+    panel('Clock', clockPanel()),
+    panel('Break something', faultPanel()),
+    panel('Scenario', scenarioPanel()),
+    panel('Faults and their evidence', evidencePanel(), {wide: true})));
+  built = true;
+  showShaft(visible);
+}
+
+export function show(yes) {
+  visible = yes;
+  wantLive(yes);
+  showShaft(yes && built);
+}
+
+export function visit(query) {
+  const [bus, id] = (query.get('drive') ?? '').split('/');
+  if (id) choose(bus, Number(id));
+}
+
+on('program', build);
+on('change', () => {
+  if (!built) return;
+  byId('bench-hint').hidden = store.mayWrite;
+  for (const set of fieldsets) set.disabled = !store.mayWrite || !store.connected;
+});

@@ -1,0 +1,80 @@
+// Which drives the bench acts on.
+
+import {el, note} from './dom.js';
+import {post} from './api.js';
+import {buses, driveKey, driveName, store} from './store.js';
+
+const chosen = new Set();  // drive keys
+const listeners = new Set();
+let group = null;
+
+export const onChoice = (listener) => listeners.add(listener);
+export const chosenDrives = () => store.drives.filter((drive) => chosen.has(driveKey(drive.bus, drive.id)));
+
+function redraw() {
+  const button = (text, pressed, onclick, label) => el('button', {type: 'button', 'aria-pressed': pressed, onclick, 'aria-label': label}, text);
+  group.replaceChildren(el('span', {class: 'dim', text: 'for drives'}),
+    ...store.drives.map(({bus, id}) => button(driveName(bus, id), chosen.has(driveKey(bus, id)), () => {
+      const key = driveKey(bus, id);
+      if (!chosen.delete(key)) chosen.add(key);
+      tell();
+    }, `drive ${driveName(bus, id)}`)),
+    button('all', false, () => {
+      for (const {bus, id} of store.drives) chosen.add(driveKey(bus, id));
+      tell();
+    }), button('none', false, () => {
+      chosen.clear();
+      tell();
+    }));
+}
+
+function tell() {
+  redraw();
+  listeners.forEach((listener) => listener());
+}
+
+export function chooser() {
+  listeners.clear();
+  group = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives that are meant'});
+  const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
+  for (const key of chosen) if (!there.has(key)) chosen.delete(key);
+  if (!chosen.size && store.drives.length) chosen.add(driveKey(store.drives[0].bus, store.drives[0].id));
+  redraw();
+  return group;
+}
+
+export function choose(bus, id) {
+  chosen.clear();
+  chosen.add(driveKey(bus, id));
+  if (group) tell();
+}
+
+/// "1-3,7" would do too; a list is as good.
+const idList = (drives) => drives.map((drive) => drive.id).join(',');
+
+/// A directive (docs/directives.md) for the chosen drives, bus by bus. Returns whether all was done.
+export async function direct(what, done) {
+  const drives = chosenDrives();
+  if (!drives.length) {
+    note('choose a drive first', true);
+    return false;
+  }
+  return attempt(async () => {
+    for (const {bus} of buses()) {
+      const mine = drives.filter((drive) => drive.bus === bus);
+      if (mine.length) await post('/directives', {bus, ids: idList(mine), ...what});
+    }
+  }, done);
+}
+
+/// Does it, and says what came of it.
+export async function attempt(action, done) {
+  try {
+    const result = await action();
+    if (done) note(typeof done === 'function' ? done(result) : done);
+    return true;
+  } catch (problem) {
+    note(problem.message, true);
+    return false;
+  }
+}

@@ -1,0 +1,133 @@
+// A shaft seen from its end: where it stands, where it is to go, where its encoder reads 0.
+
+import {el, svg} from './dom.js';
+import {fixed} from './format.js';
+
+const kTicks = 12;
+
+function ticks() {
+  const group = svg('g', {class: 'ticks'});
+  for (let n = 0; n < kTicks; ++n) {
+    const long = n % 3 === 0;
+    group.append(svg('path', {d: `M0 ${long ? -46 : -47.5}V-50`, transform: `rotate(${n * 360 / kTicks})`}));
+  }
+  return group;
+}
+
+const told = new Map();  // by drive: where the position loop was told to go when it was first looked at
+
+/// Until a target has been seen to change, nobody knows whether the position loop is at work at all.
+function hasTarget(drive, ref_deg) {
+  const key = `${drive.bus}/${drive.id}`;
+  if (!told.has(key)) told.set(key, ref_deg);
+  if (told.get(key) !== null && told.get(key) !== ref_deg) told.set(key, null);
+  return told.get(key) === null;
+}
+
+/// What the dial shows of a drive, in degrees of the output shaft, clockwise; null: nothing.
+export function shaftOf(drive, now) {
+  const gear = drive.built?.gear_ratio ?? 1;
+  const shaft = now.true_angle_deg;
+  const alive = now.alive !== 0;
+  const following = alive && drive.state === 'running' && hasTarget(drive, now.angle_ref_deg);
+  const counts = drive.built?.encoder_counts ?? 65536;
+  const perCount = 360 * (drive.built?.encoder_turns ?? 1) / counts / gear;
+  return {
+    shaft,
+    target: following ? shaft + (now.angle_ref_deg - now.angle_deg) / gear : null,
+    zero: shaft - now.encoder * perCount,
+    speed: now.true_speed_dps,
+    alive,
+    bridge: now.bridge_on !== 0,
+  };
+}
+
+/// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys.
+export class Dial {
+  constructor({onTurn = null, label}) {
+    this.zero = svg('g', {class: 'zero'}, svg('path', {d: 'M0 -41L-4 -49H4Z'}));
+    this.target = svg('g', {class: 'target'}, svg('path', {d: 'M0 -22V-44'}), svg('circle', {cy: -40, r: 3.4}));
+    this.shaft = svg('g', {class: 'shaft'}, svg('circle', {r: 30}), svg('path', {d: 'M0 -8V-30'}), svg('circle', {class: 'hub', r: 5}));
+    this.trail = svg('path', {class: 'trail'});
+    this.face = svg('svg', {viewBox: '-52 -52 104 104', 'aria-hidden': 'true'},
+      svg('circle', {class: 'rim', r: 50}), ticks(), this.trail, this.zero, this.shaft, this.target);
+    this.root = el('div', {class: 'dial', role: onTurn ? 'slider' : 'img', 'aria-label': label}, this.face);
+    this.label = label;
+    if (onTurn) this.makeTurnable(onTurn);
+  }
+
+  show({shaft, target, zero, speed, alive, bridge}) {
+    this.shaft.setAttribute('transform', `rotate(${shaft ?? 0})`);
+    this.zero.setAttribute('transform', `rotate(${zero ?? 0})`);
+    this.target.classList.toggle('none', target === null);
+    if (target !== null) this.target.setAttribute('transform', `rotate(${target})`);
+    this.face.classList.toggle('dead', !alive);
+    this.face.classList.toggle('free', alive && !bridge);
+    this.drawTrail(shaft, speed);
+  }
+
+  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like.
+  drawTrail(shaft, speed) {
+    const sweep = Math.max(-300, Math.min(300, (speed ?? 0) * 0.06));
+    if (Math.abs(sweep) < 1.5) {
+      this.trail.removeAttribute('d');
+      return;
+    }
+    const at = (deg) => {
+      const angle = (deg - 90) * Math.PI / 180;
+      return `${(30 * Math.cos(angle)).toFixed(2)} ${(30 * Math.sin(angle)).toFixed(2)}`;
+    };
+    const large = Math.abs(sweep) > 180 ? 1 : 0;
+    this.trail.setAttribute('d', `M${at(shaft - sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(shaft)}`);
+  }
+
+  /// For those who do not see it; not at every frame.
+  say({shaft}) {
+    const angle = `${fixed(((shaft % 360) + 360) % 360, 1)}°`;
+    if (this.root.getAttribute('role') === 'slider') {
+      this.root.setAttribute('aria-valuenow', (((shaft % 360) + 360) % 360).toFixed(0));
+      this.root.setAttribute('aria-valuetext', angle);
+    } else {
+      this.root.setAttribute('aria-label', `${this.label}, shaft at ${angle}`);
+    }
+  }
+
+  makeTurnable(onTurn) {
+    const root = this.root;
+    root.classList.add('turnable');
+    root.tabIndex = 0;
+    root.setAttribute('aria-valuemin', '0');
+    root.setAttribute('aria-valuemax', '360');
+    root.title = 'Turn the shaft by hand: drag, or arrow keys';
+    let last = null;
+    const angleAt = (event) => {
+      const box = this.face.getBoundingClientRect();
+      return Math.atan2(event.clientX - (box.left + box.width / 2), (box.top + box.height / 2) - event.clientY) * 180 / Math.PI;
+    };
+    root.addEventListener('pointerdown', (event) => {
+      last = angleAt(event);
+      root.setPointerCapture(event.pointerId);
+      root.classList.add('held');
+      event.preventDefault();
+      root.focus();
+    });
+    root.addEventListener('pointermove', (event) => {
+      if (last === null) return;
+      const angle = angleAt(event);
+      onTurn(((angle - last + 540) % 360) - 180);
+      last = angle;
+    });
+    const release = () => {
+      last = null;
+      root.classList.remove('held');
+    };
+    root.addEventListener('pointerup', release);
+    root.addEventListener('pointercancel', release);
+    root.addEventListener('keydown', (event) => {
+      const step = {ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 15, PageDown: -15}[event.key];
+      if (!step) return;
+      event.preventDefault();
+      onTurn(event.shiftKey ? step / 10 : step);
+    });
+  }
+}

@@ -1,0 +1,42 @@
+// Numbers and words for people. Widths stay the same while values change.
+
+const kMinus = '\u2212';
+
+/// 12.3, −0.50; a dash when there is none.
+export function fixed(value, digits) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return '–';
+  const text = value.toFixed(digits);
+  if (Number(text) === 0) return (0).toFixed(digits);
+  return text.replace('-', kMinus);
+}
+
+/// Six figures, which is what people read.
+export function figures(value, count = 6) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return '–';
+  return String(Number(value.toPrecision(count))).replace('-', kMinus);
+}
+
+/// Simulated time: 3:25:45.123
+export function clockText(time_s) {
+  const whole = Math.floor(time_s);
+  const two = (n) => String(n).padStart(2, '0');
+  const rest = fixed(time_s - whole, 3).slice(1);
+  const minutes = Math.floor(whole / 60);
+  const head = minutes >= 60 ? `${Math.floor(minutes / 60)}:${two(minutes % 60)}` : `${minutes}`;
+  return `${head}:${two(whole % 60)}${rest === '.000' && time_s - whole > 0.5 ? '.999' : rest}`;
+}
+
+export const words = (key) => key.replaceAll('_', ' ');
+
+/// Of a signal's name: what its axis says.
+export function unitOf(signal) {
+  const tail = signal.slice(signal.lastIndexOf('_') + 1);
+  if (['deg', 'dps', 'A', 'V', 'C', 'Nm'].includes(tail)) return tail;
+  if (signal.startsWith('duty')) return 'duty';
+  if (signal === 'encoder') return 'counts';
+  if (signal === 'power') return 'power';
+  return 'state';
+}
+
+export const kUnits = {deg: '°', dps: '°/s', A: 'A', V: 'V', C: '°C', Nm: 'Nm', duty: 'duty', counts: 'counts',
+  power: 'share of voltage', state: 'state'};

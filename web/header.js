@@ -1,0 +1,85 @@
+// What is to be seen above all views: clock, bus load, whether anybody answers.
+
+import {byId, el, setText} from './dom.js';
+import {clockText, figures, fixed} from './format.js';
+import {buses, on, store} from './store.js';
+
+const loads = new Map();
+
+function buildLoads() {
+  loads.clear();
+  for (const {bus, bitrate} of buses()) {
+    const meter = el('meter', {min: 0, max: 1, low: 0.6, high: 0.85, optimum: 0, 'aria-label': `load of ${bus}`});
+    const value = el('span', {class: 'value', text: '–'});
+    const root = el('div', {class: 'load', title: bitrate ? `${bus}, ${bitrate / 1000} kbit/s` : `${bus}: frames take no time`},
+      el('span', {class: 'name', text: bus}), meter, value);
+    loads.set(bus, {root, meter, value});
+  }
+  byId('loads').replaceChildren(...[...loads.values()].map((load) => load.root));
+}
+
+function showLoads() {
+  for (const {bus, up} of buses()) {
+    const load = loads.get(bus);
+    if (!load) continue;
+    const share = store.rates.get(bus);
+    load.meter.value = Math.min(1, share ?? 0);
+    setText(load.value, !up ? 'down' : share === null || share === undefined ? '–' : `${fixed(share * 100, 0)} %`);
+    load.root.classList.toggle('down', !up);
+  }
+}
+
+function showClock() {
+  const {clock} = store.status;
+  setText(byId('sim-time'), clockText(clock.time_s));
+  setText(byId('clock-mode'), clock.mode);
+  const ratio = store.rates.get('clock');
+  setText(byId('clock-ratio'), ratio === null || ratio === undefined ? '–' : `${fixed(ratio, 2)} ×`);
+  byId('slipped').hidden = clock.slipped_s === 0;
+  setText(byId('slipped').querySelector('dd'), `${figures(clock.slipped_s, 3)} s`);
+}
+
+let lostAt = null;
+
+function showConnection() {
+  const banner = byId('lost');
+  if (store.connected) {
+    lostAt = null;
+    banner.hidden = true;
+    return;
+  }
+  lostAt ??= Date.now();
+  const text = 'No answer from lk-emu. What is shown is from before; it is tried again every second.';
+  if (banner.hidden) banner.textContent = text;
+  banner.hidden = false;
+}
+
+function showAccess() {
+  const chip = byId('access');
+  chip.hidden = store.status === null || store.mayWrite;
+  setText(chip, 'only looking');
+  chip.title = 'lk-emu --http-write lets this page act';
+}
+
+on('program', buildLoads);
+on('change', () => {
+  showConnection();
+  showAccess();
+  if (!store.status) return;
+  showLoads();
+  showClock();
+});
+
+const kTheme = 'lk-emu-theme';
+function applyTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  document.dispatchEvent(new Event('theme'));
+}
+const bright = matchMedia('(prefers-color-scheme: light)');
+const preferred = () => localStorage.getItem(kTheme) ?? (bright.matches ? 'light' : 'dark');
+applyTheme(preferred());
+bright.addEventListener('change', () => applyTheme(preferred()));
+byId('theme').addEventListener('click', () => {
+  localStorage.setItem(kTheme, document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark');
+  applyTheme(preferred());
+});

@@ -1,0 +1,64 @@
+// What moves on dials: the newest sample of each drive, for as long as somebody looks.
+
+import {stream} from './api.js';
+import {buses, clockFactor, driveKey, on, store} from './store.js';
+
+const kSignals = ['true_angle_deg', 'angle_deg', 'angle_ref_deg', 'encoder', 'true_speed_dps', 'speed_dps', 'iq_A',
+  'voltage_V', 'temperature_C', 'driver_temperature_C', 'bus_current_A', 'power', 'errors', 'bridge_on', 'alive'];
+const kFrames_Hz = 60;        // of the wall
+const kMostValues = 190_000;  // a second; the program allows 200,000
+
+const values = new Map();  // by drive: {signal: value}
+let streams = [];
+let wanted = false;
+let rate_Hz = 0;
+
+/// The newest values of a drive: of the stream, or of the last answer where none has come.
+export const liveValues = (drive) => values.get(driveKey(drive.bus, drive.id)) ?? drive.signals;
+
+function take(bus, samples) {
+  const sample = Array.isArray(samples) ? samples.at(-1) : samples;
+  for (const [id, ...row] of sample.rows ?? []) {
+    const key = driveKey(bus, id);
+    let now = values.get(key);
+    if (!now) values.set(key, now = {});
+    for (let n = 0; n < row.length; ++n) now[kSignals[n]] = row[n];
+  }
+}
+
+function close() {
+  streams.forEach((one) => one.close());
+  streams = [];
+  values.clear();
+}
+
+/// So that the wall sees kFrames_Hz, however fast simulated time goes.
+function wantedRate_Hz() {
+  const most = Math.min(20_000, kMostValues / ((store.drives.length || 1) * kSignals.length));
+  return Math.min(most, Math.max(0.1, kFrames_Hz / (clockFactor() || 1)));
+}
+
+function open() {
+  close();
+  rate_Hz = wantedRate_Hz();
+  for (const {bus} of buses()) {
+    const query = `bus=${encodeURIComponent(bus)}&signals=${kSignals}&rate_Hz=${rate_Hz}`;
+    streams.push(stream(`/telemetry?${query}`, {onMessage: (samples) => take(bus, samples)}));
+  }
+}
+
+/// Whether anybody looks.
+export function wantLive(yes) {
+  if (yes === wanted) return;
+  wanted = yes;
+  if (yes && store.status) open();
+  else close();
+}
+
+on('program', () => wanted && open());
+on('change', () => {
+  // The last answer is newer than the last sample where no more come.
+  const {clock} = store.status ?? {};
+  if (!store.connected || (clock?.mode === 'stepped' && !clock.advancing)) values.clear();
+  if (wanted && clock && Math.abs(wantedRate_Hz() / rate_Hz - 1) > 0.05) open();
+});

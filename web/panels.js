@@ -1,0 +1,121 @@
+// The scope's pictures: one for each unit, below each other, over one axis of time. uPlot draws.
+
+import {el} from './dom.js';
+import {figures, kUnits} from './format.js';
+
+const kAxis_px = 62;
+const kLeast_px = 110;
+const kMostPoints = 60_000;  // in all pictures: what a processor draws 60 times a second
+const kPadding_px = 10;
+const kTimes_px = 26;  // more for the picture with the axis of time
+
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function range(self, min, max) {
+  if (!Number.isFinite(min) || !Number.isFinite(max)) return [0, 1];
+  const span = max - min || Math.abs(max) * 0.1 || 1;
+  return [min - span * 0.06, max + span * 0.06];
+}
+
+/// `traces` are {label, colour, dash, unit}; `view` is asked for {from_s, to_s, cursors, marks}.
+export class Panels {
+  constructor(root, {onSelect, onPoint, view}) {
+    this.root = root;
+    this.onSelect = onSelect;
+    this.onPoint = onPoint;
+    this.view = view;
+    this.plots = [];
+    this.generation = 0;  // of what is to be drawn anew
+    this.traces = [];
+    new ResizeObserver(() => this.fit()).observe(root);
+    document.addEventListener('theme', () => this.set(this.traces));
+  }
+
+  set(traces) {
+    ++this.generation;
+    this.traces = traces;
+    this.plots.forEach(({plot}) => plot.destroy());
+    const units = [...new Set(traces.map((trace) => trace.unit))];
+    this.root.replaceChildren();
+    this.plots = units.map((unit, n) => this.make(unit, traces.filter((trace) => trace.unit === unit), n === units.length - 1));
+    this.fit();
+  }
+
+  make(unit, traces, lowest) {
+    const holder = el('div', {class: 'panel-plot', role: 'img', 'aria-label': `Signals in ${kUnits[unit]}: ${traces.map((t) => t.label).join(', ')}`});
+    this.root.append(holder);
+    const axis = {stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'};
+    const plot = new uPlot({
+      width: 300, height: 120, legend: {show: false}, pxAlign: 0,
+      cursor: {sync: {key: 'scope'}, drag: {x: true, y: false, setScale: false}, points: {show: traces.length <= 8}, y: false},
+      select: {show: true},
+      scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
+      axes: [
+        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((t) => figures(t, 9)) : () => []},
+        {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
+          values: (u, ticks) => ticks.map((t) => figures(t, 6))},
+      ],
+      series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1.5, dash: trace.dash,
+        points: {show: false}, spanGaps: true}))],
+      hooks: {
+        setSelect: [(u) => this.selected(u)],
+        draw: [(u) => this.drawMarks(u)],
+      },
+    }, [[], ...traces.map(() => [])], holder);
+    plot.over.addEventListener('click', (event) => {
+      const left = event.clientX - plot.over.getBoundingClientRect().left;
+      this.onPoint(plot.posToVal(left, 'x'), event);
+    });
+    return {plot, traces, holder};
+  }
+
+  selected(u) {
+    if (u.select.width < 4) return;
+    const from_s = u.posToVal(u.select.left, 'x');
+    const to_s = u.posToVal(u.select.left + u.select.width, 'x');
+    u.setSelect({left: 0, width: 0, top: 0, height: 0}, false);
+    this.justSelected = true;
+    setTimeout(() => { this.justSelected = false; }, 50);
+    this.onSelect(from_s, to_s);
+  }
+
+  drawMarks(u) {
+    const {ctx, bbox} = u;
+    ctx.save();
+    ctx.lineWidth = devicePixelRatio;
+    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    for (const {time_s, name, colour} of this.view().marks) {
+      const x = u.valToPos(time_s, 'x', true);
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.strokeStyle = ctx.fillStyle = css(colour);
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.fillText(name, x + 4 * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
+    }
+    ctx.restore();
+  }
+
+  /// Columns of the picture: as many as there are pixels, fewer when there are many traces.
+  get bins() {
+    const pixels = Math.max(200, Math.round(this.root.clientWidth - kAxis_px - 20));
+    return Math.min(pixels, Math.max(300, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
+  }
+
+  /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
+  draw(dataOf) {
+    for (const {plot, traces} of this.plots) {
+      plot.setData(dataOf(traces, this.bins), true);
+    }
+  }
+
+  fit() {
+    const width = this.root.clientWidth;
+    const height = this.root.clientHeight;
+    if (width < 50 || !this.plots.length) return;
+    ++this.generation;
+    const each = Math.max(kLeast_px, Math.floor((height - kPadding_px - kTimes_px) / this.plots.length));
+    this.plots.forEach(({plot}, n) => plot.setSize({width, height: each + (n === this.plots.length - 1 ? kTimes_px : 0)}));
+  }
+}

@@ -1,0 +1,122 @@
+// Samples of chosen signals, as many as a fixed amount of memory holds; the oldest go first.
+
+const kBudget_bytes = 96 * 1024 * 1024;
+const kMost = 2_000_000;
+
+export class Samples {
+  constructor(columns) {
+    this.columns = columns;
+    this.capacity = Math.min(kMost, Math.floor(kBudget_bytes / 8 / 2 / (columns + 1)));
+    // Twice as long as needed: what is kept is always in one piece, and is moved to the front when
+    // the end is reached.
+    this.times = new Float64Array(2 * this.capacity);
+    this.values = Array.from({length: columns}, () => new Float64Array(2 * this.capacity));
+    this.begin = 0;
+    this.end = 0;
+    this.keepFrom = Infinity;  // while somebody looks at a past instant: nothing from there on goes
+    this.received = 0;         // since the beginning
+  }
+
+  get length() {
+    return this.end - this.begin;
+  }
+  get first_s() {
+    return this.length ? this.times[this.begin] : NaN;
+  }
+  get last_s() {
+    return this.length ? this.times[this.end - 1] : NaN;
+  }
+
+  /// `row` has a value for each column, null where there is none.
+  push(time_s, row) {
+    if (this.length && time_s <= this.last_s) return;
+    if (this.length === this.capacity) {
+      if (this.first_s >= this.keepFrom) return;
+      ++this.begin;
+    }
+    if (this.end === this.times.length) this.moveToFront();
+    this.times[this.end] = time_s;
+    for (let n = 0; n < this.columns; ++n) this.values[n][this.end] = row[n] ?? NaN;
+    ++this.end;
+    ++this.received;
+  }
+
+  moveToFront() {
+    this.times.copyWithin(0, this.begin, this.end);
+    for (const column of this.values) column.copyWithin(0, this.begin, this.end);
+    this.end -= this.begin;
+    this.begin = 0;
+  }
+
+  /// The first place whose time is not before `time_s`.
+  find(time_s) {
+    let low = this.begin;
+    let high = this.end;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] < time_s) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /// The value at the last sample not after `time_s`; null: there is none.
+  at(column, time_s) {
+    const place = this.find(time_s + 1e-9) - 1;
+    return place >= this.begin ? this.values[column][place] : null;
+  }
+
+  /// {min, max} between two times; null: nothing there.
+  extremes(column, from_s, to_s) {
+    const values = this.values[column];
+    let min = Infinity;
+    let max = -Infinity;
+    const last = this.find(to_s + 1e-9);
+    for (let n = this.find(from_s); n < last; ++n) {
+      const value = values[n];
+      if (value < min) min = value;
+      if (value > max) max = value;
+    }
+    return min <= max ? {min, max} : null;
+  }
+
+  /// What a plot of `bins` columns needs: [times, values…]. With more samples than that, each bin
+  /// has its least and its largest value, so that no peak is lost.
+  view(from_s, to_s, bins, columns) {
+    const first = Math.max(this.begin, this.find(from_s) - 1);
+    const last = Math.min(this.end, this.find(to_s) + 1);
+    if (last - first <= 2 * bins) {
+      return [this.times.subarray(first, last), ...columns.map((n) => this.values[n].subarray(first, last))];
+    }
+    const width = (to_s - from_s) / bins;
+    // Bins stand still on the axis of time, or a moving picture would shimmer.
+    const origin = Math.floor(from_s / width) * width;
+    const times = [];
+    const edges = [];  // of the bins that have samples: first, last
+    for (let bin = 0, place = first; bin <= bins && place < last; ++bin) {
+      const edge = bin === bins ? Infinity : origin + (bin + 1) * width;
+      const begin = place;
+      while (place < last && this.times[place] < edge) ++place;
+      if (place === begin) continue;
+      edges.push(begin, place);
+      times.push(origin + (bin + 0.25) * width, origin + (bin + 0.75) * width);
+    }
+    return [times, ...columns.map((n) => extremesOfBins(this.values[n], edges))];
+  }
+}
+
+/// Both extremes of each bin, in the order in which they came.
+function extremesOfBins(values, edges) {
+  const out = new Float64Array(edges.length);
+  for (let bin = 0; bin < edges.length; bin += 2) {
+    let least = edges[bin];
+    let most = least;
+    for (let n = least + 1; n < edges[bin + 1]; ++n) {
+      if (values[n] < values[least]) least = n;
+      if (values[n] > values[most]) most = n;
+    }
+    out[bin] = values[Math.min(least, most)];
+    out[bin + 1] = values[Math.max(least, most)];
+  }
+  return out;
+}

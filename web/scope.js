@@ -1,0 +1,257 @@
+// The scope: chosen signals of chosen drives over simulated time.
+
+import {Capture, possibleRate_Hz} from './capture.js';
+import {byId, el, note, setText} from './dom.js';
+import {figures, unitOf} from './format.js';
+import {Panels} from './panels.js';
+import {saveCsv} from './csv.js';
+import {ScopeControls} from './scope_controls.js';
+import {ScopeTable} from './scope_table.js';
+import {buses, busTime, driveName, on, store} from './store.js';
+
+const kShortest_s = 0.001;
+const kLongest_s = 600;
+const kTable_ms = 150;
+
+const chosen = {drives: [], signals: ['angle_ref_deg', 'angle_deg', 'speed_dps', 'iq_A'], rate_Hz: 1000};
+let captures = [];
+let traces = [];
+let width_s = 5;
+let held = null;   // {from_s, to_s}: paused there
+let cursors = {A: null, B: null};
+let mark = null;   // an instant that somebody came for
+let visible = false;
+let panels = null;
+let controls = null;
+let table = null;
+let frames = [];   // when the last pictures were drawn, for the display of their rate
+
+// --- what is shown
+
+const newest_s = () => Math.max(0, ...captures.map((capture) => capture.samples.last_s || 0));
+
+function view() {
+  const to_s = newest_s();
+  const {from_s, to_s: end_s} = held ?? {from_s: to_s - width_s, to_s};
+  const marks = Object.entries(cursors).filter(([, at]) => at !== null)
+    .map(([name, time_s]) => ({time_s, name, colour: name === 'A' ? '--accent' : '--target'}));
+  if (mark !== null) marks.push({time_s: mark, name: 'frame', colour: '--zero'});
+  return {from_s, to_s: end_s, marks};
+}
+
+function hold(from_s, to_s) {
+  held = {from_s, to_s};
+  for (const capture of captures) capture.samples.keepFrom = from_s;
+  controls.showHeld(true);
+}
+
+function release() {
+  if (held) width_s = Math.min(kLongest_s, Math.max(kShortest_s, held.to_s - held.from_s));
+  held = null;
+  mark = null;
+  for (const capture of captures) capture.samples.keepFrom = Infinity;
+  controls.showHeld(false);
+  controls.showWidth(width_s);
+}
+
+const pause = () => (held ? release() : hold(newest_s() - width_s, newest_s()));
+
+function zoom(factor, around_s = null) {
+  if (!held) {
+    width_s = Math.min(kLongest_s, Math.max(kShortest_s, width_s * factor));
+    controls.showWidth(width_s);
+    return;
+  }
+  const span = held.to_s - held.from_s;
+  const next = Math.min(kLongest_s, Math.max(kShortest_s, span * factor));
+  const middle = around_s ?? (held.from_s + held.to_s) / 2;
+  const share = (middle - held.from_s) / span;
+  hold(middle - next * share, middle + next * (1 - share));
+}
+
+function pan(share) {
+  const {from_s, to_s} = view();
+  const by = (to_s - from_s) * share;
+  hold(from_s + by, to_s + by);
+}
+
+function putCursor(name, time_s) {
+  if (!held) pause();
+  cursors[name] = time_s;
+}
+
+// --- what is kept
+
+function colourOf(index, count) {
+  const hue = count <= 8 ? [176, 38, 215, 340, 95, 275, 8, 60][index % 8] : (index * 137.5) % 360;
+  const light = document.documentElement.dataset.theme === 'light';
+  return `hsl(${hue} ${light ? 75 : 70}% ${light ? 36 : 64}%)`;
+}
+
+/// References are dashed, true values dotted, so that they can lie on what was measured.
+function dashOf(signal) {
+  if (signal.includes('_ref_')) return [9, 5];
+  return signal.startsWith('true_') ? [2, 3] : undefined;
+}
+
+function restart() {
+  captures.forEach((capture) => capture.close());
+  captures = [];
+  traces = [];
+  if (!store.status) return;
+  const signals = chosen.signals;
+  if (signals.length) {
+    for (const {bus} of buses()) {
+      const ids = chosen.drives.filter((one) => one.bus === bus).map((one) => one.id);
+      if (ids.length) captures.push(new Capture(bus, ids, signals, chosen.rate_Hz));
+    }
+  }
+  const many = chosen.drives.length > 1;
+  const total = chosen.drives.length * signals.length;
+  chosen.drives.forEach(({bus, id}, drive) => signals.forEach((signal, n) => {
+    const capture = captures.find((one) => one.bus === bus);
+    const index = many && signals.length > 1 && total > 8 ? drive : drive * signals.length + n;
+    traces.push({bus, id, signal, capture, column: capture.column(id, signal), unit: unitOf(signal),
+      label: `${driveName(bus, id)} ${signal}`, index, of: many && total > 8 ? chosen.drives.length : total, dash: dashOf(signal)});
+  }));
+  recolour();
+  if (held) release();
+  table.set(traces);
+  controls.showRate(captures);
+  controls.showChosen(chosen);
+}
+
+function recolour() {
+  for (const trace of traces) trace.colour = colourOf(trace.index, trace.of);
+  panels.set(traces);
+  table.set(traces);
+}
+
+/// The times of one panel are those of its first capture; another bus is brought to them.
+function dataOf(some, bins) {
+  const {from_s, to_s} = view();
+  const byCapture = new Map();
+  for (const trace of some) {
+    if (!byCapture.has(trace.capture)) byCapture.set(trace.capture, []);
+    byCapture.get(trace.capture).push(trace);
+  }
+  const tables = [...byCapture].map(([capture, list]) =>
+    capture.samples.view(from_s, to_s, bins, list.map((trace) => trace.column)));
+  const joined = tables.length === 1 ? tables[0] : uPlot.join(tables.map((one) => one.map((column) => Array.from(column))));
+  const order = [...byCapture.values()].flat();
+  return [joined[0], ...some.map((trace) => joined[1 + order.indexOf(trace)])];
+}
+
+/// While paused the picture stays what it is, until something of this changes.
+function state() {
+  const {from_s, to_s, marks} = view();
+  return held === null ? null : JSON.stringify([from_s, to_s, marks, panels.bins, panels.generation,
+    captures.map(({samples}) => Math.min(samples.last_s, to_s))]);
+}
+
+let tableAt = 0;
+let drawn = null;
+function frame(at) {
+  if (!visible) return;
+  const now = state();
+  if (now === null || now !== drawn) panels.draw(dataOf);
+  drawn = now;
+  frames.push(at);
+  while (frames[0] < at - 1000) frames.shift();
+  if (at - tableAt > kTable_ms) {
+    tableAt = at;
+    table.show(view(), cursors, held !== null);
+    controls.showFrames(frames.length, captures);
+  }
+  requestAnimationFrame(frame);
+}
+
+// --- the view
+
+function exportCsv() {
+  const {from_s, to_s} = view();
+  const rows = saveCsv(captures, from_s, to_s);
+  note(rows ? `${rows} samples from ${figures(from_s)} s to ${figures(to_s)} s saved` : 'there is nothing to save', !rows);
+}
+
+function onKey(event) {
+  if (!visible || event.target.closest('input, select, textarea, button, summary, a') || event.ctrlKey || event.metaKey || event.altKey) return;
+  const does = {
+    ' ': pause, '+': () => zoom(0.5), '=': () => zoom(0.5), '-': () => zoom(2), ArrowLeft: () => pan(-0.2), ArrowRight: () => pan(0.2),
+    a: () => putCursor('A', (view().from_s * 2 + view().to_s) / 3), b: () => putCursor('B', (view().from_s + view().to_s * 2) / 3),
+    Escape: () => { cursors = {A: null, B: null}; },
+  }[event.key];
+  if (!does) return;
+  event.preventDefault();
+  does();
+}
+
+function onPoint(time_s, event) {
+  if (panels.justSelected || !held) return;
+  putCursor(event.shiftKey ? 'B' : cursors.A === null ? 'A' : cursors.B === null ? 'B' : 'A', time_s);
+}
+
+function build() {
+  const root = byId('view-scope');
+  const plots = el('div', {class: 'plots', tabindex: 0, 'aria-label': 'Plots. Space pauses, plus and minus zoom, arrows move, a and b put cursors.'});
+  controls = new ScopeControls(chosen, {restart, pause, zoom, exportCsv,
+    setWidth: (s) => { if (held) release(); width_s = s; },
+    clearCursors: () => { cursors = {A: null, B: null}; },
+    putCursor: (name) => putCursor(name, view().from_s + (view().to_s - view().from_s) * (name === 'A' ? 1 / 3 : 2 / 3))});
+  table = new ScopeTable();
+  panels = new Panels(plots, {view, onPoint, onSelect: (from_s, to_s) => hold(from_s, to_s)});
+  plots.addEventListener('wheel', (event) => {
+    event.preventDefault();
+    const box = plots.querySelector('.u-over')?.getBoundingClientRect();
+    const {from_s, to_s} = view();
+    const around = held && box ? from_s + (to_s - from_s) * (event.clientX - box.left) / box.width : null;
+    if (event.shiftKey) pan(Math.sign(event.deltaY || event.deltaX) * 0.1);
+    else zoom(event.deltaY > 0 ? 1.25 : 0.8, around);
+  }, {passive: false});
+  plots.addEventListener('dblclick', () => held && release());
+  root.replaceChildren(controls.root, plots, table.root);
+  document.addEventListener('keydown', onKey);
+  document.addEventListener('theme', recolour);
+}
+
+export function show(yes) {
+  visible = yes;
+  if (!panels) return;
+  if (yes) {
+    panels.fit();
+    requestAnimationFrame(frame);
+  }
+}
+
+/// From elsewhere: a drive, and perhaps an instant.
+export function visit(query) {
+  const [bus, id] = (query.get('drive') ?? '').split('/');
+  const number = Number(id);
+  if (bus && !chosen.drives.some((one) => one.bus === bus && one.id === number)) {
+    chosen.drives = [{bus, id: number}];
+    restart();
+  }
+  const time_s = Number(query.get('time_s'));
+  if (!query.has('time_s')) return;
+  hold(time_s - width_s / 2, time_s + width_s / 2);
+  mark = time_s;
+  const first = Math.min(...captures.map((capture) => capture.samples.first_s));
+  if (!(first <= time_s)) note('the scope had not begun to watch this drive then', true);
+}
+
+/// For tests and scripts: what is drawn of a trace.
+export const inspect = () => ({traces, captures, view: view(), cursors, frames: frames.length, time_s: busTime(buses()[0]?.bus)});
+
+on('program', () => {
+  if (!panels) build();
+  chosen.drives = chosen.drives.filter(({bus, id}) => store.drives.some((drive) => drive.bus === bus && drive.id === id));
+  if (!chosen.drives.length && store.drives.length) chosen.drives = [{bus: store.drives[0].bus, id: store.drives[0].id}];
+  controls.build();
+  restart();
+  if (visible) show(true);
+});
+// A faster clock may be too much; one that stops takes nothing away.
+on('change', () => {
+  const other = captures.some((one) => Math.abs(possibleRate_Hz(chosen.rate_Hz, one.samples.columns) / one.rate_Hz - 1) > 0.01);
+  if (panels && other) restart();
+});

@@ -1,0 +1,107 @@
+// What the scope is told: drives, signals, rate, width, pause.
+
+import {el, labelled, setText} from './dom.js';
+import {figures} from './format.js';
+import {driveName, store} from './store.js';
+
+const kSets = {
+  position: ['angle_ref_deg', 'angle_deg'],
+  speed: ['speed_ref_dps', 'speed_dps', 'true_rotor_dps'],
+  current: ['iq_ref_A', 'iq_A', 'true_iq_A'],
+  phases: ['ia_A', 'ib_A', 'ic_A'],
+  duties: ['duty_a', 'duty_b', 'duty_c'],
+  temperatures: ['temperature_C', 'driver_temperature_C', 'winding_C', 'housing_C', 'stage_C'],
+  supply: ['voltage_V', 'true_voltage_V', 'bus_current_A'],
+};
+const kRates_Hz = [100, 500, 1000, 2000, 5000, 10000, 20000];
+const kWidths_s = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 60, 300];
+
+export class ScopeControls {
+  constructor(chosen, does) {
+    this.chosen = chosen;
+    this.does = does;
+    this.pause = el('button', {type: 'button', class: 'main', 'aria-pressed': 'false', onclick: does.pause}, 'Pause');
+    this.width = el('select', {'aria-label': 'seconds in view', onchange: () => does.setWidth(Number(this.width.value))},
+      ...kWidths_s.map((s) => el('option', {value: s, text: `${figures(s)} s`})));
+    this.width.value = 5;
+    this.rate = el('select', {'aria-label': 'samples a second', onchange: () => { chosen.rate_Hz = Number(this.rate.value); does.restart(); }},
+      ...kRates_Hz.map((rate) => el('option', {value: rate, text: `${rate / 1000} kHz`})));
+    this.rate.value = chosen.rate_Hz;
+    this.frames = el('span', {class: 'dim', id: 'scope-info'});
+    this.drives = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives'});
+    this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': 'sets of signals'});
+    this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': 'signals'});
+    const button = (text, title, onclick) => el('button', {type: 'button', title, onclick}, text);
+    this.root = el('div', {class: 'scope-controls'},
+      el('div', {class: 'row'}, this.pause,
+        labelled('view', this.width), button('+', 'zoom in', () => does.zoom(0.5)), button('−', 'zoom out', () => does.zoom(2)),
+        labelled('sampled at', this.rate), button('A', 'put cursor A', () => does.putCursor('A')), button('B', 'put cursor B', () => does.putCursor('B')),
+        button('no cursors', 'take both cursors away', does.clearCursors), button('CSV', 'save what is in view', does.exportCsv), this.frames),
+      el('div', {class: 'row wide-gap'}, this.drives, this.sets),
+      el('details', {}, el('summary', {text: 'all signals'}), this.signals));
+  }
+
+  build() {
+    const all = el('button', {type: 'button', onclick: () => this.pick(store.drives.map(({bus, id}) => ({bus, id})))}, 'all drives');
+    this.driveButtons = store.drives.map(({bus, id}) => ({bus, id, button: el('button', {type: 'button', 'aria-label': `drive ${driveName(bus, id)}`,
+      onclick: () => this.toggleDrive(bus, id)}, driveName(bus, id))}));
+    this.drives.replaceChildren(el('span', {class: 'dim', text: 'drives'}), ...this.driveButtons.map((one) => one.button), all);
+    this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
+      onclick: () => this.toggleSet(signals)}, name)}));
+    this.sets.replaceChildren(el('span', {class: 'dim', text: 'signals'}), ...this.setButtons.map((one) => one.button));
+    this.boxes = store.signals.map(({name, about}) => ({name, box: el('input', {type: 'checkbox', onchange: () => this.toggleSignal(name)}), about}));
+    this.signals.replaceChildren(...this.boxes.map(({name, box, about}) => el('label', {title: about}, box, ` ${name}`)));
+  }
+
+  pick(drives) {
+    this.chosen.drives = drives;
+    this.does.restart();
+  }
+
+  toggleDrive(bus, id) {
+    const others = this.chosen.drives.filter((one) => one.bus !== bus || one.id !== id);
+    this.pick(others.length === this.chosen.drives.length ? [...others, {bus, id}] : others);
+  }
+
+  toggleSet(signals) {
+    const has = signals.every((name) => this.chosen.signals.includes(name));
+    this.chosen.signals = has ? this.chosen.signals.filter((name) => !signals.includes(name))
+      : [...new Set([...this.chosen.signals, ...signals])];
+    this.does.restart();
+  }
+
+  toggleSignal(name) {
+    const has = this.chosen.signals.includes(name);
+    this.chosen.signals = has ? this.chosen.signals.filter((one) => one !== name) : [...this.chosen.signals, name];
+    this.does.restart();
+  }
+
+  showChosen({drives, signals}) {
+    for (const {bus, id, button} of this.driveButtons) {
+      button.setAttribute('aria-pressed', drives.some((one) => one.bus === bus && one.id === id));
+    }
+    for (const set of this.setButtons) set.button.setAttribute('aria-pressed', set.signals.every((name) => signals.includes(name)));
+    for (const {name, box} of this.boxes) box.checked = signals.includes(name);
+  }
+
+  showHeld(held) {
+    setText(this.pause, held ? 'Go on' : 'Pause');
+    this.pause.setAttribute('aria-pressed', held);
+  }
+
+  showWidth(width_s) {
+    const near = kWidths_s.reduce((best, s) => (Math.abs(Math.log(s / width_s)) < Math.abs(Math.log(best / width_s)) ? s : best));
+    this.width.value = near;
+  }
+
+  showRate(captures) {
+    this.rate_Hz = captures[0]?.rate_Hz;
+  }
+
+  showFrames(frames, captures) {
+    const lost = captures.reduce((sum, capture) => sum + capture.lost, 0);
+    const kept_s = Math.max(0, ...captures.map(({samples}) => samples.last_s - samples.first_s || 0));
+    const reduced = this.rate_Hz && this.rate_Hz < this.chosen.rate_Hz ? `, sampled at ${figures(this.rate_Hz, 4)} Hz: more would be too much` : '';
+    setText(this.frames, `${frames} pictures/s, ${figures(kept_s, 3)} s kept${lost ? `, ${lost} samples lost` : ''}${reduced}`);
+  }
+}

@@ -1,0 +1,43 @@
+// Below the scope's pictures: what each trace is now, at the cursors, between them.
+
+import {el, setText} from './dom.js';
+import {figures} from './format.js';
+
+export class ScopeTable {
+  constructor() {
+    this.body = el('tbody');
+    this.span = el('caption', {text: ' '});
+    const heads = ['trace', 'now', 'A', 'B', 'B − A', 'least', 'most'];
+    this.root = el('div', {class: 'values'}, el('table', {}, this.span,
+      el('thead', {}, el('tr', {}, ...heads.map((head, n) => el('th', {text: head, scope: 'col', class: n ? 'num' : ''})))), this.body));
+    this.rows = [];
+  }
+
+  set(traces) {
+    this.rows = traces.map((trace) => {
+      const cells = Array.from({length: 6}, () => el('td', {class: 'num', text: '–'}));
+      const swatch = el('span', {class: `swatch${trace.dash ? ' dashed' : ''}`});
+      swatch.style.borderColor = trace.colour;
+      return {trace, cells, root: el('tr', {'data-trace': trace.label}, el('th', {scope: 'row'}, swatch, trace.label), ...cells)};
+    });
+    this.body.replaceChildren(...this.rows.map((row) => row.root));
+  }
+
+  show({from_s, to_s}, {A, B}, held) {
+    const between = A !== null && B !== null;
+    const [from, to] = between ? [Math.min(A, B), Math.max(A, B)] : [from_s, to_s];
+    const names = between ? 'between the cursors' : 'in view';
+    setText(this.span, between
+      ? `B − A = ${figures((B - A) * 1000)} ms, ${figures(1 / Math.abs(B - A), 4)} Hz. Least and most ${names}.`
+      : `${held ? 'paused: click puts cursor A, again B' : `${figures(to_s - from_s, 3)} s`}. Least and most ${names}.`);
+    for (const {trace, cells} of this.rows) {
+      const {samples} = trace.capture;
+      const at = (time_s) => (time_s === null ? null : samples.at(trace.column, time_s));
+      const a = at(A);
+      const b = at(B);
+      const extremes = samples.extremes(trace.column, from, to);
+      const now = [at(samples.last_s), a, b, a !== null && b !== null ? b - a : null, extremes?.min, extremes?.max];
+      now.forEach((value, n) => setText(cells[n], figures(value, 5)));
+    }
+  }
+}

@@ -1,0 +1,80 @@
+// A shaft to take hold of.
+
+import {Dial, shaftOf} from './dial.js';
+import {el, note, setText} from './dom.js';
+import {fixed} from './format.js';
+import {attempt, chosenDrives, onChoice} from './choice.js';
+import {post} from './api.js';
+import {liveValues} from './live.js';
+import {driveKey, driveName, driveOf, store} from './store.js';
+
+let dial = null;
+let drive = null;
+let numbers = null;
+let visible = false;
+let owed_deg = 0;     // turned by hand, not told yet
+let telling = false;
+
+/// As fast as the program answers; what comes meanwhile is added up.
+async function tellTurns() {
+  if (telling) return;
+  telling = true;
+  while (Math.abs(owed_deg) > 1e-3 && drive) {
+    const turn_deg = Number(owed_deg.toFixed(3));
+    owed_deg = 0;
+    const {bus, id} = drive;
+    if (!await attempt(() => post('/directives', {bus, id, turn_deg}))) break;
+  }
+  telling = false;
+}
+
+function turn(degrees) {
+  if (!store.mayWrite) {
+    note('this page may only look', true);
+    return;
+  }
+  owed_deg += degrees;
+  tellTurns();
+}
+
+const kRows = [['speed', 'speed_dps', 1, '°/s'], ['iq', 'iq_A', 2, 'A'], ['voltage', 'voltage_V', 2, 'V'],
+  ['supply current', 'bus_current_A', 2, 'A'], ['motor', 'temperature_C', 1, '°C'], ['stage', 'driver_temperature_C', 1, '°C']];
+
+function choose() {
+  const first = chosenDrives()[0];
+  drive = first ?? null;
+  owed_deg = 0;
+  setText(numbers.name, first ? `drive ${driveName(first.bus, first.id)}` : 'no drive');
+}
+
+function frame(at) {
+  if (!visible || !dial) return;
+  requestAnimationFrame(frame);
+  const current = drive && driveOf(driveKey(drive.bus, drive.id));
+  if (!current) return;
+  const now = liveValues(current);
+  const shaft = shaftOf(current, now);
+  dial.show(shaft);
+  if (at - numbers.at < 120) return;
+  numbers.at = at;
+  dial.say(shaft);
+  setText(numbers.angle, fixed(shaft.shaft, 2));
+  kRows.forEach(([, key, digits], n) => setText(numbers.cells[n], fixed(now[key], digits)));
+}
+
+export function shaftPanel() {
+  dial = new Dial({onTurn: turn, label: 'Shaft, turned by hand'});
+  const row = (name, value, unit) => el('div', {}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
+  numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
+  onChoice(choose);
+  choose();
+  return [el('div', {class: 'shaft-panel'}, dial.root, el('div', {}, numbers.name,
+    el('dl', {class: 'fields'}, row('shaft', numbers.angle, '°'), ...kRows.map(([name, , , unit], n) => row(name, numbers.cells[n], unit))),
+    el('p', {class: 'dim', text: 'Drag the dial, or arrow keys.'})))];
+}
+
+export function showShaft(yes) {
+  const begins = yes && !visible;
+  visible = yes;
+  if (begins) requestAnimationFrame(frame);
+}

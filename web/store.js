@@ -1,0 +1,108 @@
+// What is known of the program: asked for again and again, and told to whoever wants to know.
+
+import {get} from './api.js';
+
+const kPeriod_ms = 400;
+const kRetry_ms = 1000;
+
+export const store = {
+  connected: false,
+  status: null,       // GET /status
+  drives: [],         // GET /drives
+  rates: new Map(),   // by bus: {load, ratio}; by drive: replies a second
+  signals: [],
+  kinds: [],
+  mayWrite: false,
+};
+
+const listeners = {change: new Set(), program: new Set()};
+
+/// 'change': there is news. 'program': another program, or the first one, has answered.
+export function on(event, listener) {
+  listeners[event].add(listener);
+}
+const tell = (event) => listeners[event].forEach((listener) => listener(store));
+
+export const driveKey = (bus, id) => `${bus}/${id}`;
+export const driveOf = (key) => store.drives.find((drive) => driveKey(drive.bus, drive.id) === key);
+export const buses = () => store.status?.buses ?? [];
+export const busTime = (bus) => buses().find((one) => one.bus === bus)?.time_s ?? 0;
+/// With several buses a drive is called by both.
+export const driveName = (bus, id) => (buses().length > 1 ? `${bus} ${id}` : String(id));
+
+/// Simulated seconds in a second, as the clock is set; 0: it is stepped.
+export function clockFactor() {
+  const mode = store.status?.clock.mode ?? 'realtime';
+  if (mode === 'stepped') return 0;
+  return mode === 'realtime' ? 1 : Number(mode.slice(1)) || 1;
+}
+
+// --- differences between answers
+
+const kSpan_ms = 1500;  // rates are over as much, or a little more
+let history = [];
+
+function perSecond(now, then, seconds) {
+  return seconds > 0 ? (now - then) / seconds : null;
+}
+
+function updateRates(at_ms) {
+  const sample = {at_ms, time_s: store.status.clock.time_s, buses: new Map(), replies: new Map()};
+  for (const bus of store.status.buses) {
+    sample.buses.set(bus.bus, {time_s: bus.time_s, busy_s: bus.counters.wire_busy_s});
+  }
+  for (const drive of store.drives) sample.replies.set(driveKey(drive.bus, drive.id), drive.counters.replies);
+  history.push(sample);
+  while (history.length > 2 && at_ms - history[1].at_ms >= kSpan_ms) history.shift();
+  const first = history[0];
+  const rates = new Map();
+  rates.set('clock', perSecond(sample.time_s, first.time_s, (at_ms - first.at_ms) / 1000));
+  for (const [bus, now] of sample.buses) {
+    const then = first.buses.get(bus) ?? now;
+    rates.set(bus, perSecond(now.busy_s, then.busy_s, now.time_s - then.time_s));
+    for (const [key, replies] of sample.replies) {
+      if (!key.startsWith(`${bus}/`)) continue;
+      rates.set(key, perSecond(replies, first.replies.get(key) ?? replies, now.time_s - then.time_s));
+    }
+  }
+  store.rates = rates;
+}
+
+// --- asking
+
+async function learn(status) {
+  history = [];
+  [store.signals, store.kinds] = await Promise.all([get('/signals'), get('/faults/kinds')]);
+  store.status = status;
+  store.mayWrite = status.pages_may_write;
+  store.drives = await get('/drives');
+}
+
+async function look() {
+  const status = await get('/status');
+  const before = store.status;
+  const other = before === null || before.pid !== status.pid || status.clock.time_s < before.clock.time_s;
+  if (other) await learn(status);
+  store.drives = await get('/drives');
+  store.status = status;
+  updateRates(performance.now());
+  const back = !store.connected;
+  store.connected = true;
+  if (other) tell('program');
+  if (back || other) history = history.slice(-1);
+}
+
+/// Never ends.
+export async function follow() {
+  for (;;) {
+    try {
+      await look();
+    } catch (problem) {
+      if (store.connected) history = [];
+      store.connected = false;
+      console.debug(problem);
+    }
+    tell('change');
+    await new Promise((resolve) => setTimeout(resolve, store.connected ? kPeriod_ms : kRetry_ms));
+  }
+}

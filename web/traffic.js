@@ -1,0 +1,179 @@
+// The traffic: every frame in words, as the program reads it (GET /frames).
+
+import {stream} from './api.js';
+import {byId, el, labelled, setText} from './dom.js';
+import {fixed} from './format.js';
+import {buses, driveKey, on, store} from './store.js';
+
+const kMost = 50_000;   // frames kept
+const kRow_px = 24;
+const kMargin = 12;     // rows drawn beyond what is seen
+
+let streams = [];
+let frames = [];        // oldest first
+let shown = [];         // those that pass the filter
+let lost = 0;
+let listening = false;
+let paused = false;
+let stale = true;       // the picture
+let visible = false;
+let wanted = false;
+let parts = null;
+
+// --- filter
+
+const filter = {drives: new Set(), commands: null, from: '', marked: false, text: ''};
+
+function passes(frame) {
+  if (filter.drives.size && !filter.drives.has(frame.id) && frame.id !== 0) return false;
+  if (filter.from && frame.from !== filter.from) return false;
+  if (filter.marked && !frame.mark) return false;
+  if (filter.commands && !filter.commands.has(frame.command)) return false;
+  return !filter.text || `${frame.name} ${frame.values} ${frame.frame}`.toLowerCase().includes(filter.text);
+}
+
+function refilter() {
+  shown = frames.filter(passes);
+  stale = true;
+}
+
+/// "9C, a4 0xA2": command bytes, or nothing.
+function readCommands(text) {
+  const list = text.toUpperCase().split(/[\s,]+/).map((one) => one.replace(/^0X/, '')).filter(Boolean);
+  return list.length ? new Set(list) : null;
+}
+
+// --- what comes
+
+function take(bus, message) {
+  if (!listening) stale = listening = true;
+  if (message.lost) lost = message.lost;
+  if (paused || !message.frames) return;
+  for (const frame of message.frames) {
+    frame.bus = bus;
+    frames.push(frame);
+    if (passes(frame)) shown.push(frame);
+  }
+  if (frames.length > kMost * 1.2) {
+    frames = frames.slice(-kMost);
+    shown = frames.filter(passes);
+  }
+  stale = true;
+}
+
+/// From the first time on that somebody looks: it is work for the program too.
+function open() {
+  if (!wanted || !store.status) return;
+  streams.forEach((one) => one.close());
+  frames = [];
+  shown = [];
+  lost = 0;
+  streams = buses().map(({bus}) => stream(`/frames?bus=${encodeURIComponent(bus)}`, {onMessage: (message) => take(bus, message)}));
+}
+
+// --- what is seen
+
+function row(frame, before) {
+  const gap = before ? frame.time_s - before.time_s : null;
+  const scope = frame.id ? el('a', {href: `#scope?drive=${driveKey(frame.bus, frame.id)}&time_s=${frame.time_s}`,
+    'aria-label': `this instant, ${fixed(frame.time_s, 6)} s, in the scope`, text: 'scope'}) : '';
+  return el('tr', {class: `${frame.from} ${frame.mark ?? ''}`},
+    el('td', {class: 'num', text: fixed(frame.time_s, 6)}), el('td', {class: 'num dim', text: gap === null ? '' : fixed(gap * 1000, 3)}),
+    el('td', {text: buses().length > 1 ? frame.bus : ''}),
+    el('td', {text: frame.from === 'host' ? `→ ${frame.id || 'all'}` : `← ${frame.id || '?'}`}),
+    el('td', {class: 'mono', text: frame.command}), el('td', {text: frame.name}),
+    el('td', {class: 'said'}, frame.values, frame.drawback ? el('strong', {text: ` ${frame.drawback}`}) : ''),
+    el('td', {class: 'mono dim', text: frame.frame}), el('td', {}, scope));
+}
+
+/// Only the rows that can be seen are there.
+function draw() {
+  if (!visible) return;
+  requestAnimationFrame(draw);
+  if (!stale) return;
+  stale = false;
+  const {scroller, body, above, below, info} = parts;
+  const following = !paused && parts.follow;
+  const fits = Math.ceil(scroller.clientHeight / kRow_px);
+  const top = following ? Math.max(0, shown.length - fits + 1) : Math.floor(scroller.scrollTop / kRow_px);
+  const first = Math.max(0, top - kMargin);
+  const last = Math.min(shown.length, top + fits + kMargin);
+  above.style.height = `${first * kRow_px}px`;
+  below.style.height = `${(shown.length - last) * kRow_px}px`;
+  body.replaceChildren(...shown.slice(first, last).map((frame, n) => row(frame, shown[first + n - 1])));
+  parts.table.setAttribute('aria-rowcount', shown.length);
+  if (following) scroller.scrollTop = scroller.scrollHeight;
+  if (listening) setText(info, `${shown.length} of ${frames.length} frames${lost ? `, ${lost} lost on the way here` : ''}`);
+}
+
+function setPaused(yes) {
+  paused = yes;
+  setText(parts.pause, yes ? 'Go on' : 'Pause');
+  parts.pause.setAttribute('aria-pressed', yes);
+  if (!yes) parts.follow = true;
+  stale = true;
+}
+
+function build() {
+  const check = el('input', {type: 'checkbox', onchange: () => { filter.marked = check.checked; refilter(); }});
+  const commands = el('input', {type: 'text', size: 12, placeholder: '9C, A4', oninput: () => { filter.commands = readCommands(commands.value); refilter(); }});
+  const text = el('input', {type: 'search', size: 16, placeholder: 'any text', oninput: () => { filter.text = text.value.toLowerCase(); refilter(); }});
+  const from = el('select', {onchange: () => { filter.from = from.value; refilter(); }},
+    el('option', {value: '', text: 'both ways'}), el('option', {value: 'host', text: 'queries'}), el('option', {value: 'drive', text: 'replies'}));
+  const pause = el('button', {type: 'button', class: 'main', 'aria-pressed': 'false', onclick: () => setPaused(!paused)}, 'Pause');
+  const info = el('span', {class: 'dim', id: 'traffic-info'});
+  const drives = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives'});
+  const body = el('tbody');
+  const above = el('div');
+  const below = el('div');
+  const table = el('table', {'aria-label': 'frames'},
+    el('colgroup', {}, ...['time', 'gap', 'bus', 'way', 'command', 'name', 'said', 'frame', 'scope'].map((name) => el('col', {class: `c-${name}`}))),
+    el('thead', {}, el('tr', {}, ...['time, s', 'gap, ms', '', 'way', 'cmd', 'what', 'says', 'frame', ''].map((head, n) =>
+      el('th', {scope: 'col', class: n < 2 ? 'num' : '', text: head})))), body);
+  const scroller = el('div', {class: 'frames', tabindex: 0, 'aria-label': 'frames, oldest first'}, above, table, below);
+  scroller.addEventListener('scroll', () => {
+    parts.follow = scroller.scrollTop + scroller.clientHeight > scroller.scrollHeight - 2 * kRow_px;
+    stale = true;
+  });
+  scroller.addEventListener('wheel', (event) => { if (event.deltaY < 0) parts.follow = false; }, {passive: true});
+  parts = {pause, info, drives, body, above, below, table, scroller, follow: true, commands};
+  byId('view-traffic').replaceChildren(
+    el('div', {class: 'row'}, pause, labelled('show', from), labelled('commands', commands), labelled('with', text),
+      el('label', {}, check, ' errors only'),
+      el('button', {type: 'button', onclick: () => { frames = []; refilter(); }}, 'Clear'), info),
+    drives, scroller);
+}
+
+function buildDrives() {
+  const ids = [...new Set(store.drives.map((drive) => drive.id))];
+  const buttons = ids.map((id) => el('button', {type: 'button', 'aria-pressed': filter.drives.has(id), 'data-id': id,
+    onclick: () => { if (!filter.drives.delete(id)) filter.drives.add(id); buildDrives(); refilter(); }}, String(id)));
+  parts.drives.replaceChildren(el('span', {class: 'dim', text: 'drives'}), ...buttons,
+    el('button', {type: 'button', onclick: () => { filter.drives.clear(); buildDrives(); refilter(); }}, 'all'));
+}
+
+export function show(yes) {
+  visible = yes;
+  if (!parts) return;
+  if (yes && !wanted) {
+    wanted = true;
+    open();
+  }
+  stale = true;
+  if (yes) requestAnimationFrame(draw);
+}
+
+export function visit(query) {
+  const id = Number((query.get('drive') ?? '').split('/')[1]);
+  if (!id) return;
+  filter.drives = new Set([id]);
+  buildDrives();
+  refilter();
+}
+
+on('program', () => {
+  if (!parts) build();
+  buildDrives();
+  open();
+  if (visible) show(true);
+});
