@@ -192,6 +192,19 @@ TEST_F(RunningDisk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   EXPECT_EQ(host.query(2, kReadPid), kPid);
 }
 
+// What a remount may not do to a program that keeps a file open for writing, its lock.
+TEST_F(RunningDisk, UnderARunningOneTheDiskCannotBeMadeReadOnly) {
+  disk("size=1m");
+  EmulatorProcess emulator(
+      {"--rom", path("disk"), "--control", "none", "--bus", "vcan0", "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  EXPECT_FALSE(run("mount -o remount,ro " + path("disk") + " 2>/dev/null"));
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, kPidToRom), kPidToRom);
+  EXPECT_EQ(emulator.stop().status, 0);
+  EXPECT_TRUE(run("mount -o remount,ro " + path("disk"))) << "as soon as it has ended";
+}
+
 TEST_F(RunningDisk, AReadOnlyDirectoryForRomIsRefusedAtTheStart) {
   disk("ro");
   const auto result =
