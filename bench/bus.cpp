@@ -39,10 +39,10 @@ void BM_BusQuery(benchmark::State& state) {
 }
 BENCHMARK(BM_BusQuery)->Arg(1)->Arg(32);
 
-/// A loaded bus at 1 Mbit/s: one query every 250 µs to the drives in turn, 100 ms at a time.
-/// `bring` takes the bus from one query to the next.
+/// A bus at 1 Mbit/s: one query every `period` to the drives in turn, 100 ms at a time. `bring`
+/// takes the bus from one query to the next.
 template <class Bring>
-void run_loaded(benchmark::State& state, Bring bring) {
+void run_talking(benchmark::State& state, SimTime period, Bring bring) {
   const int drives = static_cast<int>(state.range(0));
   Bus bus(config(drives, 1'000'000));
   std::vector<TimedFrame> replies;
@@ -51,7 +51,7 @@ void run_loaded(benchmark::State& state, Bring bring) {
     for (const SimTime end = bus.time() + 100ms; bus.time() < end;) {
       bus.receive(
           {bus.time(), protocol::encode_query(id, protocol::Speed{360}, protocol::kLegacyFormat)});
-      bring(bus, bus.time() + 250us);
+      bring(bus, bus.time() + period);
       replies.clear();
       bus.take_replies(replies);
       id = id % drives + 1;
@@ -62,17 +62,23 @@ void run_loaded(benchmark::State& state, Bring bring) {
       0.1 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
-/// For a host that talks to its drives.
+/// As much as the wire carries, for a host that talks to its drives.
 void BM_BusLoaded(benchmark::State& state) {
-  run_loaded(state, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
+  run_talking(state, 250us, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
 }
 BENCHMARK(BM_BusLoaded)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
 
 /// For somebody who looks at all drives with each query.
 void BM_BusWatched(benchmark::State& state) {
-  run_loaded(state, [](Bus& bus, SimTime until) { bus.advance_to(until); });
+  run_talking(state, 250us, [](Bus& bus, SimTime until) { bus.advance_to(until); });
 }
 BENCHMARK(BM_BusWatched)->Arg(1)->Arg(4)->Arg(32)->Unit(benchmark::kMillisecond);
+
+/// One drive in a control loop of 1 kHz, as most hosts have.
+void BM_BusControlled(benchmark::State& state) {
+  run_talking(state, 1ms, [](Bus& bus, SimTime until) { bus.deliver_to(until); });
+}
+BENCHMARK(BM_BusControlled)->Arg(1)->Unit(benchmark::kMillisecond);
 
 /// Nobody says anything; 1 ms at a time, as the program goes. Items are drive-ticks.
 void BM_BusIdle(benchmark::State& state) {
