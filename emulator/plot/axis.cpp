@@ -9,6 +9,11 @@
 namespace lk::emulator {
 namespace {
 
+/// The least span of an axis on which labels of ten digits can be told apart.
+double resolution(const PlotRange& range) {
+  return 1e-7 * std::max(std::abs(range.low), std::abs(range.high));
+}
+
 /// 1, 2 or 5 times a power of ten.
 double round_step(double roughly) {
   const double power = std::pow(10.0, std::floor(std::log10(roughly)));
@@ -45,20 +50,22 @@ void PlotRange::add(double value) {
   empty = false;
 }
 
-PlotAxis value_axis(std::string title, const PlotRange& range, double least_span, int ticks) {
+PlotAxis value_axis(std::string title, const PlotRange& range, double least_span, double share,
+                    int ticks) {
   constexpr double kMargin = 0.06;
-  // Numbers of a double cannot be told apart much closer than this.
-  const double resolution = 1e-9 * std::max(std::abs(range.low), std::abs(range.high));
-  const double least = std::max(least_span, resolution);
-  const double span = std::max(range.high - range.low, least);
-  const double middle = range.low + (range.high - range.low) / 2;
-  const double half = span * (0.5 + kMargin);
-  return make_axis(std::move(title), middle - half, middle + half, ticks);
+  const double least = std::max(least_span, resolution(range));
+  const double span = range.high - range.low;
+  const double spare = std::max(least - span, 0.0);
+  const double margin = kMargin * (span + spare);
+  return make_axis(std::move(title), range.low - spare * share - margin,
+                   range.high + spare * (1 - share) + margin, ticks);
 }
 
 PlotAxis time_axis(std::string title, const PlotRange& range, int ticks) {
-  if (range.high > range.low) return make_axis(std::move(title), range.low, range.high, ticks);
-  return make_axis(std::move(title), range.low - 0.5, range.low + 0.5, ticks);
+  const double span = range.high - range.low;
+  if (span > resolution(range)) return make_axis(std::move(title), range.low, range.high, ticks);
+  const double around = std::max(0.5, resolution(range));
+  return make_axis(std::move(title), range.low - around, range.high + around, ticks);
 }
 
 }  // namespace lk::emulator

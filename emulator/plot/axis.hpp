@@ -15,9 +15,11 @@ struct PlotRange {
   void add(double value);
 };
 
-/// An axis of values with a margin, at least `least_span` wide so that noise does not fill the
-/// picture; ticks at round values, about `ticks` of them.
-PlotAxis value_axis(std::string title, const PlotRange& range, double least_span, int ticks);
+/// An axis of values with a margin and ticks at round values, `ticks` of them at most, give or take
+/// one. It spans at least `least_span`, so that noise does not fill the picture; values that span
+/// less are at this share of the height.
+PlotAxis value_axis(std::string title, const PlotRange& range, double least_span, double share,
+                    int ticks);
 
 /// An axis of exactly the times that there are.
 PlotAxis time_axis(std::string title, const PlotRange& range, int ticks);

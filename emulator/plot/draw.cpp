@@ -144,10 +144,11 @@ class Drawing {
   }
 
   void draw_keys(const PlotPanel& panel, double y) {
-    const Colour colour = picture_.drives.size() == 1 ? kColours[0] : Colour{0.3, 0.3, 0.3};
     double x = kLeft;
     for (const PlotKey& key : panel.keys) {
-      set_style(key.style, colour);
+      constexpr Colour kAnyDrive = {0.3, 0.3, 0.3};
+      set_style(key.style,
+                key.colour ? kColours[static_cast<std::size_t>(*key.colour)] : kAnyDrive);
       cairo_move_to(cairo_, x, y - 4);
       cairo_line_to(cairo_, x + 30, y - 4);
       cairo_stroke(cairo_);

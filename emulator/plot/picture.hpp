@@ -42,6 +42,7 @@ struct PlotAxis {
 struct PlotKey {
   std::string label;
   LineStyle style = LineStyle::kSolid;
+  std::optional<int> colour;  // where colours do not stand for drives
 };
 
 struct PlotPanel {

@@ -85,7 +85,8 @@ RunColumn RunCsv::read_column(std::string_view name) const {
     const std::size_t begin = id == std::string_view::npos ? 0 : id + 1;
     if (id != std::string_view::npos) column.bus = printable_text(std::string(name.substr(0, id)));
     column.signal = name.substr(signal + 1);
-    std::from_chars(name.data() + begin, name.data() + signal, column.id);
+    const char* const last = name.data() + signal;
+    if (std::from_chars(name.data() + begin, last, column.id).ptr != last) column.id = 0;
   }
   if (column.id < 1 || column.id > 32) {
     fail("column " + std::to_string(columns_.size() + 2) +

@@ -90,9 +90,12 @@ std::string missing_text(const PlotSubject& subject, Language language) {
   return fmt::format("{}: {} ({})", subject.name.in(language), kNotInFile.in(language), signals);
 }
 
-/// An axis for what was drawn on this side, if there is anything.
+/// An axis for what was drawn on this side, if there is anything. What hardly changes is above the
+/// middle on the right axis and below it on the left one, lest one line hides the other.
 std::optional<PlotAxis> axis_of(const PlotPanel& panel, bool right, const Words& title,
                                 double least_span, Language language) {
+  const bool both = std::ranges::count(panel.lines, !right, &PlotLine::on_right_axis) > 0;
+  const double below = right ? 0.75 : 0.25;
   PlotRange range;
   for (const PlotLine& line : panel.lines) {
     if (line.on_right_axis != right) continue;
@@ -101,22 +104,27 @@ std::optional<PlotAxis> axis_of(const PlotPanel& panel, bool right, const Words&
     }
   }
   if (range.empty) return std::nullopt;
-  return value_axis(std::string(title.in(language)), range, least_span, 5);
+  return value_axis(std::string(title.in(language)), range, least_span, both ? below : 0.5, 7);
 }
 
-PlotPanel panel_of(const PlotSubject& subject, const std::vector<const PlotQuantity*>& quantities,
-                   const std::vector<Tracing>& tracings, Language language) {
+/// Where there is one drive only, the right axis has a colour of its own.
+PlotPanel panel_of(const PlotSubject& subject, const std::vector<RunColumn>& columns,
+                   const std::vector<Tracing>& tracings, bool one_drive, Language language) {
   PlotPanel panel;
+  const std::vector<const PlotQuantity*> quantities = present(subject, columns);
   if (quantities.empty()) {
     panel.missing = missing_text(subject, language);
     return panel;
   }
   for (const PlotQuantity* quantity : quantities) {
-    panel.keys.push_back({std::string(quantity->label.in(language)), quantity->style});
+    PlotKey key{std::string(quantity->label.in(language)), quantity->style, std::nullopt};
+    if (one_drive) key.colour = quantity->on_right_axis ? 1 : 0;
+    panel.keys.push_back(std::move(key));
   }
   for (const Tracing& tracing : tracings) {
     if (tracing.subject != &subject) continue;
-    panel.lines.push_back({tracing.colour, tracing.quantity->style, tracing.quantity->on_right_axis,
+    const bool right = tracing.quantity->on_right_axis;
+    panel.lines.push_back({one_drive && right ? 1 : tracing.colour, tracing.quantity->style, right,
                            tracing.trace.runs()});
   }
   panel.left = axis_of(panel, false, subject.left_axis, subject.left_span, language);
@@ -194,7 +202,7 @@ Picture picture_of(RunCsv& csv, const ChosenDrives& drives, const std::string& t
   picture.time = time_axis(std::string(kTime.in(language)), times, 10);
   for (const PlotSubject& subject : plot_subjects()) {
     picture.panels.push_back(
-        panel_of(subject, present(subject, csv.columns()), tracings, language));
+        panel_of(subject, csv.columns(), tracings, drives.shown.size() == 1, language));
   }
   return picture;
 }
