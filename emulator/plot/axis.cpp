@@ -62,8 +62,10 @@ PlotAxis value_axis(std::string title, const PlotRange& range, double least_span
 }
 
 PlotAxis time_axis(std::string title, const PlotRange& range, int ticks) {
+  constexpr double kInstant_s = 1e-9;  // times are said to the nanosecond
   const double span = range.high - range.low;
-  if (span > resolution(range)) return make_axis(std::move(title), range.low, range.high, ticks);
+  if (span > std::max(kInstant_s, resolution(range)))
+    return make_axis(std::move(title), range.low, range.high, ticks);
   const double around = std::max(0.5, resolution(range));
   return make_axis(std::move(title), range.low - around, range.high + around, ticks);
 }

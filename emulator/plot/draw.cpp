@@ -37,21 +37,19 @@ constexpr double kWidth = 1100;
 constexpr double kLeft = 80;
 constexpr double kRight = kWidth - 80;
 constexpr double kPanelHeight = 190;
-constexpr double kMissingHeight = 8;
 constexpr double kKeysHeight = 34;  // above each panel
 constexpr double kFootHeight = 52;
+constexpr double kMissingHeight = 22;  // below all others
 constexpr double kPngScale = 2;
 constexpr double kTextSize = 12;
-
-double panel_height(const PlotPanel& panel) {
-  return panel.missing.empty() ? kPanelHeight : kMissingHeight;
-}
 
 double head_height(const Picture& picture) { return picture.subtitle.empty() ? 62 : 80; }
 
 double picture_height(const Picture& picture) {
   double height = head_height(picture) + kFootHeight;
-  for (const PlotPanel& panel : picture.panels) height += kKeysHeight + panel_height(panel);
+  for (const PlotPanel& panel : picture.panels) {
+    height += panel.missing.empty() ? kKeysHeight + kPanelHeight : kMissingHeight;
+  }
   return height;
 }
 
@@ -72,14 +70,17 @@ class Drawing {
     draw_head();
     double top = head_height(picture_);
     for (const PlotPanel& panel : picture_.panels) {
-      top += kKeysHeight;
-      draw_panel(panel, top);
-      top += panel_height(panel);
+      if (!panel.missing.empty()) continue;
+      draw_panel(panel, top + kKeysHeight);
+      top += kKeysHeight + kPanelHeight;
     }
-    for (const PlotTick& tick : picture_.time.ticks) {
-      write(tick.label, place(tick.value, picture_.time, kLeft, kRight), top + 19, 0.5);
+    if (top > head_height(picture_)) draw_times(top);
+    top += kFootHeight;
+    for (const PlotPanel& panel : picture_.panels) {
+      if (panel.missing.empty()) continue;
+      write(panel.missing, kLeft, top + 6, 0);
+      top += kMissingHeight;
     }
-    write(picture_.time.title, (kLeft + kRight) / 2, top + 40, 0.5);
   }
 
  private:
@@ -126,6 +127,13 @@ class Drawing {
     } else {
       cairo_set_dash(cairo_, nullptr, 0, 0);
     }
+  }
+
+  void draw_times(double top) {
+    for (const PlotTick& tick : picture_.time.ticks) {
+      write(tick.label, place(tick.value, picture_.time, kLeft, kRight), top + 19, 0.5);
+    }
+    write(picture_.time.title, (kLeft + kRight) / 2, top + 40, 0.5);
   }
 
   void draw_head() {
@@ -228,10 +236,6 @@ class Drawing {
   }
 
   void draw_panel(const PlotPanel& panel, double top) {
-    if (!panel.missing.empty()) {
-      write(panel.missing, kLeft, top - 8, 0);
-      return;
-    }
     const double bottom = top + kPanelHeight;
     draw_keys(panel, top - 9);
     draw_grid(panel, top, bottom);
