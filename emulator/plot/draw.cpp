@@ -193,15 +193,18 @@ class Drawing {
 
   /// `outwards`: -1 at the left edge of the panel, 1 at the right one.
   void draw_axis(const PlotAxis& axis, double top, double bottom, double outwards) {
+    constexpr double kRoom = 50;  // between the title and the ticks
     const double x = outwards < 0 ? kLeft : kRight;
+    double widest = kRoom;
+    for (const PlotTick& tick : axis.ticks) widest = std::max(widest, width_of(tick.label));
     for (const PlotTick& tick : axis.ticks) {
       const double y = place(tick.value, axis, bottom, top);
       set_thin(kFrame);
       line(x, y, x + outwards * 5, y);
       cairo_stroke(cairo_);
-      write(tick.label, x + outwards * 9, y + 4, outwards < 0 ? 1 : 0);
+      write(tick.label, x + outwards * 9, y + 4, outwards < 0 ? 1 : 0, kTextSize * kRoom / widest);
     }
-    write_upwards(axis.title, outwards < 0 ? 18 : kWidth - 8, (top + bottom) / 2);
+    write_upwards(axis.title, outwards < 0 ? 15 : kWidth - 6, (top + bottom) / 2);
   }
 
   void draw_frame(double top, double bottom) {

@@ -17,6 +17,8 @@ namespace {
 
 // Room for the header of 32 drives with all signals on each of many buses.
 constexpr std::size_t kLongestLine = 1 << 20;
+// Linux has no longer names of interfaces.
+constexpr std::size_t kLongestBus = 15;
 // So that the distance of two values is a number too.
 constexpr double kLargest = 1e300;
 
@@ -88,7 +90,7 @@ RunColumn RunCsv::read_column(std::string_view name) const {
     const char* const last = name.data() + signal;
     if (std::from_chars(name.data() + begin, last, column.id).ptr != last) column.id = 0;
   }
-  if (column.id < 1 || column.id > 32) {
+  if (column.id < 1 || column.id > 32 || column.bus.size() > kLongestBus) {
     fail("column " + std::to_string(columns_.size() + 2) +
          " is not called like 1.speed_dps or vcan0.1.speed_dps");
   }

@@ -106,8 +106,9 @@ TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
                 .substr(0, 23),
             ":1: is no CSV file of l");
   const std::string named = " is not called like 1.speed_dps or vcan0.1.speed_dps";
-  for (const char* name : {"speed_dps", "1", "x.speed_dps", "33.speed_dps", "0.speed_dps", ".",
-                           "..", "1x.speed_dps", "-1.speed_dps", ""}) {
+  for (const char* name :
+       {"speed_dps", "1", "x.speed_dps", "33.speed_dps", "0.speed_dps", ".", "..", "1x.speed_dps",
+        "sixteen_letters_.1.speed_dps", "-1.speed_dps", ""}) {
     EXPECT_EQ(complaint("time_s,1.iq_A," + std::string(name) + ",2.iq_A\n"), ":1: column 3" + named)
         << name;
   }
