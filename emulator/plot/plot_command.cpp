@@ -112,7 +112,7 @@ int run_plot(int argc, const char* const* argv) {
   const PictureFormat format = format_of(file);
   const DriveChoice choice = choice_of(request);
   const Language asked_for = chosen_language(request.language);
-  RunCsv csv(request.csv);
+  RunCsv csv = open_run_csv(request.csv);
   const ChosenDrives drives = choose_drives(csv.columns(), choice);
   OutputFile output(file, "--output");
   const DrawModule& module = load_draw_module();

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <utility>
 
@@ -35,15 +36,20 @@ std::string_view cut(std::string_view& line) {
 
 }  // namespace
 
-RunCsv::RunCsv(const std::filesystem::path& file)
-    : name_(on_one_line(file.string())), buffer_(kLongestLine) {
+RunCsv open_run_csv(const std::filesystem::path& file) {
+  const std::string name = on_one_line(file.string());
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) {
-    throw StartError("plot: " + name_ + " is a directory");
+    throw StartError("plot: " + name + " is a directory");
   }
   errno = 0;
-  stream_.open(file, std::ios::binary);
-  if (!stream_) throw StartError("plot: cannot read " + name_ + ": " + std::strerror(errno));
+  auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);
+  if (!*stream) throw StartError("plot: cannot read " + name + ": " + std::strerror(errno));
+  return {std::move(stream), name};
+}
+
+RunCsv::RunCsv(std::unique_ptr<std::istream> stream, const std::string& name)
+    : name_(on_one_line(name)), stream_(std::move(stream)), buffer_(kLongestLine) {
   std::string_view line;
   if (!next_line(line)) throw StartError("plot: " + name_ + " is empty");
   read_header(line);
@@ -51,12 +57,12 @@ RunCsv::RunCsv(const std::filesystem::path& file)
 
 bool RunCsv::next_line(std::string_view& line) {
   ++line_number_;
-  stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
-  auto length = static_cast<std::size_t>(stream_.gcount());
-  if (stream_.bad()) fail("cannot be read");
-  if (stream_.eof() && length == 0) return false;
-  if (stream_.fail()) fail(line_number_ == 1 ? kForeign : "is longer than any line of lk-emu");
-  if (!stream_.eof()) --length;  // the end of the line counts
+  stream_->getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+  auto length = static_cast<std::size_t>(stream_->gcount());
+  if (stream_->bad()) fail("cannot be read");
+  if (stream_->eof() && length == 0) return false;
+  if (stream_->fail()) fail(line_number_ == 1 ? kForeign : "is longer than any line of lk-emu");
+  if (!stream_->eof()) --length;  // the end of the line counts
   line = std::string_view(buffer_.data(), length);
   if (line.ends_with('\r')) line.remove_suffix(1);
   return true;

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
+#include <istream>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +20,8 @@ struct RunColumn {
 /// file and line.
 class RunCsv {
  public:
-  explicit RunCsv(const std::filesystem::path& file);
+  /// `name`: of the file, for complaints.
+  RunCsv(std::unique_ptr<std::istream> stream, const std::string& name);
 
   const std::vector<RunColumn>& columns() const { return columns_; }
 
@@ -35,12 +37,15 @@ class RunCsv {
   [[noreturn]] void fail(const std::string& why) const;
 
   std::string name_;
-  std::ifstream stream_;
+  std::unique_ptr<std::istream> stream_;
   std::vector<char> buffer_;
   long line_number_ = 0;
   std::vector<RunColumn> columns_;
   double last_time_s_ = 0;
   bool any_row_ = false;
 };
+
+/// Throws StartError.
+RunCsv open_run_csv(const std::filesystem::path& file);
 
 }  // namespace lk::emulator

@@ -136,12 +136,14 @@ PlotPanel panel_of(const PlotSubject& subject, const std::vector<RunColumn>& col
 }
 
 std::string left_out_text(const ChosenDrives& drives, Language language) {
+  constexpr std::size_t kWidest = 100;  // and a name, in bytes: what fits across the picture
   std::string text;
   for (const PlottedDrive& drive : drives.left_out) {
+    if (text.size() > kWidest) {
+      text += ", …";
+      break;
+    }
     text += (text.empty() ? "" : ", ") + drive_name(drive, language);
-    if (text.size() < 90) continue;
-    text += ", …";
-    break;
   }
   return text.empty() ? "" : fmt::format("{}: {}", kLeftOut.in(language), text);
 }

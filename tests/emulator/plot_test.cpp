@@ -43,7 +43,7 @@ class CsvFile {
 std::string complaint(const std::string& text) {
   const CsvFile file(text);
   try {
-    RunCsv csv(file.path());
+    RunCsv csv = open_run_csv(file.path());
     double time_s = 0;
     std::vector<double> row;
     while (csv.next(time_s, row)) {
@@ -60,7 +60,7 @@ std::string complaint(const std::string& text) {
 
 Picture picture(const std::string& text, const DriveChoice& choice = {}) {
   const CsvFile file(text);
-  RunCsv csv(file.path());
+  RunCsv csv = open_run_csv(file.path());
   PlottedRows rows;
   return picture_of(csv, choose_drives(csv.columns(), choice), "title", Language::kEnglish, rows);
 }
@@ -70,7 +70,7 @@ Picture picture(const std::string& text, const DriveChoice& choice = {}) {
 
 TEST(PlotCsv, ReadsWhatARunWrites) {
   const CsvFile file("time_s,vcan0.1.speed_dps,can0.5.32.iq_A\n0,1.5,-2e-3\n0.01,nan,\r\n");
-  RunCsv csv(file.path());
+  RunCsv csv = open_run_csv(file.path());
   ASSERT_EQ(csv.columns().size(), 2U);
   EXPECT_EQ(csv.columns()[0].bus, "vcan0");
   EXPECT_EQ(csv.columns()[0].id, 1);
@@ -345,13 +345,27 @@ TEST(PlotPanels, SayWhatIsMissing) {
 
 TEST(PlotPanels, HaveWordsInChinese) {
   const CsvFile file("time_s,1.iq_A\n0,1\n");
-  RunCsv csv(file.path());
+  RunCsv csv = open_run_csv(file.path());
   PlottedRows rows;
   const Picture drawn =
       picture_of(csv, choose_drives(csv.columns(), {}), "", Language::kChinese, rows);
   EXPECT_EQ(drawn.drives[0], "驱动器 1");
   EXPECT_EQ(drawn.panels[2].left->title, "电流，A");
   EXPECT_NE(all_plot_words(Language::kChinese).find("电流，A"), std::string::npos);
+}
+
+TEST(PlotPanels, SayWhichDrivesAreLeftOut) {
+  std::string seven = "time_s", many = "time_s";
+  for (int id = 1; id <= 32; ++id) {
+    if (id <= 7) seven += "," + std::to_string(id) + ".iq_A";
+    many += ",vcan0." + std::to_string(id) + ".iq_A";
+  }
+  EXPECT_EQ(picture("time_s,1.iq_A\n").subtitle, "");
+  EXPECT_EQ(picture(seven + "\n").subtitle, "not shown: drive 7");
+  const std::string text = picture(many + "\n").subtitle;
+  EXPECT_TRUE(text.starts_with("not shown: vcan0 drive 7, vcan0 drive 8, ")) << text;
+  EXPECT_TRUE(text.ends_with(", …")) << text;
+  EXPECT_LT(text.size(), 150U);
 }
 
 // --- words
