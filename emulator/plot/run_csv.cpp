@@ -18,6 +18,8 @@ namespace {
 
 // Room for the header of 32 drives with all signals on each of many buses.
 constexpr std::size_t kLongestLine = 1 << 20;
+// Every signal of 32 drives on 16 buses; assumed to be enough for anybody.
+constexpr std::size_t kMostColumns = 16'384;
 // Linux has no longer names of interfaces.
 constexpr std::size_t kLongestBus = 15;
 // So that the distance of two values is a number too.
@@ -72,6 +74,7 @@ void RunCsv::read_header(std::string_view line) {
   if (line != "time_s" && !line.starts_with("time_s,")) fail(kForeign);
   cut(line);
   while (!line.empty()) {
+    if (columns_.size() == kMostColumns) fail("more columns than lk-emu writes");
     RunColumn column = read_column(cut(line));
     const auto same = [&column](const RunColumn& other) {
       return other.bus == column.bus && other.id == column.id && other.signal == column.signal;

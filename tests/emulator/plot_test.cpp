@@ -113,6 +113,9 @@ TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
         << name;
   }
   EXPECT_EQ(complaint("time_s,1.iq_A,1.iq_A\n"), ":1: column 3 is there twice");
+  std::string wide = "time_s";
+  for (int n = 0; n < 20'000; ++n) wide += ",1.a" + std::to_string(n);
+  EXPECT_EQ(complaint(wide + "\n"), ":1: more columns than lk-emu writes");
   EXPECT_EQ(complaint("time_s,1.iq_A\n0,1\n1\n"),
             ":3: 1 values, but the first line names 2 columns");
   EXPECT_EQ(complaint("time_s,1.iq_A\n0,1,2\n"),
