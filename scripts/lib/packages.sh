@@ -7,7 +7,7 @@ packages_in() {
   case $1 in
   build)
     printf '%s\n' cmake ninja-build g++ pkg-config \
-      libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev nlohmann-json3-dev \
+      libcairo2-dev libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev nlohmann-json3-dev \
       libgtest-dev libgmock-dev libbenchmark-dev
     ;;
   run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
