@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -33,7 +34,10 @@ std::string number(double value) {
   return buffer;
 }
 
-std::string quoted(std::string_view text) { return "\"" + std::string(text) + "\""; }
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  return out.append(text).append("\"");
+}
 
 std::string hex(unsigned value) {
   char buffer[16];
@@ -60,92 +64,93 @@ std::string_view kind(const Field& field) {
 class Tables {
  public:
   std::string text() {
-    std::string formats;
-    for (const auto& generation : kGenerations) formats += generation_text(generation);
-    return commands_text() + "\nlocal names = {\n" + names_text() + "}\n\nlocal layouts = {\n" +
-           layouts_ + "}\n\nlocal formats = {\n" + formats + "}\n";
+    std::ostringstream formats;
+    for (const auto& [name, dialect] : kGenerations) {
+      formats << "  { -- " << name << "\n";
+      for (const auto& [series_name, series] : kSeries) {
+        formats << "    { -- " << series_name << "\n";
+        put_format(formats, protocol::wire_format(dialect, series));
+        formats << "    },\n";
+      }
+      formats << "  },\n";
+    }
+    std::ostringstream out;
+    put_commands(out);
+    out << "\nlocal names = {\n";
+    for (const auto& [name, about] : names_) out << "  " << name << " = { " << about << " },\n";
+    out << "}\n\nlocal layouts = {\n" << layouts_.str() << "}\n\nlocal formats = {\n";
+    out << formats.str() << "}\n";
+    return out.str();
   }
 
  private:
-  std::string commands_text() const {
-    std::string text = "local commands = {\n";
+  static void put_commands(std::ostream& out) {
+    out << "local commands = {\n";
     for (const auto& row : protocol::kOpcodes) {
-      text += "  [" + hex(static_cast<unsigned>(row.opcode)) + "] = { name = " + quoted(row.name) +
-              ", echo = " + (is_echo(row.opcode) ? "true" : "false") + " },\n";
+      out << "  [" << hex(static_cast<unsigned>(row.opcode)) << "] = { name = " << quoted(row.name)
+          << ", echo = " << (is_echo(row.opcode) ? "true" : "false") << " },\n";
     }
-    text += "}\n\nlocal several = {\n";
+    out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::kMultiDriveRows) {
-      text += "  [" + hex(row.id) + "] = { name = " + quoted(row.name) + " },\n";
+      out << "  [" << hex(row.id) << "] = { name = " << quoted(row.name) << " },\n";
     }
-    return text + "}\n";
-  }
-
-  std::string names_text() const {
-    std::string text;
-    for (const auto& [name, about] : names_) text += "  " + name + " = { " + about + " },\n";
-    return text;
+    out << "}\n";
   }
 
   void learn(const Field& field) {
-    std::string about = "label = " + quoted(field.label) + ", kind = " + quoted(kind(field)) +
-                        ", unit = " + quoted(unit(field.unit));
+    std::ostringstream about;
+    about << "label = " << quoted(field.label) << ", kind = " << quoted(kind(field))
+          << ", unit = " << quoted(unit(field.unit));
     if (!field.values.empty() && field.bits > 1) {
-      about += ", values = {";
+      about << ", values = {";
       for (const Value& value : field.values) {
-        about += " [" + std::to_string(value.number) + "] = " + quoted(value.word) + ",";
+        about << " [" << value.number << "] = " << quoted(value.word) << ",";
       }
-      about += " }";
+      about << " }";
     }
-    const auto [known, is_new] = names_.emplace(field.name, about);
-    // Of the commands in a slot the last generation knows the most.
-    if (!is_new && about.size() > known->second.size()) known->second = about;
+    const auto [known, is_new] = names_.emplace(field.name, about.str());
+    // Of the commands that a slot can have the last generation knows the most.
+    if (!is_new && about.str().size() > known->second.size()) known->second = about.str();
   }
 
-  /// The place of a list of fields among the layouts.
+  /// A list of fields, kept once among the layouts.
   std::string layout(const std::vector<Field>& fields) {
-    std::string text = "{ ";
+    std::ostringstream text;
+    text << "{";
     for (const Field& field : fields) {
       learn(field);
-      text += "{ " + quoted(field.name) + ", " + std::to_string(field.first_bit) + ", " +
-              std::to_string(field.bits) + ", " + (field.is_signed ? "true" : "false") + ", " +
-              number(field.lsb);
-      if (field.parameter >= 0) text += ", " + std::to_string(field.parameter);
-      text += " }, ";
+      text << " { " << quoted(field.name) << ", " << field.first_bit << ", " << field.bits << ", "
+           << (field.is_signed ? "true" : "false") << ", " << number(field.lsb);
+      if (field.parameter >= 0) text << ", " << field.parameter;
+      text << " },";
     }
-    text += "}";
-    const auto [known, is_new] = places_.emplace(text, places_.size() + 1);
-    if (is_new) layouts_ += "  " + text + ",\n";
-    return "layouts[" + std::to_string(known->second) + "]";
+    text << " }";
+    const auto [known, is_new] = places_.emplace(text.str(), places_.size() + 1);
+    if (is_new) layouts_ << "  " << text.str() << ",\n";
+    std::ostringstream name;
+    name << "layouts[" << known->second << "]";
+    return name.str();
   }
 
-  std::string generation_text(const std::pair<std::string_view, Dialect>& generation) {
-    std::string text = "  { -- " + std::string(generation.first) + "\n";
-    for (const auto& [series_name, series] : kSeries) {
-      text += "    { -- " + std::string(series_name) + "\n";
-      text += format_text(protocol::wire_format(generation.second, series)) + "    },\n";
-    }
-    return text + "  },\n";
-  }
-
-  std::string format_text(const WireFormat& format) {
-    std::string queries, replies, several;
+  void put_format(std::ostream& out, const WireFormat& format) {
+    std::ostringstream queries, replies, several;
     for (const Value& command : commands(format)) {
       const auto opcode = static_cast<Opcode>(command.number);
-      const std::string key = " [" + hex(command.number) + "] = ";
-      queries += key + layout(query_fields(opcode, format)) + ",";
-      replies += key + layout(reply_fields(opcode, format)) + ",";
+      const std::string byte = hex(command.number);
+      queries << " [" << byte << "] = " << layout(query_fields(opcode, format)) << ",";
+      replies << " [" << byte << "] = " << layout(reply_fields(opcode, format)) << ",";
     }
     for (const auto& row : protocol::kMultiDriveRows) {
       if (!knows_multi_drive(format, row.id)) continue;
-      several += " [" + hex(row.id) + "] = " + layout(multi_drive_fields(row.id, format)) + ",";
+      several << " [" << hex(row.id) << "] = " << layout(multi_drive_fields(row.id, format)) << ",";
     }
-    return "      queries = {" + queries + " },\n      replies = {" + replies +
-           " },\n      several = {" + several + " },\n";
+    out << "      queries = {" << queries.str() << " },\n      replies = {" << replies.str()
+        << " },\n      several = {" << several.str() << " },\n";
   }
 
   std::map<std::string, std::string, std::less<>> names_;
   std::map<std::string, std::size_t> places_;
-  std::string layouts_;
+  std::ostringstream layouts_;
 };
 
 }  // namespace

@@ -89,11 +89,11 @@ Fields speed_target(const WireFormat& format) {
   return fields;
 }
 
-Field parameter_id() {
+Field parameter_id(std::string_view name) {
   using protocol::ParameterId;
   const auto number = [](ParameterId id) { return static_cast<unsigned>(id); };
   return with_values(
-      unsigned_field("parameter", "Parameter", 1, 1),
+      unsigned_field(name, "Parameter", 1, 1),
       {{number(ParameterId::kAngleGains), "gains of the angle loop"},
        {number(ParameterId::kSpeedGains), "gains of the speed loop"},
        {number(ParameterId::kCurrentGains), "gains of the current loop"},
@@ -106,7 +106,7 @@ Field parameter_id() {
 
 Fields parameter_values(const WireFormat& format) {
   using protocol::ParameterId;
-  Fields fields = {parameter_id()};
+  Fields fields = {parameter_id("parameter")};
   const auto add = [&fields](ParameterId id, Field field) {
     field.parameter = static_cast<int>(id);
     fields.push_back(std::move(field));
@@ -239,7 +239,8 @@ Fields query_fields(Opcode opcode, const WireFormat& format) {
     case Opcode::kPosition6:
       return {max_speed(), increment()};
     case Opcode::kReadParameter:
-      return {parameter_id()};
+      // Not `parameter`, on which values hang that nobody has to give here.
+      return {parameter_id("read_parameter")};
     case Opcode::kWriteParameter:
       return parameter_values(format);
     case Opcode::kWriteZeroToRom:

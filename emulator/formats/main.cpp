@@ -5,7 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <string>
 
 #include "emulator/formats/dbc.hpp"
@@ -20,7 +20,9 @@ std::string read(const std::filesystem::path& file) {
   std::ifstream stream;
   stream.exceptions(std::ios::badbit | std::ios::failbit);
   stream.open(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
 }
 
 void write(const std::filesystem::path& file, const std::string& text) {
