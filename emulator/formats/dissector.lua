@@ -83,11 +83,17 @@ local function scaled(raw, lsb)
   return tonumber(string.format("%.15g", raw * lsb))
 end
 
+-- "°" stands at its number, other units apart.
+local function unit_text(about)
+  if about.unit == "" then return "" end
+  local apart = about.unit == "°C" or about.unit:sub(1, #"°") ~= "°"
+  return (apart and " " or "") .. about.unit
+end
+
 local function words(about, value)
   if about.values and about.values[value] then return about.values[value] end
-  local text = string.format("%.10g", value)
-  if about.unit ~= "" then text = text .. (about.unit:sub(1, 2) == "°" and "" or " ") .. about.unit end
-  return text
+  if about.unit == "A" then value = tonumber(string.format("%.3f", value)) end
+  return string.format("%.15g", value) .. unit_text(about)
 end
 
 -- Who asks and who answers. Both use one identifier, so the order tells, by the rules of docs/record.md: a frame is a
@@ -115,8 +121,9 @@ end
 local function is_state(command) return (command >= 0x9A and command <= 0x9D) or (command >= 0xA0 and command <= 0xA8) end
 
 -- Can a frame with `data` answer the query? nil: no.
-local function fit(asked, data)
+local function fit(asked, data, surely_a_reply)
   if asked.command ~= data[1] then return nil end
+  if surely_a_reply then return SURELY end
   local equal = same(asked.data, data)
   if commands[data[1]].echo then return equal and ECHO_OR_NOT or nil end
   -- DATA[1] of a state is a temperature; a host has nothing there, or a direction.
@@ -166,9 +173,9 @@ end
 
 -- Of several queries that a frame can answer those got no reply that came first: as many replies as follow each other
 -- belong to as many of the last queries. So each further reply of a run moves those before it to an earlier query.
-local function continue_run(drive, frame, time, data)
+local function continue_run(drive, frame, time, data, sure)
   local run = drive.run
-  if not run or #run.replies == #run.asked or fit(run.asked[#run.asked], data) ~= SURELY then return false end
+  if not run or #run.replies == #run.asked or fit(run.asked[#run.asked], data, sure) ~= SURELY then return false end
   run.replies[#run.replies + 1] = { frame = frame, time = time }
   for n, reply in ipairs(run.replies) do
     link(run.asked[#run.asked - #run.replies + n], reply.frame, reply.time)
@@ -176,10 +183,10 @@ local function continue_run(drive, frame, time, data)
   return true
 end
 
-local function start_run(drive, frame, time, data)
+local function start_run(drive, frame, time, data, sure)
   local asked, last = {}, 0
   for n, query in ipairs(drive.pending) do
-    if fit(query, data) then
+    if fit(query, data, sure) then
       asked[#asked + 1] = query
       last = n
     end
@@ -200,7 +207,8 @@ local function learn_single(bus, id, frame, time, data, answers)
   take_several(drive, bus, id)
   drop_old(drive, time)
   local may_reply, may_ask = answers ~= QUERY, answers ~= REPLY
-  if may_reply and (continue_run(drive, frame, time, data) or start_run(drive, frame, time, data)) then return end
+  local sure = answers == REPLY
+  if may_reply and (continue_run(drive, frame, time, data, sure) or start_run(drive, frame, time, data, sure)) then return end
   drive.run = nil
   if not may_ask or (may_reply and is_state(data[1]) and data[2] > 1) then
     record.kind, record.orphan = REPLY, true
@@ -232,7 +240,7 @@ local function add_fields(tree, tvb, layout, parameter)
         if value ~= 0 then errors[#errors + 1] = about.label end
       else
         local item = tree:add(about.field, range, value)
-        if about.unit ~= "" then item:append_text((about.unit:sub(1, 2) == "°" and "" or " ") .. about.unit) end
+        item:append_text(unit_text(about))
         said[#said + 1] = about.label .. " " .. words(about, value)
       end
     end
@@ -274,6 +282,8 @@ local function show(tvb, pinfo, tree, title, name, layout, record)
 end
 
 local frame_interface = Field.new("frame.interface_id")
+local remote_request = Field.new("can.flags.rtr")
+local can_fd_flag = Field.new("canfd.flags.brs") -- there in CAN FD frames only
 
 local function dissect_single(tvb, pinfo, tree, id, base_id, record)
   local command = byte(tvb, 0)
@@ -289,6 +299,8 @@ local function dissect_single(tvb, pinfo, tree, id, base_id, record)
 end
 
 function proto.dissector(tvb, pinfo, root)
+  local remote = remote_request()
+  if (remote and remote.value) or can_fd_flag() then return 0 end -- drives do not look at these
   local id = pinfo.match_uint
   pinfo.cols.protocol = "LK"
   local tree = root:add(proto, tvb())
