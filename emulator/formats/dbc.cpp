@@ -90,13 +90,10 @@ void put_multiplexing(std::ostream& out, const Signal& signal) {
   }
 }
 
-/// "154-154, 160-168".
-void put_ranges(std::ostream& out, const std::vector<unsigned>& commands) {
-  for (std::size_t n = 0; n < commands.size();) {
-    std::size_t last = n;
-    while (last + 1 < commands.size() && commands[last + 1] == commands[last] + 1) ++last;
-    out << (n == 0 ? " " : ", ") << commands[n] << "-" << commands[last];
-    n = last + 1;
+/// " 156-156, 161-161, 162-162": each by itself, since there are readers that know no ranges.
+void put_each(std::ostream& out, const std::vector<unsigned>& numbers) {
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    out << (n == 0 ? " " : ", ") << numbers[n] << "-" << numbers[n];
   }
 }
 
@@ -167,9 +164,9 @@ class File {
     if (!message.multiplexed) return;
     multiplexing_ << "SG_MUL_VAL_ " << message.id << " " << field.name
                   << (field.parameter < 0 ? " command" : " parameter");
-    put_ranges(multiplexing_, field.parameter < 0
-                                  ? signal.commands
-                                  : std::vector{static_cast<unsigned>(field.parameter)});
+    put_each(multiplexing_, field.parameter < 0
+                                ? signal.commands
+                                : std::vector{static_cast<unsigned>(field.parameter)});
     multiplexing_ << ";\n";
   }
 
@@ -217,7 +214,7 @@ class File {
       }
       out << "; MS drives have power in the place of iq, one LSB is 0.1 % of the largest voltage";
     }
-    out << ". Written by lk-emu-formats of lk-emu; docs/tools.md tells how to use it, "
+    out << ". Written by lk-emu-formats of lk-emu; docs/dbc.md tells how to use it, "
            "docs/protocol.md has the bytes. Where the commands come from:";
     for (const auto& row : protocol::kOpcodes) {
       if (!answers(format_, row.opcode)) continue;

@@ -1,4 +1,4 @@
--- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/tools.md
+-- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/dbc.md
 -- tells how to use it. Preferences (Protocols > LK.MOTOR) tell what frames alone do not: generation and series.
 
 -- @tables
