@@ -144,6 +144,14 @@ class Dbc(unittest.TestCase):
                 self.assertEqual(sorted(known), COMMANDS[generation])
                 self.assertEqual(known[0x9A], "read state 1")
 
+    def test_the_document_names_all_signals(self):
+        text = (CONFIGS.parent / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
+        named = {name for row in re.findall(r"^\| (`[^|]*) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
+        known = {signal.name for matrix in MATRICES.values() for frame in matrix.frames for signal in frame.signals}
+        only_on_ms = {"power", "power_target", "register_max_power"}
+        of_other_drives = {name for name in known if re.fullmatch(r".*_[2-4]", name)}
+        self.assertEqual(named, known - of_other_drives - {"command"} | only_on_ms)
+
     def test_who_sends_to_whom(self):
         for (_, direction), matrix in MATRICES.items():
             drives = [f"Drive{number}" for number in range(1, 33)]
