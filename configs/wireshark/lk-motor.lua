@@ -388,7 +388,9 @@ end
 -- belong to as many of the last queries. So each further reply of a run moves those before it to an earlier query.
 local function continue_run(drive, frame, time, data, sure)
   local run = drive.run
-  if not run or #run.replies == #run.asked or fit(run.asked[#run.asked], data, sure) ~= SURELY then return false end
+  if not run or #run.replies == #run.asked then return false end
+  local last = run.asked[#run.asked]
+  if time - last.time > LONGEST_REPLY_S or fit(last, data, sure) ~= SURELY then return false end
   run.replies[#run.replies + 1] = { frame = frame, time = time }
   for n, reply in ipairs(run.replies) do
     link(run.asked[#run.asked - #run.replies + n], reply.frame, reply.time)
@@ -494,9 +496,15 @@ local function show(tvb, pinfo, tree, title, name, layout, record)
   pinfo.cols.info = title .. name .. (said ~= "" and ": " .. said or "")
 end
 
-local frame_interface = Field.new("frame.interface_id")
-local remote_request = Field.new("can.flags.rtr")
-local can_fd_flag = Field.new("canfd.flags.brs") -- there in CAN FD frames only
+-- A field of another dissector, which not every version of Wireshark needs to have.
+local function field_if_known(name)
+  local known, field = pcall(Field.new, name)
+  return known and field or function() return nil end
+end
+
+local frame_interface = field_if_known("frame.interface_id")
+local remote_request = field_if_known("can.flags.rtr")
+local can_fd_flag = field_if_known("canfd.flags.brs") -- there in CAN FD frames only
 
 local function dissect_single(tvb, pinfo, tree, id, base_id, record)
   local command = byte(tvb, 0)

@@ -1,16 +1,19 @@
 #!/usr/bin/python3
 """The dissector on captures written by hand: who asks and who answers, what is wrong, what is said.
 
-usage: dissector_test.py DISSECTOR SCRATCH
+usage: dissector_test.py DISSECTOR SCRATCH PAIR_FRAMES
 """
 
 import pathlib
+import random
 import shutil
+import subprocess
 import sys
 import unittest
 
 from tshark import dissect, tshark, write_pcap
 
+PAIR_FRAMES = sys.argv.pop()
 SCRATCH = pathlib.Path(sys.argv.pop())
 DISSECTOR = sys.argv.pop()
 
@@ -36,7 +39,42 @@ STATE_2 = "141#9C1964000CFE3412"  # 25 °C, 100 · 33/2048 A, −500 °/s, 0x123
 ASK_2 = "141#9C00000000000000"
 
 
+def conversation(draw, length):
+    """Three drives and a host that may ask again before it has an answer, and answers that get lost."""
+    asked, at_s = {drive: [] for drive in (1, 2, 3)}, 0.0
+    for _ in range(length):
+        at_s += draw.choice([0.00012, 0.00034, 0.002])
+        if draw.random() < 0.02:
+            at_s += 0.15  # nobody waits that long
+            asked = {drive: [] for drive in asked}
+        drive = draw.choice([1, 1, 2, 3])
+        waiting = asked[drive]
+        if waiting and draw.random() < 0.6:
+            query = waiting.pop(0)
+            if draw.random() < 0.15:
+                continue  # lost
+            data = query if query[0] in (0x31, 0x80) else bytes([query[0], draw.randint(2, 60), *draw.randbytes(6)])
+        else:
+            data = bytes([draw.choice([0x9A, 0x9C, 0x9C, 0x9C, 0x92, 0xA2, 0x31, 0x80]), 0, 0, 0, *draw.randbytes(4)])
+            waiting.append(data)
+        yield at_s, 0x140 + drive, data
+
+
 class Dissector(unittest.TestCase):
+    def test_pairs_are_those_of_a_comparison_of_logs(self):
+        # docs/record.md has the rules; emulator/record/log_pairing.cpp goes by them too, looking ahead.
+        frames = list(conversation(random.Random(7), 3000))
+        capture = SCRATCH / "drawn.pcap"
+        write_pcap(capture, frames)
+        lines = "".join(f"{at_s:.9f} {identifier:03X}#{data.hex()}\n" for at_s, identifier, data in frames)
+        run = subprocess.run([PAIR_FRAMES], input=lines, capture_output=True, text=True, check=True)
+        expected = run.stdout.split()
+        self.assertGreater(min(expected.count("0"), len(expected) - expected.count("0")), 1000)
+        self.assertGreater(expected.count("orphan"), 10)
+        found = ["orphan" if "orphan" in one.experts else str(one.reply_to) for one in dissect(capture, DISSECTOR)]
+        for number, (one, other) in enumerate(zip(found, expected, strict=True), 1):
+            self.assertEqual(one, other, f"frame {number}: {lines.splitlines()[max(0, number - 12):number + 4]}")
+
     def test_a_query_and_its_reply(self):
         query, reply = said("0@141#9A00000000000000", "0.338@141#9A1900F000000009")
         self.assertEqual((query.kind, query.drive, query.command, query.command_name), ("query", 1, "0x9a", "read state 1"))
