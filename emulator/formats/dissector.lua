@@ -144,9 +144,10 @@ local function take_several(drive, bus, id)
   for n = drive.seen_several + 1, #state.several do
     local query = state.several[n]
     local command = query.bus == bus and command_for(query, id)
+    if query.bus == bus then drive.run = nil end
     if command then
       drive.pending[#drive.pending + 1] =
-        { frame = query.frame, time = query.time, command = command, data = query.data, several = true }
+        { frame = query.frame, time = query.time, command = command, data = query.data }
     end
   end
   drive.seen_several = #state.several
@@ -205,7 +206,10 @@ local function learn_single(bus, id, frame, time, data, answers)
   local drive = drive_state(bus, id)
   local record = { kind = QUERY, replies = {}, expects = false }
   state.frames[frame] = record
-  if not commands[data[1]] then return end
+  if not commands[data[1]] then
+    drive.run = nil
+    return
+  end
   take_several(drive, bus, id)
   drop_old(drive, time)
   local may_reply, may_ask = answers ~= QUERY, answers ~= REPLY

@@ -116,6 +116,11 @@ class Dissector(unittest.TestCase):
         self.assertEqual((several[0].kind, several[0].replies, several[0].experts), ("query", [2, 3], set()))
         self.assertEqual([one.reply_to for one in several], [0, 1, 1, 0, 4])
 
+    def test_a_query_to_several_ends_what_was_said_before(self):
+        lost = said("280#E803000018FC0000", "280#E803000018FC0000", "141#A11964000CFE3412", "280#E803000018FC0000",
+                    "141#A11964000CFE3412")
+        self.assertEqual([one.reply_to for one in lost], [0, 0, 2, 0, 4])
+
     def test_a_command_in_each_slot(self):
         slots = said("288#9C009A0000000000", "142#9A1900F000000000", "141#9C1964000CFE3412", "143#9C1964000CFE3412",
                      preferences=["generation:v236"])
