@@ -13,7 +13,7 @@ packages_in() {
   run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
   test)
     printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy python3-pytest \
-      dpkg-dev fakeroot fish groff-base mandoc systemd zsh
+      dpkg-dev fakeroot fish groff-base mandoc systemd zsh python3-canmatrix tshark
     ;;
   esac
 }
