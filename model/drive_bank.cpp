@@ -257,7 +257,9 @@ bool DriveBank::advance_to_edge(std::int64_t until, std::size_t drive) {
   if (wide_.empty()) {
     run(alone_, alone_.faulty ? run_alone_faulty : kernel_.run_alone);
   } else if (TickBlock<Wide>& block = wide_[drive / kLanes]; block.faulty) {
-    for (; stretch.drive < kLanes; stretch.drive += kSizeOf<Lanes>) {
+    // Groups of lanes without a drive stay behind: nobody brings them as long as nothing is faulty.
+    const std::size_t used = std::min(kLanes, units_.size() - drives.begin);
+    for (; stretch.drive < used; stretch.drive += kSizeOf<Lanes>) {
       run(block, run_lanes_faulty);
     }
   } else {

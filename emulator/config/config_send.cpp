@@ -57,9 +57,9 @@ std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
     if (interface && line.interface != *interface) continue;
     first = first.value_or(line.at);
     if (line.direction == CandumpLine::Direction::kReceived) continue;
-    const SimTime at = from + (line.at - *first);
-    if (at < from) reader.fail("play", "the times of " + name + " go back");
-    if (at <= scenario.duration) sends.push_back({bus, at, line.frame});
+    if (line.at < *first) reader.fail("play", "the times of " + name + " go back");
+    const SimTime since = line.at - *first;  // may be centuries
+    if (since <= scenario.duration - from) sends.push_back({bus, from + since, line.frame});
   }
   if (sends.empty()) reader.fail("play", name + " has no frame of a host to play");
   return sends;

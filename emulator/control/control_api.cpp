@@ -53,9 +53,9 @@ void check_content_type(const ApiRequest& request) {
   }
 }
 
-/// Telemetry looks at its own.
+/// Streams look at their own.
 void check_query(const ApiRequest& request, std::string_view route) {
-  if (request.query.empty() || route == "/telemetry") return;
+  if (request.query.empty() || route == "/telemetry" || route == "/frames") return;
   throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
 }
 

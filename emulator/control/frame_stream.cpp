@@ -18,22 +18,28 @@ namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
 constexpr std::size_t kLongestMessage = 4096;  // of the client
-constexpr std::size_t kMostGathered = 4096;    // frames that wait for the client
+constexpr std::size_t kMostGathered = 1024;    // frames that wait for the client
 constexpr auto kGather = std::chrono::milliseconds(20);
 
 class FrameStream : public std::enable_shared_from_this<FrameStream> {
  public:
-  FrameStream(HttpStream stream, Line& line, std::shared_ptr<Entrance> entrance)
+  FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared,
+              std::shared_ptr<Entrance> entrance)
       : socket_(std::move(stream)),
         timer_(socket_.get_executor()),
         line_(line),
         reader_(line.config()),
+        shared_(std::move(shared)),
         entrance_(std::move(entrance)) {
+    ++shared_->frame_streams;
     ++entrance_->connections;
   }
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
-  ~FrameStream() { --entrance_->connections; }
+  ~FrameStream() {
+    --shared_->frame_streams;
+    --entrance_->connections;
+  }
 
   void start(beast::http::request<beast::http::string_body> upgrade) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
@@ -148,6 +154,7 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
   boost::asio::steady_timer timer_;
   Line& line_;
   FrameReader reader_;
+  std::shared_ptr<HttpShared> shared_;
   std::shared_ptr<Entrance> entrance_;
   beast::http::request<beast::http::string_body> upgrade_;
   beast::flat_buffer incoming_;
@@ -161,8 +168,9 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
 }  // namespace
 
 void stream_frames(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
-                   Line& line, std::shared_ptr<Entrance> entrance) {
-  std::make_shared<FrameStream>(std::move(stream), line, std::move(entrance))
+                   Line& line, std::shared_ptr<HttpShared> shared,
+                   std::shared_ptr<Entrance> entrance) {
+  std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(entrance))
       ->start(std::move(upgrade));
 }
 

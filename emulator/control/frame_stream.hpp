@@ -4,10 +4,13 @@
 
 namespace lk::emulator {
 
+/// At once, of all clients: each takes every frame apart on the loop of the drives.
+inline constexpr int kMostFrameStreams = 8;
+
 /// Answers the upgrade and tells every frame of `line`, in words, until the client has gone; keeps
 /// itself alive. A client that reads too slowly misses frames.
 void stream_frames(HttpStream stream,
                    boost::beast::http::request<boost::beast::http::string_body> upgrade, Line& line,
-                   std::shared_ptr<Entrance> entrance);
+                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance);
 
 }  // namespace lk::emulator

@@ -188,8 +188,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (request_.path == ControlApi::kFramesPath) {
       check_handshake();
       Line& line = shared_->api.read_frames_request(request_);
+      if (shared_->frame_streams >= kMostFrameStreams) {
+        throw ApiError(429, "frames", "others listen already, as many as may");
+      }
       stream_.expires_never();
-      stream_frames(std::move(stream_), parser_->release(), line, entrance_);
+      stream_frames(std::move(stream_), parser_->release(), line, shared_, entrance_);
       return;
     }
     if (request_.path != ControlApi::kTelemetryPath) {

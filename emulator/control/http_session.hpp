@@ -18,6 +18,7 @@ struct HttpShared {
   explicit HttpShared(World& world) : api(world) {}
   ControlApi api;
   double telemetry_values = 0;  // a second, of all streams
+  int frame_streams = 0;
 };
 
 /// One of the places that are listened at, and who is in by it: a crowd at one keeps nobody out at

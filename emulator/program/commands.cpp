@@ -6,6 +6,7 @@ namespace {
 constexpr Command kCommands[] = {
     {"ctl", "look at a running lk-emu and act on it", run_ctl, ctl_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
+    {"plot", "draw a CSV file of a run as SVG or PNG", run_plot, plot_app},
     {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,
      replay_app},
     {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios, scenarios_app},

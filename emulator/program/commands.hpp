@@ -30,6 +30,9 @@ std::shared_ptr<CLI::App> ctl_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> faults_app();
+// plot_command.cpp
+int run_plot(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> plot_app();
 // replay_command.cpp
 int run_replay(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> replay_app();

@@ -55,14 +55,14 @@ Profile load_profile(const std::string& name) {
   return parse_profile(read_file(file), file.string(), name);
 }
 
-std::string read_regular_file(const fs::path& file) {
-  constexpr std::uintmax_t kMost = 64U * 1024 * 1024;
+std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
   std::error_code error;
   if (fs::exists(file, error) && !fs::is_regular_file(file, error)) {
     throw std::invalid_argument(file.string() + ": is no regular file");
   }
-  if (fs::exists(file, error) && fs::file_size(file, error) > kMost) {
-    throw std::invalid_argument(file.string() + ": is larger than 64 MiB");
+  if (fs::exists(file, error) && fs::file_size(file, error) > longest) {
+    throw std::invalid_argument(file.string() + ": is longer than " + std::to_string(longest) +
+                                " bytes");
   }
   return read_file(file);
 }

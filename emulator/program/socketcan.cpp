@@ -165,6 +165,13 @@ void CanSocket::configure(Reception reception) {
   set_option(fd_, SOL_SOCKET, SO_RCVTIMEO, patience, "SO_RCVTIMEO");
 }
 
+void CanSocket::set_blocking() {
+  const int flags = ::fcntl(fd_, F_GETFL);
+  if (flags < 0 || ::fcntl(fd_, F_SETFL, flags & ~O_NONBLOCK) < 0) {
+    throw std::system_error(errno, std::generic_category(), "fcntl");
+  }
+}
+
 CanSocket::Batch CanSocket::receive(Wait wait) {
   for (auto& message : buffers_->messages) {
     message.msg_hdr.msg_controllen = sizeof(Buffers::Control::bytes);

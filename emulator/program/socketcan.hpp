@@ -52,6 +52,9 @@ class CanSocket {
   /// Whatever waits in the socket, up to a few dozen frames. `kForOne` waits when there is nothing,
   /// for about `kPatience`: as long as the kernel's tick is, 1 to 10 ms.
   Batch receive(Wait wait = Wait::kNot);
+  /// As it is at first; whoever watches the descriptor may have changed it, and `kForOne` would not
+  /// wait. Throws std::system_error.
+  void set_blocking();
   static constexpr std::chrono::microseconds kPatience{1000};
 
   struct Sent {

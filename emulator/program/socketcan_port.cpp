@@ -60,6 +60,8 @@ void SocketCanPort::open(int index) {
   index_ = index;
   readiness_.assign(socket_->descriptor());
   wait_readable();
+  // Asio makes what it waits for non-blocking. All that must not wait here says so itself.
+  socket_->set_blocking();
 }
 
 void SocketCanPort::close() {

@@ -113,8 +113,8 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   }
   try {
     const std::vector<BusConfig> buses = running(world_);
-    start(file ? load_live_scenario(*file, buses)
-               : parse_live_scenario(*toml, "request", buses, scenario_files("")),
+    start(file ? load_live_scenario(*file, buses, kLongestFile)
+               : parse_live_scenario(*toml, "request", buses, scenario_files("", kLongestFile)),
           {});
   } catch (const StartError& problem) {
     throw ApiError(400, "file", problem.what());

@@ -61,15 +61,16 @@ Scenario load(Parse parse) {
 
 }  // namespace
 
-ScenarioFiles scenario_files(const fs::path& directory) {
+ScenarioFiles scenario_files(const fs::path& directory, std::uintmax_t longest) {
   return {
       .robot =
-          [directory](const std::string& name, const Overrides& overrides) {
+          [directory, longest](const std::string& name, const Overrides& overrides) {
             const fs::path file = robot_file(name, directory);
-            return parse_config(read_regular_file(file), file.string(), overrides,
+            return parse_config(read_regular_file(file, longest), file.string(), overrides,
                                 cached_profiles());
           },
-      .text = [directory](const std::string& name) { return read_regular_file(directory / name); },
+      .text = [directory, longest](
+                  const std::string& name) { return read_regular_file(directory / name, longest); },
   };
 }
 
@@ -79,10 +80,11 @@ Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) 
   });
 }
 
-Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running) {
+Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running,
+                            std::uintmax_t longest) {
   return load([&] {
-    return parse_live_scenario(read_regular_file(file), file.string(), running,
-                               scenario_files(file.parent_path()));
+    return parse_live_scenario(read_regular_file(file, longest), file.string(), running,
+                               scenario_files(file.parent_path(), longest));
   });
 }
 

@@ -7,13 +7,13 @@ packages_in() {
   case $1 in
   build)
     printf '%s\n' cmake ninja-build g++ pkg-config \
-      libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev nlohmann-json3-dev \
+      libcairo2-dev libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev nlohmann-json3-dev \
       libgtest-dev libgmock-dev libbenchmark-dev
     ;;
   run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
   test)
     printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy python3-pytest \
-      dpkg-dev fakeroot fish groff-base mandoc systemd zsh
+      dpkg-dev fakeroot fish groff-base mandoc systemd zsh python3-canmatrix tshark
     ;;
   esac
 }

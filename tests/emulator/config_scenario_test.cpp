@@ -50,6 +50,13 @@ const ScenarioFiles kFiles{
         },
     .text = [](const std::string& name) -> std::string {
       if (name == "bad.log") return "rubbish";
+      if (name == "far.log") {  // 292 years
+        return "(0.000000) can0 141#9C00000000000000\n(9223372035.900000) can0 "
+               "141#8000000000000000\n";
+      }
+      if (name == "back.log") {
+        return "(1.000000) can0 141#9C00000000000000\n(0.900000) can0 141#8000000000000000\n";
+      }
       if (name != "x.log") throw std::invalid_argument("cannot read " + name);
       return kLog;
     },
@@ -179,6 +186,10 @@ TEST(ScenarioFile, PlaysWhatALogsHostSaid) {
   EXPECT_EQ(mistake("[[send]]\nplay = \"bad.log\"\nbus = \"vcan0\"\n").substr(0, 10), "bad.log:1:");
   EXPECT_EQ(mistake("[[send]]\nplay = \"none.log\"\nbus = \"vcan0\"\n"),
             "dir/kick.toml:4: send.play: cannot read none.log");
+  EXPECT_EQ(mistake("[[send]]\nplay = \"back.log\"\nbus = \"vcan0\"\n"),
+            "dir/kick.toml:4: send.play: the times of back.log go back");
+  EXPECT_EQ(parsed("[[send]]\nplay = \"far.log\"\nfrom_s = 2\nbus = \"vcan0\"\n").sends.size(), 1U)
+      << "what comes after the end is left out";
 }
 
 TEST(ScenarioFile, ExpectationsReadAsTheyAreMeant) {

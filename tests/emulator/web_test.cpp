@@ -6,7 +6,9 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
+#include "emulator/control/frame_stream.hpp"
 #include "emulator/control/http_access.hpp"
 #include "tests/emulator/http_support.hpp"
 
@@ -125,6 +127,25 @@ TEST_F(Served, FramesComeInWords) {
       << told;
   EXPECT_NE(told.find("angle_deg 500, max_speed_dps 300"), std::string::npos) << told;
   EXPECT_NE(told.find("iq_A"), std::string::npos) << told;
+}
+
+TEST_F(Served, FramesAreToldToSoManyOnly) {
+  start();
+  std::vector<Client> listeners;
+  for (int n = 0; n < kMostFrameStreams; ++n) {
+    listeners.push_back(client());
+    listeners.back().send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
+    EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);
+  }
+  const Client another = client();
+  another.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
+  EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
+}
+
+TEST_F(Served, FramesWithoutAnUpgradeAreRefusedWithTheirParameters) {
+  start();
+  EXPECT_EQ(status(ask("GET /api/v1/frames?bus=vcan0 HTTP/1.1\r\n\r\n")), 426);
+  EXPECT_EQ(status(ask("GET /api/v1/frames?ids=1 HTTP/1.1\r\n\r\n")), 400);
 }
 
 }  // namespace

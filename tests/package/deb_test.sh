@@ -33,15 +33,17 @@ for field in Depends Maintainer Section Description Installed-Size; do
   [[ -n $(dpkg-deb -f "$deb" "$field") ]] || fail "no $field"
 done
 [[ $(dpkg-deb -f "$deb" Depends) == *libc6*libstdc++6* ]] || fail "depends on: $(dpkg-deb -f "$deb" Depends)"
+[[ $(dpkg-deb -f "$deb" Depends) == *libcairo2* ]] || fail "does not depend on what lk-emu plot needs"
 [[ $(dpkg-deb -f "$deb" Depends) != *asan* ]] || fail "depends on a sanitizer"
 [[ $(dpkg-deb -f "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "architecture"
 
 # What is in it, and that everybody may read it.
 dpkg-deb -c "$deb" >"$scratch/files"
-for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/man1/lk-emu.1.gz \
+for file in usr/bin/lk-emu usr/lib/lk-emu/draw.so usr/lib/systemd/system/lk-emu@.service usr/share/man/man1/lk-emu.1.gz \
   usr/share/bash-completion/completions/lk-emu usr/share/zsh/vendor-completions/_lk-emu \
   usr/share/fish/vendor_completions.d/lk-emu.fish usr/share/lk-emu/motors/mf7015.toml \
   usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
+  usr/share/lk-emu/lk-motor.dbc usr/share/lk-emu/lk-motor-queries.dbc \
   usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md; do
   grep -q " \./$file\$" "$scratch/files" || fail "$file is not in the package"
 done
@@ -71,8 +73,15 @@ program=$root/usr/bin/lk-emu
 [[ $("$program" --version) == "lk-emu $(dpkg-deb -f "$deb" Version)" ]] || fail "another version"
 "$program" motors | grep mf7015 >/dev/null || fail "it does not find its motors"
 quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
-quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml"
+quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml" --csv "$scratch/run.csv"
+quietly "$program" plot "$scratch/run.csv"
 mandoc -Tlint -Wwarning "$root/usr/share/man/man1/lk-emu.1.gz" || fail "the manual page is not clean"
+# The dissector lies where tshark looks for plugins, and it takes it from such a place.
+plugin=$(tshark -G folders 2>/dev/null | sed -n 's/^Global Lua Plugins:[[:space:]]*//p')/lk-motor.lua
+[[ -e $root$plugin ]] || fail "no dissector in $plugin"
+mkdir -p "$scratch/home/.local/lib/wireshark/plugins"
+cp "$root$plugin" "$scratch/home/.local/lib/wireshark/plugins"
+HOME=$scratch/home tshark -G fields 2>&1 | grep -P '\tlk\.motor\.iq\t' >/dev/null || fail "tshark does not take the dissector"
 unit=$root/usr/lib/systemd/system/lk-emu@.service
 
 # The unit: nothing to complain of, and little exposed: see docs/service.md for the figure.

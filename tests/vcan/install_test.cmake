@@ -19,6 +19,12 @@ foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/do
     message(FATAL_ERROR "${file} is not installed")
   endif()
 endforeach()
+# It finds what draws.
+file(WRITE ${SCRATCH}/run.csv "time_s,1.iq_A\n0,1\n")
+execute_process(COMMAND ${program} plot ${SCRATCH}/run.csv WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+if(NOT EXISTS ${SCRATCH}/run.svg)
+  message(FATAL_ERROR "lk-emu plot has drawn nothing")
+endif()
 # The Python package finds the program that it came with.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=LKEMU PYTHONDONTWRITEBYTECODE=1
   PYTHONPATH=${SCRATCH}/moved/share/lk-emu/python /usr/bin/python3 -c "import lkemu.program as p; print(p.find_program())"

@@ -1,0 +1,166 @@
+#include "emulator/formats/dissector.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "emulator/formats/fields.hpp"
+
+namespace lk::formats {
+namespace {
+
+using protocol::Dialect;
+using protocol::Opcode;
+using protocol::Series;
+using protocol::WireFormat;
+
+// In the order of the preferences, which number them from 0.
+constexpr std::array<std::pair<std::string_view, Dialect>, 3> kGenerations = {
+    {{"legacy", protocol::kLegacyDialect},
+     {"v235", protocol::kV235Dialect},
+     {"v236", protocol::kV236Dialect}}};
+constexpr std::array<std::pair<std::string_view, Series>, 3> kSeries = {
+    {{"MF, MH", Series::kMf}, {"MG", Series::kMg}, {"MS", Series::kMs}}};
+
+std::string number(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.15g", value);
+  return buffer;
+}
+
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  return out.append(text).append("\"");
+}
+
+std::string hex(unsigned value) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof buffer, "0x%02X", value);
+  return buffer;
+}
+
+/// DBC files are ASCII; here people read it.
+std::string unit(std::string_view ascii) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNicer = {
+      {{"degC", "°C"}, {"deg", "°"}, {"deg/s", "°/s"}, {"deg/s^2", "°/s²"}}};
+  const auto* const found =
+      std::ranges::find(kNicer, ascii, [](const auto& one) { return one.first; });
+  return std::string(found != kNicer.end() ? found->second : ascii);
+}
+
+/// What Wireshark takes a field for; a name has one kind in all generations.
+std::string_view kind(const Field& field) {
+  if (field.bits == 1) return "flag";
+  if (field.lsb == 1) return field.is_signed ? "int" : "uint";
+  return "double";
+}
+
+class Tables {
+ public:
+  std::string text() {
+    std::ostringstream formats;
+    for (const auto& [name, dialect] : kGenerations) {
+      formats << "  { -- " << name << "\n";
+      for (const auto& [series_name, series] : kSeries) {
+        formats << "    { -- " << series_name << "\n";
+        put_format(formats, protocol::wire_format(dialect, series));
+        formats << "    },\n";
+      }
+      formats << "  },\n";
+    }
+    std::ostringstream out;
+    put_commands(out);
+    out << "\nlocal names = {\n";
+    for (const auto& [name, about] : names_) out << "  " << name << " = { " << about << " },\n";
+    out << "}\n\nlocal layouts = {\n" << layouts_.str() << "}\n\nlocal formats = {\n";
+    out << formats.str() << "}\n";
+    return out.str();
+  }
+
+ private:
+  static void put_commands(std::ostream& out) {
+    out << "local commands = {\n";
+    for (const auto& row : protocol::kOpcodes) {
+      out << "  [" << hex(static_cast<unsigned>(row.opcode)) << "] = { name = " << quoted(row.name)
+          << ", echo = " << (is_echo(row.opcode) ? "true" : "false") << " },\n";
+    }
+    out << "}\n\nlocal several = {\n";
+    for (const auto& row : protocol::kMultiDriveRows) {
+      out << "  [" << hex(row.id) << "] = { name = " << quoted(row.name) << " },\n";
+    }
+    out << "}\n";
+  }
+
+  void learn(const Field& field) {
+    std::ostringstream about;
+    about << "label = " << quoted(field.label) << ", kind = " << quoted(kind(field))
+          << ", unit = " << quoted(unit(field.unit));
+    if (!field.values.empty() && field.bits > 1) {
+      about << ", values = {";
+      for (const Value& value : field.values) {
+        about << " [" << value.number << "] = " << quoted(value.word) << ",";
+      }
+      about << " }";
+    }
+    const auto [known, is_new] = names_.emplace(field.name, about.str());
+    // Of the commands that a slot can have the last generation knows the most.
+    if (!is_new && about.str().size() > known->second.size()) known->second = about.str();
+  }
+
+  /// A list of fields, kept once among the layouts.
+  std::string layout(const std::vector<Field>& fields) {
+    std::ostringstream text;
+    text << "{";
+    for (const Field& field : fields) {
+      learn(field);
+      text << " { " << quoted(field.name) << ", " << field.first_bit << ", " << field.bits << ", "
+           << (field.is_signed ? "true" : "false") << ", " << number(field.lsb);
+      if (field.parameter >= 0) text << ", " << field.parameter;
+      text << " },";
+    }
+    text << " }";
+    const auto [known, is_new] = places_.emplace(text.str(), places_.size() + 1);
+    if (is_new) layouts_ << "  " << text.str() << ",\n";
+    std::ostringstream name;
+    name << "layouts[" << known->second << "]";
+    return name.str();
+  }
+
+  void put_format(std::ostream& out, const WireFormat& format) {
+    std::ostringstream queries, replies, several;
+    for (const Value& command : commands(format)) {
+      const auto opcode = static_cast<Opcode>(command.number);
+      const std::string byte = hex(command.number);
+      queries << " [" << byte << "] = " << layout(query_fields(opcode, format)) << ",";
+      replies << " [" << byte << "] = " << layout(reply_fields(opcode, format)) << ",";
+    }
+    for (const auto& row : protocol::kMultiDriveRows) {
+      if (!knows_multi_drive(format, row.id)) continue;
+      several << " [" << hex(row.id) << "] = " << layout(multi_drive_fields(row.id, format)) << ",";
+    }
+    out << "      queries = {" << queries.str() << " },\n      replies = {" << replies.str()
+        << " },\n      several = {" << several.str() << " },\n";
+  }
+
+  std::map<std::string, std::string, std::less<>> names_;
+  std::map<std::string, std::size_t> places_;
+  std::ostringstream layouts_;
+};
+
+}  // namespace
+
+std::string dissector(const std::string& program) {
+  constexpr std::string_view kPlace = "-- @tables\n";
+  const auto place = program.find(kPlace);
+  if (place == std::string::npos) throw std::runtime_error("the dissector has no line -- @tables");
+  std::string text = program;
+  return text.replace(place, kPlace.size(), Tables().text());
+}
+
+}  // namespace lk::formats

@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_error.hpp"
+#include "emulator/plot/draw_module.hpp"
+#include "emulator/plot/run_picture.hpp"
+#include "emulator/plot/svg_words.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/language_option.hpp"
+#include "emulator/program/output_file.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Request {
+  std::string csv;
+  std::string output;
+  std::string bus;
+  std::string ids;
+  std::string language;
+};
+
+struct PlotApp {
+  CLI::App app{"Draw a CSV file of lk-emu run or lk-emu replay as SVG or PNG", "lk-emu plot"};
+  Request request;
+
+  PlotApp() {
+    app.add_option("FILE", request.csv, "what --csv wrote")->required();
+    app.add_option("-o,--output", request.output,
+                   "the picture, .svg or .png (default: an .svg beside the CSV file)")
+        ->type_name("FILE");
+    app.add_option("--bus", request.bus, "drives of this bus only")->type_name("BUS");
+    app.add_option("--ids", request.ids, "of which drives (default: the first six): 1-4 or 1,3,7-9")
+        ->type_name("LIST");
+    add_language_option(app, request.language);
+  }
+};
+
+fs::path output_file(const Request& request) {
+  fs::path file = request.output;
+  if (request.output.empty()) {
+    file = fs::path(request.csv).replace_extension(".svg");
+    if (file == request.csv)
+      throw StartError("plot: needs -o FILE, or it would draw over its input");
+  }
+  return file;
+}
+
+PictureFormat format_of(const fs::path& file) {
+  if (file.extension() == ".svg") return PictureFormat::kSvg;
+  if (file.extension() == ".png") return PictureFormat::kPng;
+  throw StartError("--output: " + on_one_line(file.string()) + " ends neither in .svg nor in .png");
+}
+
+DriveChoice choice_of(const Request& request) {
+  DriveChoice choice{request.bus, {}};
+  if (request.ids.empty()) return choice;
+  try {
+    choice.ids = parse_ids(request.ids);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--ids: ") + problem.what());
+  }
+  return choice;
+}
+
+/// English, where no font here has the characters of the language.
+Language writable(Language language, const DrawModule& module) {
+  if (module.can_write(all_plot_words(language))) return language;
+  if (language != Language::kEnglish) {
+    std::fputs(
+        "lk-emu: no font here has these characters, the words are English; "
+        "Debian's fonts-noto-cjk has\n",
+        stderr);
+  }
+  return Language::kEnglish;
+}
+
+std::string summary(const fs::path& file, const ChosenDrives& drives, const PlottedRows& rows) {
+  std::string text =
+      fmt::format("{}: {} drive{}, {} row{}", on_one_line(file.string()), drives.shown.size(),
+                  drives.shown.size() == 1 ? "" : "s", rows.count, rows.count == 1 ? "" : "s");
+  if (rows.count > 0) text += fmt::format(", {} to {} s", rows.first_s, rows.last_s);
+  for (std::size_t n = 0; n < drives.left_out.size(); ++n) {
+    text += n == 0 ? "; not shown, see --ids: " : ", ";
+    text += drive_name(drives.left_out[n], Language::kEnglish);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> plot_app() {
+  const auto made = std::make_shared<PlotApp>();
+  return {made, &made->app};
+}
+
+int run_plot(int argc, const char* const* argv) {
+  PlotApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  const Request& request = given.request;
+  // All that can be refused, before anything is read that may be long.
+  const fs::path file = output_file(request);
+  const PictureFormat format = format_of(file);
+  const DriveChoice choice = choice_of(request);
+  const Language asked_for = chosen_language(request.language);
+  RunCsv csv = open_run_csv(request.csv);
+  const ChosenDrives drives = choose_drives(csv.columns(), choice);
+  OutputFile output(file, "--output");
+  const DrawModule& module = load_draw_module();
+
+  const std::string title = printable_text(fs::path(request.csv).stem().string());
+  PlottedRows rows;
+  const Picture picture = picture_of(csv, drives, title, writable(asked_for, module), rows);
+  std::string drawn = module.draw(picture, format);
+  if (format == PictureFormat::kSvg) add_words(drawn, picture);
+  output.write(drawn);
+  output.commit();
+  std::printf("%s\n", summary(file, drives, rows).c_str());
+  return 0;
+}
+
+}  // namespace lk::emulator

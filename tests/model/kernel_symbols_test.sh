@@ -1,0 +1,9 @@
+#!/bin/sh
+# usage: kernel_symbols_test.sh LIBRARY
+# A kernel for AVX2 or AVX-512 must not define what the rest of the program may use as well: the linker takes any
+# one of several definitions, and processors without those instructions cannot run it.
+shared=$(nm -A -C "$1" | grep 'lane_kernel_avx' | grep -E ' [WV] ' |
+  grep -vE 'isa_avx|DW\.ref\.|_VecBltnBtmsk<64>|_VecBuiltin<32>')
+[ -z "$shared" ] && exit 0
+echo "these would be shared:" && echo "$shared" | cut -c 1-200 | head -n 20
+exit 1
