@@ -27,7 +27,7 @@ class Shell:
     def __init__(self, programs, directory):
         for name in ("configs", "python"):
             (directory / name).symlink_to(ROOT / name)
-        environment = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(directory), "LANG": "C.UTF-8",
+        environment = {"PATH": f"{programs}:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": str(directory), "LANG": "C.UTF-8",
                        "XDG_RUNTIME_DIR": str(directory), "PYTHONDONTWRITEBYTECODE": "1"}
         self.process = subprocess.Popen(["bash", "--noprofile", "--norc"], cwd=directory, env=environment,
                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
