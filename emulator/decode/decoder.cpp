@@ -1,0 +1,102 @@
+#include "emulator/decode/decoder.hpp"
+
+#include <utility>
+
+#include "emulator/core/generation.hpp"
+#include "emulator/decode/decode_json.hpp"
+#include "emulator/decode/decode_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// All the drives that there can be, of the same kind.
+BusConfig every_drive(const DecodeOptions& options) {
+  BusConfig bus;
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    ServoConfig servo;
+    servo.id = id;
+    servo.profile = options.profile;
+    servo.generation = options.generation;
+    servo.quirks = quirks_of(options.generation);
+    bus.servos.push_back(std::move(servo));
+  }
+  return bus;
+}
+
+std::optional<bool> from_host(CandumpLine::Direction direction) {
+  if (direction == CandumpLine::Direction::kUnsaid) return std::nullopt;
+  return direction == CandumpLine::Direction::kSent;
+}
+
+}  // namespace
+
+Decoder::Decoder(DecodeOptions options)
+    : options_(std::move(options)), reader_(every_drive(options_)) {}
+
+std::string Decoder::take(std::string_view line) {
+  ++lines_;
+  const auto parsed = parse_candump_text(line);
+  if (std::holds_alternative<NothingShown>(parsed)) return "";
+  if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
+  const auto& shown = std::get<ShownFrame>(parsed);
+  if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
+    return refuse("is of one interface more than can be told apart, 32");
+  }
+  BusTally& tally = summary_.buses[shown.line.interface];
+  Conversation& talk = conversations_.try_emplace(shown.line.interface, reader_).first->second;
+
+  DecodedFrame frame{.line = lines_,
+                     .interface = shown.line.interface,
+                     .frame = shown.line.frame,
+                     .at = stamps_.time_of(shown)};
+  summary_.steps = stamps_.steps();
+  if (!first_at_) first_at_ = frame.at;
+  if (frame.at) frame.since = *frame.at - *first_at_;
+  frame.told = talk.hear({shown.line.frame, frame.at, from_host(shown.line.direction)});
+  frame.words = read(frame.told);
+  ++summary_.frames;
+  tally.count(frame.told, frame.words, frame.at);
+  for (const Settled& settled : talk.take_settled()) tally.count(settled);
+  if (options_.json) return frame_json(frame);
+  return notes(shown) + frame_line(frame, options_);
+}
+
+std::string Decoder::finish() {
+  for (auto& [interface, talk] : conversations_) {
+    talk.end();
+    for (const Settled& settled : talk.take_settled()) summary_.buses[interface].count(settled);
+  }
+  return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
+}
+
+/// The first is said, the others are counted.
+std::string Decoder::refuse(const std::string& problem) {
+  if (summary_.bad_lines++ > 0) return "";
+  first_problem_ = "line " + std::to_string(lines_) + " " + problem;
+  return options_.json ? bad_line_json(lines_, problem) : bad_line(lines_, problem, options_);
+}
+
+/// What cannot be known is said once.
+std::string Decoder::notes(const ShownFrame& shown) {
+  std::string text;
+  if (!std::exchange(said_scale_, true)) text += assumption_line(options_);
+  if (!shown.has_stamp && !std::exchange(said_no_stamps_, true)) {
+    text +=
+        note_line({"no time stamps, so no latencies and no rates: candump -t a, or -L, has them",
+                   "没有时间戳，因此没有延迟和频率：candump -t a 或 -L 会给出时间戳"},
+                  options_);
+  }
+  if (stamps_.steps() && !std::exchange(said_steps_, true)) {
+    text += note_line({"time stamps are steps from line to line (candump -t d)",
+                       "时间戳是相邻两行的间隔（candump -t d）"},
+                      options_);
+  }
+  return text;
+}
+
+FrameWords Decoder::read(const Told& told) const {
+  const bool error = told.frame.kind == protocol::FrameKind::kError;
+  return error || told.role == Role::kReply ? reader_.reply(told.frame) : reader_.query(told.frame);
+}
+
+}  // namespace lk::emulator
