@@ -96,7 +96,7 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
   const std::string name =
       named ? frame.words.command + " " + std::string(in_language(frame.words.name, language))
             : frame_text(frame.frame);
-  line += paint(padded(name, 26), error ? kRed : role.colour, options) + "  ";
+  line += paint(padded(name, 28), error ? kRed : role.colour, options) + "  ";
   const std::string said = quantities_text(frame.words.quantities, frame.told.asked, language);
   line += error ? paint(said, kRed, options) : said;
   const std::string beside = remark(frame, language);
@@ -141,10 +141,10 @@ std::string assumption_line(const DecodeOptions& options) {
 }
 
 std::string bad_line(std::uint64_t line, const std::string& problem, const DecodeOptions& options) {
-  const std::string_view format = Words{"line {} is no frame of candump, and left out: it {}",
-                                        "第 {} 行不是 candump 的帧，略过：{}"}
+  const std::string_view format = Words{"# line {} is no frame of candump, and left out: {}",
+                                        "# 第 {} 行不是 candump 的帧，略过：{}"}
                                       .in(options.language);
-  return paint("# " + fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";
+  return paint(fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";
 }
 
 }  // namespace lk::emulator

@@ -40,7 +40,7 @@ std::string Decoder::take(std::string_view line) {
   if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
   const auto& shown = std::get<ShownFrame>(parsed);
   if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
-    return refuse("is of one interface more than can be told apart, 32");
+    return refuse("one interface more than can be told apart, 32");
   }
   BusTally& tally = summary_.buses[shown.line.interface];
   Conversation& talk = conversations_.try_emplace(shown.line.interface, reader_).first->second;
@@ -72,7 +72,7 @@ std::string Decoder::finish() {
 /// The first is said, the others are counted.
 std::string Decoder::refuse(const std::string& problem) {
   if (summary_.bad_lines++ > 0) return "";
-  first_problem_ = "line " + std::to_string(lines_) + " " + problem;
+  first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
   return options_.json ? bad_line_json(lines_, problem) : bad_line(lines_, problem, options_);
 }
 

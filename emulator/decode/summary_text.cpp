@@ -69,7 +69,7 @@ std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
 /// Formatted by what the language has for it.
 template <class... Values>
 std::string said(const Words& format, Language language, const Values&... values) {
-  return "  " + fmt::format(fmt::runtime(format.in(language)), values...) + "\n";
+  return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));
 }
 
 std::string errors_of(const BusTally& bus, Language language) {
@@ -119,9 +119,8 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
 std::string bus_text(const std::string& interface, const BusTally& bus,
                      const DecodeOptions& options) {
   const Language language = options.language;
-  std::string text =
-      "\n" + fmt::format(fmt::runtime(Words{"{}: {} frames", "{}：{} 帧"}.in(language)), interface,
-                         bus.frames);
+  std::string text = fmt::format(fmt::runtime(Words{"\n{}: {} frames", "\n{}：{} 帧"}.in(language)),
+                                 interface, bus.frames);
   if (const auto duration = bus.duration_s()) {
     text +=
         fmt::format(fmt::runtime(Words{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)), *duration);
