@@ -301,6 +301,13 @@ void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
   own.pending.pop_front();
 }
 
+void Conversation::forget_times() {
+  for (Drive& own : drives_) {
+    for (Pending& one : own.pending) one.at.reset();
+    for (auto& at : own.run) at.reset();
+  }
+}
+
 void Conversation::end() {
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     settle_run(id);

@@ -56,6 +56,8 @@ class Conversation {
   /// `reader` knows all drives, 1 to 32, and outlives this.
   explicit Conversation(const FrameReader& reader) : reader_(&reader) {}
   Told hear(const HeardFrame& heard);
+  /// Times turned out to be wrong: what waits has none.
+  void forget_times();
   /// Nothing comes any more.
   void end();
   /// What has been settled since this was asked last.

@@ -127,6 +127,10 @@ std::string bad_line_json(std::uint64_t number_of_line, const std::string& probl
   return line({{"type", "bad_line"}, {"line", number_of_line}, {"problem", problem}});
 }
 
+std::string steps_json(std::uint64_t number_of_line) {
+  return line({{"type", "stamps_are_steps"}, {"line", number_of_line}});
+}
+
 std::string summary_json(const DecodeSummary& summary, const DecodeOptions& options) {
   Json buses = Json::array();
   for (const auto& [interface, bus] : summary.buses) buses.push_back(bus_json(interface, bus));

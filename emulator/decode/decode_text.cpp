@@ -102,7 +102,9 @@ std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) 
   const std::string beside = remark(frame, language);
   if (!beside.empty()) {
     line += said.empty() ? "" : "  ";
-    line += paint("(" + beside + ")", error ? kRed : kYellow, options);
+    const std::string in_brackets =
+        fmt::format(fmt::runtime(Words{"({})", "（{}）"}.in(language)), beside);
+    line += paint(in_brackets, error ? kRed : kYellow, options);
   }
   line.erase(line.find_last_not_of(' ') + 1);
   return line + "\n";

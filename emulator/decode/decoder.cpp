@@ -49,7 +49,7 @@ std::string Decoder::take(std::string_view line) {
                      .interface = shown.line.interface,
                      .frame = shown.line.frame,
                      .at = stamps_.time_of(shown)};
-  summary_.steps = stamps_.steps();
+  const std::string found = stamps_.steps() && !summary_.steps ? steps_found() : "";
   if (!first_at_) first_at_ = frame.at;
   if (frame.at) frame.since = *frame.at - *first_at_;
   frame.told = talk.hear({shown.line.frame, frame.at, from_host(shown.line.direction)});
@@ -57,8 +57,8 @@ std::string Decoder::take(std::string_view line) {
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
   for (const Settled& settled : talk.take_settled()) tally.count(settled);
-  if (options_.json) return frame_json(frame);
-  return notes(shown) + frame_line(frame, options_);
+  if (options_.json) return found + frame_json(frame);
+  return notes(shown) + found + frame_line(frame, options_);
 }
 
 std::string Decoder::finish() {
@@ -86,12 +86,21 @@ std::string Decoder::notes(const ShownFrame& shown) {
                    "没有时间戳，因此没有延迟和频率：candump -t a 或 -L 会给出时间戳"},
                   options_);
   }
-  if (stamps_.steps() && !std::exchange(said_steps_, true)) {
-    text += note_line({"time stamps are steps from line to line (candump -t d)",
-                       "时间戳是相邻两行的间隔（candump -t d）"},
-                      options_);
-  }
   return text;
+}
+
+/// What was told of times so far is not so.
+std::string Decoder::steps_found() {
+  summary_.steps = true;
+  for (auto& [interface, talk] : conversations_) talk.forget_times();
+  for (auto& [interface, tally] : summary_.buses) {
+    for (auto& [key, command] : tally.commands) command.latency = {};
+  }
+  if (options_.json) return steps_json(lines_);
+  return note_line({"time stamps are steps from line to line (candump -t d): the times above are "
+                    "wrong, those below are sums",
+                    "时间戳是相邻两行的间隔（candump -t d）：以上的时间不对，以下为累加所得"},
+                   options_);
 }
 
 FrameWords Decoder::read(const Told& told) const {

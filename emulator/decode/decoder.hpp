@@ -63,6 +63,7 @@ class Decoder {
 
   std::string refuse(const std::string& problem);
   std::string notes(const ShownFrame& shown);
+  std::string steps_found();
   FrameWords read(const Told& told) const;
 
   DecodeOptions options_;
@@ -75,7 +76,6 @@ class Decoder {
   std::optional<SimTime> first_at_;
   bool said_scale_ = false;
   bool said_no_stamps_ = false;
-  bool said_steps_ = false;
 };
 
 }  // namespace lk::emulator

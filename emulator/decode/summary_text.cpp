@@ -119,8 +119,9 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
 std::string bus_text(const std::string& interface, const BusTally& bus,
                      const DecodeOptions& options) {
   const Language language = options.language;
-  std::string text = fmt::format(fmt::runtime(Words{"\n{}: {} frames", "\n{}：{} 帧"}.in(language)),
-                                 interface, bus.frames);
+  const Words frames = bus.frames == 1 ? Words{"\n{}: {} frame", "\n{}：{} 帧"}
+                                       : Words{"\n{}: {} frames", "\n{}：{} 帧"};
+  std::string text = fmt::format(fmt::runtime(frames.in(language)), interface, bus.frames);
   if (const auto duration = bus.duration_s()) {
     text +=
         fmt::format(fmt::runtime(Words{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)), *duration);

@@ -48,7 +48,7 @@ class Pipe(unittest.TestCase):
                 self.assertIn("assumed: firmware legacy", decode.stdout.readline())
                 self.assertIn("9C read state 2", decode.stdout.readline())
                 decode.send_signal(number)
-                self.assertIn("can0: 1 frames in 0.000000 s\n", decode.stdout.readlines())
+                self.assertIn("can0: 1 frame in 0.000000 s\n", decode.stdout.readlines())
                 self.assertEqual(decode.wait(), 0)
 
     def test_a_reader_may_leave(self):

@@ -437,6 +437,21 @@ TEST(Decode, LinesThatAreNoFramesAreSaidOnceAndCounted) {
   EXPECT_EQ(out.back()["bad_lines"], 2);
 }
 
+/// candump -t d, which looks like -t z up to the third line; its query is 0.3 ms before its reply.
+TEST(Decode, LatenciesOfStepsCountFromWhereTheyAreKnownToBeSteps) {
+  const auto out = decode({" (000.000000)  a  141   [8]  92 00 00 00 00 00 00 00",
+                           " (000.010000)  a  142   [8]  9C 00 00 00 00 00 00 00",
+                           " (000.000200)  a  142   [8]  9C 19 02 00 03 00 21 08",
+                           " (000.500000)  a  142   [8]  9C 00 00 00 00 00 00 00",
+                           " (000.000300)  a  142   [8]  9C 19 02 00 03 00 21 08"});
+  EXPECT_EQ(out[2], Json::parse(R"({"type":"stamps_are_steps","line":3})"));
+  EXPECT_FALSE(out[3].contains("latency_ms"));
+  EXPECT_NEAR(out[5]["latency_ms"].get<double>(), 0.3, 1e-6);
+  EXPECT_NEAR(out[5]["time_s"].get<double>(), 0.5105, 1e-9);
+  EXPECT_EQ(tally(out, 2, "9C")["latency_ms"]["count"], 1);
+  EXPECT_EQ(tally(out, 2, "9C")["replies"], 2);
+}
+
 TEST(Decode, TimesThatGoBackMakeNoLatencies) {
   const auto out =
       decode({"(9.0) a 141#9C00000000000000", "(1.0) a 141#9C19020003002108",
