@@ -142,6 +142,7 @@ std::string summary_json(const DecodeSummary& summary, const DecodeOptions& opti
                {"motor", options.profile.name},
                {"motor_assumed", !options.motor_given},
                {"stamps_are_steps", summary.steps},
+               {"odd_states", summary.odd_states},
                {"buses", std::move(buses)}});
 }
 

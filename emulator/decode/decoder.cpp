@@ -28,6 +28,19 @@ std::optional<bool> from_host(CandumpLine::Direction direction) {
   return direction == CandumpLine::Direction::kSent;
 }
 
+/// Of a state 1: bytes that drives of the dialect leave 0 are not (docs/protocol.md §10.1).
+bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
+  switch (layout) {
+    case protocol::State1Layout::kDeciVolt:
+      return (data[2] | data[5] | data[6]) != 0;
+    case protocol::State1Layout::kCentiVolt:
+      return (data[4] | data[5] | data[6]) != 0;
+    case protocol::State1Layout::kCentiVoltAndBusCurrent:
+      return (data[6] & 0xEFU) != 0;
+  }
+  return false;
+}
+
 }  // namespace
 
 Decoder::Decoder(DecodeOptions options)
@@ -57,8 +70,9 @@ std::string Decoder::take(std::string_view line) {
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
   for (const Settled& settled : talk.take_settled()) tally.count(settled);
+  const std::string odd = look_at_generation(frame.told);
   if (options_.json) return found + frame_json(frame);
-  return notes(shown) + found + frame_line(frame, options_);
+  return notes(shown) + found + frame_line(frame, options_) + odd;
 }
 
 std::string Decoder::finish() {
@@ -100,6 +114,18 @@ std::string Decoder::steps_found() {
   return note_line({"time stamps are steps from line to line (candump -t d): the times above are "
                     "wrong, those below are sums",
                     "时间戳是相邻两行的间隔（candump -t d）：以上的时间不对，以下为累加所得"},
+                   options_);
+}
+
+/// A reply that another generation would give is counted, and the first is said.
+std::string Decoder::look_at_generation(const Told& told) {
+  const std::uint8_t command = told.frame.data[0];
+  const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
+  const auto layout = quirks_of(options_.generation).dialect.state_1;
+  if (!state_1 || !is_odd(told.frame.data, layout) || summary_.odd_states++ > 0) return "";
+  return note_line({"this state 1 does not look like the generation: its voltage may be wrong; try "
+                    "another --generation",
+                    "这个状态 1 看上去不属于该固件代，电压可能不对：换一个 --generation 试试"},
                    options_);
 }
 

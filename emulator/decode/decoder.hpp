@@ -40,8 +40,9 @@ struct DecodedFrame {
 struct DecodeSummary {
   std::map<std::string, BusTally, std::less<>> buses;
   std::uint64_t frames = 0;
-  std::uint64_t bad_lines = 0;  // that are no frames
-  bool steps = false;           // stamps were steps
+  std::uint64_t bad_lines = 0;   // that are no frames
+  bool steps = false;            // stamps were steps
+  std::uint64_t odd_states = 0;  // replies to 0x9A and 0x9B that do not look like the generation
 };
 
 /// Lines of candump to lines for people or programs.
@@ -65,6 +66,7 @@ class Decoder {
   std::string notes(const ShownFrame& shown);
   std::string steps_found();
   FrameWords read(const Told& told) const;
+  std::string look_at_generation(const Told& told);
 
   DecodeOptions options_;
   FrameReader reader_;

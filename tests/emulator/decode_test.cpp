@@ -304,6 +304,22 @@ TEST(Decode, SaysWhyAFrameMeansNothing) {
   EXPECT_TRUE(out.back()["generation_assumed"]);
 }
 
+/// §10.7: 48.72 V in 0.01 V at [2:3], which legacy drives leave 0 and 0.1 V at [3:4].
+TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
+  const std::vector<std::string> lines = {
+      "(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A24081300000000",
+      "(2.0) a 141#9A00000000000000", "(2.0003) a 141#9A24081300000000"};
+  EXPECT_EQ(decode(lines).back()["odd_states"], 2);
+  EXPECT_EQ(decode(lines, json_options(Generation::kV235)).back()["odd_states"], 0);
+  const std::string said = text(lines, json_options());
+  EXPECT_NE(said.find("does not look like the generation"), std::string::npos);
+  EXPECT_EQ(said.find("does not look like"), said.rfind("does not look like")) << "said once";
+  // 24.0 V of a legacy drive.
+  EXPECT_EQ(decode({"(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A1900F000000000"})
+                .back()["odd_states"],
+            0);
+}
+
 // --- who says it
 // --------------------------------------------------------------------------------------------
 
