@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cstdint>
-#include <optional>
 
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/frame_text.hpp"
@@ -33,8 +32,15 @@ std::optional<std::int64_t> digits(std::string_view text) {
   return plain && error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
-/// "(1700000000.123456)", with one to nine decimals.
-std::optional<SimTime> parse_stamp(std::string_view word) {
+void add_padded(std::string& text, std::int64_t value, std::size_t width) {
+  const std::string number = std::to_string(value);
+  if (number.size() < width) text.append(width - number.size(), '0');
+  text += number;
+}
+
+}  // namespace
+
+std::optional<SimTime> parse_candump_stamp(std::string_view word) {
   if (word.size() < 5 || word.front() != '(' || word.back() != ')') return std::nullopt;
   word = word.substr(1, word.size() - 2);
   const std::size_t point = word.find('.');
@@ -47,21 +53,13 @@ std::optional<SimTime> parse_stamp(std::string_view word) {
   return SimTime(*seconds * kNanos + *fraction);
 }
 
-void add_padded(std::string& text, std::int64_t value, std::size_t width) {
-  const std::string number = std::to_string(value);
-  if (number.size() < width) text.append(width - number.size(), '0');
-  text += number;
-}
-
-}  // namespace
-
 std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line) {
   const std::string_view stamp = next_word(line);
   const std::string_view interface = next_word(line);
   const std::string_view frame = next_word(line);
   const std::string_view direction = next_word(line);
   CandumpLine out;
-  if (const auto at = parse_stamp(stamp)) {
+  if (const auto at = parse_candump_stamp(stamp)) {
     out.at = *at;
   } else {
     return "\"" + std::string(stamp) +

@@ -3,6 +3,7 @@
 /// @file Logs as candump -L writes them and canplayer reads them:
 /// "(1700000000.123456) vcan0 141#9C00000000000000".
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -23,6 +24,9 @@ struct CandumpLine {
 
   friend bool operator==(const CandumpLine&, const CandumpLine&) = default;
 };
+
+/// The time in "(1700000000.123456)", with one to nine decimals.
+std::optional<SimTime> parse_candump_stamp(std::string_view word);
 
 /// A line without its end, or what is wrong with it, for a person.
 std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line);

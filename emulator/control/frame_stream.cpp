@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "emulator/control/control_json.hpp"
-#include "emulator/control/frame_words.hpp"
+#include "emulator/decode/frame_words.hpp"
 #include "emulator/core/frame_text.hpp"
 
 namespace lk::emulator {

@@ -37,6 +37,7 @@ void add_part(Choices& choices, const std::string& part) {
   if (part == "FAULT") words = fault_words();
   if (part == "SIGNALS") words = signal_words();
   if (part == "MODE") words = {"realtime", "stepped", "x0.1", "x10"};
+  if (part == "GENERATION") words = {"legacy", "v235", "v236"};
   if (part == "LANG") words = {"en", "zh"};
   if (part == "LEVEL")
     words.assign(std::begin(emulator::kLogLevels), std::end(emulator::kLogLevels));

@@ -5,6 +5,8 @@ namespace {
 
 constexpr Command kCommands[] = {
     {"ctl", "look at a running lk-emu and act on it", run_ctl, ctl_app},
+    {"decode", "tell in words what is said on a bus, from what candump prints", run_decode,
+     decode_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
     {"plot", "draw a CSV file of a run as SVG or PNG", run_plot, plot_app},
     {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,

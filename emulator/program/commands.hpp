@@ -27,6 +27,9 @@ std::span<const Command> commands();
 // ctl_command.cpp
 int run_ctl(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> ctl_app();
+// decode_command.cpp
+int run_decode(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> decode_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> faults_app();

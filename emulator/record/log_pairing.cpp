@@ -7,14 +7,13 @@
 #include <numeric>
 #include <variant>
 
-#include "emulator/record/reply_values.hpp"
+#include "emulator/record/reply_fit.hpp"
 #include "protocol/codec.hpp"
 
 namespace lk::emulator {
 namespace {
 
 using protocol::Frame;
-using protocol::Opcode;
 
 /// Replies of newer drives: this plus the ID (docs/protocol.md).
 constexpr std::uint32_t kOwnReplyId = 0x240;
@@ -29,26 +28,6 @@ int drive_at(const Frame& frame, std::uint32_t base) {
   return is_data(frame) && id >= protocol::kMinId && id <= protocol::kMaxId ? static_cast<int>(id)
                                                                             : 0;
 }
-
-/// DATA[0] of the reply to a command; the commands to several drives ask for those of one.
-std::optional<std::uint8_t> reply_command(const protocol::Command& command) {
-  const std::size_t kind = command.index();
-  if (kind < protocol::kOpcodes.size()) {
-    return static_cast<std::uint8_t>(protocol::kOpcodes[kind].opcode);
-  }
-  if (std::holds_alternative<protocol::MultiTorque>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kTorque);
-  }
-  if (std::holds_alternative<protocol::MultiSpeed>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kSpeed);
-  }
-  if (std::holds_alternative<protocol::MultiPosition>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kPosition1);
-  }
-  return std::nullopt;
-}
-
-enum class Fit : std::uint8_t { kNo, kEither, kYes };
 
 /// One drive and what the log has of it.
 class Drive {
@@ -83,7 +62,7 @@ class Drive {
     } else if (const auto match = sure ? oldest(place, Fit::kEither) : likely_answer(n, out)) {
       exchanges[pending_[*match]].reply = (*log_)[place].timed;
       pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(*match) + 1);
-    } else if (sure || looks_like_a_reply(place)) {
+    } else if (sure || looks_like_a_state(frame(place))) {
       ++out.orphans;
       if (!sure) ++out.ambiguous;
     } else {
@@ -140,19 +119,8 @@ class Drive {
     return can[can.size() - replies];
   }
 
-  Fit fit(const Exchange& asked, const Frame& reply) const;
-
-  /// Nobody waits for it, but drives say such things and hosts hardly do: states, whose DATA[1] is
-  /// a temperature.
-  bool looks_like_a_reply(std::size_t place) const {
-    const std::uint8_t command = frame(place).data[0];
-    const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
-    return state && frame(place).data[1] > 1;
-  }
-
-  Frame as_reply(Frame reply) const {
-    reply.id = reader_.format.dialect.reply_id_base + static_cast<std::uint32_t>(id());
-    return reply;
+  Fit fit(const Exchange& asked, const Frame& reply) const {
+    return reply_fit(reader_, asked.command, frame(asked.query), reply);
   }
 
   ReplyReader reader_;
@@ -163,23 +131,6 @@ class Drive {
   bool own_replies_ = false;
   bool directions_count_ = false;
 };
-
-Fit Drive::fit(const Exchange& asked, const Frame& reply) const {
-  if (!reader_.answers_with(asked.command, reply.data[0])) return Fit::kNo;
-  const auto decoded = protocol::decode_reply(as_reply(reply), reader_.format);
-  const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
-  if (content == nullptr) return Fit::kNo;
-  const bool same = reply.data == frame(asked.query).data;
-  if (std::holds_alternative<protocol::Echo>(content->reply)) {
-    return same ? Fit::kEither : Fit::kNo;
-  }
-  const bool state = std::holds_alternative<protocol::State1>(content->reply) ||
-                     std::holds_alternative<protocol::State2>(content->reply) ||
-                     std::holds_alternative<protocol::State3>(content->reply);
-  // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
-  if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
-  return same ? Fit::kEither : Fit::kYes;
-}
 
 /// Directions are those of the machine that logged. They tell something when there are both.
 bool directions_tell(const std::vector<LoggedFrame>& log) {

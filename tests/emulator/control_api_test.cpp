@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/control/frame_words.hpp"
+#include "emulator/decode/frame_words.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
 #include "emulator/scenario/scenario_activity.hpp"

@@ -2,7 +2,8 @@
 // line, or read, and what is written again is read the same.
 //
 // Input: a byte of settings (bits 0..1: generation, bit 2: the lines are inputs of a recording,
-// bit 3: the log is compared with a drive), then the text.
+// bit 3: the log is compared with a drive, bit 4: the text is what candump printed, and decoded,
+// bits 5..6: for programs, in Chinese), then the text.
 
 #include <cstddef>
 #include <string>
@@ -10,6 +11,7 @@
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/generation.hpp"
+#include "emulator/decode/decoder.hpp"
 #include "emulator/record/log_compare.hpp"
 #include "emulator/record/recording.hpp"
 #include "tests/fuzz/support.hpp"
@@ -93,8 +95,44 @@ void check_inputs(std::string_view text, const BusConfig& bus) {
   }
 }
 
+/// As `lk-emu decode` does it: every line is a frame, nothing, or counted, and what is printed is
+/// safe for a terminal.
+void decode(std::uint8_t settings, std::string_view text) {
+  DecodeOptions options;
+  options.generation = static_cast<Generation>((settings & 3U) % 3U);
+  options.profile.series = static_cast<Series>(settings >> 2U & 3U);
+  options.json = (settings & 32U) != 0;
+  options.language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish;
+  Decoder decoder(options);
+  std::string out;
+  std::uint64_t lines = 0;
+  for (; !text.empty(); ++lines) {
+    const std::size_t end = text.find('\n');
+    out += decoder.take(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  out += decoder.finish();
+  for (const char c : out) require(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+  const DecodeSummary& summary = decoder.summary();
+  require(summary.frames + summary.bad_lines <= lines && summary.buses.size() <= 32);
+  std::uint64_t frames = 0;
+  for (const auto& [interface, bus] : summary.buses) {
+    frames += bus.frames;
+    for (const auto& [key, command] : bus.commands) {
+      require(command.unanswered + command.open + command.latency.count() <=
+              command.queries + command.replies);
+      require(command.queries <= lines && command.unclear <= lines);
+    }
+  }
+  require(frames == summary.frames);
+}
+
 void check(std::uint8_t settings, const std::string& text) {
   const BusConfig bus = bus_of(settings);
+  if ((settings & 16U) != 0) {
+    decode(settings, text);
+    return;
+  }
   if ((settings & 4U) != 0) {
     check_inputs(text, bus);
     return;

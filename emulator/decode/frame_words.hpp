@@ -12,13 +12,17 @@ namespace lk::emulator {
 
 /// A frame for a person.
 struct FrameWords {
-  int id = 0;                 // the drive that it is for or from; 0: several, or none
-  std::string command;        // "9C", or the identifier of a command for several drives: "280"
-  std::string_view name;      // "read state 2"; empty: nobody knows it
-  std::string values;         // "angle_deg 240, max_speed_dps 120"
+  int id = 0;             // the drive that it is for or from; 0: several, or none
+  std::string command;    // "9C", or the identifier of a command for several drives: "280"
+  std::string_view name;  // "read state 2"; empty: nobody knows it
+  std::vector<ReplyValue> quantities;
+  std::string values;         // the same in words: "angle_deg 240, max_speed_dps 120"
   std::string_view mark;      // empty, "error", "unknown": what catches the eye
   std::string_view drawback;  // why it means nothing, if so: "wrong length"
 };
+
+/// What is latched in an errorState, from bit 0 on: "under_voltage".
+std::vector<std::string_view> error_words(unsigned errors);
 
 /// Reads the frames of one bus as its drives and hosts do.
 class FrameReader {
@@ -27,9 +31,10 @@ class FrameReader {
   FrameWords query(const protocol::Frame& frame) const;
   FrameWords reply(const protocol::Frame& frame) const;
 
- private:
+  /// What is known of a drive; null: there is none.
   const ReplyReader* reader_of(int id) const;
 
+ private:
   std::vector<ReplyReader> readers_;
 };
 

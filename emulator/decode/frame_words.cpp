@@ -1,4 +1,4 @@
-#include "emulator/control/frame_words.hpp"
+#include "emulator/decode/frame_words.hpp"
 
 #include <algorithm>
 #include <variant>
@@ -72,15 +72,40 @@ Values said(const protocol::Position6& command) {
 Values said(const protocol::ReadParameter& command) {
   return {{"parameter", static_cast<double>(static_cast<int>(command.id))}};
 }
-Values said(const protocol::WriteParameter& command) {
-  const protocol::Parameter& parameter = command.parameter;
-  return {{"parameter", static_cast<double>(static_cast<int>(parameter.id))},
-          {"kp", static_cast<double>(parameter.gains.kp)},
-          {"ki", static_cast<double>(parameter.gains.ki)},
-          {"kd", static_cast<double>(parameter.gains.kd)},
-          {"number", static_cast<double>(parameter.number)}};
-}
 
+/// The value of a parameter has the unit of what it is.
+Values said(const protocol::Parameter& parameter, const protocol::WireFormat& format) {
+  using protocol::ParameterId;
+  const auto number = static_cast<double>(parameter.number);
+  Values values = {{"parameter", static_cast<double>(static_cast<int>(parameter.id))}};
+  switch (parameter.id) {
+    case ParameterId::kAngleGains:
+    case ParameterId::kSpeedGains:
+    case ParameterId::kCurrentGains:
+      values.push_back({"kp", static_cast<double>(parameter.gains.kp)});
+      values.push_back({"ki", static_cast<double>(parameter.gains.ki)});
+      values.push_back({"kd", static_cast<double>(parameter.gains.kd)});
+      break;
+    case ParameterId::kMaxTorqueCurrent:
+      values.push_back(format.series == Series::kMs
+                           ? ReplyValue{"max_power_permille", number}
+                           : ReplyValue{"max_current_A", number * format.iq_command_lsb_A});
+      break;
+    case ParameterId::kMaxSpeed:
+      values.push_back({"max_speed_dps", number / 100});
+      break;
+    case ParameterId::kMaxAngle:
+      values.push_back({"max_angle_deg", number / 100});
+      break;
+    case ParameterId::kCurrentRamp:
+      values.push_back({"current_ramp_A_s", number / 1000});
+      break;
+    case ParameterId::kSpeedRamp:
+      values.push_back({"acceleration_dps_s", number});
+      break;
+  }
+  return values;
+}
 constexpr std::string_view kSlots[] = {"1", "2", "3", "4"};
 template <class Slots>
 Values by_slot(const Slots& slots) {
@@ -133,17 +158,54 @@ std::string_view name_of(const protocol::Frame& frame) {
   return row != nullptr ? row->name : std::string_view();
 }
 
-std::string error_words(unsigned errors) {
-  std::string text;
-  for (int n = 0; n < model::kErrorKinds; ++n) {
-    const auto error = static_cast<model::Error>(n);
-    if ((errors & model::bit(error)) != 0)
-      text.append(text.empty() ? "" : ", ").append(error_word(error));
+Values said(const protocol::Query& query, const protocol::WireFormat& format) {
+  if (const auto* write = std::get_if<protocol::WriteParameter>(&query.command)) {
+    return said(write->parameter, format);
   }
+  // A command that does nothing with its payload says nothing by it.
+  const bool sets = format.dialect.clear_angle == protocol::ClearAngleMeaning::kSetsAngle;
+  if (const auto* clear = std::get_if<protocol::ClearAngle>(&query.command); clear && sets) {
+    return {{"angle_deg", deg(clear->angle_cdeg)}};
+  }
+  return std::visit([](const auto& command) { return said(command); }, query.command);
+}
+
+/// Of a reply of the drive; an echo says what its query said.
+Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
+  const auto decoded = protocol::decode_reply(frame, reader.format);
+  const auto* reply = std::get_if<protocol::ReplyFrame>(&decoded);
+  if (reply == nullptr) return {};
+  if (const auto* value = std::get_if<protocol::ParameterValue>(&reply->reply)) {
+    return said(value->parameter, reader.format);
+  }
+  if (!std::holds_alternative<protocol::Echo>(reply->reply)) return reader.values(frame);
+  protocol::Frame query = frame;
+  query.id = protocol::kSingleDriveId + static_cast<unsigned>(reader.id);
+  const auto asked = protocol::decode_query(query, reader.format);
+  const auto* known = std::get_if<protocol::Query>(&asked);
+  return known != nullptr ? said(*known, reader.format) : Values{};
+}
+
+bool is_reply(const protocol::Frame& frame, const ReplyReader& reader) {
+  return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
+}
+
+std::string in_a_row(const std::vector<std::string_view>& words) {
+  std::string text;
+  for (const std::string_view word : words) text.append(text.empty() ? "" : ", ").append(word);
   return text;
 }
 
 }  // namespace
+
+std::vector<std::string_view> error_words(unsigned errors) {
+  std::vector<std::string_view> words;
+  for (int n = 0; n < model::kErrorKinds; ++n) {
+    const auto error = static_cast<model::Error>(n);
+    if ((errors & model::bit(error)) != 0) words.push_back(error_word(error));
+  }
+  return words;
+}
 
 FrameReader::FrameReader(const BusConfig& bus) {
   for (const ServoConfig& servo : bus.servos) readers_.emplace_back(servo);
@@ -177,8 +239,8 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
   if (const auto* reject = std::get_if<protocol::Reject>(&decoded)) {
     return meaningless(words, reason(*reject), "unknown");
   }
-  words.values = values_text(std::visit([](const auto& command) { return said(command); },
-                                        std::get<protocol::Query>(decoded).command));
+  words.quantities = said(std::get<protocol::Query>(decoded), reader->format);
+  words.values = values_text(words.quantities);
   return words;
 }
 
@@ -191,13 +253,13 @@ FrameWords FrameReader::reply(const protocol::Frame& frame) const {
     if (frame.id != reader.format.dialect.reply_id_base + static_cast<unsigned>(reader.id))
       continue;
     words.id = reader.id;
-    const Values values = reader.values(frame);
-    if (values.empty()) return meaningless(words, "no reply of this drive", "unknown");
-    const auto errors = std::ranges::find(values, "errors", &ReplyValue::name);
-    words.values = values_text(values);
-    if (errors != values.end() && errors->value != 0) {
+    if (!is_reply(frame, reader)) return meaningless(words, "no reply of this drive", "unknown");
+    words.quantities = replied(frame, reader);
+    words.values = values_text(words.quantities);
+    const auto errors = std::ranges::find(words.quantities, "errors", &ReplyValue::name);
+    if (errors != words.quantities.end() && errors->value != 0) {
       words.mark = "error";
-      words.values += ": " + error_words(static_cast<unsigned>(errors->value));
+      words.values += ": " + in_a_row(error_words(static_cast<unsigned>(errors->value)));
     }
     return words;
   }

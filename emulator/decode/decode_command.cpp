@@ -1,0 +1,213 @@
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_error.hpp"
+#include "emulator/config/config_quirks.hpp"
+#include "emulator/decode/decoder.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/language_option.hpp"
+#include "emulator/program/profile_files.hpp"
+#include "emulator/rom/durable_file.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kFooter = R"(
+Example, live and of a file:
+  candump -t z can0 | lk-emu decode --generation v236 --motor mg4005
+  lk-emu decode candump-2026-11-21_233328.log --json
+
+Exit status: 0 the log has ended, or SIGINT or SIGTERM came, 1 failed while running, 2 unusable
+input.)";
+
+struct DecodeApp {
+  CLI::App app{"Tell in words what is said on a bus, from what candump prints", "lk-emu decode"};
+  std::string file;
+  std::string generation;
+  std::string motor;
+  bool json = false;
+  std::string language;
+
+  DecodeApp() {
+    app.footer(kFooter);
+    app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
+    app.add_option("--generation", generation,
+                   "firmware of the drives: legacy (default), v235 or v236")
+        ->type_name("GENERATION");
+    app.add_option(
+           "--motor", motor,
+           std::string("motor of the drives, for the scales (default ") + kDefaultMotor + ")")
+        ->type_name("MOTOR");
+    app.add_flag("--json", json, "one JSON object a line, for programs; the last is the summary");
+    add_language_option(app, language);
+  }
+};
+
+volatile std::sig_atomic_t g_asked_to_stop = 0;
+
+extern "C" void stop_decoding(int /*signal*/) { g_asked_to_stop = 1; }
+
+/// SIGINT and SIGTERM end the reading, and are seen nowhere else.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigset_t stops;
+    sigemptyset(&stops);
+    for (const int signal : {SIGINT, SIGTERM}) {
+      struct sigaction before {};
+      ::sigaction(signal, nullptr, &before);
+      if (before.sa_handler == SIG_IGN) continue;  // whoever started it wants that
+      struct sigaction action {};
+      action.sa_handler = stop_decoding;
+      ::sigaction(signal, &action, nullptr);
+      sigaddset(&stops, signal);
+    }
+    ::sigprocmask(SIG_BLOCK, &stops, &otherwise_);
+  }
+
+  /// False: nothing more is to be read.
+  bool wait_for(int fd) const {
+    pollfd input{fd, POLLIN, 0};
+    while (g_asked_to_stop == 0) {
+      if (::ppoll(&input, 1, nullptr, &otherwise_) > 0) return true;
+      if (errno != EINTR) return true;  // reading says what is wrong
+    }
+    return false;
+  }
+
+ private:
+  sigset_t otherwise_{};
+};
+
+Generation chosen_generation(const std::string& given) {
+  for (const Generation one : {Generation::kLegacy, Generation::kV235, Generation::kV236}) {
+    if (given == generation_name(one)) return one;
+  }
+  throw StartError("--generation: \"" + given + "\" is none of legacy, v235 and v236");
+}
+
+bool wants_colour() {
+  const auto said = [](const char* name) {
+    const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads
+    return std::string(value != nullptr ? value : "");
+  };
+  return ::isatty(STDOUT_FILENO) != 0 && said("NO_COLOR").empty() && said("TERM") != "dumb";
+}
+
+DecodeOptions read_options(const DecodeApp& given) {
+  DecodeOptions options;
+  options.generation_given = given.app.count("--generation") > 0;
+  options.motor_given = given.app.count("--motor") > 0;
+  if (options.generation_given) options.generation = chosen_generation(given.generation);
+  options.language = chosen_language(given.language);
+  options.json = given.json;
+  options.colour = !given.json && wants_colour();
+  try {
+    options.profile = load_profile(options.motor_given ? given.motor : kDefaultMotor);
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("--motor: ") + problem.what());
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+  return options;
+}
+
+std::string because() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): one thread
+
+/// From chunks, as they come, to what is printed.
+class Lines {
+ public:
+  explicit Lines(Decoder& decoder) : decoder_(decoder) {}
+
+  std::string take(std::string_view chunk) {
+    std::string out;
+    while (!chunk.empty()) {
+      const std::size_t length = std::min(chunk.find('\n'), chunk.size());
+      // What is too long to be a line is not kept whole.
+      const std::size_t room = kLongestCandumpLine + 2 - begun_.size();
+      begun_ += chunk.substr(0, std::min(length, room));
+      if (length == chunk.size()) break;
+      out += decoder_.take(begun_);
+      begun_.clear();
+      chunk.remove_prefix(length + 1);
+    }
+    return out;
+  }
+  std::string finish() {
+    std::string out = begun_.empty() ? "" : decoder_.take(begun_);
+    return out + decoder_.finish();
+  }
+
+ private:
+  Decoder& decoder_;
+  std::string begun_;
+};
+
+/// False: nobody reads any more.
+bool print(const std::string& text) {
+  const int error = text.empty() ? 0 : write_all(STDOUT_FILENO, text);
+  if (error == 0 || error == EPIPE) return error == 0;
+  errno = error;
+  throw std::runtime_error("standard output: " + because());
+}
+
+/// What has come is printed before more is read.
+void decode(int fd, const std::string& name, Decoder& decoder) {
+  Lines lines(decoder);
+  const StopSignals signals;
+  std::string chunk(std::size_t{64} * 1024, '\0');
+  while (signals.wait_for(fd)) {
+    const ssize_t length = ::read(fd, chunk.data(), chunk.size());
+    if (length < 0 && errno == EINTR) continue;
+    if (length < 0) throw StartError("decode: cannot read " + name + ": " + because());
+    if (length == 0) break;
+    if (!print(lines.take({chunk.data(), static_cast<std::size_t>(length)}))) return;
+  }
+  print(lines.finish());
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> decode_app() {
+  const auto made = std::make_shared<DecodeApp>();
+  return {made, &made->app};
+}
+
+int run_decode(int argc, const char* const* argv) {
+  DecodeApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  Decoder decoder(read_options(given));
+  const bool from_input = given.file.empty() || given.file == "-";
+  const std::string name = from_input ? "standard input" : on_one_line(given.file);
+  Descriptor file;
+  if (!from_input) {
+    file = Descriptor(::open(given.file.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file) throw StartError("decode: cannot read " + name + ": " + because());
+  } else if (::isatty(STDIN_FILENO) != 0) {
+    std::fputs(
+        "lk-emu decode: reads what is typed; candump -t z can0 | lk-emu decode reads a bus\n",
+        stderr);
+  }
+  decode(from_input ? STDIN_FILENO : file.get(), name, decoder);
+  if (decoder.summary().frames == 0 && decoder.summary().bad_lines > 0) {
+    throw StartError("decode: nothing in " + name + " is a frame of candump; " +
+                     decoder.first_problem());
+  }
+  return 0;
+}
+
+}  // namespace lk::emulator

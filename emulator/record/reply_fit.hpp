@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "emulator/record/reply_values.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+/// DATA[0] of the reply to a command; the commands to several drives ask for those of one. None
+/// where each drive is asked for something else.
+std::optional<std::uint8_t> reply_command(const protocol::Command& command);
+
+/// Whether a frame can be the reply to a query; kEither: it could be a query just as well.
+enum class Fit : std::uint8_t { kNo, kEither, kYes };
+
+/// `command` is DATA[0] that the reply to `query` has. The identifier of `reply` does not matter.
+Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
+              const protocol::Frame& reply);
+
+/// Drives say such things and hosts hardly do: states, whose DATA[1] is a temperature.
+bool looks_like_a_state(const protocol::Frame& frame);
+
+}  // namespace lk::emulator
