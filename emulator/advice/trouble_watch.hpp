@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/given.hpp"
+#include "emulator/advice/heard.hpp"
+
+namespace lk::emulator {
+
+/// What a host does with a drive that is off or has an error.
+class TroubleWatch {
+ public:
+  /// A host that asks for errors sees one within this time, and one that does not is to be told.
+  static constexpr SimTime kUnseen = std::chrono::seconds(2);  // assumed
+  /// What is on its way while a host still makes up its mind is no mistake.
+  static constexpr SimTime kReaction = std::chrono::milliseconds(100);  // assumed
+  static constexpr int kQueries = 10;                                   // assumed
+
+  std::optional<Finding> hear(const Heard& heard, const Suspect& suspect, const KnownDrive& drive);
+
+  struct Refused {
+    Finding finding;
+    Suspect suspect;
+    std::uint64_t times;
+  };
+  /// The drive was just looked at, at `now`.
+  std::optional<Refused> look(SimTime now, const KnownDrive& drive);
+
+ private:
+  struct Error {
+    SimTime since{0};
+    std::optional<SimTime> asked = std::nullopt;  // by 0x9A or 0x9B
+    bool cared_for = false;                       // by these, or by 0x80 or 0x88
+    int queries = 0;                              // from kUnseen on
+  };
+  bool to_be_told(SimTime now) const;
+
+  std::optional<Error> error_;
+  SimTime quiet_until_{0};
+  std::uint64_t refused_ = 0;  // so far
+  Suspect motion_;             // the first since the last look, or the last before it
+  bool motion_is_new_ = false;
+};
+
+}  // namespace lk::emulator
