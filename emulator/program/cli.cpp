@@ -22,8 +22,8 @@ constexpr const char* kFooter = R"(
 One --ids belongs to the --bus before it. Example, two buses:
   lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
 
-Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
---scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
+was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
 /// They have their own --help.
 std::string other_commands() {

@@ -29,8 +29,8 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
   EXPECT_EQ(host.all(), "");
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
   ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
-  EXPECT_EQ(host.find(AdviceKind::kMotionRefused)->frame, query(Position2{100, cdeg(90)}));
-  EXPECT_EQ(what_text(*host.find(AdviceKind::kMotionRefused), Language::kEnglish),
+  EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, query(Position2{100, cdeg(90)}));
+  EXPECT_EQ(what_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
             "the drive is off: the command is answered and not executed");
   host.repeat(1, 2ms, query(protocol::Run{}));
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
@@ -78,7 +78,7 @@ TEST(AdviceError, IsOfAHostThatNeverAsks) {
   AdvisedHost host = tripped();
   host.repeat(1000, 2ms, query(ReadState2{}));
   ASSERT_GT(host.count(AdviceKind::kErrorIgnored), 0U);
-  EXPECT_EQ(host.find(AdviceKind::kErrorIgnored)->found.numbers[0], 1) << "under-voltage is bit 0";
+  EXPECT_EQ(host.get(AdviceKind::kErrorIgnored).found.numbers[0], 1) << "under-voltage is bit 0";
 
   AdvisedHost asks = tripped();
   for (int n = 0; n < 10; ++n) {
@@ -142,7 +142,7 @@ TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
   const double most_deg = 1.5 * kNoLoad_dps * 0.002;
   host.repeat(1, 2ms, query(Position1{cdeg(target_deg + 1.1 * most_deg)}));
   ASSERT_EQ(host.count(AdviceKind::kJump), 1U);
-  EXPECT_NEAR(host.find(AdviceKind::kJump)->found.numbers[2], kNoLoad_dps, 1);
+  EXPECT_NEAR(host.get(AdviceKind::kJump).found.numbers[2], kNoLoad_dps, 1);
 }
 
 TEST(AdviceJump, LeavesTheWayToTheDrive) {
@@ -171,9 +171,9 @@ TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
 
 TEST(AdviceWindUp, IsNotOfIncrementsThatAreDone) {
   AdvisedHost host(test::servo_config(1));
-  host.repeat(500, 10ms, query(Position5{cdeg(1)}));   // 100 dps
+  host.repeat(500, 10ms, query(Position5{cdeg(1)}));  // 100 dps
   for (int n = 0; n < 10; ++n) host.repeat(1, 600ms, query(Position5{cdeg(90)}));
-  host.repeat(20, 1ms, query(Position5{cdeg(1)}));     // a quick hand at a jog wheel
+  host.repeat(20, 1ms, query(Position5{cdeg(1)}));  // a quick hand at a jog wheel
   host.wait(2s);
   host.repeat(20, 1ms, query(Position5{cdeg(-1)}));
   EXPECT_EQ(host.all().find("wind-up"), std::string::npos) << host.all();

@@ -3,6 +3,7 @@
 /// @file A host on a bus, and who watches it.
 
 #include <algorithm>
+#include <stdexcept>
 #include <string>
 
 #include "emulator/advice/adviser.hpp"
@@ -49,15 +50,18 @@ class AdvisedHost {
     }
   }
 
-  const Advice* find(AdviceKind kind, int id = 1) const {
-    const auto found = std::ranges::find_if(adviser.given(), [&](const Advice& advice) {
-      return advice.found.kind == kind && advice.id == id;
-    });
-    return found != adviser.given().end() ? &*found : nullptr;
-  }
   std::uint64_t count(AdviceKind kind, int id = 1) const {
-    const Advice* const advice = find(kind, id);
-    return advice != nullptr ? advice->count : 0;
+    for (const Advice& advice : adviser.given()) {
+      if (advice.found.kind == kind && advice.id == id) return advice.count;
+    }
+    return 0;
+  }
+  /// There must be such.
+  Advice get(AdviceKind kind, int id = 1) const {
+    for (const Advice& advice : adviser.given()) {
+      if (advice.found.kind == kind && advice.id == id) return advice;
+    }
+    throw std::logic_error("no such advice");
   }
   /// All kinds there were, for a message.
   std::string all() const {
