@@ -25,12 +25,15 @@ void WireWatch::look(SimTime now, const BusStats& stats) {
   waiting_ = stats.frames_waiting;
   const std::uint64_t lost = stats.count(Drop::kQueueFull);
   const bool runs_over = lost > std::exchange(lost_, lost);
-  if (waiting_ <= kWaiting) {
+  // A babbling drive or a disturbed wire is not the host's doing.
+  const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
+  const bool disturbed = foreign > std::exchange(foreign_, foreign);
+  if (waiting_ <= kWaiting || disturbed) {
     crowded_since_.reset();
   } else if (!crowded_since_) {
     crowded_since_ = now;
   }
-  too_fast_ = runs_over || (crowded_since_ && now - *crowded_since_ >= kLong);
+  too_fast_ = (runs_over && !disturbed) || (crowded_since_ && now - *crowded_since_ >= kLong);
 }
 
 std::optional<BusyWatch::Busy> BusyWatch::look(const BusStats& stats) {

@@ -22,7 +22,8 @@ class WireWatch {
  private:
   std::optional<SimTime> crowded_since_;
   std::uint64_t waiting_ = 0;
-  std::uint64_t lost_ = 0;  // so far
+  std::uint64_t lost_ = 0;     // so far
+  std::uint64_t foreign_ = 0;  // the same: frames that no host is to blame for
   bool too_fast_ = false;
 };
 

@@ -220,6 +220,19 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
   EXPECT_EQ(calm.all(), "");
 }
 
+TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  AdvisedHost host(config);
+  Fault fault;
+  fault.kind = FaultKind::kBabbling;
+  fault.ids = {2};
+  fault.values = {130, 0x010};  // a frame every 130 us, as long as the frame is, before all others
+  ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{fault}}));
+  host.repeat(500, 2ms, query(protocol::ReadState2{}));
+  EXPECT_GT(host.bus.stats().frames_waiting, 64U);
+  EXPECT_EQ(host.all(), "");
+}
+
 TEST(AdvicePace, IsOfADriveThatIsBusyWritingRom) {
   ServoConfig servo = test::servo_config(1);
   servo.flash.write_time = 500ms;
