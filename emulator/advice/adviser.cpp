@@ -65,8 +65,8 @@ class Adviser::Desk {
     if (bus.time() < next_look_) return;
     next_look_ = bus.time() + kLookStep;
     for (Watched& watched : drives_) {
-      if (!watched.spoken_to) continue;
-      watched.spoken_to = false;
+      if (watched.looks == 0) continue;
+      --watched.looks;
       watched.drive.look(bus);
       watched.wind_up.look(watched.drive);
       if (const auto refused = watched.trouble.look(bus.time(), watched.drive)) {
@@ -83,7 +83,7 @@ class Adviser::Desk {
   struct Watched {
     explicit Watched(const KnownDrive& as_configured) : drive(as_configured) {}
     KnownDrive drive;
-    bool spoken_to = true;
+    int looks = kLooks;
     Suspect last;            // of the frames it was sent
     std::uint64_t sent = 0;  // since the last look
     RomWatch rom;
@@ -97,9 +97,12 @@ class Adviser::Desk {
     TroubleWatch trouble;
   };
 
+  /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
+  static constexpr int kLooks = 3;
+
   void hear_single(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
-    watched.spoken_to = true;
+    watched.looks = kLooks;
     watched.last = {heard_, in.at, in.frame};
     ++watched.sent;
     if (in.frame.dlc != 8) {
@@ -130,7 +133,7 @@ class Adviser::Desk {
       return;
     }
     for (Watched& watched : drives_) {
-      watched.spoken_to = true;
+      watched.looks = kLooks;
       if (watched.drive.alive) hear_slot(watched, in);
     }
   }

@@ -26,40 +26,47 @@ bool shakes(const MotionCommand& a, const MotionCommand& b) {
   return force && std::abs(a.value + b.value) <= 0.2 * std::abs(a.value);
 }
 
-bool increments(const MotionCommand& motion) {
-  return motion.increment();  // they say nothing of where the host wants to be
-}
-
 }  // namespace
 
-bool HostsWatch::there_and_back(const Said& now) const {
-  const auto& [there, before] = before_;
-  if (now.at - before.at > kThereAndBack || now.motion.opcode != before.motion.opcode) return false;
-  if (there.motion.opcode != now.motion.opcode) return true;
-  if (increments(now.motion) || shakes(now.motion, there.motion)) return false;
-  const double way = std::abs(there.motion.value - before.motion.value);
-  const double rest = std::abs(now.motion.value - before.motion.value);
-  return way >= noticeable(now.motion.opcode) && rest <= way / 10;
+/// As one host's next command is to the one before, next to what lies between them.
+bool HostsWatch::alike(std::size_t a, std::size_t b) const {
+  const MotionCommand& one = back(a).motion;
+  const MotionCommand& other = back(b).motion;
+  if (one.opcode != other.opcode) return false;
+  if (back(0).motion.opcode != back(1).motion.opcode) return true;  // that is plain enough
+  const double way = std::abs(back(1).motion.value - back(0).motion.value);
+  return std::abs(one.value - other.value) <= way / 10;
+}
+
+/// The last two are no two commands of one host.
+bool HostsWatch::apart() const {
+  const MotionCommand& now = back(0).motion;
+  const MotionCommand& there = back(1).motion;
+  if (now.opcode != there.opcode) return true;
+  // Increments say nothing of where a host wants to be.
+  return !now.increment() && !shakes(now, there) &&
+         std::abs(there.value - now.value) >= noticeable(now.opcode);
+}
+
+bool HostsWatch::there_and_back() const {
+  if (count_ < kKept || back(0).at - back(2).at > kThereAndBack || !apart()) return false;
+  const auto of_either = [this](std::size_t n) { return alike(n, 0) || alike(n, 1); };
+  return alike(2, 0) && of_either(3) && of_either(4) && of_either(5);
 }
 
 std::optional<Finding> HostsWatch::hear(const Heard& heard) {
   if (!heard.motion) return std::nullopt;
-  const Said now{heard.at, *heard.motion};
-  const bool found = known_ == 2 && there_and_back(now);
-  const Said there = before_[0];
-  const Said before = before_[1];
-  before_ = {now, there};
-  known_ = std::min(known_ + 1, 2);
-  if (!found) return std::nullopt;
+  said_[count_++ % kKept] = {heard.at, *heard.motion};
+  if (!there_and_back()) return std::nullopt;
   times_ = heard.at - last_time_ <= kAgain ? std::min(times_ + 1, kTimes) : 1;
   last_time_ = heard.at;
   if (times_ < kTimes) return std::nullopt;
-  if (there.motion.opcode != now.motion.opcode) {
+  if (back(0).motion.opcode != back(1).motion.opcode) {
     return Finding{AdviceKind::kSeveralHosts, &kKinds};
   }
   return Finding{AdviceKind::kSeveralHosts,
                  &kBetween,
-                 {there.motion.value, before.motion.value, now.motion.value}};
+                 {back(1).motion.value, back(2).motion.value, back(0).motion.value}};
 }
 
 }  // namespace lk::emulator

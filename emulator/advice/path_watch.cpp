@@ -46,7 +46,10 @@ std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& dri
 
 std::optional<Finding> WindUpWatch::hear(const Heard& heard, const KnownDrive& drive) {
   if (!heard.motion) {
-    if (heard.is<protocol::Off>() || heard.is<protocol::Stop>()) run_.reset();
+    if (heard.is<protocol::Off>() || heard.is<protocol::Stop>() ||
+        heard.is<protocol::ClearAngle>()) {
+      run_.reset();  // the angle may have another zero
+    }
     return std::nullopt;
   }
   const MotionCommand& motion = *heard.motion;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <utility>
 
@@ -36,12 +38,15 @@ class TroubleWatch {
     int queries = 0;                              // from kUnseen on
   };
   bool to_be_told(SimTime now) const;
+  /// The first of the last so many that the drive can have got by `now`.
+  const Suspect& first_of(std::uint64_t times, SimTime now, const KnownDrive& drive) const;
 
   std::optional<Error> error_;
   SimTime quiet_until_{0};
   std::uint64_t refused_ = 0;  // so far
-  Suspect motion_;             // the first since the last look, or the last before it
-  bool motion_is_new_ = false;
+  static constexpr std::size_t kKept = 8;
+  std::array<Suspect, kKept> motions_{};  // a ring
+  std::size_t motion_count_ = 0;
 };
 
 }  // namespace lk::emulator

@@ -108,6 +108,15 @@ TEST(AdviceHosts, AreSeveralWhenOneBreaksIn) {
   EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
 }
 
+TEST(AdviceHosts, AreSeveralWhenOneIsTwiceAsFast) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 12; ++n) {
+    host.repeat(2, 5ms, query(Position2{100, cdeg(50 + 0.1 * n)}));
+    host.repeat(1, 5ms, query(Position2{100, cdeg(-20)}));
+  }
+  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
+}
+
 TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
   AdvisedHost host(test::servo_config(1));
   for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, said once or all the time
@@ -121,6 +130,12 @@ TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
   }
   for (int n = 0; n < 500; ++n) {  // a sine
     host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
+  }
+  std::uint32_t random = 1;
+  for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, of 20 s
+    random = random * 1664525 + 1013904223;
+    const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
+    host.adviser.hear({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
   }
   EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << host.all();
 }
