@@ -27,7 +27,8 @@ void WireWatch::look(SimTime now, const BusStats& stats) {
   const bool runs_over = lost > std::exchange(lost_, lost);
   // A babbling drive or a disturbed wire is not the host's doing.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
-  const bool disturbed = foreign > std::exchange(foreign_, foreign);
+  if (foreign > std::exchange(foreign_, foreign)) disturbed_until_ = now + kAftermath;
+  const bool disturbed = now < disturbed_until_;
   if (waiting_ <= kWaiting || disturbed) {
     crowded_since_.reset();
   } else if (!crowded_since_) {

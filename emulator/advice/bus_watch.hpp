@@ -14,6 +14,8 @@ class WireWatch {
   /// Two for each drive that a bus can have: a round of queries at once is no overload (assumed).
   static constexpr std::uint64_t kWaiting = 64;
   static constexpr SimTime kLong = std::chrono::milliseconds(100);  // assumed
+  /// In which the pile that a disturbance has left is sent, while hosts go on (assumed).
+  static constexpr SimTime kAftermath = std::chrono::seconds(1);
 
   /// A frame of a host.
   std::optional<Finding> hear() const;
@@ -24,6 +26,7 @@ class WireWatch {
   std::uint64_t waiting_ = 0;
   std::uint64_t lost_ = 0;     // so far
   std::uint64_t foreign_ = 0;  // the same: frames that no host is to blame for
+  SimTime disturbed_until_{0};
   bool too_fast_ = false;
 };
 
