@@ -166,7 +166,7 @@ TEST(AdviceJump, LeavesTheWayToTheDrive) {
     host.repeat(20, 2ms, query(Position1{cdeg(n % 2 == 0 ? 300 : -300)}));
   }
   for (int n = 0; n < 100; ++n) {  // a stream that loses a frame and then hurries
-    const double target_deg = 45 + 4.0 * n;
+    const double target_deg = 45 + 8.0 * n;
     if (n % 10 != 0) host.send(query(Position1{cdeg(target_deg)}));
     host.wait(n % 10 == 1 ? 400us : n % 10 == 2 ? 3600us : 2ms);
   }
