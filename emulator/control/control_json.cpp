@@ -9,6 +9,7 @@
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/fault_table.hpp"
+#include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario_text.hpp"
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/signals.hpp"
@@ -192,6 +193,19 @@ Json drive_json(const Line& line, int id) {
             {"refused_motion", stats.refused_motion},
             {"invalid_targets", stats.invalid_targets},
             {"rom_writes", stats.rom_writes}}}};
+}
+
+Json advice_json(const Line& line, const Advice& advice) {
+  return {{"kind", advice_row(advice.found.kind).word},
+          {"drive", advice.id},
+          {"bus", line.name()},
+          {"count", advice.count},
+          {"first_s", seconds(advice.first)},
+          {"frame", frame_text(advice.frame)},
+          {"what", what_text(advice, Language::kEnglish)},
+          {"todo", todo_text(advice, Language::kEnglish)},
+          {"what_zh", what_text(advice, Language::kChinese)},
+          {"todo_zh", todo_text(advice, Language::kChinese)}};
 }
 
 Json fault_json(const Line& line, const FaultReport& report) {
