@@ -2,6 +2,7 @@
 
 import {el, svg} from './dom.js';
 import {fixed} from './format.js';
+import {t} from './words.js';
 
 const kTicks = 12;
 
@@ -14,22 +15,13 @@ function ticks() {
   return group;
 }
 
-const told = new Map();  // by drive: where the position loop was told to go when it was first looked at
-
-/// Until a target has been seen to change, nobody knows whether the position loop is at work at all.
-function hasTarget(drive, ref_deg) {
-  const key = `${drive.bus}/${drive.id}`;
-  if (!told.has(key)) told.set(key, ref_deg);
-  if (told.get(key) !== null && told.get(key) !== ref_deg) told.set(key, null);
-  return told.get(key) === null;
-}
-
 /// What the dial shows of a drive, in degrees of the output shaft, clockwise; null: nothing.
 export function shaftOf(drive, now) {
   const gear = drive.built?.gear_ratio ?? 1;
   const shaft = now.true_angle_deg;
   const alive = now.alive !== 0;
-  const following = alive && drive.state === 'running' && hasTarget(drive, now.angle_ref_deg);
+  // The answer says whether there is a target; where it is now, the stream knows better.
+  const following = alive && drive.setpoint?.angle_deg !== undefined;
   const counts = drive.built?.encoder_counts ?? 65536;
   const perCount = 360 * (drive.built?.encoder_turns ?? 1) / counts / gear;
   return {
@@ -88,7 +80,7 @@ export class Dial {
       this.root.setAttribute('aria-valuenow', (((shaft % 360) + 360) % 360).toFixed(0));
       this.root.setAttribute('aria-valuetext', angle);
     } else {
-      this.root.setAttribute('aria-label', `${this.label}, shaft at ${angle}`);
+      this.root.setAttribute('aria-label', t('shaft_at', {label: this.label, angle}));
     }
   }
 
@@ -98,7 +90,7 @@ export class Dial {
     root.tabIndex = 0;
     root.setAttribute('aria-valuemin', '0');
     root.setAttribute('aria-valuemax', '360');
-    root.title = 'Turn the shaft by hand: drag, or arrow keys';
+    root.title = t('turn_hint');
     let last = null;
     const angleAt = (event) => {
       const box = this.face.getBoundingClientRect();

@@ -2,6 +2,7 @@
 
 import {el} from './dom.js';
 import {figures, kUnits} from './format.js';
+import {t} from './words.js';
 
 const kAxis_px = 62;
 const kLeast_px = 110;
@@ -42,7 +43,8 @@ export class Panels {
   }
 
   make(unit, traces, lowest) {
-    const holder = el('div', {class: 'panel-plot', role: 'img', 'aria-label': `Signals in ${kUnits[unit]}: ${traces.map((t) => t.label).join(', ')}`});
+    const holder = el('div', {class: 'panel-plot', role: 'img', 
+      'aria-label': t('plot_of', {unit: kUnits[unit], traces: traces.map((trace) => trace.label).join(', ')})});
     this.root.append(holder);
     const axis = {stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'};
     const plot = new uPlot({
@@ -51,9 +53,9 @@ export class Panels {
       select: {show: true},
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
       axes: [
-        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((t) => figures(t, 9)) : () => []},
+        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((tick) => figures(tick, 9)) : () => []},
         {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
-          values: (u, ticks) => ticks.map((t) => figures(t, 6))},
+          values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
       ],
       series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1.5, dash: trace.dash,
         points: {show: false}, spanGaps: true}))],

@@ -31,7 +31,12 @@ def browser(bench):
 
 
 @pytest.fixture
-def page(browser):
-    """Complaints of the browser are those of this test."""
+def page(browser, request, tmp_path):
+    """Complaints of the browser are those of this test; a failure leaves a picture of the page."""
     browser.complaints()
+    browser.be_at_rest()
+    failed = request.session.testsfailed
     yield browser
+    if request.session.testsfailed > failed:
+        browser.driver.save_screenshot(str(tmp_path / "page.png"))
+        print(f"the page: {tmp_path}/page.png, its complaints: {browser.complaints()}")

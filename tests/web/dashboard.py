@@ -77,24 +77,43 @@ class Bench:
 class Page:
     """What a person sees and clicks."""
 
-    def __init__(self, port, size=(1440, 900)):
+    def __init__(self, port, size=(1440, 900), query="", before=""):
+        """`before` is a script that the page finds done."""
         options = webdriver.ChromeOptions()
         options.binary_location = "/usr/bin/chromium"
         for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                     "--hide-scrollbars", "--window-size=%d,%d" % size):
+                     "--hide-scrollbars", "--lang=en", "--window-size=%d,%d" % size):
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
         self.driver.set_script_timeout(PATIENCE_S)
-        # The window's frame takes its share.
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
-        self.address = f"http://127.0.0.1:{port}/"
+        self.resize(size)
+        if before:
+            self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": before})
+        self.address = f"http://127.0.0.1:{port}/{query}"
         self.driver.get(self.address)
         self.until(lambda: self.all(".card"))
 
     def close(self):
         self.driver.quit()
+
+    def resize(self, size):
+        """The window's frame would take its share."""
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+
+    def be_at_rest(self):
+        """What a failed test left: a traffic view that filters, a scope that stands."""
+        self.run("""
+          const traffic = document.querySelector('#view-traffic');
+          for (const field of traffic.querySelectorAll('input')) {
+            if (!field.value && !field.checked) continue;
+            if (field.type === 'checkbox') field.click();
+            field.value = '';
+            field.dispatchEvent(new Event('input'));
+          }
+          for (const pressed of document.querySelectorAll('#view-traffic [aria-pressed=true], .scope-controls .main[aria-pressed=true]')) pressed.click();
+          document.querySelector('.notes').replaceChildren();""")
 
     def until(self, holds):
         return WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
