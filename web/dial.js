@@ -34,6 +34,14 @@ export function shaftOf(drive, now) {
   };
 }
 
+/// Nothing is written that nobody could see: each write makes the browser draw the dial anew.
+function turn(node, deg) {
+  const rounded = Math.round((deg ?? 0) * 5) / 5;
+  if (node.shownAt === rounded) return;
+  node.shownAt = rounded;
+  node.setAttribute('transform', `rotate(${rounded})`);
+}
+
 /// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys.
 export class Dial {
   constructor({onTurn = null, label}) {
@@ -49,12 +57,12 @@ export class Dial {
   }
 
   show({shaft, target, zero, speed, alive, bridge}) {
-    this.shaft.setAttribute('transform', `rotate(${shaft ?? 0})`);
-    this.zero.setAttribute('transform', `rotate(${zero ?? 0})`);
-    this.target.classList.toggle('none', target === null);
-    if (target !== null) this.target.setAttribute('transform', `rotate(${target})`);
-    this.face.classList.toggle('dead', !alive);
-    this.face.classList.toggle('free', alive && !bridge);
+    turn(this.shaft, shaft);
+    turn(this.zero, zero);
+    if (target !== null) turn(this.target, target);
+    const look = `${alive ? '' : 'dead '}${alive && !bridge ? 'free ' : ''}${target === null ? 'aimless' : ''}`;
+    if (look !== this.look) this.face.setAttribute('class', look);
+    this.look = look;
     this.drawTrail(shaft, speed);
   }
 
@@ -62,7 +70,7 @@ export class Dial {
   drawTrail(shaft, speed) {
     const sweep = Math.max(-300, Math.min(300, (speed ?? 0) * 0.06));
     if (Math.abs(sweep) < 1.5) {
-      this.trail.removeAttribute('d');
+      if (this.trail.hasAttribute('d')) this.trail.removeAttribute('d');
       return;
     }
     const at = (deg) => {

@@ -17,7 +17,9 @@ function follow(inputs, says, show, sentence) {
     if (now) show(now);
     for (const input of inputs) delete input.dataset.edited;
   };
-  for (const input of inputs) input.addEventListener('input', () => { input.dataset.edited = ''; });
+  for (const input of inputs) {
+    for (const event of ['input', 'change']) input.addEventListener(event, () => { input.dataset.edited = ''; });
+  }
   onChoice(restore);
   restore();
   on('change', () => {

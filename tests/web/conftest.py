@@ -31,10 +31,11 @@ def browser(bench):
 
 
 @pytest.fixture
-def page(browser, request, tmp_path):
+def page(bench, browser, request, tmp_path):
     """Complaints of the browser are those of this test; a failure leaves a picture of the page."""
     browser.complaints()
     browser.be_at_rest()
+    bench.tell("move")
     failed = request.session.testsfailed
     yield browser
     if request.session.testsfailed > failed:

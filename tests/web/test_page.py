@@ -4,6 +4,7 @@ import socket
 
 import pytest
 from dashboard import Page, nap
+from selenium.webdriver.common.keys import Keys
 
 ADVICE = """
   const plainFetch = window.fetch;
@@ -74,7 +75,6 @@ def test_the_scope_obeys_the_keyboard(page):
     plots.send_keys("ab")
     cursors = page.scope("s.cursors")
     assert zoomed["from_s"] < cursors["A"] < cursors["B"] < zoomed["to_s"]
-    from selenium.webdriver.common.keys import Keys
     plots.send_keys(Keys.ESCAPE)
     assert page.scope("s.cursors") == {"A": None, "B": None}
     plots.send_keys(Keys.ARROW_LEFT)
@@ -85,7 +85,6 @@ def test_the_scope_obeys_the_keyboard(page):
 
 def test_the_keyboard_reaches_everything(page):
     """Tab goes through all that can be used, in the order of the page, and shows where it is."""
-    from selenium.webdriver.common.keys import Keys
     page.go("bus")
     page.run("document.activeElement.blur(); window.scrollTo(0, 0)")
     reached = []
