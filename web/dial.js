@@ -5,6 +5,7 @@ import {fixed} from './format.js';
 import {t} from './words.js';
 
 const kTicks = 12;
+const kTrailStep_deg = 3;
 
 function ticks() {
   const group = svg('g', {class: 'ticks'});
@@ -34,12 +35,13 @@ export function shaftOf(drive, now) {
   };
 }
 
-/// Nothing is written that nobody could see: each write makes the browser draw the dial anew.
+/// A style, not an attribute: hands are layers of their own (views.css), which the browser turns without drawing
+/// them anew. Nothing is written that nobody could see.
 function turn(node, deg) {
   const rounded = Math.round((deg ?? 0) * 5) / 5;
   if (node.shownAt === rounded) return;
   node.shownAt = rounded;
-  node.setAttribute('transform', `rotate(${rounded})`);
+  node.style.transform = `rotate(${rounded}deg)`;
 }
 
 /// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys.
@@ -47,10 +49,10 @@ export class Dial {
   constructor({onTurn = null, label}) {
     this.zero = svg('g', {class: 'zero'}, svg('path', {d: 'M0 -41L-4 -49H4Z'}));
     this.target = svg('g', {class: 'target'}, svg('path', {d: 'M0 -22V-44'}), svg('circle', {cy: -40, r: 3.4}));
-    this.shaft = svg('g', {class: 'shaft'}, svg('circle', {r: 30}), svg('path', {d: 'M0 -8V-30'}), svg('circle', {class: 'hub', r: 5}));
     this.trail = svg('path', {class: 'trail'});
+    this.shaft = svg('g', {class: 'shaft'}, this.trail, svg('path', {class: 'hand', d: 'M0 -8V-30'}), svg('circle', {class: 'hub', r: 5}));
     this.face = svg('svg', {viewBox: '-52 -52 104 104', 'aria-hidden': 'true'},
-      svg('circle', {class: 'rim', r: 50}), ticks(), this.trail, this.zero, this.shaft, this.target);
+      svg('circle', {class: 'rim', r: 50}), ticks(), svg('circle', {class: 'disc', r: 30}), this.zero, this.shaft, this.target);
     this.root = el('div', {class: 'dial', role: onTurn ? 'slider' : 'img', 'aria-label': label}, this.face);
     this.label = label;
     if (onTurn) this.makeTurnable(onTurn);
@@ -63,14 +65,16 @@ export class Dial {
     const look = `${alive ? '' : 'dead '}${alive && !bridge ? 'free ' : ''}${target === null ? 'aimless' : ''}`;
     if (look !== this.look) this.face.setAttribute('class', look);
     this.look = look;
-    this.drawTrail(shaft, speed);
+    this.drawTrail(speed);
   }
 
-  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like.
-  drawTrail(shaft, speed) {
-    const sweep = Math.max(-300, Math.min(300, (speed ?? 0) * 0.06));
-    if (Math.abs(sweep) < 1.5) {
-      if (this.trail.hasAttribute('d')) this.trail.removeAttribute('d');
+  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like. It turns with the pointer.
+  drawTrail(speed) {
+    const sweep = Math.max(-300, Math.min(300, Math.round((speed ?? 0) * 0.06 / kTrailStep_deg) * kTrailStep_deg));
+    if (sweep === this.sweep) return;
+    this.sweep = sweep;
+    if (sweep === 0) {
+      this.trail.removeAttribute('d');
       return;
     }
     const at = (deg) => {
@@ -78,7 +82,7 @@ export class Dial {
       return `${(30 * Math.cos(angle)).toFixed(2)} ${(30 * Math.sin(angle)).toFixed(2)}`;
     };
     const large = Math.abs(sweep) > 180 ? 1 : 0;
-    this.trail.setAttribute('d', `M${at(shaft - sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(shaft)}`);
+    this.trail.setAttribute('d', `M${at(-sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(0)}`);
   }
 
   /// For those who do not see it; not at every frame.

@@ -6,7 +6,9 @@ import {t} from './words.js';
 
 const kAxis_px = 62;
 const kLeast_px = 110;
-const kMostPoints = 60_000;  // in all pictures: what a processor draws 60 times a second
+const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
+const kLeastBins = 160;
+const kFew = 12;             // more traces have no dashes
 const kPadding_px = 10;
 const kTimes_px = 26;  // more for the picture with the axis of time
 
@@ -26,6 +28,7 @@ export class Panels {
     this.onPoint = onPoint;
     this.view = view;
     this.plots = [];
+    this.width = 0;
     this.generation = 0;  // of what is to be drawn anew
     this.traces = [];
     new ResizeObserver(() => this.fit()).observe(root);
@@ -47,6 +50,7 @@ export class Panels {
       'aria-label': t('plot_of', {unit: kUnits[unit], traces: traces.map((trace) => trace.label).join(', ')})});
     this.root.append(holder);
     const axis = {stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'};
+    const few = this.traces.length <= kFew;
     const plot = new uPlot({
       width: 300, height: 120, legend: {show: false}, pxAlign: 0,
       cursor: {sync: {key: 'scope'}, drag: {x: true, y: false, setScale: false}, points: {show: traces.length <= 8}, y: false},
@@ -57,7 +61,7 @@ export class Panels {
         {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
           values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
       ],
-      series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1.5, dash: trace.dash,
+      series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1, dash: few ? trace.dash : undefined,
         points: {show: false}, spanGaps: true}))],
       hooks: {
         setSelect: [(u) => this.selected(u)],
@@ -101,8 +105,8 @@ export class Panels {
 
   /// Columns of the picture: as many as there are pixels, fewer when there are many traces.
   get bins() {
-    const pixels = Math.max(200, Math.round(this.root.clientWidth - kAxis_px - 20));
-    return Math.min(pixels, Math.max(300, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
+    const pixels = Math.max(200, Math.round(this.width - kAxis_px - 20));
+    return Math.min(pixels, Math.max(kLeastBins, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
   }
 
   /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
@@ -115,6 +119,7 @@ export class Panels {
   fit() {
     const width = this.root.clientWidth;
     const height = this.root.clientHeight;
+    this.width = width;
     if (width < 50 || !this.plots.length) return;
     ++this.generation;
     const each = Math.max(kLeast_px, Math.floor((height - kPadding_px - kTimes_px) / this.plots.length));

@@ -4,6 +4,8 @@ import {el, setText} from './dom.js';
 import {figures} from './format.js';
 import {t} from './words.js';
 
+const kFew = 16;
+
 export class ScopeTable {
   constructor() {
     this.body = el('tbody');
@@ -24,13 +26,21 @@ export class ScopeTable {
     this.body.replaceChildren(...this.rows.map((row) => row.root));
   }
 
+  /// Those that can be seen: a hundred traces are a lot of work otherwise.
+  seen() {
+    if (this.rows.length <= kFew) return this.rows;
+    const height = this.rowHeight ||= this.rows[0].root.offsetHeight || 24;
+    const first = Math.max(0, Math.floor(this.root.scrollTop / height) - 2);
+    return this.rows.slice(first, first + Math.ceil(this.root.clientHeight / height) + 4);
+  }
+
   show({from_s, to_s}, {A, B}, held) {
     const between = A !== null && B !== null;
     const [from, to] = between ? [Math.min(A, B), Math.max(A, B)] : [from_s, to_s];
     setText(this.span, between
       ? t('between', {ms: figures((B - A) * 1000), hz: figures(1 / Math.abs(B - A), 4)})
       : held ? t('in_view_held') : t('in_view', {s: figures(to_s - from_s, 3)}));
-    for (const {trace, cells} of this.rows) {
+    for (const {trace, cells} of this.seen()) {
       const {samples} = trace.capture;
       const at = (time_s) => (time_s === null ? null : samples.at(trace.column, time_s));
       const a = at(A);

@@ -171,9 +171,8 @@ class Page:
 
     def dial_deg(self, drive, part="shaft"):
         turn = self.run("""return document.querySelector(
-          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).getAttribute('transform')""",
-                        f"vcan0/{drive}", part)
-        return float(turn[len("rotate("):-1]) if turn else None
+          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", f"vcan0/{drive}", part)
+        return float(turn[len("rotate("):-len("deg)")]) if turn else None
 
     def state(self, drive):
         return self.text(f'[data-drive="vcan0/{drive}"] .chip')
