@@ -89,6 +89,7 @@ export class Panels {
     const {ctx, bbox} = u;
     ctx.save();
     ctx.lineWidth = devicePixelRatio;
+    ctx.textAlign = 'left';
     ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
     for (const {time_s, name, colour} of this.view().marks) {
       const x = u.valToPos(time_s, 'x', true);

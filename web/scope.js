@@ -46,6 +46,7 @@ function hold(from_s, to_s) {
   held = {from_s, to_s};
   for (const capture of captures) capture.samples.keepFrom = from_s;
   controls.showHeld(true);
+  controls.showWidth(to_s - from_s);
 }
 
 function release() {

@@ -49,7 +49,7 @@ export class ScopeControls {
       onclick: () => this.toggleDrive(bus, id)}, driveName(bus, id))}));
     this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...this.driveButtons.map((one) => one.button), all);
     this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
-      onclick: () => this.toggleSet(signals)}, t(`set_${name}`))}));
+      onclick: () => this.toggleSet(signals)}, t(`group_${name}`))}));
     this.sets.replaceChildren(el('span', {class: 'dim', text: t('signals')}), ...this.setButtons.map((one) => one.button));
     this.boxes = store.signals.map(({name, about}) => ({name, box: el('input', {type: 'checkbox', onchange: () => this.toggleSignal(name)}), about}));
     this.signals.replaceChildren(...this.boxes.map(({name, box, about}) => el('label', {title: aboutOf('signals', name, about)}, box, ` ${name}`)));

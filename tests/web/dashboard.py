@@ -59,6 +59,10 @@ class Bench:
     def position(self, drive, angle_deg, max_speed_dps=0):
         return self.ask(drive, *struct.pack("<BxHi", 0xA4, max_speed_dps, round(angle_deg * 100)))
 
+    def angle_gain(self, drive, kp):
+        """0x31, the other gains as delivered: twice and a half of this one, 100, makes a step overshoot."""
+        return self.ask(drive, 0x31, 0, kp, 100, 50, 40, 50, 50)
+
     def angle_deg(self, drive):
         """0x92: 56 bits, signed, 0.01 degrees."""
         data = self.ask(drive, 0x92)

@@ -30,21 +30,28 @@ def break_something(page, drive, kind, **parameters):
     page.click("#view-bench", "Break it")
 
 
-def put_cursor(page, time_s):
-    """By a click, as a person does."""
+def place_of(page, time_s):
+    """In the uppermost plot: element, offsets from its middle."""
     view = page.scope("s.view")
     over = page.one(".u-over")
     share = (time_s - view["from_s"]) / (view["to_s"] - view["from_s"])
-    ActionChains(page.driver).move_to_element_with_offset(over, int((share - 0.5) * over.size["width"]), 0).click().perform()
+    return over, int((share - 0.5) * over.size["width"]), 0
+
+
+def put_cursor(page, time_s):
+    """By a click, as a person does."""
+    nap(0.2)  # not a part of what was dragged before
+    ActionChains(page.driver).move_to_element_with_offset(*place_of(page, time_s)).click().perform()
 
 
 def step(page, bench):
     """A step of drive 1, its beginning and its peak under the cursors."""
     bench.tell("move")
+    bench.angle_gain(1, 250)
     bench.position(1, 0)
     page.until(lambda: abs(bench.angle_deg(1)) < 0.2)
     page.go("scope?drive=vcan0/1")
-    page.choose('[aria-label="seconds in view"]', "1")
+    page.choose('[aria-label="seconds in view"]', "10")
     page.until(lambda: page.scope("s.captures[0].samples.length > 1500"))
     bench.position(1, 120)
     nap(2)
@@ -52,17 +59,19 @@ def step(page, bench):
       const {capture, column} = s.traces.find((one) => one.signal === 'angle_deg');
       const ref = s.traces.find((one) => one.signal === 'angle_ref_deg').column;
       const {samples} = capture;
-      let began = null, peak = null;
-      for (let n = samples.end - 1; n > samples.begin; --n) {  // the last step is the one
-        if (peak === null || samples.values[column][n] > samples.values[column][peak]) peak = n;
-        if (Math.abs(samples.values[ref][n] - samples.values[ref][n - 1]) > 50) {
-          began = samples.times[n];
-          break;
-        }
+      let began = samples.end - 1;  // the last step is the one
+      while (began > samples.begin && Math.abs(samples.values[ref][began] - samples.values[ref][began - 1]) < 50) --began;
+      let peak = began;
+      for (let n = began; samples.times[n] < samples.times[began] + 0.4; ++n) {
+        if (samples.values[column][n] > samples.values[column][peak]) peak = n;
       }
-      return [began, samples.times[peak]];
+      return [samples.times[began], samples.times[peak]];
     })()""")
-    page.go(f"scope?drive=vcan0/1&time_s={began + 0.25}")
+    page.click(".scope-controls", "Pause")
+    place = place_of(page, began - 0.15)
+    hand = ActionChains(page.driver).move_to_element_with_offset(*place).click_and_hold()
+    hand.move_to_element_with_offset(*place_of(page, began + 0.35)).release().perform()
+    page.until(lambda: page.scope("s.view.to_s - s.view.from_s < 1"))
     put_cursor(page, began)
     put_cursor(page, peak)
     page.run("document.activeElement.blur()")
@@ -79,7 +88,7 @@ def main():
         nap(1)  # for numbers and pictures to be those of now
         page.run("document.querySelector('.notes').replaceChildren()")
         picture = Image.open(io.BytesIO(page.driver.get_screenshot_as_png())).convert("RGB")
-        picture.quantize(96, dither=Image.Dither.NONE).save(directory / f"{name}.png", optimize=True)
+        picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(directory / f"{name}.png", optimize=True)
 
     try:
         reload(page, "dark", "en")

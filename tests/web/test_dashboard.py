@@ -140,6 +140,7 @@ def test_the_shaft_is_turned_with_the_mouse(page, bench):
 
 
 def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
+    bench.angle_gain(1, 250)
     bench.position(1, 0)
     settle(page, lambda: abs(bench.angle_deg(1)) < 0.2)
     page.go("scope?drive=vcan0/1")
@@ -147,6 +148,7 @@ def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
     began = page.scope("s.captures[0].samples.last_s")
     bench.position(1, 60)
     settle(page, lambda: abs(bench.angle_deg(1) - 60) < 0.2)
+    bench.angle_gain(1, 100)
     now = page.scope("s.captures[0].samples.last_s")
     settle(page, lambda: page.scope("s.captures[0].samples.last_s") > now + 0.5)
     seen = page.scope(f"""(() => {{
@@ -164,7 +166,7 @@ def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
     assert seen["most_gap"] == pytest.approx(0.001, abs=1e-6), "no sample is missing"
     assert seen["ref"] == pytest.approx(60, abs=0.05)
     assert abs(seen["start"]) < 1
-    assert 59.8 < seen["most"] < 90
+    assert 61 < seen["most"] < 90, "past the target by more than any noise"
     # The picture has the same peak, whatever it leaves out.
     drawn = page.scope("""(() => {
       const trace = s.traces.find((one) => one.signal === 'angle_deg');
