@@ -5,7 +5,7 @@ import {figures, kUnits} from './format.js';
 import {t} from './words.js';
 
 const kAxis_px = 62;
-const kLeast_px = 110;
+const kLeast_px = 76;
 const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
 const kLeastBins = 160;
 const kFew = 12;             // more traces have no dashes
