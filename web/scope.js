@@ -204,7 +204,7 @@ function onPoint(time_s, event) {
 function build() {
   const root = byId('view-scope');
   const plots = el('div', {class: 'plots', tabindex: 0, 'aria-label': t('plots_label')});
-  controls = new ScopeControls(chosen, {restart, pause, zoom, exportCsv,
+  controls = new ScopeControls(chosen, {restart, pause, zoom, pan, exportCsv,
     setWidth: (s) => { if (held) release(); width_s = s; },
     clearCursors: () => { cursors = {A: null, B: null}; },
     putCursor: (name) => putCursor(name, view().from_s + (view().to_s - view().from_s) * (name === 'A' ? 1 / 3 : 2 / 3))});

@@ -36,6 +36,7 @@ export class ScopeControls {
     this.root = el('div', {class: 'scope-controls'},
       el('div', {class: 'row'}, this.pause,
         labelled(t('width'), this.width), button('+', t('zoom_in'), () => does.zoom(0.5)), button('−', t('zoom_out'), () => does.zoom(2)),
+        button('←', t('earlier'), () => does.pan(-0.2)), button('→', t('later'), () => does.pan(0.2)),
         labelled(t('rate'), this.rate),
         ...['A', 'B'].map((name) => button(name, t('cursor_label', {name}), () => does.putCursor(name))),
         button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.frames),

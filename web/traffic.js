@@ -180,8 +180,7 @@ export function show(yes) {
 
 export function visit(query) {
   const id = Number((query.get('drive') ?? '').split('/')[1]);
-  if (!id) return;
-  filter.drives = new Set([id]);
+  if (id) filter.drives = new Set([id]);
   buildDrives();
   refilter();
   if (query.has('time_s')) goTo(Number(query.get('time_s')));

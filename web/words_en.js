@@ -29,7 +29,7 @@ export const kEnglish = {
   advice_times: '{n} times, first at {time} s', advice_frame: 'to the frame', advice_todo: 'What to do:',
 
   // the scope
-  width: 'view', width_label: 'seconds in view', rate: 'sampled at', rate_label: 'samples a second', zoom_in: 'zoom in', zoom_out: 'zoom out',
+  width: 'view', width_label: 'seconds in view', rate: 'sampled at', rate_label: 'samples a second', zoom_in: 'zoom in', zoom_out: 'zoom out', earlier: 'earlier', later: 'later',
   cursor_label: 'put cursor {name}', no_cursors: 'no cursors', no_cursors_about: 'take both cursors away', csv_about: 'save what is in view',
   signal_sets: 'sets of signals', signals: 'signals', all_signals: 'all signals', all_drives: 'all drives', drive_label: 'drive {name}',
   group_position: 'position', group_speed: 'speed', group_current: 'current', group_phases: 'phases', group_duties: 'duties',

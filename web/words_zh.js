@@ -28,7 +28,7 @@ export const kChinese = {
   advice_times: '{n} 次，首次在 {time} s', advice_frame: '看这一帧', advice_todo: '怎么办：',
 
   // 示波器
-  width: '显示', width_label: '显示多少秒', rate: '采样率', rate_label: '每秒采样数', zoom_in: '放大', zoom_out: '缩小',
+  width: '显示', width_label: '显示多少秒', rate: '采样率', rate_label: '每秒采样数', zoom_in: '放大', zoom_out: '缩小', earlier: '往前', later: '往后',
   cursor_label: '放游标 {name}', no_cursors: '去掉游标', no_cursors_about: '去掉两个游标', csv_about: '保存画面中的内容',
   signal_sets: '信号组', signals: '信号', all_signals: '全部信号', all_drives: '全部驱动器', drive_label: '驱动器 {name}',
   group_position: '位置', group_speed: '速度', group_current: '电流', group_phases: '相电流', group_duties: '占空比',

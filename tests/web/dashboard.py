@@ -56,6 +56,13 @@ class Bench:
         answer = self.tell(f"{0x140 + drive:03X}#{bytes(data).ljust(8, bytes(1)).hex()}")
         return None if answer == "none" else bytes.fromhex(answer.split("#")[1])
 
+    def read(self, drive, command):
+        """Of a drive that answers, though perhaps late on a busy machine."""
+        for _ in range(10):
+            if data := self.ask(drive, command):
+                return data
+        raise AssertionError(f"drive {drive} does not answer {command:02X}")
+
     def position(self, drive, angle_deg, max_speed_dps=0):
         return self.ask(drive, *struct.pack("<BxHi", 0xA4, max_speed_dps, round(angle_deg * 100)))
 
@@ -65,12 +72,12 @@ class Bench:
 
     def angle_deg(self, drive):
         """0x92: 56 bits, signed, 0.01 degrees."""
-        data = self.ask(drive, 0x92)
+        data = self.read(drive, 0x92)
         return int.from_bytes(data[1:8], "little", signed=True) / 100
 
     def voltage_V(self, drive):
         """0x9A of the oldest generation: DATA[3..4], 0.1 V."""
-        return int.from_bytes(self.ask(drive, 0x9A)[3:5], "little") / 10
+        return int.from_bytes(self.read(drive, 0x9A)[3:5], "little") / 10
 
     def close(self):
         self.connection.close()
