@@ -23,8 +23,8 @@ export const kChinese = {
   shaft_at: '{label}，输出轴在 {angle}',
   summary: '{drives} 个驱动器：{running} 个运行，{errors} 个有错误，{dead} 个没有电；每秒 {replies} 个回复',
 
-  // 提示
-  advice: '提示', advice_about: '主机的哪些做法在真的驱动器上会出问题', advice_none: '目前没有。',
+  // 建议
+  advice: '建议', advice_about: '主机的哪些做法在真的驱动器上会出问题', advice_none: '目前没有。',
   advice_times: '{n} 次，首次在 {time} s', advice_frame: '看这一帧', advice_todo: '怎么办：',
 
   // 示波器
@@ -44,7 +44,7 @@ export const kChinese = {
 
   // 报文
   show: '显示', both_ways: '两个方向', queries: '命令帧', replies_only: '回复帧', commands: '命令', with_text: '包含', any_text: '任意文字',
-  marked_only: '只看错误和提示', frames_label: '帧', frames_scroller: '帧，从旧到新',
+  marked_only: '只看错误和建议', frames_label: '帧', frames_scroller: '帧，从旧到新',
   head_time: '时间，s', head_gap: '间隔，ms', head_way: '方向', head_command: '命令', head_name: '名称', head_says: '内容', head_frame: '帧',
   to_all: '全部', instant_in_scope: '示波器上的这一刻，{time} s',
   frames_info: '{all} 帧中的 {shown} 帧', frames_lost: '，来不及送到的有 {n} 帧',
