@@ -23,6 +23,7 @@ let visible = false;
 let wanted = false;
 let parts = null;
 let drawnAt = 0;
+let rows = new Map();    // by frame: those in the table
 
 // --- filter
 
@@ -37,6 +38,7 @@ function passes(frame) {
 }
 
 function refilter() {
+  rows = new Map();  // the gap to the one before is another
   shown = frames.filter(passes);
   stale = true;
 }
@@ -99,6 +101,19 @@ function row(frame, before) {
     el('td', {class: 'mono dim', text: frame.frame}), el('td', {}, scope));
 }
 
+/// A row that stays is not touched: whoever is about to click it still finds it.
+function showRows(body, first, last) {
+  const before = rows;
+  rows = new Map();
+  for (let n = first; n < last; ++n) rows.set(shown[n], before.get(shown[n]) ?? row(shown[n], shown[n - 1]));
+  const wanted = [...rows.values()];
+  const there = new Set(wanted);
+  for (const old of [...body.children]) if (!there.has(old)) old.remove();
+  wanted.forEach((one, n) => {
+    if (body.children[n] !== one) body.insertBefore(one, body.children[n] ?? null);
+  });
+}
+
 /// Only the rows that can be seen are there.
 function draw(at = 0) {
   if (!visible) return;
@@ -114,7 +129,7 @@ function draw(at = 0) {
   const last = Math.min(shown.length, top + fits + kMargin);
   above.style.height = `${first * kRow_px}px`;
   below.style.height = `${(shown.length - last) * kRow_px}px`;
-  body.replaceChildren(...shown.slice(first, last).map((frame, n) => row(frame, shown[first + n - 1])));
+  showRows(body, first, last);
   parts.table.setAttribute('aria-rowcount', shown.length);
   if (following) scroller.scrollTop = scroller.scrollHeight;
   if (listening) setText(info, t('frames_info', {shown: shown.length, all: frames.length}) + (lost ? t('frames_lost', {n: lost}) : ''));

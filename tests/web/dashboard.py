@@ -118,10 +118,12 @@ class Page:
         self.run("""
           const traffic = document.querySelector('#view-traffic');
           for (const field of traffic.querySelectorAll('input')) {
-            if (!field.value && !field.checked) continue;
-            if (field.type === 'checkbox') field.click();
-            field.value = '';
-            field.dispatchEvent(new Event('input'));
+            if (field.type === 'checkbox') {
+              if (field.checked) field.click();
+            } else if (field.value) {
+              field.value = '';
+              field.dispatchEvent(new Event('input'));
+            }
           }
           for (const pressed of document.querySelectorAll('#view-traffic [aria-pressed=true], .scope-controls .main[aria-pressed=true]')) pressed.click();
           document.querySelector('.notes').replaceChildren();""")
