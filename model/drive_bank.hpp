@@ -83,6 +83,12 @@ class DriveBank {
   /// shows by having been, does not show then.
   bool takes_effect(std::size_t drive, const Faults& one) const;
 
+  // What was said last; params() without what faults make of them.
+  const DriveParams& params(std::size_t drive) const { return units_[drive].params; }
+  bool connected(std::size_t drive) const { return units_[drive].connected; }
+  /// What the loops obey: Off after a protection has tripped.
+  const Setpoint& setpoint(std::size_t drive) const { return units_[drive].setpoint; }
+
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
   EnergyLedger energy(std::size_t drive) const;

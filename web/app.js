@@ -7,6 +7,7 @@ import * as scope from './scope.js';
 import * as traffic from './traffic.js';
 import {byId} from './dom.js';
 import {follow, store, on} from './store.js';
+import {switchLanguage, t, translatePage} from './words.js';
 
 const views = {bus, scope, traffic, bench};
 let current = null;
@@ -26,13 +27,15 @@ function go() {
     current = chosen;
     views[chosen].show(true);
   }
-  document.title = `${chosen} – lk-emu`;
+  document.title = `${t(chosen)} – lk-emu`;
   if (query && store.status) {
     views[chosen].visit?.(new URLSearchParams(query));
     history.replaceState(null, '', `#${chosen}`);
   }
 }
 
+translatePage();
+byId('language').addEventListener('click', switchLanguage);
 addEventListener('hashchange', go);
 on('program', go);
 go();

@@ -9,6 +9,7 @@ import {scenarioPanel} from './scenario_panel.js';
 import {shaftPanel, showShaft} from './shaft_panel.js';
 import {supplyPanel, loadPanel} from './surroundings.js';
 import {wantLive} from './live.js';
+import {t} from './words.js';
 
 let built = false;
 let visible = false;
@@ -23,15 +24,15 @@ function panel(title, content, {acts = true, wide = false} = {}) {
 
 function build() {
   fieldsets = [];
-  const hint = el('p', {id: 'bench-hint', class: 'panel'}, 'This page may only look. ', el('code', {text: 'lk-emu --http-write'}), ' lets it act.');
+  const hint = el('p', {id: 'bench-hint', class: 'panel'}, t('may_only_look'));
   byId('view-bench').replaceChildren(hint, chooser(), el('div', {class: 'bench'},
-    panel('Shaft', shaftPanel()),
-    panel('Supply and ambient', supplyPanel()),
-    panel('Load', loadPanel()),
-    panel('Clock', clockPanel()),
-    panel('Break something', faultPanel()),
-    panel('Scenario', scenarioPanel()),
-    panel('Faults and their evidence', evidencePanel(), {wide: true})));
+    panel(t('shaft'), shaftPanel()),
+    panel(t('supply_and_ambient'), supplyPanel()),
+    panel(t('load'), loadPanel()),
+    panel(t('clock_title'), clockPanel()),
+    panel(t('break_something'), faultPanel()),
+    panel(t('scenario'), scenarioPanel()),
+    panel(t('evidence'), evidencePanel(), {wide: true})));
   built = true;
   showShaft(visible);
 }

@@ -1,10 +1,12 @@
 // The bus at a glance: a card for each drive.
 
+import {advicePanel} from './advice.js';
 import {Dial, shaftOf} from './dial.js';
 import {byId, el, setText} from './dom.js';
-import {fixed, words} from './format.js';
+import {fixed} from './format.js';
 import {liveValues, wantLive} from './live.js';
 import {driveKey, driveName, driveOf, on, store} from './store.js';
+import {name as nameOf, t} from './words.js';
 
 const kNumbers_ms = 120;   // between changes of numbers: people have to read them
 const kSpoken_ms = 1500;   // and those who listen have to hear them
@@ -13,6 +15,7 @@ const kDense = 12;         // drives on one screen in full size
 
 const cards = new Map();
 let visible = false;
+let summary = null;
 
 function field(name, unit, title) {
   const value = el('dd', {text: '–'});
@@ -21,30 +24,31 @@ function field(name, unit, title) {
 
 function makeCard(drive) {
   const name = driveName(drive.bus, drive.id);
-  const dial = new Dial({label: `Drive ${name}`});
+  const dial = new Dial({label: t('drive', {name})});
   const fields = {
-    speed: field('speed', '°/s', 'speed as the drive reports it, of the rotor'),
-    current: field(drive.series === 'MS' ? 'power' : 'iq', drive.series === 'MS' ? '%' : 'A', 'torque current, measured'),
-    voltage: field('bus', 'V', 'voltage, measured'),
-    motor: field('motor', '°C', 'temperature of the motor, measured'),
-    stage: field('stage', '°C', 'temperature of the power stage, measured'),
-    replies: field('replies', '/s', 'replies in a second of simulated time'),
+    speed: field(t('speed'), '°/s', t('speed_about')),
+    current: drive.series === 'MS' ? field(t('power_share'), '%', t('unit_power')) : field(t('current'), 'A', t('current_about')),
+    voltage: field(t('voltage'), 'V', t('voltage_about')),
+    motor: field(t('motor'), '°C', t('motor_about')),
+    stage: field(t('stage'), '°C', t('stage_about')),
+    replies: field(t('replies'), t('per_second'), t('replies_about')),
   };
   const state = el('span', {class: 'chip'});
   const errors = el('p', {class: 'errors'});
-  const root = el('article', {class: 'card', 'aria-label': `Drive ${name}`, 'data-drive': driveKey(drive.bus, drive.id)},
+  const root = el('article', {class: 'card', 'aria-label': t('drive', {name}), 'data-drive': driveKey(drive.bus, drive.id)},
     el('header', {}, el('h2', {text: name}), el('span', {class: 'dim model', text: drive.model}), state),
     dial.root, el('dl', {class: 'fields'}, ...Object.values(fields).map((one) => one.node)), errors,
-    el('footer', {}, el('a', {href: `#scope?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': `Scope of drive ${name}`}, 'scope'),
-      el('a', {href: `#bench?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': `Bench of drive ${name}`}, 'bench'),
-      el('a', {href: `#traffic?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': `Traffic of drive ${name}`}, 'traffic')));
+    el('footer', {}, el('a', {href: `#scope?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('scope_of', {name})}, t('scope_link')),
+      el('a', {href: `#bench?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('bench_of', {name})}, t('bench_link')),
+      el('a', {href: `#traffic?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('traffic_of', {name})}, t('traffic_link'))));
   return {root, dial, fields, state, errors};
 }
 
 function build() {
   cards.clear();
   for (const drive of store.drives) cards.set(driveKey(drive.bus, drive.id), makeCard(drive));
-  byId('view-bus').replaceChildren(el('div', {class: cards.size > kDense ? 'cards dense' : 'cards'}, ...[...cards.values()].map((card) => card.root)));
+  summary = el('p', {class: 'dim', id: 'bus-summary'});
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()), el('div', {class: cards.size > kDense ? 'cards dense' : 'cards'}, ...[...cards.values()].map((card) => card.root)));
 }
 
 function showNumbers(card, drive, now) {
@@ -57,10 +61,10 @@ function showNumbers(card, drive, now) {
 }
 
 function showState(card, drive) {
-  setText(card.state, drive.alive ? drive.state : 'no power');
+  setText(card.state, drive.alive ? t(drive.state) : t('no_power'));
   card.state.className = `chip ${!drive.alive ? 'bad' : drive.state === 'running' ? 'good' : 'warn'}`;
-  const text = drive.errors.map(words).join(', ');
-  setText(card.errors, text || 'no errors');
+  const text = drive.errors.map((error) => nameOf('errors', error)).join(', ');
+  setText(card.errors, text || t('no_errors'));
   card.errors.classList.toggle('bad', text !== '');
   card.root.classList.toggle('dead', !drive.alive);
   setText(card.fields.replies.value, fixed(store.rates.get(driveKey(drive.bus, drive.id)), 0));
@@ -94,7 +98,16 @@ export function show(yes) {
 }
 
 on('program', build);
+function showSummary() {
+  if (!summary || !store.status) return;
+  const count = (holds) => store.drives.filter(holds).length;
+  const replies = store.drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
+  setText(summary, t('summary', {drives: store.drives.length, running: count((one) => one.alive && one.state === 'running'),
+    errors: count((one) => one.errors.length > 0), dead: count((one) => !one.alive), replies: fixed(replies, 0)}));
+}
+
 on('change', () => {
+  showSummary();
   for (const [key, card] of cards) {
     const drive = driveOf(key);
     if (drive) showState(card, drive);

@@ -3,6 +3,7 @@
 import {el, note} from './dom.js';
 import {post} from './api.js';
 import {buses, driveKey, driveName, store} from './store.js';
+import {t} from './words.js';
 
 const chosen = new Set();  // drive keys
 const listeners = new Set();
@@ -13,16 +14,16 @@ export const chosenDrives = () => store.drives.filter((drive) => chosen.has(driv
 
 function redraw() {
   const button = (text, pressed, onclick, label) => el('button', {type: 'button', 'aria-pressed': pressed, onclick, 'aria-label': label}, text);
-  group.replaceChildren(el('span', {class: 'dim', text: 'for drives'}),
+  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}),
     ...store.drives.map(({bus, id}) => button(driveName(bus, id), chosen.has(driveKey(bus, id)), () => {
       const key = driveKey(bus, id);
       if (!chosen.delete(key)) chosen.add(key);
       tell();
-    }, `drive ${driveName(bus, id)}`)),
-    button('all', false, () => {
+    }, t('drive_label', {name: driveName(bus, id)}))),
+    button(t('all'), false, () => {
       for (const {bus, id} of store.drives) chosen.add(driveKey(bus, id));
       tell();
-    }), button('none', false, () => {
+    }), button(t('none'), false, () => {
       chosen.clear();
       tell();
     }));
@@ -35,7 +36,7 @@ function tell() {
 
 export function chooser() {
   listeners.clear();
-  group = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives that are meant'});
+  group = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives_meant')});
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of chosen) if (!there.has(key)) chosen.delete(key);
   if (!chosen.size && store.drives.length) chosen.add(driveKey(store.drives[0].bus, store.drives[0].id));
@@ -56,7 +57,7 @@ const idList = (drives) => drives.map((drive) => drive.id).join(',');
 export async function direct(what, done) {
   const drives = chosenDrives();
   if (!drives.length) {
-    note('choose a drive first', true);
+    note(t('choose_first'), true);
     return false;
   }
   return attempt(async () => {

@@ -2,13 +2,13 @@
 
 import {buses} from './store.js';
 
-function textOf(captures, from_s, to_s) {
+function textOf(traces, from_s, to_s) {
   const several = buses().length > 1;
-  const columns = captures.flatMap((capture) => capture.ids.flatMap((id) => capture.signals.map((signal) =>
-    ({capture, n: capture.column(id, signal), name: `${several ? `${capture.bus}.` : ''}${id}.${signal}`}))));
+  const columns = traces.map(({bus, id, signal, capture, column}) =>
+    ({capture, n: column, name: `${several ? `${bus}.` : ''}${id}.${signal}`}));
   const lines = [['time_s', ...columns.map((column) => column.name)].join(',')];
   // Buses are sampled at their own instants: each row has the latest of each.
-  const base = captures[0].samples;
+  const base = traces[0].capture.samples;
   const last = base.find(to_s + 1e-9);
   for (let place = base.find(from_s); place < last; ++place) {
     const time_s = base.times[place];
@@ -22,9 +22,9 @@ function textOf(captures, from_s, to_s) {
 }
 
 /// Returns the number of samples.
-export function saveCsv(captures, from_s, to_s) {
-  if (!captures.length) return 0;
-  const lines = textOf(captures, from_s, to_s);
+export function saveCsv(traces, from_s, to_s) {
+  if (!traces.length) return 0;
+  const lines = textOf(traces, from_s, to_s);
   if (lines.length === 1) return 0;
   const address = URL.createObjectURL(new Blob([lines.join('\n'), '\n'], {type: 'text/csv'}));
   const link = document.createElement('a');

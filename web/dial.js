@@ -2,8 +2,10 @@
 
 import {el, svg} from './dom.js';
 import {fixed} from './format.js';
+import {t} from './words.js';
 
 const kTicks = 12;
+const kTrailStep_deg = 3;
 
 function ticks() {
   const group = svg('g', {class: 'ticks'});
@@ -14,22 +16,13 @@ function ticks() {
   return group;
 }
 
-const told = new Map();  // by drive: where the position loop was told to go when it was first looked at
-
-/// Until a target has been seen to change, nobody knows whether the position loop is at work at all.
-function hasTarget(drive, ref_deg) {
-  const key = `${drive.bus}/${drive.id}`;
-  if (!told.has(key)) told.set(key, ref_deg);
-  if (told.get(key) !== null && told.get(key) !== ref_deg) told.set(key, null);
-  return told.get(key) === null;
-}
-
 /// What the dial shows of a drive, in degrees of the output shaft, clockwise; null: nothing.
 export function shaftOf(drive, now) {
   const gear = drive.built?.gear_ratio ?? 1;
   const shaft = now.true_angle_deg;
   const alive = now.alive !== 0;
-  const following = alive && drive.state === 'running' && hasTarget(drive, now.angle_ref_deg);
+  // The answer says whether there is a target; where it is now, the stream knows better.
+  const following = alive && drive.setpoint?.angle_deg !== undefined;
   const counts = drive.built?.encoder_counts ?? 65536;
   const perCount = 360 * (drive.built?.encoder_turns ?? 1) / counts / gear;
   return {
@@ -42,34 +35,45 @@ export function shaftOf(drive, now) {
   };
 }
 
+/// A style, not an attribute: hands are layers of their own (views.css), which the browser turns without drawing
+/// them anew. Nothing is written that nobody could see.
+function turn(node, deg) {
+  const rounded = Math.round((deg ?? 0) * 5) / 5;
+  if (node.shownAt === rounded) return;
+  node.shownAt = rounded;
+  node.style.transform = `rotate(${rounded}deg)`;
+}
+
 /// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys.
 export class Dial {
   constructor({onTurn = null, label}) {
     this.zero = svg('g', {class: 'zero'}, svg('path', {d: 'M0 -41L-4 -49H4Z'}));
     this.target = svg('g', {class: 'target'}, svg('path', {d: 'M0 -22V-44'}), svg('circle', {cy: -40, r: 3.4}));
-    this.shaft = svg('g', {class: 'shaft'}, svg('circle', {r: 30}), svg('path', {d: 'M0 -8V-30'}), svg('circle', {class: 'hub', r: 5}));
     this.trail = svg('path', {class: 'trail'});
+    this.shaft = svg('g', {class: 'shaft'}, this.trail, svg('path', {class: 'hand', d: 'M0 -8V-30'}), svg('circle', {class: 'hub', r: 5}));
     this.face = svg('svg', {viewBox: '-52 -52 104 104', 'aria-hidden': 'true'},
-      svg('circle', {class: 'rim', r: 50}), ticks(), this.trail, this.zero, this.shaft, this.target);
+      svg('circle', {class: 'rim', r: 50}), ticks(), svg('circle', {class: 'disc', r: 30}), this.zero, this.shaft, this.target);
     this.root = el('div', {class: 'dial', role: onTurn ? 'slider' : 'img', 'aria-label': label}, this.face);
     this.label = label;
     if (onTurn) this.makeTurnable(onTurn);
   }
 
   show({shaft, target, zero, speed, alive, bridge}) {
-    this.shaft.setAttribute('transform', `rotate(${shaft ?? 0})`);
-    this.zero.setAttribute('transform', `rotate(${zero ?? 0})`);
-    this.target.classList.toggle('none', target === null);
-    if (target !== null) this.target.setAttribute('transform', `rotate(${target})`);
-    this.face.classList.toggle('dead', !alive);
-    this.face.classList.toggle('free', alive && !bridge);
-    this.drawTrail(shaft, speed);
+    turn(this.shaft, shaft);
+    turn(this.zero, zero);
+    if (target !== null) turn(this.target, target);
+    const look = `${alive ? '' : 'dead '}${alive && !bridge ? 'free ' : ''}${target === null ? 'aimless' : ''}`;
+    if (look !== this.look) this.face.setAttribute('class', look);
+    this.look = look;
+    this.drawTrail(speed);
   }
 
-  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like.
-  drawTrail(shaft, speed) {
-    const sweep = Math.max(-300, Math.min(300, (speed ?? 0) * 0.06));
-    if (Math.abs(sweep) < 1.5) {
+  /// An arc behind the pointer, as long as 60 ms of its way: what a fast shaft looks like. It turns with the pointer.
+  drawTrail(speed) {
+    const sweep = Math.max(-300, Math.min(300, Math.round((speed ?? 0) * 0.06 / kTrailStep_deg) * kTrailStep_deg));
+    if (sweep === this.sweep) return;
+    this.sweep = sweep;
+    if (sweep === 0) {
       this.trail.removeAttribute('d');
       return;
     }
@@ -78,7 +82,7 @@ export class Dial {
       return `${(30 * Math.cos(angle)).toFixed(2)} ${(30 * Math.sin(angle)).toFixed(2)}`;
     };
     const large = Math.abs(sweep) > 180 ? 1 : 0;
-    this.trail.setAttribute('d', `M${at(shaft - sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(shaft)}`);
+    this.trail.setAttribute('d', `M${at(-sweep)}A30 30 0 ${large} ${sweep > 0 ? 1 : 0} ${at(0)}`);
   }
 
   /// For those who do not see it; not at every frame.
@@ -88,7 +92,7 @@ export class Dial {
       this.root.setAttribute('aria-valuenow', (((shaft % 360) + 360) % 360).toFixed(0));
       this.root.setAttribute('aria-valuetext', angle);
     } else {
-      this.root.setAttribute('aria-label', `${this.label}, shaft at ${angle}`);
+      this.root.setAttribute('aria-label', t('shaft_at', {label: this.label, angle}));
     }
   }
 
@@ -98,7 +102,7 @@ export class Dial {
     root.tabIndex = 0;
     root.setAttribute('aria-valuemin', '0');
     root.setAttribute('aria-valuemax', '360');
-    root.title = 'Turn the shaft by hand: drag, or arrow keys';
+    root.title = t('turn_hint');
     let last = null;
     const angleAt = (event) => {
       const box = this.face.getBoundingClientRect();

@@ -3,8 +3,11 @@
 import {get, post} from './api.js';
 import {el, labelled, setText} from './dom.js';
 import {attempt, chosenDrives} from './choice.js';
-import {figures, words} from './format.js';
+import {figures} from './format.js';
 import {buses, driveName, store} from './store.js';
+import {about as aboutOf, name as nameOf, t} from './words.js';
+
+const words = (key) => key.replaceAll('_', ' ');
 
 const kEvidence_ms = 700;
 
@@ -12,27 +15,27 @@ const kEvidence_ms = 700;
 
 function input(parameter) {
   if (parameter.choices) {
-    return el('select', {}, ...parameter.choices.map((word) => el('option', {value: word, text: words(word), selected: word === parameter.default})));
+    return el('select', {}, ...parameter.choices.map((word) => el('option', {value: word, text: nameOf('choices', word), selected: word === parameter.default})));
   }
   return el('input', {type: 'number', step: 'any', min: parameter.min, max: parameter.max, required: parameter.required,
-    placeholder: parameter.required ? 'needed' : figures(parameter.default), title: `${figures(parameter.min)} to ${figures(parameter.max)}`});
+    placeholder: parameter.required ? t('needed') : figures(parameter.default), title: t('from_to', {min: figures(parameter.min), max: figures(parameter.max)})});
 }
 
 function timing(kind) {
   const list = [];
   if (kind.per_frame) list.push({name: 'probability', min: 0, max: 1, default: 1});
-  if (!kind.momentary) list.push({name: 'for_s', min: 0, max: 1e8, text: 'until cleared'});
-  list.push({name: 'every_s', min: 0.001, max: 1e8, text: 'once'}, {name: 'times', min: 1, max: 1e9, text: 'no end'});
+  if (!kind.momentary) list.push({name: 'for_s', min: 0, max: 1e8, text: t('until_cleared')});
+  list.push({name: 'every_s', min: 0.001, max: 1e8, text: t('once')}, {name: 'times', min: 1, max: 1e9, text: t('no_end')});
   return list.map((one) => ({...one, control: el('input', {type: 'number', step: 'any', min: one.min, max: one.max, placeholder: one.text ?? figures(one.default)})}));
 }
 
 export function faultPanel() {
   const groups = [...new Set(store.kinds.map((kind) => kind.group))];
-  const select = el('select', {id: 'fault-kind', 'aria-label': 'fault'}, ...groups.map((group) => el('optgroup', {label: group},
+  const select = el('select', {id: 'fault-kind', 'aria-label': t('fault')}, ...groups.map((group) => el('optgroup', {label: nameOf('fault_groups', group)},
     ...store.kinds.filter((kind) => kind.group === group).map((kind) => el('option', {value: kind.kind, text: words(kind.kind)})))));
   const about = el('p', {class: 'dim about'});
   const form = el('div', {class: 'pairs', id: 'fault-parameters'});
-  const inject = el('button', {type: 'button', class: 'main', id: 'fault-inject'}, 'Break it');
+  const inject = el('button', {type: 'button', class: 'main', id: 'fault-inject'}, t('break_it'));
   let controls = [];
   const pair = (name, control) => el('div', {class: 'pair'}, el('label', {}, words(name).replace(/ (s|ms|V|A|C|deg|Nm|Hz|dps)$/, ', $1'), control));
   const choose = () => {
@@ -40,12 +43,12 @@ export function faultPanel() {
     controls = [...kind.parameters.map((parameter) => ({name: parameter.name, control: input(parameter), choices: parameter.choices})), ...timing(kind)];
     for (const {name, control} of controls) control.dataset.key = name;
     form.replaceChildren(...controls.map(({name, control}) => pair(name, control)));
-    setText(about, `${kind.about}${kind.of_bus ? ' (of the whole bus)' : ''}`);
+    setText(about, `${aboutOf('faults', kind.kind, kind.about)}${kind.of_bus ? ` ${t('of_whole_bus')}` : ''}`);
   };
   select.addEventListener('change', choose);
   choose();
-  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => `${names.join(', ')} set`));
-  return [el('div', {class: 'row'}, labelled('fault', select), inject), about, form];
+  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => t('fault_set', {names: names.join(', ')})));
+  return [el('div', {class: 'row'}, labelled(t('fault'), select), inject), about, form];
 }
 
 async function breakIt(name, controls) {
@@ -56,7 +59,7 @@ async function breakIt(name, controls) {
   }
   const names = [];
   const drives = chosenDrives();
-  if (!kind.of_bus && !drives.length) throw new Error('choose a drive first');
+  if (!kind.of_bus && !drives.length) throw new Error(t('choose_first'));
   for (const {bus} of buses()) {
     const ids = drives.filter((drive) => drive.bus === bus).map((drive) => drive.id);
     if (!kind.of_bus && !ids.length) continue;
@@ -71,40 +74,67 @@ async function breakIt(name, controls) {
 
 const kStates = {active: 'bad', armed: 'warn', paused: 'warn', over: '', cleared: ''};
 
-function row(fault) {
+const isGoing = (fault) => ['active', 'armed', 'paused'].includes(fault.state);
+
+/// What the cells of a fault's row say.
+function cellsOf(fault) {
   const seconds = (s) => (s === null ? '–' : `${figures(s, 7)} s`);
-  const going = ['active', 'armed', 'paused'].includes(fault.state);
-  const said = Object.entries(fault.parameters).map(([key, value]) => `${words(key)} ${typeof value === 'number' ? figures(value) : words(value)}`).join(', ');
-  const clear = el('button', {type: 'button', 'aria-label': `clear ${fault.name}`,
-    onclick: () => attempt(() => post('/directives', {bus: fault.bus, clear: fault.name}), `${fault.name} cleared`)}, 'Clear');
-  return el('tr', {'data-fault': fault.name}, el('th', {scope: 'row'}, fault.name), el('td', {}, el('span', {class: `chip ${kStates[fault.state] ?? ''}`, text: fault.state})),
-    el('td', {text: fault.ids.length ? fault.ids.map((id) => driveName(fault.bus, id)).join(', ') : fault.bus}), el('td', {text: said}),
-    el('td', {class: 'num', text: seconds(fault.began_at_s)}), el('td', {class: 'num', text: seconds(fault.first_effect_at_s)}),
-    el('td', {class: 'num', text: String(fault.effects)}), el('td', {text: fault.effects ? String(fault.first_on) : 'nothing yet'}), el('td', {}, going ? clear : ''));
+  const parameters = Object.entries(fault.parameters)
+    .map(([key, value]) => `${words(key)} ${typeof value === 'number' ? figures(value) : nameOf('choices', value)}`).join(', ');
+  return [nameOf('states', fault.state), fault.ids.length ? fault.ids.map((id) => driveName(fault.bus, id)).join(', ') : fault.bus, parameters,
+    seconds(fault.began_at_s), seconds(fault.first_effect_at_s), String(fault.effects), fault.effects ? String(fault.first_on) : t('nothing_yet')];
+}
+
+/// A row is made once and told what has changed, so that a button in it can keep the focus.
+function makeRow(fault) {
+  const clear = el('button', {type: 'button', 'aria-label': t('clear_fault', {name: fault.name}),
+    onclick: () => attempt(() => post('/directives', {bus: fault.bus, clear: fault.name}), t('fault_cleared', {name: fault.name}))}, t('clear'));
+  const chip = el('span', {class: 'chip'});
+  const cells = [chip, ...Array.from({length: 6}, (_, n) => el('td', {class: n >= 2 && n <= 4 ? 'num' : ''}))];
+  const root = el('tr', {'data-fault': fault.name}, el('th', {scope: 'row', text: fault.name}), el('td', {}, chip), ...cells.slice(1), el('td', {}, clear));
+  return {root, show(now) {
+    cellsOf(now).forEach((text, n) => setText(cells[n], text));
+    chip.className = `chip ${kStates[now.state] ?? ''}`;
+    chip.dataset.state = now.state;
+    clear.disabled = !isGoing(now);
+  }};
 }
 
 export function evidencePanel() {
   const body = el('tbody');
-  const heads = ['name', 'state', 'of', 'parameters', 'began', 'first effect', 'effects', 'first on', ''];
+  const nothing = el('p', {class: 'dim', text: t('no_faults')});
+  const heads = ['name', 'state', 'of', 'parameters', 'began', 'first', 'effects', 'first_on'].map((head) => t(`fault_${head}`));
   const all = el('button', {type: 'button', onclick: () => attempt(async () => {
     for (const {bus} of buses()) await post('/directives', {bus, clear: 'all'});
-  }, 'everything is whole again')}, 'Clear all');
-  let before = '';
+  }, t('all_whole'))}, t('clear_all'));
+  const rows = new Map();  // by bus and name
+  const show = (faults) => {
+    const there = new Set(faults.map((fault) => `${fault.bus} ${fault.name}`));
+    for (const [key, row] of rows) {
+      if (there.has(key)) continue;
+      row.root.remove();
+      rows.delete(key);
+    }
+    for (const fault of faults) {
+      const key = `${fault.bus} ${fault.name}`;
+      if (!rows.has(key)) {
+        rows.set(key, makeRow(fault));
+        body.prepend(rows.get(key).root);  // the newest on top
+      }
+      rows.get(key).show(fault);
+    }
+    nothing.hidden = faults.length > 0;
+  };
   let busy = false;
   const timer = setInterval(async () => {
     if (!body.isConnected) clearInterval(timer);
     if (busy || !store.connected || !body.isConnected || body.closest('[hidden]')) return;
     busy = true;
     try {
-      const faults = await get('/faults');
-      const text = JSON.stringify(faults);
-      if (text !== before && !body.contains(document.activeElement)) {
-        before = text;
-        body.replaceChildren(...faults.reverse().map(row));
-      }
+      show(await get('/faults'));
     } catch { /* the next time */ }
     busy = false;
   }, kEvidence_ms);
-  return [el('div', {class: 'row'}, all), el('div', {class: 'scroll'}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
-    ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})))), body))];
+  return [el('div', {class: 'row'}, all, nothing), el('div', {class: 'scroll'}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
+    ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})), el('td'))), body))];
 }

@@ -1,5 +1,7 @@
 // Numbers and words for people. Widths stay the same while values change.
 
+import {t} from './words.js';
+
 const kMinus = '\u2212';
 
 /// 12.3, −0.50; a dash when there is none.
@@ -26,8 +28,6 @@ export function clockText(time_s) {
   return `${head}:${two(whole % 60)}${rest === '.000' && time_s - whole > 0.5 ? '.999' : rest}`;
 }
 
-export const words = (key) => key.replaceAll('_', ' ');
-
 /// Of a signal's name: what its axis says.
 export function unitOf(signal) {
   const tail = signal.slice(signal.lastIndexOf('_') + 1);
@@ -38,5 +38,5 @@ export function unitOf(signal) {
   return 'state';
 }
 
-export const kUnits = {deg: '°', dps: '°/s', A: 'A', V: 'V', C: '°C', Nm: 'Nm', duty: 'duty', counts: 'counts',
-  power: 'share of voltage', state: 'state'};
+export const kUnits = {deg: '°', dps: '°/s', A: 'A', V: 'V', C: '°C', Nm: 'Nm', duty: t('unit_duty'), counts: t('unit_counts'),
+  power: t('unit_power'), state: t('unit_state')};

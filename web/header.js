@@ -3,15 +3,16 @@
 import {byId, el, setText} from './dom.js';
 import {clockText, figures, fixed} from './format.js';
 import {buses, on, store} from './store.js';
+import {t} from './words.js';
 
 const loads = new Map();
 
 function buildLoads() {
   loads.clear();
   for (const {bus, bitrate} of buses()) {
-    const meter = el('meter', {min: 0, max: 1, low: 0.6, high: 0.85, optimum: 0, 'aria-label': `load of ${bus}`});
+    const meter = el('meter', {min: 0, max: 1, low: 0.6, high: 0.85, optimum: 0, 'aria-label': t('load_of', {bus})});
     const value = el('span', {class: 'value', text: '–'});
-    const root = el('div', {class: 'load', title: bitrate ? `${bus}, ${bitrate / 1000} kbit/s` : `${bus}: frames take no time`},
+    const root = el('div', {class: 'load', title: bitrate ? t('bus_rate', {bus, rate: bitrate / 1000}) : t('bus_no_time', {bus})},
       el('span', {class: 'name', text: bus}), meter, value);
     loads.set(bus, {root, meter, value});
   }
@@ -24,7 +25,7 @@ function showLoads() {
     if (!load) continue;
     const share = store.rates.get(bus);
     load.meter.value = Math.min(1, share ?? 0);
-    setText(load.value, !up ? 'down' : share === null || share === undefined ? '–' : `${fixed(share * 100, 0)} %`);
+    setText(load.value, !up ? t('down') : share === null || share === undefined ? '–' : `${fixed(share * 100, 0)} %`);
     load.root.classList.toggle('down', !up);
   }
 }
@@ -32,33 +33,28 @@ function showLoads() {
 function showClock() {
   const {clock} = store.status;
   setText(byId('sim-time'), clockText(clock.time_s));
-  setText(byId('clock-mode'), clock.mode);
+  setText(byId('clock-mode'), t(clock.mode));
   const ratio = store.rates.get('clock');
   setText(byId('clock-ratio'), ratio === null || ratio === undefined ? '–' : `${fixed(ratio, 2)} ×`);
   byId('slipped').hidden = clock.slipped_s === 0;
   setText(byId('slipped').querySelector('dd'), `${figures(clock.slipped_s, 3)} s`);
 }
 
-let lostAt = null;
-
 function showConnection() {
   const banner = byId('lost');
   if (store.connected) {
-    lostAt = null;
     banner.hidden = true;
     return;
   }
-  lostAt ??= Date.now();
-  const text = 'No answer from lk-emu. What is shown is from before; it is tried again every second.';
-  if (banner.hidden) banner.textContent = text;
+  if (banner.hidden) banner.textContent = t('lost');
   banner.hidden = false;
 }
 
 function showAccess() {
   const chip = byId('access');
   chip.hidden = store.status === null || store.mayWrite;
-  setText(chip, 'only looking');
-  chip.title = 'lk-emu --http-write lets this page act';
+  setText(chip, t('only_looking'));
+  chip.title = t('may_act_with');
 }
 
 on('program', buildLoads);

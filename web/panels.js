@@ -2,10 +2,13 @@
 
 import {el} from './dom.js';
 import {figures, kUnits} from './format.js';
+import {t} from './words.js';
 
 const kAxis_px = 62;
-const kLeast_px = 110;
-const kMostPoints = 60_000;  // in all pictures: what a processor draws 60 times a second
+const kLeast_px = 76;
+const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
+const kLeastBins = 160;
+const kFew = 12;             // more traces have no dashes
 const kPadding_px = 10;
 const kTimes_px = 26;  // more for the picture with the axis of time
 
@@ -25,6 +28,7 @@ export class Panels {
     this.onPoint = onPoint;
     this.view = view;
     this.plots = [];
+    this.width = 0;
     this.generation = 0;  // of what is to be drawn anew
     this.traces = [];
     new ResizeObserver(() => this.fit()).observe(root);
@@ -42,20 +46,22 @@ export class Panels {
   }
 
   make(unit, traces, lowest) {
-    const holder = el('div', {class: 'panel-plot', role: 'img', 'aria-label': `Signals in ${kUnits[unit]}: ${traces.map((t) => t.label).join(', ')}`});
+    const holder = el('div', {class: 'panel-plot', role: 'img', 
+      'aria-label': t('plot_of', {unit: kUnits[unit], traces: traces.map((trace) => trace.label).join(', ')})});
     this.root.append(holder);
     const axis = {stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'};
+    const few = this.traces.length <= kFew;
     const plot = new uPlot({
       width: 300, height: 120, legend: {show: false}, pxAlign: 0,
       cursor: {sync: {key: 'scope'}, drag: {x: true, y: false, setScale: false}, points: {show: traces.length <= 8}, y: false},
       select: {show: true},
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
       axes: [
-        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((t) => figures(t, 9)) : () => []},
+        {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((tick) => figures(tick, 9)) : () => []},
         {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
-          values: (u, ticks) => ticks.map((t) => figures(t, 6))},
+          values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
       ],
-      series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1.5, dash: trace.dash,
+      series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1, dash: few ? trace.dash : undefined,
         points: {show: false}, spanGaps: true}))],
       hooks: {
         setSelect: [(u) => this.selected(u)],
@@ -83,6 +89,7 @@ export class Panels {
     const {ctx, bbox} = u;
     ctx.save();
     ctx.lineWidth = devicePixelRatio;
+    ctx.textAlign = 'left';
     ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
     for (const {time_s, name, colour} of this.view().marks) {
       const x = u.valToPos(time_s, 'x', true);
@@ -99,8 +106,8 @@ export class Panels {
 
   /// Columns of the picture: as many as there are pixels, fewer when there are many traces.
   get bins() {
-    const pixels = Math.max(200, Math.round(this.root.clientWidth - kAxis_px - 20));
-    return Math.min(pixels, Math.max(300, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
+    const pixels = Math.max(200, Math.round(this.width - kAxis_px - 20));
+    return Math.min(pixels, Math.max(kLeastBins, Math.round(kMostPoints / 2 / (this.traces.length || 1))));
   }
 
   /// `dataOf(traces, bins)` gives [times, values…] for the traces of one panel.
@@ -113,6 +120,7 @@ export class Panels {
   fit() {
     const width = this.root.clientWidth;
     const height = this.root.clientHeight;
+    this.width = width;
     if (width < 50 || !this.plots.length) return;
     ++this.generation;
     const each = Math.max(kLeast_px, Math.floor((height - kPadding_px - kTimes_px) / this.plots.length));

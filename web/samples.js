@@ -1,7 +1,10 @@
 // Samples of chosen signals, as many as a fixed amount of memory holds; the oldest go first.
 
+import {Bins} from './bins.js';
+
 const kBudget_bytes = 96 * 1024 * 1024;
 const kMost = 2_000_000;
+const kMostPictures = 16;
 
 export class Samples {
   constructor(columns) {
@@ -15,6 +18,7 @@ export class Samples {
     this.end = 0;
     this.keepFrom = Infinity;  // while somebody looks at a past instant: nothing from there on goes
     this.received = 0;         // since the beginning
+    this.bins = new Map();     // by columns: those of one picture
   }
 
   get length() {
@@ -88,35 +92,11 @@ export class Samples {
     if (last - first <= 2 * bins) {
       return [this.times.subarray(first, last), ...columns.map((n) => this.values[n].subarray(first, last))];
     }
-    const width = (to_s - from_s) / bins;
-    // Bins stand still on the axis of time, or a moving picture would shimmer.
-    const origin = Math.floor(from_s / width) * width;
-    const times = [];
-    const edges = [];  // of the bins that have samples: first, last
-    for (let bin = 0, place = first; bin <= bins && place < last; ++bin) {
-      const edge = bin === bins ? Infinity : origin + (bin + 1) * width;
-      const begin = place;
-      while (place < last && this.times[place] < edge) ++place;
-      if (place === begin) continue;
-      edges.push(begin, place);
-      times.push(origin + (bin + 0.25) * width, origin + (bin + 0.75) * width);
+    const key = columns.join();
+    if (!this.bins.has(key)) {
+      if (this.bins.size >= kMostPictures) this.bins.clear();
+      this.bins.set(key, new Bins(this, columns));
     }
-    return [times, ...columns.map((n) => extremesOfBins(this.values[n], edges))];
+    return this.bins.get(key).view(from_s, to_s, bins);
   }
-}
-
-/// Both extremes of each bin, in the order in which they came.
-function extremesOfBins(values, edges) {
-  const out = new Float64Array(edges.length);
-  for (let bin = 0; bin < edges.length; bin += 2) {
-    let least = edges[bin];
-    let most = least;
-    for (let n = least + 1; n < edges[bin + 1]; ++n) {
-      if (values[n] < values[least]) least = n;
-      if (values[n] > values[most]) most = n;
-    }
-    out[bin] = values[Math.min(least, most)];
-    out[bin + 1] = values[Math.max(least, most)];
-  }
-  return out;
 }

@@ -7,14 +7,17 @@ import {Panels} from './panels.js';
 import {saveCsv} from './csv.js';
 import {ScopeControls} from './scope_controls.js';
 import {ScopeTable} from './scope_table.js';
-import {buses, busTime, driveName, on, store} from './store.js';
+import {buses, busTime, clockFactor, driveName, on, store} from './store.js';
+import {t} from './words.js';
 
 const kShortest_s = 0.001;
 const kLongest_s = 600;
 const kTable_ms = 150;
+const kWatchAll = 50_000;  // values a second: up to as many, all drives are watched, so that each has a past
 
 const chosen = {drives: [], signals: ['angle_ref_deg', 'angle_deg', 'speed_dps', 'iq_A'], rate_Hz: 1000};
 let captures = [];
+let watched = '';  // what they were made for
 let traces = [];
 let width_s = 5;
 let held = null;   // {from_s, to_s}: paused there
@@ -35,7 +38,7 @@ function view() {
   const {from_s, to_s: end_s} = held ?? {from_s: to_s - width_s, to_s};
   const marks = Object.entries(cursors).filter(([, at]) => at !== null)
     .map(([name, time_s]) => ({time_s, name, colour: name === 'A' ? '--accent' : '--target'}));
-  if (mark !== null) marks.push({time_s: mark, name: 'frame', colour: '--zero'});
+  if (mark !== null) marks.push({time_s: mark, name: t('mark_frame'), colour: '--zero'});
   return {from_s, to_s: end_s, marks};
 }
 
@@ -43,6 +46,7 @@ function hold(from_s, to_s) {
   held = {from_s, to_s};
   for (const capture of captures) capture.samples.keepFrom = from_s;
   controls.showHeld(true);
+  controls.showWidth(to_s - from_s);
 }
 
 function release() {
@@ -94,18 +98,25 @@ function dashOf(signal) {
   return signal.startsWith('true_') ? [2, 3] : undefined;
 }
 
-function restart() {
+/// What has been watched stays, as long as it serves.
+function watch() {
+  const {signals, rate_Hz} = chosen;
+  const all = store.drives.length * signals.length * rate_Hz <= kWatchAll;
+  const drives = all ? store.drives : chosen.drives;
+  const wanted = signals.length ? buses().map(({bus}) => ({bus, ids: drives.filter((one) => one.bus === bus).map((one) => one.id)}))
+    .filter(({ids}) => ids.length) : [];
+  const key = JSON.stringify([wanted, signals, rate_Hz, clockFactor()]);
+  if (key === watched) return;
+  watched = key;
   captures.forEach((capture) => capture.close());
-  captures = [];
+  captures = wanted.map(({bus, ids}) => new Capture(bus, ids, signals, rate_Hz));
+}
+
+function restart() {
   traces = [];
   if (!store.status) return;
   const signals = chosen.signals;
-  if (signals.length) {
-    for (const {bus} of buses()) {
-      const ids = chosen.drives.filter((one) => one.bus === bus).map((one) => one.id);
-      if (ids.length) captures.push(new Capture(bus, ids, signals, chosen.rate_Hz));
-    }
-  }
+  watch();
   const many = chosen.drives.length > 1;
   const total = chosen.drives.length * signals.length;
   chosen.drives.forEach(({bus, id}, drive) => signals.forEach((signal, n) => {
@@ -115,8 +126,7 @@ function restart() {
       label: `${driveName(bus, id)} ${signal}`, index, of: many && total > 8 ? chosen.drives.length : total, dash: dashOf(signal)});
   }));
   recolour();
-  if (held) release();
-  table.set(traces);
+  if (held && !captures.some((one) => one.samples.length)) release();
   controls.showRate(captures);
   controls.showChosen(chosen);
 }
@@ -170,8 +180,8 @@ function frame(at) {
 
 function exportCsv() {
   const {from_s, to_s} = view();
-  const rows = saveCsv(captures, from_s, to_s);
-  note(rows ? `${rows} samples from ${figures(from_s)} s to ${figures(to_s)} s saved` : 'there is nothing to save', !rows);
+  const rows = saveCsv(traces, from_s, to_s);
+  note(rows ? t('csv_saved', {rows, from: figures(from_s), to: figures(to_s)}) : t('csv_nothing'), !rows);
 }
 
 function onKey(event) {
@@ -193,8 +203,8 @@ function onPoint(time_s, event) {
 
 function build() {
   const root = byId('view-scope');
-  const plots = el('div', {class: 'plots', tabindex: 0, 'aria-label': 'Plots. Space pauses, plus and minus zoom, arrows move, a and b put cursors.'});
-  controls = new ScopeControls(chosen, {restart, pause, zoom, exportCsv,
+  const plots = el('div', {class: 'plots', tabindex: 0, 'aria-label': t('plots_label')});
+  controls = new ScopeControls(chosen, {restart, pause, zoom, pan, exportCsv,
     setWidth: (s) => { if (held) release(); width_s = s; },
     clearCursors: () => { cursors = {A: null, B: null}; },
     putCursor: (name) => putCursor(name, view().from_s + (view().to_s - view().from_s) * (name === 'A' ? 1 / 3 : 2 / 3))});
@@ -227,16 +237,17 @@ export function show(yes) {
 export function visit(query) {
   const [bus, id] = (query.get('drive') ?? '').split('/');
   const number = Number(id);
+  const time_s = Number(query.get('time_s'));
+  const atInstant = query.has('time_s');
   if (bus && !chosen.drives.some((one) => one.bus === bus && one.id === number)) {
     chosen.drives = [{bus, id: number}];
     restart();
   }
-  const time_s = Number(query.get('time_s'));
-  if (!query.has('time_s')) return;
+  if (!atInstant) return;
   hold(time_s - width_s / 2, time_s + width_s / 2);
   mark = time_s;
   const first = Math.min(...captures.map((capture) => capture.samples.first_s));
-  if (!(first <= time_s)) note('the scope had not begun to watch this drive then', true);
+  if (!(first <= time_s)) note(t('not_watched'), true);
 }
 
 /// For tests and scripts: what is drawn of a trace.
@@ -247,6 +258,8 @@ on('program', () => {
   chosen.drives = chosen.drives.filter(({bus, id}) => store.drives.some((drive) => drive.bus === bus && drive.id === id));
   if (!chosen.drives.length && store.drives.length) chosen.drives = [{bus: store.drives[0].bus, id: store.drives[0].id}];
   controls.build();
+  watched = '';
+  if (held) release();
   restart();
   if (visible) show(true);
 });

@@ -3,6 +3,7 @@
 import {el, labelled, setText} from './dom.js';
 import {figures} from './format.js';
 import {driveName, store} from './store.js';
+import {about as aboutOf, t} from './words.js';
 
 const kSets = {
   position: ['angle_ref_deg', 'angle_deg'],
@@ -20,37 +21,39 @@ export class ScopeControls {
   constructor(chosen, does) {
     this.chosen = chosen;
     this.does = does;
-    this.pause = el('button', {type: 'button', class: 'main', 'aria-pressed': 'false', onclick: does.pause}, 'Pause');
-    this.width = el('select', {'aria-label': 'seconds in view', onchange: () => does.setWidth(Number(this.width.value))},
+    this.pause = el('button', {type: 'button', class: 'main', 'aria-pressed': 'false', onclick: does.pause}, t('pause'));
+    this.width = el('select', {'aria-label': t('width_label'), onchange: () => does.setWidth(Number(this.width.value))},
       ...kWidths_s.map((s) => el('option', {value: s, text: `${figures(s)} s`})));
     this.width.value = 5;
-    this.rate = el('select', {'aria-label': 'samples a second', onchange: () => { chosen.rate_Hz = Number(this.rate.value); does.restart(); }},
+    this.rate = el('select', {'aria-label': t('rate_label'), onchange: () => { chosen.rate_Hz = Number(this.rate.value); does.restart(); }},
       ...kRates_Hz.map((rate) => el('option', {value: rate, text: `${rate / 1000} kHz`})));
     this.rate.value = chosen.rate_Hz;
     this.frames = el('span', {class: 'dim', id: 'scope-info'});
-    this.drives = el('div', {class: 'row picks', role: 'group', 'aria-label': 'drives'});
-    this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': 'sets of signals'});
-    this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': 'signals'});
+    this.drives = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives')});
+    this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': t('signal_sets')});
+    this.signals = el('div', {class: 'signal-list', role: 'group', 'aria-label': t('signals')});
     const button = (text, title, onclick) => el('button', {type: 'button', title, onclick}, text);
     this.root = el('div', {class: 'scope-controls'},
       el('div', {class: 'row'}, this.pause,
-        labelled('view', this.width), button('+', 'zoom in', () => does.zoom(0.5)), button('−', 'zoom out', () => does.zoom(2)),
-        labelled('sampled at', this.rate), button('A', 'put cursor A', () => does.putCursor('A')), button('B', 'put cursor B', () => does.putCursor('B')),
-        button('no cursors', 'take both cursors away', does.clearCursors), button('CSV', 'save what is in view', does.exportCsv), this.frames),
+        labelled(t('width'), this.width), button('+', t('zoom_in'), () => does.zoom(0.5)), button('−', t('zoom_out'), () => does.zoom(2)),
+        button('←', t('earlier'), () => does.pan(-0.2)), button('→', t('later'), () => does.pan(0.2)),
+        labelled(t('rate'), this.rate),
+        ...['A', 'B'].map((name) => button(name, t('cursor_label', {name}), () => does.putCursor(name))),
+        button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.frames),
       el('div', {class: 'row wide-gap'}, this.drives, this.sets),
-      el('details', {}, el('summary', {text: 'all signals'}), this.signals));
+      el('details', {}, el('summary', {text: t('all_signals')}), this.signals));
   }
 
   build() {
-    const all = el('button', {type: 'button', onclick: () => this.pick(store.drives.map(({bus, id}) => ({bus, id})))}, 'all drives');
-    this.driveButtons = store.drives.map(({bus, id}) => ({bus, id, button: el('button', {type: 'button', 'aria-label': `drive ${driveName(bus, id)}`,
+    const all = el('button', {type: 'button', onclick: () => this.pick(store.drives.map(({bus, id}) => ({bus, id})))}, t('all_drives'));
+    this.driveButtons = store.drives.map(({bus, id}) => ({bus, id, button: el('button', {type: 'button', 'aria-label': t('drive_label', {name: driveName(bus, id)}),
       onclick: () => this.toggleDrive(bus, id)}, driveName(bus, id))}));
-    this.drives.replaceChildren(el('span', {class: 'dim', text: 'drives'}), ...this.driveButtons.map((one) => one.button), all);
+    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...this.driveButtons.map((one) => one.button), all);
     this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
-      onclick: () => this.toggleSet(signals)}, name)}));
-    this.sets.replaceChildren(el('span', {class: 'dim', text: 'signals'}), ...this.setButtons.map((one) => one.button));
+      onclick: () => this.toggleSet(signals)}, t(`group_${name}`))}));
+    this.sets.replaceChildren(el('span', {class: 'dim', text: t('signals')}), ...this.setButtons.map((one) => one.button));
     this.boxes = store.signals.map(({name, about}) => ({name, box: el('input', {type: 'checkbox', onchange: () => this.toggleSignal(name)}), about}));
-    this.signals.replaceChildren(...this.boxes.map(({name, box, about}) => el('label', {title: about}, box, ` ${name}`)));
+    this.signals.replaceChildren(...this.boxes.map(({name, box, about}) => el('label', {title: aboutOf('signals', name, about)}, box, ` ${name}`)));
   }
 
   pick(drives) {
@@ -85,7 +88,7 @@ export class ScopeControls {
   }
 
   showHeld(held) {
-    setText(this.pause, held ? 'Go on' : 'Pause');
+    setText(this.pause, held ? t('go_on') : t('pause'));
     this.pause.setAttribute('aria-pressed', held);
   }
 
@@ -101,7 +104,7 @@ export class ScopeControls {
   showFrames(frames, captures) {
     const lost = captures.reduce((sum, capture) => sum + capture.lost, 0);
     const kept_s = Math.max(0, ...captures.map(({samples}) => samples.last_s - samples.first_s || 0));
-    const reduced = this.rate_Hz && this.rate_Hz < this.chosen.rate_Hz ? `, sampled at ${figures(this.rate_Hz, 4)} Hz: more would be too much` : '';
-    setText(this.frames, `${frames} pictures/s, ${figures(kept_s, 3)} s kept${lost ? `, ${lost} samples lost` : ''}${reduced}`);
+    const reduced = this.rate_Hz && this.rate_Hz < this.chosen.rate_Hz ? t('scope_reduced', {rate: figures(this.rate_Hz, 4)}) : '';
+    setText(this.frames, t('scope_info', {frames, kept: figures(kept_s, 3)}) + (lost ? t('scope_lost', {n: lost}) : '') + reduced);
   }
 }

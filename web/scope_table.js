@@ -2,12 +2,15 @@
 
 import {el, setText} from './dom.js';
 import {figures} from './format.js';
+import {t} from './words.js';
+
+const kFew = 16;
 
 export class ScopeTable {
   constructor() {
     this.body = el('tbody');
     this.span = el('caption', {text: ' '});
-    const heads = ['trace', 'now', 'A', 'B', 'B − A', 'least', 'most'];
+    const heads = [t('trace'), t('now'), 'A', 'B', 'B − A', t('least'), t('most')];
     this.root = el('div', {class: 'values'}, el('table', {}, this.span,
       el('thead', {}, el('tr', {}, ...heads.map((head, n) => el('th', {text: head, scope: 'col', class: n ? 'num' : ''})))), this.body));
     this.rows = [];
@@ -23,14 +26,21 @@ export class ScopeTable {
     this.body.replaceChildren(...this.rows.map((row) => row.root));
   }
 
+  /// Those that can be seen: a hundred traces are a lot of work otherwise.
+  seen() {
+    if (this.rows.length <= kFew) return this.rows;
+    const height = this.rowHeight ||= this.rows[0].root.offsetHeight || 24;
+    const first = Math.max(0, Math.floor(this.root.scrollTop / height) - 2);
+    return this.rows.slice(first, first + Math.ceil(this.root.clientHeight / height) + 4);
+  }
+
   show({from_s, to_s}, {A, B}, held) {
     const between = A !== null && B !== null;
     const [from, to] = between ? [Math.min(A, B), Math.max(A, B)] : [from_s, to_s];
-    const names = between ? 'between the cursors' : 'in view';
     setText(this.span, between
-      ? `B − A = ${figures((B - A) * 1000)} ms, ${figures(1 / Math.abs(B - A), 4)} Hz. Least and most ${names}.`
-      : `${held ? 'paused: click puts cursor A, again B' : `${figures(to_s - from_s, 3)} s`}. Least and most ${names}.`);
-    for (const {trace, cells} of this.rows) {
+      ? t('between', {ms: figures((B - A) * 1000), hz: figures(1 / Math.abs(B - A), 4)})
+      : held ? t('in_view_held') : t('in_view', {s: figures(to_s - from_s, 3)}));
+    for (const {trace, cells} of this.seen()) {
       const {samples} = trace.capture;
       const at = (time_s) => (time_s === null ? null : samples.at(trace.column, time_s));
       const a = at(A);

@@ -7,6 +7,7 @@ import {attempt, chosenDrives, onChoice} from './choice.js';
 import {post} from './api.js';
 import {liveValues} from './live.js';
 import {driveKey, driveName, driveOf, store} from './store.js';
+import {t} from './words.js';
 
 let dial = null;
 let drive = null;
@@ -30,21 +31,21 @@ async function tellTurns() {
 
 function turn(degrees) {
   if (!store.mayWrite) {
-    note('this page may only look', true);
+    note(t('page_only_looks'), true);
     return;
   }
   owed_deg += degrees;
   tellTurns();
 }
 
-const kRows = [['speed', 'speed_dps', 1, '°/s'], ['iq', 'iq_A', 2, 'A'], ['voltage', 'voltage_V', 2, 'V'],
-  ['supply current', 'bus_current_A', 2, 'A'], ['motor', 'temperature_C', 1, '°C'], ['stage', 'driver_temperature_C', 1, '°C']];
+const kRows = [[t('speed'), 'speed_dps', 1, '°/s'], [t('current'), 'iq_A', 2, 'A'], [t('voltage'), 'voltage_V', 2, 'V'],
+  [t('supply_current'), 'bus_current_A', 2, 'A'], [t('motor'), 'temperature_C', 1, '°C'], [t('stage'), 'driver_temperature_C', 1, '°C']];
 
 function choose() {
   const first = chosenDrives()[0];
   drive = first ?? null;
   owed_deg = 0;
-  setText(numbers.name, first ? `drive ${driveName(first.bus, first.id)}` : 'no drive');
+  setText(numbers.name, first ? t('drive', {name: driveName(first.bus, first.id)}) : t('no_drive'));
 }
 
 function frame(at) {
@@ -59,18 +60,19 @@ function frame(at) {
   numbers.at = at;
   dial.say(shaft);
   setText(numbers.angle, fixed(shaft.shaft, 2));
+  setText(numbers.target, fixed(shaft.target, 2));
   kRows.forEach(([, key, digits], n) => setText(numbers.cells[n], fixed(now[key], digits)));
 }
 
 export function shaftPanel() {
-  dial = new Dial({onTurn: turn, label: 'Shaft, turned by hand'});
+  dial = new Dial({onTurn: turn, label: t('shaft_by_hand')});
   const row = (name, value, unit) => el('div', {}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
-  numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
+  numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), target: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
   onChoice(choose);
   choose();
   return [el('div', {class: 'shaft-panel'}, dial.root, el('div', {}, numbers.name,
-    el('dl', {class: 'fields'}, row('shaft', numbers.angle, '°'), ...kRows.map(([name, , , unit], n) => row(name, numbers.cells[n], unit))),
-    el('p', {class: 'dim', text: 'Drag the dial, or arrow keys.'})))];
+    el('dl', {class: 'fields'}, row(t('shaft_angle'), numbers.angle, '°'), row(t('target_angle'), numbers.target, '°'), ...kRows.map(([name, , , unit], n) => row(name, numbers.cells[n], unit))),
+    el('p', {class: 'dim', text: t('drag_hint')})))];
 }
 
 export function showShaft(yes) {

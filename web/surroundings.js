@@ -1,66 +1,87 @@
 // Supply, ambient temperature and load of the chosen drives.
 
-import {el, labelled} from './dom.js';
+import {el, labelled, setText} from './dom.js';
 import {chosenDrives, direct, onChoice} from './choice.js';
+import {figures} from './format.js';
+import {driveName, on} from './store.js';
+import {t} from './words.js';
 
 const plain = (value) => String(Number(value.toPrecision(6)));  // as inputs want it
 const number = (attributes) => el('input', {type: 'number', step: 'any', ...attributes});
 const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
 
-export function supplyPanel() {
-  const supply = number({min: 0, max: 100, value: 24, 'aria-label': 'supply, V'});
-  const ramp = number({min: 0, value: 0, 'aria-label': 'within, s'});
-  const sag = number({min: 0, max: 100, value: 12, 'aria-label': 'sag to, V'});
-  const sagFor = number({min: 0, value: 0.1, 'aria-label': 'for, s'});
-  const off = number({min: 0, value: 0.5, 'aria-label': 'off for, s'});
-  const ambient = number({min: -40, max: 125, value: 25, 'aria-label': 'ambient, °C'});
-  const configured = () => {
-    const drive = chosenDrives()[0];
-    if (!drive?.built) return;
-    supply.value = plain(drive.built.supply_V);
-    ambient.value = plain(drive.built.ambient_C);
+/// Fields show what applies, until somebody writes into them; `says` goes on saying it.
+function follow(inputs, says, show, sentence) {
+  const restore = () => {
+    const now = chosenDrives()[0]?.surroundings;
+    if (now) show(now);
+    for (const input of inputs) delete input.dataset.edited;
   };
-  onChoice(configured);
-  configured();
-  return [
-    el('div', {class: 'row', role: 'group', 'aria-label': 'power'}, button('Power on', () => direct({power: 'on'}, 'power is on')),
-      button('Power off', () => direct({power: 'off'}, 'power is off'), {class: 'danger'}),
-      button('Cycle', () => direct({power: 'cycle', off_s: Number(off.value)}, `off for ${off.value} s, then on`)), labelled('off for', off), ' s'),
-    el('div', {class: 'row'}, labelled('supply', supply), 'V', labelled('within', ramp), 's',
-      button('Set', () => direct({supply_V: Number(supply.value), ramp_s: Number(ramp.value)}, `supply goes to ${supply.value} V`), {'aria-label': 'set the supply'})),
-    el('div', {class: 'row'}, labelled('sag to', sag), 'V', labelled('for', sagFor), 's',
-      button('Sag', () => direct({sag_to_V: Number(sag.value), sag_s: Number(sagFor.value)}, `sag to ${sag.value} V`))),
-    el('div', {class: 'row'}, labelled('ambient', ambient), '°C',
-      button('Set', () => direct({ambient_C: Number(ambient.value)}, `it is ${ambient.value} °C there`), {'aria-label': 'set the ambient temperature'})),
+  for (const input of inputs) {
+    for (const event of ['input', 'change']) input.addEventListener(event, () => { input.dataset.edited = ''; });
+  }
+  onChoice(restore);
+  restore();
+  on('change', () => {
+    const drive = chosenDrives()[0];
+    if (!says.isConnected || !drive?.surroundings) return;
+    setText(says, sentence(driveName(drive.bus, drive.id), drive.surroundings));
+    if (inputs.every((input) => !('edited' in input.dataset) && input !== document.activeElement)) show(drive.surroundings);
+  });
+  return restore;
+}
+
+export function supplyPanel() {
+  const supply = number({min: 0, max: 100, value: 24, 'aria-label': t('supply_label')});
+  const ramp = number({min: 0, value: 0, 'aria-label': t('within_label')});
+  const sag = number({min: 0, max: 100, value: 12, 'aria-label': t('sag_to_label')});
+  const sagFor = number({min: 0, value: 0.1, 'aria-label': t('sag_for_label')});
+  const off = number({min: 0, value: 0.5, 'aria-label': t('off_for_label')});
+  const ambient = number({min: -40, max: 125, value: 25, 'aria-label': t('ambient_label')});
+  const says = el('p', {class: 'dim', id: 'supply-now'});
+  follow([supply, ambient], says, (now) => {
+    supply.value = plain(now.supply_V);
+    ambient.value = plain(now.ambient_C);
+  }, (name, now) => t('now_supplied', {name, power: t(`now_${now.power}`), V: figures(now.supply_V), C: figures(now.ambient_C)}));
+  const set = async (input, what, done) => { if (await direct(what, done)) delete input.dataset.edited; };
+  const setSupply = () => set(supply, {supply_V: Number(supply.value), ramp_s: Number(ramp.value)}, t('supply_goes', {V: supply.value}));
+  const setAmbient = () => set(ambient, {ambient_C: Number(ambient.value)}, t('ambient_is', {C: ambient.value}));
+  const cycle = () => direct({power: 'cycle', off_s: Number(off.value)}, t('power_cycled', {s: off.value}));
+  return [says,
+    el('div', {class: 'row', role: 'group', 'aria-label': t('power')}, button(t('power_on'), () => direct({power: 'on'}, t('power_is_on'))),
+      button(t('power_off'), () => direct({power: 'off'}, t('power_is_off')), {class: 'danger'}), button(t('cycle'), cycle), labelled(t('off_for'), off), ' s'),
+    el('div', {class: 'row'}, labelled(t('supply'), supply), 'V', labelled(t('within'), ramp), 's',
+      button(t('set'), setSupply, {'aria-label': t('set_supply')})),
+    el('div', {class: 'row'}, labelled(t('sag_to'), sag), 'V', labelled(t('sag_for'), sagFor), 's',
+      button(t('sag'), () => direct({sag_to_V: Number(sag.value), sag_s: Number(sagFor.value)}, t('sag_done', {V: sag.value})))),
+    el('div', {class: 'row'}, labelled(t('ambient'), ambient), '°C', button(t('set'), setAmbient, {'aria-label': t('set_ambient')})),
   ];
 }
 
 const kLoad = [
-  ['J_g_cm2', 'inertia', 'g·cm²', 'at the output'],
-  ['tau_Nm', 'torque', 'Nm', 'constant, positive pushes clockwise'],
-  ['tau_gravity_Nm', 'gravity', 'Nm', 'm·g·l of an arm: the torque is −gravity·sin(angle)'],
-  ['theta_min_deg', 'stop from', '°', 'end stop, output; empty: none'],
-  ['theta_max_deg', 'to', '°', 'end stop, output; empty: none'],
+  ['J_g_cm2', 'inertia', 'g·cm²', 'inertia_about'],
+  ['tau_Nm', 'torque', 'Nm', 'torque_about'],
+  ['tau_gravity_Nm', 'gravity', 'Nm', 'gravity_about'],
+  ['theta_min_deg', 'stop_from', '°', 'stop_about'],
+  ['theta_max_deg', 'stop_to', '°', 'stop_about'],
 ];
 const kNoStop = 1e6;
+const isThere = (key, load) => Math.abs(load[key] ?? NaN) < kNoStop;
 
 export function loadPanel() {
-  const inputs = kLoad.map(([key, , , title]) => number({title, 'data-key': key}));
-  const configured = () => {
-    const load = chosenDrives()[0]?.built?.load ?? {};
-    kLoad.forEach(([key], n) => {
-      inputs[n].value = Math.abs(load[key] ?? NaN) < kNoStop ? plain(load[key]) : '';
-    });
-  };
-  onChoice(configured);
-  configured();
-  const set = () => {
+  const inputs = kLoad.map(([key, , , title]) => number({title: t(title), 'data-key': key}));
+  const says = el('p', {class: 'dim', id: 'load-now'});
+  const restore = follow(inputs, says, ({load}) => kLoad.forEach(([key], n) => {
+    inputs[n].value = isThere(key, load) ? plain(load[key]) : '';
+  }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
+    .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
+  const set = async () => {
     const load = {};
     kLoad.forEach(([key], n) => {
       if (inputs[n].value !== '') load[key] = Number(inputs[n].value);
     });
-    return direct({load}, 'the load is another one');
+    if (await direct({load}, t('load_is'))) inputs.forEach((input) => delete input.dataset.edited);
   };
-  const rows = kLoad.map(([, name, unit], n) => el('div', {class: 'pair'}, el('label', {}, name, inputs[n]), el('span', {class: 'dim', text: unit})));
-  return [el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button('Set load', set), button('As configured', configured))];
+  const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {}, t(word), inputs[n]), el('span', {class: 'dim', text: unit})));
+  return [says, el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button(t('set_load'), set), button(t('as_now'), restore))];
 }

@@ -84,6 +84,7 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"GET", "/drives", &ControlApi::get_drives},
       {"GET", "/drives/{bus}/{id}", &ControlApi::get_drive},
       {"POST", "/directives", &ControlApi::post_directives},
+      {"GET", "/advice", &ControlApi::get_advice},
       {"GET", "/faults", &ControlApi::get_faults},
       {"GET", "/faults/kinds", &ControlApi::get_fault_kinds},
       {"GET", "/signals", &ControlApi::get_signals},
@@ -200,6 +201,16 @@ void ControlApi::get_drive(const ApiRequest& /*request*/, const Parts& parts, co
     throw ApiError(404, "path", "there is no drive " + parts[1] + " on " + parts[0]);
   }
   reply({200, drive_json(*line, id), ""});
+}
+
+void ControlApi::get_advice(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                            const Reply& reply) {
+  catch_up();
+  Json all = Json::array();
+  for (const auto& line : world_.lines()) {
+    for (const Advice& advice : line->adviser().given()) all.push_back(advice_json(*line, advice));
+  }
+  reply({200, all, ""});
 }
 
 void ControlApi::get_faults(const ApiRequest& /*request*/, const Parts& /*parts*/,

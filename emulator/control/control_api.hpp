@@ -85,6 +85,7 @@ class ControlApi {
   void get_drives(const ApiRequest&, const Parts&, const Reply& reply);
   void get_drive(const ApiRequest&, const Parts& parts, const Reply& reply);
   void post_directives(const ApiRequest& request, const Parts&, const Reply& reply);
+  void get_advice(const ApiRequest&, const Parts&, const Reply& reply);
   void get_faults(const ApiRequest&, const Parts&, const Reply& reply);
   void get_fault_kinds(const ApiRequest&, const Parts&, const Reply& reply);
   void get_signals(const ApiRequest&, const Parts&, const Reply& reply);

@@ -9,9 +9,11 @@
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/fault_table.hpp"
+#include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario_text.hpp"
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/signals.hpp"
+#include "emulator/core/units.hpp"
 #include "emulator/program/motor_listing.hpp"
 #include "emulator/program/profile_files.hpp"
 
@@ -80,11 +82,35 @@ Json registers_json(const Registers& registers, const ServoConfig& servo) {
   return json;
 }
 
+Json load_json(const model::LoadParams& load) {
+  Json json = Json::object();
+  for (const auto& field : fields::kLoad) put(json, field, load);
+  return json;
+}
+
+Json surroundings_json(const Surroundings& now) {
+  return {{"power", now.power ? "on" : "off"},
+          {"supply_V", now.supply_V},
+          {"ambient_C", now.ambient_C},
+          {"load", load_json(now.load)}};
+}
+
+/// In the terms of the wire; null: the loops are told nothing.
+Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
+  if (const auto* torque = std::get_if<model::Torque>(&setpoint)) return {{"iq_A", torque->i_q}};
+  if (const auto* speed = std::get_if<model::Speed>(&setpoint)) {
+    return {{"speed_dps", dps_from_rad_s(speed->omega)}};
+  }
+  if (const auto* position = std::get_if<model::Position>(&setpoint)) {
+    return {{"angle_deg", servo.multi_turn_deg_of(position->theta)}};
+  }
+  if (const auto* open = std::get_if<model::OpenLoop>(&setpoint)) return {{"power", open->power}};
+  return nullptr;
+}
+
 /// What a drive is made of and what it started with: nothing of it changes.
 Json built_json(const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
-  Json load = Json::object();
-  for (const auto& field : fields::kLoad) put(load, field, drive.load);
   const double turns = encoder_turns(servo.profile, servo.quirks);
   const ShaftAngles angles(servo.profile, servo.quirks);
   return {{"gear_ratio", drive.mechanics.gear_ratio},
@@ -92,7 +118,7 @@ Json built_json(const ServoConfig& servo) {
           {"encoder_turns", turns},
           {"supply_V", drive.supply.v_source},
           {"ambient_C", drive.thermal.temp_ambient},
-          {"load", load}};
+          {"load", load_json(drive.load)}};
 }
 
 Json optional_seconds(const std::optional<SimTime>& time) {
@@ -180,6 +206,8 @@ Json drive_json(const Line& line, int id) {
           {"alive", drive.telemetry.alive},
           {"errors", errors},
           {"signals", values},
+          {"setpoint", setpoint_json(line.bus().setpoint(id), drive.servo)},
+          {"surroundings", surroundings_json(line.bus().surroundings(id))},
           {"built", built_json(servo)},
           {"registers",
            {{"ram", registers_json(drive.servo.ram(), servo)},
@@ -192,6 +220,19 @@ Json drive_json(const Line& line, int id) {
             {"refused_motion", stats.refused_motion},
             {"invalid_targets", stats.invalid_targets},
             {"rom_writes", stats.rom_writes}}}};
+}
+
+Json advice_json(const Line& line, const Advice& advice) {
+  return {{"kind", advice_row(advice.found.kind).word},
+          {"drive", advice.id},
+          {"bus", line.name()},
+          {"count", advice.count},
+          {"first_s", seconds(advice.first)},
+          {"frame", frame_text(advice.frame)},
+          {"what", what_text(advice, Language::kEnglish)},
+          {"todo", todo_text(advice, Language::kEnglish)},
+          {"what_zh", what_text(advice, Language::kChinese)},
+          {"todo_zh", todo_text(advice, Language::kChinese)}};
 }
 
 Json fault_json(const Line& line, const FaultReport& report) {

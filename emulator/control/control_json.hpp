@@ -11,6 +11,7 @@ double seconds(SimTime time);
 
 Json bus_json(const Line& line);
 Json drive_json(const Line& line, int id);
+Json advice_json(const Line& line, const Advice& advice);
 Json fault_json(const Line& line, const FaultReport& report);
 Json fault_kinds_json();
 Json signals_json();

@@ -75,7 +75,8 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
       ++lost_;
       return;
     }
-    gathered_.push_back({frame, direction});
+    const bool query = direction == Direction::kQuery;
+    gathered_.push_back({frame, direction, query ? line_.adviser().heard() : 0});
     if (gathered_.size() == 1 && !writing_) tell_soon();
   }
 
@@ -89,7 +90,7 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
 
   void tell() {
     Json frames = Json::array();
-    for (const auto& [frame, direction] : gathered_) frames.push_back(row(frame, direction));
+    for (const Gathered& one : gathered_) frames.push_back(row(one));
     gathered_.clear();
     Json message = {{"frames", std::move(frames)}};
     if (lost_ > 0) message["lost"] = lost_;
@@ -97,8 +98,15 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
     write();
   }
 
-  Json row(const TimedFrame& timed, Direction direction) const {
-    const bool query = direction == Direction::kQuery;
+  struct Gathered {
+    TimedFrame frame;
+    Direction direction;
+    std::uint64_t number;  // of a host's frame, as the adviser counts
+  };
+
+  Json row(const Gathered& gathered) const {
+    const TimedFrame& timed = gathered.frame;
+    const bool query = gathered.direction == Direction::kQuery;
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},
                  {"from", query ? "host" : "drive"},
@@ -109,6 +117,9 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
                  {"values", words.values}};
     if (!words.mark.empty()) json["mark"] = words.mark;
     if (!words.drawback.empty()) json["drawback"] = words.drawback;
+    // What is found out of a frame by the time it is told.
+    const std::string_view advice = line_.adviser().mark_of(gathered.number);
+    if (!advice.empty()) json["advice"] = advice;
     return json;
   }
 
@@ -144,11 +155,6 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
     listener_.reset();
     timer_.cancel();
   }
-
-  struct Gathered {
-    TimedFrame frame;
-    Direction direction;
-  };
 
   websocket::stream<HttpStream> socket_;
   boost::asio::steady_timer timer_;

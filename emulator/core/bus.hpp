@@ -23,6 +23,14 @@
 
 namespace lk::emulator {
 
+/// What a drive is connected to, as it was said last; faults come on top.
+struct Surroundings {
+  bool power = true;
+  double supply_V = 0;
+  double ambient_C = 0;
+  model::LoadParams load;
+};
+
 /// One CAN bus with its drives: a pure function of configuration, seed and timed frames.
 /// Splitting `advance_to` at other instants gives the same replies, byte for byte. Copyable.
 class Bus {
@@ -89,6 +97,9 @@ class Bus {
   }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
+  Surroundings surroundings(int id) const;
+  /// What the loops of the drive obey.
+  model::Setpoint setpoint(int id) const;
   DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
   // Act now.
   void set_load(int id, const model::LoadParams& load);

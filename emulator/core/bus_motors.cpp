@@ -161,4 +161,19 @@ model::Truth Bus::truth(int id) const {
   return banks_[place.bank].drives.truth(place.lane);
 }
 
+Surroundings Bus::surroundings(int id) const {
+  assert(settled());
+  const Place& place = places_[seat(id)];
+  const model::DriveBank& drives = banks_[place.bank].drives;
+  const model::DriveParams& params = drives.params(place.lane);
+  return {drives.connected(place.lane), params.supply.v_source, params.thermal.temp_ambient,
+          params.load};
+}
+
+model::Setpoint Bus::setpoint(int id) const {
+  assert(settled());
+  const Place& place = places_[seat(id)];
+  return banks_[place.bank].drives.setpoint(place.lane);
+}
+
 }  // namespace lk::emulator

@@ -13,6 +13,7 @@
 #include "emulator/ctl/ctl_words.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
+#include "emulator/program/language_option.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -36,6 +37,7 @@ struct Raw {
   std::string ids;
   std::optional<double> at_s;
   std::optional<double> for_s;
+  std::string language;
 };
 
 using Answer = CtlClient::Answer;
@@ -47,6 +49,10 @@ class Ctl {
   int status() { return show(client_.ask("GET", "/status"), status_table); }
   int drives() { return show(client_.ask("GET", "/drives"), drives_table); }
   int faults() { return show(client_.ask("GET", "/faults"), faults_table); }
+  int advice() {
+    const bool chinese = chosen_language(raw_.language) == Language::kChinese;
+    return show(client_.ask("GET", "/advice"), chinese ? advice_table_zh : advice_table_en);
+  }
   int drive() { return show(client_.ask("GET", drive_path()), drive_page); }
   int watch() { return watch_drives(client_); }
 
@@ -169,6 +175,7 @@ constexpr Row kRows[] = {
      nullptr, false},
     {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", true},
     {"faults", "the faults there have been, and what came of them", &Ctl::faults, nullptr, false},
+    {"advice", "what hosts do wrong, and what to do", &Ctl::advice, nullptr, false},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all", true},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", true},
     {"clock", "show, or set, how time goes by", &Ctl::clock, "MODE", false},
@@ -184,6 +191,7 @@ void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
   if (row.argument != nullptr) {
     sub.add_option("WORD", raw.word, row.argument)->type_name(row.argument)->required(row.needed);
   }
+  if (word == "advice") add_language_option(sub, raw.language);
   if (word == "drive") sub.add_option("ID", raw.id, "its ID")->type_name("ID")->required();
   if (word == "set")
     sub.add_option("WORDS", raw.words, "KEY=VALUE…")->type_name("KEY=VALUE")->required();

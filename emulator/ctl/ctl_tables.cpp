@@ -47,6 +47,19 @@ std::string values(const Json& object, const std::string& indent) {
   return text;
 }
 
+/// A block for each, with what to do below.
+std::string advice_blocks(const Json& advice, const char* what, const char* todo) {
+  std::string text;
+  for (const Json& one : advice) {
+    const auto drive = number(one, "drive");
+    text += fmt::format("{}{}  {}  {} x, {:.6g} s  {}\n  {}\n  -> {}\n", word(one, "bus"),
+                        drive > 0 ? fmt::format(":{}", drive) : "", word(one, "kind"),
+                        number(one, "count"), number(one, "first_s"), word(one, "frame"),
+                        word(one, what), word(one, todo));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string status_table(const Json& status) {
@@ -108,6 +121,14 @@ std::string faults_table(const Json& faults) {
                         number(fault, "effects"), word(fault, "first_on"));
   }
   return text;
+}
+
+std::string advice_table_en(const Json& advice) {
+  return advice.empty() ? "no advice\n" : advice_blocks(advice, "what", "todo");
+}
+
+std::string advice_table_zh(const Json& advice) {
+  return advice.empty() ? "没有建议\n" : advice_blocks(advice, "what_zh", "todo_zh");
 }
 
 }  // namespace lk::emulator

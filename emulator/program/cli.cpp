@@ -10,6 +10,7 @@
 
 #include "emulator/config/profile.hpp"
 #include "emulator/program/commands.hpp"
+#include "emulator/program/language_option.hpp"
 #include "emulator/program/motor_listing.hpp"
 #include "emulator/program/profile_files.hpp"
 #include "emulator/record/recording.hpp"
@@ -21,8 +22,8 @@ constexpr const char* kFooter = R"(
 One --ids belongs to the --bus before it. Example, two buses:
   lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
 
-Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running, 2 unusable input; with
---scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
+was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
 
 /// They have their own --help.
 std::string other_commands() {
@@ -50,6 +51,7 @@ struct Raw {
   std::string http_token;
   bool http_write = false;
   std::string record;
+  std::string language;
   std::string motor_to_show;
   CommandLine line;
 };
@@ -92,6 +94,9 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("FILE");
   app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
       ->type_name("FILE");
+  app.add_flag("--strict", raw.line.strict,
+               "advice about the host is a failure: exit status 1 (docs/advice.md)");
+  add_language_option(app, raw.language);
   app.add_option("--control", raw.control,
                  "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
                  "XDG_RUNTIME_DIR)")
@@ -269,6 +274,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (raw.record.empty()) throw StartError("--record: needs a directory");
     line.record = raw.record;
   }
+  line.language = chosen_language(raw.language);
   check_log_level(line.log_level);
   return line;
 }

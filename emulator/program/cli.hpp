@@ -9,6 +9,7 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/control/control_options.hpp"
+#include "emulator/core/language.hpp"
 #include "emulator/program/pacer.hpp"
 #include "emulator/rom/rom_options.hpp"
 
@@ -37,6 +38,8 @@ struct CommandLine {
   std::optional<std::filesystem::path> scenario;
   std::optional<std::filesystem::path> junit;   // of the scenario
   std::optional<std::filesystem::path> record;  // directory that gets a recording
+  bool strict = false;                          // advice is a failure
+  Language language = Language::kEnglish;       // of advice
   std::string log_level = "info";
 };
 

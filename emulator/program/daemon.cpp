@@ -113,6 +113,8 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       recording_(world_, options.overrides, options.texts),
       planned_(options.scenario),
       judged_(options.scenario.has_value()),
+      language_(options.language),
+      strict_(options.strict),
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
@@ -128,6 +130,9 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
+    line.on_advice = [this, &line](const Advice& advice) {
+      spdlog::warn("{}", advice_line(line.name(), advice, language_));
+    };
     if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
   control_.emplace(loop_, world_, options.control);
@@ -151,6 +156,7 @@ int Daemon::run() {
   if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
   loop_.run();
   print_summary();
+  if (!judged_) print_advice();
   const int status = conclude_scenario();
   if (!disk_is_done()) {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
@@ -164,20 +170,40 @@ int Daemon::run() {
 }
 
 int Daemon::conclude_scenario() {
-  const auto report = judged_ ? scenario_.report() : std::nullopt;
+  auto report = judged_ ? scenario_.report() : std::nullopt;
   if (!report && judged_) {
     std::printf("invalid: the scenario never began, an interface was down\n");
     std::fflush(stdout);
     return exit_status(Outcome::kInvalid);
   }
-  if (!report) return EXIT_SUCCESS;
-  std::fputs(report_text(*report, false).c_str(), stdout);
+  if (!report) return strict_ && !advice().empty() ? EXIT_FAILURE : EXIT_SUCCESS;
+  report->advice = advice();
+  report->strict = strict_;
+  std::fputs(report_text(*report, false, language_).c_str(), stdout);
   std::fflush(stdout);
   if (junit_) {
     junit_->write(junit_xml({*report}));
     junit_->commit();
   }
-  return exit_status(report->verdict.outcome);
+  return exit_status(report->outcome());
+}
+
+std::vector<GivenAdvice> Daemon::advice() const {
+  std::vector<GivenAdvice> all;
+  for (const auto& line : world_.lines()) {
+    for (const Advice& advice : line->adviser().given()) all.push_back({line->name(), advice});
+  }
+  return all;
+}
+
+/// Apart from the summary, which programs read. A scenario's report has it.
+void Daemon::print_advice() const {
+  const std::vector<GivenAdvice> all = advice();
+  if (all.empty()) return;
+  constexpr Words kTitle{"advice about the host:", "对主机的建议："};
+  std::string text = std::string(kTitle.in(language_)) + '\n';
+  for (const auto& [bus, advice] : all) text += "  " + advice_line(bus, advice, language_) + '\n';
+  std::fputs(text.c_str(), stderr);
 }
 
 void Daemon::keep_rom(std::size_t line, const RomWrite& write) {

@@ -30,6 +30,8 @@ struct RunOptions {
   std::optional<Scenario> scenario;  // the run ends with it
   std::optional<std::filesystem::path> junit;
   std::optional<std::filesystem::path> record;  // a recording from the beginning
+  Language language = Language::kEnglish;       // of advice
+  bool strict = false;                          // advice is a failure
   // What the buses were made of.
   Overrides overrides;
   ConfigTexts texts;
@@ -44,7 +46,7 @@ class Daemon {
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
   /// not return when the disk still has not answered: it ends the process. Gives the exit status:
-  /// 0, or that of the scenario's verdict.
+  /// 0, or that of the scenario's verdict; 1 after advice, where that is a failure.
   int run();
 
  private:
@@ -58,6 +60,8 @@ class Daemon {
   void follow_links();
   void say_ready_once();
   void print_summary() const;
+  std::vector<GivenAdvice> advice() const;
+  void print_advice() const;
   /// The verdict, where it is wanted; gives the exit status.
   int conclude_scenario();
 
@@ -67,6 +71,8 @@ class Daemon {
   RunRecording recording_;
   std::optional<Scenario> planned_;  // begins when the interfaces are up
   bool judged_ = false;              // the run is for a scenario
+  Language language_;
+  bool strict_;
   std::optional<OutputFile> junit_;
   LinkMonitor links_;
   boost::asio::signal_set signals_;

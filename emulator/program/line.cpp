@@ -59,7 +59,11 @@ struct AllWatchers {
 SimTime frame_instant(SimTime at, SimTime reached) { return whole_us(std::max(at, reached)); }
 
 Line::Line(const BusConfig& config)
-    : config_(config), ids_(print_ids(config.servos)), bus_(config), gate_(config) {}
+    : config_(config),
+      ids_(print_ids(config.servos)),
+      bus_(config),
+      gate_(config),
+      adviser_(config) {}
 
 void Line::connect(boost::asio::io_context& loop, std::function<void()> on_frames) {
   port_.emplace(loop, config_.interface, reception_for(config_), std::move(on_frames));
@@ -84,6 +88,7 @@ void Line::put_on_bus(const TimedFrame& in) {
     bus_.advance_to(effective.at);
     let_out();
   }
+  adviser_.hear(effective);
   for (const Listener& listener : listeners_) {
     if (listener.query) listener.query(effective);
   }
@@ -112,6 +117,14 @@ void Line::advance_to(SimTime until) {
   deliver_watched(bus_, until, all);
   let_out();  // replies do not wait for motors that they do not depend on
   bus_.settle();
+  look_after_hosts();
+}
+
+void Line::look_after_hosts() {
+  adviser_.look(bus_);
+  for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
+    if (on_advice) on_advice(adviser_.given()[advice_told_]);
+  }
 }
 
 Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {

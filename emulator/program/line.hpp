@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/advice/adviser.hpp"
 #include "emulator/core/bus.hpp"
 #include "emulator/program/pacer.hpp"
 #include "emulator/program/socketcan_port.hpp"
@@ -81,6 +82,11 @@ class Line {
   /// Everything that was to leave has left.
   bool replies_have_left() const;
 
+  /// What hosts do wrong on this bus.
+  const Adviser& adviser() const { return adviser_; }
+  /// What is called with each advice when it is first given.
+  std::function<void(const Advice&)> on_advice;
+
   /// What is called with each write to ROM; none: it counts as kept at once.
   std::function<void(const RomWrite&)> on_rom_write;
   /// The disk has answered; `error` is 0 or errno.
@@ -109,6 +115,7 @@ class Line {
   /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);
   void keep_rom();
+  void look_after_hosts();
   void let_out();
   void send(const std::vector<protocol::Frame>& frames);
   bool crowded() const;
@@ -117,6 +124,8 @@ class Line {
   std::string ids_;
   Bus bus_;
   RomGate gate_;
+  Adviser adviser_;
+  std::size_t advice_told_ = 0;
   std::optional<SocketCanPort> port_;
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;

@@ -48,6 +48,8 @@ int run(int argc, char** argv) {
                                                  .scenario = std::move(scenario),
                                                  .junit = command_line->junit,
                                                  .record = command_line->record,
+                                                 .language = command_line->language,
+                                                 .strict = command_line->strict,
                                                  .overrides = command_line->overrides,
                                                  .texts = std::move(texts)});
   return daemon.run();

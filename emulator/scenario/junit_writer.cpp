@@ -56,6 +56,23 @@ std::string fault_case(const PlannedFault& fault, const std::string& suite) {
                             escaped(fault_sentence(fault)));
 }
 
+std::string advice_case(const GivenAdvice& given, const std::string& suite) {
+  const Advice& advice = given.advice;
+  const std::string name = fmt::format("{} drive {} advice {}", given.bus, advice.id,
+                                       advice_row(advice.found.kind).word);
+  return open_case(name, suite) +
+         fmt::format(">\n      <failure message=\"{}\"/>\n    </testcase>\n",
+                     escaped(advice_line(given.bus, advice, Language::kEnglish)));
+}
+
+std::string advice_output(const RunReport& report) {
+  std::string lines;
+  for (const GivenAdvice& given : report.advice) {
+    lines += "advice: " + advice_line(given.bus, given.advice, Language::kEnglish) + '\n';
+  }
+  return "    <system-out>" + escaped(lines) + "</system-out>\n";
+}
+
 std::string suite_of(const RunReport& report) {
   const Verdict& verdict = report.verdict;
   const auto failed =
@@ -66,6 +83,7 @@ std::string suite_of(const RunReport& report) {
       std::ranges::count_if(verdict.faults, [](const auto& fault) { return !fault.took_effect(); });
   // Some reasons have a case of their own already.
   const bool reasons_apart = !verdict.invalid.empty() && open + idle == 0;
+  const auto strict = report.strict ? report.advice.size() : 0;
   std::string text = fmt::format(
       "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" time=\"{:.3f}\">\n"
       "    <properties>\n"
@@ -76,15 +94,20 @@ std::string suite_of(const RunReport& report) {
       "      <property name=\"outcome\" value=\"{}\"/>\n"
       "    </properties>\n",
       escaped(report.name),
-      verdict.expectations.size() + verdict.faults.size() + (reasons_apart ? 1 : 0), failed,
-      open + idle + (reasons_apart ? 1 : 0), report.wall_s, report.seed,
-      in_seconds(report.simulated), outcome_word(verdict.outcome));
+      verdict.expectations.size() + verdict.faults.size() + strict + (reasons_apart ? 1 : 0),
+      static_cast<std::size_t>(failed) + strict, open + idle + (reasons_apart ? 1 : 0),
+      report.wall_s, report.seed, in_seconds(report.simulated), outcome_word(report.outcome()));
   for (const auto& result : verdict.expectations) text += expectation_case(result, report.name);
   for (const auto& fault : verdict.faults) text += fault_case(fault, report.name);
   if (reasons_apart) {
     text += open_case("the scenario is valid", report.name) +
             fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
                         escaped(verdict.invalid.front()));
+  }
+  if (report.strict) {
+    for (const auto& given : report.advice) text += advice_case(given, report.name);
+  } else if (!report.advice.empty()) {
+    text += advice_output(report);
   }
   if (!verdict.invalid.empty()) {
     std::string reasons;

@@ -4,9 +4,16 @@
 #include <string>
 #include <vector>
 
+#include "emulator/advice/advice.hpp"
 #include "emulator/core/scenario_run.hpp"
 
 namespace lk::emulator {
+
+/// What a host did wrong on one of the buses.
+struct GivenAdvice {
+  std::string bus;  // interface
+  Advice advice;
+};
 
 /// A scenario that has been run.
 struct RunReport {
@@ -17,10 +24,19 @@ struct RunReport {
   SimTime simulated{0};
   double wall_s = 0;
   Verdict verdict;
+  std::vector<GivenAdvice> advice = {};
+  bool strict = false;  // advice is a failure
+
+  /// Of the verdict and, where that is strict, the advice.
+  Outcome outcome() const {
+    const bool fails = strict && !advice.empty() && verdict.outcome == Outcome::kPassed;
+    return fails ? Outcome::kFailed : verdict.outcome;
+  }
 };
 
 /// JUnit XML as CI systems read it: a suite for each run, a case for each expectation and each
-/// planned fault. `hostname`s and time stamps are left out: two runs give the same but `time`.
+/// planned fault, and for each advice where that is strict; else advice is in system-out.
+/// `hostname`s and time stamps are left out: two runs give the same but `time`.
 std::string junit_xml(const std::vector<RunReport>& reports);
 
 }  // namespace lk::emulator

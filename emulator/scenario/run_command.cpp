@@ -11,6 +11,7 @@
 #include "emulator/core/signals.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
+#include "emulator/program/language_option.hpp"
 #include "emulator/scenario/csv_options.hpp"
 #include "emulator/scenario/scenario_files.hpp"
 #include "emulator/scenario/scenario_report.hpp"
@@ -20,7 +21,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit status: 0 all passed, 1 an expectation failed, 2 unusable input, 3 invalid: a planned fault
+Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), 2 unusable input, 3 invalid: a planned fault
 never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
 
 /// As CLI11 collects them.
@@ -31,6 +32,8 @@ struct Raw {
   std::vector<std::string> signals;
   double rate_Hz = 100;
   bool quiet = false;
+  bool strict = false;
+  std::string language;
 };
 
 void add_options(CLI::App& app, Raw& raw) {
@@ -48,6 +51,8 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--candump", raw.candump, "write all frames of one scenario as candump -L does")
       ->type_name("FILE");
   app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
+  app.add_flag("--strict", raw.strict, "advice about the host is a failure (docs/advice.md)");
+  add_language_option(app, raw.language);
   app.add_flag("--quiet", raw.quiet, "print only what did not pass");
 }
 
@@ -92,6 +97,7 @@ RunOutputs read_outputs(const CLI::App& app, const Raw& raw) {
   if (app.count("--csv") > 0) outputs.csv = read_csv(raw);
   if (app.count("--candump") > 0) outputs.candump = raw.candump;
   if (app.count("--rom") > 0 && raw.rom != ":memory:") outputs.rom = raw.rom;
+  outputs.strict = raw.strict;
   outputs.progress = !raw.quiet && ::isatty(STDERR_FILENO) != 0;
   return outputs;
 }
@@ -133,6 +139,7 @@ int run_scenarios(int argc, const char* const* argv) {
   if (!parse_arguments(app, argc, argv)) return 0;
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
+  const Language language = chosen_language(raw.language);
   // All that can be wrong is found before anything runs.
   std::vector<Scenario> scenarios;
   for (const std::string& file : raw.files) scenarios.push_back(load_scenario(file, seed));
@@ -143,9 +150,9 @@ int run_scenarios(int argc, const char* const* argv) {
   for (Scenario& scenario : scenarios) {
     reports.push_back(run_scenario(std::move(scenario), outputs));
     const RunReport& report = reports.back();
-    outcome = worse(outcome, report.verdict.outcome);
-    if (raw.quiet && report.verdict.outcome == Outcome::kPassed) continue;
-    std::fputs(report_text(report, in_colour()).c_str(), stdout);
+    outcome = worse(outcome, report.outcome());
+    if (raw.quiet && report.outcome() == Outcome::kPassed) continue;
+    std::fputs(report_text(report, in_colour(), language).c_str(), stdout);
     std::fflush(stdout);
   }
   if (junit) {

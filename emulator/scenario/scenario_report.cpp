@@ -74,8 +74,9 @@ std::string fault_sentence(const PlannedFault& fault) {
   return text + fmt::format(", {} in all", evidence.effects);
 }
 
-std::string report_text(const RunReport& report, bool in_colour) {
+std::string report_text(const RunReport& report, bool in_colour, Language language) {
   const Verdict& verdict = report.verdict;
+  const Outcome outcome = report.outcome();
   std::string speed;
   if (report.wall_s > 0) {
     speed =
@@ -84,11 +85,10 @@ std::string report_text(const RunReport& report, bool in_colour) {
       speed = fmt::format(", {:.0f} x real time", in_seconds(report.simulated) / report.wall_s);
     }
   }
-  std::string text =
-      fmt::format("{}: {} ({} simulated in {:.2f} s{}, {}, seed {})\n", report.name,
-                  coloured(outcome_word(verdict.outcome), colour_of(verdict.outcome), in_colour),
-                  time_text(report.simulated), report.wall_s, speed, count(report.drives, "drive"),
-                  report.seed);
+  std::string text = fmt::format("{}: {} ({} simulated in {:.2f} s{}, {}, seed {})\n", report.name,
+                                 coloured(outcome_word(outcome), colour_of(outcome), in_colour),
+                                 time_text(report.simulated), report.wall_s, speed,
+                                 count(report.drives, "drive"), report.seed);
   for (const ExpectationResult& result : verdict.expectations) {
     text += fmt::format("  {}  {}", status_word(result.status, in_colour), result.expected);
     text += fmt::format(" - {}\n", result.measured);
@@ -96,6 +96,10 @@ std::string report_text(const RunReport& report, bool in_colour) {
   }
   for (const PlannedFault& fault : verdict.faults) {
     text += fmt::format("  fault {}\n", fault_sentence(fault));
+  }
+  for (const GivenAdvice& given : report.advice) {
+    text += fmt::format("  {} {}\n", coloured("advice:", report.strict ? "31" : "33", in_colour),
+                        advice_line(given.bus, given.advice, language));
   }
   for (const std::string& reason : verdict.invalid) {
     text += fmt::format("  {} {}\n", coloured("invalid:", "33", in_colour), reason);

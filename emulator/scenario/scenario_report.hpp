@@ -15,7 +15,9 @@ double in_seconds(SimTime time);
 /// What a planned fault has done: "jam of drive 1 began at 1 s, took effect at 1.001 s, …".
 std::string fault_sentence(const PlannedFault& fault);
 
-/// For a person: the outcome, each expectation with what was measured, each fault with what it did.
-std::string report_text(const RunReport& report, bool in_colour);
+/// For a person: the outcome, each expectation with what was measured, each fault with what it did,
+/// and advice in their language.
+std::string report_text(const RunReport& report, bool in_colour,
+                        Language language = Language::kEnglish);
 
 }  // namespace lk::emulator

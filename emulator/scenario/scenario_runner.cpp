@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "emulator/advice/adviser.hpp"
 #include "emulator/config/candump_log.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/rom/rom_store.hpp"
@@ -14,8 +15,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Between two looks at the clock, and two writes of traffic.
-constexpr SimTime kChunk = std::chrono::milliseconds(20);
+/// Between two looks of the advisers, which want to know in what state a drive was spoken to.
+constexpr SimTime kChunk = Adviser::kLookStep;
 
 /// Rows of signals at equal steps.
 class CsvOutput {
@@ -105,6 +106,36 @@ class RomOutput {
   std::vector<RomWrite> writes_;
 };
 
+/// An adviser on each bus. Frames are heard a little late, but with the times they had.
+class Advisers {
+ public:
+  explicit Advisers(const Scenario& scenario) {
+    for (const BusConfig& bus : scenario.robot) advisers_.push_back({bus.interface, Adviser(bus)});
+  }
+  void hear(const std::vector<Traffic>& traffic) {
+    for (const Traffic& one : traffic) {
+      if (one.from_host) advisers_[one.bus].adviser.hear(one.frame);
+    }
+  }
+  void look(const ScenarioRun& run) {
+    for (std::size_t n = 0; n < advisers_.size(); ++n) advisers_[n].adviser.look(run.bus(n));
+  }
+  std::vector<GivenAdvice> given() const {
+    std::vector<GivenAdvice> all;
+    for (const auto& [bus, adviser] : advisers_) {
+      for (const Advice& advice : adviser.given()) all.push_back({bus, advice});
+    }
+    return all;
+  }
+
+ private:
+  struct OfBus {
+    std::string bus;
+    Adviser adviser;
+  };
+  std::vector<OfBus> advisers_;
+};
+
 std::size_t drives_of(const Scenario& scenario) {
   std::size_t drives = 0;
   for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
@@ -122,6 +153,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   if (outputs.candump) candump.emplace(*outputs.candump, scenario);
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
+  Advisers advisers(scenario);
   std::vector<Traffic> traffic;
   for (;;) {
     SimTime until = std::min(run.time() + kChunk, scenario.duration);
@@ -130,6 +162,8 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     if (csv && csv->next_due() <= run.time()) csv->look(run);
     traffic.clear();
     run.take_traffic(traffic);
+    advisers.hear(traffic);
+    advisers.look(run);
     if (candump) candump->write(traffic);
     if (rom) rom->write(run);
     progress.show(run.time());
@@ -143,7 +177,9 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
           .drives = drives_of(scenario),
           .simulated = scenario.duration,
           .wall_s = progress.wall_s(),
-          .verdict = run.verdict()};
+          .verdict = run.verdict(),
+          .advice = advisers.given(),
+          .strict = outputs.strict};
 }
 
 }  // namespace lk::emulator

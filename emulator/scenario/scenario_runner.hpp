@@ -25,6 +25,7 @@ struct RunOutputs {
   std::optional<std::filesystem::path> candump;
   std::optional<std::filesystem::path> rom;  // directory; absent: ROM ends with the run
   bool progress = false;                     // on standard error
+  bool strict = false;                       // advice is a failure
 };
 
 /// Runs a scenario as fast as the machine goes. Throws StartError when an output cannot be written.

@@ -87,6 +87,13 @@ packages_install_bus() {
   packages_fail "neither this kernel nor a package offers vcan: use Debian (user-mode-linux) or load vcan"
 }
 
+# The browser of the dashboard's tests. Ubuntu has none as a package; the tests are skipped there and say so.
+packages_install_browser() {
+  if [[ -z $(packages_missing chromium) ]] || packages_exists chromium-driver; then
+    packages_install chromium chromium-driver python3-selenium
+  fi
+}
+
 # The whole set-up: packages_setup GROUP..., groups being build, run and test.
 packages_setup() {
   local group names=()
@@ -95,6 +102,9 @@ packages_setup() {
   done
   packages_install "${names[@]}" || return
   if [[ " $* " == *" run "* ]]; then
-    packages_install_bus
+    packages_install_bus || return
+  fi
+  if [[ " $* " == *" test "* ]]; then
+    packages_install_browser
   fi
 }

@@ -314,6 +314,33 @@ TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
   EXPECT_EQ(state.values, "temperature_C 25, voltage_V 24, errors 1: under_voltage");
 }
 
+TEST(ControlApi, TellsWhatHostsDoWrong) {
+  TestWorld t;
+  EXPECT_EQ(t.get("/advice").body, Json::array());
+  Line& line = *t.world.lines().front();
+  std::vector<std::string> told;
+  line.on_advice = [&](const Advice& advice) {
+    told.push_back(advice_line(line.name(), advice, Language::kEnglish));
+  };
+  line.keep_for_later({SimTime{0}, test::frame("142#9A")});
+  line.keep_for_later({SimTime{0}, test::frame("142#9A0000")});
+  line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.01})").status, 200);
+  const Json advice = t.get("/advice").body;
+  ASSERT_EQ(advice.size(), 1U);
+  EXPECT_EQ(advice[0]["kind"], "wrong-length");
+  EXPECT_EQ(advice[0]["drive"], 2);
+  EXPECT_EQ(advice[0]["bus"], "vcan0");
+  EXPECT_EQ(advice[0]["count"], 2);
+  EXPECT_EQ(advice[0]["first_s"], 0);
+  EXPECT_EQ(advice[0]["frame"], "142#9A");
+  EXPECT_EQ(advice[0]["what"], "1 bytes instead of 8: the drive does not answer");
+  EXPECT_EQ(advice[0]["todo_zh"], "所有帧都发 8 个字节，不用的字节填 0");
+  ASSERT_EQ(told.size(), 1U) << "once, however often it happens";
+  EXPECT_EQ(line.adviser().mark_of(2), "wrong-length");
+  EXPECT_EQ(line.adviser().mark_of(3), "");
+}
+
 /// docs/openapi.json and the router's table name the same requests.
 TEST(OpenApi, HasEveryRouteAndNoOther) {
   std::ostringstream text;

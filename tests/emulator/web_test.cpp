@@ -148,5 +148,26 @@ TEST_F(Served, FramesWithoutAnUpgradeAreRefusedWithTheirParameters) {
   EXPECT_EQ(status(ask("GET /api/v1/frames?ids=1 HTTP/1.1\r\n\r\n")), 400);
 }
 
+TEST_F(Served, FramesCarryTheAdviceThatTheyGaveRiseTo) {
+  start();
+  const Client stream = client();
+  stream.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
+  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  stream.receive_until("}");
+  boost::asio::post(t_.loop, [this] {
+    Line& line = *t_.world.lines().front();
+    line.take_in({SimTime{0}, test::frame("141#9C00000000000000")});
+    line.take_in({SimTime{0}, test::frame("141#9C0000")});
+  });
+  const std::string told = stream.receive_until("]}");
+  const std::size_t right = told.find("\"frame\":\"141#9C00000000000000\"");
+  const std::size_t wrong = told.find("\"frame\":\"141#9C0000\"");
+  ASSERT_NE(right, std::string::npos) << told;
+  ASSERT_NE(wrong, std::string::npos) << told;
+  const std::size_t advice = told.find("\"advice\":\"wrong-length\"");
+  EXPECT_GT(advice, wrong) << told;
+  EXPECT_EQ(told.find("\"advice\""), advice) << "the other one is as it should be";
+}
+
 }  // namespace
 }  // namespace lk::emulator

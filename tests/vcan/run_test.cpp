@@ -220,6 +220,35 @@ TEST_F(Run, JunitIsWellFormedAndCountsRight) {
   EXPECT_TRUE(lk::vcan::run(check)) << text_of(path("x.xml"));
 }
 
+TEST_F(Run, AdviceFailsWhereThatIsWanted) {
+  const std::string errs = scenario(
+      "errs.toml", std::string(kAlive) + "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"off\"\n" +
+                       "[[send]]\nat_s = 0.2\nid = 1\ncommand = \"torque\"\niq_A = 1\n" +
+                       "every_s = 0.1\ntimes = 3\n");
+  const auto told = run({errs, "--junit", path("told.xml"), "--lang", "zh"});
+  EXPECT_EQ(told.status, 0);
+  EXPECT_NE(told.out.find("advice: vcan0:1: motion-refused: 驱动器已关闭"), std::string::npos)
+      << told.out;
+  EXPECT_EQ(run({errs, "--quiet"}).out, "");
+  const auto failed = run({errs, "--quiet", "--strict", "--junit", path("failed.xml")});
+  EXPECT_EQ(failed.status, 1);
+  EXPECT_NE(failed.out.find("(3 times, first 141#A1"), std::string::npos) << failed.out;
+  EXPECT_EQ(run({passing(), "--strict"}).status, 0);
+  const std::string check =
+      "python3 -c \"\nimport sys, xml.etree.ElementTree as e\n"
+      "told, failed = (e.parse(name).getroot().find('testsuite') for name in sys.argv[1:])\n"
+      "assert [s.get('failures') for s in (told, failed)] == ['0', '1']\n"
+      "assert [s.get('tests') for s in (told, failed)] == ['1', '2']\n"
+      "assert 'vcan0:1: motion-refused: the drive is off' in told.find('system-out').text\n"
+      "assert failed.find('system-out') is None\n"
+      "case = failed.findall('testcase')[1]\n"
+      "assert case.get('name') == 'vcan0 drive 1 advice motion-refused'\n"
+      "assert 'switch the drive on with 0x88' in case.find('failure').get('message')\n"
+      "\" " +
+      path("told.xml") + " " + path("failed.xml");
+  EXPECT_TRUE(lk::vcan::run(check)) << text_of(path("told.xml")) << text_of(path("failed.xml"));
+}
+
 TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
   const std::string writes = scenario(
       "writes.toml", "[[send]]\nat_s = 0.1\nid = 1\ncommand = \"write_offset\"\noffset = 77\n" +

@@ -9,9 +9,16 @@ import pytest
 
 PROGRAM = os.environ.get("LKEMU", "lk-emu")
 
-if not (shutil.which("chromium") and shutil.which("chromedriver")
-        and importlib.util.find_spec("selenium")):
+MISSING = [package for package, there in {
+    "chromium": shutil.which("chromium"), "chromium-driver": shutil.which("chromedriver"),
+    "python3-selenium": importlib.util.find_spec("selenium")}.items() if not there]
+if MISSING:
     collect_ignore_glob = ["test_*.py"]
+
+
+def pytest_terminal_summary(terminalreporter):
+    if MISSING:
+        terminalreporter.write_line(f"skipped: the dashboard's tests need {', '.join(MISSING)}")
 
 
 @pytest.fixture(scope="session")
@@ -31,7 +38,13 @@ def browser(bench):
 
 
 @pytest.fixture
-def page(browser):
-    """Complaints of the browser are those of this test."""
+def page(bench, browser, request, tmp_path):
+    """Complaints of the browser are those of this test; a failure leaves a picture of the page."""
     browser.complaints()
+    browser.be_at_rest()
+    bench.tell("move")
+    failed = request.session.testsfailed
     yield browser
+    if request.session.testsfailed > failed:
+        browser.driver.save_screenshot(str(tmp_path / "page.png"))
+        print(f"the page: {tmp_path}/page.png, its complaints: {browser.complaints()}")

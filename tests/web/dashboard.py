@@ -56,17 +56,28 @@ class Bench:
         answer = self.tell(f"{0x140 + drive:03X}#{bytes(data).ljust(8, bytes(1)).hex()}")
         return None if answer == "none" else bytes.fromhex(answer.split("#")[1])
 
+    def read(self, drive, command):
+        """Of a drive that answers, though perhaps late on a busy machine."""
+        for _ in range(10):
+            if data := self.ask(drive, command):
+                return data
+        raise AssertionError(f"drive {drive} does not answer {command:02X}")
+
     def position(self, drive, angle_deg, max_speed_dps=0):
         return self.ask(drive, *struct.pack("<BxHi", 0xA4, max_speed_dps, round(angle_deg * 100)))
 
+    def angle_gain(self, drive, kp):
+        """0x31, the other gains as delivered: twice and a half of this one, 100, makes a step overshoot."""
+        return self.ask(drive, 0x31, 0, kp, 100, 50, 40, 50, 50)
+
     def angle_deg(self, drive):
         """0x92: 56 bits, signed, 0.01 degrees."""
-        data = self.ask(drive, 0x92)
+        data = self.read(drive, 0x92)
         return int.from_bytes(data[1:8], "little", signed=True) / 100
 
     def voltage_V(self, drive):
         """0x9A of the oldest generation: DATA[3..4], 0.1 V."""
-        return int.from_bytes(self.ask(drive, 0x9A)[3:5], "little") / 10
+        return int.from_bytes(self.read(drive, 0x9A)[3:5], "little") / 10
 
     def close(self):
         self.connection.close()
@@ -77,24 +88,45 @@ class Bench:
 class Page:
     """What a person sees and clicks."""
 
-    def __init__(self, port, size=(1440, 900)):
+    def __init__(self, port, size=(1440, 900), query="", before=""):
+        """`before` is a script that the page finds done."""
         options = webdriver.ChromeOptions()
         options.binary_location = "/usr/bin/chromium"
         for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                     "--hide-scrollbars", "--window-size=%d,%d" % size):
+                     "--hide-scrollbars", "--lang=en", "--window-size=%d,%d" % size):
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
         self.driver.set_script_timeout(PATIENCE_S)
-        # The window's frame takes its share.
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
-        self.address = f"http://127.0.0.1:{port}/"
+        self.resize(size)
+        if before:
+            self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": before})
+        self.address = f"http://127.0.0.1:{port}/{query}"
         self.driver.get(self.address)
         self.until(lambda: self.all(".card"))
 
     def close(self):
         self.driver.quit()
+
+    def resize(self, size):
+        """The window's frame would take its share."""
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+
+    def be_at_rest(self):
+        """What a failed test left: a traffic view that filters, a scope that stands."""
+        self.run("""
+          const traffic = document.querySelector('#view-traffic');
+          for (const field of traffic.querySelectorAll('input')) {
+            if (field.type === 'checkbox') {
+              if (field.checked) field.click();
+            } else if (field.value) {
+              field.value = '';
+              field.dispatchEvent(new Event('input'));
+            }
+          }
+          for (const pressed of document.querySelectorAll('#view-traffic [aria-pressed=true], .scope-controls .main[aria-pressed=true]')) pressed.click();
+          document.querySelector('.notes').replaceChildren();""")
 
     def until(self, holds):
         return WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
@@ -152,9 +184,8 @@ class Page:
 
     def dial_deg(self, drive, part="shaft"):
         turn = self.run("""return document.querySelector(
-          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).getAttribute('transform')""",
-                        f"vcan0/{drive}", part)
-        return float(turn[len("rotate("):-1]) if turn else None
+          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", f"vcan0/{drive}", part)
+        return float(turn[len("rotate("):-len("deg)")]) if turn else None
 
     def state(self, drive):
         return self.text(f'[data-drive="vcan0/{drive}"] .chip')

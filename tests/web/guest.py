@@ -7,6 +7,7 @@
 | `141#9A0000…`    | the next frame with this identifier, or `none` when there is none in 0.5 s |
 | `move 1,2`       | these drives are kept busy from now on; `move` ends that                   |
 | `stop`, `start`  | ends lk-emu, starts it again                                               |
+| `rss`            | the memory that lk-emu has, kB                                             |
 """
 
 import asyncio
@@ -92,6 +93,9 @@ class Guest:
             return await self.start()
         if line == "stop":
             return await asyncio.to_thread(self.stop)
+        if line == "rss":
+            with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
+                return next(row.split()[1] for row in status if row.startswith("VmRSS"))
         if line.startswith("move"):
             self.moving = [int(drive) for drive in line[4:].split(",") if drive.strip()]
             return "moving"

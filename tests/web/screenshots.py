@@ -1,15 +1,22 @@
-"""The pictures of docs/dashboard.md and README.md: python3 screenshots.py LK-EMU DIRECTORY"""
+"""The pictures of docs/dashboard.md and README.md: python3 screenshots.py LK-EMU [DIRECTORY]
 
+Wants python3-pil, which makes them small, and a font with Chinese characters (fonts-wqy-microhei)."""
+
+import io
 import pathlib
 import sys
 
 from dashboard import Bench, Page, nap
+from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
 
-SIZE = (1440, 900)
+SIZE = (1280, 720)
+PICTURES = pathlib.Path(__file__).resolve().parents[2] / "docs" / "pictures"
 
 
-def theme(page, name):
-    page.run("localStorage.setItem('lk-emu-theme', arguments[0])", name)
+def reload(page, theme, language):
+    page.run("localStorage.setItem('lk-emu-theme', arguments[0]); localStorage.setItem('lk-emu-lang', arguments[1])",
+             theme, language)
     page.driver.refresh()
     page.until(lambda: page.all(".card"))
 
@@ -23,43 +30,92 @@ def break_something(page, drive, kind, **parameters):
     page.click("#view-bench", "Break it")
 
 
+def place_of(page, time_s):
+    """In the uppermost plot: element, offsets from its middle."""
+    view = page.scope("s.view")
+    over = page.one(".u-over")
+    share = (time_s - view["from_s"]) / (view["to_s"] - view["from_s"])
+    return over, int((share - 0.5) * over.size["width"]), 0
+
+
+def put_cursor(page, time_s):
+    """By a click, as a person does."""
+    nap(0.2)  # not a part of what was dragged before
+    ActionChains(page.driver).move_to_element_with_offset(*place_of(page, time_s)).click().perform()
+
+
+def step(page, bench):
+    """A step of drive 1, its beginning and its peak under the cursors."""
+    bench.tell("move")
+    bench.angle_gain(1, 250)
+    bench.position(1, 0)
+    page.until(lambda: abs(bench.angle_deg(1)) < 0.2)
+    page.go("scope?drive=vcan0/1")
+    page.choose('[aria-label="seconds in view"]', "10")
+    page.until(lambda: page.scope("s.captures[0].samples.length > 1500"))
+    bench.position(1, 120)
+    nap(2)
+    began, peak = page.scope("""(() => {
+      const {capture, column} = s.traces.find((one) => one.signal === 'angle_deg');
+      const ref = s.traces.find((one) => one.signal === 'angle_ref_deg').column;
+      const {samples} = capture;
+      let began = samples.end - 1;  // the last step is the one
+      while (began > samples.begin && Math.abs(samples.values[ref][began] - samples.values[ref][began - 1]) < 50) --began;
+      let peak = began;
+      for (let n = began; samples.times[n] < samples.times[began] + 0.4; ++n) {
+        if (samples.values[column][n] > samples.values[column][peak]) peak = n;
+      }
+      return [samples.times[began], samples.times[peak]];
+    })()""")
+    page.click(".scope-controls", "Pause")
+    place = place_of(page, began - 0.15)
+    hand = ActionChains(page.driver).move_to_element_with_offset(*place).click_and_hold()
+    hand.move_to_element_with_offset(*place_of(page, began + 0.35)).release().perform()
+    page.until(lambda: page.scope("s.view.to_s - s.view.from_s < 1"))
+    put_cursor(page, began)
+    put_cursor(page, peak)
+    page.run("document.activeElement.blur()")
+
+
 def main():
-    program, directory = sys.argv[1], pathlib.Path(sys.argv[2])
+    program = sys.argv[1]
+    directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
     directory.mkdir(parents=True, exist_ok=True)
     bench = Bench(program, "1-8", "--http-write")
     page = Page(bench.http, SIZE)
 
     def shoot(name):
         nap(1)  # for numbers and pictures to be those of now
-        page.driver.save_screenshot(str(directory / f"{name}.png"))
+        page.run("document.querySelector('.notes').replaceChildren()")
+        picture = Image.open(io.BytesIO(page.driver.get_screenshot_as_png())).convert("RGB")
+        picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(directory / f"{name}.png", optimize=True)
 
     try:
-        theme(page, "dark")
-        bench.tell("move 1,2,3,4,5,6")
+        reload(page, "dark", "en")
         break_something(page, 7, "cut")
         break_something(page, 4, "temperature_stuck", value_C=140)
-        break_something(page, 2, "jam", percent=60, for_s=0.2, every_s=4)
-        page.go("scope?drive=vcan0/2")
-        page.click(".scope-controls", "current")
-        page.go("traffic")
-        nap(6)
+        bench.tell("move 1,2,3,4,5,6")
+        nap(3)
         page.go("bus")
         shoot("bus")
-        page.go("scope")
-        page.click(".scope-controls", "Pause")
-        page.click(".scope-controls", "A")
-        page.click(".scope-controls", "B")
-        shoot("scope")
-        page.click(".scope-controls", "Go on")
         page.go("traffic")
+        nap(1)
+        bench.tell("move")
+        for drive, command in [(1, 0x92), (2, 0x9C), (4, 0x9A), (1, 0x7E), (5, 0x9D), (4, 0x9C), (6, 0x30)]:
+            bench.ask(drive, command)
+        nap(1)
         page.click("#view-traffic", "Pause")
         shoot("traffic")
         page.go("bench")
         page.for_drives(2)
         shoot("bench")
-        theme(page, "light")
+        step(page, bench)
+        shoot("scope")
+        bench.tell("move 1,2,3,4,5,6")
+        reload(page, "light", "zh")
         page.go("bus")
-        shoot("bus-light")
+        nap(2)
+        shoot("bus-zh")
     finally:
         page.close()
         bench.close()

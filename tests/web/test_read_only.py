@@ -1,4 +1,4 @@
-"""Without --http-write the page looks and does not touch."""
+"""Without --http-write the page looks and does not touch: here at as many drives as a bus takes."""
 
 import os
 
@@ -8,7 +8,7 @@ from dashboard import Bench, Page
 
 @pytest.fixture(scope="module")
 def bench():
-    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1")
+    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1-32")
     yield bench
     bench.close()
 
@@ -32,4 +32,30 @@ def test_the_program_refuses_whatever_the_page_does(page, bench):
     status = page.run("""return fetch('/api/v1/directives', {method: 'POST',
       headers: {'Content-Type': 'application/json'}, body: '{"power": "off"}'}).then((answer) => answer.status)""")
     assert status == 403
-    assert bench.ask(1, 0x9A) is not None
+    assert bench.read(1, 0x9A)
+
+
+def test_32_drives_fit_on_one_screen(page):
+    page.go("bus")
+    assert len(page.all(".card")) == 32
+    lowest, spilling = page.run("""
+      const cards = [...document.querySelectorAll('.card')];
+      const spills = (card) => [...card.querySelectorAll('dd, a, .chip, .unit')].some((node) =>
+        node.getBoundingClientRect().right > card.getBoundingClientRect().right);
+      return [Math.max(...cards.map((card) => card.getBoundingClientRect().bottom)), cards.filter(spills).map((card) => card.dataset.drive)]""")
+    assert lowest <= 900
+    assert spilling == []
+
+
+def test_the_scope_shows_32_drives(page):
+    page.go("scope?drive=vcan0/1")
+    page.click(".scope-controls", "all drives")
+    page.until(lambda: page.scope("s.traces.length") == 32 * 4)
+    page.until(lambda: page.scope("s.captures[0].samples.length > 1000"))
+    # Every picture is drawn of as many points as its width needs, and of all drives.
+    shown = page.scope("""s.traces.map((one) => {
+      const [times, values] = one.capture.samples.view(s.view.from_s, s.view.to_s, 160, [one.column]);
+      return times.length === values.length && times.length > 0 && times.length <= 2 * 162;
+    })""")
+    assert shown == [True] * 128
+    assert page.scope("s.captures[0].rate_Hz") == 1000

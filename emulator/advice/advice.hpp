@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "emulator/advice/kinds.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// What a watcher has recognised in a frame: which kind, and its numbers in words.
+struct Finding {
+  AdviceKind kind;
+  const Words* what;  // {1}, {2}, {3} stand for the numbers
+  std::array<double, 3> numbers{};
+  bool renews = false;  // the numbers of the last one are to be told, not those of the first
+};
+
+/// A mistake that a host has made with a drive, so many times.
+struct Advice {
+  Finding found;  // the first time; where it is a rate, the last
+  int id = 0;     // the drive; 0: the bus as a whole
+  std::uint64_t count = 0;
+  SimTime first{0};
+  protocol::Frame frame;  // the first one
+};
+
+/// What is wrong with the frame, the numbers in it.
+std::string what_text(const Advice& advice, Language language);
+inline std::string todo_text(const Advice& advice, Language language) {
+  return std::string(advice_row(advice.found.kind).todo.in(language));
+}
+/// "vcan0:1: rom-wear: … (12 times, first 141#32… at 0.25 s); todo": one line.
+std::string advice_line(const std::string& bus, const Advice& advice, Language language);
+
+}  // namespace lk::emulator

@@ -1,0 +1,215 @@
+#include "emulator/advice/adviser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "emulator/advice/bus_watch.hpp"
+#include "emulator/advice/field_watch.hpp"
+#include "emulator/advice/generation_watch.hpp"
+#include "emulator/advice/given.hpp"
+#include "emulator/advice/heard.hpp"
+#include "emulator/advice/hosts_watch.hpp"
+#include "emulator/advice/pace_watch.hpp"
+#include "emulator/advice/path_watch.hpp"
+#include "emulator/advice/rom_watch.hpp"
+#include "emulator/advice/speed_watch.hpp"
+#include "emulator/advice/trouble_watch.hpp"
+#include "emulator/core/bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr Words kLength{"{1} bytes instead of 8: the drive does not answer",
+                        "{1} 个字节，应为 8 个：驱动器不回复"};
+constexpr Words kNobody{"no drive here is in multi-drive mode: nobody answers",
+                        "总线上没有驱动器处于广播模式：无人回复"};
+constexpr Words kNotThis{"the frame has something for this drive, whose multi-drive mode is off",
+                         "帧里有给这台驱动器的内容，而它没有打开广播模式"};
+constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
+                          "驱动器处于广播模式，但没有这个标识符"};
+
+/// The frame's slot for this drive is empty, or there is none.
+bool slot_is_empty(const protocol::Frame& frame, int id) {
+  const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+  if (slot >= protocol::kMultiDriveSlots) return true;
+  return frame.data[2 * slot] == 0 && frame.data[2 * slot + 1] == 0;
+}
+
+}  // namespace
+
+class Adviser::Desk {
+ public:
+  explicit Desk(const BusConfig& config) {
+    seat_of_id_.fill(-1);
+    for (const ServoConfig& servo : config.servos) {
+      seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(drives_.size());
+      drives_.emplace_back(KnownDrive(servo, config.bitrate));
+    }
+  }
+
+  void hear(const TimedFrame& in) {
+    ++heard_;
+    if (in.frame.kind != protocol::FrameKind::kData || in.frame.extended) return;
+    if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
+    if (protocol::find_multi_drive(in.frame.id) != nullptr) {
+      hear_several(in);
+      return;
+    }
+    const std::uint32_t id = in.frame.id - protocol::kSingleDriveId;  // far away when it is below
+    if (id >= seat_of_id_.size() || seat_of_id_[id] < 0) return;
+    hear_single(drives_[static_cast<std::size_t>(seat_of_id_[id])], in);
+  }
+
+  void look(const Bus& bus) {
+    if (bus.time() < next_look_) return;
+    next_look_ = bus.time() + kLookStep;
+    for (Watched& watched : drives_) {
+      if (watched.looks == 0) continue;
+      --watched.looks;
+      watched.drive.look(bus);
+      watched.wind_up.look(watched.drive);
+      if (const auto refused = watched.trouble.look(bus.time(), watched.drive)) {
+        given_.note(watched.drive.id, refused->finding, refused->suspect, refused->times);
+      }
+    }
+    look_at_wire(bus);
+  }
+
+  std::uint64_t heard() const { return heard_; }
+  const GivenList& given() const { return given_; }
+
+ private:
+  struct Watched {
+    explicit Watched(const KnownDrive& as_configured) : drive(as_configured) {}
+    KnownDrive drive;
+    int looks = kLooks;
+    Suspect last;            // of the frames it was sent
+    std::uint64_t sent = 0;  // since the last look
+    RomWatch rom;
+    GenerationWatch generation;
+    WaitWatch wait;
+    InputWatch input;
+    HostsWatch hosts;
+    JumpWatch jump;
+    WindUpWatch wind_up;
+    SpeedWatch speed;
+    TroubleWatch trouble;
+  };
+
+  /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
+  static constexpr int kLooks = 3;
+
+  void hear_single(Watched& watched, const TimedFrame& in) {
+    const KnownDrive& drive = watched.drive;
+    watched.looks = kLooks;
+    watched.last = {heard_, in.at, in.frame};
+    ++watched.sent;
+    if (in.frame.dlc != 8) {
+      const double length = in.frame.dlc;
+      note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
+    const auto decoded = protocol::decode_query(in.frame, drive.format);
+    const auto* query = std::get_if<protocol::Query>(&decoded);
+    if (!drive.alive || drive.multi_drive) return;
+    if (query == nullptr) {
+      note(drive.id, watched.generation.hear_unknown(in.frame, drive), in);
+      return;
+    }
+    hear_understood(watched, in, *query);
+  }
+
+  void hear_several(const TimedFrame& in) {
+    if (in.frame.dlc != 8) {
+      const double length = in.frame.dlc;
+      note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
+    const bool anybody = std::ranges::any_of(
+        drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
+    if (!anybody && !drives_.empty()) {
+      note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNobody}, in);
+      return;
+    }
+    for (Watched& watched : drives_) {
+      watched.looks = kLooks;
+      if (watched.drive.alive) hear_slot(watched, in);
+    }
+  }
+
+  void hear_slot(Watched& watched, const TimedFrame& in) {
+    const KnownDrive& drive = watched.drive;
+    if (!drive.multi_drive) {
+      if (slot_is_empty(in.frame, drive.id)) return;
+      note(drive.id, Finding{AdviceKind::kMultiWithoutMode, &kNotThis}, in);
+      return;
+    }
+    if (!protocol::knows_multi_drive(drive.format, in.frame.id)) {
+      if (slot_is_empty(in.frame, drive.id)) return;
+      note(drive.id, Finding{AdviceKind::kOtherGeneration, &kNotKnown}, in);
+      return;
+    }
+    const auto decoded = protocol::decode_query(in.frame, drive.format);
+    const auto* several = std::get_if<protocol::Query>(&decoded);
+    if (several == nullptr) return;
+    const auto own = protocol::for_drive(drive.id, *several, drive.format);
+    const auto* query = std::get_if<protocol::Query>(&own);
+    if (query != nullptr) hear_understood(watched, in, *query);
+  }
+
+  void look_at_wire(const Bus& bus) {
+    const BusStats stats = bus.stats();
+    wire_.look(bus.time(), stats);
+    Watched* most = nullptr;
+    for (Watched& watched : drives_) {
+      if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
+    }
+    if (const auto busy = busy_.look(stats); busy && most != nullptr) {
+      given_.note(most->drive.id, busy->finding, most->last, busy->times);
+    }
+    for (Watched& watched : drives_) watched.sent = 0;
+  }
+
+  void hear_understood(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
+    const Heard heard{in.at, query.data, query.command, motion_of(query.command, watched.drive.id)};
+    const KnownDrive& drive = watched.drive;
+    note(drive.id, beyond_range(heard, drive), in);
+    note(drive.id, watched.generation.hear(heard, drive), in);
+    note(drive.id, watched.rom.hear(heard, drive), in);
+    note(drive.id, watched.wait.hear(heard, drive), in);
+    note(drive.id, watched.input.hear(heard, drive), in);
+    note(drive.id, watched.hosts.hear(heard), in);
+    note(drive.id, watched.jump.hear(heard, drive), in);
+    note(drive.id, watched.wind_up.hear(heard, drive), in);
+    note(drive.id, watched.speed.hear(heard, drive), in);
+    note(drive.id, watched.trouble.hear(heard, {heard_, in.at, in.frame}, drive), in);
+  }
+
+  void note(int id, const std::optional<Finding>& finding, const TimedFrame& in) {
+    if (finding) given_.note(id, *finding, {heard_, in.at, in.frame});
+  }
+
+  std::vector<Watched> drives_;
+  std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // -1: no such drive
+  std::uint64_t heard_ = 0;
+  SimTime next_look_{0};
+  WireWatch wire_;
+  BusyWatch busy_;
+  GivenList given_;
+};
+
+Adviser::Adviser(const BusConfig& config) : desk_(std::make_unique<Desk>(config)) {}
+Adviser::Adviser(Adviser&&) noexcept = default;
+Adviser& Adviser::operator=(Adviser&&) noexcept = default;
+Adviser::~Adviser() = default;
+
+void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
+std::uint64_t Adviser::heard() const { return desk_->heard(); }
+void Adviser::look(const Bus& bus) { desk_->look(bus); }
+const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }
+std::string_view Adviser::mark_of(std::uint64_t number) const {
+  return desk_->given().mark_of(number);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/core/bus_config.hpp"
+
+namespace lk::emulator {
+
+class Bus;
+
+/// Hears what hosts say on one bus, looks at its drives, and recognises mistakes. A pure function
+/// of the frames and the looks; its memory does not grow with time. Once for each kind and drive.
+class Adviser {
+ public:
+  explicit Adviser(const BusConfig& config);
+  Adviser(Adviser&&) noexcept;
+  Adviser& operator=(Adviser&&) noexcept;
+  ~Adviser();
+
+  /// A host puts `in.frame` on the bus at `in.at`.
+  void hear(const TimedFrame& in);
+  /// The number of the frame heard last, from 1 on.
+  std::uint64_t heard() const;
+  /// At the drives that were spoken to, every kLookStep at most; `bus` must be settled.
+  void look(const Bus& bus);
+  static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+
+  /// In the order in which it was first given.
+  const std::vector<Advice>& given() const;
+  /// The word of what was wrong with a frame, by its number; empty when nothing was, is known yet,
+  /// or when it is too long ago.
+  std::string_view mark_of(std::uint64_t number) const;
+
+ private:
+  class Desk;  // what watchers there are is nobody else's business
+  std::unique_ptr<Desk> desk_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <optional>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/heard.hpp"
+
+namespace lk::emulator {
+
+/// A field that the drive clamps, or refuses: the ranges are those of docs/protocol.md.
+std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive);
+
+}  // namespace lk::emulator

@@ -1,0 +1,74 @@
+#include "emulator/advice/generation_watch.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "protocol/wire.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::get_le;
+
+// clang-format off
+constexpr Words kCommand{"this drive's generation does not have the command: no answer, {1} times so far",
+                         "这台驱动器的固件代没有这条命令：没有回复，至今 {1} 次"};
+constexpr Words kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
+                            "目标是 32 位的 {1}°：这台驱动器只读其中 16 位，即 {2}°"};
+constexpr Words kSetAngle{"0x95 with the angle {1}°: this drive ignores it, only v236 sets its angle so",
+                          "0x95 带角度 {1}°：这台驱动器不理会，只有 v236 能这样设定角度"};
+constexpr Words kSpeedLimit{"0xA2 with {1} where v236 has an iq limit: this drive has none, its current is not limited by it",
+                            "0xA2 在 v236 放 iq 限值的位置带有 {1}：这台驱动器没有这个限值，电流不受它限制"};
+// clang-format on
+
+/// Angles that somebody may mean: a thousand turns (assumed); rubbish of 32 bits rarely is one.
+constexpr std::int32_t kMostAngle_cdeg = 1000 * 36000;
+
+}  // namespace
+
+std::optional<Finding> GenerationWatch::hear_unknown(const protocol::Frame& frame,
+                                                     const KnownDrive& drive) {
+  const protocol::OpcodeRow* row = protocol::find_opcode(frame.data[0]);
+  // A command of no generation, or of another series of motors, is another mistake.
+  if (row == nullptr || !protocol::fits(row->fits, drive.format.series)) return std::nullopt;
+  if (++unknown_ < kUnknown) return std::nullopt;
+  return Finding{AdviceKind::kOtherGeneration, &kCommand, {static_cast<double>(unknown_)}, true};
+}
+
+std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDrive& drive) {
+  const protocol::Payload& data = heard.data;
+  const protocol::Dialect& dialect = drive.format.dialect;
+  if (heard.is<protocol::Position3>() || heard.is<protocol::Position4>()) {
+    const auto target = get_le<std::uint32_t>(data, 4);
+    // Wide targets go up to a turn of the output, which is 36000 times the gear ratio.
+    if (dialect.wide_single_turn_target || target <= 0xFFFF || target >= drive.widest_circle_cdeg) {
+      return std::nullopt;
+    }
+    return Finding{AdviceKind::kOtherGeneration,
+                   &kWideTarget,
+                   {target / 100.0, get_le<std::uint16_t>(data, 4) / 100.0}};
+  }
+  if (heard.is<protocol::ClearAngle>()) {
+    const auto angle = get_le<std::int32_t>(data, 4);
+    const bool meant = angle != 0 && angle >= -kMostAngle_cdeg && angle <= kMostAngle_cdeg;
+    if (dialect.clear_angle == protocol::ClearAngleMeaning::kSetsAngle || !meant) {
+      return std::nullopt;
+    }
+    return Finding{AdviceKind::kOtherGeneration, &kSetAngle, {angle / 100.0}};
+  }
+  if (heard.is<protocol::Speed>() && !dialect.speed_iq_limit && data[0] == 0xA2) {
+    return hear_limit(get_le<std::int16_t>(data, 2), drive);
+  }
+  return std::nullopt;
+}
+
+std::optional<Finding> GenerationWatch::hear_limit(std::int16_t limit_lsb,
+                                                   const KnownDrive& drive) {
+  const bool possible = limit_lsb > 0 && limit_lsb <= drive.format.dialect.iq_command_limit_lsb;
+  same_limit_ = !possible ? 0 : limit_lsb == limit_lsb_ ? std::min(same_limit_ + 1, kSameLimit) : 1;
+  limit_lsb_ = limit_lsb;
+  if (same_limit_ < kSameLimit) return std::nullopt;
+  return Finding{AdviceKind::kOtherGeneration, &kSpeedLimit, {static_cast<double>(limit_lsb)}};
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,26 @@
+#include "emulator/advice/given.hpp"
+
+#include <algorithm>
+
+namespace lk::emulator {
+
+void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times) {
+  Mark& mark = marks_[suspect.number % kMarks];
+  if (mark.number != suspect.number) mark = {suspect.number, finding.kind};
+  const auto known = std::ranges::find_if(all_, [&](const Advice& advice) {
+    return advice.id == id && advice.found.kind == finding.kind;
+  });
+  if (known == all_.end()) {
+    all_.push_back({finding, id, times, suspect.at, suspect.frame});
+    return;
+  }
+  known->count += times;
+  if (finding.renews) known->found = finding;
+}
+
+std::string_view GivenList::mark_of(std::uint64_t number) const {
+  const Mark& mark = marks_[number % kMarks];
+  return number != 0 && mark.number == number ? advice_row(mark.kind).word : std::string_view();
+}
+
+}  // namespace lk::emulator

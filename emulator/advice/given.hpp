@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "emulator/advice/advice.hpp"
+
+namespace lk::emulator {
+
+/// A frame that is, or may turn out to be, wrong.
+struct Suspect {
+  std::uint64_t number = 0;  // of the frames heard; 0: none
+  SimTime at{0};
+  protocol::Frame frame;
+};
+
+/// What was found, once for each kind and drive, and the last frames that it was found in.
+class GivenList {
+ public:
+  static constexpr std::size_t kMarks = 1024;
+
+  GivenList() : marks_(kMarks) {}
+  void note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times = 1);
+  const std::vector<Advice>& all() const { return all_; }
+  std::string_view mark_of(std::uint64_t number) const;
+
+ private:
+  struct Mark {
+    std::uint64_t number = 0;
+    AdviceKind kind = AdviceKind::kRomWear;
+  };
+  std::vector<Advice> all_;
+  std::vector<Mark> marks_;  // by number, the last kMarks
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,144 @@
+#include "emulator/advice/heard.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/units.hpp"
+#include "emulator/core/wire_timing.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::Opcode;
+
+/// Of a frame of the protocol without a stuff bit, with the pause behind it (docs/protocol.md §5).
+constexpr std::int64_t kShortestFrame_bits = 108 + 3;
+
+SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
+  if (bitrate == 0) return SimTime{0};
+  return 2 * bits_duration(kShortestFrame_bits, bitrate) + config.reply_time;
+}
+
+/// Where the back-EMF takes all of the voltage that space-vector modulation can make of the link.
+double no_load_dps(const Profile& profile) {
+  const model::DriveParams& drive = profile.drive;
+  const double phase_peak_V = drive.supply.v_source / std::numbers::sqrt3;
+  return dps_from_rad_s(phase_peak_V / (drive.motor.pole_pairs * drive.motor.psi_f));
+}
+
+/// A turn of the output, in degrees of the rotor.
+std::uint32_t widest_circle_cdeg(const Profile& profile) {
+  return static_cast<std::uint32_t>(protocol::kTurn_cdeg * profile.drive.mechanics.gear_ratio);
+}
+
+std::optional<double> slot_of(int id, const auto& slots) {
+  const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+  if (slot >= slots.size()) return std::nullopt;
+  return static_cast<double>(slots[slot]);
+}
+
+double deg(std::int64_t cdeg) { return static_cast<double>(cdeg) / 100; }
+
+struct MotionReader {
+  int id;
+  using Motion = std::optional<MotionCommand>;
+
+  Motion operator()(const protocol::OpenLoop& c) const {
+    return MotionCommand{Opcode::kOpenLoop, static_cast<double>(c.power_permille)};
+  }
+  Motion operator()(const protocol::Torque& c) const {
+    return MotionCommand{Opcode::kTorque, c.iq_A};
+  }
+  Motion operator()(const protocol::Speed& c) const {
+    return MotionCommand{Opcode::kSpeed, c.speed_dps};
+  }
+  Motion operator()(const protocol::Position1& c) const {
+    return MotionCommand{Opcode::kPosition1, deg(c.target_cdeg)};
+  }
+  Motion operator()(const protocol::Position2& c) const {
+    return MotionCommand{Opcode::kPosition2, deg(c.target_cdeg),
+                         static_cast<double>(c.max_speed_dps)};
+  }
+  Motion operator()(const protocol::Position3& c) const {
+    return MotionCommand{Opcode::kPosition3, deg(c.target_cdeg)};
+  }
+  Motion operator()(const protocol::Position4& c) const {
+    return MotionCommand{Opcode::kPosition4, deg(c.target_cdeg),
+                         static_cast<double>(c.max_speed_dps)};
+  }
+  Motion operator()(const protocol::Position5& c) const {
+    return MotionCommand{Opcode::kPosition5, deg(c.increment_cdeg)};
+  }
+  Motion operator()(const protocol::Position6& c) const {
+    return MotionCommand{Opcode::kPosition6, deg(c.increment_cdeg),
+                         static_cast<double>(c.max_speed_dps)};
+  }
+  Motion operator()(const protocol::MultiTorque& c) const {
+    return of_slot(Opcode::kTorque, slot_of(id, c.iq_A));
+  }
+  Motion operator()(const protocol::MultiSpeed& c) const {
+    return of_slot(Opcode::kSpeed, slot_of(id, c.speed_dps));
+  }
+  Motion operator()(const protocol::MultiPosition& c) const {
+    return of_slot(Opcode::kPosition1, slot_of(id, c.target_deg));
+  }
+  template <class Other>
+  Motion operator()(const Other&) const {
+    return std::nullopt;
+  }
+
+  static Motion of_slot(Opcode opcode, std::optional<double> value) {
+    return value ? Motion(MotionCommand{opcode, *value}) : std::nullopt;
+  }
+};
+
+}  // namespace
+
+KnownDrive::KnownDrive(const ServoConfig& config, std::int64_t bitrate)
+    : id(config.id),
+      format(protocol::wire_format(config.quirks.dialect, config.profile.series)),
+      circle_cdeg(ShaftAngles(config.profile, config.quirks).circle_cdeg()),
+      widest_circle_cdeg(emulator::widest_circle_cdeg(config.profile)),
+      max_offset_counts(ShaftAngles(config.profile, config.quirks).max_wire_count()),
+      no_load_dps(emulator::no_load_dps(config.profile)),
+      shortest_answer(emulator::shortest_answer(config, bitrate)),
+      endurance(config.flash.endurance),
+      wear(config.wear) {
+  look_at(config.rom);
+}
+
+void KnownDrive::look(const Bus& bus) {
+  const Servo& servo = bus.servo(id);
+  const model::Telemetry telemetry = bus.telemetry(id);
+  alive = telemetry.alive;
+  errors = telemetry.errors;
+  run_state = servo.run_state();
+  angle_deg = servo.multi_turn_deg(telemetry);
+  wear = servo.wear();
+  refused_motion = servo.stats().refused_motion;
+  look_at(servo.ram());
+}
+
+void KnownDrive::look_at(const Registers& ram) {
+  multi_drive = ram.broadcast_mode;
+  max_speed_dps = ram.max_speed_dps;
+  max_angle_deg = ram.max_angle_deg;
+  const auto& input = ram.protections[static_cast<std::size_t>(model::Error::kLostInput)];
+  input_window.reset();
+  if (input.enabled) {
+    input_window =
+        std::chrono::round<SimTime>(std::chrono::duration<double>(input.threshold + input.delay));
+  }
+}
+
+double KnownDrive::fastest_dps(double asked_dps) const {
+  const double possible_dps = std::min(no_load_dps, max_speed_dps);
+  return asked_dps > 0 ? std::min(possible_dps, asked_dps) : possible_dps;
+}
+
+std::optional<MotionCommand> motion_of(const protocol::Command& command, int id) {
+  return std::visit(MotionReader{id}, command);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,78 @@
+#pragma once
+
+/// @file What watchers are told: a drive as it was when it was last looked at, and a frame for it.
+
+#include <cstdint>
+#include <optional>
+
+#include "emulator/core/bus.hpp"
+#include "emulator/core/bus_config.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+/// A drive, up to 1 ms ago.
+struct KnownDrive {
+  KnownDrive(const ServoConfig& config, std::int64_t bitrate);
+  /// `bus` must be settled.
+  void look(const Bus& bus);
+
+  // What it is.
+  int id;
+  protocol::WireFormat format;
+  std::uint32_t circle_cdeg;         // single-turn targets lie below
+  std::uint32_t widest_circle_cdeg;  // the same with a newer generation
+  std::uint16_t max_offset_counts;
+  double no_load_dps;       // of the rotor, at the configured supply
+  SimTime shortest_answer;  // from a query's start to the last bit of its reply; 0: no wire
+  std::uint32_t endurance;  // writes of one parameter
+
+  // How it was.
+  bool alive = true;
+  bool multi_drive = false;
+  RunState run_state = RunState::kRunning;
+  model::ErrorBits errors = 0;
+  double angle_deg = 0;  // multi-turn
+  double max_speed_dps = 0;
+  double max_angle_deg = 0;                            // 0: none
+  std::optional<SimTime> input_window = std::nullopt;  // after which lost input trips
+  RomWear wear{};
+  std::uint64_t refused_motion = 0;
+
+  /// The rotor goes no faster, whatever is asked; `asked_dps` of a frame, 0: none.
+  double fastest_dps(double asked_dps) const;
+
+ private:
+  void look_at(const Registers& ram);
+};
+
+/// What makes a drive move, in degrees, dps, A or per mille of the rotor.
+struct MotionCommand {
+  protocol::Opcode opcode = protocol::Opcode::kTorque;
+  double value = 0;
+  double max_speed_dps = 0;  // of the frame; 0: none
+
+  bool absolute() const {
+    return opcode == protocol::Opcode::kPosition1 || opcode == protocol::Opcode::kPosition2;
+  }
+  bool increment() const {
+    return opcode == protocol::Opcode::kPosition5 || opcode == protocol::Opcode::kPosition6;
+  }
+};
+/// None: `command` moves nothing; or there is no slot for the drive in it.
+std::optional<MotionCommand> motion_of(const protocol::Command& command, int id);
+
+/// A frame that a drive has understood, or will when it gets there.
+struct Heard {
+  SimTime at;
+  const protocol::Payload& data;  // a byte of 0x288 is a command with a payload of zeros
+  const protocol::Command& command;
+  std::optional<MotionCommand> motion;
+
+  template <class Wanted>
+  bool is() const {
+    return std::holds_alternative<Wanted>(command);
+  }
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,44 @@
+#pragma once
+
+/// @file What hosts do wrong with these motors, one row for each kind (docs/advice.md).
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "emulator/core/language.hpp"
+
+namespace lk::emulator {
+
+enum class AdviceKind : std::uint8_t {
+  kRomWear,
+  kMotionRefused,
+  kSpeedAsPosition,
+  kFieldRange,
+  kOtherGeneration,
+  kWrongLength,
+  kSeveralHosts,
+  kFasterThanWire,
+  kFasterThanDrive,
+  kNotWaited,
+  kInputWindow,
+  kWindUp,
+  kJump,
+  kMultiWithoutMode,
+  kErrorIgnored,
+};
+inline constexpr std::size_t kAdviceKinds = 15;
+
+struct AdviceRow {
+  AdviceKind kind;
+  std::string_view word;  // stable: for programs
+  Words rule;             // when it is given, as the documents have it
+  Words todo;
+};
+
+/// All of them, in the order of AdviceKind.
+std::span<const AdviceRow> advice_table();
+const AdviceRow& advice_row(AdviceKind kind);
+
+}  // namespace lk::emulator

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/heard.hpp"
+
+namespace lk::emulator {
+
+/// Positions that are sent as speeds. A number does not say what it means; what a host does with it
+/// says it: it leaves a target when the shaft is there, or it starts a path where the shaft is.
+class SpeedWatch {
+ public:
+  static constexpr double kLeast_dps = 5;                           // assumed
+  static constexpr SimTime kHeld = std::chrono::milliseconds(100);  // assumed
+  static constexpr int kArrivals = 2;                               // assumed: once is chance
+  static constexpr double kNear_deg = 2;       // and what it turns within kReaction (assumed)
+  static constexpr double kReaction_s = 0.02;  // of a host that looks at 50 Hz (assumed)
+  static constexpr SimTime kJustRead = std::chrono::seconds(1);  // assumed
+  static constexpr double kStart_deg = 0.3;  // the first step of a path included (assumed)
+  static constexpr double kStep_dps = 5;     // of a path (assumed)
+  static constexpr int kSteps = 10;          // assumed
+
+  std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+
+ private:
+  bool starts_at_shaft(double value, SimTime at, const KnownDrive& drive) const;
+  std::optional<Finding> follow_path(double value);
+  std::optional<Finding> leave_target(double value, SimTime at, const KnownDrive& drive);
+
+  std::optional<SimTime> angle_read_;
+  std::optional<double> value_;  // in force
+  SimTime since_{0};
+  int arrivals_ = 0;
+  std::optional<int> steps_;  // of a path that began at the shaft
+};
+
+}  // namespace lk::emulator

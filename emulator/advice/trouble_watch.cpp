@@ -1,0 +1,66 @@
+#include "emulator/advice/trouble_watch.hpp"
+
+#include <algorithm>
+
+namespace lk::emulator {
+namespace {
+
+// clang-format off
+constexpr Words kIsOff{"the drive is off: the command is answered and not executed",
+                       "驱动器已关闭：命令得到回复，但不执行"};
+constexpr Words kHasError{"the drive has an error (errorState {1}): the command is answered and not executed",
+                          "驱动器有错误（错误标志 {1}）：命令得到回复，但不执行"};
+constexpr Words kIgnored{"the drive has had an error (errorState {1}) for {2} s, and the host has not asked for its state",
+                         "驱动器出错（错误标志 {1}）已有 {2} s，主机一直没有查询状态"};
+// clang-format on
+
+}  // namespace
+
+std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& suspect,
+                                          const KnownDrive& drive) {
+  if (heard.motion) motions_[motion_count_++ % kKept] = suspect;
+  if (!error_) return std::nullopt;
+  const bool asks = heard.is<protocol::ReadState1>() || heard.is<protocol::ClearErrors>();
+  if (asks && !error_->asked) error_->asked = heard.at;
+  if (asks || heard.is<protocol::Off>() || heard.is<protocol::Run>()) error_->cared_for = true;
+  const SimTime age = heard.at - error_->since;
+  if (error_->cared_for || age < kUnseen) return std::nullopt;
+  error_->queries = std::min(error_->queries + 1, kQueries);
+  if (error_->queries < kQueries) return std::nullopt;
+  return Finding{AdviceKind::kErrorIgnored,
+                 &kIgnored,
+                 {static_cast<double>(drive.errors), std::chrono::duration<double>(age).count()}};
+}
+
+std::optional<TroubleWatch::Refused> TroubleWatch::look(SimTime now, const KnownDrive& drive) {
+  if (drive.errors != 0 && !error_) error_ = Error{.since = now};
+  const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
+  const bool tell = times > 0 && motion_count_ > 0 && to_be_told(now);
+  if (drive.errors == 0 && error_) {
+    error_.reset();
+    quiet_until_ = now + kReaction;
+  }
+  if (!tell) return std::nullopt;
+  const Words* const what = drive.errors != 0 ? &kHasError : &kIsOff;
+  return Refused{{AdviceKind::kMotionRefused, what, {static_cast<double>(drive.errors)}},
+                 first_of(times, now, drive),
+                 times};
+}
+
+bool TroubleWatch::to_be_told(SimTime now) const {
+  if (!error_) return now >= quiet_until_;
+  return (error_->asked && now - *error_->asked >= kReaction) || now - error_->since >= kUnseen;
+}
+
+const Suspect& TroubleWatch::first_of(std::uint64_t times, SimTime now,
+                                      const KnownDrive& drive) const {
+  const std::size_t kept = std::min(motion_count_, kKept);
+  const auto back = [this](std::size_t n) -> const Suspect& {
+    return motions_[(motion_count_ - 1 - n) % kKept];
+  };
+  std::size_t newest = 0;
+  while (newest + 1 < kept && back(newest).at + drive.shortest_answer / 2 > now) ++newest;
+  return back(std::min<std::size_t>(newest + times - 1, kept - 1));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/given.hpp"
+#include "emulator/advice/heard.hpp"
+
+namespace lk::emulator {
+
+/// What a host does with a drive that is off or has an error.
+class TroubleWatch {
+ public:
+  /// A host that asks for errors sees one within this time, and one that does not is to be told.
+  static constexpr SimTime kUnseen = std::chrono::seconds(2);  // assumed
+  /// What is on its way while a host still makes up its mind is no mistake.
+  static constexpr SimTime kReaction = std::chrono::milliseconds(100);  // assumed
+  static constexpr int kQueries = 10;                                   // assumed
+
+  std::optional<Finding> hear(const Heard& heard, const Suspect& suspect, const KnownDrive& drive);
+
+  struct Refused {
+    Finding finding;
+    Suspect suspect;
+    std::uint64_t times;
+  };
+  /// The drive was just looked at, at `now`.
+  std::optional<Refused> look(SimTime now, const KnownDrive& drive);
+
+ private:
+  struct Error {
+    SimTime since{0};
+    std::optional<SimTime> asked = std::nullopt;  // by 0x9A or 0x9B
+    bool cared_for = false;                       // by these, or by 0x80 or 0x88
+    int queries = 0;                              // from kUnseen on
+  };
+  bool to_be_told(SimTime now) const;
+  /// The first of the last so many that the drive can have got by `now`.
+  const Suspect& first_of(std::uint64_t times, SimTime now, const KnownDrive& drive) const;
+
+  std::optional<Error> error_;
+  SimTime quiet_until_{0};
+  std::uint64_t refused_ = 0;  // so far
+  static constexpr std::size_t kKept = 8;
+  std::array<Suspect, kKept> motions_{};  // a ring
+  std::size_t motion_count_ = 0;
+};
+
+}  // namespace lk::emulator

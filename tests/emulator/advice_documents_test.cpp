@@ -1,0 +1,57 @@
+// The table of docs/advice.md, in both languages, against the program's.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "emulator/advice/kinds.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::string document(const std::string& name) {
+  std::ostringstream text;
+  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/" + name).rdbuf();
+  return text.str();
+}
+
+void expect_the_table(const std::string& text, Language language) {
+  for (const AdviceRow& row : advice_table()) {
+    const std::string word(row.word);
+    const std::string begin = "\n| `" + word + "` | " + std::string(row.rule.in(language)) + " | ";
+    const std::size_t at = text.find(begin);
+    ASSERT_NE(at, std::string::npos) << begin;
+    const std::size_t source = at + begin.size();
+    const std::string end = " | " + std::string(row.todo.in(language)) + " |\n";
+    const std::size_t line_end = text.find('\n', source);
+    const std::size_t source_end = text.find(end, source);
+    EXPECT_LT(source_end, line_end) << word << ": " << end;
+    EXPECT_GT(source_end, source) << word << " says where its thresholds come from";
+  }
+}
+
+TEST(AdviceDocuments, HaveTheTableOfTheProgram) {
+  const std::string english = document("advice.md");
+  expect_the_table(english, Language::kEnglish);
+  expect_the_table(document("zh-CN/advice.md"), Language::kChinese);
+  std::size_t rows = 0;
+  for (std::size_t at = english.find("| what to do |"); at != std::string::npos;
+       at = english.find("\n| `", at + 1)) {
+    ++rows;
+  }
+  EXPECT_EQ(rows, 1 + kAdviceKinds) << "and no others";
+}
+
+TEST(AdviceDocuments, AreAboutEachKindInItsPlace) {
+  ASSERT_EQ(advice_table().size(), kAdviceKinds);
+  for (std::size_t n = 0; n < kAdviceKinds; ++n) {
+    const AdviceRow& row = advice_table()[n];
+    EXPECT_EQ(static_cast<std::size_t>(row.kind), n);
+    EXPECT_EQ(&advice_row(row.kind), &row);
+    EXPECT_FALSE(row.todo.zh.empty());
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,86 @@
+#pragma once
+
+/// @file A host on a bus, and who watches it.
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "emulator/advice/adviser.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+
+using namespace std::chrono_literals;
+using protocol::encode_query;
+
+/// Frames for a drive of the generation that the tests' drives have unless they say otherwise.
+inline protocol::Frame query(const protocol::Command& command, int id = 1,
+                             Generation generation = Generation::kLegacy) {
+  return encode_query(id, command,
+                      protocol::wire_format(quirks_of(generation).dialect, Series::kMg));
+}
+
+class AdvisedHost {
+ public:
+  explicit AdvisedHost(const BusConfig& config) : bus(config), adviser(config) {
+    adviser.look(bus);
+  }
+  explicit AdvisedHost(const ServoConfig& servo, std::int64_t bitrate = 1'000'000)
+      : AdvisedHost(with(servo, bitrate)) {}
+
+  void send(const protocol::Frame& frame) {
+    const TimedFrame in{bus.time(), frame};
+    adviser.hear(in);
+    bus.receive(in);
+  }
+  void send(std::string_view frame) { send(test::frame(frame)); }
+  void wait(SimTime duration) {
+    const SimTime end = bus.time() + duration;
+    while (bus.time() < end) {
+      bus.advance_to(std::min(end, bus.time() + Adviser::kLookStep));
+      adviser.look(bus);
+    }
+  }
+  /// Sends it so often, and waits after each.
+  void repeat(int times, SimTime gap, const protocol::Frame& frame) {
+    for (int n = 0; n < times; ++n) {
+      send(frame);
+      wait(gap);
+    }
+  }
+
+  std::uint64_t count(AdviceKind kind, int id = 1) const {
+    for (const Advice& advice : adviser.given()) {
+      if (advice.found.kind == kind && advice.id == id) return advice.count;
+    }
+    return 0;
+  }
+  /// There must be such.
+  Advice get(AdviceKind kind, int id = 1) const {
+    for (const Advice& advice : adviser.given()) {
+      if (advice.found.kind == kind && advice.id == id) return advice;
+    }
+    throw std::logic_error("no such advice");
+  }
+  /// All kinds there were, for a message.
+  std::string all() const {
+    std::string text;
+    for (const Advice& advice : adviser.given()) {
+      text += advice_line("bus", advice, Language::kEnglish) + '\n';
+    }
+    return text;
+  }
+
+  Bus bus;
+  Adviser adviser;
+
+ private:
+  static BusConfig with(const ServoConfig& servo, std::int64_t bitrate) {
+    BusConfig config = test::bus_config({}, bitrate);
+    config.servos.push_back(servo);
+    return config;
+  }
+};
+
+}  // namespace lk::emulator

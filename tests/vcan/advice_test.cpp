@@ -1,0 +1,81 @@
+// Advice about a host on a real bus: where it is told, and what --strict makes of it.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/vcan/control_client.hpp"
+#include "tests/vcan/emulator_process.hpp"
+#include "tests/vcan/host.hpp"
+
+namespace lk::vcan {
+namespace {
+
+std::string socket_path() {
+  return (std::filesystem::path(testing::TempDir()) / "lk-emu-advice.sock").string();
+}
+
+std::vector<std::string> arguments(std::vector<std::string> more) {
+  more.insert(more.begin(),
+              {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--control", socket_path()});
+  return more;
+}
+
+/// Switches the drive off and asks it to move.
+void err(Host& host) {
+  EXPECT_TRUE(host.query(1, {0x80}));
+  EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 10}));
+  EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 20}));
+}
+
+TEST(Advice, IsToldWhereverSomebodyLooks) {
+  EmulatorProcess emulator(arguments({"--lang", "en"}));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  err(host);
+  EXPECT_TRUE(emulator.wait_for_log("vcan0:1: motion-refused: the drive is off"));
+  const Answer answer = ask(socket_path(), "GET /advice");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.number("count"), 2);
+  EXPECT_EQ(answer.number("drive"), 1);
+  EXPECT_NE(answer.body.find("141#A10000000A000000"), std::string::npos) << answer.body;
+  EmulatorProcess ctl({"ctl", "--socket", socket_path(), "advice", "--lang", "zh"});
+  const auto shown = ctl.wait();
+  EXPECT_EQ(shown.status, 0) << shown.err;
+  EXPECT_NE(shown.out.find("vcan0:1  motion-refused  2 x"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("驱动器已关闭"), std::string::npos) << shown.out;
+  const auto end = emulator.stop();
+  EXPECT_EQ(end.status, 0) << "it is told, no more";
+  EXPECT_NE(end.err.find("advice about the host:\n  vcan0:1: motion-refused"), std::string::npos)
+      << end.err;
+}
+
+TEST(Advice, IsAFailureWhereThatIsWanted) {
+  EmulatorProcess emulator(arguments({"--strict", "--lang", "zh"}));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  err(host);
+  EXPECT_TRUE(emulator.wait_for_log("motion-refused"));
+  const auto end = emulator.stop();
+  EXPECT_EQ(end.status, 1) << end.err;
+  EXPECT_NE(end.err.find("对主机的建议"), std::string::npos) << end.err;
+}
+
+TEST(Advice, IsNotGivenToAHostThatWaitsForReplies) {
+  EmulatorProcess emulator(arguments({"--strict"}));
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_TRUE(host.query(1, {0x9B}));
+  EXPECT_TRUE(host.query(1, {0x88}));
+  for (std::uint8_t n = 0; n < 200; ++n) {
+    EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, static_cast<std::uint8_t>(n / 4)}));
+    EXPECT_TRUE(host.query(1, {0x92}));
+  }
+  EXPECT_TRUE(host.query(1, {0x9A}));
+  EXPECT_TRUE(host.query(1, {0x80}));
+  const auto end = emulator.stop();
+  EXPECT_EQ(end.status, 0) << end.err;
+}
+
+}  // namespace
+}  // namespace lk::vcan

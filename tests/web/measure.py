@@ -1,0 +1,62 @@
+"""What a picture of the dashboard costs the browser: python3 measure.py LK-EMU [DRIVES [SECONDS]]
+
+Milliseconds of the page's own thread for each animation frame, by what they were spent on. Frames a second are those of
+this machine, which draws without a GPU here; milliseconds of script are what the page can do about it: 16.7 are a frame
+at 60 Hz."""
+
+import sys
+
+from dashboard import Bench, Page, nap
+
+PARTS = {"script": "ScriptDuration", "style": "RecalcStyleDuration", "layout": "LayoutDuration", "all": "TaskDuration"}
+COUNT = """window.counted = 0;
+  const count = () => { ++window.counted; window.counting = requestAnimationFrame(count); };
+  cancelAnimationFrame(window.counting); count();"""
+
+
+def measure(page, seconds):
+    def now():
+        metrics = page.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+        return {one["name"]: one["value"] for one in metrics}
+
+    page.run(COUNT)
+    before, frames = now(), page.run("return counted")
+    nap(seconds)
+    after, frames = now(), page.run("return counted") - frames
+    passed_s = after["Timestamp"] - before["Timestamp"]
+    costs = {name: 1000 * (after[key] - before[key]) / max(1, frames) for name, key in PARTS.items()}
+    return frames / passed_s, costs
+
+
+def main():
+    program = sys.argv[1]
+    drives = int(sys.argv[2]) if len(sys.argv) > 2 else 32
+    seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 8
+    bench = Bench(program, f"1-{drives}", "--http-write")
+    page = Page(bench.http)
+    page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # of a processor, not of the wall
+    bench.tell("move " + ",".join(str(drive) for drive in range(1, drives + 1)))
+
+    def report(what):
+        nap(6)  # for the picture to fill
+        rate_Hz, costs = measure(page, seconds)
+        print(f"{what:42} {rate_Hz:5.1f} frames/s, ms each: "
+              + ", ".join(f"{name} {cost:.2f}" for name, cost in costs.items()), flush=True)
+
+    try:
+        report(f"bus, {drives} drives")
+        page.go("scope?drive=vcan0/1")
+        report("scope, 1 drive, 4 signals")
+        page.click(".scope-controls", "all drives")
+        report(f"scope, {drives} drives, 4 signals")
+        print("  " + page.text("#scope-info"))
+        page.go("traffic")
+        report("traffic")
+        print(f"simulated against real time: {page.text('#clock-ratio')}")
+    finally:
+        page.close()
+        bench.close()
+
+
+if __name__ == "__main__":
+    main()

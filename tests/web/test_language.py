@@ -1,0 +1,84 @@
+"""The page in Chinese, and both languages complete."""
+
+import pathlib
+import re
+
+import pytest
+from dashboard import Page
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def chinese(bench):
+    page = Page(bench.http, query="?lang=zh")
+    yield page
+    page.close()
+
+
+def words(page, module, name):
+    return page.driver.execute_async_script(
+        f"const done = arguments[0]; import('/{module}').then((m) => done(m.{name}))")
+
+
+def api(page, path):
+    return page.run(f"return fetch('/api/v1{path}').then((answer) => answer.json())")
+
+
+def test_both_dictionaries_have_the_same_keys_and_places(page):
+    english = words(page, "words_en.js", "kEnglish")
+    chinese = words(page, "words_zh.js", "kChinese")
+    assert list(english) == list(chinese)
+    for key, text in english.items():
+        places = sorted(re.findall(r"\{\w+\}", text))
+        assert places == sorted(re.findall(r"\{\w+\}", chinese[key])), key
+        assert chinese[key].strip(), key
+
+
+def test_every_word_that_is_used_is_there_and_the_other_way_round(page):
+    english = words(page, "words_en.js", "kEnglish")
+    sources = "".join(path.read_text() for path in (ROOT / "web").glob("*.js") if not path.name.startswith("words"))
+    html = (ROOT / "web/index.html").read_text()
+    used = set(re.findall(r"\bt\('(\w+)'", sources)) | set(re.findall(r'data-t(?:-label)?="(\w+)"', html))
+    assert used - set(english) == set()
+    # Keys are also made, `set_${name}`, kept in tables, or are words of the program.
+    beginnings = tuple(re.findall(r"\bt\(`(\w+_)\$\{", sources))
+    others = set(re.findall(r"'(\w+)'", sources)) | {"stopped"}
+    assert {key for key in english if not key.startswith(beginnings)} - used - others == set()
+
+
+def test_names_of_the_program_are_all_translated(page):
+    names = words(page, "words_zh_names.js", "kChineseNames")
+    kinds = api(page, "/faults/kinds")
+    assert set(names["faults"]) == {kind["kind"] for kind in kinds}
+    assert {kind["group"] for kind in kinds} == set(names["fault_groups"])
+    assert set(names["signals"]) == {signal["name"] for signal in api(page, "/signals")}
+    described = dict(re.findall(r"^\| `(\w+)` \| (.+?) \| .*? \| (?:驱动器|总线)", (ROOT / "docs/zh-CN/faults.md").read_text(), re.M))
+    assert names["faults"] == described, "web/words_zh_names.js and docs/zh-CN/faults.md"
+
+
+def test_the_page_is_chinese(chinese, bench):
+    assert chinese.run("return document.documentElement.lang") == "zh-CN"
+    english_left = re.compile(r"\b(the|of|and|drive|scope|speed|Pause|Stop|Set)\b")
+    for view in ("bus", "scope", "traffic", "bench"):
+        chinese.go(view)
+        chinese.until(lambda view=view: chinese.text(f"#view-{view}"))
+        text = chinese.one(f"#view-{view}").text
+        for names in chinese.all(f"#view-{view} select"):  # of files and of faults: as in ctl
+            text = text.replace(names.text, "")
+        assert not english_left.search(text), english_left.search(text)
+    chinese.choose("#fault-kind", "jam")
+    assert "输出轴被夹住" in chinese.text(".about")
+    chinese.go("traffic")
+    bench.ask(4, 0x9C)
+    chinese.until(lambda: "读取状态 2" in chinese.text("#view-traffic tbody"))
+
+
+def test_the_switch_leads_to_the_other_language_and_back(chinese):
+    chinese.go("bench")
+    chinese.one("#language").click()
+    chinese.until(lambda: chinese.run("return document.documentElement.lang") == "en")
+    chinese.until(lambda: "Break something" in chinese.text("#view-bench"))
+    assert chinese.run("return location.hash") == "#bench"
+    chinese.one("#language").click()
+    chinese.until(lambda: chinese.run("return document.documentElement.lang") == "zh-CN")

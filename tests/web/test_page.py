@@ -1,0 +1,116 @@
+"""The page as such: whom it talks to, the keyboard, sizes of screens, advice."""
+
+import socket
+
+import pytest
+from dashboard import Page, nap
+from selenium.webdriver.common.keys import Keys
+
+ADVICE = """
+  const plainFetch = window.fetch;
+  window.fetch = (address, ...rest) => String(address).endsWith('/advice')
+    ? Promise.resolve(new Response(JSON.stringify([{kind: 'wrong-length', drive: 2, bus: 'vcan0', count: 3, first_s: 1.5,
+        frame: '142#9A', what: 'a frame of 1 byte', todo: 'send <b>8</b> bytes', what_zh: '', todo_zh: ''}])))
+    : plainFetch(address, ...rest);
+  const plainParse = JSON.parse;
+  JSON.parse = (text) => {
+    const said = plainParse(text);
+    for (const frame of said?.frames ?? []) if (frame.command === '9D') frame.advice = 'wrong-length';
+    return said;
+  };"""
+
+
+@pytest.fixture(scope="module")
+def advised(bench):
+    page = Page(bench.http, before=ADVICE)
+    yield page
+    page.close()
+
+
+def test_advice_is_shown_and_rows_are_marked(advised, bench):
+    advised.until(lambda: advised.one("#advice").is_displayed())
+    assert "1" in advised.text("#advice summary")
+    advised.one("#advice summary").click()
+    text = advised.one("[data-advice]").text
+    assert "Drive 2" in text and "a frame of 1 byte" in text and "3 times" in text
+    assert "send <b>8</b> bytes" in text, "words are words, not elements"
+    advised.go("traffic")
+    advised.until(lambda: "frames" in advised.text("#traffic-info"))
+    bench.ask(2, 0x9D)
+    bench.ask(2, 0x9A)
+    advised.until(lambda: len(advised.all("#view-traffic tr.advised")) == 2)  # a query, a reply
+    box = advised.one("#view-traffic input[type=checkbox]")
+    box.click()
+    advised.until(lambda: len(advised.all("#view-traffic tbody tr")) == 2)
+
+
+def test_no_other_host_can_be_asked(page):
+    """Whatever a script did: the policy of the page keeps it from leaving."""
+    with socket.create_server(("127.0.0.1", 0)) as elsewhere:
+        elsewhere.settimeout(0.5)
+        port = elsewhere.getsockname()[1]
+        outcome = page.driver.execute_async_script("""
+          const [port, done] = arguments;
+          const seen = [];
+          document.addEventListener('securitypolicyviolation', (event) => seen.push(event.effectiveDirective));
+          const image = new Image();
+          image.src = `http://127.0.0.1:${port}/x.png`;
+          fetch(`http://127.0.0.1:${port}/`).then(() => done(['came through']), () => setTimeout(() => done(seen), 200));""", port)
+        assert sorted(outcome) == ["connect-src", "img-src"]
+        with pytest.raises(TimeoutError):
+            elsewhere.accept()
+    page.complaints()  # about just that
+
+
+def test_the_scope_obeys_the_keyboard(page):
+    page.go("scope?drive=vcan0/1")
+    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
+    plots = page.one(".plots")
+    plots.send_keys(" ")
+    page.until(lambda: page.button(".scope-controls", "Go on"))
+    before = page.scope("s.view")
+    plots.send_keys("+")
+    zoomed = page.scope("s.view")
+    assert zoomed["to_s"] - zoomed["from_s"] == pytest.approx((before["to_s"] - before["from_s"]) / 2)
+    plots.send_keys("ab")
+    cursors = page.scope("s.cursors")
+    assert zoomed["from_s"] < cursors["A"] < cursors["B"] < zoomed["to_s"]
+    plots.send_keys(Keys.ESCAPE)
+    assert page.scope("s.cursors") == {"A": None, "B": None}
+    plots.send_keys(Keys.ARROW_LEFT)
+    assert page.scope("s.view")["from_s"] < zoomed["from_s"]
+    plots.send_keys(" ")
+    page.until(lambda: page.button(".scope-controls", "Pause"))
+
+
+def test_the_keyboard_reaches_everything(page):
+    """Tab goes through all that can be used, in the order of the page, and shows where it is."""
+    page.go("bus")
+    page.run("document.activeElement.blur(); window.scrollTo(0, 0)")
+    reached = []
+    for _ in range(30):
+        page.driver.switch_to.active_element.send_keys(Keys.TAB)
+        reached.append(page.run("const a = document.activeElement;"
+                                "return [a.textContent.trim(), getComputedStyle(a).outlineStyle]"))
+    names = [name for name, _ in reached]
+    for name in ("Bus", "Scope", "Traffic", "Bench", "◐", "scope", "bench", "traffic"):
+        assert name in names
+    assert names.index("Bus") < names.index("◐") < names.index("scope")
+    assert all(outline != "none" for name, outline in reached if name in ("Bus", "◐", "scope"))
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (800, 1280), (1440, 900)])
+def test_it_fits_on_the_screen(page, size):
+    page.resize(size)
+    try:
+        for view in ("bus", "scope", "traffic", "bench"):
+            page.go(view)
+            nap(0.3)  # for the layout to follow
+            wide, high = page.run("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+            assert (wide, high) <= size, view
+            cut = page.run("""return [...document.querySelectorAll(`#view-${arguments[0]} button, #view-${arguments[0]} input`)]
+              .filter((node) => node.offsetParent && node.getBoundingClientRect().right > innerWidth + 1 && !node.closest('.frames, .scroll'))
+              .map((node) => node.outerHTML.slice(0, 80))""", view)
+            assert cut == [], view
+    finally:
+        page.resize((1440, 900))

@@ -1,0 +1,53 @@
+// The language of the page: ?lang=zh, else what was chosen here, else the browser's.
+
+import {kEnglish} from './words_en.js';
+import {kChinese} from './words_zh.js';
+import {kChineseNames} from './words_zh_names.js';
+
+const kKept = 'lk-emu-lang';
+
+function wanted() {
+  const asked = new URLSearchParams(location.search).get('lang');
+  return asked ?? localStorage.getItem(kKept) ?? navigator.language;
+}
+
+export const language = wanted().toLowerCase().startsWith('zh') ? 'zh' : 'en';
+const words = language === 'zh' ? kChinese : kEnglish;
+
+/// t('lost_frames', {n: 3}): what {n} stands for is put in its place.
+export function t(key, values = {}) {
+  return (words[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
+}
+
+/// What the program calls something, in words: name('faults', 'encoder_stuck'). English is the name itself.
+export function name(group, key) {
+  return (language === 'zh' && kChineseNames[group]?.[key]) || key.replaceAll('_', ' ');
+}
+
+/// A sentence that comes from the program, in this language where it is known.
+export function about(group, key, english) {
+  return (language === 'zh' && kChineseNames[group]?.[key]) || english;
+}
+
+/// Of an object with `what` and `what_zh`.
+export const said = (object, key) => (language === 'zh' && object[`${key}_zh`]) || object[key] || '';
+
+/// The page in the other language; where it stands is kept.
+export function switchLanguage() {
+  const other = language === 'zh' ? 'en' : 'zh';
+  localStorage.setItem(kKept, other);
+  const address = new URL(location.href);
+  address.searchParams.delete('lang');
+  if (address.href === location.href) location.reload();
+  else location.replace(address);
+}
+
+/// Elements of index.html say which words are theirs.
+export function translatePage() {
+  document.documentElement.lang = language === 'zh' ? 'zh-CN' : 'en';
+  for (const node of document.querySelectorAll('[data-t]')) node.textContent = t(node.dataset.t);
+  for (const node of document.querySelectorAll('[data-t-label]')) {
+    node.setAttribute('aria-label', t(node.dataset.tLabel));
+    if (node.title) node.title = t(node.dataset.tLabel);
+  }
+}

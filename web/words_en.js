@@ -1,0 +1,77 @@
+// All words of the page in English; words_zh.js has the same keys.
+
+export const kEnglish = {
+  // the frame
+  to_content: 'To the content', views: 'Views', bus: 'Bus', scope: 'Scope', traffic: 'Traffic', bench: 'Bench',
+  simulated: 'simulated', clock: 'clock', of_real_time: 'of real time', slipped: 'slipped', theme: 'Dark or light',
+  other_language: '中文', other_language_label: '中文（切换语言）',
+  token: 'Token', token_why: 'This lk-emu is reachable from other machines and wants to see its token.', enter: 'Enter',
+  only_looking: 'only looking', may_act_with: 'lk-emu --http-write lets this page act',
+  lost: 'No answer from lk-emu. What is shown is from before; it is tried again every second.',
+  load_of: 'load of {bus}', bus_rate: '{bus}, {rate} kbit/s', bus_no_time: '{bus}: frames take no time', down: 'down',
+  drive: 'Drive {name}', drives: 'drives', all: 'all', none: 'none', set: 'Set', stop: 'Stop', start: 'Start', clear: 'Clear', go_on: 'Go on', pause: 'Pause',
+  // clock modes
+  realtime: 'realtime', stepped: 'stepped',
+
+  // the bus
+  speed: 'speed', current: 'iq', power_share: 'power', voltage: 'bus', motor: 'motor', stage: 'stage', replies: 'replies',
+  speed_about: 'speed as the drive reports it, of the rotor', current_about: 'torque current, measured', voltage_about: 'voltage, measured',
+  motor_about: 'temperature of the motor, measured', stage_about: 'temperature of the power stage, measured',
+  replies_about: 'replies in a second of simulated time',
+  per_second: '/s', no_power: 'no power', no_errors: 'no errors', running: 'running', stopped: 'stopped', off: 'off',
+  scope_link: 'scope', bench_link: 'bench', traffic_link: 'traffic',
+  scope_of: 'Scope of drive {name}', bench_of: 'Bench of drive {name}', traffic_of: 'Traffic of drive {name}',
+  shaft_at: '{label}, shaft at {angle}',
+  summary: '{drives} drives: {running} running, {errors} with errors, {dead} without power; {replies} replies/s',
+
+  // advice
+  advice: 'Advice', advice_about: 'What hosts do that real drives would not forgive', advice_none: 'Nothing to say so far.',
+  advice_times: '{n} times, first at {time} s', advice_frame: 'to the frame', advice_todo: 'What to do:',
+
+  // the scope
+  width: 'view', width_label: 'seconds in view', rate: 'sampled at', rate_label: 'samples a second', zoom_in: 'zoom in', zoom_out: 'zoom out', earlier: 'earlier', later: 'later',
+  cursor_label: 'put cursor {name}', no_cursors: 'no cursors', no_cursors_about: 'take both cursors away', csv_about: 'save what is in view',
+  signal_sets: 'sets of signals', signals: 'signals', all_signals: 'all signals', all_drives: 'all drives', drive_label: 'drive {name}',
+  group_position: 'position', group_speed: 'speed', group_current: 'current', group_phases: 'phases', group_duties: 'duties',
+  group_temperatures: 'temperatures', group_supply: 'supply',
+  scope_info: '{frames} pictures/s, {kept} s kept', scope_lost: ', {n} samples lost', scope_reduced: ', sampled at {rate} Hz: more would be too much',
+  plots_label: 'Plots. Space pauses, plus and minus zoom, arrows move, a and b put cursors, Escape takes them away.',
+  plot_of: 'Signals in {unit}: {traces}', trace: 'trace', now: 'now', least: 'least', most: 'most',
+  between: 'B − A = {ms} ms, {hz} Hz. Least and most between the cursors.',
+  in_view: '{s} s. Least and most in view.', in_view_held: 'Paused: a click puts cursor A, the next one B. Least and most in view.',
+  csv_saved: '{rows} samples from {from} s to {to} s saved', csv_nothing: 'there is nothing to save',
+  not_watched: 'the scope had not begun to watch this drive then', mark_frame: 'frame',
+  unit_duty: 'duty', unit_counts: 'counts', unit_power: 'share of voltage', unit_state: 'state',
+
+  // the traffic
+  show: 'show', both_ways: 'both ways', queries: 'queries', replies_only: 'replies', commands: 'commands', with_text: 'with', any_text: 'any text',
+  marked_only: 'errors and advice only', frames_label: 'frames', frames_scroller: 'frames, oldest first',
+  head_time: 'time, s', head_gap: 'gap, ms', head_way: 'way', head_command: 'cmd', head_name: 'what', head_says: 'says', head_frame: 'frame',
+  to_all: 'all', instant_in_scope: 'this instant, {time} s, in the scope',
+  frames_info: '{shown} of {all} frames', frames_lost: ', {n} lost on the way here',
+
+  // the bench
+  may_only_look: 'This page may only look. Start lk-emu with --http-write to let it act.',
+  for_drives: 'for drives', drives_meant: 'drives that are meant', choose_first: 'choose a drive first',
+  shaft: 'Shaft', clock_title: 'Clock', supply_and_ambient: 'Supply and ambient', load: 'Load', break_something: 'Break something', scenario: 'Scenario', evidence: 'Faults and their evidence',
+  shaft_by_hand: 'Shaft, turned by hand', turn_hint: 'Turn the shaft by hand: drag, or arrow keys', drag_hint: 'Drag the dial, or arrow keys.',
+  no_drive: 'no drive', shaft_angle: 'shaft', target_angle: 'target', supply_current: 'from supply', page_only_looks: 'this page may only look',
+  power: 'power', power_on: 'Power on', power_off: 'Power off', cycle: 'Cycle', off_for: 'off for', off_for_label: 'off for, s',
+  power_is_on: 'power is on', power_is_off: 'power is off', power_cycled: 'off for {s} s, then on',
+  supply: 'supply', supply_label: 'supply, V', within: 'within', within_label: 'within, s', set_supply: 'set the supply', supply_goes: 'supply goes to {V} V',
+  sag_to: 'sag to', sag_to_label: 'sag to, V', sag_for: 'for', sag_for_label: 'for, s', sag: 'Sag', sag_done: 'sag to {V} V',
+  ambient: 'ambient', ambient_label: 'ambient, °C', set_ambient: 'set the ambient temperature', ambient_is: 'it is {C} °C there',
+  now_supplied: 'Drive {name} now: {power}, {V} V, {C} °C around it.', now_on: 'power on', now_off: 'power off',
+  inertia: 'inertia', inertia_about: 'at the output', torque: 'torque', torque_about: 'constant, positive pushes clockwise',
+  gravity: 'gravity', gravity_about: 'm·g·l of an arm: the torque is −gravity·sin(angle)', stop_from: 'stop from', stop_to: 'to', stop_about: 'end stop, output; empty: none',
+  set_load: 'Set load', as_now: 'As it is now', load_is: 'the load is another one', load_now: 'Drive {name} now: {text}',
+  clock_is: 'the clock is {mode}', time_is: 'it is {s} s', real_time: 'Real time', time_stands: 'time stands still', scale: 'Scale', step: 'Step', by: 'by',
+  end: 'End', end_about: 'ends an advance that is under way',
+  clock_says: '{time} of simulated time, {mode}', clock_advancing: ', advancing', clock_slipped: '; {s} s slipped: the machine was too busy',
+  fault: 'fault', break_it: 'Break it', of_whole_bus: '(of the whole bus)', needed: 'needed', until_cleared: 'until cleared', once: 'once', no_end: 'no end',
+  from_to: '{min} to {max}', fault_set: '{names} set', fault_cleared: '{name} cleared', clear_fault: 'clear {name}', clear_all: 'Clear all', all_whole: 'everything is whole again',
+  fault_name: 'name', fault_state: 'state', fault_of: 'of', fault_parameters: 'parameters', fault_began: 'began', fault_first: 'first effect', fault_effects: 'effects',
+  fault_first_on: 'first on', nothing_yet: 'nothing yet', no_faults: 'Nothing has been broken so far.',
+  choose_one: 'choose one', delivered: 'delivered', or_file: 'or a file', has_begun: '{name} has begun', ended: 'ended',
+  scenario_at: '{name}, {time} of {all} s', took_effect: 'took effect', no_effect: 'no effect',
+};
