@@ -336,6 +336,8 @@ local function is_state(command) return (command >= 0x9A and command <= 0x9D) or
 -- Can a frame with `data` answer the query? nil: no.
 local function fit(asked, data, surely_a_reply)
   if asked.command ~= data[1] then return nil end
+  -- The reply to a read parameter repeats which one.
+  if data[1] == 0xC0 and not asked.several and asked.data[2] ~= data[2] then return nil end
   if surely_a_reply then return SURELY end
   local equal = same(asked.data, data)
   if commands[data[1]].echo then return equal and ECHO_OR_NOT or nil end
@@ -353,14 +355,14 @@ local function command_for(query, id)
 end
 
 -- What was asked of all drives since the last frame of this one.
-local function take_several(drive, bus, id)
+local function take_several(drive, bus, id, now)
   for n = drive.seen_several + 1, #state.several do
     local query = state.several[n]
     local command = query.bus == bus and command_for(query, id)
     if query.bus == bus then drive.run = nil end
-    if command then
+    if command and now - query.time <= LONGEST_REPLY_S then
       drive.pending[#drive.pending + 1] =
-        { frame = query.frame, time = query.time, command = command, data = query.data }
+        { frame = query.frame, time = query.time, command = command, data = query.data, several = true }
     end
   end
   drive.seen_several = #state.several
@@ -423,7 +425,7 @@ local function learn_single(bus, id, frame, time, data, answers)
     drive.run = nil
     return
   end
-  take_several(drive, bus, id)
+  take_several(drive, bus, id, time)
   drop_old(drive, time)
   local may_reply, may_ask = answers ~= QUERY, answers ~= REPLY
   local sure = answers == REPLY

@@ -121,13 +121,14 @@ class Adviser::Desk {
   }
 
   void hear_several(const TimedFrame& in) {
-    if (in.frame.dlc != 8) {
-      const double length = in.frame.dlc;
-      note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
-      return;
-    }
     const bool anybody = std::ranges::any_of(
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
+    if (in.frame.dlc != 8) {
+      // Where nobody listens it may be somebody else's, CANopen's for one.
+      const double length = in.frame.dlc;
+      if (anybody) note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
     if (!anybody && !drives_.empty()) {
       note(kWholeBus, Finding{AdviceKind::kMultiWithoutMode, &kNobody}, in);
       return;
@@ -165,8 +166,10 @@ class Adviser::Desk {
     for (Watched& watched : drives_) {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
-    if (const auto busy = busy_.look(stats); busy && most != nullptr) {
-      given_.note(most->drive.id, busy->finding, most->last, busy->times);
+    if (most != nullptr) most_ = most->drive.id;
+    if (const auto busy = busy_.look(stats); busy && most_ != 0) {
+      const auto seat = static_cast<std::size_t>(seat_of_id_[static_cast<std::size_t>(most_)]);
+      given_.note(most_, busy->finding, drives_[seat].last, busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
   }
@@ -196,6 +199,7 @@ class Adviser::Desk {
   SimTime next_look_{0};
   WireWatch wire_;
   BusyWatch busy_;
+  int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet
   GivenList given_;
 };
 

@@ -132,6 +132,10 @@ void KnownDrive::look_at(const Registers& ram) {
   }
 }
 
+bool KnownDrive::can_be_asked() const {
+  return !multi_drive || protocol::knows_multi_drive(format, protocol::kMultiCommandId);
+}
+
 double KnownDrive::fastest_dps(double asked_dps) const {
   const double possible_dps = std::min(no_load_dps, max_speed_dps);
   return asked_dps > 0 ? std::min(possible_dps, asked_dps) : possible_dps;

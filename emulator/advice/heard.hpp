@@ -39,6 +39,8 @@ struct KnownDrive {
   RomWear wear{};
   std::uint64_t refused_motion = 0;
 
+  /// There is a query that it answers: in multi-drive mode only those for several are.
+  bool can_be_asked() const;
   /// The rotor goes no faster, whatever is asked; `asked_dps` of a frame, 0: none.
   double fastest_dps(double asked_dps) const;
 

@@ -15,16 +15,10 @@ constexpr Words kKinds{"commands of two kinds take turns within 100 ms, again an
                        "两种命令在 100 ms 之内反复交替：有两个程序在指挥这台驱动器"};
 // clang-format on
 
-/// Smaller differences may be a host's own: noise, dither (assumed). In A, per mille, dps, degrees.
-double noticeable(Opcode opcode) {
-  return opcode == Opcode::kTorque ? 0.5 : opcode == Opcode::kOpenLoop ? 50 : 5;
-}
+constexpr double kNoticeable = 5;  // dps or degrees; less may be noise (assumed)
 
-/// A host may shake a motor with a current that changes its sign with every command.
-bool shakes(const MotionCommand& a, const MotionCommand& b) {
-  const bool force = a.opcode == Opcode::kTorque || a.opcode == Opcode::kOpenLoop;
-  return force && std::abs(a.value + b.value) <= 0.2 * std::abs(a.value);
-}
+/// One controller alone goes there and back with these: bang-bang, dither, noise of its sensors.
+bool is_force(Opcode opcode) { return opcode == Opcode::kTorque || opcode == Opcode::kOpenLoop; }
 
 }  // namespace
 
@@ -44,8 +38,8 @@ bool HostsWatch::apart() const {
   const MotionCommand& there = back(1).motion;
   if (now.opcode != there.opcode) return true;
   // Increments say nothing of where a host wants to be.
-  return !now.increment() && !shakes(now, there) &&
-         std::abs(there.value - now.value) >= noticeable(now.opcode);
+  return !now.increment() && !is_force(now.opcode) &&
+         std::abs(there.value - now.value) >= kNoticeable;
 }
 
 bool HostsWatch::there_and_back() const {

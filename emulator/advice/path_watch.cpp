@@ -30,6 +30,8 @@ std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& dri
     moving_ = 0;
     return std::nullopt;
   }
+  // Handed over together: time stood, or slipped, and nobody knows how far apart they were sent.
+  if (now.at == before->at) return std::nullopt;
   const double gap_s = seconds(now.at - before->at);
   const double step_deg = std::abs(now.value_deg - before->value_deg);
   const bool streaming = moving_ == kMoving;

@@ -66,7 +66,10 @@ std::optional<Finding> SpeedWatch::leave_target(double value, SimTime at, const 
   const bool arrived = at - since_ >= kHeld && std::abs(*value_) >= kLeast_dps &&
                        std::abs(value) >= kLeast_dps &&
                        std::abs(drive.angle_deg - *value_) <= near_deg;
-  arrivals_ = arrived ? arrivals_ + 1 : 0;
+  // A sweep that turns back at its limits comes to the same number again and again, by chance.
+  const bool anew = std::abs(std::abs(*value_) - arrived_dps_) >= kLeast_dps;
+  arrivals_ = !arrived ? 0 : anew || arrivals_ == 0 ? arrivals_ + 1 : arrivals_;
+  if (arrived) arrived_dps_ = std::abs(*value_);
   if (arrivals_ < kArrivals) return std::nullopt;
   return Finding{
       AdviceKind::kSpeedAsPosition, &kArrived, {*value_, static_cast<double>(arrivals_)}};

@@ -13,7 +13,7 @@ class SpeedWatch {
  public:
   static constexpr double kLeast_dps = 5;                           // assumed
   static constexpr SimTime kHeld = std::chrono::milliseconds(100);  // assumed
-  static constexpr int kArrivals = 2;                               // assumed: once is chance
+  static constexpr int kArrivals = 3;                               // assumed: twice is chance
   static constexpr double kNear_deg = 2;       // and what it turns within kReaction (assumed)
   static constexpr double kReaction_s = 0.02;  // of a host that looks at 50 Hz (assumed)
   static constexpr SimTime kJustRead = std::chrono::seconds(1);  // assumed
@@ -32,6 +32,7 @@ class SpeedWatch {
   std::optional<double> value_;  // in force
   SimTime since_{0};
   int arrivals_ = 0;
+  double arrived_dps_ = 0;    // the size of the last one that arrived
   std::optional<int> steps_;  // of a path that began at the shaft
 };
 

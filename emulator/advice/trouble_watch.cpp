@@ -19,7 +19,9 @@ constexpr Words kIgnored{"the drive has had an error (errorState {1}) for {2} s,
 std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& suspect,
                                           const KnownDrive& drive) {
   if (heard.motion) motions_[motion_count_++ % kKept] = suspect;
-  if (!error_) return std::nullopt;
+  // Another part of the host may not know of it yet.
+  if (heard.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, heard.at + kReaction);
+  if (!error_ || !drive.can_be_asked()) return std::nullopt;
   const bool asks = heard.is<protocol::ReadState1>() || heard.is<protocol::ClearErrors>();
   if (asks && !error_->asked) error_->asked = heard.at;
   if (asks || heard.is<protocol::Off>() || heard.is<protocol::Run>()) error_->cared_for = true;
@@ -35,7 +37,7 @@ std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& sus
 std::optional<TroubleWatch::Refused> TroubleWatch::look(SimTime now, const KnownDrive& drive) {
   if (drive.errors != 0 && !error_) error_ = Error{.since = now};
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
-  const bool tell = times > 0 && motion_count_ > 0 && to_be_told(now);
+  const bool tell = times > 0 && motion_count_ > 0 && drive.can_be_asked() && to_be_told(now);
   if (drive.errors == 0 && error_) {
     error_.reset();
     quiet_until_ = now + kReaction;

@@ -79,6 +79,10 @@ class StopSignals {
 
   /// False: nothing more is to be read.
   bool wait_for(int fd) const {
+    // What is always ready is never waited for, and the signal would wait instead.
+    sigset_t arrived;
+    sigpending(&arrived);
+    if (sigismember(&arrived, SIGINT) == 1 || sigismember(&arrived, SIGTERM) == 1) return false;
     pollfd input{fd, POLLIN, 0};
     while (g_asked_to_stop == 0) {
       if (::ppoll(&input, 1, nullptr, &otherwise_) > 0) return true;

@@ -109,8 +109,9 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
     text += said({"{}: {}", "{}：{}"}, language, in_language(why, language), count);
   }
   if (bus.of_newer_firmware > 0) {
-    text += said({"commands that {} firmware does not have, but others do (--generation): {}",
-                  "{} 固件没有而其他固件代有的命令（--generation）：{}"},
+    text += said({"known commands that such a drive of {} firmware does not take (see "
+                  "--generation, --motor): {}",
+                  "这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}"},
                  language, generation_name(options.generation), bus.of_newer_firmware);
   }
   return text;

@@ -140,13 +140,16 @@ class Drawing {
     constexpr double kTitleSize = 18;
     const double fits = (kRight - kLeft) / std::max(width_of(picture_.title, kTitleSize), 1.0);
     write(picture_.title, kLeft, 30, 0, kTitleSize * std::min(1.0, fits));
+    double wide = 0;
+    for (const auto& drive : picture_.drives) wide += 24 + width_of(drive) + 22;
+    const double shrink = std::min(1.0, (kRight - kLeft) / std::max(wide, 1.0));
     double x = kLeft;
     for (std::size_t n = 0; n < picture_.drives.size(); ++n) {
       set_colour(kColours[n]);
-      cairo_rectangle(cairo_, x, 46, 18, 8);
+      cairo_rectangle(cairo_, x, 46, 18 * shrink, 8);
       cairo_fill(cairo_);
-      write(picture_.drives[n], x + 24, 54.5, 0);
-      x += 24 + width_of(picture_.drives[n]) + 22;
+      write(picture_.drives[n], x + 24 * shrink, 54.5, 0, kTextSize * shrink);
+      x += shrink * (24 + width_of(picture_.drives[n]) + 22);
     }
     if (!picture_.subtitle.empty()) write(picture_.subtitle, kLeft, 75, 0, 11);
   }

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "emulator/config/config_error.hpp"
 #include "emulator/program/cli.hpp"
 
 namespace lk::emulator {
@@ -99,7 +100,8 @@ void OutputFile::commit() {
 }
 
 void OutputFile::fail(int error) const {
-  throw StartError(option_ + ": cannot write " + path_.string() + ": " + std::strerror(error));
+  throw StartError(option_ + ": cannot write " + on_one_line(path_.string()) + ": " +
+                   std::strerror(error));
 }
 
 }  // namespace lk::emulator

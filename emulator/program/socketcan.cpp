@@ -1,5 +1,6 @@
 #include "emulator/program/socketcan.hpp"
 
+#include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>

@@ -26,6 +26,12 @@ std::optional<std::uint8_t> reply_command(const protocol::Command& command) {
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply) {
   if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
+  // The reply repeats which parameter it is about.
+  const bool of_parameter = command == static_cast<std::uint8_t>(Opcode::kReadParameter);
+  if (of_parameter && protocol::find_multi_drive(query.id) == nullptr &&
+      reply.data[1] != query.data[1]) {
+    return Fit::kNo;
+  }
   protocol::Frame own = reply;
   own.id = reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(reader.id);
   const auto decoded = protocol::decode_reply(own, reader.format);

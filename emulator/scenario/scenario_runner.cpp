@@ -156,14 +156,16 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   Advisers advisers(scenario);
   std::vector<Traffic> traffic;
   for (;;) {
-    SimTime until = std::min(run.time() + kChunk, scenario.duration);
+    SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
     if (csv) until = std::min(until, csv->next_due());
     run.advance_to(until);
     if (csv && csv->next_due() <= run.time()) csv->look(run);
     traffic.clear();
     run.take_traffic(traffic);
     advisers.hear(traffic);
-    advisers.look(run);
+    // Whatever else is written, they look at the same instants.
+    const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
+    if (whole || run.time() >= scenario.duration) advisers.look(run);
     if (candump) candump->write(traffic);
     if (rom) rom->write(run);
     progress.show(run.time());

@@ -177,6 +177,14 @@ TEST(AdvicePace, LetsAHandfulGoTogether) {
   AdvisedHost no_wire(test::servo_config(1), 0);
   for (int n = 0; n < 100; ++n) hear(no_wire, n * 1us, query(protocol::ReadState2{}));
   EXPECT_EQ(no_wire.all(), "") << "replies come at once";
+  // The process stood, or simulated time did: whatever came meanwhile is handed over at one
+  // instant.
+  AdvisedHost stood(test::servo_config(1));
+  for (int n = 0; n < 50; ++n) {
+    hear(stood, 1s, query(protocol::Position2{100, 45'00 + 50 * n}));
+  }
+  hear(stood, 1s + 1ms, query(protocol::Position2{100, 45'00 + 50 * 50}));
+  EXPECT_EQ(stood.all(), "");
 }
 
 TEST(AdviceInput, IsOfPausesThatNearlyTrip) {

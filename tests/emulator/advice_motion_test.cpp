@@ -25,7 +25,8 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
   AdvisedHost host(test::servo_config(1));
   host.repeat(10, 2ms, query(protocol::Torque{0.1}));
   host.repeat(1, 2ms, query(protocol::Off{}));
-  host.repeat(10, 2ms, query(ReadState2{}));
+  host.repeat(3, 2ms, query(protocol::Torque{0.1}));  // by a thread that has not heard of it yet
+  host.repeat(60, 2ms, query(ReadState2{}));
   EXPECT_EQ(host.all(), "");
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
   ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
@@ -131,6 +132,14 @@ TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
   for (int n = 0; n < 500; ++n) {  // a sine
     host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
   }
+  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither on what gravity takes
+    host.repeat(1, 2ms, query(protocol::Torque{n % 4 < 2 ? 5.0 : 0.0}));
+  }
+  for (int n = 0; n < 200; ++n)
+    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.5 : 2.5}));
+  for (int n = 0; n < 400; ++n) {  // a differential term on a coarse encoder
+    host.repeat(1, 1ms, query(protocol::Torque{n % 10 == 0 ? 1.5 : 1.0}));
+  }
   std::uint32_t random = 1;
   for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, of 20 s
     random = random * 1664525 + 1013904223;
@@ -229,6 +238,15 @@ TEST(AdviceSpeed, IsNotASpeed) {
   }
   host.repeat(1, 10ms, speed(0));
   EXPECT_EQ(host.all(), "");
+  AdvisedHost sweep(test::servo_config(1));  // turns back at ±90°, which it turns towards at 90 dps
+  double dps = 90;
+  for (int n = 0; n < 2000; ++n) {
+    sweep.repeat(1, 5ms, speed(dps));
+    const double angle_deg = sweep.bus.servo(1).multi_turn_deg(sweep.bus.telemetry(1));
+    if (angle_deg >= 90) dps = -90;
+    if (angle_deg <= -90) dps = 90;
+  }
+  EXPECT_EQ(sweep.all(), "");
   // Stands at some angle, and turns as many dps from there: once is chance.
   AdvisedHost chance(test::servo_config(1));
   chance.repeat(1, 2ms, query(ReadMultiTurnAngle{}));

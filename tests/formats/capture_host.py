@@ -85,7 +85,25 @@ class Wire:
         return direction
 
 
+LONGEST_REPLY_S = 0.1  # of the dissector: what takes longer is no reply to it
+TRIES = 20
+
+
+def is_prompt(frames):
+    """No reply came too late to be known as one; a machine with much to do makes them wait."""
+    return all(later[0] - earlier[0] < 0.9 * LONGEST_REPLY_S for earlier, later in zip(frames, frames[1:])
+               if later[1] == "reply")
+
+
 def run(program, scratch, name, queries):
+    for _ in range(TRIES):
+        frames = run_once(program, scratch, name, queries)
+        if is_prompt(frames):
+            return frames
+    sys.exit(f"in {TRIES} runs some reply always took longer than {LONGEST_REPLY_S} s")
+
+
+def run_once(program, scratch, name, queries):
     config = scratch / f"{name}.toml"
     config.write_text('[[bus]]\ninterface = "vcan0"\n' + ROBOTS[name])
     emulator = subprocess.Popen([program, "--config", str(config), "--rom", ":memory:", "--control", "none"],
