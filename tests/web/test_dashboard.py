@@ -308,7 +308,7 @@ def test_the_scope_goes_on_with_a_program_that_began_anew(page, bench):
 def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
     def frame_is_seen():
         bench.ask(4, 0x9C)  # again and again: nobody tells when the stream is open
-        return "Read Status 2" in page.text("#view-traffic tbody")
+        return "read state 2" in page.text("#view-traffic tbody")
 
     page.go("traffic")
     page.click("#view-traffic", "Clear")
