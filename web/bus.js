@@ -3,6 +3,7 @@
 import {advicePanel} from './advice.js';
 import {Dial, shaftOf} from './dial.js';
 import {byId, el, setText} from './dom.js';
+import {drawing} from './drawing.js';
 import {fixed} from './format.js';
 import {liveValues, wantLive} from './live.js';
 import {driveKey, driveName, driveOf, on, store} from './store.js';
@@ -14,7 +15,6 @@ const kSpoken_ms = 1500;   // and those who listen have to hear them
 const kDense = 12;         // drives on one screen in full size
 
 const cards = new Map();
-let visible = false;
 let summary = null;
 
 function field(name, unit, title) {
@@ -73,8 +73,7 @@ function showState(card, drive) {
 let numbersAt = 0;
 let spokenAt = 0;
 
-function frame(at) {
-  if (!visible) return;
+const run = drawing((at) => {
   const numbers = at - numbersAt > kNumbers_ms;
   const spoken = at - spokenAt > kSpoken_ms;
   if (numbers) numbersAt = at;
@@ -88,13 +87,11 @@ function frame(at) {
     if (numbers) showNumbers(card, drive, now);
     if (spoken) card.dial.say(shaft);
   }
-  requestAnimationFrame(frame);
-}
+});
 
 export function show(yes) {
-  visible = yes;
   wantLive(yes);
-  if (yes) requestAnimationFrame(frame);
+  run(yes);
 }
 
 on('program', build);

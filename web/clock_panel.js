@@ -22,7 +22,7 @@ export function clockPanel() {
   const end = button(t('end'), () => attempt(() => remove('/clock/advance')), {title: t('end_about')});
   const says = el('p', {class: 'dim'});
   on('change', () => {
-    if (!store.status || !says.isConnected) return;
+    if (!store.status) return;
     const {mode, time_s, slipped_s, advancing} = store.status.clock;
     setText(says, t('clock_says', {time: clockText(time_s), mode: t(mode)}) + (advancing ? t('clock_advancing') : '') +
       (slipped_s ? t('clock_slipped', {s: figures(slipped_s, 3)}) : ''));
@@ -31,7 +31,7 @@ export function clockPanel() {
     scaled.setAttribute('aria-pressed', mode.startsWith('x'));
     for (const one of steps) one.disabled = mode !== 'stepped' || advancing;
     end.disabled = !advancing;
-  });
+  }, says);
   return [says, el('div', {class: 'row'}, realtime, stepped, labelled('×', factor), scaled),
     el('div', {class: 'row'}, ...steps.slice(0, -1)), el('div', {class: 'row'}, labelled(t('by'), by), 's', steps.at(-1), end)];
 }

@@ -42,7 +42,7 @@ export function scenarioPanel() {
   on('change', async () => {
     const state = store.status?.scenario;
     stop.disabled = state?.state !== 'running';
-    if (!state || !head.isConnected || head.closest('[hidden]')) return;
+    if (!state || head.closest('[hidden]')) return;
     head.replaceChildren(chip(state.state), t('scenario_at', {name: name('scenarios', state.name), time: figures(state.time_s, 4), all: figures(state.duration_s)}));
     try {
       const report = await get('/scenario');
@@ -51,6 +51,6 @@ export function scenarioPanel() {
       shown = text;
       result.replaceChildren(verdict(report));
     } catch { /* the next time */ }
-  });
+  }, head);
   return [el('div', {class: 'row'}, labelled(t('delivered'), select), labelled(t('or_file'), file)), about, el('div', {class: 'row'}, start, stop), head, result];
 }

@@ -2,6 +2,7 @@
 
 import {Capture, possibleRate_Hz} from './capture.js';
 import {byId, el, note, setText} from './dom.js';
+import {drawing} from './drawing.js';
 import {figures, unitOf} from './format.js';
 import {Panels} from './panels.js';
 import {saveCsv} from './csv.js';
@@ -161,8 +162,7 @@ function state() {
 
 let tableAt = 0;
 let drawn = null;
-function frame(at) {
-  if (!visible) return;
+const run = drawing((at) => {
   const now = state();
   if (now === null || now !== drawn) panels.draw(dataOf);
   drawn = now;
@@ -173,8 +173,7 @@ function frame(at) {
     table.show(view(), cursors, held !== null);
     controls.showFrames(frames.length, captures);
   }
-  requestAnimationFrame(frame);
-}
+});
 
 // --- the view
 
@@ -227,10 +226,8 @@ function build() {
 export function show(yes) {
   visible = yes;
   if (!panels) return;
-  if (yes) {
-    panels.fit();
-    requestAnimationFrame(frame);
-  }
+  if (yes) panels.fit();
+  run(yes);
 }
 
 /// From elsewhere: a drive, and perhaps an instant.

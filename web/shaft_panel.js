@@ -2,6 +2,7 @@
 
 import {Dial, shaftOf} from './dial.js';
 import {el, note, setText} from './dom.js';
+import {drawing} from './drawing.js';
 import {fixed} from './format.js';
 import {attempt, chosenDrives, onChoice} from './choice.js';
 import {post} from './api.js';
@@ -12,7 +13,6 @@ import {t} from './words.js';
 let dial = null;
 let drive = null;
 let numbers = null;
-let visible = false;
 let owed_deg = 0;     // turned by hand, not told yet
 let telling = false;
 
@@ -48,9 +48,8 @@ function choose() {
   setText(numbers.name, first ? t('drive', {name: driveName(first.bus, first.id)}) : t('no_drive'));
 }
 
-function frame(at) {
-  if (!visible || !dial) return;
-  requestAnimationFrame(frame);
+/// Told to run once there is a panel.
+export const showShaft = drawing((at) => {
   const current = drive && driveOf(driveKey(drive.bus, drive.id));
   if (!current) return;
   const now = liveValues(current);
@@ -62,7 +61,7 @@ function frame(at) {
   setText(numbers.angle, fixed(shaft.shaft, 2));
   setText(numbers.target, fixed(shaft.target, 2));
   kRows.forEach(([, key, digits], n) => setText(numbers.cells[n], fixed(now[key], digits)));
-}
+});
 
 export function shaftPanel() {
   dial = new Dial({onTurn: turn, label: t('shaft_by_hand')});
@@ -73,10 +72,4 @@ export function shaftPanel() {
   return [el('div', {class: 'shaft-panel'}, dial.root, el('div', {}, numbers.name,
     el('dl', {class: 'fields'}, row(t('shaft_angle'), numbers.angle, '°'), row(t('target_angle'), numbers.target, '°'), ...kRows.map(([name, , , unit], n) => row(name, numbers.cells[n], unit))),
     el('p', {class: 'dim', text: t('drag_hint')})))];
-}
-
-export function showShaft(yes) {
-  const begins = yes && !visible;
-  visible = yes;
-  if (begins) requestAnimationFrame(frame);
 }

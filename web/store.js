@@ -15,13 +15,20 @@ export const store = {
   mayWrite: false,
 };
 
-const listeners = {change: new Set(), program: new Set()};
+const listeners = {change: new Map(), program: new Map()};  // by listener: the node it serves, or null
 
 /// 'change': there is news. 'program': another program, or the first one, has answered.
-export function on(event, listener) {
-  listeners[event].add(listener);
+/// Who serves a node is forgotten with it, once the page has it no more.
+export function on(event, listener, node = null) {
+  listeners[event].set(listener, node);
 }
-const tell = (event) => listeners[event].forEach((listener) => listener(store));
+
+function tell(event) {
+  for (const [listener, node] of listeners[event]) {
+    if (node && !node.isConnected) listeners[event].delete(listener);
+    else listener();
+  }
+}
 
 export const driveKey = (bus, id) => `${bus}/${id}`;
 export const driveOf = (key) => store.drives.find((drive) => driveKey(drive.bus, drive.id) === key);
@@ -70,26 +77,25 @@ function updateRates(at_ms) {
 
 // --- asking
 
+let told = null;  // the status of the program that everybody was told of
+
+/// What does not change while a program runs.
 async function learn(status) {
-  history = [];
-  [store.signals, store.kinds] = await Promise.all([get('/signals'), get('/faults/kinds')]);
-  store.status = status;
-  store.mayWrite = status.pages_may_write;
-  store.drives = await get('/drives');
+  const [signals, kinds] = await Promise.all([get('/signals'), get('/faults/kinds')]);
+  return {signals, kinds, mayWrite: status.pages_may_write};
 }
 
+/// All of it or nothing: an answer that is missing is asked for again the next time.
 async function look() {
   const status = await get('/status');
-  const before = store.status;
-  const other = before === null || before.pid !== status.pid || status.clock.time_s < before.clock.time_s;
-  if (other) await learn(status);
-  store.drives = await get('/drives');
-  store.status = status;
+  const other = told === null || told.pid !== status.pid || status.clock.time_s < told.clock.time_s;
+  const learned = other ? await learn(status) : {};
+  const drives = await get('/drives');
+  if (other || !store.connected) history = [];
+  Object.assign(store, learned, {status, drives, connected: true});
   updateRates(performance.now());
-  const back = !store.connected;
-  store.connected = true;
   if (other) tell('program');
-  if (back || other) history = history.slice(-1);
+  told = status;
 }
 
 /// Never ends.
@@ -98,7 +104,6 @@ export async function follow() {
     try {
       await look();
     } catch (problem) {
-      if (store.connected) history = [];
       store.connected = false;
       console.debug(problem);
     }

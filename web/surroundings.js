@@ -24,10 +24,10 @@ function follow(inputs, says, show, sentence) {
   restore();
   on('change', () => {
     const drive = chosenDrives()[0];
-    if (!says.isConnected || !drive?.surroundings) return;
+    if (!drive?.surroundings) return;
     setText(says, sentence(driveName(drive.bus, drive.id), drive.surroundings));
     if (inputs.every((input) => !('edited' in input.dataset) && input !== document.activeElement)) show(drive.surroundings);
-  });
+  }, says);
   return restore;
 }
 

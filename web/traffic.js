@@ -2,6 +2,7 @@
 
 import {stream} from './api.js';
 import {byId, el, labelled, setText} from './dom.js';
+import {drawing} from './drawing.js';
 import {fixed} from './format.js';
 import {adviceOf} from './advice.js';
 import {buses, driveKey, on, store} from './store.js';
@@ -115,9 +116,7 @@ function showRows(body, first, last) {
 }
 
 /// Only the rows that can be seen are there.
-function draw(at = 0) {
-  if (!visible) return;
-  requestAnimationFrame(draw);
+const run = drawing((at) => {
   if (!stale || (!parts.scrolled && at - drawnAt < kDraw_ms)) return;
   stale = parts.scrolled = false;
   drawnAt = at;
@@ -133,7 +132,7 @@ function draw(at = 0) {
   parts.table.setAttribute('aria-rowcount', shown.length);
   if (following) scroller.scrollTop = scroller.scrollHeight;
   if (listening) setText(info, t('frames_info', {shown: shown.length, all: frames.length}) + (lost ? t('frames_lost', {n: lost}) : ''));
-}
+});
 
 function setPaused(yes) {
   paused = yes;
@@ -190,7 +189,7 @@ export function show(yes) {
     open();
   }
   stale = true;
-  if (yes) requestAnimationFrame(draw);
+  run(yes);
 }
 
 export function visit(query) {

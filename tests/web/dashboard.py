@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 import pathlib
 import socket
 import struct
@@ -10,6 +11,7 @@ import sys
 import time
 
 from selenium import webdriver
+from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
@@ -129,7 +131,31 @@ class Page:
           document.querySelector('.notes').replaceChildren();""")
 
     def until(self, holds):
-        return WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
+        """What is not there yet, or is just being replaced, is looked for again."""
+        missing = (NoSuchElementException, StaleElementReferenceException)
+        return WebDriverWait(self.driver, PATIENCE_S, 0.1, missing).until(lambda _: holds())
+
+    def drawn(self):
+        """The page has been laid out, and what watches its sizes has followed."""
+        self.driver.execute_async_script(
+            "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def draws(self, frames=20):
+        """How many drawings the page asks for in each of so many animation frames."""
+        return self.driver.execute_async_script("""
+          const [frames, done] = arguments;
+          const plain = window.requestAnimationFrame;
+          const counts = new Map();
+          window.requestAnimationFrame = (draw) => plain((at) => {
+            counts.set(at, (counts.get(at) ?? 0) + 1);
+            draw(at);
+          });
+          const watch = () => {
+            if (counts.size <= frames) return plain(watch);
+            window.requestAnimationFrame = plain;
+            done([...counts.values()].slice(0, frames));  // the last frame may not be over
+          };
+          plain(watch);""", frames)
 
     def go(self, view):
         self.run("location.hash = arguments[0]", f"#{view}")
@@ -151,7 +177,8 @@ class Page:
         """By what is on it, or by what a screen reader calls it."""
         found = [b for b in self.all(f"{within} button")
                  if name in (b.text, b.get_attribute("aria-label"))]
-        assert found, f"no button {name} in {within}"
+        if not found:
+            raise NoSuchElementException(f"no button {name} in {within}")
         return found[0]
 
     def click(self, within, name):
@@ -174,18 +201,20 @@ class Page:
             self.click("#view-bench", f"drive {drive}")
 
     def field(self, drive, name):
-        """A number of a drive's card."""
-        return self.run("""
+        """A number of a drive's card; NaN before there is one."""
+        number = self.run("""
           for (const row of document.querySelectorAll(`[data-drive="${arguments[0]}"] .fields div`)) {
             if (row.querySelector('dt').textContent === arguments[1]) {
               return Number(row.querySelector('dd').textContent.replace('\\u2212', '-'));
             }
           }""", f"vcan0/{drive}", name)
+        return math.nan if number is None else number
 
     def dial_deg(self, drive, part="shaft"):
+        """NaN before it is drawn for the first time."""
         turn = self.run("""return document.querySelector(
           `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", f"vcan0/{drive}", part)
-        return float(turn[len("rotate("):-len("deg)")]) if turn else None
+        return float(turn[len("rotate("):-len("deg)")]) if turn else math.nan
 
     def state(self, drive):
         return self.text(f'[data-drive="vcan0/{drive}"] .chip')

@@ -1,6 +1,7 @@
 """The dashboard in a real browser, before a real emulator on a real vcan: what it shows is what the
 drives say on the wire, and what is clicked happens there."""
 
+import math
 import os
 
 import pytest
@@ -19,9 +20,8 @@ def test_cards_show_what_the_drives_say(page, bench):
     assert len(page.all(".card")) == 4
     # 0x9A: temperature in whole °C, voltage in 0.1 V; noise of the sensors is below that.
     for drive in (1, 4):
-        reply = bench.read(drive, 0x9A)
-        assert page.field(drive, "motor") == pytest.approx(reply[1], abs=1)
-        assert page.field(drive, "bus") == pytest.approx(bench.voltage_V(drive), abs=0.15)
+        settle(page, lambda drive=drive: page.field(drive, "motor") == pytest.approx(bench.read(drive, 0x9A)[1], abs=1))
+        settle(page, lambda drive=drive: page.field(drive, "bus") == pytest.approx(bench.voltage_V(drive), abs=0.15))
     settle(page, lambda: page.state(1) == "running")
     assert page.errors(1) == "no errors"
 
@@ -109,7 +109,7 @@ def test_the_bench_shows_what_applies_now(page, bench):
     assert page.run(tell, {"id": 3, "ambient_C": 33}) == 200
     assert page.run(tell, {"id": 3, "load": {"tau_Nm": 0.05}}) == 200
     settle(page, lambda: page.one(supply).get_attribute("value") == "20")
-    assert "20 V, 33 °C" in page.text("#supply-now")
+    settle(page, lambda: "20 V, 33 °C" in page.text("#supply-now"))
     settle(page, lambda: "torque 0.05 Nm" in page.text("#load-now"))
     page.fill(supply, 21)
     assert page.run(tell, {"id": 3, "supply_V": 24}) == 200
@@ -199,6 +199,7 @@ def test_cursors_tell_differences(page, bench):
 
 def test_csv_has_what_is_in_view(page, bench):
     page.go("scope")
+    settle(page, lambda: page.scope("s.captures[0].samples.length > 100"))
     page.click(".scope-controls", "Pause")
     page.run("""window.saved = null; const make = URL.createObjectURL;
       URL.createObjectURL = (blob) => { window.saved = blob; URL.createObjectURL = make; return make.call(URL, blob); };""")
@@ -222,16 +223,15 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     bench.ask(4, 0x9A)
     bench.ask(1, 0x7E)  # no drive knows it
     table = "#view-traffic tbody"
-    settle(page, lambda: "unknown command" in page.text(table))
-    said = page.text(table)
-    assert "angle_deg -45, max_speed_dps 500" in said
-    assert "voltage_V 2" in said
+    for said in ("angle_deg -45, max_speed_dps 500", "voltage_V 2", "unknown command"):
+        settle(page, lambda said=said: said in page.text(table))
     assert len(page.all(f"{table} tr.unknown")) == 1
     page.click("#view-traffic", "4")
     settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query, a reply
     page.click("#view-traffic", "all")
     page.fill("#view-traffic input[type=text]", "A4")
-    settle(page, lambda: len(page.all(f"{table} tr")) == 2)
+    settle(page, lambda: page.run("return [...document.querySelectorAll(arguments[0])].map((cell) => cell.textContent)",
+                                  f"{table} td.mono:not(.dim)") == ["A4", "A4"])
     when = float(page.text(f"{table} td"))
     page.click("#view-traffic", "Pause")
     page.all(f"{table} a")[0].click()
@@ -261,10 +261,9 @@ def test_time_stands_and_moves_by_steps(page, bench):
 
 def test_a_scenario_is_started_and_judged(page, bench):
     page.go("bench")
-    options = page.run("return [...document.querySelectorAll('#scenario option')].map((o) => o.value)")
-    jammed = [one for one in options if one.endswith("jammed_joint.toml")]
-    assert jammed
-    page.choose("#scenario", jammed[0])
+    jammed = '#scenario option[value$="jammed_joint.toml"]'
+    settle(page, lambda: page.all(jammed))
+    page.choose("#scenario", page.one(jammed).get_attribute("value"))
     page.click("#view-bench", "Start")
     settle(page, lambda: "jammed joint" in page.text("#scenario-state"))
     settle(page, lambda: "running" not in page.text("#scenario-state"))
@@ -279,11 +278,62 @@ def test_a_lost_connection_says_so_and_comes_back(page, bench):
     assert "No answer" in page.text("#lost")
     assert "ready" in bench.tell("start")
     settle(page, lambda: not page.one("#lost").is_displayed())
+    settle(page, lambda: not math.isnan(page.dial_deg(1)))  # the cards are new ones
     before = page.dial_deg(1)
     bench.ask(1, 0x88)
     bench.position(1, bench.angle_deg(1) + 120)
     settle(page, lambda: abs(page.dial_deg(1) - before) > 30)
     page.complaints()  # of what was not there meanwhile
+
+
+def restart(page, bench):
+    bench.tell("stop")
+    settle(page, lambda: page.one("#lost").is_displayed())
+    assert "ready" in bench.tell("start")
+    settle(page, lambda: not page.one("#lost").is_displayed())
+
+
+def test_the_scope_goes_on_with_a_program_that_began_anew(page, bench):
+    page.go("scope?drive=vcan0/1")
+    settle(page, lambda: page.scope("s.captures[0].samples.length > 100"))
+    restart(page, bench)
+    settle(page, lambda: page.scope("s.captures[0].samples.length > 100"))
+    drawn = page.draws()
+    assert drawn == [1] * len(drawn)
+    seen = page.scope("s.captures[0].samples.last_s")
+    settle(page, lambda: page.scope("s.captures[0].samples.last_s") > seen)
+    page.complaints()  # of what was not there meanwhile
+
+
+def test_the_traffic_goes_on_with_a_program_that_began_anew(page, bench):
+    def frame_is_seen():
+        bench.ask(4, 0x9C)  # again and again: nobody tells when the stream is open
+        return "read state 2" in page.text("#view-traffic tbody")
+
+    page.go("traffic")
+    page.click("#view-traffic", "Clear")
+    settle(page, frame_is_seen)
+    restart(page, bench)
+    settle(page, lambda: not page.all("#view-traffic tbody tr"))
+    settle(page, frame_is_seen)
+    drawn = page.draws()
+    assert drawn == [1] * len(drawn)
+    page.complaints()  # of what was not there meanwhile
+
+
+@pytest.mark.parametrize("view", ["bus", "scope", "traffic", "bench"])
+def test_a_view_that_is_left_for_an_instant_is_drawn_once_a_frame(page, view):
+    page.go(view)
+    page.driver.execute_async_script("""
+      const [view, done] = arguments;
+      import(`/${view}.js`).then(({show}) => {
+        show(false);
+        show(true);
+        show(true);
+        done();
+      });""", view)
+    drawn = page.draws()
+    assert drawn == [1] * len(drawn)
 
 
 def test_nobody_else_is_asked_for_anything(page, bench):
