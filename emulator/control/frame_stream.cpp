@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "emulator/control/control_json.hpp"
-#include "emulator/decode/frame_words.hpp"
 #include "emulator/core/frame_text.hpp"
+#include "emulator/decode/frame_words.hpp"
 
 namespace lk::emulator {
 namespace {

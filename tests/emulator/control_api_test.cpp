@@ -6,9 +6,9 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/decode/frame_words.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
+#include "emulator/decode/frame_words.hpp"
 #include "emulator/scenario/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
 
