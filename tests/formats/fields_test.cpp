@@ -39,7 +39,7 @@ std::int64_t raw(const Field& field, const Payload& data) {
   for (unsigned k = 0; k < field.bits; ++k) {
     const unsigned bit = field.first_bit + k;
     const std::int64_t weight = std::int64_t{1} << k;
-    if ((data[bit / 8] >> (bit % 8) & 1U) == 0) continue;
+    if ((unsigned{data[bit / 8]} >> (bit % 8) & 1U) == 0) continue;
     number += field.is_signed && k + 1 == field.bits ? -weight : weight;
   }
   return number;
