@@ -258,7 +258,9 @@ void Flooded::flood(const std::string& bitrate) {
   EXPECT_EQ(asker.answered, taken);
   EXPECT_LE(asker.asked - taken,
             kernel + number(quiet, "queue_full") + number(quiet, "drive_busy"));
-  if (bitrate == "0") EXPECT_LE(asker.asked - taken, kernel) << "there is no queue";
+  if (bitrate == "0") {
+    EXPECT_LE(asker.asked - taken, kernel) << "there is no queue";
+  }
   EXPECT_EQ(number(quiet, "drive_without_power") + number(quiet, "injected_fault"), 0U);
   EXPECT_EQ(number(quiet, "queries") + dropped(quiet), number(quiet, "frames"));
   if (bitrate != "0") {  // without a wire, the kernel keeps from it what is for no drive
