@@ -144,8 +144,14 @@ function setPaused(yes) {
 
 function build() {
   const check = el('input', {type: 'checkbox', onchange: () => { filter.marked = check.checked; refilter(); }});
-  const commands = el('input', {type: 'text', size: 12, placeholder: '9C, A4', oninput: () => { filter.commands = readCommands(commands.value); refilter(); }});
-  const text = el('input', {type: 'search', size: 16, placeholder: t('any_text'), oninput: () => { filter.text = text.value.toLowerCase(); refilter(); }});
+  // Not all that empties a field tells of an input.
+  const readFields = () => {
+    filter.commands = readCommands(commands.value);
+    filter.text = text.value.toLowerCase();
+    refilter();
+  };
+  const commands = el('input', {type: 'text', size: 12, placeholder: '9C, A4', oninput: readFields, onchange: readFields});
+  const text = el('input', {type: 'search', size: 16, placeholder: t('any_text'), oninput: readFields, onchange: readFields});
   const from = el('select', {onchange: () => { filter.from = from.value; refilter(); }},
     el('option', {value: '', text: t('both_ways')}), el('option', {value: 'host', text: t('queries')}), el('option', {value: 'drive', text: t('replies_only')}));
   const pause = el('button', {type: 'button', class: 'main', 'aria-pressed': 'false', onclick: () => setPaused(!paused)}, t('pause'));
