@@ -26,6 +26,8 @@ constexpr Words kNobody{"no drive here is in multi-drive mode: nobody answers",
                         "总线上没有驱动器处于广播模式：无人回复"};
 constexpr Words kNotThis{"the frame has something for this drive, whose multi-drive mode is off",
                          "帧里有给这台驱动器的内容，而它没有打开广播模式"};
+constexpr Words kNotAlone{"the drive is in multi-drive mode: it answers no frame for one drive",
+                          "驱动器处于广播模式：不回复单电机命令"};
 constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
                           "驱动器处于广播模式，但没有这个标识符"};
 
@@ -65,12 +67,12 @@ class Adviser::Desk {
     if (bus.time() < next_look_) return;
     next_look_ = bus.time() + kLookStep;
     for (Watched& watched : drives_) {
-      if (watched.looks == 0) continue;
-      --watched.looks;
+      if (watched.looks == 0 && !watched.trouble.waits()) continue;
+      watched.looks = std::max(0, watched.looks - 1);
       watched.drive.look(bus);
       watched.wind_up.look(watched.drive);
-      if (const auto refused = watched.trouble.look(bus.time(), watched.drive)) {
-        given_.note(watched.drive.id, refused->finding, refused->suspect, refused->times);
+      if (const auto seen = watched.trouble.look(bus.time(), watched.drive)) {
+        given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
       }
     }
     look_at_wire(bus);
@@ -86,6 +88,7 @@ class Adviser::Desk {
     int looks = kLooks;
     Suspect last;            // of the frames it was sent
     std::uint64_t sent = 0;  // since the last look
+    int in_vain = 0;         // frames for one drive, in multi-drive mode
     RomWatch rom;
     GenerationWatch generation;
     WaitWatch wait;
@@ -99,6 +102,8 @@ class Adviser::Desk {
 
   /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
   static constexpr int kLooks = 3;
+  /// A host may try how it is answered.
+  static constexpr int kInVain = 3;  // assumed
 
   void hear_single(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
@@ -112,7 +117,14 @@ class Adviser::Desk {
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* query = std::get_if<protocol::Query>(&decoded);
-    if (!drive.alive || drive.multi_drive) return;
+    if (!drive.alive) return;
+    if (drive.multi_drive) {
+      watched.in_vain = std::min(watched.in_vain + 1, kInVain);
+      if (watched.in_vain == kInVain) {
+        note(drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
+      }
+      return;
+    }
     if (query == nullptr) {
       note(drive.id, watched.generation.hear_unknown(in.frame, drive), in);
       return;

@@ -26,9 +26,10 @@ enum class AdviceKind : std::uint8_t {
   kWindUp,
   kJump,
   kMultiWithoutMode,
+  kSingleInMultiMode,
   kErrorIgnored,
 };
-inline constexpr std::size_t kAdviceKinds = 15;
+inline constexpr std::size_t kAdviceKinds = 16;
 
 struct AdviceRow {
   AdviceKind kind;

@@ -12,12 +12,16 @@ constexpr Words kHasError{"the drive has an error (errorState {1}): the command 
                           "驱动器有错误（错误标志 {1}）：命令得到回复，但不执行"};
 constexpr Words kIgnored{"the drive has had an error (errorState {1}) for {2} s, and the host has not asked for its state",
                          "驱动器出错（错误标志 {1}）已有 {2} s，主机一直没有查询状态"};
+constexpr Words kLeft{"the drive has an error (errorState {1}), and the host, which had spoken to it until then, has been silent for 2 s without having asked for its state",
+                      "驱动器出错（错误标志 {1}），此前一直与它通信的主机没有查询状态，已沉默 2 s"};
 // clang-format on
 
 }  // namespace
 
 std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& suspect,
                                           const KnownDrive& drive) {
+  if (heard.at - last_.at > kPause) spoken_to_since_ = heard.at;
+  last_ = suspect;
   if (heard.motion) motions_[motion_count_++ % kKept] = suspect;
   // Another part of the host may not know of it yet.
   if (heard.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, heard.at + kReaction);
@@ -34,19 +38,28 @@ std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& sus
                  {static_cast<double>(drive.errors), std::chrono::duration<double>(age).count()}};
 }
 
-std::optional<TroubleWatch::Refused> TroubleWatch::look(SimTime now, const KnownDrive& drive) {
-  if (drive.errors != 0 && !error_) error_ = Error{.since = now};
+std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, const KnownDrive& drive) {
+  if (drive.errors != 0 && !error_) {
+    error_ = Error{.since = now, .was_spoken_to = last_.at - spoken_to_since_ >= kUnseen};
+  }
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
   const bool tell = times > 0 && motion_count_ > 0 && drive.can_be_asked() && to_be_told(now);
   if (drive.errors == 0 && error_) {
     error_.reset();
     quiet_until_ = now + kReaction;
   }
-  if (!tell) return std::nullopt;
+  if (!tell) return left_alone(now, drive);
   const Words* const what = drive.errors != 0 ? &kHasError : &kIsOff;
-  return Refused{{AdviceKind::kMotionRefused, what, {static_cast<double>(drive.errors)}},
-                 first_of(times, now, drive),
-                 times};
+  return Seen{{AdviceKind::kMotionRefused, what, {static_cast<double>(drive.errors)}},
+              first_of(times, now, drive),
+              times};
+}
+
+std::optional<TroubleWatch::Seen> TroubleWatch::left_alone(SimTime now, const KnownDrive& drive) {
+  if (!waits() || now - last_.at < kUnseen || !drive.can_be_asked()) return std::nullopt;
+  error_->was_spoken_to = false;
+  const auto errors = static_cast<double>(drive.errors);
+  return Seen{{AdviceKind::kErrorIgnored, &kLeft, {errors}}, last_, 1};
 }
 
 bool TroubleWatch::to_be_told(SimTime now) const {

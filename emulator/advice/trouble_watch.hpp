@@ -19,16 +19,20 @@ class TroubleWatch {
   /// What is on its way while a host still makes up its mind is no mistake.
   static constexpr SimTime kReaction = std::chrono::milliseconds(100);  // assumed
   static constexpr int kQueries = 10;                                   // assumed
+  /// Who pauses for longer may come back later; who has not, and goes silent for kUnseen, has left.
+  static constexpr SimTime kPause = std::chrono::seconds(1);  // assumed
 
   std::optional<Finding> hear(const Heard& heard, const Suspect& suspect, const KnownDrive& drive);
 
-  struct Refused {
+  struct Seen {
     Finding finding;
     Suspect suspect;
     std::uint64_t times;
   };
-  /// The drive was just looked at, at `now`.
-  std::optional<Refused> look(SimTime now, const KnownDrive& drive);
+  /// The drive was just looked at, at `now`. What it has refused, or that it was left in error.
+  std::optional<Seen> look(SimTime now, const KnownDrive& drive);
+  /// The drive is to be looked at, though nobody speaks to it.
+  bool waits() const { return error_ && error_->was_spoken_to && !error_->cared_for; }
 
  private:
   struct Error {
@@ -36,12 +40,16 @@ class TroubleWatch {
     std::optional<SimTime> asked = std::nullopt;  // by 0x9A or 0x9B
     bool cared_for = false;                       // by these, or by 0x80 or 0x88
     int queries = 0;                              // from kUnseen on
+    bool was_spoken_to = false;                   // for kUnseen, without a pause
   };
+  std::optional<Seen> left_alone(SimTime now, const KnownDrive& drive);
   bool to_be_told(SimTime now) const;
   /// The first of the last so many that the drive can have got by `now`.
   const Suspect& first_of(std::uint64_t times, SimTime now, const KnownDrive& drive) const;
 
   std::optional<Error> error_;
+  Suspect last_;                // of all that it was sent
+  SimTime spoken_to_since_{0};  // without a pause
   SimTime quiet_until_{0};
   std::uint64_t refused_ = 0;  // so far
   static constexpr std::size_t kKept = 8;

@@ -157,6 +157,19 @@ TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {
   EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 1), 0U);
 }
 
+TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  config.servos[0].rom.broadcast_mode = true;
+  AdvisedHost host(config);
+  for (int n = 0; n < 2; ++n) hear(host, 1ms * n, test::frame("141#9C00000000000000"));
+  for (int n = 0; n < 9; ++n) hear(host, 2ms + 1ms * n, test::frame("142#9C00000000000000"));
+  EXPECT_EQ(host.all(), "") << "it tries how the drive is answered";
+  hear(host, 20ms, test::frame("141#9C00000000000000"));
+  hear(host, 21ms, test::frame("141#A100000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 1), 2U);
+  EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 2), 0U);
+}
+
 TEST(AdvicePace, IsOfQueriesThatCannotHaveBeenAnswered) {
   AdvisedHost host(test::servo_config(1));
   // 2 * 111 bits at 1 Mbit/s and the reply time of 100 µs: no reply is there before 322 µs.

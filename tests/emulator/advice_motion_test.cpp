@@ -39,11 +39,15 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
 }
 
 /// A drive that under-voltage trips as soon as its supply is at 5 V.
-AdvisedHost tripped() {
+ServoConfig delicate() {
   ServoConfig servo = test::servo_config(1);
   servo.rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {
       .enabled = true, .threshold = 8, .hysteresis = 0.5, .delay = 0, .recoverable = true};
-  AdvisedHost host(servo);
+  return servo;
+}
+
+AdvisedHost tripped() {
+  AdvisedHost host(delicate());
   host.repeat(5, 2ms, query(protocol::Torque{0.1}));
   host.bus.set_supply_voltage(1, 5);
   host.repeat(200, 2ms, query(ReadState2{}));
@@ -87,6 +91,60 @@ TEST(AdviceError, IsOfAHostThatNeverAsks) {
     asks.repeat(1, 2ms, query(ReadState1{}));
   }
   EXPECT_EQ(asks.all(), "");
+}
+
+/// At 100 Hz, for so long, and the drive trips at the end.
+AdvisedHost tripped_after(SimTime duration) {
+  AdvisedHost host(delicate());
+  host.repeat(static_cast<int>(duration / 10ms), 10ms, query(protocol::Torque{0.1}));
+  host.bus.set_supply_voltage(1, 5);
+  return host;
+}
+
+TEST(AdviceError, IsOfAHostThatGoesSilent) {
+  AdvisedHost host = tripped_after(2500ms);
+  host.repeat(20, 10ms, query(ReadState2{}));
+  ASSERT_NE(host.bus.telemetry(1).errors, 0);
+  host.wait(1900ms);
+  EXPECT_EQ(host.all(), "") << "it may be thinking";
+  host.wait(200ms);
+  ASSERT_EQ(host.count(AdviceKind::kErrorIgnored), 1U) << host.all();
+  EXPECT_EQ(host.get(AdviceKind::kErrorIgnored).frame, query(ReadState2{})) << "its last";
+  EXPECT_EQ(what_text(host.get(AdviceKind::kErrorIgnored), Language::kEnglish),
+            "the drive has an error (errorState 1), and the host, which had spoken to it until "
+            "then, has been "
+            "silent for 2 s without having asked for its state");
+  host.wait(10s);
+  EXPECT_EQ(host.count(AdviceKind::kErrorIgnored), 1U);
+}
+
+TEST(AdviceError, IsNotOfAHostThatKnowsOrWasNotThere) {
+  AdvisedHost asked = tripped_after(2500ms);
+  asked.repeat(1, 10ms, query(ReadState2{}));
+  asked.repeat(1, 10ms, query(ReadState1{}));
+  asked.wait(5s);
+  EXPECT_EQ(asked.all(), "") << "it has seen the error, and ends";
+
+  AdvisedHost guest = tripped_after(1500ms);
+  guest.repeat(20, 10ms, query(ReadState2{}));
+  guest.wait(5s);
+  EXPECT_EQ(guest.all(), "") << "it looked in for a moment";
+
+  AdvisedHost slow(delicate());
+  slow.repeat(4, 1500ms, query(ReadState2{}));
+  slow.bus.set_supply_voltage(1, 5);
+  slow.repeat(1, 1500ms, query(ReadState2{}));
+  slow.wait(5s);
+  EXPECT_EQ(slow.all(), "") << "its next query is yet to come";
+
+  AdvisedHost gone = tripped_after(2500ms);
+  gone.wait(5s);
+  EXPECT_EQ(gone.all(), "") << "the error came when it had left";
+
+  AdvisedHost healthy(test::servo_config(1));
+  healthy.repeat(250, 10ms, query(ReadState2{}));
+  healthy.wait(5s);
+  EXPECT_EQ(healthy.all(), "") << "there is no error";
 }
 
 // --- several hosts
@@ -275,23 +333,6 @@ TEST(Advice, IsNotGivenToAHostThatBehaves) {
   }
   for (int id = 1; id <= 4; ++id) host.repeat(1, 1ms, query(protocol::Off{}, id));
   EXPECT_EQ(host.all(), "");
-}
-
-TEST(Advice, IsBounded) {
-  AdvisedHost host(test::servo_config(1));
-  std::uint32_t random = 1;
-  for (int n = 0; n < 200'000; ++n) {
-    random = random * 1664525 + 1013904223;
-    protocol::Frame frame = test::frame("141#0000000000000000");
-    frame.id = 0x140 + random % 3;
-    frame.dlc = random % 7 == 0 ? 3 : 8;
-    for (std::size_t k = 0; k < 8; ++k) {
-      random = random * 1664525 + 1013904223;
-      frame.data[k] = static_cast<std::uint8_t>(random >> 24U);
-    }
-    host.adviser.hear({n * 100us, frame});
-  }
-  EXPECT_LE(host.adviser.given().size(), 2 * kAdviceKinds);
 }
 
 }  // namespace

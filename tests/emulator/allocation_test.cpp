@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "emulator/advice/adviser.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace {
@@ -56,6 +57,30 @@ std::size_t allocations_while_polling(std::int64_t bitrate) {
 TEST(Allocation, NoneWhilePolling) {
   EXPECT_EQ(allocations_while_polling(1'000'000), 0U);
   EXPECT_EQ(allocations_while_polling(0), 0U);
+}
+
+/// Frames of all kinds, for drives that are there and one that is not.
+std::size_t allocations_of_advice(Adviser& adviser, int frames) {
+  const std::size_t before = allocations;
+  std::uint32_t random = 1;
+  const auto next = [&random] { return random = random * 1664525 + 1013904223; };
+  for (int n = 0; n < frames; ++n) {
+    protocol::Frame frame;
+    frame.id = next() % 8 == 0 ? 0x280 : 0x140 + next() % 4;
+    frame.dlc = next() % 7 == 0 ? 3 : 8;
+    const auto& known = protocol::kOpcodes[(next() >> 16U) % protocol::kOpcodes.size()];
+    for (std::size_t k = 0; k < 8; ++k) frame.data[k] = static_cast<std::uint8_t>(next() >> 24U);
+    if (n % 2 == 0) frame.data[0] = static_cast<std::uint8_t>(known.opcode);
+    adviser.hear({adviser.heard() * 100us, frame});
+  }
+  return allocations - before;
+}
+
+TEST(Allocation, NoneOfAnAdviserThatHasGivenItsAdvice) {
+  Adviser adviser(test::bus_config({1, 2}, 1'000'000));
+  EXPECT_GT(allocations_of_advice(adviser, 200'000), 0U) << "each advice is kept";
+  EXPECT_EQ(allocations_of_advice(adviser, 200'000), 0U);
+  EXPECT_LE(adviser.given().size(), 3 * kAdviceKinds);
 }
 
 }  // namespace
