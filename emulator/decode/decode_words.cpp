@@ -105,7 +105,6 @@ constexpr Quantity kQuantities[] = {
     {"acceleration_dps_s", {"acceleration", "加速度"}, "°/s²"},
     {"offset_counts", {"offset", "零偏"}, ""},
     {"power_permille", {"power", "功率"}, "‰"},
-    {"power", {"power", "功率"}, ""},
     {"iq_A", {"iq", "转矩电流"}, "A"},
     {"iq_limit_A", {"iq limit", "转矩电流限值"}, "A"},
     {"speed_dps", {"speed", "速度"}, "°/s"},

@@ -231,7 +231,7 @@ TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
   const auto v236 = decode(lines, json_options(Generation::kV236, Series::kMf));
   EXPECT_EQ(v236[1]["values"]["iq_A"], 2 * 33.0 / 4096);
   const auto ms = decode(lines, json_options(Generation::kV236, Series::kMs));
-  EXPECT_EQ(ms[1]["values"]["power"], 0.002);
+  EXPECT_EQ(ms[1]["values"]["power_permille"], 2);
 }
 
 /// Captures of real drives, docs/protocol.md §10.7.

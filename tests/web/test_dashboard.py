@@ -98,6 +98,65 @@ def test_power_and_supply(page, bench):
     settle(page, lambda: bench.ask(3, 0x9A) is not None)
 
 
+def measured_V(page, drive):
+    """While time stands, and nobody answers on the bus."""
+    return page.run("return fetch(`/api/v1/drives/vcan0/${arguments[0]}`).then((answer) => answer.json())"
+                    ".then((drive) => drive.signals.voltage_V)", drive)
+
+
+def step(page, name):
+    now = "return fetch('/api/v1/clock').then((answer) => answer.json()).then((clock) => clock.time_s)"
+    before = page.run(now)
+    page.click("#view-bench", name)
+    settle(page, lambda: page.run(now) > before)
+    settle(page, lambda: page.button("#view-bench", name).is_enabled())
+
+
+@pytest.fixture
+def time_stands(page):
+    page.go("bench")
+    page.click("#view-bench", "Stop")
+    settle(page, lambda: page.text("#clock-mode") == "stepped")
+    settle(page, lambda: page.button("#view-bench", "+10 ms").is_enabled())
+    yield
+    page.click("#view-bench", "Real time")
+    settle(page, lambda: page.text("#clock-mode") == "realtime")
+
+
+def test_a_supply_that_sags_is_measured_and_comes_back(page, time_stands):
+    page.for_drives(2)
+    page.fill('[aria-label="sag to, V"]', 14)
+    page.fill('[aria-label="for, s"]', 0.05)
+    page.click("#view-bench", "Sag")
+    settle(page, lambda: "sag to 14 V" in " ".join(note.text for note in page.all(".note")))
+    step(page, "+10 ms")
+    step(page, "+10 ms")
+    assert measured_V(page, 2) == pytest.approx(14, abs=0.2)
+    assert measured_V(page, 1) == pytest.approx(24, abs=0.2)
+    step(page, "+100 ms")
+    assert measured_V(page, 2) == pytest.approx(24, abs=0.2)
+
+
+def test_a_power_cycle_is_over_in_its_time(page, time_stands):
+    page.for_drives(3)
+    page.fill('[aria-label="off for, s"]', 0.05)
+    page.click("#view-bench", "Cycle")
+    settle(page, lambda: "off for 0.05 s" in " ".join(note.text for note in page.all(".note")))
+    step(page, "+10 ms")
+    settle(page, lambda: "off" in page.text("#supply-now"))
+    step(page, "+1 s")
+    settle(page, lambda: "off" not in page.text("#supply-now"))
+
+
+def test_time_is_scaled(page):
+    page.go("bench")
+    page.fill('#view-bench input[max="1000"]', 0.25)
+    page.click("#view-bench", "Scale")
+    settle(page, lambda: page.text("#clock-mode") == "x0.25")
+    page.click("#view-bench", "Real time")
+    settle(page, lambda: page.text("#clock-mode") == "realtime")
+
+
 def test_the_bench_shows_what_applies_now(page, bench):
     """Whoever it was that changed it."""
     page.go("bench")
