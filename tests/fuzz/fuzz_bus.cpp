@@ -57,7 +57,7 @@ BusConfig config_from(std::uint8_t settings, std::uint8_t generations) {
   return config;
 }
 
-/// Plays an input on a bus; a lazy one lets time pass only where it has to.
+/// Plays an input on a bus; a lazy one lets time pass only where it has to, or on the wire alone.
 class Player {
  public:
   Player(const BusConfig& config, bool lazy) : bus_(config), lazy_(lazy) {}
@@ -80,10 +80,7 @@ class Player {
     const int id = (what & 3U) == 0 ? 1 : (what & 3U) == 1 ? 2 : 5;
     switch (what >> 5U) {
       case 0:  // wait: 0..1.3 ms
-        now_ += std::chrono::nanoseconds(20 * input.word());
-        if (!lazy_) {
-          bus_.advance_to(now_);
-        }
+        wait(input.word());
         break;
       case 1:
         bus_.advance_to(now_);
@@ -98,6 +95,15 @@ class Player {
         break;
       default:
         receive(what, input);
+    }
+  }
+
+  void wait(std::uint16_t ticks) {
+    now_ += std::chrono::nanoseconds(20 * ticks);
+    if (!lazy_) {
+      bus_.advance_to(now_);
+    } else if (ticks % 2 != 0) {
+      bus_.deliver_to(now_);
     }
   }
 
