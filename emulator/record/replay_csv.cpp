@@ -18,6 +18,8 @@ struct RowLook {
     take(row);
   }
 };
+template <class Take>
+RowLook(Sampler&, Take) -> RowLook<Take>;  // Clang 14 cannot do without
 
 }  // namespace
 
