@@ -28,6 +28,8 @@ constexpr Words kNotThis{"the frame has something for this drive, whose multi-dr
                          "帧里有给这台驱动器的内容，而它没有打开广播模式"};
 constexpr Words kNotAlone{"the drive is in multi-drive mode: it answers no frame for one drive",
                           "驱动器处于广播模式：不回复单电机命令"};
+constexpr Words kNobodyKnows{"no drive here has this identifier, whatever its mode",
+                             "总线上没有驱动器有这个标识符，与模式无关"};
 constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
                           "驱动器处于广播模式，但没有这个标识符"};
 
@@ -66,10 +68,16 @@ class Adviser::Desk {
   void look(const Bus& bus) {
     if (bus.time() < next_look_) return;
     next_look_ = bus.time() + kLookStep;
+    // Somebody else than a host may have switched a drive over, or off.
+    if (!drives_.empty()) {
+      Watched& one = drives_[turn_++ % drives_.size()];
+      one.looks = std::max(one.looks, 1);
+    }
     for (Watched& watched : drives_) {
       if (watched.looks == 0 && !watched.trouble.waits()) continue;
       watched.looks = std::max(0, watched.looks - 1);
       watched.drive.look(bus);
+      if (!watched.drive.multi_drive) watched.in_vain = 0;
       watched.wind_up.look(watched.drive);
       if (const auto seen = watched.trouble.look(bus.time(), watched.drive)) {
         given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
@@ -89,6 +97,7 @@ class Adviser::Desk {
     Suspect last;            // of the frames it was sent
     std::uint64_t sent = 0;  // since the last look
     int in_vain = 0;         // frames for one drive, in multi-drive mode
+    SimTime in_vain_at{0};   // the last of them
     RomWatch rom;
     GenerationWatch generation;
     WaitWatch wait;
@@ -103,7 +112,9 @@ class Adviser::Desk {
   /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
   static constexpr int kLooks = 3;
   /// A host may try how it is answered.
-  static constexpr int kInVain = 3;  // assumed
+  static constexpr int kInVain = 10;                             // assumed
+  static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
+  static constexpr int kForeign = GenerationWatch::kUnknown;
 
   void hear_single(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
@@ -119,10 +130,7 @@ class Adviser::Desk {
     const auto* query = std::get_if<protocol::Query>(&decoded);
     if (!drive.alive) return;
     if (drive.multi_drive) {
-      watched.in_vain = std::min(watched.in_vain + 1, kInVain);
-      if (watched.in_vain == kInVain) {
-        note(drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
-      }
+      hear_in_vain(watched, in);
       return;
     }
     if (query == nullptr) {
@@ -132,6 +140,22 @@ class Adviser::Desk {
     hear_understood(watched, in, *query);
   }
 
+  /// The drive is in multi-drive mode and answers no frame for one drive.
+  void hear_in_vain(Watched& watched, const TimedFrame& in) {
+    if (in.at - watched.in_vain_at > kTryAgain) watched.in_vain = 0;
+    watched.in_vain_at = in.at;
+    watched.in_vain = std::min(watched.in_vain + 1, kInVain);
+    if (watched.in_vain < kInVain) return;
+    note(watched.drive.id, Finding{AdviceKind::kSingleInMultiMode, &kNotAlone}, in);
+  }
+
+  /// None of the drives would take the identifier in any mode; others than drives may use it.
+  bool is_foreign(const protocol::Frame& frame) const {
+    return std::ranges::none_of(drives_, [&frame](const Watched& watched) {
+      return protocol::knows_multi_drive(watched.drive.format, frame.id);
+    });
+  }
+
   void hear_several(const TimedFrame& in) {
     const bool anybody = std::ranges::any_of(
         drives_, [](const Watched& watched) { return watched.drive.multi_drive; });
@@ -139,6 +163,13 @@ class Adviser::Desk {
       // Where nobody listens it may be somebody else's, CANopen's for one.
       const double length = in.frame.dlc;
       if (anybody) note(kWholeBus, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
+      return;
+    }
+    if (is_foreign(in.frame) && !anybody) {
+      foreign_ = std::min(foreign_ + 1, kForeign);
+      if (foreign_ == kForeign && !drives_.empty()) {
+        note(kWholeBus, Finding{AdviceKind::kOtherGeneration, &kNobodyKnows}, in);
+      }
       return;
     }
     if (!anybody && !drives_.empty()) {
@@ -209,6 +240,8 @@ class Adviser::Desk {
   std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // -1: no such drive
   std::uint64_t heard_ = 0;
   SimTime next_look_{0};
+  std::size_t turn_ = 0;  // whose it is to be looked at anyway
+  int foreign_ = 0;       // frames for several drives that no drive here knows
   WireWatch wire_;
   BusyWatch busy_;
   int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet

@@ -54,6 +54,16 @@ struct Ranges {
     if (slot >= protocol::kMultiDriveSlots) return std::nullopt;
     return check(kIq, get_le<std::int16_t>(data, 2 * slot), -iq_limit(), iq_limit());
   }
+  Found operator()(const protocol::MultiSpeed& command) const {
+    const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
+    if (slot >= command.speed_dps.size()) return std::nullopt;
+    return speed(command.speed_dps[slot]);
+  }
+  Found operator()(const protocol::MultiPosition& command) const {
+    const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
+    if (slot >= command.target_deg.size()) return std::nullopt;
+    return angle(command.target_deg[slot]);
+  }
   Found operator()(const protocol::OpenLoop&) const {
     return check(kPower, get_le<std::int16_t>(data, 4), -protocol::kOpenLoopLimit_permille,
                  protocol::kOpenLoopLimit_permille);
@@ -62,10 +72,14 @@ struct Ranges {
     if (!drive.format.dialect.speed_iq_limit) return std::nullopt;
     const Found limit = check(kIqLimit, get_le<std::int16_t>(data, 2), 0, iq_limit());
     if (limit && drive.format.series != Series::kMs) return limit;
-    return check(kSpeed, command.speed_dps, -drive.max_speed_dps, drive.max_speed_dps);
+    return speed(command.speed_dps);
   }
-  Found operator()(const protocol::Position1& command) const { return angle(command.target_cdeg); }
-  Found operator()(const protocol::Position2& command) const { return angle(command.target_cdeg); }
+  Found operator()(const protocol::Position1& command) const {
+    return angle(command.target_cdeg * 0.01);
+  }
+  Found operator()(const protocol::Position2& command) const {
+    return angle(command.target_cdeg * 0.01);
+  }
   Found operator()(const protocol::Position3& command) const {
     return target(command.direction, command.target_cdeg);
   }
@@ -112,9 +126,12 @@ struct Ranges {
     return std::nullopt;
   }
 
-  Found angle(std::int32_t target_cdeg) const {
+  Found speed(double dps) const {
+    return check(kSpeed, dps, -drive.max_speed_dps, drive.max_speed_dps);
+  }
+  Found angle(double target_deg) const {
     if (drive.max_angle_deg <= 0) return std::nullopt;
-    return check(kAngle, target_cdeg * 0.01, -drive.max_angle_deg, drive.max_angle_deg);
+    return check(kAngle, target_deg, -drive.max_angle_deg, drive.max_angle_deg);
   }
   Found target(std::uint8_t direction, std::uint32_t target_cdeg) const {
     const Found wrong_way =

@@ -12,8 +12,8 @@ constexpr Words kHasError{"the drive has an error (errorState {1}): the command 
                           "驱动器有错误（错误标志 {1}）：命令得到回复，但不执行"};
 constexpr Words kIgnored{"the drive has had an error (errorState {1}) for {2} s, and the host has not asked for its state",
                          "驱动器出错（错误标志 {1}）已有 {2} s，主机一直没有查询状态"};
-constexpr Words kLeft{"the drive has an error (errorState {1}), and the host, which had spoken to it until then, has been silent for 2 s without having asked for its state",
-                      "驱动器出错（错误标志 {1}），此前一直与它通信的主机没有查询状态，已沉默 2 s"};
+constexpr Words kLeft{"the drive has an error (errorState {1}), and the host, which had spoken to it until then, has been silent for 5 s without having asked for its state",
+                      "驱动器出错（错误标志 {1}），此前一直与它通信的主机没有查询状态，已沉默 5 s"};
 // clang-format on
 
 }  // namespace
@@ -21,13 +21,17 @@ constexpr Words kLeft{"the drive has an error (errorState {1}), and the host, wh
 std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& suspect,
                                           const KnownDrive& drive) {
   if (heard.at - last_.at > kPause) spoken_to_since_ = heard.at;
+  const bool is_steady = heard.at - spoken_to_since_ >= kUnseen;
   last_ = suspect;
   if (heard.motion) motions_[motion_count_++ % kKept] = suspect;
   // Another part of the host may not know of it yet.
   if (heard.is<protocol::Off>()) quiet_until_ = std::max(quiet_until_, heard.at + kReaction);
-  if (!error_ || !drive.can_be_asked()) return std::nullopt;
   const bool asks = heard.is<protocol::ReadState1>() || heard.is<protocol::ClearErrors>();
+  if (asks) asked_ = heard.at;
+  if (!error_ || !drive.can_be_asked()) return std::nullopt;
   if (asks && !error_->asked) error_->asked = heard.at;
+  const bool asks_now_and_then = asked_ && heard.at - *asked_ <= kUnseen;
+  error_->was_spoken_to = error_->was_spoken_to || (is_steady && !asks_now_and_then);
   if (asks || heard.is<protocol::Off>() || heard.is<protocol::Run>()) error_->cared_for = true;
   const SimTime age = heard.at - error_->since;
   if (error_->cared_for || age < kUnseen) return std::nullopt;
@@ -39,8 +43,13 @@ std::optional<Finding> TroubleWatch::hear(const Heard& heard, const Suspect& sus
 }
 
 std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, const KnownDrive& drive) {
+  if (!drive.alive) {  // its errors go with its power
+    error_.reset();
+    refused_ = drive.refused_motion;
+    return std::nullopt;
+  }
   if (drive.errors != 0 && !error_) {
-    error_ = Error{.since = now, .was_spoken_to = last_.at - spoken_to_since_ >= kUnseen};
+    error_ = Error{.since = now, .cared_for = asked_ && now - *asked_ <= kLookedLate};
   }
   const std::uint64_t times = drive.refused_motion - std::exchange(refused_, drive.refused_motion);
   const bool tell = times > 0 && motion_count_ > 0 && drive.can_be_asked() && to_be_told(now);
@@ -56,7 +65,10 @@ std::optional<TroubleWatch::Seen> TroubleWatch::look(SimTime now, const KnownDri
 }
 
 std::optional<TroubleWatch::Seen> TroubleWatch::left_alone(SimTime now, const KnownDrive& drive) {
-  if (!waits() || now - last_.at < kUnseen || !drive.can_be_asked()) return std::nullopt;
+  const bool is_told = !error_ || error_->queries == kQueries;
+  if (!waits() || is_told || now - last_.at < kSilence || !drive.can_be_asked()) {
+    return std::nullopt;
+  }
   error_->was_spoken_to = false;
   const auto errors = static_cast<double>(drive.errors);
   return Seen{{AdviceKind::kErrorIgnored, &kLeft, {errors}}, last_, 1};

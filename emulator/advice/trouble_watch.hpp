@@ -19,8 +19,11 @@ class TroubleWatch {
   /// What is on its way while a host still makes up its mind is no mistake.
   static constexpr SimTime kReaction = std::chrono::milliseconds(100);  // assumed
   static constexpr int kQueries = 10;                                   // assumed
-  /// Who pauses for longer may come back later; who has not, and goes silent for kUnseen, has left.
-  static constexpr SimTime kPause = std::chrono::seconds(1);  // assumed
+  /// Who pauses for longer may come back later; who has not, and goes silent for so long, has left.
+  static constexpr SimTime kPause = std::chrono::seconds(1);    // assumed
+  static constexpr SimTime kSilence = std::chrono::seconds(5);  // assumed
+  /// An error that a look sees may have been in the answer to a query that is no older.
+  static constexpr SimTime kLookedLate = std::chrono::milliseconds(5);
 
   std::optional<Finding> hear(const Heard& heard, const Suspect& suspect, const KnownDrive& drive);
 
@@ -40,7 +43,7 @@ class TroubleWatch {
     std::optional<SimTime> asked = std::nullopt;  // by 0x9A or 0x9B
     bool cared_for = false;                       // by these, or by 0x80 or 0x88
     int queries = 0;                              // from kUnseen on
-    bool was_spoken_to = false;                   // for kUnseen, without a pause
+    bool was_spoken_to = false;                   // for kUnseen, without a pause, not asked
   };
   std::optional<Seen> left_alone(SimTime now, const KnownDrive& drive);
   bool to_be_told(SimTime now) const;
@@ -48,8 +51,9 @@ class TroubleWatch {
   const Suspect& first_of(std::uint64_t times, SimTime now, const KnownDrive& drive) const;
 
   std::optional<Error> error_;
-  Suspect last_;                // of all that it was sent
-  SimTime spoken_to_since_{0};  // without a pause
+  std::optional<SimTime> asked_;  // for its state, error or not
+  Suspect last_;                  // of all that it was sent
+  SimTime spoken_to_since_{0};    // without a pause
   SimTime quiet_until_{0};
   std::uint64_t refused_ = 0;  // so far
   static constexpr std::size_t kKept = 8;

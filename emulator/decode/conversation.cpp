@@ -15,6 +15,10 @@ using protocol::Opcode;
 constexpr std::uint32_t kOwnReplyIds[] = {0x180, 0x240};
 /// A drive holds 16 replies, and a host waits for few of them.
 constexpr std::size_t kMostPending = 64;
+/// An echo that takes longer than the drive has taken so far by this factor, and so much more, is
+/// the query again (assumed).
+constexpr int kSlower = 4;
+constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
 
 bool is_data(const Frame& frame) {
   return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
@@ -56,6 +60,13 @@ bool looks_like_a_query(const Frame& frame) {
   if (state) return frame.data[1] <= 1;
   if (static_cast<Opcode>(command) == Opcode::kBrake) return frame.data[1] > 1;
   return zero_is_a_query(command) && all_zero(frame, 1);
+}
+
+/// These take as long as the memory does.
+bool writes_rom(const Frame& query) {
+  const auto command = static_cast<Opcode>(query.data[0]);
+  return command == Opcode::kWriteZeroToRom || command == Opcode::kWritePidToRom ||
+         command == Opcode::kWriteOffsetToRom;
 }
 
 }  // namespace
@@ -131,7 +142,10 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
                                own.pending[fits.front()].query, heard.frame);
     if (best == Fit::kYes) return reply(id, heard, fits, true);
     // The same bytes again: an echo, or the query again.
-    if (own.alive && !zero_is_a_query(heard.frame.data[0])) return reply(id, heard, fits, false);
+    const Pace pace = pace_of(id, own.pending[fits.back()], heard.at);
+    if (pace == Pace::kTooLate) return asked_again(id, heard, fits.back());
+    if ((own.alive || pace == Pace::kAsEver) && !zero_is_a_query(heard.frame.data[0]))
+      return reply(id, heard, fits, false);
     return unclear(id, heard);
   }
   if (looks_like_a_reply(heard.frame)) return reply(id, heard, fits, false);
@@ -170,6 +184,7 @@ Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std:
   told.asked = own.pending.front().asked;
   if (fits.size() == 1) {
     if (heard.at && own.pending.front().at) told.latency = *heard.at - *own.pending.front().at;
+    if (sure && told.latency) own.slowest = std::max(own.slowest, *told.latency);
     answer_first(id, heard.at);
     return told;
   }
@@ -177,6 +192,26 @@ Told Conversation::reply(int id, const HeardFrame& heard, const std::vector<std:
   own.run.push_back(heard.at);
   if (own.run.size() == fits.size()) settle_run(id);
   return told;
+}
+
+/// Of the same bytes as a query that waits, going by how long the drive has taken so far.
+Conversation::Pace Conversation::pace_of(int id, const Pending& query,
+                                         const std::optional<SimTime>& now) const {
+  const SimTime slowest = drive(id).slowest;
+  if (slowest == SimTime{0} || !now || !query.at || writes_rom(query.query)) return Pace::kAny;
+  const SimTime age = *now - *query.at;
+  if (age > kSlower * slowest + kSlowerBy) return Pace::kTooLate;
+  return age <= 2 * slowest ? Pace::kAsEver : Pace::kAny;
+}
+
+/// All up to the `last` that waits have gone unanswered.
+Told Conversation::asked_again(int id, const HeardFrame& heard, std::size_t last) {
+  settle_run(id);
+  auto& pending = drive(id).pending;
+  last = std::min(last + 1, pending.size());
+  for (std::size_t n = 0; n < last; ++n) drop_first(id, Settled::How::kUnanswered);
+  drive(id).alive = false;
+  return query(id, heard, false);
 }
 
 Told Conversation::unclear(int id, const HeardFrame& heard) {

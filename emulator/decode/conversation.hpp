@@ -82,6 +82,7 @@ class Conversation {
     bool seen = false;   // on the bus
     bool begun = false;  // its first query is known, so what waits for a reply is too
     bool alive = false;  // has surely answered, and missed nothing since
+    SimTime slowest{0};  // of its sure answers; 0: none yet
   };
 
   Told hear_several(const HeardFrame& heard);
@@ -96,6 +97,9 @@ class Conversation {
 
   void ask(int id, const HeardFrame& heard, bool unclear);
   std::vector<std::size_t> fitting(int id, const protocol::Frame& frame) const;
+  enum class Pace : std::uint8_t { kAsEver, kAny, kTooLate };
+  Pace pace_of(int id, const Pending& query, const std::optional<SimTime>& now) const;
+  Told asked_again(int id, const HeardFrame& heard, std::size_t last);
   void expire(int id, const std::optional<SimTime>& now);
   void settle_run(int id);
   void drop_first(int id, Settled::How how);

@@ -167,7 +167,12 @@ Values said(const protocol::Query& query, const protocol::WireFormat& format) {
   if (const auto* clear = std::get_if<protocol::ClearAngle>(&query.command); clear && sets) {
     return {{"angle_deg", deg(clear->angle_cdeg)}};
   }
-  return std::visit([](const auto& command) { return said(command); }, query.command);
+  Values values = std::visit([](const auto& command) { return said(command); }, query.command);
+  // An MS drive knows no current: protocol.md §10.4.
+  if (format.series == Series::kMs) {
+    std::erase_if(values, [](const ReplyValue& value) { return value.name == "iq_limit_A"; });
+  }
+  return values;
 }
 
 /// Of a reply of the drive; an echo says what its query said.

@@ -12,7 +12,9 @@ void BusTally::count(const Told& told, const FrameWords& words, const std::optio
   if (at) last_at = at;
   if (!words.drawback.empty()) {
     ++meaningless[words.drawback];
-    const bool known_elsewhere = told.drive > 0 && !words.name.empty();
+    const bool known_elsewhere =
+        (told.drive > 0 || protocol::find_multi_drive(told.frame.id) != nullptr) &&
+        !words.name.empty();
     if (known_elsewhere) ++of_newer_firmware;
     return;
   }

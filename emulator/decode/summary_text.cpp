@@ -75,7 +75,7 @@ std::string said(const Words& format, Language language, const Values&... values
 std::string errors_of(const BusTally& bus, Language language) {
   std::string text;
   for (const auto& [key, error] : bus.errors) {
-    text += said({"drive {}: {} in {} replies, first {} after the first frame",
+    text += said({"drive {}: {}, replies with it: {}, first {} after the first frame",
                   "驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}"},
                  language, key.first, in_language(key.second, language), error.replies,
                  instant(error.first_at, bus));

@@ -157,15 +157,60 @@ TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {
   EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 1), 0U);
 }
 
+TEST(AdviceMulti, KnowsAModeThatOthersSwitch) {
+  AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
+  host.wait(100ms);
+  Registers switched;
+  switched.broadcast_mode = true;
+  for (const int id : {1, 2}) {
+    host.bus.apply({id, Setting{RomParameter::kBroadcastMode, switched}});
+  }
+  host.wait(100ms);
+  host.repeat(20, 1ms, test::frame("280#6400640000000000"));
+  EXPECT_EQ(host.all(), "");
+}
+
+/// An identifier of CANopen as well, so one alone says nothing.
+TEST(AdviceMulti, IsOfIdentifiersThatDrivesHereKnow) {
+  AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
+  hear(host, 1ms, test::frame("281#6400000000000000"));
+  hear(host, 2ms, test::frame("282#6400000000000000"));
+  EXPECT_EQ(host.all(), "");
+  hear(host, 3ms, test::frame("288#9C00000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration, kWholeBus), 1U);
+  EXPECT_EQ(host.count(AdviceKind::kMultiWithoutMode, kWholeBus), 0U) << "the mode would not help";
+}
+
+TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  for (ServoConfig& servo : config.servos) {
+    servo.generation = Generation::kV236;
+    servo.quirks = quirks_of(servo.generation);
+    servo.rom.broadcast_mode = true;
+  }
+  config.servos[0].rom.max_speed_dps = 1000;
+  config.servos[0].rom.max_angle_deg = 90;
+  AdvisedHost host(config);
+  hear(host, 1ms, test::frame("281#E803E80300000000"));  // 1000 dps
+  hear(host, 2ms, test::frame("282#5A00C80000000000"));  // 90°, and 200° of drive 2
+  EXPECT_EQ(host.all(), "");
+  hear(host, 3ms, test::frame("281#E903000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 1U);
+  hear(host, 4ms, test::frame("282#A5FF000000000000"));  // -91°
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 2U);
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
+}
+
 TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   config.servos[0].rom.broadcast_mode = true;
   AdvisedHost host(config);
-  for (int n = 0; n < 2; ++n) hear(host, 1ms * n, test::frame("141#9C00000000000000"));
-  for (int n = 0; n < 9; ++n) hear(host, 2ms + 1ms * n, test::frame("142#9C00000000000000"));
-  EXPECT_EQ(host.all(), "") << "it tries how the drive is answered";
-  hear(host, 20ms, test::frame("141#9C00000000000000"));
-  hear(host, 21ms, test::frame("141#A100000000000000"));
+  for (int n = 0; n < 9; ++n) hear(host, 1ms * n, test::frame("141#9C00000000000000"));
+  for (int n = 0; n < 30; ++n) hear(host, 10ms + 1ms * n, test::frame("142#9C00000000000000"));
+  for (int n = 0; n < 9; ++n) hear(host, 1100ms + 1ms * n, test::frame("141#9C00000000000000"));
+  EXPECT_EQ(host.all(), "") << "it tries how the drive is answered, and some time later again";
+  hear(host, 1200ms, test::frame("141#9C00000000000000"));
+  hear(host, 1201ms, test::frame("141#A100000000000000"));
   EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 1), 2U);
   EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 2), 0U);
 }

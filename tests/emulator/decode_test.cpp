@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "emulator/core/signals.hpp"
 #include "emulator/decode/decode_words.hpp"
@@ -232,6 +233,45 @@ TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
   EXPECT_EQ(v236[1]["values"]["iq_A"], 2 * 33.0 / 4096);
   const auto ms = decode(lines, json_options(Generation::kV236, Series::kMs));
   EXPECT_EQ(ms[1]["values"]["power_permille"], 2);
+}
+
+/// Lines of a drive that has shown how fast it is, and then of 0x81 at 50 Hz, each with its echo
+/// after 0.3 ms, but for those that are `lost`.
+std::vector<std::string> stops_with_echoes(int count, const std::vector<int>& lost) {
+  std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
+                                    "(10.000300) a 141#9C19020003002108"};
+  const auto say = [&lines](double at_s) {
+    std::string stamp = std::to_string(at_s);
+    lines.push_back("(" + stamp + ") a 141#8100000000000000");
+  };
+  for (int n = 0; n < count; ++n) {
+    const double at_s = 10.5 + 0.02 * n;
+    say(at_s);
+    if (std::ranges::find(lost, n) == lost.end()) say(at_s + 0.0003);
+  }
+  return lines;
+}
+
+/// The row of the summary about a command.
+Json row_of(const std::vector<Json>& out, std::string_view command) {
+  for (const Json& row : out.back()["buses"][0]["commands"]) {
+    if (row["command"] == command) return row;
+  }
+  return nullptr;
+}
+
+TEST(Decode, TakesAnEchoThatIsMuchTooLateForTheQueryAgain) {
+  const Json one_lost = row_of(decode(stops_with_echoes(20, {7})), "81");
+  EXPECT_EQ(one_lost["queries"], 20) << one_lost;
+  EXPECT_EQ(one_lost["replies"], 19);
+  EXPECT_EQ(one_lost["unanswered"], 1);
+
+  std::vector<int> all(20);
+  std::iota(all.begin(), all.end(), 0);
+  const Json dead = row_of(decode(stops_with_echoes(20, all)), "81");
+  EXPECT_EQ(dead["queries"], 20) << dead;
+  EXPECT_EQ(dead["replies"], 0);
+  EXPECT_EQ(dead["unanswered"], 19) << "the log ends while the last waits";
 }
 
 /// Captures of real drives, docs/protocol.md §10.7.
