@@ -4,7 +4,9 @@ import {stream} from './api.js';
 import {Samples} from './samples.js';
 import {clockFactor} from './store.js';
 
-const kMostValues = 190_000;  // a second of simulated time and of the wall, of all buses; the program allows 200,000 a stream
+// A second of simulated time and of the wall, of all buses; the program allows 200,000 a stream and 400,000 in all, of which
+// the dials of this page (live.js) may have as many.
+const kMostValues = 190_000;
 const kSlowest_Hz = 0.1;
 const kMessages_Hz = 60;
 const kPatience_ms = 3000;
