@@ -59,8 +59,8 @@ function protocols() {
 }
 
 /// Messages of a WebSocket, parsed, until it is closed here. When the connection breaks it is tried
-/// again and again; `onOpen` is called at each beginning.
-export function stream(path, {onMessage, onOpen = () => {}}) {
+/// again and again; `onOpen` is called at each beginning, `onClose` when it has broken or was refused.
+export function stream(path, {onMessage, onOpen = () => {}, onClose = () => {}}) {
   let socket = null;
   let closed = false;
   let failures = 0;
@@ -77,6 +77,7 @@ export function stream(path, {onMessage, onOpen = () => {}}) {
     };
     socket.onclose = () => {
       if (closed) return;
+      onClose();
       timer = setTimeout(open, kRetry_ms[Math.min(failures++, kRetry_ms.length - 1)]);
     };
   };

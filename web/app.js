@@ -29,8 +29,8 @@ function go() {
   }
   document.title = `${t(chosen)} – lk-emu`;
   if (query && store.status) {
+    history.replaceState(null, '', `#${chosen}`);  // first: an address that cannot be followed is not tried again
     views[chosen].visit?.(new URLSearchParams(query));
-    history.replaceState(null, '', `#${chosen}`);
   }
 }
 

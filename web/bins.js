@@ -12,6 +12,7 @@ export class Bins {
     this.width_s = width_s;
     this.first = first;  // bins stand still on the axis of time, or a moving picture would shimmer: n·width_s
     this.next = first;
+    this.complete = first;  // the first that may still change
     this.times = [];     // two places for each bin
     this.values = this.columns.map(() => []);
   }
@@ -22,8 +23,8 @@ export class Bins {
     const first = Math.floor(from_s / width_s);
     const last = Math.floor(to_s / width_s);
     if (width_s !== this.width_s || first < this.first || first >= this.next) this.restart(width_s, first);
-    // The newest was not complete.
-    const from = Math.max(first, Math.min(this.next - 1, last));
+    // The newest were not complete; of a bus that is behind the others, or where the picture goes past now, many are not.
+    const from = Math.max(first, Math.min(this.complete, last));
     for (const list of [this.times, ...this.values]) {
       list.length = 2 * (from - this.first);
       list.splice(0, 2 * (first - this.first));
@@ -31,6 +32,7 @@ export class Bins {
     this.first = first;
     this.next = from;
     this.add(last);
+    this.complete = Math.min(this.next, Math.floor(this.samples.last_s / width_s));
     return [this.times, ...this.values];
   }
 
@@ -53,8 +55,8 @@ function pushExtremes(list, values, begin, end) {
   let least = begin;
   let most = begin;
   for (let n = begin + 1; n < end; ++n) {
-    if (!(values[n] >= values[least])) least = n;
-    if (!(values[n] <= values[most])) most = n;
+    if (values[n] < values[least] || Number.isNaN(values[least])) least = n;
+    if (values[n] > values[most] || Number.isNaN(values[most])) most = n;
   }
   if (begin === end) list.push(null, null);
   else list.push(orNull(values[Math.min(least, most)]), orNull(values[Math.max(least, most)]));

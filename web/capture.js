@@ -4,37 +4,54 @@ import {stream} from './api.js';
 import {Samples} from './samples.js';
 import {clockFactor} from './store.js';
 
-const kMostValues = 190_000;  // a second, of simulated time and of the wall; the program allows 200,000
+// A second of simulated time and of the wall, of all buses; the program allows 200,000 a stream and 400,000 in all, of which
+// the dials of this page (live.js) may have as many.
+const kMostValues = 190_000;
+const kSlowest_Hz = 0.1;
 const kMessages_Hz = 60;
+const kPatience_ms = 3000;
 
-/// What is possible of the wanted rate.
-export const possibleRate_Hz = (wanted_Hz, columns) => Math.min(wanted_Hz, kMostValues / columns / Math.max(1, clockFactor()));
+/// Simulated seconds in one of the wall, where there are more of them: a clock that is slow or stands asks for nothing else.
+export const pace = () => Math.max(1, clockFactor());
 
-/// The samples of `ids` of one bus, `signals` of each.
+/// What is possible of the wanted rate with so many columns on all buses together.
+export const possibleRate_Hz = (wanted_Hz, columns) => Math.max(kSlowest_Hz, Math.min(wanted_Hz, kMostValues / columns / pace()));
+
+/// The samples of `ids` of one bus, `signals` of each. What `before`, another one of this bus, has of them is taken over.
 export class Capture {
-  constructor(bus, ids, signals, wanted_Hz) {
+  constructor(bus, ids, signals, rate_Hz, before) {
     this.bus = bus;
     this.ids = ids;
     this.signals = signals;
+    this.rate_Hz = rate_Hz;
+    this.pace = pace();
     const columns = ids.length * signals.length;
-    const factor = clockFactor() || 1;
-    this.rate_Hz = possibleRate_Hz(wanted_Hz, columns);
     this.samples = new Samples(columns);
-    this.lost = 0;
-    const together = Math.max(1, Math.min(1000, Math.round(this.rate_Hz * factor / kMessages_Hz)));
-    const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${this.rate_Hz}` +
-      (together > 1 ? `&samples_per_message=${together}` : '');
+    if (before) this.samples.adopt(before.samples, ids.flatMap((id) => signals.map((signal) => before.column(id, signal))));
+    this.lost = before?.lost ?? 0;
+    this.lostBefore = this.lost;  // the program counts from the beginning of each stream
     this.row = new Array(columns);
-    this.stream = stream(`/telemetry?${query}`, {onMessage: (message) => this.take(message)});
+    this.waitsFrom_ms = performance.now();  // for its stream to open; null: it has
+    const together = Math.max(1, Math.min(1000, Math.round(rate_Hz * this.pace / kMessages_Hz)));
+    const query = `bus=${encodeURIComponent(bus)}&ids=${ids}&signals=${signals}&rate_Hz=${rate_Hz}` +
+      (together > 1 ? `&samples_per_message=${together}` : '');
+    this.stream = stream(`/telemetry?${query}`, {
+      onMessage: (message) => this.take(message),
+      onOpen: () => {
+        this.waitsFrom_ms = null;
+        this.lostBefore = this.lost;
+      },
+      onClose: () => { this.waitsFrom_ms ??= performance.now(); }});
   }
 
   take(message) {
     for (const sample of Array.isArray(message) ? message : [message]) {
       if (!sample.rows) continue;
-      if (sample.lost) this.lost = sample.lost;
-      let column = 0;
-      for (const row of sample.rows) {
-        for (let n = 1; n < row.length; ++n) this.row[column++] = row[n];
+      if (sample.lost) this.lost = this.lostBefore + sample.lost;
+      // Rows come in the order of the program, not in that of `ids`.
+      for (const [id, ...values] of sample.rows) {
+        const first = this.ids.indexOf(id) * this.signals.length;
+        for (let n = 0; n < values.length; ++n) this.row[first + n] = values[n];
       }
       // Another program, or the same one anew: its time begins again.
       if (sample.time_s < this.samples.last_s - 1) this.samples = new Samples(this.samples.columns);
@@ -42,8 +59,22 @@ export class Capture {
     }
   }
 
+  /// -1: it has none.
   column(id, signal) {
-    return this.ids.indexOf(id) * this.signals.length + this.signals.indexOf(signal);
+    const drive = this.ids.indexOf(id);
+    const place = this.signals.indexOf(signal);
+    return drive < 0 || place < 0 ? -1 : drive * this.signals.length + place;
+  }
+
+  /// Whether it has all of these, at this rate.
+  serves(ids, signals, rate_Hz) {
+    return this.rate_Hz === rate_Hz && this.pace === pace() &&
+      ids.every((id) => this.ids.includes(id)) && signals.every((signal) => this.signals.includes(signal));
+  }
+
+  /// Whether its stream has not opened for so long that somebody should know.
+  get refused() {
+    return this.waitsFrom_ms !== null && performance.now() - this.waitsFrom_ms > kPatience_ms;
   }
 
   close() {

@@ -45,6 +45,20 @@ export class Samples {
     ++this.received;
   }
 
+  /// What another one has, as much of it as there is room for; `places[n]` is its column that is column n here, -1: none.
+  adopt(other, places) {
+    this.keepFrom = other.keepFrom;
+    const newest = Math.max(other.begin, other.end - this.capacity);
+    const begin = Math.min(newest, other.find(this.keepFrom));
+    const end = Math.min(other.end, begin + this.capacity);
+    this.end = end - begin;
+    this.times.set(other.times.subarray(begin, end));
+    places.forEach((place, n) => {
+      if (place < 0) this.values[n].fill(NaN, 0, this.end);
+      else this.values[n].set(other.values[place].subarray(begin, end));
+    });
+  }
+
   moveToFront() {
     this.times.copyWithin(0, this.begin, this.end);
     for (const column of this.values) column.copyWithin(0, this.begin, this.end);

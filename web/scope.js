@@ -1,6 +1,6 @@
 // The scope: chosen signals of chosen drives over simulated time.
 
-import {Capture, possibleRate_Hz} from './capture.js';
+import {Capture, pace, possibleRate_Hz} from './capture.js';
 import {byId, el, note, setText} from './dom.js';
 import {drawing} from './drawing.js';
 import {figures, unitOf} from './format.js';
@@ -8,21 +8,22 @@ import {Panels} from './panels.js';
 import {saveCsv} from './csv.js';
 import {ScopeControls} from './scope_controls.js';
 import {ScopeTable} from './scope_table.js';
-import {buses, busTime, clockFactor, driveName, on, store} from './store.js';
+import {buses, busTime, driveName, driveOf, on, store} from './store.js';
 import {t} from './words.js';
 
 const kShortest_s = 0.001;
 const kLongest_s = 600;
 const kTable_ms = 150;
+const kLatest_s = 1e9;     // assumed: nobody simulates thirty years
 const kWatchAll = 50_000;  // values a second: up to as many, all drives are watched, so that each has a past
 
 const chosen = {drives: [], signals: ['angle_ref_deg', 'angle_deg', 'speed_dps', 'iq_A'], rate_Hz: 1000};
 let captures = [];
-let watched = '';  // what they were made for
 let traces = [];
 let width_s = 5;
 let held = null;   // {from_s, to_s}: paused there
 let cursors = {A: null, B: null};
+let cursorsBefore = cursors;  // the first click of what may become two
 let mark = null;   // an instant that somebody came for
 let visible = false;
 let panels = null;
@@ -43,9 +44,14 @@ function view() {
   return {from_s, to_s: end_s, marks};
 }
 
+/// While paused, what is in view stays.
+function keep() {
+  for (const capture of captures) capture.samples.keepFrom = held?.from_s ?? Infinity;
+}
+
 function hold(from_s, to_s) {
   held = {from_s, to_s};
-  for (const capture of captures) capture.samples.keepFrom = from_s;
+  keep();
   controls.showHeld(true);
   controls.showWidth(to_s - from_s);
 }
@@ -54,7 +60,7 @@ function release() {
   if (held) width_s = Math.min(kLongest_s, Math.max(kShortest_s, held.to_s - held.from_s));
   held = null;
   mark = null;
-  for (const capture of captures) capture.samples.keepFrom = Infinity;
+  keep();
   controls.showHeld(false);
   controls.showWidth(width_s);
 }
@@ -72,6 +78,11 @@ function zoom(factor, around_s = null) {
   const middle = around_s ?? (held.from_s + held.to_s) / 2;
   const share = (middle - held.from_s) / span;
   hold(middle - next * share, middle + next * (1 - share));
+}
+
+function setWidth(s) {
+  if (held) zoom(s / (held.to_s - held.from_s));
+  else width_s = s;
 }
 
 function pan(share) {
@@ -99,18 +110,19 @@ function dashOf(signal) {
   return signal.startsWith('true_') ? [2, 3] : undefined;
 }
 
-/// What has been watched stays, as long as it serves.
+/// What is watched goes on as long as it serves. What is watched anew begins with what there is of the same signals.
 function watch() {
-  const {signals, rate_Hz} = chosen;
-  const all = store.drives.length * signals.length * rate_Hz <= kWatchAll;
+  const {signals} = chosen;
+  const all = store.drives.length * signals.length * chosen.rate_Hz <= kWatchAll;
   const drives = all ? store.drives : chosen.drives;
   const wanted = signals.length ? buses().map(({bus}) => ({bus, ids: drives.filter((one) => one.bus === bus).map((one) => one.id)}))
     .filter(({ids}) => ids.length) : [];
-  const key = JSON.stringify([wanted, signals, rate_Hz, clockFactor()]);
-  if (key === watched) return;
-  watched = key;
+  const rate_Hz = possibleRate_Hz(chosen.rate_Hz, drives.length * signals.length);
+  const before = new Map(captures.map((capture) => [capture.bus, capture]));
+  if (wanted.every(({bus, ids}) => before.get(bus)?.serves(ids, signals, rate_Hz))) return;
   captures.forEach((capture) => capture.close());
-  captures = wanted.map(({bus, ids}) => new Capture(bus, ids, signals, rate_Hz));
+  captures = wanted.map(({bus, ids}) => new Capture(bus, ids, signals, rate_Hz, before.get(bus)));
+  keep();
 }
 
 function restart() {
@@ -128,7 +140,6 @@ function restart() {
   }));
   recolour();
   if (held && !captures.some((one) => one.samples.length)) release();
-  controls.showRate(captures);
   controls.showChosen(chosen);
 }
 
@@ -184,7 +195,8 @@ function exportCsv() {
 }
 
 function onKey(event) {
-  if (!visible || event.target.closest('input, select, textarea, button, summary, a') || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (!visible || event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input:not([type=checkbox]), select, textarea')) return;
+  if (event.key === ' ' && event.target.closest('input, button, summary, a')) return;
   const does = {
     ' ': pause, '+': () => zoom(0.5), '=': () => zoom(0.5), '-': () => zoom(2), ArrowLeft: () => pan(-0.2), ArrowRight: () => pan(0.2),
     a: () => putCursor('A', (view().from_s * 2 + view().to_s) / 3), b: () => putCursor('B', (view().from_s + view().to_s * 2) / 3),
@@ -202,9 +214,8 @@ function onPoint(time_s, event) {
 
 function build() {
   const root = byId('view-scope');
-  const plots = el('div', {class: 'plots', tabindex: 0, 'aria-label': t('plots_label')});
-  controls = new ScopeControls(chosen, {restart, pause, zoom, pan, exportCsv,
-    setWidth: (s) => { if (held) release(); width_s = s; },
+  const plots = el('div', {class: 'plots', role: 'group', tabindex: 0, 'aria-label': t('plots_label')});
+  controls = new ScopeControls(chosen, {restart, pause, zoom, pan, exportCsv, setWidth,
     clearCursors: () => { cursors = {A: null, B: null}; },
     putCursor: (name) => putCursor(name, view().from_s + (view().to_s - view().from_s) * (name === 'A' ? 1 / 3 : 2 / 3))});
   table = new ScopeTable();
@@ -217,7 +228,12 @@ function build() {
     if (event.shiftKey) pan(Math.sign(event.deltaY || event.deltaX) * 0.1);
     else zoom(event.deltaY > 0 ? 1.25 : 0.8, around);
   }, {passive: false});
-  plots.addEventListener('dblclick', () => held && release());
+  // Two clicks put no cursors: those that they did put go again.
+  plots.addEventListener('click', (event) => { if (event.detail === 1) cursorsBefore = {...cursors}; }, true);
+  plots.addEventListener('dblclick', () => {
+    cursors = cursorsBefore;
+    pause();
+  });
   root.replaceChildren(controls.root, plots, table.root);
   document.addEventListener('keydown', onKey);
   document.addEventListener('theme', recolour);
@@ -232,19 +248,18 @@ export function show(yes) {
 
 /// From elsewhere: a drive, and perhaps an instant.
 export function visit(query) {
-  const [bus, id] = (query.get('drive') ?? '').split('/');
-  const number = Number(id);
-  const time_s = Number(query.get('time_s'));
-  const atInstant = query.has('time_s');
-  if (bus && !chosen.drives.some((one) => one.bus === bus && one.id === number)) {
-    chosen.drives = [{bus, id: number}];
+  const key = query.get('drive');
+  const drive = driveOf(key);
+  if (key && !drive) note(t('no_such_drive', {name: key}), true);
+  if (drive && !chosen.drives.some(({bus, id}) => bus === drive.bus && id === drive.id)) {
+    chosen.drives = [{bus: drive.bus, id: drive.id}];
     restart();
   }
-  if (!atInstant) return;
+  const time_s = Number(query.get('time_s') || NaN);
+  if (!(time_s >= 0 && time_s < kLatest_s)) return;
   hold(time_s - width_s / 2, time_s + width_s / 2);
   mark = time_s;
-  const first = Math.min(...captures.map((capture) => capture.samples.first_s));
-  if (!(first <= time_s)) note(t('not_watched'), true);
+  if (!traces.some(({capture, column}) => Number.isFinite(capture.samples.at(column, time_s) ?? NaN))) note(t('not_watched'), true);
 }
 
 /// For tests and scripts: what is drawn of a trace.
@@ -255,13 +270,13 @@ on('program', () => {
   chosen.drives = chosen.drives.filter(({bus, id}) => store.drives.some((drive) => drive.bus === bus && drive.id === id));
   if (!chosen.drives.length && store.drives.length) chosen.drives = [{bus: store.drives[0].bus, id: store.drives[0].id}];
   controls.build();
-  watched = '';
+  captures.forEach((capture) => capture.close());
+  captures = [];
   if (held) release();
   restart();
   if (visible) show(true);
 });
-// A faster clock may be too much; one that stops takes nothing away.
+// A faster clock may be too much; one that is slow or stands changes nothing.
 on('change', () => {
-  const other = captures.some((one) => Math.abs(possibleRate_Hz(chosen.rate_Hz, one.samples.columns) / one.rate_Hz - 1) > 0.01);
-  if (panels && other) restart();
+  if (traces.length && captures.some((one) => one.pace !== pace())) restart();
 });

@@ -97,14 +97,13 @@ export class ScopeControls {
     this.width.value = near;
   }
 
-  showRate(captures) {
-    this.rate_Hz = captures[0]?.rate_Hz;
-  }
-
   showFrames(frames, captures) {
     const lost = captures.reduce((sum, capture) => sum + capture.lost, 0);
     const kept_s = Math.max(0, ...captures.map(({samples}) => samples.last_s - samples.first_s || 0));
-    const reduced = this.rate_Hz && this.rate_Hz < this.chosen.rate_Hz ? t('scope_reduced', {rate: figures(this.rate_Hz, 4)}) : '';
-    setText(this.frames, t('scope_info', {frames, kept: figures(kept_s, 3)}) + (lost ? t('scope_lost', {n: lost}) : '') + reduced);
+    const rate_Hz = Math.min(...captures.map((capture) => capture.rate_Hz));
+    const reduced = rate_Hz < this.chosen.rate_Hz ? t('scope_reduced', {rate: figures(rate_Hz, 4)}) : '';
+    const refused = captures.filter((capture) => capture.refused).map((capture) => capture.bus).join(', ');
+    setText(this.frames, t('scope_info', {frames, kept: figures(kept_s, 3)}) + (lost ? t('scope_lost', {n: lost}) : '') + reduced +
+      (refused ? t('scope_refused', {bus: refused}) : ''));
   }
 }

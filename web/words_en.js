@@ -35,6 +35,7 @@ export const kEnglish = {
   group_position: 'position', group_speed: 'speed', group_current: 'current', group_phases: 'phases', group_duties: 'duties',
   group_temperatures: 'temperatures', group_supply: 'supply',
   scope_info: '{frames} pictures/s, {kept} s kept', scope_lost: ', {n} samples lost', scope_reduced: ', sampled at {rate} Hz: more would be too much',
+  scope_refused: ', no samples of {bus}: lk-emu does not open the stream; other pages may have all that it gives', no_such_drive: 'there is no drive {name}',
   plots_label: 'Plots. Space pauses, plus and minus zoom, arrows move, a and b put cursors, Escape takes them away.',
   plot_of: 'Signals in {unit}: {traces}', trace: 'trace', now: 'now', least: 'least', most: 'most',
   between: 'B − A = {ms} ms, {hz} Hz. Least and most between the cursors.',

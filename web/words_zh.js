@@ -34,6 +34,7 @@ export const kChinese = {
   group_position: '位置', group_speed: '速度', group_current: '电流', group_phases: '相电流', group_duties: '占空比',
   group_temperatures: '温度', group_supply: '供电',
   scope_info: '每秒 {frames} 幅，已存 {kept} s', scope_lost: '，丢了 {n} 个采样', scope_reduced: '，实际采样率 {rate} Hz：再高就太多了',
+  scope_refused: '，收不到 {bus} 的采样：lk-emu 没有打开数据流；可能已被其他页面占满', no_such_drive: '没有驱动器 {name}',
   plots_label: '曲线。空格暂停，加减号缩放，左右箭头移动，a 和 b 放游标，Esc 去掉游标。',
   plot_of: '单位为 {unit} 的信号：{traces}', trace: '曲线', now: '现在', least: '最小', most: '最大',
   between: 'B − A = {ms} ms，{hz} Hz。最小和最大取自两个游标之间。',

@@ -1,0 +1,181 @@
+"""What the scope keeps, draws and is told, on pages of its own: it is left in any state."""
+
+import pytest
+from conftest import PROGRAM
+from dashboard import Bench, Page
+from selenium.webdriver.common.action_chains import ActionChains
+
+
+@pytest.fixture(scope="module")
+def scope(bench):
+    bench.tell("move")
+    page = Page(bench.http, query="#scope?drive=vcan0/1")
+    page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
+    yield page
+    page.close()
+
+
+def samples(page, script):
+    """Of `Samples` of one column, of which `put(from, to)` gives it milliseconds: 0, and 7 at 1.5 s."""
+    return page.driver.execute_async_script(f"""
+      const done = arguments[0];
+      import('/samples.js').then(({{Samples}}) => {{
+        const s = new Samples(1);
+        const put = (from, to, row = (n) => [n === 1500 ? 7 : 0]) => {{ for (let n = from; n < to; ++n) s.push(n / 1000, row(n)); }};
+        const most = (from_s, to_s) => Math.max(...s.view(from_s, to_s, 50, [0])[1]);
+        {script}
+      }});""")
+
+
+@pytest.mark.parametrize("from_s", [0, 0.3])
+def test_a_peak_that_comes_after_the_picture_began_is_drawn(scope, from_s):
+    """The picture reaches 0.8 s further than the samples, as of a bus that is behind another one."""
+    assert samples(scope, f"put(0, 1200); const before = most(0, 2); put(1200, 2500); done([before, most({from_s}, {from_s} + 2)])") == [0, 7]
+
+
+def test_a_sample_without_a_value_takes_no_peak_away(scope):
+    assert samples(scope, "put(0, 2000, (n) => [n === 1500 ? 7 : n > 1500 && n < 1503 ? null : 0]); done(most(0, 2))") == 7
+
+
+def test_samples_are_taken_over_column_by_column(scope):
+    """There is room for fewer of them when there are more columns; those in view stay then."""
+    taken = samples(scope, """put(0, 2000);
+      const take = (keepFrom) => {
+        s.keepFrom = keepFrom;
+        const other = new Samples(2);
+        other.capacity = 1000;
+        other.adopt(s, [-1, 0]);
+        return [other.first_s, other.last_s, String(other.at(0, 1.2)), other.at(1, 1.5)];
+      };
+      done([take(Infinity), take(0.7)]);""")
+    assert taken == [[1, 1.999, "NaN", 7], [0.7, 1.699, "NaN", 7]]
+
+
+def test_each_drive_has_its_own_samples(scope, bench):
+    """Whatever the order in which they were chosen."""
+    for drive, angle in ((1, 10), (2, 70)):
+        bench.ask(drive, 0x88)
+        bench.position(drive, angle)
+    scope.until(lambda: abs(bench.angle_deg(1) - 10) < 0.5 and abs(bench.angle_deg(2) - 70) < 0.5)
+    seen = scope.driver.execute_async_script("""
+      const done = arguments[0];
+      import('/capture.js').then(({Capture}) => {
+        const capture = new Capture('vcan0', [2, 1], ['speed_dps', 'angle_deg'], 100);
+        const look = setInterval(() => {
+          if (!capture.samples.length) return;
+          clearInterval(look);
+          capture.close();
+          done([1, 2].map((id) => capture.samples.at(capture.column(id, 'angle_deg'), capture.samples.last_s)));
+        }, 20);
+      });""")
+    assert seen == pytest.approx([10, 70], abs=1)
+
+
+@pytest.fixture
+def first_s(scope):
+    """Where the recording begins: a later instant when it was thrown away."""
+    scope.until(lambda: scope.scope("s.captures[0].samples.last_s - s.captures[0].samples.first_s > 0.5"))
+    return scope.scope("s.captures[0].samples.first_s")
+
+
+def test_a_clock_that_stands_takes_nothing_away(scope, first_s):
+    mode = """return fetch('/api/v1/clock', {method: 'PUT', headers: {'Content-Type': 'application/json'},
+      body: JSON.stringify({mode: arguments[0]})}).then((answer) => answer.status)"""
+    for name in ("x0.5", "stepped"):
+        assert scope.run(mode, name) == 200
+        scope.until(lambda name=name: scope.text("#clock-mode") == name)
+        scope.click(".scope-controls", "drive 2")
+        assert scope.scope("s.captures[0].samples.first_s") == first_s
+    assert scope.run(mode, "x3") == 200
+    scope.until(lambda: scope.scope("s.captures[0].pace") == 3)
+    assert scope.scope("s.captures[0].samples.first_s") == first_s
+    assert scope.run(mode, "realtime") == 200
+    scope.until(lambda: scope.scope("s.captures[0].pace") == 1)
+
+
+def test_signals_come_and_go_while_the_scope_is_paused(scope, first_s):
+    scope.click(".scope-controls", "Pause")
+    view = scope.scope("s.view")
+    for times in range(2):  # away, and back
+        scope.click(".scope-controls", "position")
+        assert scope.scope("[s.view, s.captures[0].samples.first_s]") == [view, first_s]
+    scope.click(".scope-controls", "supply")
+    assert scope.scope("[s.view, s.captures[0].samples.first_s]") == [view, first_s]
+    now = scope.scope("s.captures[0].samples.last_s")
+    last = "s.captures[0].samples.at(s.traces.find((one) => one.signal === 'true_voltage_V').column, s.captures[0].samples.last_s)"
+    scope.until(lambda: scope.scope("s.captures[0].samples.last_s") > now)
+    assert scope.scope(last) == pytest.approx(24, abs=0.2)
+    scope.click(".scope-controls", "supply")
+    scope.click(".scope-controls", "Go on")
+
+
+def test_another_width_does_not_end_a_pause(scope):
+    scope.click(".scope-controls", "Pause")
+    before = scope.scope("s.view")
+    scope.choose('[aria-label="seconds in view"]', "2")
+    view = scope.scope("s.view")
+    assert view["to_s"] - view["from_s"] == pytest.approx(2)
+    assert view["to_s"] + view["from_s"] == pytest.approx(before["to_s"] + before["from_s"])
+    scope.click(".scope-controls", "Go on")
+
+
+def test_keys_serve_after_a_click_on_a_button(scope):
+    scope.click(".scope-controls", "Pause")
+    button = scope.button(".scope-controls", "Go on")
+    button.send_keys("ab")
+    cursors = scope.scope("s.cursors")
+    assert cursors["A"] < cursors["B"]
+    scope.click(".scope-controls", "no cursors")
+    button.send_keys(" ")  # it is pressed, once
+    scope.until(lambda: scope.button(".scope-controls", "Pause"))
+
+
+def test_a_double_click_pauses_and_goes_on(scope):
+    plot = scope.one(".u-over")
+    for name, aside in (("Go on", 0), ("Pause", 50)):  # at one place the browser would count four clicks
+        ActionChains(scope.driver).move_to_element_with_offset(plot, aside, 0).double_click().perform()
+        scope.until(lambda name=name: scope.button(".scope-controls", name))
+        assert scope.scope("s.cursors") == {"A": None, "B": None}
+
+
+@pytest.mark.parametrize("drive", ["vcan7/1", "vcan0/31", "vcan0"])
+def test_an_address_of_a_drive_that_is_not_there(scope, drive):
+    before = scope.scope("s.traces.map((one) => one.label)")
+    scope.go(f"scope?drive={drive}&time_s=x")
+    scope.until(lambda: f"there is no drive {drive}" in [note.text for note in scope.all(".note")])
+    assert scope.scope("s.traces.map((one) => one.label)") == before
+    assert scope.run("return location.hash") == "#scope"
+    scope.until(lambda: scope.button(".scope-controls", "Pause"))
+    assert scope.complaints() == []
+
+
+def test_a_stream_that_does_not_open_is_told(bench):
+    page = Page(bench.http, query="#scope", before="""
+      const Plain = window.WebSocket;
+      window.WebSocket = function (address, ...rest) { return new Plain(address.replace('/telemetry', '/nothing'), ...rest); };""")
+    try:
+        page.until(lambda: "no samples of vcan0" in page.text("#scope-info"))
+    finally:
+        page.close()
+
+
+@pytest.fixture(scope="module")
+def two_buses():
+    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1-3")
+    page = Page(bench.http, query="#scope")
+    yield page
+    page.close()
+    bench.close()
+
+
+def test_all_buses_together_keep_to_what_may_be_asked_for(two_buses):
+    page = two_buses
+    page.until(lambda: page.scope("s.captures.length === 2 && s.captures.every((one) => one.samples.length > 10)"))
+    page.click(".scope-controls", "all drives")
+    page.choose('[aria-label="samples a second"]', "20000")
+    columns = 5 * len(page.scope("s.captures[0].signals"))
+    rates = page.scope("s.captures.map((one) => one.rate_Hz)")
+    assert rates[0] == rates[1] == pytest.approx(190_000 / columns)
+    page.until(lambda: page.scope("s.captures.every((one) => one.waitsFrom_ms === null)"))
+    page.until(lambda: f"sampled at {rates[0]:.4g} Hz" in page.text("#scope-info"))
+    assert page.complaints() == []
