@@ -103,6 +103,7 @@ def main():
         bench.tell("move")
         for drive, command in [(1, 0x92), (2, 0x9C), (4, 0x9A), (1, 0x7E), (5, 0x9D), (4, 0x9C), (6, 0x30)]:
             bench.ask(drive, command)
+        bench.tell("143#9C")  # one byte: there is advice about it
         nap(1)
         page.click("#view-traffic", "Pause")
         shoot("traffic")
