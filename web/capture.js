@@ -49,9 +49,9 @@ export class Capture {
       if (!sample.rows) continue;
       if (sample.lost) this.lost = this.lostBefore + sample.lost;
       // Rows come in the order of the program, not in that of `ids`.
-      for (const [id, ...values] of sample.rows) {
-        const first = this.ids.indexOf(id) * this.signals.length;
-        for (let n = 0; n < values.length; ++n) this.row[first + n] = values[n];
+      for (const row of sample.rows) {
+        const first = this.ids.indexOf(row[0]) * this.signals.length;
+        for (let n = 1; n < row.length; ++n) this.row[first + n - 1] = row[n];
       }
       // Another program, or the same one anew: its time begins again.
       if (sample.time_s < this.samples.last_s - 1) this.samples = new Samples(this.samples.columns);
