@@ -2,6 +2,7 @@
 
 import {el, labelled, setText} from './dom.js';
 import {chosenDrives, direct, onChoice} from './choice.js';
+import {numbersOf} from './fields.js';
 import {figures} from './format.js';
 import {driveName, on} from './store.js';
 import {t} from './words.js';
@@ -43,17 +44,22 @@ export function supplyPanel() {
     supply.value = plain(now.supply_V);
     ambient.value = plain(now.ambient_C);
   }, (name, now) => t('now_supplied', {name, power: t(`now_${now.power}`), V: figures(now.supply_V), C: figures(now.ambient_C)}));
-  const set = async (input, what, done) => { if (await direct(what, done)) delete input.dataset.edited; };
-  const setSupply = () => set(supply, {supply_V: Number(supply.value), ramp_s: Number(ramp.value)}, t('supply_goes', {V: supply.value}));
-  const setAmbient = () => set(ambient, {ambient_C: Number(ambient.value)}, t('ambient_is', {C: ambient.value}));
-  const cycle = () => direct({power: 'cycle', off_s: Number(off.value)}, t('power_cycled', {s: off.value}));
+  /// What `make` makes of the numbers in these fields, of which the first one is not edited any more.
+  const set = async (inputs, make, done) => {
+    const numbers = numbersOf(...inputs);
+    if (numbers && await direct(make(...numbers), done)) delete inputs[0].dataset.edited;
+  };
+  const setSupply = () => set([supply, ramp], (supply_V, ramp_s) => ({supply_V, ramp_s}), t('supply_goes', {V: supply.value}));
+  const setSag = () => set([sag, sagFor], (sag_to_V, sag_s) => ({sag_to_V, sag_s}), t('sag_done', {V: sag.value}));
+  const setAmbient = () => set([ambient], (ambient_C) => ({ambient_C}), t('ambient_is', {C: ambient.value}));
+  const cycle = () => set([off], (off_s) => ({power: 'cycle', off_s}), t('power_cycled', {s: off.value}));
   return [says,
     el('div', {class: 'row', role: 'group', 'aria-label': t('power')}, button(t('power_on'), () => direct({power: 'on'}, t('power_is_on'))),
       button(t('power_off'), () => direct({power: 'off'}, t('power_is_off')), {class: 'danger'}), button(t('cycle'), cycle), labelled(t('off_for'), off), ' s'),
     el('div', {class: 'row'}, labelled(t('supply'), supply), 'V', labelled(t('within'), ramp), 's',
       button(t('set'), setSupply, {'aria-label': t('set_supply')})),
     el('div', {class: 'row'}, labelled(t('sag_to'), sag), 'V', labelled(t('sag_for'), sagFor), 's',
-      button(t('sag'), () => direct({sag_to_V: Number(sag.value), sag_s: Number(sagFor.value)}, t('sag_done', {V: sag.value})))),
+      button(t('sag'), setSag)),
     el('div', {class: 'row'}, labelled(t('ambient'), ambient), '°C', button(t('set'), setAmbient, {'aria-label': t('set_ambient')})),
   ];
 }
@@ -75,12 +81,20 @@ export function loadPanel() {
     inputs[n].value = isThere(key, load) ? plain(load[key]) : '';
   }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
     .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
-  const set = async () => {
+  /// A directive replaces all of a load: each drive keeps its own but for what was edited. An end stop may be empty.
+  const loadOf = (drive) => {
     const load = {};
     kLoad.forEach(([key], n) => {
-      if (inputs[n].value !== '') load[key] = Number(inputs[n].value);
+      const edited = 'edited' in inputs[n].dataset;
+      if (edited && inputs[n].value !== '') load[key] = Number(inputs[n].value);
+      else if (!edited && isThere(key, drive.surroundings.load)) load[key] = drive.surroundings.load[key];
     });
-    if (await direct({load}, t('load_is'))) inputs.forEach((input) => delete input.dataset.edited);
+    return load;
+  };
+  const set = async () => {
+    const mayBeEmpty = (n) => kLoad[n][0].startsWith('theta') && !inputs[n].validity.badInput;
+    if (!numbersOf(...inputs.filter((input, n) => 'edited' in input.dataset && (input.value !== '' || !mayBeEmpty(n))))) return;
+    if (await direct((drive) => ({load: loadOf(drive)}), t('load_is'))) inputs.forEach((input) => delete input.dataset.edited);
   };
   const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {}, t(word), inputs[n]), el('span', {class: 'dim', text: unit})));
   return [says, el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button(t('set_load'), set), button(t('as_now'), restore))];
