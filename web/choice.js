@@ -60,8 +60,8 @@ export function choose(bus, id) {
 /// "1-3,7" would do too; a list is as good.
 const idList = (drives) => drives.map((drive) => drive.id).join(',');
 
-/// A directive (docs/directives.md) for the chosen drives, bus by bus, or for each what `what` makes of it. Returns
-/// whether all was done.
+/// A directive (docs/directives.md) for the chosen drives, bus by bus, or for each drive what `what(bus, id)`
+/// promises. Returns whether all was done.
 export async function direct(what, done) {
   const drives = chosenDrives();
   if (!drives.length) {
@@ -70,7 +70,7 @@ export async function direct(what, done) {
   }
   return attempt(async () => {
     if (typeof what === 'function') {
-      for (const drive of drives) await post('/directives', {bus: drive.bus, id: drive.id, ...what(drive)});
+      for (const {bus, id} of drives) await post('/directives', {bus, id, ...await what(bus, id)});
       return;
     }
     for (const {bus} of buses()) {

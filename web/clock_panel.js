@@ -18,8 +18,8 @@ export function clockPanel() {
   const by = el('input', {type: 'number', min: 0, step: 'any', value: 0.02});
   const realtime = button(t('real_time'), () => setMode('realtime'));
   const stepped = button(t('stop'), () => setMode('stepped'), {title: t('time_stands')});
-  const scaled = button(t('scale'), () => { const [x] = numbersOf(factor) ?? []; if (x !== undefined) setMode(`x${x}`); });
-  const steps = [...kSteps_s.map((s) => button(s < 1 ? `+${s * 1000} ms` : `+${s} s`, () => step(s))), button(t('step'), () => { const [s] = numbersOf(by) ?? []; if (s !== undefined) step(s); })];
+  const scaled = button(t('scale'), () => { if (numbersOf(factor)) setMode(`x${Number(factor.value)}`); });
+  const steps = [...kSteps_s.map((s) => button(s < 1 ? `+${s * 1000} ms` : `+${s} s`, () => step(s))), button(t('step'), () => { if (numbersOf(by)) step(Number(by.value)); })];
   const end = button(t('end'), () => attempt(() => remove('/clock/advance')), {title: t('end_about')});
   const says = el('p', {class: 'dim'});
   on('change', () => {

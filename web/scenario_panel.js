@@ -17,7 +17,9 @@ function verdict(report) {
       el('td', {class: 'dim', text: one.says ? `${one.expected}: ${one.measured}` : one.measured}))),
     ...report.faults.map((one) => el('tr', {}, el('td', {}, el('span', {class: 'chip', text: t(one.took_effect ? 'took_effect' : 'no_effect')})), el('td', {text: one.name}), el('td', {class: 'dim', text: one.evidence}))),
   ];
-  const invalid = report.invalid.map((why) => el('tr', {}, el('td', {}, chip('invalid')), el('td', {colspan: 2, text: why})));
+  // Until it is over, all that has not happened yet would be there.
+  const reasons = report.state === 'running' ? [] : report.invalid;
+  const invalid = reasons.map((why) => el('tr', {}, el('td', {}, chip('invalid')), el('td', {colspan: 2, text: why})));
   return el('table', {}, el('tbody', {}, ...invalid, ...rows));
 }
 
@@ -56,7 +58,7 @@ export function scenarioPanel() {
     head.replaceChildren(chip(state.state), t('scenario_at', {name: name('scenarios', state.name), time: figures(state.time_s, 4), all: figures(state.duration_s)}));
     try {
       const report = await get('/scenario');
-      const text = JSON.stringify([report.expectations, report.faults, report.invalid]);
+      const text = JSON.stringify([report.state, report.expectations, report.faults, report.invalid]);
       if (text === shown) return;
       shown = text;
       result.replaceChildren(verdict(report));

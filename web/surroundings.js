@@ -1,6 +1,7 @@
 // Supply, ambient temperature and load of the chosen drives.
 
 import {el, labelled, setText} from './dom.js';
+import {get} from './api.js';
 import {chosenDrives, direct, onChoice} from './choice.js';
 import {numbersOf} from './fields.js';
 import {figures} from './format.js';
@@ -32,6 +33,11 @@ function follow(inputs, says, show, sentence) {
   return restore;
 }
 
+/// Done with what was in these fields, unless somebody has written into them again.
+function settled(values) {
+  for (const [input, value] of values) if (input.value === value) delete input.dataset.edited;
+}
+
 export function supplyPanel() {
   const supply = number({min: 0, max: 100, value: 24, 'aria-label': t('supply_label')});
   const ramp = number({min: 0, value: 0, 'aria-label': t('within_label')});
@@ -44,10 +50,11 @@ export function supplyPanel() {
     supply.value = plain(now.supply_V);
     ambient.value = plain(now.ambient_C);
   }, (name, now) => t('now_supplied', {name, power: t(`now_${now.power}`), V: figures(now.supply_V), C: figures(now.ambient_C)}));
-  /// What `make` makes of the numbers in these fields, of which the first one is not edited any more.
+  /// What `make` makes of the numbers in these fields.
   const set = async (inputs, make, done) => {
     const numbers = numbersOf(...inputs);
-    if (numbers && await direct(make(...numbers), done)) delete inputs[0].dataset.edited;
+    const wanted = new Map(inputs.map((input) => [input, input.value]));
+    if (numbers && await direct(make(...numbers), done)) settled(wanted);
   };
   const setSupply = () => set([supply, ramp], (supply_V, ramp_s) => ({supply_V, ramp_s}), t('supply_goes', {V: supply.value}));
   const setSag = () => set([sag, sagFor], (sag_to_V, sag_s) => ({sag_to_V, sag_s}), t('sag_done', {V: sag.value}));
@@ -72,7 +79,8 @@ const kLoad = [
   ['theta_max_deg', 'stop_to', '°', 'stop_about'],
 ];
 const kNoStop = 1e6;
-const isThere = (key, load) => Math.abs(load[key] ?? NaN) < kNoStop;
+const isStop = (key) => key.startsWith('theta');
+const isThere = (key, load) => !isStop(key) || Math.abs(load[key] ?? NaN) < kNoStop;
 
 export function loadPanel() {
   const inputs = kLoad.map(([key, , , title]) => number({title: t(title), 'data-key': key}));
@@ -81,20 +89,19 @@ export function loadPanel() {
     inputs[n].value = isThere(key, load) ? plain(load[key]) : '';
   }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
     .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
-  /// A directive replaces all of a load: each drive keeps its own but for what was edited. An end stop may be empty.
-  const loadOf = (drive) => {
-    const load = {};
-    kLoad.forEach(([key], n) => {
-      const edited = 'edited' in inputs[n].dataset;
-      if (edited && inputs[n].value !== '') load[key] = Number(inputs[n].value);
-      else if (!edited && isThere(key, drive.surroundings.load)) load[key] = drive.surroundings.load[key];
-    });
-    return load;
-  };
+  const mayBeEmpty = (input) => isStop(input.dataset.key) && !input.validity.badInput;
+  /// A directive replaces all of a load: each drive keeps its own but for what was edited. An empty end stop is none.
   const set = async () => {
-    const mayBeEmpty = (n) => kLoad[n][0].startsWith('theta') && !inputs[n].validity.badInput;
-    if (!numbersOf(...inputs.filter((input, n) => 'edited' in input.dataset && (input.value !== '' || !mayBeEmpty(n))))) return;
-    if (await direct((drive) => ({load: loadOf(drive)}), t('load_is'))) inputs.forEach((input) => delete input.dataset.edited);
+    const edited = inputs.filter((input) => 'edited' in input.dataset);
+    if (!numbersOf(...edited.filter((input) => input.value !== '' || !mayBeEmpty(input)))) return;
+    const wanted = new Map(edited.map((input) => [input, input.value]));
+    const changes = edited.map((input) => [input.dataset.key, input.value === '' ? NaN : Number(input.value)]);
+    const loadOf = async (bus, id) => {
+      const {surroundings} = await get(`/drives/${encodeURIComponent(bus)}/${id}`);
+      const load = {...surroundings.load, ...Object.fromEntries(changes)};
+      return {load: Object.fromEntries(Object.entries(load).filter(([key]) => isThere(key, load)))};
+    };
+    if (await direct(loadOf, t('load_is'))) settled(wanted);
   };
   const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {}, t(word), inputs[n]), el('span', {class: 'dim', text: unit})));
   return [says, el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button(t('set_load'), set), button(t('as_now'), restore))];
