@@ -31,7 +31,7 @@ export function frameRow(frame, before) {
     el('td', {text: buses().length > 1 ? frame.bus : ''}),
     el('td', {text: frame.from === 'host' ? `→ ${frame.id || t('to_all')}` : `← ${frame.id || '?'}`}),
     el('td', {class: 'mono', text: frame.command}), el('td', {text: nameOfFrame(frame), title: nameOfFrame(frame)}),
-    el('td', {class: 'said', title: frame.values}, frame.advice ? el('span', {class: 'chip warn', title: known ? said(known, 'what') : '', text: frame.advice}) : '', says ? ` ${says}` : '',
+    el('td', {class: 'said', title: `${says}\n${frame.values}`.trim()}, frame.advice ? el('span', {class: 'chip warn', title: known ? said(known, 'what') : '', text: frame.advice}) : '', says ? ` ${says}` : '',
       frame.drawback ? el('strong', {text: ` ${drawbackOf(frame)}`}) : ''),
     el('td', {class: 'mono dim', text: frame.frame}), el('td', {}, scope));
 }
