@@ -22,11 +22,11 @@ export const adviceOf = (bus, id, kind) => list.find((one) => one.bus === bus &&
 function item(one) {
   const whom = one.drive ? t('drive', {name: driveName(one.bus, one.drive)}) : one.bus;
   const times = t('advice_times', {n: one.count, time: figures(one.first_s, 7)});
-  const where = one.drive ? `drive=${driveKey(one.bus, one.drive)}&` : '';
+  const where = one.drive ? `drive=${driveKey(one.bus, one.drive)}` : `bus=${one.bus}`;
   return el('li', {'data-advice': one.kind},
     el('strong', {text: whom}), ' ', el('span', {class: 'chip warn', text: one.kind}), ' ', said(one, 'what'), ' ',
     el('span', {class: 'dim', text: `(${times}, `}), el('span', {class: 'mono dim', text: one.frame}), el('span', {class: 'dim', text: ') '}),
-    el('a', {href: `#traffic?${where}time_s=${one.first_s}`, text: t('advice_frame')}),
+    el('a', {href: `#traffic?${where}&time_s=${one.first_s}`, text: t('advice_frame')}),
     el('p', {}, el('span', {class: 'dim', text: `${t('advice_todo')} `}), said(one, 'todo')));
 }
 

@@ -14,7 +14,7 @@ let current = null;
 
 function go() {
   const [name, query] = location.hash.slice(1).split('?');
-  const chosen = views[name] ? name : 'bus';
+  const chosen = Object.hasOwn(views, name) ? name : 'bus';
   if (current !== chosen) {
     for (const [key, view] of Object.entries(views)) {
       byId(`view-${key}`).hidden = key !== chosen;
@@ -36,6 +36,11 @@ function go() {
 
 translatePage();
 byId('language').addEventListener('click', switchLanguage);
+// Its address is not one of a view.
+document.querySelector('.skip').addEventListener('click', (event) => {
+  event.preventDefault();
+  byId('main').focus();
+});
 addEventListener('hashchange', go);
 on('program', go);
 go();

@@ -8,29 +8,36 @@ import {t} from './words.js';
 const chosen = new Set();  // drive keys
 const listeners = new Set();
 let group = null;
+let buttons = new Map();  // by drive key
 
 export const onChoice = (listener) => listeners.add(listener);
 export const chosenDrives = () => store.drives.filter((drive) => chosen.has(driveKey(drive.bus, drive.id)));
 
-function redraw() {
-  const button = (text, pressed, onclick, label) => el('button', {type: 'button', 'aria-pressed': pressed, onclick, 'aria-label': label}, text);
-  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}),
-    ...store.drives.map(({bus, id}) => button(driveName(bus, id), chosen.has(driveKey(bus, id)), () => {
-      const key = driveKey(bus, id);
-      if (!chosen.delete(key)) chosen.add(key);
-      tell();
-    }, t('drive_label', {name: driveName(bus, id)}))),
-    button(t('all'), false, () => {
+function build() {
+  const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
+  buttons = new Map(store.drives.map(({bus, id}) => [driveKey(bus, id), button(driveName(bus, id), () => {
+    const key = driveKey(bus, id);
+    if (!chosen.delete(key)) chosen.add(key);
+    tell();
+  }, {'aria-label': t('drive_label', {name: driveName(bus, id)})})]));
+  group.replaceChildren(el('span', {class: 'dim', text: t('for_drives')}), ...buttons.values(),
+    button(t('all'), () => {
       for (const {bus, id} of store.drives) chosen.add(driveKey(bus, id));
       tell();
-    }), button(t('none'), false, () => {
+    }), button(t('none'), () => {
       chosen.clear();
       tell();
     }));
+  showChosen();
+}
+
+/// The buttons stay: whoever has pressed one is still at it.
+function showChosen() {
+  for (const [key, button] of buttons) button.setAttribute('aria-pressed', chosen.has(key));
 }
 
 function tell() {
-  redraw();
+  showChosen();
   listeners.forEach((listener) => listener());
 }
 
@@ -40,7 +47,7 @@ export function chooser() {
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of chosen) if (!there.has(key)) chosen.delete(key);
   if (!chosen.size && store.drives.length) chosen.add(driveKey(store.drives[0].bus, store.drives[0].id));
-  redraw();
+  build();
   return group;
 }
 
@@ -53,7 +60,8 @@ export function choose(bus, id) {
 /// "1-3,7" would do too; a list is as good.
 const idList = (drives) => drives.map((drive) => drive.id).join(',');
 
-/// A directive (docs/directives.md) for the chosen drives, bus by bus. Returns whether all was done.
+/// A directive (docs/directives.md) for the chosen drives, bus by bus, or for each drive what `what(bus, id)`
+/// promises. Returns whether all was done.
 export async function direct(what, done) {
   const drives = chosenDrives();
   if (!drives.length) {
@@ -61,6 +69,10 @@ export async function direct(what, done) {
     return false;
   }
   return attempt(async () => {
+    if (typeof what === 'function') {
+      for (const {bus, id} of drives) await post('/directives', {bus, id, ...await what(bus, id)});
+      return;
+    }
     for (const {bus} of buses()) {
       const mine = drives.filter((drive) => drive.bus === bus);
       if (mine.length) await post('/directives', {bus, ids: idList(mine), ...what});

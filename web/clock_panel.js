@@ -3,6 +3,7 @@
 import {el, labelled, setText} from './dom.js';
 import {post, put, remove} from './api.js';
 import {attempt} from './choice.js';
+import {numbersOf} from './fields.js';
 import {clockText, figures} from './format.js';
 import {on, store} from './store.js';
 import {t} from './words.js';
@@ -17,8 +18,8 @@ export function clockPanel() {
   const by = el('input', {type: 'number', min: 0, step: 'any', value: 0.02});
   const realtime = button(t('real_time'), () => setMode('realtime'));
   const stepped = button(t('stop'), () => setMode('stepped'), {title: t('time_stands')});
-  const scaled = button(t('scale'), () => setMode(`x${Number(factor.value)}`));
-  const steps = [...kSteps_s.map((s) => button(s < 1 ? `+${s * 1000} ms` : `+${s} s`, () => step(s))), button(t('step'), () => step(Number(by.value)))];
+  const scaled = button(t('scale'), () => { if (numbersOf(factor)) setMode(`x${Number(factor.value)}`); });
+  const steps = [...kSteps_s.map((s) => button(s < 1 ? `+${s * 1000} ms` : `+${s} s`, () => step(s))), button(t('step'), () => { if (numbersOf(by)) step(Number(by.value)); })];
   const end = button(t('end'), () => attempt(() => remove('/clock/advance')), {title: t('end_about')});
   const says = el('p', {class: 'dim'});
   on('change', () => {

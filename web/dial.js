@@ -44,9 +44,9 @@ function turn(node, deg) {
   node.style.transform = `rotate(${rounded}deg)`;
 }
 
-/// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys.
+/// `onTurn(degrees)` makes it a thing that can be turned, with the mouse or the arrow keys, when `mayTurn()` says so.
 export class Dial {
-  constructor({onTurn = null, label}) {
+  constructor({onTurn = null, mayTurn = () => true, label}) {
     this.zero = svg('g', {class: 'zero'}, svg('path', {d: 'M0 -41L-4 -49H4Z'}));
     this.target = svg('g', {class: 'target'}, svg('path', {d: 'M0 -22V-44'}), svg('circle', {cy: -40, r: 3.4}));
     this.trail = svg('path', {class: 'trail'});
@@ -55,7 +55,7 @@ export class Dial {
       svg('circle', {class: 'rim', r: 50}), ticks(), svg('circle', {class: 'disc', r: 30}), this.zero, this.shaft, this.target);
     this.root = el('div', {class: 'dial', role: onTurn ? 'slider' : 'img', 'aria-label': label}, this.face);
     this.label = label;
-    if (onTurn) this.makeTurnable(onTurn);
+    if (onTurn) this.makeTurnable(onTurn, mayTurn);
   }
 
   show({shaft, target, zero, speed, alive, bridge}) {
@@ -96,7 +96,7 @@ export class Dial {
     }
   }
 
-  makeTurnable(onTurn) {
+  makeTurnable(onTurn, mayTurn) {
     const root = this.root;
     root.classList.add('turnable');
     root.tabIndex = 0;
@@ -109,6 +109,7 @@ export class Dial {
       return Math.atan2(event.clientX - (box.left + box.width / 2), (box.top + box.height / 2) - event.clientY) * 180 / Math.PI;
     };
     root.addEventListener('pointerdown', (event) => {
+      if (!mayTurn()) return;
       last = angleAt(event);
       root.setPointerCapture(event.pointerId);
       root.classList.add('held');
@@ -131,7 +132,7 @@ export class Dial {
       const step = {ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 15, PageDown: -15}[event.key];
       if (!step) return;
       event.preventDefault();
-      onTurn(event.shiftKey ? step / 10 : step);
+      if (mayTurn()) onTurn(event.shiftKey ? step / 10 : step);
     });
   }
 }

@@ -37,11 +37,16 @@ export function setText(node, text) {
   if (node.firstChild?.nodeValue !== text) node.textContent = text;
 }
 
-/// A short message in the corner. What went wrong stays longer.
+const noteTimers = new WeakMap();
+
+/// A short message in the corner. What went wrong stays longer; what is said again stays once.
 export function note(text, bad = false) {
-  const node = el('div', {class: bad ? 'note bad' : 'note', text});
-  byId('notes').append(node);
-  setTimeout(() => node.remove(), bad ? 9000 : 3500);
+  const kind = bad ? 'note bad' : 'note';
+  const there = [...byId('notes').children].find((one) => one.textContent === text && one.className === kind);
+  const node = there ?? el('div', {class: kind, text});
+  if (!there) byId('notes').append(node);
+  clearTimeout(noteTimers.get(node));
+  noteTimers.set(node, setTimeout(() => node.remove(), bad ? 9000 : 3500));
 }
 
 /// A labelled control.

@@ -17,7 +17,10 @@ function verdict(report) {
       el('td', {class: 'dim', text: one.says ? `${one.expected}: ${one.measured}` : one.measured}))),
     ...report.faults.map((one) => el('tr', {}, el('td', {}, el('span', {class: 'chip', text: t(one.took_effect ? 'took_effect' : 'no_effect')})), el('td', {text: one.name}), el('td', {class: 'dim', text: one.evidence}))),
   ];
-  return el('table', {}, el('tbody', {}, ...rows));
+  // Until it is over, all that has not happened yet would be there.
+  const reasons = report.state === 'running' ? [] : report.invalid;
+  const invalid = reasons.map((why) => el('tr', {}, el('td', {}, chip('invalid')), el('td', {colspan: 2, text: why})));
+  return el('table', {}, el('tbody', {}, ...invalid, ...rows));
 }
 
 export function scenarioPanel() {
@@ -33,7 +36,16 @@ export function scenarioPanel() {
     delivered = list;
     select.append(...list.map((one) => el('option', {value: one.file, text: name('scenarios', one.name)})));
   }, () => {});
-  select.addEventListener('change', () => setText(about, delivered.find((one) => one.file === select.value)?.about ?? ''));
+  const tellAbout = () => setText(about, delivered.find((one) => one.file === select.value)?.about ?? '');
+  // One or the other: what was chosen last.
+  select.addEventListener('change', () => {
+    file.value = '';
+    tellAbout();
+  });
+  file.addEventListener('change', () => {
+    select.value = '';
+    tellAbout();
+  });
   start.addEventListener('click', () => attempt(async () => {
     const request = file.files.length ? {toml: await file.files[0].text()} : {file: select.value};
     return post('/scenario', request);
@@ -46,7 +58,7 @@ export function scenarioPanel() {
     head.replaceChildren(chip(state.state), t('scenario_at', {name: name('scenarios', state.name), time: figures(state.time_s, 4), all: figures(state.duration_s)}));
     try {
       const report = await get('/scenario');
-      const text = JSON.stringify([report.expectations, report.faults]);
+      const text = JSON.stringify([report.state, report.expectations, report.faults, report.invalid]);
       if (text === shown) return;
       shown = text;
       result.replaceChildren(verdict(report));

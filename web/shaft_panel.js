@@ -7,7 +7,7 @@ import {fixed} from './format.js';
 import {attempt, chosenDrives, onChoice} from './choice.js';
 import {post} from './api.js';
 import {liveValues} from './live.js';
-import {driveKey, driveName, driveOf, store} from './store.js';
+import {driveKey, driveName, driveOf, on, store} from './store.js';
 import {t} from './words.js';
 
 let dial = null;
@@ -29,11 +29,14 @@ async function tellTurns() {
   telling = false;
 }
 
+/// Says why not.
+function mayTurn() {
+  if (store.mayWrite && store.connected) return true;
+  note(t(store.mayWrite ? 'lost' : 'page_only_looks'), true);
+  return false;
+}
+
 function turn(degrees) {
-  if (!store.mayWrite) {
-    note(t('page_only_looks'), true);
-    return;
-  }
   owed_deg += degrees;
   tellTurns();
 }
@@ -64,7 +67,9 @@ export const showShaft = drawing((at) => {
 });
 
 export function shaftPanel() {
-  dial = new Dial({onTurn: turn, label: t('shaft_by_hand')});
+  const mine = new Dial({onTurn: turn, mayTurn, label: t('shaft_by_hand')});
+  dial = mine;
+  on('change', () => mine.root.setAttribute('aria-disabled', !store.mayWrite || !store.connected), mine.root);
   const row = (name, value, unit) => el('div', {}, el('dt', {text: name}), value, el('span', {class: 'unit', text: unit}));
   numbers = {at: 0, name: el('h3'), angle: el('dd', {text: '–'}), target: el('dd', {text: '–'}), cells: kRows.map(() => el('dd', {text: '–'}))};
   onChoice(choose);

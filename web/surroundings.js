@@ -1,7 +1,9 @@
 // Supply, ambient temperature and load of the chosen drives.
 
 import {el, labelled, setText} from './dom.js';
+import {get} from './api.js';
 import {chosenDrives, direct, onChoice} from './choice.js';
+import {numbersOf} from './fields.js';
 import {figures} from './format.js';
 import {driveName, on} from './store.js';
 import {t} from './words.js';
@@ -31,6 +33,11 @@ function follow(inputs, says, show, sentence) {
   return restore;
 }
 
+/// Done with what was in these fields, unless somebody has written into them again.
+function settled(values) {
+  for (const [input, value] of values) if (input.value === value) delete input.dataset.edited;
+}
+
 export function supplyPanel() {
   const supply = number({min: 0, max: 100, value: 24, 'aria-label': t('supply_label')});
   const ramp = number({min: 0, value: 0, 'aria-label': t('within_label')});
@@ -43,17 +50,23 @@ export function supplyPanel() {
     supply.value = plain(now.supply_V);
     ambient.value = plain(now.ambient_C);
   }, (name, now) => t('now_supplied', {name, power: t(`now_${now.power}`), V: figures(now.supply_V), C: figures(now.ambient_C)}));
-  const set = async (input, what, done) => { if (await direct(what, done)) delete input.dataset.edited; };
-  const setSupply = () => set(supply, {supply_V: Number(supply.value), ramp_s: Number(ramp.value)}, t('supply_goes', {V: supply.value}));
-  const setAmbient = () => set(ambient, {ambient_C: Number(ambient.value)}, t('ambient_is', {C: ambient.value}));
-  const cycle = () => direct({power: 'cycle', off_s: Number(off.value)}, t('power_cycled', {s: off.value}));
+  /// What `make` makes of the numbers in these fields.
+  const set = async (inputs, make, done) => {
+    const numbers = numbersOf(...inputs);
+    const wanted = new Map(inputs.map((input) => [input, input.value]));
+    if (numbers && await direct(make(...numbers), done)) settled(wanted);
+  };
+  const setSupply = () => set([supply, ramp], (supply_V, ramp_s) => ({supply_V, ramp_s}), t('supply_goes', {V: supply.value}));
+  const setSag = () => set([sag, sagFor], (sag_to_V, sag_s) => ({sag_to_V, sag_s}), t('sag_done', {V: sag.value}));
+  const setAmbient = () => set([ambient], (ambient_C) => ({ambient_C}), t('ambient_is', {C: ambient.value}));
+  const cycle = () => set([off], (off_s) => ({power: 'cycle', off_s}), t('power_cycled', {s: off.value}));
   return [says,
     el('div', {class: 'row', role: 'group', 'aria-label': t('power')}, button(t('power_on'), () => direct({power: 'on'}, t('power_is_on'))),
       button(t('power_off'), () => direct({power: 'off'}, t('power_is_off')), {class: 'danger'}), button(t('cycle'), cycle), labelled(t('off_for'), off), ' s'),
     el('div', {class: 'row'}, labelled(t('supply'), supply), 'V', labelled(t('within'), ramp), 's',
       button(t('set'), setSupply, {'aria-label': t('set_supply')})),
     el('div', {class: 'row'}, labelled(t('sag_to'), sag), 'V', labelled(t('sag_for'), sagFor), 's',
-      button(t('sag'), () => direct({sag_to_V: Number(sag.value), sag_s: Number(sagFor.value)}, t('sag_done', {V: sag.value})))),
+      button(t('sag'), setSag)),
     el('div', {class: 'row'}, labelled(t('ambient'), ambient), '°C', button(t('set'), setAmbient, {'aria-label': t('set_ambient')})),
   ];
 }
@@ -66,7 +79,8 @@ const kLoad = [
   ['theta_max_deg', 'stop_to', '°', 'stop_about'],
 ];
 const kNoStop = 1e6;
-const isThere = (key, load) => Math.abs(load[key] ?? NaN) < kNoStop;
+const isStop = (key) => key.startsWith('theta');
+const isThere = (key, load) => !isStop(key) || Math.abs(load[key] ?? NaN) < kNoStop;
 
 export function loadPanel() {
   const inputs = kLoad.map(([key, , , title]) => number({title: t(title), 'data-key': key}));
@@ -75,12 +89,19 @@ export function loadPanel() {
     inputs[n].value = isThere(key, load) ? plain(load[key]) : '';
   }), (name, {load}) => t('load_now', {name, text: kLoad.filter(([key]) => isThere(key, load))
     .map(([key, word, unit]) => `${t(word)} ${figures(load[key])} ${unit}`).join(', ')}));
+  const mayBeEmpty = (input) => isStop(input.dataset.key) && !input.validity.badInput;
+  /// A directive replaces all of a load: each drive keeps its own but for what was edited. An empty end stop is none.
   const set = async () => {
-    const load = {};
-    kLoad.forEach(([key], n) => {
-      if (inputs[n].value !== '') load[key] = Number(inputs[n].value);
-    });
-    if (await direct({load}, t('load_is'))) inputs.forEach((input) => delete input.dataset.edited);
+    const edited = inputs.filter((input) => 'edited' in input.dataset);
+    if (!numbersOf(...edited.filter((input) => input.value !== '' || !mayBeEmpty(input)))) return;
+    const wanted = new Map(edited.map((input) => [input, input.value]));
+    const changes = edited.map((input) => [input.dataset.key, input.value === '' ? NaN : Number(input.value)]);
+    const loadOf = async (bus, id) => {
+      const {surroundings} = await get(`/drives/${encodeURIComponent(bus)}/${id}`);
+      const load = {...surroundings.load, ...Object.fromEntries(changes)};
+      return {load: Object.fromEntries(Object.entries(load).filter(([key]) => isThere(key, load)))};
+    };
+    if (await direct(loadOf, t('load_is'))) settled(wanted);
   };
   const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {}, t(word), inputs[n]), el('span', {class: 'dim', text: unit})));
   return [says, el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button(t('set_load'), set), button(t('as_now'), restore))];

@@ -1,4 +1,4 @@
-// The language of the page: ?lang=zh, else what was chosen here, else the browser's.
+// The language of the page: ?lang=zh, else what was chosen here, else lk-emu --lang, else the browser's.
 
 import {kEnglish} from './words_en.js';
 import {kChinese} from './words_zh.js';
@@ -8,7 +8,7 @@ const kKept = 'lk-emu-lang';
 
 function wanted() {
   const asked = new URLSearchParams(location.search).get('lang');
-  return asked ?? localStorage.getItem(kKept) ?? navigator.language;
+  return asked ?? localStorage.getItem(kKept) ?? (document.documentElement.dataset.lang || navigator.language);
 }
 
 export const language = wanted().toLowerCase().startsWith('zh') ? 'zh' : 'en';

@@ -50,10 +50,11 @@ export const kEnglish = {
   head_time: 'time, s', head_gap: 'gap, ms', head_way: 'way', head_command: 'cmd', head_name: 'what', head_says: 'says', head_frame: 'frame',
   to_all: 'all', instant_in_scope: 'this instant, {time} s, in the scope',
   frames_info: '{shown} of {all} frames', frames_lost: ', {n} lost on the way here',
+  frame_gone: 'The frame of {time} s is not here: it is too old, or came before this view was opened.',
 
   // the bench
   may_only_look: 'This page may only look. Start lk-emu with --http-write to let it act.',
-  for_drives: 'for drives', drives_meant: 'drives that are meant', choose_first: 'choose a drive first',
+  for_drives: 'for drives', drives_meant: 'drives that are meant', choose_first: 'choose a drive first', needs_number: '{name}: give a number that may be there',
   shaft: 'Shaft', clock_title: 'Clock', supply_and_ambient: 'Supply and ambient', load: 'Load', break_something: 'Break something', scenario: 'Scenario', evidence: 'Faults and their evidence',
   shaft_by_hand: 'Shaft, turned by hand', turn_hint: 'Turn the shaft by hand: drag, or arrow keys', drag_hint: 'Drag the dial, or arrow keys.',
   no_drive: 'no drive', shaft_angle: 'shaft', target_angle: 'target', supply_current: 'from supply', page_only_looks: 'this page may only look',

@@ -49,10 +49,11 @@ export const kChinese = {
   head_time: '时间，s', head_gap: '间隔，ms', head_way: '方向', head_command: '命令', head_name: '名称', head_says: '内容', head_frame: '帧',
   to_all: '全部', instant_in_scope: '示波器上的这一刻，{time} s',
   frames_info: '{all} 帧中的 {shown} 帧', frames_lost: '，来不及送到的有 {n} 帧',
+  frame_gone: '{time} s 的那一帧不在这里：已经太旧，或者那时还没有打开过本视图。',
 
   // 试验台
   may_only_look: '本页面只能查看。启动 lk-emu 时加上 --http-write 才能操作。',
-  for_drives: '作用于驱动器', drives_meant: '作用于哪些驱动器', choose_first: '先选一个驱动器',
+  for_drives: '作用于驱动器', drives_meant: '作用于哪些驱动器', choose_first: '先选一个驱动器', needs_number: '{name}：请填一个允许的数值',
   shaft: '输出轴', clock_title: '时钟', supply_and_ambient: '供电与环境', load: '负载', break_something: '注入故障', scenario: '场景', evidence: '故障及其证据',
   shaft_by_hand: '用手转动的输出轴', turn_hint: '用手转动输出轴：拖动，或用方向键', drag_hint: '拖动表盘，或用方向键。',
   no_drive: '没有选驱动器', shaft_angle: '输出轴', target_angle: '给定', supply_current: '供电电流', page_only_looks: '本页面只能查看',

@@ -24,6 +24,7 @@ struct ControlOptions {
   std::string socket;  // path of the Unix socket; empty: in the runtime directory; "none": nowhere
   std::optional<HttpAddress> http;
   bool pages_may_write = false;      // the dashboard, and whatever else has an Origin
+  std::string page_language;         // "en" or "zh"; empty: the browser knows
   std::filesystem::path token_file;  // what clients have to show over TCP; empty: nothing
   Patience patience;
 };

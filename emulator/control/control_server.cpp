@@ -128,6 +128,7 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   entrance->patience = patience_;
   Access& access = entrance->access;
   access.pages_may_write = options.pages_may_write;
+  entrance->page_language = options.page_language;
   if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty()) {
     throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");

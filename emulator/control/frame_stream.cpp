@@ -8,6 +8,7 @@
 
 #include "emulator/control/control_json.hpp"
 #include "emulator/core/frame_text.hpp"
+#include "emulator/decode/decode_words.hpp"
 #include "emulator/decode/frame_words.hpp"
 
 namespace lk::emulator {
@@ -115,6 +116,12 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
                  {"command", words.command},
                  {"name", words.name},
                  {"values", words.values}};
+    if (!words.quantities.empty()) {
+      // Only queries of several drives have slots; they are told apart by their identifiers.
+      const std::uint32_t asked = timed.frame.id;
+      json["says"] = quantities_text(words.quantities, asked, Language::kEnglish);
+      json["says_zh"] = quantities_text(words.quantities, asked, Language::kChinese);
+    }
     if (!words.mark.empty()) json["mark"] = words.mark;
     if (!words.drawback.empty()) json["drawback"] = words.drawback;
     // What is found out of a frame by the time it is told.

@@ -32,6 +32,9 @@ constexpr const char* kPagePolicy =
     "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; "
     "form-action 'none'";
 
+/// Where the page finds the language of the program (web/words.js).
+constexpr std::string_view kPageLanguage = "data-lang=\"\"";
+
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 beast::string_view view(std::string_view text) { return {text.data(), text.size()}; }
 
@@ -114,7 +117,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.from_page = shown.origin.has_value();
     request_.pages_may_write = entrance_->access.pages_may_write;
     if (file != nullptr) {
-      send_file(*file, view(header[http::field::if_none_match]) == file->etag);
+      send_file(*file, view(header[http::field::if_none_match]));
       return;
     }
     try {
@@ -225,7 +228,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   /// Of a request without a body, or whose body is not of interest.
-  void send_file(const WebFile& file, bool known) {
+  void send_file(const WebFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
       ApiResponse response = error_response(405, "method", "this can be asked for by GET");
@@ -233,14 +236,23 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       write(response);
       return;
     }
+    std::string etag(file.etag);
+    std::string body(file.body);
+    const std::string& language = entrance_->page_language;
+    const std::size_t at = file.path == "/" ? body.find(kPageLanguage) : std::string::npos;
+    if (!language.empty() && at != std::string::npos) {
+      body.replace(at, kPageLanguage.size(), "data-lang=\"" + language + "\"");
+      etag.insert(etag.size() - 1, "-" + language);
+    }
+    const bool known = known_etag == etag;
     begin_response(known ? 304 : 200, file.type);
     response_.set(http::field::cache_control, "no-cache");
-    response_.set(http::field::etag, view(file.etag));
+    response_.set(http::field::etag, etag);
     response_.set("Content-Security-Policy", kPagePolicy);
     response_.set("Referrer-Policy", "no-referrer");
     if (!known) {
-      response_.body() = file.body;
-      response_.content_length(file.body.size());
+      response_.content_length(body.size());
+      response_.body() = std::move(body);
     }
     send_response();
   }

@@ -26,6 +26,7 @@ struct HttpShared {
 struct Entrance {
   Access access;
   Patience patience;
+  std::string page_language;  // as ControlOptions has it
   int connections = 0;
   /// Each closes one connection that waits for its next request; the longest wait first.
   std::list<std::function<void()>> idle;

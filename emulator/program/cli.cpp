@@ -270,6 +270,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   }
   if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
   line.control.pages_may_write = raw.http_write;
+  line.control.page_language = raw.language;
   if (app.count("--record") > 0) {
     if (raw.record.empty()) throw StartError("--record: needs a directory");
     line.record = raw.record;

@@ -39,6 +39,30 @@ TEST_F(Served, TheDashboardIsServedAsItIs) {
   EXPECT_EQ(status(ask_tcp("GET / HTTP/1.1\r\nHost: example.com\r\n\r\n")), 403);
 }
 
+TEST_F(Served, ThePageIsToldTheLanguageThatWasAskedFor) {
+  std::vector<std::string> etags;
+  for (const std::string language : {"", "en", "zh"}) {
+    options_.http = HttpAddress{"127.0.0.1", 0};
+    options_.page_language = language;
+    start();
+    const auto ask_for = [&](const std::string& more) {
+      return ask_tcp("GET / HTTP/1.1\r\nHost: " + host() + "\r\n" + more + "\r\n");
+    };
+    const std::string page = ask_for("");
+    EXPECT_NE(page.find("<html lang=\"en\" data-lang=\"" + language + "\">"), std::string::npos);
+    EXPECT_TRUE(page.ends_with("</html>\n"));
+    // A browser that kept the page in the other language gets this one.
+    for (const std::string& other : etags) {
+      EXPECT_EQ(status(ask_for("If-None-Match: " + other + "\r\n")), 200);
+    }
+    const std::size_t at = page.find("ETag: ") + 6;
+    etags.push_back(page.substr(at, page.find('\r', at) - at));
+    EXPECT_EQ(status(ask_for("If-None-Match: " + etags.back() + "\r\n")), 304);
+    stop();
+    t_.loop.restart();
+  }
+}
+
 TEST_F(Served, APageActsOnlyWhereThatWasAskedFor) {
   for (const bool may : {false, true}) {
     options_.http = HttpAddress{"127.0.0.1", 0};
@@ -126,6 +150,8 @@ TEST_F(Served, FramesComeInWords) {
   EXPECT_NE(told.find(R"("frame":"141#A4002C0150C30000","command":"A4")"), std::string::npos)
       << told;
   EXPECT_NE(told.find("angle_deg 500, max_speed_dps 300"), std::string::npos) << told;
+  EXPECT_NE(told.find(R"("says":"angle 500°, max speed 300 °/s")"), std::string::npos) << told;
+  EXPECT_NE(told.find(R"("says_zh":"角度 500°，最大速度 300 °/s")"), std::string::npos) << told;
   EXPECT_NE(told.find("iq_A"), std::string::npos) << told;
 }
 

@@ -1,10 +1,11 @@
-"""Inside with-vcan: lk-emu, and a host on vcan0 that does what it is told over TCP, line by line.
+"""Inside with-vcan: lk-emu, and a host on vcan0 (on another bus where its name is said first) that does what it is told over TCP, line by line.
 
     python3 guest.py PORT LK-EMU ARGUMENT…
 
 | line             | answer                                                                     |
 |------------------|----------------------------------------------------------------------------|
 | `141#9A0000…`    | the next frame with this identifier, or `none` when there is none in 0.5 s |
+| `vcan1 141#9A00…`| the same on that bus                                                       |
 | `move 1,2`       | these drives are kept busy from now on; `move` ends that                   |
 | `stop`, `start`  | ends lk-emu, starts it again                                               |
 | `rss`            | the memory that lk-emu has, kB                                             |
@@ -23,9 +24,9 @@ PATIENCE_S = 0.5
 PERIOD_S = 0.01
 
 
-def can_socket():
+def can_socket(bus="vcan0"):
     can = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
-    can.bind(("vcan0",))
+    can.bind((bus,))
     return can
 
 
@@ -51,9 +52,10 @@ class Guest:
         return f"ended {self.process.wait()}"
 
     def ask(self, text):
-        identifier, data = text.split("#")
+        bus, _, frame = text.rpartition(" ")
+        identifier, data = frame.split("#")
         data = bytes.fromhex(data)
-        with can_socket() as can:
+        with can_socket(bus or "vcan0") as can:
             can.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER,
                            struct.pack("=II", int(identifier, 16), 0x7FF))
             can.settimeout(PATIENCE_S)

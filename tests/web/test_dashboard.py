@@ -83,21 +83,6 @@ def test_a_fault_takes_its_parameters(page, bench):
     settle(page, lambda: bench.voltage_V(4) == pytest.approx(24, abs=0.2))
 
 
-def test_power_and_supply(page, bench):
-    page.go("bench")
-    page.for_drives(3)
-    page.fill('[aria-label="supply, V"]', 18)
-    page.click("#view-bench", "set the supply")
-    settle(page, lambda: bench.voltage_V(3) == pytest.approx(18, abs=0.2))
-    page.click("#view-bench", "Power off")
-    settle(page, lambda: bench.ask(3, 0x9A) is None)
-    page.go("bus")
-    settle(page, lambda: page.state(3) == "no power")
-    page.go("bench")
-    page.click("#view-bench", "Power on")
-    settle(page, lambda: bench.ask(3, 0x9A) is not None)
-
-
 def measured_V(page, drive):
     """While time stands, and nobody answers on the bus."""
     return page.run("return fetch(`/api/v1/drives/vcan0/${arguments[0]}`).then((answer) => answer.json())"
@@ -155,47 +140,6 @@ def test_time_is_scaled(page):
     settle(page, lambda: page.text("#clock-mode") == "x0.25")
     page.click("#view-bench", "Real time")
     settle(page, lambda: page.text("#clock-mode") == "realtime")
-
-
-def test_the_bench_shows_what_applies_now(page, bench):
-    """Whoever it was that changed it."""
-    page.go("bench")
-    page.for_drives(3)
-    tell = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
-        body: JSON.stringify(arguments[0])}).then((answer) => answer.status)"""
-    supply = '[aria-label="supply, V"]'
-    assert page.run(tell, {"id": 3, "supply_V": 20}) == 200
-    assert page.run(tell, {"id": 3, "ambient_C": 33}) == 200
-    assert page.run(tell, {"id": 3, "load": {"tau_Nm": 0.05}}) == 200
-    settle(page, lambda: page.one(supply).get_attribute("value") == "20")
-    settle(page, lambda: "20 V, 33 °C" in page.text("#supply-now"))
-    settle(page, lambda: "torque 0.05 Nm" in page.text("#load-now"))
-    page.fill(supply, 21)
-    assert page.run(tell, {"id": 3, "supply_V": 24}) == 200
-    settle(page, lambda: "24 V" in page.text("#supply-now"))
-    assert page.one(supply).get_attribute("value") == "21", "what somebody is writing stays"
-    assert page.run(tell, {"id": 3, "load": {"tau_Nm": 0}}) == 200
-    page.for_drives(3)
-
-
-def test_the_shaft_is_turned_with_the_mouse(page, bench):
-    page.go("bench")
-    page.for_drives(2)
-    bench.ask(2, 0x80)  # a free shaft stays where it is put
-    before = bench.angle_deg(2)
-    dial = page.one("#view-bench .dial")
-    page.run("arguments[0].scrollIntoView({block: 'center'})", dial)
-    far = dial.size["width"] * 0.4
-    hand = ActionChains(page.driver, duration=100).move_to_element_with_offset(dial, 0, -int(far))
-    hand.click_and_hold()
-    # From 12 o'clock to 3 o'clock, clockwise.
-    hand.move_by_offset(int(far * 0.7), int(far * 0.3)).move_by_offset(int(far) - int(far * 0.7), int(far) - int(far * 0.3))
-    hand.release().perform()
-    # Whole pixels: the hand is 2 degrees off at most.
-    settle(page, lambda: abs(bench.angle_deg(2) - before - 90) < 4)
-    dial.send_keys(Keys.ARROW_LEFT)
-    settle(page, lambda: abs(bench.angle_deg(2) - before - 89) < 4)
-    bench.ask(2, 0x88)
 
 
 def test_the_scope_sees_a_step_with_its_overshoot(page, bench):
@@ -274,36 +218,6 @@ def test_csv_has_what_is_in_view(page, bench):
     page.click(".scope-controls", "Go on")
 
 
-def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
-    page.go("traffic")
-    settle(page, lambda: "frames" in page.text("#traffic-info"))
-    page.click("#view-traffic", "Clear")
-    bench.position(1, -45, 500)
-    bench.ask(4, 0x9A)
-    bench.ask(1, 0x7E)  # no drive knows it
-    table = "#view-traffic tbody"
-    for said in ("angle_deg -45, max_speed_dps 500", "voltage_V 2", "unknown command"):
-        settle(page, lambda said=said: said in page.text(table))
-    assert len(page.all(f"{table} tr.unknown")) == 1
-    page.click("#view-traffic", "4")
-    settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query, a reply
-    page.click("#view-traffic", "all")
-    page.fill("#view-traffic input[type=text]", "A4")
-    settle(page, lambda: page.run("return [...document.querySelectorAll(arguments[0])].map((cell) => cell.textContent)",
-                                  f"{table} td.mono:not(.dim)") == ["A4", "A4"])
-    when = float(page.text(f"{table} td"))
-    page.click("#view-traffic", "Pause")
-    page.all(f"{table} a")[0].click()
-    settle(page, lambda: page.one("#view-scope").is_displayed())
-    view = page.scope("s.view")
-    assert view["from_s"] < when < view["to_s"]
-    assert any(abs(mark["time_s"] - when) < 1e-6 for mark in view["marks"])
-    page.click(".scope-controls", "Go on")
-    page.go("traffic")
-    page.click("#view-traffic", "Go on")
-    page.fill("#view-traffic input[type=text]", "")
-
-
 def test_time_stands_and_moves_by_steps(page, bench):
     page.go("bench")
     page.click("#view-bench", "Stop")
@@ -316,17 +230,6 @@ def test_time_stands_and_moves_by_steps(page, bench):
     settle(page, lambda: page.run(status) == pytest.approx(before + 0.1, abs=1e-6))
     page.click("#view-bench", "Real time")
     settle(page, lambda: page.text("#clock-mode") == "realtime")
-
-
-def test_a_scenario_is_started_and_judged(page, bench):
-    page.go("bench")
-    jammed = '#scenario option[value$="jammed_joint.toml"]'
-    settle(page, lambda: page.all(jammed))
-    page.choose("#scenario", page.one(jammed).get_attribute("value"))
-    page.click("#view-bench", "Start")
-    settle(page, lambda: "jammed joint" in page.text("#scenario-state"))
-    settle(page, lambda: "running" not in page.text("#scenario-state"))
-    assert any(word in page.text("#scenario-state") for word in ("passed", "failed"))
 
 
 def test_a_lost_connection_says_so_and_comes_back(page, bench):

@@ -1,10 +1,11 @@
 """The page in Chinese, and both languages complete."""
 
+import os
 import pathlib
 import re
 
 import pytest
-from dashboard import Page
+from dashboard import Bench, Page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -76,6 +77,12 @@ def test_the_page_is_chinese(chinese, bench):
         return "读取状态 2" in chinese.text("#view-traffic tbody")
 
     chinese.until(frame_is_seen)
+    bench.position(4, -45, 500)
+    chinese.until(lambda: "角度 -45°，最大速度 500 °/s" in chinese.text("#view-traffic tbody"))
+    assert not re.search(r"\b[a-z]+_[A-Za-z]+\b", chinese.text("#view-traffic tbody")), "no keys of the program"
+    chinese.fill("#view-traffic input[type=search]", "最大速度")
+    chinese.until(lambda: set(chinese.run("return [...document.querySelectorAll('#view-traffic tbody tr')].map((row) => row.cells[4].textContent)")) == {"A4"})
+    chinese.fill("#view-traffic input[type=search]", "")
 
 
 def test_the_switch_leads_to_the_other_language_and_back(chinese):
@@ -86,3 +93,20 @@ def test_the_switch_leads_to_the_other_language_and_back(chinese):
     assert chinese.run("return location.hash") == "#bench"
     chinese.one("#language").click()
     chinese.until(lambda: chinese.run("return document.documentElement.lang") == "zh-CN")
+
+
+def test_the_language_that_the_program_was_given_is_that_of_the_page():
+    """Of a browser that asks for English, until somebody chooses."""
+    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1", "--lang", "zh")
+    page = Page(bench.http)
+    try:
+        language = lambda: page.run("return document.documentElement.lang")
+        assert language() == "zh-CN"
+        page.one("#language").click()
+        page.until(lambda: language() == "en")
+        page.driver.refresh()
+        page.until(lambda: page.all(".card"))
+        assert language() == "en", "as chosen"
+    finally:
+        page.close()
+        bench.close()

@@ -102,6 +102,22 @@ def test_the_keyboard_reaches_everything(page):
     assert all(outline != "none" for name, outline in reached if name in ("Bus", "◐", "scope"))
 
 
+def test_the_skip_link_leads_to_the_content_of_this_view(page):
+    page.go("bench")
+    page.run("document.querySelector('.skip').focus()")
+    page.driver.switch_to.active_element.send_keys(Keys.ENTER)
+    assert page.run("return document.activeElement.id") == "main"
+    assert page.run("return location.hash") == "#bench"
+    assert page.one("#view-bench").is_displayed()
+
+
+def test_an_address_without_a_view_is_the_bus(page):
+    page.go("bench")
+    page.run("location.hash = '#constructor'")
+    page.until(lambda: page.one("#view-bus").is_displayed())
+    assert page.complaints() == []
+
+
 @pytest.mark.parametrize("size", [(1024, 768), (800, 1280), (1440, 900)])
 def test_it_fits_on_the_screen(page, size):
     page.resize(size)

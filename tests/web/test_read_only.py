@@ -4,6 +4,8 @@ import os
 
 import pytest
 from dashboard import Bench, Page
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +28,19 @@ def test_controls_are_dead_and_say_why(page):
     page.until(lambda: page.text("#access") == "only looking")
     assert not page.button("#view-bench", "Power off").is_enabled()
     assert not page.button("#view-bench", "Break it").is_enabled()
+
+
+def test_a_shaft_that_may_not_be_turned_says_so_once(page):
+    page.go("bench")
+    dial = page.one("#view-bench .dial")
+    page.until(lambda: dial.get_attribute("aria-disabled") == "true")
+    page.run("arguments[0].scrollIntoView({block: 'center'})", dial)
+    hand = ActionChains(page.driver, duration=50).move_to_element_with_offset(dial, 0, -40).click_and_hold()
+    for _ in range(4):
+        hand.move_by_offset(10, 5)
+    hand.release().perform()
+    dial.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+    page.until(lambda: [note.text for note in page.all(".note")] == ["this page may only look"])
 
 
 def test_the_program_refuses_whatever_the_page_does(page, bench):

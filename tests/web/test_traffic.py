@@ -1,0 +1,181 @@
+"""The traffic of the dashboard: words for frames, several buses, ways to a frame and from it."""
+
+import os
+
+import pytest
+from dashboard import Bench, Page
+from selenium.webdriver.common.keys import Keys
+
+TABLE = "#view-traffic tbody"
+
+
+def settle(page, holds):
+    """The page, or the drive, gets there."""
+    page.until(holds)
+
+
+def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
+    page.go("traffic")
+    settle(page, lambda: "frames" in page.text("#traffic-info"))
+    page.click("#view-traffic", "Clear")
+    bench.position(1, -45, 500)
+    bench.ask(4, 0x9A)
+    bench.ask(1, 0x7E)  # no drive knows it
+    table = "#view-traffic tbody"
+    for said in ("angle -45°, max speed 500 °/s", "voltage 2", "unknown command"):
+        settle(page, lambda said=said: said in page.text(table))
+    assert len(page.all(f"{table} tr.unknown")) == 1
+    page.click("#view-traffic", "4")
+    settle(page, lambda: len(page.all(f"{table} tr")) == 2)  # a query, a reply
+    page.click("#view-traffic", "all")
+    page.fill("#view-traffic input[type=text]", "A4")
+    settle(page, lambda: page.run("return [...document.querySelectorAll(arguments[0])].map((cell) => cell.textContent)",
+                                  f"{table} td.mono:not(.dim)") == ["A4", "A4"])
+    when = float(page.text(f"{table} td"))
+    page.click("#view-traffic", "Pause")
+    page.all(f"{table} a")[0].click()
+    settle(page, lambda: page.one("#view-scope").is_displayed())
+    view = page.scope("s.view")
+    assert view["from_s"] < when < view["to_s"]
+    assert any(abs(mark["time_s"] - when) < 1e-6 for mark in view["marks"])
+    page.click(".scope-controls", "Go on")
+    page.go("traffic")
+    page.click("#view-traffic", "Go on")
+    page.fill("#view-traffic input[type=text]", "")
+
+# --- two buses with the same IDs
+
+@pytest.fixture(scope="module")
+def two(request):
+    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1,2", "--bus", "vcan1", "--ids", "1,2")
+    yield bench
+    bench.close()
+
+
+@pytest.fixture(scope="module")
+def both(two):
+    page = Page(two.http)
+    yield page
+    page.close()
+
+
+def cells(page, column):
+    return page.run("return [...document.querySelectorAll(arguments[0])].map((cell) => cell.textContent)",
+                    f"{TABLE} td:nth-child({column})")
+
+
+def paused(page):
+    return page.run("return !!document.querySelector('#view-traffic .main[aria-pressed=true]')")
+
+
+def to_the_frame(page, drive):
+    page.go("bus")
+    if not page.one("#advice").get_attribute("open"):
+        page.one("#advice summary").click()
+
+    def link():
+        return next(a for item in page.all("[data-advice=wrong-length]") if f"Drive {drive}" in item.text
+                    for a in item.find_elements("css selector", "a"))
+
+    settle(page, lambda: any(f"Drive {drive}" in item.text for item in page.all("[data-advice=wrong-length]")))
+    page.run("arguments[0].click()", link())
+    settle(page, lambda: page.one("#view-traffic").is_displayed())
+
+
+def test_a_frame_that_is_not_kept_is_not_looked_for_elsewhere(both, two):
+    two.tell("141#9A")  # 1 byte instead of 8, before anybody has opened the traffic
+    to_the_frame(both, "vcan0 1")
+    settle(both, lambda: "is not here" in " ".join(note.text for note in both.all(".note")))
+    assert not paused(both)
+
+
+def test_advice_leads_to_its_frame_on_its_bus(both, two):
+    both.go("traffic?drive=vcan0/1")
+    both.click("#view-traffic", "all")
+
+    def frame_is_seen():
+        two.tell("vcan1 141#9C00000000000000")  # again and again: nobody tells when the stream is open
+        return "vcan1" in cells(both, 3)
+
+    settle(both, frame_is_seen)
+    two.tell("vcan1 142#9A00")
+    settle(both, lambda: "142#9A00" in cells(both, 8))
+    two.tell("move 1,2")  # so that there is much after it
+    settle(both, lambda: int(both.text("#traffic-info").split(" of ")[1].split()[0]) > 200)
+    two.tell("move")
+    to_the_frame(both, "vcan1 2")
+    assert paused(both)
+    both.drawn()
+    top = both.run("""
+      const under = document.querySelector('.frames thead').getBoundingClientRect().bottom;
+      return [...document.querySelectorAll('.frames tbody tr')].find((row) => row.getBoundingClientRect().bottom > under + 2)
+        .cells[7].textContent;""")
+    assert top == "142#9A00"
+    assert set(cells(both, 3)) == {"vcan1"}, "its drive's frames, and not those of drive 2 on the other bus"
+    both.click("#view-traffic", "Go on")
+    both.click("#view-traffic", "all")
+
+
+def test_drives_of_two_buses_are_told_apart(both, two):
+    both.go("traffic")
+    both.click("#view-traffic", "Clear")
+    for bus in ("vcan0", "vcan1"):
+        two.tell(f"{bus} 141#9A00000000000000")
+        two.tell(f"{bus} 142#9A00000000000000")
+    settle(both, lambda: len(cells(both, 3)) == 8)
+    button = both.button("#view-traffic", "vcan1 1")
+    button.send_keys(Keys.SPACE)
+    settle(both, lambda: cells(both, 3) == ["vcan1"] * 2)
+    assert [way[-1] for way in cells(both, 4)] == ["1", "1"]
+    assert both.driver.switch_to.active_element == button, "who has pressed a button is still at it"
+    assert button.get_attribute("aria-pressed") == "true"
+    button.send_keys(Keys.SPACE)
+    settle(both, lambda: len(cells(both, 3)) == 8)
+
+
+def told(page, script):
+    """By the module that keeps frames, which then forgets what it was told here."""
+    return page.driver.execute_async_script("""
+      const done = arguments[0];
+      import('/traffic_frames.js').then((m) => {
+        const frame = (time_s) => ({time_s, from: 'host', id: 1, frame: '141#9A', command: '9A', name: 'read state 1', values: ''});
+        m.forget();""" + script + "});")
+
+
+def test_frames_of_two_buses_are_in_order_of_time(both):
+    seen = told(both, """
+        m.keep('vcan0', [frame(-5), frame(-1)]);
+        m.keep('vcan1', [frame(-6), frame(-3), frame(-2)]);
+        m.tellLost('vcan0', 3);
+        m.tellLost('vcan1', 4);
+        m.tellLost('vcan0', 5);
+        const {shown} = m.kept;
+        done([shown.map((one) => one.time_s), shown.map((one, n) => m.frameBefore(n)?.time_s ?? null), m.lostFrames()]);
+        m.forget();""")
+    assert seen == [[-6, -5, -3, -2, -1], [None, None, -6, -3, -5], 9]
+
+
+def test_whoever_reads_is_not_moved_when_old_frames_go(both, two):
+    both.go("traffic")
+    told(both, """
+        m.keep('vcan0', Array.from({length: 60000}, (_, n) => frame(n - 1e6)));
+        done();""")
+    rows = "return [...document.querySelectorAll('.frames tbody tr')].map((row) => row.cells[0].textContent)"
+    two.ask(1, 0x9C)  # now there is something to draw, and the last 50,000 stay
+    settle(both, lambda: "of 5000" in both.text("#traffic-info"))
+    both.run("document.querySelector('.frames').scrollTop = 40000 * 24")
+    settle(both, lambda: both.run(rows)[0].startswith("\u221295001"))
+    read = both.run(rows)[0]
+    both.driver.execute_async_script("""
+      const done = arguments[0];
+      import('/traffic_frames.js').then((m) => {
+        m.keep('vcan0', Array.from({length: 10001}, (_, n) => ({...m.kept.all[0], time_s: n / 1e5 - 100})));
+        done();
+      });""")
+    before = both.run("return document.querySelector('.frames').scrollTop")
+    two.ask(1, 0x9C)
+    settle(both, lambda: both.run("return document.querySelector('.frames').scrollTop") != before)
+    settle(both, lambda: both.run(rows)[0] == read)
+    first = both.run("return Number(document.querySelector('.frames tbody tr').ariaRowIndex)")
+    assert first < 40000
+    both.click("#view-traffic", "Clear")

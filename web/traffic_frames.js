@@ -1,0 +1,81 @@
+// The frames that are kept, of all buses in order of time, and those among them that pass the filter.
+
+import {frameText} from './traffic_row.js';
+import {driveKey} from './store.js';
+
+const kMost = 50_000;   // frames kept
+
+/// Drives are keys: with several buses an id alone says nothing.
+export const filter = {drives: new Set(), commands: null, from: '', marked: false, text: ''};
+
+export const kept = {
+  all: [],      // oldest first
+  shown: [],    // those that pass
+  dropped: 0,   // of those, from the front, since the filter was set
+};
+
+let lost = new Map();  // by bus
+
+function passes(frame) {
+  const {drives} = filter;
+  if (drives.size && !drives.has(driveKey(frame.bus, frame.id))) {
+    const ofItsBus = frame.id === 0 && [...drives].some((key) => key.startsWith(driveKey(frame.bus, '')));
+    if (!ofItsBus) return false;
+  }
+  if (filter.from && frame.from !== filter.from) return false;
+  if (filter.marked && !frame.mark && !frame.advice) return false;
+  if (filter.commands && !filter.commands.has(frame.command)) return false;
+  return !filter.text || frameText(frame).toLowerCase().includes(filter.text);
+}
+
+export function refilter() {
+  kept.shown = kept.all.filter(passes);
+  kept.dropped = 0;
+}
+
+export function forget() {
+  kept.all = [];
+  lost = new Map();
+  refilter();
+}
+
+/// Each bus has a stream of its own, and what it tells comes when it comes.
+function insert(list, frame) {
+  let place = list.length;
+  while (place > 0 && list[place - 1].time_s > frame.time_s) --place;
+  if (place === list.length) list.push(frame);
+  else list.splice(place, 0, frame);
+}
+
+export function keep(bus, frames) {
+  for (const frame of frames) {
+    frame.bus = bus;
+    insert(kept.all, frame);
+    if (passes(frame)) insert(kept.shown, frame);
+  }
+  if (kept.all.length <= kMost * 1.2) return;
+  const before = kept.shown.length;
+  kept.all = kept.all.slice(-kMost);
+  kept.shown = kept.all.filter(passes);
+  kept.dropped += before - kept.shown.length;
+}
+
+/// Each stream says how many there were in all.
+export const tellLost = (bus, count) => lost.set(bus, count);
+export const lostFrames = () => [...lost.values()].reduce((sum, count) => sum + count, 0);
+
+/// The one before it on its bus, of those that are shown: there is a gap between them.
+export function frameBefore(place) {
+  const {shown} = kept;
+  let n = place - 1;
+  while (n >= 0 && shown[n].bus !== shown[place].bus) --n;
+  return shown[n] ?? null;
+}
+
+const kSameInstant_s = 1.5e-6;  // clocks are read in whole microseconds
+
+/// A host's frame rather than what else happened then; null: none of that instant is kept. Any bus: null.
+export function frameAt(bus, time_s) {
+  const then = kept.all.filter((frame) => (!bus || frame.bus === bus) && Math.abs(frame.time_s - time_s) < kSameInstant_s);
+  return then.find((frame) => frame.from === 'host') ?? then[0] ?? null;
+}

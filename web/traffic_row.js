@@ -1,0 +1,37 @@
+// A frame as the traffic shows it.
+
+import {adviceOf} from './advice.js';
+import {el} from './dom.js';
+import {fixed} from './format.js';
+import {buses, driveKey} from './store.js';
+import {language, name as nameOf, said, t} from './words.js';
+
+/// No more figures than people read; all of them when the mouse rests there.
+const short = (values) => values.replace(/-?\d+\.\d{4,}/g, (number) => String(Number(Number(number).toPrecision(4))));
+
+/// The program says it in English; a command is known by its byte, if it means anything at all.
+const nameOfFrame = (frame) => (language !== 'en' && frame.name ? nameOf('commands', frame.command) : frame.name);
+/// An older program says it by keys only.
+const saysOfFrame = (frame) => said(frame, 'says') || short(frame.values);
+const drawbackOf = (frame) => (frame.drawback ? nameOf('marks', frame.drawback) : '');
+
+/// All that can be searched: what is on the screen, and the keys of the program.
+export const frameText = (frame) => [nameOfFrame(frame), saysOfFrame(frame), drawbackOf(frame), frame.advice ?? '', frame.frame,
+  frame.name, frame.values].join(' ');
+
+export function frameRow(frame, before) {
+  const gap = before ? frame.time_s - before.time_s : null;
+  const whom = frame.id ? `drive=${driveKey(frame.bus, frame.id)}&` : '';  // else whatever the scope shows
+  const scope = el('a', {href: `#scope?${whom}time_s=${frame.time_s}`,
+    'aria-label': t('instant_in_scope', {time: fixed(frame.time_s, 6)}), text: t('scope_link')});
+  const known = frame.advice ? adviceOf(frame.bus, frame.id, frame.advice) : null;
+  const says = saysOfFrame(frame);
+  return el('tr', {class: `${frame.from} ${frame.mark ?? ''} ${frame.advice ? 'advised' : ''}`},
+    el('td', {class: 'num', text: fixed(frame.time_s, 6)}), el('td', {class: 'num dim', text: gap === null ? '' : fixed(gap * 1000, 3)}),
+    el('td', {text: buses().length > 1 ? frame.bus : ''}),
+    el('td', {text: frame.from === 'host' ? `→ ${frame.id || t('to_all')}` : `← ${frame.id || '?'}`}),
+    el('td', {class: 'mono', text: frame.command}), el('td', {text: nameOfFrame(frame), title: nameOfFrame(frame)}),
+    el('td', {class: 'said', title: `${says}\n${frame.values}`.trim()}, frame.advice ? el('span', {class: 'chip warn', title: known ? said(known, 'what') : '', text: frame.advice}) : '', says ? ` ${says}` : '',
+      frame.drawback ? el('strong', {text: ` ${drawbackOf(frame)}`}) : ''),
+    el('td', {class: 'mono dim', text: frame.frame}), el('td', {}, scope));
+}
