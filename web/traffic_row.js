@@ -6,13 +6,9 @@ import {fixed} from './format.js';
 import {buses, driveKey} from './store.js';
 import {language, name as nameOf, said, t} from './words.js';
 
-/// No more figures than people read; all of them when the mouse rests there.
-const short = (values) => values.replace(/-?\d+\.\d{4,}/g, (number) => String(Number(Number(number).toPrecision(4))));
-
 /// The program says it in English; a command is known by its byte, if it means anything at all.
 const nameOfFrame = (frame) => (language !== 'en' && frame.name ? nameOf('commands', frame.command) : frame.name);
-/// An older program says it by keys only.
-const saysOfFrame = (frame) => said(frame, 'says') || short(frame.values);
+const saysOfFrame = (frame) => said(frame, 'says');
 const drawbackOf = (frame) => (frame.drawback ? nameOf('marks', frame.drawback) : '');
 
 /// All that can be searched: what is on the screen, and the keys of the program.

@@ -191,6 +191,14 @@ Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
   return known != nullptr ? said(*known, reader.format) : Values{};
 }
 
+/// A frame of a wrong length was meant for a drive all the same; 0: for none, or for several.
+int drive_meant(const protocol::Frame& frame, protocol::Reject reject) {
+  const std::int64_t id = std::int64_t{frame.id} - protocol::kSingleDriveId;
+  const bool is_for_one = id >= protocol::kMinId && id <= protocol::kMaxId;
+  return reject == protocol::Reject::kWrongLength && is_for_one ? static_cast<int>(id)
+                                                                : protocol::kMultiDrive;
+}
+
 bool is_reply(const protocol::Frame& frame, const ReplyReader& reader) {
   return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
 }
@@ -225,6 +233,7 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
   FrameWords words;
   const auto whom = protocol::address(frame);
   if (const auto* reject = std::get_if<protocol::Reject>(&whom)) {
+    words.id = drive_meant(frame, *reject);
     return meaningless(words, reason(*reject), "unknown");
   }
   words.id = std::get<int>(whom);
