@@ -220,6 +220,10 @@ class Emulator:
         """Version, clock, buses with their counters, recording, scenario."""
         return dict(self.client.get("/status"))
 
+    def advice(self) -> List[Dict[str, Any]]:
+        """What hosts have done wrong so far, once for each kind and drive (docs/advice.md); empty: nothing."""
+        return [dict(row) for row in self.client.get("/advice")]
+
     @property
     def bus(self) -> str:
         """The interface, the first one if there are several: for `can.Bus(channel=emu.bus, …)`."""

@@ -28,6 +28,7 @@ class World:
     def __init__(self, buses, mode):
         self.buses, self.mode, self.time_s = buses, mode, 0.0
         self.faults, self.directives = [], []
+        self.advice = [{"kind": "wrong-length", "bus": "vcan0", "drive": 1, "count": 2}]
 
     def status(self):
         buses = [{"bus": bus, "ids": ids, "counters": {"queries": 7, "replies": 0, "dropped": {"wrong_length": 2}}}
@@ -99,7 +100,7 @@ class Handler(BaseHTTPRequestHandler):
             _, _, bus, id = path.split("/")
             return self.answer(200, world.drive(bus, int(id)))
         answers = {"/status": world.status(), "/clock": world.status()["clock"], "/faults": world.faults,
-                   "/faults/kinds": KINDS, "/directives": world.directives}
+                   "/faults/kinds": KINDS, "/directives": world.directives, "/advice": world.advice}
         if path in answers:
             return self.answer(200, answers[path])
         return self.answer(404, {"error": {"where": path, "reason": "there is no such thing"}})

@@ -87,6 +87,10 @@ def test_two_buses_and_an_id_on_both(fake):
             emu.drives[7]
 
 
+def test_advice_is_a_list_of_what_hosts_do_wrong(emu):
+    assert [(one["kind"], one["drive"], one["count"]) for one in emu.advice()] == [("wrong-length", 1, 2)]
+
+
 # --- directives ---
 
 
