@@ -159,9 +159,9 @@ def test_a_scenario_that_says_nothing_tells_why(page, tmp_path):
     page.go("bench")
     own = tmp_path / "own.toml"
     # Nobody says anything to drive 4, so that it hangs makes no difference (docs/scenarios.md).
-    own.write_text('about = "nothing"\nduration_s = 0.3\n[[event]]\nat_s = 0.1\nid = 4\nfault = { kind = "hang", for_s = 0.1 }\n'
+    own.write_text('about = "nothing"\nduration_s = 0.3\n[[event]]\nat_s = 0.1\nid = 4\nfault = { kind = "hang", name = "unheard", for_s = 0.1 }\n'
                    '[[expect]]\nid = 1\nerror = "stall"\nset = false\nfrom_s = 0\nto_s = 0.1\n')
     page.one("#view-bench input[type=file]").send_keys(str(own))
     page.click("#view-bench", "Start")
     settle(page, lambda: page.all(".scroll [data-state=invalid]"))
-    assert "hang" in page.text(".scroll tr:has([data-state=invalid])")
+    assert "unheard" in page.text(".scroll tr:has([data-state=invalid])")
