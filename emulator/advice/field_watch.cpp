@@ -43,6 +43,7 @@ Found check(const Words& words, double value, double min, double max) {
 struct Ranges {
   const protocol::Payload& data;
   const KnownDrive& drive;
+  const std::optional<MotionCommand>& motion;  // of the drive's slot, where there are slots
 
   double iq_limit() const { return drive.format.dialect.iq_command_limit_lsb; }
 
@@ -54,15 +55,11 @@ struct Ranges {
     if (slot >= protocol::kMultiDriveSlots) return std::nullopt;
     return check(kIq, get_le<std::int16_t>(data, 2 * slot), -iq_limit(), iq_limit());
   }
-  Found operator()(const protocol::MultiSpeed& command) const {
-    const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
-    if (slot >= command.speed_dps.size()) return std::nullopt;
-    return speed(command.speed_dps[slot]);
+  Found operator()(const protocol::MultiSpeed&) const {
+    return motion ? speed(motion->value) : std::nullopt;
   }
-  Found operator()(const protocol::MultiPosition& command) const {
-    const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
-    if (slot >= command.target_deg.size()) return std::nullopt;
-    return angle(command.target_deg[slot]);
+  Found operator()(const protocol::MultiPosition&) const {
+    return motion ? angle(motion->value) : std::nullopt;
   }
   Found operator()(const protocol::OpenLoop&) const {
     return check(kPower, get_le<std::int16_t>(data, 4), -protocol::kOpenLoopLimit_permille,
@@ -144,7 +141,7 @@ struct Ranges {
 }  // namespace
 
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
-  return std::visit(Ranges{heard.data, drive}, heard.command);
+  return std::visit(Ranges{heard.data, drive, heard.motion}, heard.command);
 }
 
 }  // namespace lk::emulator

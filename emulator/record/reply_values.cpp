@@ -66,8 +66,8 @@ Values read(const protocol::State1& state, const ReplyReader& reader) {
 Values read(const protocol::State2& state, const ReplyReader& reader) {
   const bool ms = reader.format.series == Series::kMs;
   return {{"temperature_C", state.temperature_C},
+          // Power as it was on the wire.
           ms ? ReplyValue{"power_permille", std::round(1000 * state.power)}
-             // as it was on the wire
              : ReplyValue{"iq_A", state.iq_A},
           {"speed_dps", state.speed_dps},
           {"encoder_counts", static_cast<double>(state.encoder_counts), reader.encoder_counts}};
