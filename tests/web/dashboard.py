@@ -245,6 +245,11 @@ class Page:
         return {name.split("/")[2] for name in names if "//" in name}
 
 
+def settle(page, holds):
+    """The page, or the drive, gets there."""
+    page.until(holds)
+
+
 def nap(seconds):
     """Time that has to go by, where it is time that is measured."""
     time.sleep(seconds)

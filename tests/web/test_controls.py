@@ -1,14 +1,9 @@
 """What a person does at the bench: it happens on the bus, and what cannot be is said."""
 
 import pytest
+from dashboard import settle
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
-
-
-def settle(page, holds):
-    """The page, or the drive, gets there."""
-    page.until(holds)
-
 
 TELL = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
     body: JSON.stringify(arguments[0])}).then((answer) => answer.status)"""
@@ -42,20 +37,18 @@ def test_the_bench_shows_what_applies_now(page, bench):
     """Whoever it was that changed it."""
     page.go("bench")
     page.for_drives(3)
-    tell = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
-        body: JSON.stringify(arguments[0])}).then((answer) => answer.status)"""
     supply = '[aria-label="supply, V"]'
-    assert page.run(tell, {"id": 3, "supply_V": 20}) == 200
-    assert page.run(tell, {"id": 3, "ambient_C": 33}) == 200
-    assert page.run(tell, {"id": 3, "load": {"tau_Nm": 0.05}}) == 200
+    assert page.run(TELL, {"id": 3, "supply_V": 20}) == 200
+    assert page.run(TELL, {"id": 3, "ambient_C": 33}) == 200
+    assert page.run(TELL, {"id": 3, "load": {"tau_Nm": 0.05}}) == 200
     settle(page, lambda: page.one(supply).get_attribute("value") == "20")
     settle(page, lambda: "20 V, 33 °C" in page.text("#supply-now"))
     settle(page, lambda: "torque 0.05 Nm" in page.text("#load-now"))
     page.fill(supply, 21)
-    assert page.run(tell, {"id": 3, "supply_V": 24}) == 200
+    assert page.run(TELL, {"id": 3, "supply_V": 24}) == 200
     settle(page, lambda: "24 V" in page.text("#supply-now"))
     assert page.one(supply).get_attribute("value") == "21", "what somebody is writing stays"
-    assert page.run(tell, {"id": 3, "load": {"tau_Nm": 0}}) == 200
+    assert page.run(TELL, {"id": 3, "load": {"tau_Nm": 0}}) == 200
     page.for_drives(3)
 
 

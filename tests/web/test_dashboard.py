@@ -5,14 +5,7 @@ import math
 import os
 
 import pytest
-from dashboard import nap
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.keys import Keys
-
-
-def settle(page, holds):
-    """The page, or the drive, gets there."""
-    page.until(holds)
+from dashboard import nap, settle
 
 
 def test_cards_show_what_the_drives_say(page, bench):

@@ -1,17 +1,11 @@
 """The traffic of the dashboard: words for frames, several buses, ways to a frame and from it."""
 
-import os
-
 import pytest
-from dashboard import Bench, Page
+from conftest import PROGRAM
+from dashboard import Bench, Page, settle
 from selenium.webdriver.common.keys import Keys
 
 TABLE = "#view-traffic tbody"
-
-
-def settle(page, holds):
-    """The page, or the drive, gets there."""
-    page.until(holds)
 
 
 def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
@@ -43,11 +37,13 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     page.click("#view-traffic", "Go on")
     page.fill("#view-traffic input[type=text]", "")
 
+
 # --- two buses with the same IDs
+
 
 @pytest.fixture(scope="module")
 def two(request):
-    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1,2", "--bus", "vcan1", "--ids", "1,2")
+    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1,2")
     yield bench
     bench.close()
 
