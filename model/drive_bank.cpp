@@ -34,6 +34,10 @@ double counts_at(const DriveParams& p, double theta_m) {
   return floored(seen * static_cast<double>(1 << p.encoder.bits) / kTwoPi);
 }
 
+constexpr auto kCountsOf = [](const auto& block, std::size_t lane) {
+  return lane_of(block.loop.encoder_counts, lane);
+};
+
 /// What the drive takes for its supply current: electrical power over the link voltage. Without
 /// current sensors it has i_q from R·i_q = v_q − ω·ψ.
 double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, double omega,
@@ -274,17 +278,24 @@ bool DriveBank::alive(std::size_t drive) const { return units_[drive].life.life 
 
 void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
   Unit& unit = units_[drive];
-  const double counts = with_block(drive, [](auto& block, std::size_t lane) {
-    return lane_of(block.loop.encoder_counts, lane);
-  });
-  setpoint_changed(unit.motion_params, unit.setpoint, setpoint, counts, unit.motion);
+  setpoint_changed(unit.motion_params, unit.setpoint, setpoint, with_block(drive, kCountsOf),
+                   unit.motion);
   unit.setpoint = setpoint;
 }
 
 void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
-  units_[drive].settings = settings;
-  settings_changed(settings.protections, units_[drive].protection);
+  Unit& unit = units_[drive];
+  const bool had_no_ramp = unit.motion_params.accel_max == 0.0;
+  unit.settings = settings;
+  settings_changed(settings.protections, unit.protection);
   derive_control(drive);
+  if (had_no_ramp && unit.motion_params.accel_max > 0.0) {
+    // The references were at the target at once; a ramp begins where the shaft is, as if what is
+    // commanded were commanded now, out of the present speed.
+    unit.motion.omega_ref = unit.motion.omega_hat;
+    setpoint_changed(unit.motion_params, Speed{}, unit.setpoint, with_block(drive, kCountsOf),
+                     unit.motion);
+  }
 }
 
 void DriveBank::clear_errors(std::size_t drive) {
@@ -351,7 +362,7 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
     t.i_b = loop.i_b;
     t.i_c = -loop.i_a - loop.i_b;
     t.omega = unit.motion.omega_report;
-    t.encoder_position = unit.params.encoder.direction * whole_counts(loop.encoder_counts);
+    t.encoder_position = whole_counts(loop.encoder_counts);
     t.errors = unit.protection.latched;
     t.bridge_on = !std::holds_alternative<Off>(unit.setpoint);
     t.alive = unit.life.life == Life::kAlive;

@@ -22,11 +22,11 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
   const Servo& servo = servos_[seat];
   const int id = servo.id();
   // What the drive would not have answered anyway cannot be lost.
-  const auto would_answer = [&servo, &frame] {
-    const bool for_several = frame.id < protocol::kSingleDriveId + protocol::kMinId ||
-                             frame.id > protocol::kSingleDriveId + protocol::kMaxId;
-    return servo.multi_drive_mode() == for_several &&
-           std::holds_alternative<protocol::Query>(servo.understand(frame));
+  const bool for_several = frame.id < protocol::kSingleDriveId + protocol::kMinId ||
+                           frame.id > protocol::kSingleDriveId + protocol::kMaxId;
+  const bool listens = servo.multi_drive_mode() == for_several;
+  const auto would_answer = [&servo, &frame, listens] {
+    return listens && std::holds_alternative<protocol::Query>(servo.understand(frame));
   };
   bool hangs = false;
   for (LiveFault& live : faults_) {
@@ -42,7 +42,7 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
         return false;
       }
     } else if (live.fault.kind == FaultKind::kCorrupt && acts_on(live, 1, FrameChoice::kQueries)) {
-      if (frame.dlc > 0 && live.hits()) {
+      if (listens && frame.dlc > 0 && live.hits()) {
         flip_bits(live, static_cast<int>(live.value(0)), frame);
         took_effect(live, id, &frame);
       }

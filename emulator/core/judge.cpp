@@ -45,6 +45,23 @@ double distance(const Range& range, double value) {
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
+/// The command that a frame for several drives is to the drive `id`; nothing when it is none.
+std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
+                                        const protocol::WireFormat& format) {
+  const auto decoded = protocol::decode_query(frame, format);
+  const auto* query = std::get_if<protocol::Query>(&decoded);
+  if (query == nullptr) return std::nullopt;
+  if (const auto* any = std::get_if<protocol::MultiCommand>(&query->command)) {
+    const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+    return slot < any->opcodes.size() ? std::optional(any->opcodes[slot]) : std::nullopt;
+  }
+  const protocol::Opcode opcode =
+      std::holds_alternative<protocol::MultiTorque>(query->command)  ? protocol::Opcode::kTorque
+      : std::holds_alternative<protocol::MultiSpeed>(query->command) ? protocol::Opcode::kSpeed
+                                                                     : protocol::Opcode::kPosition1;
+  return static_cast<std::uint8_t>(opcode);
+}
+
 }  // namespace
 
 Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
@@ -104,9 +121,13 @@ void Judge::hear_query(const TimedFrame& query) {
       query.frame.dlc == 0) {
     return;
   }
+  const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (Speaker& speaker : speakers_) {
     if (query.frame.id == protocol::kSingleDriveId + static_cast<std::uint32_t>(speaker.id)) {
       speaker.asked[query.frame.data[0]] = query.at;
+    } else if (for_several) {
+      const auto command = command_for(speaker.id, query.frame, speaker.format);
+      if (command) speaker.asked[*command] = query.at;
     }
   }
 }

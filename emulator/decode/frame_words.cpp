@@ -229,6 +229,15 @@ const ReplyReader* FrameReader::reader_of(int id) const {
   return found != readers_.end() ? &*found : nullptr;
 }
 
+const ReplyReader* FrameReader::reader_of_several(std::uint32_t frame_id) const {
+  const auto knows = [frame_id](const ReplyReader& reader) {
+    return protocol::knows_multi_drive(reader.format, frame_id);
+  };
+  const auto found = std::ranges::find_if(readers_, knows);
+  if (found != readers_.end()) return &*found;
+  return readers_.empty() ? nullptr : &readers_.front();
+}
+
 FrameWords FrameReader::query(const protocol::Frame& frame) const {
   FrameWords words;
   const auto whom = protocol::address(frame);
@@ -245,9 +254,8 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
     words.command = hex(frame.data[0], 2);
     words.name = name_of(frame);
   }
-  const ReplyReader* const reader = words.id != protocol::kMultiDrive
-                                        ? reader_of(words.id)
-                                        : (readers_.empty() ? nullptr : &readers_.front());
+  const ReplyReader* const reader =
+      words.id == protocol::kMultiDrive ? reader_of_several(frame.id) : reader_of(words.id);
   if (reader == nullptr) return meaningless(words, to_string(Drop::kNoSuchDrive), "unknown");
   const auto decoded = protocol::decode_query(frame, reader->format);
   if (const auto* reject = std::get_if<protocol::Reject>(&decoded)) {

@@ -35,6 +35,9 @@ class FrameReader {
   const ReplyReader* reader_of(int id) const;
 
  private:
+  /// Some drive that knows the identifier for several, or any; null: there is none.
+  const ReplyReader* reader_of_several(std::uint32_t frame_id) const;
+
   std::vector<ReplyReader> readers_;
 };
 

@@ -234,8 +234,9 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
 
 bool pushes(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q) {
   constexpr double kMost = 0.8;
+  constexpr double kNothing = 1e-3;  // A, assumed: who is allowed no more does not push at all
   if (p.has_current_loop) {
-    return std::abs(i_q) > kMost * s.i_limit;
+    return s.i_limit > kNothing && std::abs(i_q) > kMost * s.i_limit;
   }
   return std::abs(v_q) > kMost * p.power_max * p.modulation * v_bus;
 }

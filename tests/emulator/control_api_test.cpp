@@ -314,6 +314,16 @@ TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
   EXPECT_EQ(state.values, "temperature_C 25, voltage_V 24, errors 1: under_voltage");
 }
 
+/// docs/protocol.md: MS knows no 0x280, and only v236 knows 0x281.
+TEST(FrameWords, AreThoseOfADriveThatKnowsTheCommand) {
+  BusConfig bus = test::bus_config({});
+  bus.servos = {test::drive(Generation::kLegacy, Series::kMs, 1),
+                test::drive(Generation::kV236, Series::kMf, 2)};
+  const FrameReader reader(bus);
+  EXPECT_EQ(reader.query(test::frame("280#0000000000000000")).values, "1 0, 2 0, 3 0, 4 0");
+  EXPECT_EQ(reader.query(test::frame("281#0100000000000000")).values, "1 1, 2 0, 3 0, 4 0");
+}
+
 TEST(ControlApi, TellsWhatHostsDoWrong) {
   TestWorld t;
   EXPECT_EQ(t.get("/advice").body, Json::array());

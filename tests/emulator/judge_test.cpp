@@ -204,6 +204,28 @@ TEST(Judge, TheAgeOfAReplyCountsFromTheLatestQueryWithItsCommand) {
   EXPECT_EQ(ear.status(), Status::kPassed);
 }
 
+TEST(Judge, AFrameForSeveralAsksEachOfItsDrives) {
+  BusConfig bus = test::bus_config({});
+  bus.servos = {test::drive(Generation::kV236, Series::kMg, 1)};
+  const std::pair<const char*, std::uint8_t> asked[] = {{"280#0000000000000000", 0xA1},
+                                                        {"281#0000000000000000", 0xA2},
+                                                        {"282#0000000000000000", 0xA3},
+                                                        {"288#9C009A0000000000", 0x9C}};
+  for (const auto& [query, command] : asked) {
+    Replies prompt;
+    prompt.command = command;
+    prompt.age = Range{1, 2};
+    Judge judge(bus, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
+    protocol::Frame reply = test::frame("141#0000000000000000");
+    reply.data[0] = command;
+    judge.hear_reply({500ms, reply});  // nobody asked
+    judge.hear_query({1s, test::frame(query)});
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
+    judge.hear_reply({1s + 1500us, reply});
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << query;
+  }
+}
+
 TEST(Judge, ReadsWhatARepliesSays) {
   // 0x9A as the manual has it: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
   Replies error;

@@ -65,6 +65,17 @@ TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
   EXPECT_EQ(rig.bus.stats().queries, 1U);
 }
 
+TEST(LinkFaults, AFrameForOthersCannotBeSpoiledForADriveThatDoesNotListen) {
+  BusConfig config = bus_config({1, 2});
+  config.servos[0].rom.broadcast_mode = true;
+  for (const K kind : {K::kDrop, K::kCorrupt}) {
+    Rig rig(config);
+    rig.set(fault(kind, {2}, {kind == K::kDrop ? kQueries : 64, kQueries}));
+    EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 1U);
+    EXPECT_EQ(rig.effects(), 0U);
+  }
+}
+
 int differing_bits(const Frame& a, const Frame& b) {
   int bits = 0;
   for (std::size_t n = 0; n < 8; ++n) {

@@ -126,6 +126,63 @@ TEST(Limits, MaxAngleHoldsMultiTurnTargets) {
   EXPECT_NEAR(rest_cdeg(host), -27000, kArrived_cdeg);
 }
 
+/// Without a ramp the reference is at the target at once. A ramp that is set under way begins where
+/// the shaft is: a new target turns it round within its braking distance.
+TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
+  Host host(servo_config(1));
+  host.ask(query(protocol::Position2{500, 3'600'000}));
+  host.wait(2s);
+  const double there_cdeg = static_cast<double>(host.multi_turn_cdeg());
+  ASSERT_GT(there_cdeg, 80'000);
+  host.ask(query(protocol::WriteAccelerationToRam{5000}));
+  host.ask(query(protocol::Position2{500, 0}));
+  double most_cdeg = 0;
+  for (int k = 0; k < 100; ++k) {
+    host.wait(5ms);
+    most_cdeg = std::max(most_cdeg, static_cast<double>(host.multi_turn_cdeg()));
+  }
+  // v²/2a = 500²/10000 = 25°, twice that for how closely the loops follow.
+  EXPECT_LT(most_cdeg, there_cdeg + 5000);
+  host.wait(3s);
+  EXPECT_NEAR(rest_cdeg(host), 0, kArrived_cdeg);
+}
+
+// --- an encoder that is mounted the other way round: nothing of it shows on the wire
+// ------------------------------------------------------------------------------------
+
+ServoConfig mounted_the_other_way() {
+  ServoConfig config = servo_config(1);
+  config.profile.drive.encoder.direction = -1;
+  return config;
+}
+
+TEST(OtherWayRound, BootsWhereItIsTold) {
+  Host host(mounted_the_other_way());
+  EXPECT_NEAR(host.single_turn_cdeg(), 4500, kCount_cdeg);
+  EXPECT_NEAR(host.bus.truth(1).theta_m, std::numbers::pi / 4, 1e-3);
+}
+
+TEST(OtherWayRound, AnglesGrowWithTheSpeed) {
+  Host host(mounted_the_other_way());
+  host.ask(query(protocol::Speed{360.0}));
+  host.wait(1s);
+  EXPECT_NEAR(host.state_2().speed_dps, 360, 4);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500 + 36000, 1800);
+  EXPECT_GT(host.bus.truth(1).omega_m, 6);
+}
+
+TEST(OtherWayRound, ArrivesAndStays) {
+  Host host(mounted_the_other_way());
+  host.ask(query(protocol::Position1{20000}));
+  EXPECT_NEAR(rest_cdeg(host), 20000, kArrived_cdeg);
+  host.ask(query(protocol::Position5{0}));
+  EXPECT_NEAR(rest_cdeg(host), 20000, kArrived_cdeg);
+  host.ask(query(protocol::Position3{protocol::kCounterClockwise, 9000}));
+  EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);
+  host.ask(query(protocol::Position5{-4500}));
+  EXPECT_NEAR(rest_cdeg(host), 4500, kArrived_cdeg);
+}
+
 // --- multi-turn
 // ------------------------------------------------------------------------------------
 

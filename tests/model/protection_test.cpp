@@ -131,6 +131,13 @@ TEST(Protection, StallIsStandingStillAgainstTheCurrentLimit) {
   resting.command(0, Torque{2.0});
   resting.advance(ticks_in(d, 1.5));
   EXPECT_EQ(resting.telemetry(0).errors, 0);
+  // Nor one that is allowed no current, however noisy its sensors are.
+  settings.i_q_max = 1e-6;
+  d.current_sensor.noise = 0.05;
+  DriveBank powerless = one_drive(d, settings);
+  powerless.command(0, Speed{200.0});
+  powerless.advance(ticks_in(d, 1.5));
+  EXPECT_EQ(powerless.telemetry(0).errors, 0);
 }
 
 TEST(Protection, LostInputCountsFromTheLastFrame) {
