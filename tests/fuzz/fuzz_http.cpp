@@ -88,8 +88,8 @@ class Connection {
       const unsigned status = parser.get().result_int();
       require(status != 500);
       if (status == 101) return;
-      // An answer to HEAD gives the length of a body that does not come.
-      if (!parser.is_done() && asked_for_heads_) return;
+      // An answer to HEAD gives the length of a body that does not come: what follows is the next.
+      if (asked_for_heads_) return;
       require(parser.is_done() && used > 0);
       const bool json = parser.get()[http::field::content_type] == "application/json";
       require(json || status < 300 || status == 304);
