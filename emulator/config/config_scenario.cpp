@@ -27,14 +27,12 @@ void read_event(TableReader& reader, Scenario& scenario) {
   check_room(reader, bus.events);
 }
 
-/// A clear has to mean something that the robot's events or the scenario's set.
+/// A clear has to mean something that the robot's events or the scenario's set on its bus.
 void check_clears(std::vector<TableReader>& events, const Scenario& scenario) {
-  std::vector<TimedDirective> all;
-  for (const BusConfig& bus : scenario.robot) {
-    all.insert(all.end(), bus.events.begin(), bus.events.end());
-  }
   for (TableReader& event : events) {
-    if (event.is_text("clear")) check_clear(event, *event.text("clear"), all);
+    if (!event.is_text("clear")) continue;
+    const std::size_t bus = read_bus_of(event, scenario.robot, std::nullopt);
+    check_clear(event, *event.text("clear"), scenario.robot[bus].events);
   }
 }
 
@@ -72,10 +70,10 @@ void read_course(TableReader& reader, const ScenarioFiles& files, Scenario& scen
   }
   auto events = reader.tables("event");
   for (auto& event : events) read_event(event, scenario);
-  check_clears(events, scenario);
   for (BusConfig& bus : scenario.robot) {
     std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
   }
+  check_clears(events, scenario);
   for (auto& send : reader.tables("send")) {
     for (HostSend& one : read_send(send, scenario, files)) {
       scenario.sends.push_back(std::move(one));
