@@ -413,6 +413,26 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
             "k.toml:5: event.bus: \"vcan0\" is none of can5");
 }
 
+// The same file runs offline and against a real host.
+TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
+  const std::string robot =
+      std::string(kRobot) +
+      "[[bus.event]]\nat_s = 1\nfault = { kind = \"jam\", name = \"rust\" }\n";
+  const auto running = parse_config(robot, "dog.toml", {}, find_test_profile);
+  ScenarioFiles files = kFiles;
+  files.robot = [&](const std::string&, const Overrides&) { return running; };
+  const auto error = [&](const std::string& clear) {
+    const std::string text = kHead + std::string("[[event]]\nat_s = 2\n") + clear + kExpect;
+    const std::string offline =
+        config_error([&] { parse_scenario(text, "k.toml", std::nullopt, files); });
+    EXPECT_EQ(config_error([&] { parse_live_scenario(text, "k.toml", running, files); }), offline);
+    return offline;
+  };
+  EXPECT_EQ(error("bus = \"vcan1\"\nclear = \"rust\""), "accepted");
+  EXPECT_EQ(error("bus = \"vcan0\"\nclear = \"rust\""),
+            "k.toml:6: event.clear: no fault is called \"rust\", and none is of that kind");
+}
+
 TEST(ScenarioFile, ALiveOneNeedsNoRobot) {
   const auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   const Scenario scenario =
