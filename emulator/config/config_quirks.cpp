@@ -89,17 +89,18 @@ class Printer {
     for (const auto& field : kQuirkSwitches) flag(field, quirks);
     word("boot_wrap", kBootWraps, quirks.boot_wrap);
     const auto& span = quirks.encoder_span;
-    say("encoder_span", span ? kSpans[static_cast<std::size_t>(*span)] : "the motor's");
+    say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
   }
   const std::vector<std::string>& lines() const { return lines_; }
 
  private:
+  static std::string quoted(const std::string& word) { return '"' + word + '"'; }
   void say(const char* key, const std::string& value) {
     lines_.push_back(std::string(key) + " = " + value);
   }
   template <typename Enum>
   void word(const char* key, const Words& words, Enum value) {
-    say(key, words[static_cast<std::size_t>(value)]);
+    say(key, quoted(words[static_cast<std::size_t>(value)]));
   }
   template <typename Section>
   void flag(const Field<Section>& field, const Section& section) {

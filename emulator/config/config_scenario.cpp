@@ -27,14 +27,18 @@ void read_event(TableReader& reader, Scenario& scenario) {
   check_room(reader, bus.events);
 }
 
-/// A clear has to mean something that the robot's events or the scenario's set.
-void check_clears(std::vector<TableReader>& events, const Scenario& scenario) {
-  std::vector<TimedDirective> all;
-  for (const BusConfig& bus : scenario.robot) {
-    all.insert(all.end(), bus.events.begin(), bus.events.end());
-  }
+/// A clear has to mean something that the robot's events or the scenario's set on its bus. Those of
+/// a robot that runs already are `running`'s.
+void check_clears(std::vector<TableReader>& events, const Scenario& scenario,
+                  const std::vector<BusConfig>& running) {
   for (TableReader& event : events) {
-    if (event.is_text("clear")) check_clear(event, *event.text("clear"), all);
+    if (!event.is_text("clear")) continue;
+    const std::size_t bus = read_bus_of(event, scenario.robot, std::nullopt);
+    std::vector<TimedDirective> all;
+    if (!running.empty()) all = running[bus].events;
+    const auto& planned = scenario.robot[bus].events;
+    all.insert(all.end(), planned.begin(), planned.end());
+    check_clear(event, *event.text("clear"), all);
   }
 }
 
@@ -63,8 +67,9 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
   }
 }
 
-/// All but the robot.
-void read_course(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
+/// All but the robot; `running` are its buses when they run already.
+void read_course(TableReader& reader, const ScenarioFiles& files,
+                 const std::vector<BusConfig>& running, Scenario& scenario) {
   for (BusConfig& bus : scenario.robot) {
     // What the robot's own file has planned for later does not belong to this.
     std::erase_if(bus.events,
@@ -72,10 +77,10 @@ void read_course(TableReader& reader, const ScenarioFiles& files, Scenario& scen
   }
   auto events = reader.tables("event");
   for (auto& event : events) read_event(event, scenario);
-  check_clears(events, scenario);
   for (BusConfig& bus : scenario.robot) {
     std::ranges::stable_sort(bus.events, {}, &TimedDirective::at);
   }
+  check_clears(events, scenario, running);
   for (auto& send : reader.tables("send")) {
     for (HostSend& one : read_send(send, scenario, files)) {
       scenario.sends.push_back(std::move(one));
@@ -140,7 +145,7 @@ Scenario parse_scenario(const std::string& text, const std::string& file,
   read_head(reader, file, scenario);
   read_robot(reader, seed, files, scenario);
   check_head(reader);
-  read_course(reader, files, scenario);
+  read_course(reader, files, {}, scenario);
   reader.finish();
   return scenario;
 }
@@ -157,7 +162,7 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
   for (BusConfig& bus : scenario.robot) bus.events.clear();
   take_names_of_robot(reader, files, scenario);
   check_head(reader);
-  read_course(reader, files, scenario);
+  read_course(reader, files, running, scenario);
   reader.finish();
   for (std::size_t n = 0; n < running.size(); ++n) {
     scenario.robot[n].interface = running[n].interface;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile_fields.hpp"
 
@@ -189,11 +190,9 @@ void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& serv
       read_fields<Registers>(settings, row_of(p), Presence::kRequired, servo.rom);
     }
   }
-  const int wire_bits = std::min(servo.profile.drive.encoder.bits, 16);
-  if (servo.rom.encoder_offset >= (1 << wire_bits) && settings.has("encoder_offset")) {
-    settings.fail("encoder_offset", "does not fit the encoder of this motor (" +
-                                        std::to_string(wire_bits) + " bit on the wire)");
-  }
+  // What the configuration says has been looked at there.
+  const std::string problem = offset_problem(servo.rom.encoder_offset, servo.profile.drive.encoder);
+  if (!problem.empty()) settings.fail("encoder_offset", problem);
   settings.finish();
 }
 

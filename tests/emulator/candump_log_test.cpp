@@ -88,6 +88,23 @@ TEST(CandumpLog, SaysWhatIsWrong) {
   EXPECT_EQ(problem("(1.0) a 141#R9"), "\"R9\" asks for no 0 to 8 bytes");
 }
 
+TEST(CandumpLog, AStampIsWholeSecondsAndDecimalsInParentheses) {
+  EXPECT_EQ(parse_candump_stamp("(12.50)"), 12'500ms);
+  for (const char* stamp :
+       {"(12345)", "(1.50", "1.500)", "(.50)", "(10.)", "(a.50)", "(1x.50)", "(-1.50)", "(1.x00)",
+        "(1.5x0)", "(1.-50)", "(+1.50)", "(9223372036854775808.0)"}) {
+    EXPECT_EQ(parse_candump_stamp(stamp), std::nullopt) << stamp;
+  }
+}
+
+TEST(CandumpLog, AnyBlanksStandBetweenWords) {
+  const CandumpLine line = parsed(" (1.0)\tvcan0 \t141#9C\tT ");
+  EXPECT_EQ(line.at, 1s);
+  EXPECT_EQ(line.interface, "vcan0");
+  EXPECT_EQ(frame_text(line.frame), "141#9C");
+  EXPECT_EQ(line.direction, CandumpLine::Direction::kSent);
+}
+
 TEST(CandumpLog, ReadsAWholeLogAndNamesTheLineOfAMistake) {
   const auto log = parse_candump_log("(1.0) a 141#9C\n\n(2.0) b 142#9C\r\n", "x.log");
   ASSERT_EQ(log.size(), 2U);
@@ -105,9 +122,11 @@ TEST(CandumpLog, WritesWhatItReads) {
     const CandumpLine read = parsed(line);
     EXPECT_EQ(candump_line(read.at, read.interface, read.frame), line);
   }
-  const CandumpLine sent = parsed("(0000000001.500000) a 141#A1 T");
-  EXPECT_EQ(candump_line(sent.at, sent.interface, sent.frame, sent.direction),
-            "(0000000001.500000) a 141#A1 T");
+  for (const std::string line :
+       {"(0000000001.500000) a 141#A1 T", "(0000000001.500000) a 141#A1 R"}) {
+    const CandumpLine read = parsed(line);
+    EXPECT_EQ(candump_line(read.at, read.interface, read.frame, read.direction), line);
+  }
   // A stamp is cut, not rounded: a frame never seems later than one that came after it.
   EXPECT_EQ(candump_line(1999ns, "a", parsed("(1.0) a 141#9C").frame),
             "(0000000000.000001) a 141#9C");

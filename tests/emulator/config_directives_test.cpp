@@ -7,7 +7,6 @@
 #include <map>
 
 #include "emulator/core/bus.hpp"
-#include "emulator/core/fault_table.hpp"
 #include "emulator/core/signals.hpp"
 #include "tests/emulator/config_support.hpp"
 
@@ -27,184 +26,10 @@ std::vector<TimedDirective> events_of(const std::string& keys) {
 
 std::string error_of(const std::string& keys) { return parse_error(kBus + keys); }
 
-Fault only_fault(const std::string& keys) {
-  const auto events = events_of("at_s = 1\n" + keys);
-  EXPECT_EQ(events.size(), 1U) << keys;
-  EXPECT_EQ(events[0].directive.id, kWholeBus);
-  return std::get<SetFault>(events[0].directive.what).fault;
-}
-
 Condition only_condition(const std::string& keys) {
   const auto events = events_of(keys + "\nmark = \"now\"");
   EXPECT_EQ(events.size(), 1U) << keys;
   return events[0].when.value();
-}
-
-// --- faults
-// ---------------------------------------------------------------------------------------------
-
-TEST(Vocabulary, EveryKindIsReadWithAllThatItTakes) {
-  for (const FaultRow& row : fault_table()) {
-    std::string table = "{ kind = \"" + std::string(row.word) + "\", name = \"it\"";
-    std::array<double, kMostFaultParams> expected{};
-    for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
-      const FaultParam& param = row.params[n];
-      table += ", " + std::string(param.word) + " = ";
-      if (param.choices.empty()) {
-        expected[n] = param.word == "max_deg" ? 5 : param.max;  // its largest is none
-        const auto whole = static_cast<long long>(expected[n]);
-        table += static_cast<double>(whole) == expected[n] ? std::to_string(whole)
-                                                           : std::to_string(expected[n]);
-      } else {  // the last of the words
-        const std::string words(param.choices);
-        expected[n] = static_cast<double>(std::count(words.begin(), words.end(), ' '));
-        table.append("\"").append(words, words.rfind(' ') + 1).append("\"");
-      }
-    }
-    if (row.per_frame) table += ", probability = 0.25";
-    table +=
-        row.momentary ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
-    // Play is of gears, which none of these drives has.
-    if (row.kind == FaultKind::kBacklash) continue;
-    const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table);
-    EXPECT_EQ(fault.kind, row.kind);
-    EXPECT_EQ(fault.name, "it");
-    EXPECT_EQ(fault.ids, row.of_bus ? std::vector<int>{} : std::vector{5}) << row.word;
-    EXPECT_EQ(fault.values, expected) << row.word;
-    EXPECT_EQ(fault.probability, row.per_frame ? 0.25 : 1.0);
-    EXPECT_EQ(fault.duration, row.momentary ? std::nullopt : std::optional<SimTime>(500ms));
-    EXPECT_EQ(fault.every, 2s);
-    EXPECT_EQ(fault.times, 3);
-  }
-}
-
-TEST(Vocabulary, WhatAFaultDoesNotSayIsAsTheTableHasIt) {
-  const Fault jam = only_fault("fault = \"jam\"");
-  EXPECT_EQ(jam.kind, FaultKind::kJam);
-  EXPECT_EQ(jam.ids, (std::vector{2, 5, 7}));
-  EXPECT_EQ(jam.values[0], 100);
-  EXPECT_EQ(jam.name, "");
-  EXPECT_EQ(jam.duration, std::nullopt);
-  EXPECT_EQ(jam.every, std::nullopt);
-  EXPECT_EQ(jam.times, 0);
-  EXPECT_EQ(only_fault("fault = { kind = \"reboot_loop\" }").values,
-            (std::array<double, kMostFaultParams>{1000, 200, 0}));
-  EXPECT_EQ(only_fault("fault = { kind = \"rom_damaged\" }").values[0], kRomParameters);
-  EXPECT_EQ(only_fault("ids = \"5,2\"\nfault = \"hang\"").ids, (std::vector{2, 5}));
-}
-
-TEST(Vocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
-  const std::map<std::string, RomParameter> words = {
-      {"gains", RomParameter::kGains},
-      {"acceleration", RomParameter::kAcceleration},
-      {"encoder_offset", RomParameter::kEncoderOffset},
-      {"max_torque_current", RomParameter::kMaxTorqueCurrent},
-      {"max_power", RomParameter::kMaxPower},
-      {"max_speed", RomParameter::kMaxSpeed},
-      {"max_angle", RomParameter::kMaxAngle},
-      {"current_ramp", RomParameter::kCurrentRamp},
-      {"broadcast_mode", RomParameter::kBroadcastMode},
-      {"protections", RomParameter::kProtections}};
-  for (const auto& [word, parameter] : words) {
-    for (const std::string kind : {"rom_damaged", "ram_flipped"}) {
-      if (kind == "ram_flipped" && parameter == RomParameter::kProtections) continue;
-      // MS drives only are limited by it.
-      if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
-      const Fault fault =
-          only_fault("id = 5\nfault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
-      EXPECT_EQ(fault.values[0], static_cast<double>(parameter)) << kind << ' ' << word;
-    }
-  }
-}
-
-TEST(Vocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
-  EXPECT_THROW(only_fault("id = 5\nfault = { kind = \"ram_flipped\", parameter = \"max_power\" }"),
-               ConfigError);
-}
-
-TEST(Vocabulary, WhatIsCountedTakesNoFractions) {
-  for (const char* fault :
-       {"{ kind = \"wrong_dlc\", dlc = 2.5 }", "{ kind = \"duplicate\", copies = 1.5 }",
-        "{ kind = \"babbling\", can_id = 1.9 }"}) {
-    EXPECT_THROW(only_fault(std::string("id = 5\nfault = ") + fault), ConfigError) << fault;
-  }
-}
-
-TEST(Vocabulary, AFaultNeedsAGearWithPlayForBacklash) {
-  const std::string geared =
-      "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\nmotor = \"mg4005\"\n"
-      "profile.mechanics = { backlash_arcmin = 10, gear_stiffness_Nm_rad = 500, "
-      "gear_damping_Nm_s_rad = 1, J_out_g_cm2 = 10 }\n"
-      "[[bus.event]]\nat_s = 1\nfault = { kind = \"backlash\", factor = 3 }";
-  const auto events = parse(geared)[0].events;
-  ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], 3);
-}
-
-TEST(Vocabulary, MistakesOfFaults) {
-  const std::string wrong = "robot.toml:11: bus.event.fault";
-  const std::map<std::string, std::string> errors = {
-      {"fault = \"jamm\"", wrong + ": \"jamm\" is unknown, did you mean jam?"},
-      {"fault = { kind = \"encoder_stuk\" }",
-       wrong + ".kind: \"encoder_stuk\" is unknown, did you mean encoder_stuck?"},
-      {"fault = { kind = \"qqqqqqqq\" }", wrong + ".kind: \"qqqqqqqq\" is unknown"},
-      {"fault = {}", wrong + ".kind: missing"},
-      {"fault = { kid = \"jam\" }", wrong + ".kid: unknown key, did you mean kind?"},
-      {"fault = 3", wrong + ": must be a table"},
-      {"fault = \"end_stop\"", wrong + ": end_stop needs min_deg or max_deg"},
-      {"fault = { kind = \"end_stop\", for_s = 1 }", wrong + ": end_stop needs min_deg or max_deg"},
-      {"fault = \"sag\"", wrong + ": needs to_V: { kind = \"sag\", to_V = … }"},
-      {"fault = { kind = \"sag\" }", wrong + ".to_V: missing"},
-      {"fault = { kind = \"sag\", to_v = 3 }", wrong + ".to_v: unknown key, did you mean to_V?"},
-      {"fault = { kind = \"sag\", to_V = 101 }", wrong + ".to_V: 101 is out of range (0 to 100)"},
-      {"fault = { kind = \"sag\", to_V = nan }", wrong + ".to_V: nan is out of range (0 to 100)"},
-      {"fault = { kind = \"phase_open\", phase = \"d\" }",
-       wrong + ".phase: \"d\" is none of a, b, c"},
-      {"fault = { kind = \"phase_open\", side = \"high\" }", wrong + ".side: unknown key"},
-      {"fault = { kind = \"jam\", probability = 0.5 }",
-       wrong + ".probability: jam does not act on frames"},
-      {"fault = { kind = \"drop\", probability = 1.5 }",
-       wrong + ".probability: 1.5 is out of range (0 to 1)"},
-      {"fault = { kind = \"reset\", for_s = 1 }",
-       wrong + ".for_s: reset is done at once and takes no time"},
-      {"fault = { kind = \"jam\", for_s = 0 }",
-       wrong + ".for_s: must be above 0; leave it out for a fault that stays"},
-      {"fault = { kind = \"jam\", for_s = 1e-10 }",
-       wrong + ".for_s: must be above 0; leave it out for a fault that stays"},
-      {"fault = { kind = \"jam\", for_s = -1 }",
-       wrong + ".for_s: -1 is out of range (0 to 100000000)"},
-      {"fault = { kind = \"jam\", every_s = 1 }",
-       wrong + ".every_s: needs for_s: how long it lasts each time"},
-      {"fault = { kind = \"jam\", for_s = 1, every_s = 1 }",
-       wrong + ".every_s: must be longer than it lasts each time"},
-      {"fault = { kind = \"reset\", every_s = 0.0001 }",
-       wrong + ".every_s: must be at least 0.001"},
-      {"fault = { kind = \"reset\", every_s = 0 }", wrong + ".every_s: must be at least 0.001"},
-      {"fault = { kind = \"jam\", for_s = 1, times = 3 }", wrong + ".times: belongs to every_s"},
-      {"fault = { kind = \"jam\", for_s = 1, every_s = 2, times = 0 }",
-       wrong + ".times: 0 is out of range (1 to 1000000000)"},
-      {"fault = { kind = \"jam\", for_s = 1, every_s = 2, times = 1.5 }",
-       wrong + ".times: must be a whole number"},
-      {"fault = { kind = \"jam\", name = \"all\" }", wrong + ".name: \"all\" means all faults"},
-      {"fault = { kind = \"jam\", name = \"hang\" }",
-       wrong + ".name: is the word for another kind"},
-      {"fault = { kind = \"jam\", name = \"" + std::string(65, 'x') + "\" }",
-       wrong + ".name: is longer than 64 bytes"},
-      {"fault = { kind = \"jam\", name = \"a\\nb\" }",
-       wrong + ".name: must be one line without control characters"},
-      {"ids = \"2,7\"\nfault = { kind = \"current_gain\", gain = 2 }",
-       "robot.toml:12: bus.event.fault: current_gain: drive 7 has no current sensors (MS series)"},
-      {"id = 7\nfault = \"current_stuck\"",
-       "robot.toml:12: bus.event.fault: current_stuck: drive 7 has no current sensors (MS series)"},
-      {"id = 2\nfault = { kind = \"backlash\", factor = 2 }",
-       "robot.toml:12: bus.event.fault: backlash: drive 2 has no gear with play"},
-      {"id = 2\nfault = \"error_frames\"",
-       "robot.toml:11: bus.event.id: error_frames is of the bus as a whole"},
-      {"ids = \"2,5\"\nfault = \"error_frames\"",
-       "robot.toml:11: bus.event.ids: error_frames is of the bus as a whole"},
-      {"id = 3\nfault = \"jam\"", "robot.toml:11: bus.event.id: no drive 3 on this bus"},
-  };
-  for (const auto& [keys, error] : errors) EXPECT_EQ(error_of("at_s = 1\n" + keys), error) << keys;
 }
 
 // --- what else is of the bus as a whole, and settings
@@ -244,6 +69,8 @@ TEST(Vocabulary, MistakesOfClearAndMark) {
       {"id = 2\nclear = \"all\"", "robot.toml:11: bus.event.id: clear is of the bus as a whole"},
       {"id = 2\nmark = \"x\"", "robot.toml:11: bus.event.id: mark is of the bus as a whole"},
       {"mark = \"a\\u001Bb\"",
+       "robot.toml:11: bus.event.mark: must be one line without control characters"},
+      {"mark = \"a\\u007Fb\"",
        "robot.toml:11: bus.event.mark: must be one line without control characters"},
       {"mark = \"" + std::string(1001, 'x') + "\"",
        "robot.toml:11: bus.event.mark: is longer than 1000 bytes"},
@@ -330,8 +157,9 @@ TEST(Vocabulary, EveryCondition) {
         only_condition("when = { id = 2, error = \"" + std::string(errors[n]) + "\" }");
     EXPECT_EQ(std::get<ErrorSet>(when.what).error, static_cast<model::Error>(n));
   }
-  const std::map<std::string, int> commands = {
-      {"0xA4", 0xA4}, {"\"0xA4\"", 0xA4}, {"\"0xa4\"", 0xA4}, {"164", 164}, {"\"164\"", 164}};
+  const std::map<std::string, int> commands = {{"0xA4", 0xA4},     {"\"0xA4\"", 0xA4},
+                                               {"\"0xa4\"", 0xA4}, {"\"0XA4\"", 0xA4},
+                                               {"164", 164},       {"\"164\"", 164}};
   for (const auto& [text, byte] : commands) {
     const auto seen = std::get<CommandSeen>(
         only_condition("when = { id = 2, command = " + text + ", count = 3 }").what);
@@ -376,6 +204,10 @@ TEST(Vocabulary, MistakesOfConditions) {
        place + ".command: \"A4\" is no command byte; write 0xA4 or \"0xA4\""},
       {"id = 2, command = \"0x\"",
        place + ".command: \"0x\" is no command byte; write 0xA4 or \"0xA4\""},
+      {"id = 2, command = \"0xA4 \"",
+       place + ".command: \"0xA4 \" is no command byte; write 0xA4 or \"0xA4\""},
+      {"id = 2, command = \"1A4\"",
+       place + ".command: \"1A4\" is no command byte; write 0xA4 or \"0xA4\""},
       {"id = 2, command = \"0x1A4\"",
        place + ".command: \"0x1A4\" is no command byte; write 0xA4 or \"0xA4\""},
       {"id = 2, command = \"\"",
@@ -387,6 +219,10 @@ TEST(Vocabulary, MistakesOfConditions) {
   }
   EXPECT_EQ(error_of("when = \"now\"\npower = \"off\""), place + ": must be a table");
   EXPECT_EQ(error_of("power = \"off\""), "robot.toml:9: bus.event.at_s: missing");
+  EXPECT_EQ(error_of("when = { id = 2, error = \"stall\" }"),
+            place +
+                ": an event needs an action: power, supply_V, sag_to_V, ambient_C, load, "
+                "turn_deg, settings, fault, clear or mark");
 }
 
 TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
@@ -452,6 +288,15 @@ TEST(Vocabulary, MistakesOfATableInMemoryHaveNoLine) {
       "fault, clear or mark";
   EXPECT_EQ(error(toml::table{}, Timing::kNow), "request: " + needs);
   EXPECT_EQ(error(toml::table{{"at_s", 1}}, Timing::kOptional), "request: at_s: " + needs);
+}
+
+TEST(Vocabulary, AMistakeOfATableAsAWholeHasItsPathAndItsLine) {
+  const toml::table document = parse_toml("seed = 1\n[a.b]\nc = 2\n", "robot.toml");
+  TableReader top(document, "robot.toml", "");
+  const TableReader inner = *top.table("a")->table("b");
+  EXPECT_EQ(config_error([&] { inner.fail("", "is odd"); }), "robot.toml:2: a.b: is odd");
+  EXPECT_EQ(config_error([&] { inner.fail("c", "is odd"); }), "robot.toml:3: a.b.c: is odd");
+  EXPECT_EQ(config_error([&] { top.fail("", "is odd"); }), "robot.toml:1: is odd");
 }
 
 }  // namespace

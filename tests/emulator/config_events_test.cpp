@@ -78,6 +78,31 @@ TEST(ConfigEvents, GoWithTheDrivesThatTheCommandLineLeaves) {
   EXPECT_EQ(bus.events[0].directive.id, 5);
 }
 
+TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
+  Overrides overrides;
+  overrides.buses.push_back({"vcan0", std::vector{5, 6}});
+  const auto bus = parse(
+      kBus +
+          "at_s = 1\nfault = { kind = \"jam\", name = \"of both\" }\n"
+          "[[bus.event]]\nat_s = 2\nid = 2\nfault = { kind = \"jam\", name = \"gone\" }\n"
+          "[[bus.event]]\nat_s = 3\nfault = { kind = \"error_frames\", name = \"of the bus\" }\n"
+          "[[bus.event]]\nat_s = 4\nmark = \"now\"\n"
+          "[[bus.event]]\nat_s = 5\nwhen = { id = 2, error = \"stall\" }\nmark = \"never\"\n"
+          "[[bus.event]]\nat_s = 6\nwhen = { id = 5, error = \"stall\" }\nmark = \"perhaps\"\n"
+          "[[bus.event]]\nat_s = 7\nid = 2\nwhen = { id = 5, error = \"stall\" }\npower = "
+          "\"off\"\n",
+      overrides)[0];
+  ASSERT_EQ(bus.events.size(), 4U);
+  const auto fault = [&](std::size_t n) {
+    return std::get<SetFault>(bus.events[n].directive.what).fault;
+  };
+  EXPECT_EQ(fault(0).name, "of both");
+  EXPECT_EQ(fault(0).ids, std::vector{5});
+  EXPECT_EQ(fault(1).name, "of the bus");
+  EXPECT_EQ(std::get<Mark>(bus.events[2].directive.what).text, "now");
+  EXPECT_EQ(std::get<Mark>(bus.events[3].directive.what).text, "perhaps");
+}
+
 TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"ambient_C = 1", "robot.toml:6: bus.event.at_s: missing"},

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "emulator/config/config_quirks.hpp"
 #include "emulator/core/bus.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/units.hpp"
@@ -74,6 +75,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
     change(expected);
     EXPECT_NE(expected, Quirks{}) << line;
     EXPECT_EQ(drive_of("quirks." + line).quirks, expected) << line;
+    EXPECT_EQ(switches_beside(Generation::kLegacy, expected), std::vector{line});
   }
   Quirks open_loop;
   open_loop.dialect.open_loop_command = true;
@@ -89,6 +91,32 @@ TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
   expected.dialect.pid_commands = true;
   expected.dialect.wide_single_turn = false;
   EXPECT_EQ(drive.quirks, expected);
+}
+
+TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
+  for (const std::string name : {"legacy", "v235", "v236"}) {
+    const ServoConfig drive = drive_of("generation = \"" + name + "\"");
+    EXPECT_EQ(generation_name(drive.generation), name);
+    EXPECT_EQ(switches_beside(drive.generation, drive.quirks), std::vector<std::string>{});
+  }
+}
+
+// Where the columns of docs/configuration.md differ.
+TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(
+      switches_beside(Generation::kV236, quirks_of(Generation::kLegacy)),
+      (Lines{"state_1 = \"decivolt\"", "single_turn_bits = 16", "single_turn_target_bits = 16",
+             "pid_commands = true", "offset_command = true", "open_loop_command = false",
+             "speed_iq_limit = false", "brake_command = false", "parameter_commands = false",
+             "multi_drive_more = false", "all_error_bits = false", "clear_angle = \"ignored\"",
+             "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
+             "phase_current_scale = \"manual\"", "run_resumes = true"}));
+  EXPECT_EQ(switches_beside(Generation::kV235, quirks_of(Generation::kV236)),
+            (Lines{"state_1 = \"centivolt_and_bus_current\"", "offset_command = false",
+                   "speed_iq_limit = true", "brake_command = true", "parameter_commands = true",
+                   "multi_drive_more = true", "clear_angle = \"sets_angle\"",
+                   "phase_current_scale = \"series\""}));
 }
 
 TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {

@@ -182,6 +182,13 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
             "factory.protection.stall.recoverable: missing");
   EXPECT_EQ(spoilt("voltage_min_V = 12", "voltage_min_V = 40"),
             "rating.voltage_min_V: must not be above voltage_max_V");
+  EXPECT_EQ(spoilt("over_voltage = { enabled = false, threshold_V = 60.0",
+                   "over_voltage = { enabled = true, threshold_V = 7.0"),
+            "factory.protection.over_voltage.threshold_V: over-voltage at 7 V must be above "
+            "under-voltage at 7 V: one of them would always be there");
+  EXPECT_EQ(spoilt("model = ", "# "), "model: missing");
+  EXPECT_EQ(spoilt(good.substr(good.find("[factory.protection]")), ""),
+            "factory.protection: missing");
   EXPECT_EQ(spoilt("[thermal]", "[brake]\ntau_mNm = 500\n[thermal]"), "brake.engage_ms: missing");
 }
 

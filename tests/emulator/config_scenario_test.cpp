@@ -50,6 +50,7 @@ const ScenarioFiles kFiles{
         },
     .text = [](const std::string& name) -> std::string {
       if (name == "bad.log") return "rubbish";
+      if (name == "drives.log") return "(1.000000) can0 141#9C00000000000000 R\n";
       if (name == "far.log") {  // 292 years
         return "(0.000000) can0 141#9C00000000000000\n(9223372035.900000) can0 "
                "141#8000000000000000\n";
@@ -105,6 +106,14 @@ TEST(ScenarioFile, HasARobotItsEventsAndItsOwn) {
   EXPECT_TRUE(scenario.robot[1].events.empty());
 }
 
+TEST(ScenarioFile, IsCalledLikeItsFile) {
+  const auto name_of = [](const std::string& file) {
+    return parse_scenario(std::string(kHead) + kExpect, file, std::nullopt, kFiles).name;
+  };
+  EXPECT_EQ(name_of("kick.toml"), "kick");
+  EXPECT_EQ(name_of("../a.toml/kick"), "kick");
+}
+
 TEST(ScenarioFile, SeedOfTheCommandLineWins) {
   const std::string text = kHead + std::string("seed = 7\nbitrate = 0\n") + kExpect;
   EXPECT_EQ(parse_scenario(text, "k.toml", std::nullopt, kFiles).robot[0].seed, 7U);
@@ -126,6 +135,11 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
             "dir/kick.toml:5: event.bus: \"can7\" is none of vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 9\ncommand = \"off\"\n"),
             "dir/kick.toml:5: send.id: no drive 9 on any bus");
+  EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 1\nbus = \"vcan1\"\ncommand = \"off\"\n"),
+            "dir/kick.toml:5: send.id: no drive 1 on this bus");
+  // An identifier of 29 bits is no drive's, whatever its number.
+  EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"00000144#80\"\n"),
+            "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
 }
 
 // Bytes by hand from the tables of docs/protocol.md.
@@ -155,12 +169,14 @@ TEST(ScenarioFile, CommandsInWordsAreTheDrivesOwnBytes) {
   EXPECT_EQ(frame_of(one + "\"position_5\"\nturn_deg = -1"), "141#A70000009CFFFFFF");
   EXPECT_EQ(frame_of(one + "\"position_6\"\nturn_deg = 360\nmax_speed_dps = 500"),
             "141#A800F401A08C0000");
+  EXPECT_EQ(frame_of(one + "\"clear_angle\""), "141#9500000000000000");
   // A drive of v236 has other currents, an iq limit in 0xA2, and a brake: 66 A / 4096 an LSB.
   const std::string two = "bus = \"vcan0\"\nid = 2\ncommand = ";
   EXPECT_EQ(frame_of(two + "\"torque\"\niq_A = 1.611328125"), "142#A100000064000000");
   EXPECT_EQ(frame_of(two + "\"speed\"\nspeed_dps = 100\niq_limit_A = 1.611328125"),
             "142#A200640010270000");
   EXPECT_EQ(frame_of(two + "\"brake\"\nbrake = \"release\""), "142#8C01000000000000");
+  EXPECT_EQ(frame_of(two + "\"clear_angle\"\nangle_deg = 90"), "142#9500000028230000");
   EXPECT_EQ(frame_of("frame = \"141#A4002C0150C30000\""), "141#A4002C0150C30000");
 }
 
@@ -188,6 +204,8 @@ TEST(ScenarioFile, PlaysWhatALogsHostSaid) {
             "dir/kick.toml:4: send.play: cannot read none.log");
   EXPECT_EQ(mistake("[[send]]\nplay = \"back.log\"\nbus = \"vcan0\"\n"),
             "dir/kick.toml:4: send.play: the times of back.log go back");
+  EXPECT_EQ(mistake("[[send]]\nplay = \"drives.log\"\nbus = \"vcan0\"\n"),
+            "dir/kick.toml:4: send.play: drives.log has no frame of a host to play");
   EXPECT_EQ(parsed("[[send]]\nplay = \"far.log\"\nfrom_s = 2\nbus = \"vcan0\"\n").sends.size(), 1U)
       << "what comes after the end is left out";
 }
@@ -231,6 +249,22 @@ TEST(ScenarioFile, MistakesOfEvents) {
             "dir/kick.toml:6: event.fault: ");
 }
 
+TEST(ScenarioFile, AClearMeansAFaultOfItsBus) {
+  const auto cleared = [](const std::string& bus, const std::string& which) {
+    return mistake("[[event]]\nat_s = 2\nbus = \"" + bus + "\"\nclear = \"" + which +
+                   "\"\n[[event]]\nat_s = 1\nid = 1\nfault = { kind = \"hang\", name = \"deaf\" "
+                   "}\n[[event]]\nat_s = 1\nid = 4\nfault = \"jam\"\n");
+  };
+  for (const char* which : {"all", "deaf", "hang"}) EXPECT_EQ(cleared("vcan0", which), "accepted");
+  EXPECT_EQ(cleared("vcan1", "jam"), "accepted");
+  const std::string none = "dir/kick.toml:6: event.clear: no fault is called ";
+  EXPECT_EQ(cleared("vcan0", "deaff"),
+            none + "\"deaff\", and none is of that kind; did you mean deaf?");
+  EXPECT_EQ(cleared("vcan1", "deaf"), none + "\"deaf\", and none is of that kind");
+  EXPECT_EQ(mistake("[[event]]\nat_s = 2\nbus = \"vcan0\"\nclear = 1\n"),
+            "dir/kick.toml:6: event.clear: must be a string");
+}
+
 TEST(ScenarioFile, MistakesOfSends) {
   const auto send = [](const std::string& text) { return mistake("[[send]]\n" + text); };
   EXPECT_EQ(send("id = 1\ncommand = \"off\"\n"), "dir/kick.toml:3: send.at_s: missing");
@@ -257,6 +291,27 @@ TEST(ScenarioFile, MistakesOfSends) {
             "dir/kick.toml:7: send.every_s: must be at least 0.00001; no bus carries more");
   EXPECT_EQ(send("at_s = 3\nid = 1\ncommand = \"off\"\nevery_s = 1\nuntil_s = 2\n"),
             "dir/kick.toml:8: send.until_s: is before at_s");
+  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"off\"\nevery_s = 1\nuntil_s = 2\ntimes = 2\n"),
+            "dir/kick.toml:8: send.until_s: does not go together with times");
+  EXPECT_EQ(send("at_s = 1\nframe = 141\n"), "dir/kick.toml:5: send.frame: must be a string");
+}
+
+TEST(ScenarioFile, MistakesOfCommandsInWords) {
+  const auto command = [](const std::string& text) {
+    return mistake("[[send]]\nat_s = 1\nid = 1\ncommand = " + text);
+  };
+  const std::string place = "dir/kick.toml:3: send.";
+  EXPECT_EQ(command("\"position_2\"\nangle_deg = 1\n"), place + "max_speed_dps: missing");
+  EXPECT_EQ(command("\"position_3\"\nangle_deg = 1\n"), place + "direction: missing");
+  EXPECT_EQ(command("\"brake\"\n"), place + "brake: missing");
+  EXPECT_EQ(command("\"torque\"\niq_A = 1\niq_lsb = 1\n"),
+            "dir/kick.toml:8: send.iq_lsb: does not go together with iq_A");
+  EXPECT_EQ(command("\"clear_angle\"\nangle_deg = 1\n"),
+            "dir/kick.toml:7: send.angle_deg: unknown key");
+  EXPECT_EQ(command("\"\"\n"),
+            "dir/kick.toml:6: send.command: \"\" is no command byte; write 0xA4 or \"0xA4\"");
+  EXPECT_EQ(command("\"-off\"\n"),
+            "dir/kick.toml:6: send.command: \"-off\" is unknown, did you mean off?");
 }
 
 TEST(ScenarioFile, MistakesOfExpectations) {
@@ -279,8 +334,12 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:6: expect.min: belongs to signal");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nset = true"),
             "k.toml:6: expect.set: belongs to error");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 1\nby_s = 2"),
-            "k.toml:6: expect.at_s: does not go together with by_s, from_s and to_s");
+  for (const char* other : {"by_s", "from_s", "to_s"}) {
+    EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 1\n" + std::string(other) + " = 2"),
+              "k.toml:6: expect.at_s: does not go together with by_s, from_s and to_s");
+  }
+  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nfrom_s = 1\nto_s = 3\nby_s = 2"),
+            "k.toml:8: expect.by_s: does not go together with to_s");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nto_s = 1"),
             "k.toml:6: expect.to_s: needs from_s");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nfrom_s = 2\nto_s = 1"),
@@ -291,8 +350,14 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:6: expect.at_s: is after the end of the scenario, 10 s");
   EXPECT_EQ(expect_mistake("id = 1\nreply = {}\nat_s = 1"),
             "k.toml:6: expect.at_s: replies take a while: use from_s and to_s, or by_s");
-  EXPECT_EQ(expect_mistake("id = 1\nreply = { count = 1, min_count = 1 }"),
-            "k.toml:5: expect.reply.count: does not go together with min_count and max_count");
+  for (const char* other : {"min_count", "max_count"}) {
+    EXPECT_EQ(expect_mistake("id = 1\nreply = { count = 1, " + std::string(other) + " = 1 }"),
+              "k.toml:5: expect.reply.count: does not go together with min_count and max_count");
+  }
+  EXPECT_EQ(expect_mistake("id = 1\nreply = { min_count = 2, max_count = 1 }"),
+            "k.toml:5: expect.reply.max_count: is below min_count");
+  EXPECT_EQ(expect_mistake("id = 1\nreply = { field = \"iq_A\" }"),
+            "k.toml:5: expect.reply.field: needs min, max or both");
   EXPECT_EQ(expect_mistake("id = 1\nreply = { min = 1 }"),
             "k.toml:5: expect.reply.field: missing: what are min and max of?");
   EXPECT_EQ(expect_mistake("id = 1\nno_reply = { count = 1 }").substr(0, 30),
@@ -322,6 +387,58 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnOtherInterfaces) {
       "k.toml", running, kFiles);
   EXPECT_EQ(scenario.robot[1].interface, "can6");
   EXPECT_EQ(scenario.robot[1].events.size(), 1U);
+}
+
+TEST(ScenarioFile, ALiveOnesBusesAreMatchedByNameWhereItIsThere) {
+  auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
+  std::swap(running[0], running[1]);
+  const std::string event = "[[event]]\nat_s = 1\nbus = \"vcan1\"\nid = 3\npower = \"off\"\n";
+  const Scenario scenario = parse_live_scenario(kHead + event + kExpect, "k.toml", running, kFiles);
+  EXPECT_EQ(scenario.robot[0].interface, "vcan1");
+  EXPECT_EQ(scenario.robot[0].events.size(), 1U);
+  EXPECT_TRUE(scenario.robot[1].events.empty());
+}
+
+TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
+  auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
+  running.pop_back();
+  running[0].interface = "can5";
+  EXPECT_EQ(config_error([&] {
+              parse_live_scenario(kHead +
+                                      std::string("[[event]]\nat_s = 1\nbus = \"vcan0\"\nid "
+                                                  "= 1\npower = \"off\"\n") +
+                                      kExpect,
+                                  "k.toml", running, kFiles);
+            }),
+            "k.toml:5: event.bus: \"vcan0\" is none of can5");
+}
+
+// The same file runs offline and against a real host.
+TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
+  const std::string robot =
+      std::string(kRobot) +
+      "[[bus.event]]\nat_s = 1\nfault = { kind = \"jam\", name = \"rust\" }\n";
+  const auto running = parse_config(robot, "dog.toml", {}, find_test_profile);
+  ScenarioFiles files = kFiles;
+  files.robot = [&](const std::string&, const Overrides&) { return running; };
+  const auto error = [&](const std::string& clear) {
+    const std::string text = kHead + std::string("[[event]]\nat_s = 2\n") + clear + kExpect;
+    const std::string offline =
+        config_error([&] { parse_scenario(text, "k.toml", std::nullopt, files); });
+    EXPECT_EQ(config_error([&] { parse_live_scenario(text, "k.toml", running, files); }), offline);
+    return offline;
+  };
+  EXPECT_EQ(error("bus = \"vcan1\"\nclear = \"rust\""), "accepted");
+  EXPECT_EQ(error("bus = \"vcan0\"\nclear = \"rust\""),
+            "k.toml:6: event.clear: no fault is called \"rust\", and none is of that kind");
+}
+
+TEST(ScenarioFile, ALiveOneNeedsNoRobot) {
+  const auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
+  const Scenario scenario =
+      parse_live_scenario(std::string("duration_s = 2\n") + kExpect, "k.toml", running, kFiles);
+  EXPECT_EQ(scenario.expectations.size(), 1U);
+  EXPECT_EQ(scenario.robot.size(), 2U);
 }
 
 }  // namespace

@@ -137,6 +137,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
        "robot.toml:1: sead: unknown key, did you mean seed?"},
       {"bitrate = 2000000",
        "robot.toml:1: bitrate: 2000000 is out of range (0, or 10000 to 1000000 bit/s)"},
+      {bus + "bitrate = 9999",
+       "robot.toml:3: bus.bitrate: 9999 is out of range (0, or 10000 to 1000000 bit/s)"},
       {bus, "robot.toml:1: bus.drive: missing"},
       {"[[bus]]\n[[bus.drive]]\nid = 1", "robot.toml:1: bus.interface: missing"},
       {"[[bus]]\ninterface = \"a/b\"", "robot.toml:2: bus.interface: \"a/b\" is no interface name"},
@@ -183,6 +185,27 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
   for (const auto& [text, error] : errors) EXPECT_EQ(parse_error(text), error) << text;
 }
 
+// As Linux names network interfaces: 1 to 15 bytes, neither "." nor "..", without '/', ':' and
+// blanks; here without what a terminal would not show either.
+TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
+  const auto error = [](const std::string& name) {
+    return parse_error("[[bus]]\ninterface = \"" + name + "\"\ndrive = [{ id = 1 }]");
+  };
+  for (const char* name : {"c", "can0", "vcan-1.2_x", "...", "abcdefghijklmno", "!~"}) {
+    EXPECT_EQ(error(name), "accepted") << name;
+  }
+  const std::string place = "robot.toml:2: bus.interface: ";
+  EXPECT_EQ(error(""), place + "an interface needs a name");
+  EXPECT_EQ(error("abcdefghijklmnop"),
+            place + "\"abcdefghijklmnop\" is longer than an interface name can be");
+  for (const std::string name : {".", "..", "can 0", "can/0", "can:0", "cän0"}) {
+    EXPECT_EQ(error(name), place + "\"" + name + "\" is no interface name");
+  }
+  // Nothing of it gets to a terminal.
+  EXPECT_EQ(error("can\\u007F0"), place + "\"can?0\" is no interface name");
+  EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is no interface name");
+}
+
 TEST(Config, WhatIsNotTomlIsRefusedWithItsLine) {
   EXPECT_TRUE(parse_error("\nseed = = 2").starts_with("robot.toml:2: "));
   EXPECT_TRUE(parse_error("seed = 1\nseed = 2").starts_with("robot.toml:2: "));
@@ -198,6 +221,17 @@ TEST(Overrides, CommandLineWinsOverTheFile) {
   EXPECT_EQ(buses[0].servos[0].profile.name, "mg4005");
   EXPECT_EQ(buses[0].seed, 42U);
   EXPECT_EQ(buses[0].bitrate, 0);
+}
+
+TEST(Overrides, AnUnknownMotorIsTheCommandLinesMistakeAndNotTheFiles) {
+  Overrides overrides;
+  overrides.motor = "mf";
+  try {
+    parse(kMinimal, overrides);
+    ADD_FAILURE() << "accepted";
+  } catch (const UnknownMotor& problem) {
+    EXPECT_STREQ(problem.what(), "no motor \"mf\"");
+  }
 }
 
 TEST(Overrides, BusAndIdsSelectFromTheFile) {
