@@ -138,6 +138,30 @@ TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
   EXPECT_EQ(gains()["speed_ki"], 12);
 }
 
+/// Time stands still: the flash of a drive gets nothing done, and holds 16 writes (CanWire).
+TEST(ControlApi, ASettingThatTheFlashHasNoRoomForIsRefused) {
+  TestWorld t;
+  const auto set = [&](const char* ids, int kp) {
+    return t.post("/directives", R"({"ids": ")" + std::string(ids) +
+                                     R"(", "settings": {"gains": {"speed_kp": )" +
+                                     std::to_string(kp) + "}}}");
+  };
+  const auto kp_of = [&](int id) {
+    const Json drive = t.get("/drives/vcan0/" + std::to_string(id)).body;
+    return drive["registers"]["ram"]["gains"]["speed_kp"].get<int>();
+  };
+  for (int n = 1; n <= 16; ++n) ASSERT_EQ(set("2", n).status, 200) << n;
+  const int before = kp_of(1);
+  const ApiResponse full = set("1-2", 99);
+  EXPECT_EQ(full.status, 409);
+  EXPECT_EQ(where(full), "settings");
+  EXPECT_EQ(kp_of(1), before) << "all drives that are meant, or none";
+  EXPECT_EQ(kp_of(2), 16);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 10})").status, 200);
+  EXPECT_EQ(set("1-2", 99).status, 200) << "the flash is idle again";
+  EXPECT_EQ(kp_of(2), 99);
+}
+
 TEST(ControlApi, NamesFaultsAndClearsThem) {
   TestWorld t;
   const auto inject = [&] { return t.post("/directives", R"({"ids": "1-2", "fault": "hang"})"); };
