@@ -146,8 +146,8 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
     throw StartError("cannot listen at " + http.address + ":" + std::to_string(http.port) + ": " +
                      problem.code().message());
   }
-  if (address.is_loopback()) access.hosts = loopback_hosts(port_);
-  const std::string host = address.is_v6() ? "[" + http.address + "]" : http.address;
+  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  if (address.is_loopback()) access.hosts = loopback_hosts(port_, host);
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
   accept(*tcp_, tcp_pause_, entrance);
 }

@@ -33,9 +33,9 @@ class Client {
     client.connect_to(path);
     return client;
   }
-  static Client tcp(unsigned port) {
+  static Client tcp(unsigned port, const char* address = "127.0.0.1") {
     Client client(AF_INET);
-    client.connect_to(port);
+    client.connect_to(port, address);
     return client;
   }
   /// Not connected yet.
@@ -57,11 +57,11 @@ class Client {
     std::copy(name.begin(), name.end(), std::begin(address.sun_path));
     connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }
-  void connect_to(unsigned port) const {
+  void connect_to(unsigned port, const char* to = "127.0.0.1") const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ::inet_pton(AF_INET, to, &address.sin_addr);
     connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }
 

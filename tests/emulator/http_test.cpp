@@ -140,6 +140,20 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
             403);
 }
 
+TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
+  options_.http = HttpAddress{"127.0.0.2", 0};
+  start();
+  const std::string port = ":" + std::to_string(server_->port());
+  for (const std::string& name : {"127.0.0.2" + port, "localhost" + port}) {
+    const Client one = Client::tcp(server_->port(), "127.0.0.2");
+    one.send("GET / HTTP/1.1\r\nHost: " + name + "\r\nOrigin: http://" + name + "\r\n\r\n");
+    EXPECT_EQ(status(one.receive_answer()), 200) << name;
+  }
+  const Client other = Client::tcp(server_->port(), "127.0.0.2");
+  other.send("GET / HTTP/1.1\r\nHost: 127.0.0.3" + port + "\r\n\r\n");
+  EXPECT_EQ(status(other.receive_answer()), 403);
+}
+
 TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   const std::string token = "correct-horse-battery";
   options_.http = HttpAddress{"127.0.0.1", 0};
