@@ -107,18 +107,38 @@ TEST_F(Served, ASlowClientKeepsNobodyWaiting) {
 
 TEST_F(Served, AnAdvanceEndsWhenNobodyWaitsForIt) {
   start();
-  {
-    const Client one = client();
-    one.send(post("/clock/advance", R"({"by_s": 36000})"));
-    while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") ==
-           std::string::npos) {
+  const auto advancing = [&](const char* whether) {
+    return ask("GET /api/v1/clock HTTP/1.1\r\n\r\n")
+               .find(std::string("\"advancing\":") + whether) != std::string::npos;
+  };
+  // Whatever was sent ahead: a part of the next request, and whole ones, in one piece or more.
+  for (const std::string& ahead : {std::string(), std::string("G"), kStatus + kStatus}) {
+    {
+      const Client one = client();
+      one.send(post("/clock/advance", R"({"by_s": 36000})") + ahead);
+      while (!advancing("true")) {
+      }
+      one.send(ahead);
     }
+    while (advancing("true")) {
+    }
+    EXPECT_TRUE(advancing("false"));
   }
-  while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") !=
+}
+
+TEST_F(Served, WhatIsSentAheadOfAnAdvancesAnswerIsAnsweredAfterIt) {
+  start();
+  const Client one = client();
+  one.send(post("/clock/advance", R"({"by_s": 36000})"));
+  while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") ==
          std::string::npos) {
   }
-  EXPECT_NE(ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":false"),
-            std::string::npos);
+  one.send(kStatus + kStatus.substr(0, 9));
+  one.send(kStatus.substr(9));
+  EXPECT_EQ(status(ask("DELETE /api/v1/clock/advance HTTP/1.1\r\n\r\n")), 200);
+  EXPECT_EQ(status(one.receive_answer()), 409) << "the advance, cancelled";
+  EXPECT_EQ(status(one.receive_answer()), 200);
+  EXPECT_EQ(status(one.receive_answer()), 200);
 }
 
 TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
