@@ -40,7 +40,8 @@ std::string read_token(const std::filesystem::path& file) {
   }
   struct stat found {};
   ::fstat(fd, &found);
-  std::string token(kLongestToken, '\0');
+  // With an end of line, and a byte more that shows that it is too long.
+  std::string token(kLongestToken + 3, '\0');
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
   if (size < 0) throw StartError("--http-token: " + name + " is no readable file");
@@ -52,6 +53,10 @@ std::string read_token(const std::filesystem::path& file) {
   if (token.size() < kShortestToken) {
     throw StartError("--http-token: the token in " + name + " is shorter than " +
                      std::to_string(kShortestToken) + " characters");
+  }
+  if (token.size() > kLongestToken) {
+    throw StartError("--http-token: the token in " + name + " is longer than " +
+                     std::to_string(kLongestToken) + " characters");
   }
   return token;
 }

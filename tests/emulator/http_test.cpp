@@ -191,6 +191,24 @@ TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   EXPECT_EQ(with("Authorization: Basic " + token + "\r\n"), 401);
 }
 
+TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
+  options_.http = HttpAddress{"127.0.0.1", 0};
+  const std::string longest(4096, 'x');
+  const auto mode = fs::perms::owner_read | fs::perms::owner_write;
+  options_.token_file = token_file(longest + "y", mode);
+  EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
+  options_.token_file = token_file(longest + std::string(4096, 'y'), mode);
+  EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
+  options_.token_file = token_file(longest + "\r", mode);  // and an end of line
+  start();
+  const auto with = [&](const std::string& token) {
+    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() +
+                          "\r\nAuthorization: Bearer " + token + "\r\n\r\n"));
+  };
+  EXPECT_EQ(with(longest), 200);
+  EXPECT_EQ(with(longest.substr(1)), 401);
+}
+
 TEST_F(Served, OthersGetInWithATokenOnly) {
   options_.http = HttpAddress{"0.0.0.0", 0};
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
