@@ -3,7 +3,6 @@
 
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <boost/asio/post.hpp>
 #include <future>
@@ -102,15 +101,13 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
   start();
   const Client first(AF_UNIX);
   const Client second(AF_INET);
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
-  const rlimit none{0, before.rlim_max};  // those that are open stay
-  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
-  first.connect_to(fs::path(options_.socket));
-  let_it_look();
-  second.connect_to(server_->port());
-  let_it_look();
-  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  {
+    const NoDescriptors none;
+    first.connect_to(fs::path(options_.socket));
+    let_it_look();
+    second.connect_to(server_->port());
+    let_it_look();
+  }
   for (const Client* one : {&first, &second}) {
     one->send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
     EXPECT_EQ(status(one->receive_answer()), 200);

@@ -41,6 +41,15 @@ TEST_F(Served, ALiveSocketIsLeftAloneAndADeadOneReplaced) {
   EXPECT_NO_THROW(ControlServer(t_.loop, t_.world, options_));
 }
 
+TEST_F(Served, ASocketThatNobodyCanAskIsLeftAlone) {
+  start();
+  {
+    const NoDescriptors none;
+    EXPECT_THROW(clear_stale_socket(options_.socket), StartError);
+  }
+  EXPECT_EQ(status(ask(kStatus)), 200) << "it is where it was";
+}
+
 TEST_F(Served, NothingElseIsReplaced) {
   std::ofstream(options_.socket) << "mine";
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
