@@ -3,6 +3,7 @@
 
 #include "emulator/control/http_access.hpp"
 #include "emulator/control/runtime_dir.hpp"
+#include "emulator/ctl/ctl_client.hpp"
 #include "emulator/program/cli.hpp"
 #include "tests/emulator/http_support.hpp"
 
@@ -81,6 +82,28 @@ TEST_F(Served, RequestsSentAheadAreAnsweredInOrder) {
   for (int n = 0; n < 200; ++n) ASSERT_EQ(status(one.receive_answer()), 200) << n;
   one.send("\x01\x02 garbage\r\n\r\n");
   EXPECT_EQ(status(one.receive_all()), 400);
+}
+
+/// Which is what a stopped program does: its kernel takes connections for it.
+TEST_F(Served, OneThatSaysNothingKeepsNobodyFromFindingAnother) {
+  const fs::path runtime = directory_ / "lk-emu";
+  secure_directory(runtime);
+  options_.socket = (runtime / "vcan0-2.sock").string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string silent = (runtime / "vcan0-1.sock").string();
+  std::copy(silent.begin(), silent.end(), std::begin(address.sun_path));
+  const int listening = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(::bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(listening, 5), 0);
+  start();
+  const char* const before = std::getenv("XDG_RUNTIME_DIR");
+  const std::string kept = before != nullptr ? before : "";
+  ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
+  EXPECT_EQ(find_socket("", "vcan0"), options_.socket);
+  EXPECT_THROW(find_socket("", "vcan9"), StartError);
+  before != nullptr ? ::setenv("XDG_RUNTIME_DIR", kept.c_str(), 1) : ::unsetenv("XDG_RUNTIME_DIR");
+  ::close(listening);
 }
 
 TEST_F(Served, HeadersAndBodiesHaveAnEnd) {
