@@ -227,11 +227,13 @@ void ControlApi::get_faults(const ApiRequest& /*request*/, const Parts& /*parts*
 
 void ControlApi::get_fault_kinds(const ApiRequest& /*request*/, const Parts& /*parts*/,
                                  const Reply& reply) {
+  catch_up();
   reply({200, fault_kinds_json(), ""});
 }
 
 void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts*/,
                              const Reply& reply) {
+  catch_up();
   reply({200, signals_json(), ""});
 }
 
@@ -359,6 +361,7 @@ void ControlApi::delete_scenario(const ApiRequest& /*request*/, const Parts& /*p
 
 void ControlApi::get_scenarios(const ApiRequest& /*request*/, const Parts& /*parts*/,
                                const Reply& reply) {
+  catch_up();
   reply({200, scenarios_json(), ""});
 }
 

@@ -1,6 +1,7 @@
 #include "emulator/control/control_directives.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "emulator/config/config_directives.hpp"
 #include "emulator/control/control_api.hpp"
@@ -32,12 +33,25 @@ void check_clear(const ClearFault& clear, const Line& line) {
   if (!known) throw ApiError(400, "clear", "there is no fault \"" + clear.which + "\"");
 }
 
-void check_setting(const TimedDirective& directive, const Line& line) {
-  const int id = directive.directive.id;
-  const bool now = !directive.when && directive.at <= line.bus().time();
-  if (now && !line.bus().telemetry(id).alive) {
-    throw ApiError(409, "settings",
-                   "drive " + std::to_string(id) + " is without power: nobody is there to take it");
+/// Those of a request that are written at once, tried on a copy of the bus: a flash takes so many
+/// and no more.
+void check_settings(const std::vector<TimedDirective>& directives, const Line& line) {
+  std::optional<Bus> trial;
+  for (const TimedDirective& directive : directives) {
+    const auto* const setting = std::get_if<Setting>(&directive.directive.what);
+    if (setting == nullptr || directive.when || directive.at > line.bus().time()) continue;
+    const int id = directive.directive.id;
+    if (!line.bus().telemetry(id).alive) {
+      throw ApiError(
+          409, "settings",
+          "drive " + std::to_string(id) + " is without power: nobody is there to take it");
+    }
+    if (!trial) trial = line.bus();
+    if (!trial->write_setting(id, setting->parameter, setting->value)) {
+      throw ApiError(409, "settings",
+                     "the flash of drive " + std::to_string(id) +
+                         " has too much to write already: try again when time has gone by");
+    }
   }
 }
 
@@ -68,8 +82,8 @@ std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
     const auto& what = directive.directive.what;
     if (std::holds_alternative<SetFault>(what)) check_fault(line);
     if (const auto* clear = std::get_if<ClearFault>(&what)) check_clear(*clear, line);
-    if (std::holds_alternative<Setting>(what)) check_setting(directive, line);
   }
+  check_settings(directives, line);
   check_places(directives, line);
   return directives;
 }

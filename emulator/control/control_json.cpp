@@ -292,7 +292,9 @@ Json fault_kinds_json() {
   return kinds;
 }
 
-Json scenarios_json() {
+namespace {
+
+Json read_scenarios() {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (const auto& entry :
@@ -309,6 +311,14 @@ Json scenarios_json() {
     }
     all.push_back({{"name", file.stem().string()}, {"file", file.string()}, {"about", about}});
   }
+  return all;
+}
+
+}  // namespace
+
+/// Read once: it takes the loop from the drives, and what is delivered does not change meanwhile.
+Json scenarios_json() {
+  static const Json all = read_scenarios();
   return all;
 }
 

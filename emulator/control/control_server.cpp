@@ -40,7 +40,8 @@ std::string read_token(const std::filesystem::path& file) {
   }
   struct stat found {};
   ::fstat(fd, &found);
-  std::string token(kLongestToken, '\0');
+  // With an end of line, and a byte more that shows that it is too long.
+  std::string token(kLongestToken + 3, '\0');
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
   if (size < 0) throw StartError("--http-token: " + name + " is no readable file");
@@ -53,6 +54,10 @@ std::string read_token(const std::filesystem::path& file) {
     throw StartError("--http-token: the token in " + name + " is shorter than " +
                      std::to_string(kShortestToken) + " characters");
   }
+  if (token.size() > kLongestToken) {
+    throw StartError("--http-token: the token in " + name + " is longer than " +
+                     std::to_string(kLongestToken) + " characters");
+  }
   return token;
 }
 
@@ -63,7 +68,8 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
     : loop_(loop),
       shared_(std::make_shared<HttpShared>(world)),
       patience_(options.patience),
-      pause_(loop) {
+      unix_pause_(loop),
+      tcp_pause_(loop) {
   // First what may be refused and leaves nothing behind.
   if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
@@ -115,7 +121,7 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
   spdlog::debug("control: {}", path.string());
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;
-  accept(*unix_, entrance);
+  accept(*unix_, unix_pause_, entrance);
 }
 
 void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
@@ -145,10 +151,10 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
     throw StartError("cannot listen at " + http.address + ":" + std::to_string(http.port) + ": " +
                      problem.code().message());
   }
-  if (address.is_loopback()) access.hosts = loopback_hosts(port_);
-  const std::string host = address.is_v6() ? "[" + http.address + "]" : http.address;
+  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  if (address.is_loopback()) access.hosts = loopback_hosts(port_, host);
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
-  accept(*tcp_, entrance);
+  accept(*tcp_, tcp_pause_, entrance);
 }
 
 /// A newcomer takes the place of whoever has been idle for longest.
@@ -165,19 +171,20 @@ bool ControlServer::has_room(Entrance& entrance) {
 }
 
 template <class Acceptor>
-void ControlServer::accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance) {
-  acceptor.async_accept([this, &acceptor, entrance](const error_code& error, auto socket) {
+void ControlServer::accept(Acceptor& acceptor, boost::asio::steady_timer& pause,
+                           std::shared_ptr<Entrance> entrance) {
+  acceptor.async_accept([this, &acceptor, &pause, entrance](const error_code& error, auto socket) {
     if (error == boost::asio::error::operation_aborted) return;
     if (error) {
       // Most likely there are too many descriptors: some will be closed.
-      pause_.expires_after(kPause);
-      pause_.async_wait([this, &acceptor, entrance](const error_code& aborted) {
-        if (!aborted) accept(acceptor, entrance);
+      pause.expires_after(kPause);
+      pause.async_wait([this, &acceptor, &pause, entrance](const error_code& aborted) {
+        if (!aborted) accept(acceptor, pause, entrance);
       });
       return;
     }
     if (has_room(*entrance)) serve_http(HttpSocket(std::move(socket)), shared_, entrance);
-    accept(acceptor, entrance);
+    accept(acceptor, pause, entrance);
   });
 }
 

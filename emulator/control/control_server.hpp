@@ -35,14 +35,17 @@ class ControlServer {
   void listen_at(const HttpAddress& http, const ControlOptions& options);
   static bool has_room(Entrance& entrance);
   template <class Acceptor>
-  void accept(Acceptor& acceptor, std::shared_ptr<Entrance> entrance);
+  void accept(Acceptor& acceptor, boost::asio::steady_timer& pause,
+              std::shared_ptr<Entrance> entrance);
 
   boost::asio::io_context& loop_;
   std::shared_ptr<HttpShared> shared_;
   Patience patience_;
   std::optional<boost::asio::local::stream_protocol::acceptor> unix_;
   std::optional<boost::asio::ip::tcp::acceptor> tcp_;
-  boost::asio::steady_timer pause_;  // when there are no descriptors left
+  // When there are no descriptors left; each entrance its own, as a timer set anew forgets.
+  boost::asio::steady_timer unix_pause_;
+  boost::asio::steady_timer tcp_pause_;
   std::filesystem::path path_;
   unsigned long inode_ = 0;  // of our socket
   unsigned port_ = 0;

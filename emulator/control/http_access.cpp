@@ -84,13 +84,14 @@ std::string refusal_reason(int status) {
                        : "Host, or Origin, is not this program's";
 }
 
-std::vector<std::string> loopback_hosts(unsigned port) {
+std::vector<std::string> loopback_hosts(unsigned port, const std::string& address) {
   std::string suffix = ":";
   suffix += std::to_string(port);
   std::vector<std::string> hosts;
-  for (const char* name : {"localhost", "127.0.0.1", "[::1]"}) {
+  for (const std::string& name :
+       {std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]"), address}) {
     hosts.push_back(name + suffix);
-    if (port == 80) hosts.emplace_back(name);  // which clients leave out
+    if (port == 80) hosts.push_back(name);  // which clients leave out
   }
   return hosts;
 }

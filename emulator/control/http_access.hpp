@@ -33,7 +33,8 @@ bool offers_protocol(std::string_view offered);
 /// What Authorization would say; empty when no token is offered.
 std::string authorization_of(std::string_view offered);
 
-/// What browsers and clients call this machine, seen from itself, at that port.
-std::vector<std::string> loopback_hosts(unsigned port);
+/// What browsers and clients call this machine, seen from itself, at that port; and `address`, as a
+/// URL has it.
+std::vector<std::string> loopback_hosts(unsigned port, const std::string& address);
 
 }  // namespace lk::emulator

@@ -3,11 +3,13 @@
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <cerrno>
 #include <optional>
 
 #include "emulator/config/config_error.hpp"
@@ -159,14 +161,26 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// The answer takes its time: if whoever waits for it goes, nobody needs it.
   void watch_for_hang_up(unsigned mine) {
     stream_.expires_never();
-    stream_.socket().async_wait(
-        HttpSocket::wait_read, [self = shared_from_this(), mine](const error_code& error) {
-          if (error || !self->waiting_ || mine != self->requests_) return;
-          char byte = 0;
-          const auto size =
-              ::recv(self->stream_.socket().native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
-          if (size == 0) self->shared_->api.abandon();
-        });
+    if (buffer_.size() == kLongestBuffer) return;
+    stream_.socket().async_wait(HttpSocket::wait_read,
+                                [self = shared_from_this(), mine](const error_code& error) {
+                                  if (error || !self->waiting_ || mine != self->requests_) return;
+                                  if (self->has_hung_up()) {
+                                    self->shared_->api.abandon();
+                                  } else {
+                                    self->watch_for_hang_up(mine);
+                                  }
+                                });
+  }
+
+  /// What is sent ahead is taken in, as far as there is room: the end comes behind it.
+  bool has_hung_up() {
+    const auto into = buffer_.prepare(std::min(kReadAtOnce, kLongestBuffer - buffer_.size()));
+    const auto size =
+        ::recv(stream_.socket().native_handle(), into.data(), into.size(), MSG_DONTWAIT);
+    if (size < 0) return errno != EAGAIN && errno != EINTR;
+    buffer_.commit(static_cast<std::size_t>(size));
+    return size == 0;
   }
 
   void no_longer_idle() {

@@ -72,7 +72,8 @@ bool is_live_socket(const std::filesystem::path& path) {
   if (name.size() >= sizeof address.sun_path) return false;
   std::copy(name.begin(), name.end(), std::begin(address.sun_path));
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return false;
+  // Whoever cannot ask does not know, and takes it away from nobody.
+  if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + reason(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   // Only who refuses has died: a full queue of connections, and a socket of another kind, are signs
   // of life.

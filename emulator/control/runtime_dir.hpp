@@ -14,7 +14,8 @@ std::filesystem::path runtime_directory();
 /// Throws StartError.
 void secure_directory(const std::filesystem::path& directory);
 
-/// Whether somebody listens at this Unix socket.
+/// Whether somebody listens at this Unix socket. Throws StartError when there is no way to ask, as
+/// without descriptors.
 bool is_live_socket(const std::filesystem::path& path);
 
 /// The sockets in the runtime directory that somebody listens at, by name.

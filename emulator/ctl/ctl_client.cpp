@@ -1,12 +1,14 @@
 #include "emulator/ctl/ctl_client.hpp"
 
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -18,11 +20,14 @@
 namespace lk::emulator {
 namespace {
 
+/// One that is stopped, in a debugger maybe, takes a connection and says nothing.
+constexpr auto kPatience = std::chrono::seconds(2);
+
 /// A connection. What goes over it is so little HTTP that a library would be more to read: one
 /// request, then all of the answer up to the end of the stream.
 class Connection {
  public:
-  explicit Connection(const std::filesystem::path& path)
+  Connection(const std::filesystem::path& path, std::chrono::seconds patience)
       : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const std::string name = path.string();
     sockaddr_un address{};
@@ -31,6 +36,9 @@ class Connection {
       ::close(fd_);
       throw StartError("ctl: " + name + " is longer than the path of a socket can be");
     }
+    const timeval limit{patience.count(), 0};  // 0: none
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
     std::copy(name.begin(), name.end(), std::begin(address.sun_path));
     if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       const int error = errno;
@@ -75,7 +83,7 @@ CtlClient::Answer parse_answer(const std::string& text, const std::string& socke
   if (head != std::string::npos && text.starts_with("HTTP/1.1 ")) {
     std::from_chars(text.data() + kStatusAt, text.data() + head, status);
   }
-  if (status == 0) throw StartError("ctl: " + socket + " ended without an answer");
+  if (status == 0) throw StartError("ctl: " + socket + " gives no answer");
   try {
     return {status, Json::parse(std::string_view(text).substr(head + 4))};
   } catch (const Json::exception&) {
@@ -86,8 +94,8 @@ CtlClient::Answer parse_answer(const std::string& text, const std::string& socke
 }  // namespace
 
 CtlClient::Answer CtlClient::ask(const std::string& method, const std::string& path,
-                                 const Json& body) const {
-  const Connection connection(socket_);
+                                 const Json& body, std::chrono::seconds patience) const {
+  const Connection connection(socket_, patience);
   std::string request =
       method + " /api/v1" + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n";
   if (body.is_null()) {
@@ -110,9 +118,14 @@ std::filesystem::path find_socket(const std::string& socket, const std::string& 
   }
   if (!bus.empty()) {
     std::erase_if(live, [&](const std::filesystem::path& path) {
-      const Json status = CtlClient(path).ask("GET", "/status").body;
-      return std::ranges::none_of(status.value("buses", Json::array()),
-                                  [&](const Json& one) { return one.value("bus", "") == bus; });
+      try {
+        const Json status = CtlClient(path).ask("GET", "/status", nullptr, kPatience).body;
+        return std::ranges::none_of(status.value("buses", Json::array()),
+                                    [&](const Json& one) { return one.value("bus", "") == bus; });
+      } catch (const StartError& problem) {
+        std::fprintf(stderr, "lk-emu: %s (passed over)\n", problem.what());
+        return true;
+      }
     });
     if (live.empty()) throw StartError("ctl: no running lk-emu has a bus " + bus);
   }

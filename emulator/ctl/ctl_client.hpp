@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 
@@ -16,16 +17,18 @@ class CtlClient {
     int status = 0;
     Json body;
   };
-  /// `path` is below the API's base: "/status". Waits as long as the answer takes. Throws
-  /// StartError when nobody answers.
-  Answer ask(const std::string& method, const std::string& path, const Json& body = nullptr) const;
+  /// `path` is below the API's base: "/status". Waits as long as the answer takes, or as long as
+  /// `patience` is. Throws StartError when nobody answers.
+  Answer ask(const std::string& method, const std::string& path, const Json& body = nullptr,
+             std::chrono::seconds patience = {}) const;
 
  private:
   std::filesystem::path socket_;
 };
 
 /// The socket to ask at: `socket` if that is given, else the only one of a running lk-emu, or the
-/// only one that has `bus`. Throws StartError.
+/// only one that has `bus`; one that does not answer soon is passed over, and told of. Throws
+/// StartError.
 std::filesystem::path find_socket(const std::string& socket, const std::string& bus);
 
 }  // namespace lk::emulator

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include "emulator/core/sampler.hpp"
 
@@ -188,11 +189,22 @@ void Line::keep_rom() {
   }
 }
 
-void Line::settle_rom(const RomWrite& write, int error) {
+/// Hosts may write hundreds of times a second: a disk that refuses is said once, and so is that it
+/// no longer does.
+void Line::tell_of_rom(int id, int error) {
+  std::uint64_t& refused = refused_[id];
   if (error != 0) {
-    spdlog::error("{}:{}: ROM not written: {}; the drive goes on with RAM", name(), write.id,
+    if (refused++ > 0) return;
+    spdlog::error("{}:{}: ROM not written: {}; the drive goes on with RAM", name(), id,
                   std::generic_category().message(error));
+  } else if (refused > 0) {
+    spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), id,
+                 std::exchange(refused, 0));
   }
+}
+
+void Line::settle_rom(const RomWrite& write, int error) {
+  tell_of_rom(write.id, error);
   leaving_.clear();
   if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
     bus_.restore_rom(write.id, kept->rom, kept->wear);

@@ -4,6 +4,7 @@
 #include <deque>
 #include <functional>
 #include <list>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -115,6 +116,7 @@ class Line {
   /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);
   void keep_rom();
+  void tell_of_rom(int id, int error);
   void look_after_hosts();
   void let_out();
   void send(const std::vector<protocol::Frame>& frames);
@@ -131,7 +133,8 @@ class Line {
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
   std::uint64_t backlog_lost_ = 0;
-  std::vector<TimedFrame> replies_;  // these three are kept for their memory
+  std::map<int, std::uint64_t> refused_;  // writes to ROM, one after the other; by drive
+  std::vector<TimedFrame> replies_;       // these three are kept for their memory
   std::vector<RomWrite> rom_writes_;
   std::vector<protocol::Frame> leaving_;
 };

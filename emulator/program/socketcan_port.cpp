@@ -58,7 +58,12 @@ void SocketCanPort::follow_link() {
 void SocketCanPort::open(int index) {
   socket_.emplace(index, reception_);
   index_ = index;
-  readiness_.assign(socket_->descriptor());
+  boost::system::error_code error;
+  readiness_.assign(socket_->descriptor(), error);
+  if (error) {
+    socket_.reset();  // nobody would hear what comes in by it
+    throw std::system_error(error, "epoll");
+  }
   wait_readable();
   // Asio makes what it waits for non-blocking. All that must not wait here says so itself.
   socket_->set_blocking();

@@ -63,6 +63,8 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
     lock_ = Descriptor(::openat(descriptor(), "lock", O_RDWR | O_CREAT | O_CLOEXEC, 0644));
     if (!lock_) error = errno;
   }
+  // The lock may be there from before, when the directory could still be written.
+  if (error == 0 && ::faccessat(descriptor(), ".", W_OK | X_OK, AT_EACCESS) != 0) error = errno;
   if (error != 0) {
     throw StartError("cannot keep ROM in " + path.string() + ": " + reason(error) + advice);
   }

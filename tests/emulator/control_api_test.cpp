@@ -34,6 +34,20 @@ TEST(ControlApi, TellsWhatIsThere) {
   EXPECT_EQ(t.get("/signals").body.size(), signals().size());
 }
 
+/// However many requests wait: the buses are served before each.
+TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
+  TestWorld t{ClockMode{}};
+  for (const char* path : {"/status", "/drives", "/drives/vcan0/1", "/advice", "/faults",
+                           "/faults/kinds", "/signals", "/scenarios", "/clock"}) {
+    const SimTime before = t.world.time();
+    // On a busy machine time may slip instead of going on, but not each time.
+    for (int n = 0; n < 1000 && t.world.time() == before; ++n) {
+      EXPECT_EQ(t.get(path).status, 200);
+    }
+    EXPECT_GT(t.world.time(), before) << path;
+  }
+}
+
 TEST(ControlApi, SaysWhatIsNotThere) {
   TestWorld t;
   for (const char* path : {"/", "/drives/vcan0", "/drives/vcan0/3", "/drives/vcan9/1",
@@ -136,6 +150,30 @@ TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
   t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_ki": 12}}})");
   EXPECT_EQ(gains()["speed_kp"], 11) << "not what the configuration says";
   EXPECT_EQ(gains()["speed_ki"], 12);
+}
+
+/// Time stands still: the flash of a drive gets nothing done, and holds 16 writes (CanWire).
+TEST(ControlApi, ASettingThatTheFlashHasNoRoomForIsRefused) {
+  TestWorld t;
+  const auto set = [&](const char* ids, int kp) {
+    return t.post("/directives", R"({"ids": ")" + std::string(ids) +
+                                     R"(", "settings": {"gains": {"speed_kp": )" +
+                                     std::to_string(kp) + "}}}");
+  };
+  const auto kp_of = [&](int id) {
+    const Json drive = t.get("/drives/vcan0/" + std::to_string(id)).body;
+    return drive["registers"]["ram"]["gains"]["speed_kp"].get<int>();
+  };
+  for (int n = 1; n <= 16; ++n) ASSERT_EQ(set("2", n).status, 200) << n;
+  const int before = kp_of(1);
+  const ApiResponse full = set("1-2", 99);
+  EXPECT_EQ(full.status, 409);
+  EXPECT_EQ(where(full), "settings");
+  EXPECT_EQ(kp_of(1), before) << "all drives that are meant, or none";
+  EXPECT_EQ(kp_of(2), 16);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 10})").status, 200);
+  EXPECT_EQ(set("1-2", 99).status, 200) << "the flash is idle again";
+  EXPECT_EQ(kp_of(2), 99);
 }
 
 TEST(ControlApi, NamesFaultsAndClearsThem) {

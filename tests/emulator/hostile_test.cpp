@@ -4,6 +4,7 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <boost/asio/post.hpp>
 #include <future>
 #include <sstream>
 #include <vector>
@@ -40,6 +41,15 @@ class Hostile : public Served {
     if (server_->port() != 0) {
       EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n")),
                 200);
+    }
+  }
+  /// The server has dealt with all that had come when this is called: between two things that it is
+  /// given to do it looks at its sockets.
+  void let_it_look() {
+    for (int n = 0; n < 3; ++n) {
+      const auto looked = std::make_shared<std::promise<void>>();
+      boost::asio::post(t_.loop, [looked] { looked->set_value(); });
+      looked->get_future().wait();
     }
   }
   void listen_to_tcp() { options_.http = HttpAddress{"127.0.0.1", 0}; }
@@ -84,6 +94,24 @@ TEST_F(Hostile, ThousandsOfConnectionsComeAndGo) {
   std::vector<Client> many;
   for (int n = 0; n < 200; ++n) many.push_back(n % 2 == 0 ? client() : tcp());
   expect_others_served();
+}
+
+TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
+  listen_to_tcp();
+  start();
+  const Client first(AF_UNIX);
+  const Client second(AF_INET);
+  {
+    const NoDescriptors none;
+    first.connect_to(fs::path(options_.socket));
+    let_it_look();
+    second.connect_to(server_->port());
+    let_it_look();
+  }
+  for (const Client* one : {&first, &second}) {
+    one->send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+    EXPECT_EQ(status(one->receive_answer()), 200);
+  }
 }
 
 // --- time

@@ -6,6 +6,7 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -25,28 +26,60 @@ namespace lk::emulator {
 
 namespace fs = std::filesystem;
 
+/// As long as it lives, this process cannot open anything; what is open stays so.
+class NoDescriptors {
+ public:
+  NoDescriptors() {
+    EXPECT_EQ(::getrlimit(RLIMIT_NOFILE, &before_), 0);
+    const rlimit none{0, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  }
+  NoDescriptors(const NoDescriptors&) = delete;
+  NoDescriptors& operator=(const NoDescriptors&) = delete;
+  ~NoDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
 /// A client without a library to keep it from misbehaving.
 class Client {
  public:
   static Client unix_socket(const fs::path& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    const std::string name = path.string();
-    std::copy(name.begin(), name.end(), std::begin(address.sun_path));
-    return {AF_UNIX, reinterpret_cast<const sockaddr*>(&address), sizeof address};
+    Client client(AF_UNIX);
+    client.connect_to(path);
+    return client;
   }
-  static Client tcp(unsigned port) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    return {AF_INET, reinterpret_cast<const sockaddr*>(&address), sizeof address};
+  static Client tcp(unsigned port, const char* address = "127.0.0.1") {
+    Client client(AF_INET);
+    client.connect_to(port, address);
+    return client;
+  }
+  /// Not connected yet.
+  explicit Client(int family) : fd_(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const timeval patience{20, 0};  // a test that fails ends too
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
   Client(Client&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client() {
     if (fd_ >= 0) ::close(fd_);
+  }
+
+  void connect_to(const fs::path& path) const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path.string();
+    std::copy(name.begin(), name.end(), std::begin(address.sun_path));
+    connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  }
+  void connect_to(unsigned port, const char* to = "127.0.0.1") const {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    ::inet_pton(AF_INET, to, &address.sin_addr);
+    connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }
 
   void send(std::string_view text) const {
@@ -80,11 +113,8 @@ class Client {
   }
 
  private:
-  Client(int family, const sockaddr* address, socklen_t size)
-      : fd_(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  void connect_to(const sockaddr* address, socklen_t size) const {
     if (::connect(fd_, address, size) != 0) throw std::runtime_error("connect");
-    const timeval patience{20, 0};  // a test that fails ends too
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
 
   int fd_;

@@ -3,6 +3,7 @@
 
 #include "emulator/control/http_access.hpp"
 #include "emulator/control/runtime_dir.hpp"
+#include "emulator/ctl/ctl_client.hpp"
 #include "emulator/program/cli.hpp"
 #include "tests/emulator/http_support.hpp"
 
@@ -41,6 +42,15 @@ TEST_F(Served, ALiveSocketIsLeftAloneAndADeadOneReplaced) {
   EXPECT_NO_THROW(ControlServer(t_.loop, t_.world, options_));
 }
 
+TEST_F(Served, ASocketThatNobodyCanAskIsLeftAlone) {
+  start();
+  {
+    const NoDescriptors none;
+    EXPECT_THROW(clear_stale_socket(options_.socket), StartError);
+  }
+  EXPECT_EQ(status(ask(kStatus)), 200) << "it is where it was";
+}
+
 TEST_F(Served, NothingElseIsReplaced) {
   std::ofstream(options_.socket) << "mine";
   EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
@@ -72,6 +82,28 @@ TEST_F(Served, RequestsSentAheadAreAnsweredInOrder) {
   for (int n = 0; n < 200; ++n) ASSERT_EQ(status(one.receive_answer()), 200) << n;
   one.send("\x01\x02 garbage\r\n\r\n");
   EXPECT_EQ(status(one.receive_all()), 400);
+}
+
+/// Which is what a stopped program does: its kernel takes connections for it.
+TEST_F(Served, OneThatSaysNothingKeepsNobodyFromFindingAnother) {
+  const fs::path runtime = directory_ / "lk-emu";
+  secure_directory(runtime);
+  options_.socket = (runtime / "vcan0-2.sock").string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string silent = (runtime / "vcan0-1.sock").string();
+  std::copy(silent.begin(), silent.end(), std::begin(address.sun_path));
+  const int listening = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(::bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(listening, 5), 0);
+  start();
+  const char* const before = std::getenv("XDG_RUNTIME_DIR");
+  const std::string kept = before != nullptr ? before : "";
+  ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
+  EXPECT_EQ(find_socket("", "vcan0"), options_.socket);
+  EXPECT_THROW(find_socket("", "vcan9"), StartError);
+  before != nullptr ? ::setenv("XDG_RUNTIME_DIR", kept.c_str(), 1) : ::unsetenv("XDG_RUNTIME_DIR");
+  ::close(listening);
 }
 
 TEST_F(Served, HeadersAndBodiesHaveAnEnd) {
@@ -107,18 +139,38 @@ TEST_F(Served, ASlowClientKeepsNobodyWaiting) {
 
 TEST_F(Served, AnAdvanceEndsWhenNobodyWaitsForIt) {
   start();
-  {
-    const Client one = client();
-    one.send(post("/clock/advance", R"({"by_s": 36000})"));
-    while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") ==
-           std::string::npos) {
+  const auto advancing = [&](const char* whether) {
+    return ask("GET /api/v1/clock HTTP/1.1\r\n\r\n")
+               .find(std::string("\"advancing\":") + whether) != std::string::npos;
+  };
+  // Whatever was sent ahead: a part of the next request, and whole ones, in one piece or more.
+  for (const std::string& ahead : {std::string(), std::string("G"), kStatus + kStatus}) {
+    {
+      const Client one = client();
+      one.send(post("/clock/advance", R"({"by_s": 36000})") + ahead);
+      while (!advancing("true")) {
+      }
+      one.send(ahead);
     }
+    while (advancing("true")) {
+    }
+    EXPECT_TRUE(advancing("false"));
   }
-  while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") !=
+}
+
+TEST_F(Served, WhatIsSentAheadOfAnAdvancesAnswerIsAnsweredAfterIt) {
+  start();
+  const Client one = client();
+  one.send(post("/clock/advance", R"({"by_s": 36000})"));
+  while (ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":true") ==
          std::string::npos) {
   }
-  EXPECT_NE(ask("GET /api/v1/clock HTTP/1.1\r\n\r\n").find("\"advancing\":false"),
-            std::string::npos);
+  one.send(kStatus + kStatus.substr(0, 9));
+  one.send(kStatus.substr(9));
+  EXPECT_EQ(status(ask("DELETE /api/v1/clock/advance HTTP/1.1\r\n\r\n")), 200);
+  EXPECT_EQ(status(one.receive_answer()), 409) << "the advance, cancelled";
+  EXPECT_EQ(status(one.receive_answer()), 200);
+  EXPECT_EQ(status(one.receive_answer()), 200);
 }
 
 TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
@@ -140,6 +192,20 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
             403);
 }
 
+TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
+  options_.http = HttpAddress{"127.0.0.2", 0};
+  start();
+  const std::string port = ":" + std::to_string(server_->port());
+  for (const std::string& name : {"127.0.0.2" + port, "localhost" + port}) {
+    const Client one = Client::tcp(server_->port(), "127.0.0.2");
+    one.send("GET / HTTP/1.1\r\nHost: " + name + "\r\nOrigin: http://" + name + "\r\n\r\n");
+    EXPECT_EQ(status(one.receive_answer()), 200) << name;
+  }
+  const Client other = Client::tcp(server_->port(), "127.0.0.2");
+  other.send("GET / HTTP/1.1\r\nHost: 127.0.0.3" + port + "\r\n\r\n");
+  EXPECT_EQ(status(other.receive_answer()), 403);
+}
+
 TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   const std::string token = "correct-horse-battery";
   options_.http = HttpAddress{"127.0.0.1", 0};
@@ -155,6 +221,24 @@ TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   EXPECT_EQ(with("Authorization: Bearer correct-horse-batterz\r\n"), 401);
   EXPECT_EQ(with("Authorization: Bearer \r\n"), 401);
   EXPECT_EQ(with("Authorization: Basic " + token + "\r\n"), 401);
+}
+
+TEST_F(Served, ATokenIsTakenAsAWholeOrRefused) {
+  options_.http = HttpAddress{"127.0.0.1", 0};
+  const std::string longest(4096, 'x');
+  const auto mode = fs::perms::owner_read | fs::perms::owner_write;
+  options_.token_file = token_file(longest + "y", mode);
+  EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
+  options_.token_file = token_file(longest + std::string(4096, 'y'), mode);
+  EXPECT_THROW(ControlServer(t_.loop, t_.world, options_), StartError);
+  options_.token_file = token_file(longest + "\r", mode);  // and an end of line
+  start();
+  const auto with = [&](const std::string& token) {
+    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() +
+                          "\r\nAuthorization: Bearer " + token + "\r\n\r\n"));
+  };
+  EXPECT_EQ(with(longest), 200);
+  EXPECT_EQ(with(longest.substr(1)), 401);
 }
 
 TEST_F(Served, OthersGetInWithATokenOnly) {

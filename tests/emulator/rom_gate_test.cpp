@@ -1,13 +1,17 @@
 #include "emulator/rom/rom_gate.hpp"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
 #include <semaphore>
+#include <sstream>
 
+#include "emulator/program/line.hpp"
 #include "emulator/rom/rom_writer.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom_support.hpp"
@@ -350,6 +354,35 @@ TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
   wait(SimTime{1});
   settle(true);
   expect_rom(2, 111);
+}
+
+// --- what is said of it
+// -----------------------------------------------------------------------------
+
+TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  const auto mine = std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log));
+  mine->set_pattern("%v");
+  spdlog::set_default_logger(mine);
+  BusConfig bus = test::bus_config({1, 2});
+  bus.interface = "vcan0";
+  Line line(bus);
+  for (std::uint64_t n = 1; n <= 500; ++n) {
+    line.settle_rom(rom_write(1, n), ENOSPC);
+    line.settle_rom(rom_write(2, n), n < 3 ? EACCES : 0);
+  }
+  line.settle_rom(rom_write(1, 501), 0);
+  line.settle_rom(rom_write(1, 502), EIO);
+  spdlog::set_default_logger(before);
+  EXPECT_EQ(line.gate().failed_writes(), 503U) << "all are counted";
+  EXPECT_EQ(log.str(),
+            "vcan0:1: ROM not written: No space left on device; the drive goes on with RAM\n"
+            "vcan0:2: ROM not written: Permission denied; the drive goes on with RAM\n"
+            "vcan0:2: ROM is written again; 2 writes were refused\n"
+            "vcan0:1: ROM is written again; 500 writes were refused\n"
+            "vcan0:1: ROM not written: Input/output error; the drive goes on with RAM\n");
 }
 
 }  // namespace

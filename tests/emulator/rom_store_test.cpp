@@ -118,6 +118,26 @@ TEST(RomStore, SaysWhyADirectoryCannotBeUsed) {
             "cannot keep ROM in /proc/none/x: No such file or directory");
 }
 
+/// Nobody is stopped by permissions who is root.
+TEST(RomStore, AUsedDirectoryThatMayNotBeWrittenAnyMoreIsRefused) {
+  const TempDirectory directory;
+  const bool root = ::geteuid() == 0;
+  constexpr uid_t kNobody = 65534;
+  if (root) {
+    ASSERT_EQ(::chown(directory.path().c_str(), kNobody, kNobody), 0);
+    ASSERT_EQ(::seteuid(kNobody), 0);
+  }
+  const std::string used = refusal(in(directory.path()));
+  ::chmod(directory.path().c_str(), 0500);
+  const std::string closed = refusal(in(directory.path()));
+  if (root) {
+    ASSERT_EQ(::seteuid(0), 0);
+  }
+  EXPECT_EQ(used, "accepted");
+  EXPECT_EQ(closed, "cannot keep ROM in " + directory.path().string() + ": Permission denied");
+  ::chmod(directory.path().c_str(), 0700);
+}
+
 TEST(StateDirectory, FollowsTheXdgBaseDirectories) {
   EXPECT_EQ(state_directory("/state", "/home/me"), "/state/lk-emu");
   EXPECT_EQ(state_directory("relative", "/home/me"), "/home/me/.local/state/lk-emu");

@@ -99,10 +99,16 @@ rm -r "$root/etc/lk-emu" "$root"/usr/lib/systemd/system/*.target
 rom=$root/var/lib/private/lk-emu/arm/vcan0-1.toml
 mkdir -p "${rom%/*}"
 : >"$rom"
+wants=$root/etc/systemd/system/multi-user.target.wants # as `systemctl enable` does it
+mkdir -p "$wants"
+ln -s /usr/lib/systemd/system/lk-emu@.service "$wants/lk-emu@arm.service"
+ln -s /usr/lib/systemd/system/other.service "$wants/other.service"
 in_root --install "$deb"
 in_root --remove lk-emu-dev lk-emu
 [[ -e $rom ]] || fail "ROM is gone before a purge"
+[[ -L $wants/lk-emu@arm.service ]] || fail "an instance is disabled before a purge"
 in_root --purge lk-emu-dev lk-emu
+rm "$wants/other.service" || fail "another package's instance is disabled"
 left=$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print -o -type l -print)
 [[ -z $left ]] || fail "left behind: $left"
 [[ ! -e $root/usr && ! -e $root/var/lib/private/lk-emu ]] || fail "directories are left behind"

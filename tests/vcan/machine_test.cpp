@@ -85,6 +85,26 @@ TEST_F(Interface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
 }
 
+TEST_F(Interface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
+  if (!in_user_mode_linux()) GTEST_SKIP() << "would keep all of this machine from waiting";
+  make("vcanold");
+  EmulatorProcess emulator(arguments({}, "vcanold"));
+  ASSERT_TRUE(emulator.wait_ready());
+  ASSERT_TRUE(run("ip link del vcanold"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
+  const std::string limit = "/proc/sys/fs/epoll/max_user_watches";
+  const std::string before = text_of(limit);
+  ASSERT_TRUE(run("echo 0 >" + limit));
+  make("vcanold");
+  EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
+  ASSERT_TRUE(run("echo " + before.substr(0, before.find('\n')) + " >" + limit));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
+}
+
 TEST_F(Interface, WhatItLosesWhileItIsDownIsCounted) {
   make("vcanold");
   EmulatorProcess emulator(arguments({}, "vcanold"));
