@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 #include <system_error>
 
 #include "emulator/program/cli.hpp"
@@ -181,9 +182,14 @@ int Daemon::conclude_scenario() {
   report->strict = strict_;
   std::fputs(report_text(*report, false, language_).c_str(), stdout);
   std::fflush(stdout);
-  if (junit_) {
+  if (!junit_) return exit_status(report->outcome());
+  try {
     junit_->write(junit_xml({*report}));
     junit_->commit();
+  } catch (const StartError& problem) {
+    // Said here: on its way out it would meet the writers' threads, and wait for their disk.
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
   }
   return exit_status(report->outcome());
 }
@@ -272,7 +278,11 @@ void Daemon::say_ready_once() {
   std::fflush(stdout);
   tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
-  scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  try {
+    scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--scenario: ") + problem.what());
+  }
   planned_.reset();
 }
 

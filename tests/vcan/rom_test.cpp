@@ -278,6 +278,22 @@ TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
   EXPECT_EQ(Host("vcan0").query(1, kReadPid), kFactoryPid);
 }
 
+TEST_F(SlowDisk, AVerdictThatCannotBeWrittenDoesNotWaitForOneThatHangs) {
+  const std::string scenario = directory_ + "/scenario.toml";
+  std::ofstream(scenario) << "robot = \"somewhere_else\"\nduration_s = 0.2\n"
+                             "[[send]]\nat_s = 0\nframe = \"141#3200010203040506\"\n"
+                             "[[expect]]\nid = 2\nstate = \"running\"\n";
+  const auto result =
+      EmulatorProcess(arguments({"--scenario", scenario, "--junit", "/dev/full"}), launcher())
+          .wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_NE(result.out.find("whose last ROM write is not confirmed"), std::string::npos)
+      << result.out;
+  EXPECT_NE(result.err.find("lk-emu: --junit: cannot write /dev/full: No space left on device\n"),
+            std::string::npos)
+      << result.err;
+}
+
 TEST_F(SlowDisk, ASecondSignalEndsItAtOnce) {
   EmulatorProcess emulator(arguments(), launcher());
   ASSERT_TRUE(emulator.wait_ready());
