@@ -121,6 +121,10 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       if (route.method == request.method) {
         check_content_type(request);
         check_query(request, route.path);
+        // What is begun now nobody would end, and what is done nobody would see.
+        if (world_.stopped() && request.method != "GET") {
+          throw ApiError(503, "lk-emu", "the program is ending");
+        }
         (this->*route.handle)(request, parts, reply);
         return;
       }

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 #include <system_error>
 
 #include "emulator/program/cli.hpp"
@@ -126,21 +127,24 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       check_interface(bus.interface);
     }
   }
-  if (!options.rom.in_memory) rom_store_.emplace(options.rom, buses);
+  const bool keeps_rom = !options.rom.in_memory;
+  if (keeps_rom && !options.rom.wipe) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     line.on_advice = [this, &line](const Advice& advice) {
       spdlog::warn("{}", advice_line(line.name(), advice, language_));
     };
-    if (rom_store_) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
+    if (keeps_rom) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
   control_.emplace(loop_, world_, options.control);
   for (std::size_t i = 0; i < buses.size(); ++i) {
     if (options.create_buses) make(buses[i].interface);
   }
-  // Last of what may be refused: a directory that has been begun will not do for the next start.
+  // Late, as a directory that has been begun will not do for the next start.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
+  // Last, as nobody can undo it; its drives start as they are configured.
+  if (keeps_rom && options.rom.wipe) rom_store_.emplace(options.rom, buses);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -181,9 +185,14 @@ int Daemon::conclude_scenario() {
   report->strict = strict_;
   std::fputs(report_text(*report, false, language_).c_str(), stdout);
   std::fflush(stdout);
-  if (junit_) {
+  if (!junit_) return exit_status(report->outcome());
+  try {
     junit_->write(junit_xml({*report}));
     junit_->commit();
+  } catch (const StartError& problem) {
+    // Said here: on its way out it would meet the writers' threads, and wait for their disk.
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
   }
   return exit_status(report->outcome());
 }
@@ -272,7 +281,11 @@ void Daemon::say_ready_once() {
   std::fflush(stdout);
   tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
-  scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  try {
+    scenario_.start(std::move(*planned_), [this] { begin_stop(); });
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--scenario: ") + problem.what());
+  }
   planned_.reset();
 }
 

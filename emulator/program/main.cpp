@@ -1,8 +1,12 @@
+#include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <optional>
 #include <string_view>
@@ -55,11 +59,8 @@ int run(int argc, char** argv) {
   return daemon.run();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
+/// With one line for whatever is wrong.
+int run_and_tell(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {
@@ -69,4 +70,28 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "lk-emu: failed: %s\n", problem.what());
     return 1;
   }
+}
+
+/// What was printed has left. Not when nobody reads any more, or when standard output is closed:
+/// then nobody wanted it.
+bool output_is_written() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  // Of a write in between the reason is not known any more.
+  const char* const reason = errno != 0 ? std::strerror(errno) : "not all of it could be written";
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  ::poll(&output, 1, 0);
+  if ((output.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return true;
+  std::fprintf(stderr, "lk-emu: standard output: %s\n", reason);
+  return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
+  const int status = run_and_tell(argc, argv);
+  if (output_is_written()) return status;
+  return status != 0 ? status : 1;
 }

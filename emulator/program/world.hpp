@@ -32,6 +32,7 @@ class World {
   void start();
   /// Time ends: nothing happens on the buses any more.
   void stop();
+  bool stopped() const { return stopped_; }
 
   /// There are frames on a line: takes them in, lets the replies out, and stays for what follows.
   void serve(std::size_t line);

@@ -131,23 +131,51 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 // --- files
 // --------------------------------------------------------------------------------------------------
 
-void write_file(const fs::path& file, const std::string& text) {
-  errno = 0;
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw StartError("cannot write " + file.string() + ": " + reason(errno));
-}
-
-void make_empty_directory(const fs::path& directory) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (!error && !fs::is_empty(directory, error) && !error) {
-    throw StartError(directory.string() +
-                     " is not empty; a recording needs a directory of its own");
+/// What is made for a recording. It goes again unless all of it could be made: a directory that has
+/// been begun will not do for the next one.
+class Beginning {
+ public:
+  explicit Beginning(fs::path directory) : directory_(std::move(directory)) {}
+  Beginning(const Beginning&) = delete;
+  Beginning& operator=(const Beginning&) = delete;
+  ~Beginning() {
+    std::error_code ignored;
+    for (auto made = made_.rbegin(); made != made_.rend(); ++made) fs::remove(*made, ignored);
   }
-  if (error) throw StartError("cannot record in " + directory.string() + ": " + error.message());
-}
+
+  void make_empty_directory() {
+    std::error_code error;
+    if (fs::create_directories(directory_, error)) made_.push_back(directory_);
+    if (!error && !fs::is_empty(directory_, error) && !error) {
+      throw StartError(directory_.string() +
+                       " is not empty; a recording needs a directory of its own");
+    }
+    check(error);
+  }
+  void make_directory(const fs::path& directory) {
+    std::error_code error;
+    if (fs::create_directory(directory, error)) made_.push_back(directory);
+    check(error);
+  }
+  void write(const fs::path& file, const std::string& text) {
+    made_.push_back(file);
+    errno = 0;
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason(errno));
+  }
+  void keep() { made_.clear(); }
+
+ private:
+  void check(std::error_code error) const {
+    if (!error) return;
+    throw StartError("cannot record in " + directory_.string() + ": " + error.message());
+  }
+
+  fs::path directory_;
+  std::vector<fs::path> made_;  // in order
+};
 
 fs::path rom_file(const fs::path& directory, const BusConfig& bus, const ServoConfig& servo) {
   return directory / "rom" / (bus.interface + "-" + std::to_string(servo.id) + ".toml");
@@ -252,24 +280,24 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses) {
-  make_empty_directory(directory);
-  std::error_code error;
-  for (const char* part : {"motors", "rom"}) fs::create_directory(directory / part, error);
-  if (error) throw StartError("cannot record in " + directory.string() + ": " + error.message());
-  if (texts.config) write_file(directory / "config.toml", *texts.config);
+  Beginning beginning(directory);
+  beginning.make_empty_directory();
+  for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
+  if (texts.config) beginning.write(directory / "config.toml", *texts.config);
   for (const auto& [name, text] : texts.motors) {
-    write_file(directory / "motors" / (name + ".toml"), text);
+    beginning.write(directory / "motors" / (name + ".toml"), text);
   }
   for (const BusConfig& bus : buses) {
     for (const ServoConfig& servo : bus.servos) {
       if (!was_written(servo)) continue;
       const RomOwner owner{bus.interface, servo.id, servo.profile.name};
-      write_file(rom_file(directory, bus, servo), print_rom(owner, servo.rom, servo.wear));
+      beginning.write(rom_file(directory, bus, servo), print_rom(owner, servo.rom, servo.wear));
     }
   }
-  for (const char* log : {kFramesFile, kInputsFile}) write_file(directory / log, "");
+  for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
   // Last: a directory that has it has the rest as well.
-  write_file(directory / kRecordingFile, print_info(info, texts.config.has_value(), buses));
+  beginning.write(directory / kRecordingFile, print_info(info, texts.config.has_value(), buses));
+  beginning.keep();
 }
 
 Recording read_recording(const fs::path& directory) {

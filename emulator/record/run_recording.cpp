@@ -28,7 +28,7 @@ void RunRecording::start(const std::filesystem::path& directory, From from) {
   RecordingInfo info = recording_info(request, world_.time());
   info.replayable = replayable_ = from == From::kBeginning;
   stop();
-  recorder_.reset();
+  previous_ = std::exchange(recorder_, std::nullopt);
   recorder_.emplace(directory, info, texts_, buses_of(world_));
   for (std::size_t n = 0; n < world_.lines().size(); ++n) {
     Listener listener;
@@ -65,6 +65,11 @@ Json RunRecording::state() const {
 Activity RunRecording::for_clients() {
   const auto start_for_client = [this](const Json& request) {
     if (running()) throw ApiError(409, "recording", "one is running; stop it first");
+    // Its end would wait for the disk, and the buses with it.
+    if (previous_ && !previous_->done()) {
+      throw ApiError(409, "recording",
+                     "the disk has not taken all of an earlier one; wait, or mend the disk");
+    }
     const toml::table table = to_table(request);
     TableReader reader(table, "request", "");
     const auto directory = reader.text("directory");

@@ -32,7 +32,9 @@ class RunRecording {
   /// What the control interface calls.
   Activity for_clients();
   /// Nothing is left to write.
-  bool done() const { return !recorder_ || recorder_->done(); }
+  bool done() const {
+    return (!recorder_ || recorder_->done()) && (!previous_ || previous_->done());
+  }
 
  private:
   Json state() const;
@@ -41,6 +43,7 @@ class RunRecording {
   Overrides overrides_;
   ConfigTexts texts_;
   std::optional<Recorder> recorder_;
+  std::optional<Recorder> previous_;  // its last lines may be on their way to the disk
   bool replayable_ = false;
   std::vector<Line::ListenerKey> listeners_;  // by line
 };

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include "emulator/advice/adviser.hpp"
 #include "emulator/config/candump_log.hpp"
 #include "emulator/program/cli.hpp"
+#include "emulator/rom/durable_file.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/scenario/csv_writer.hpp"
 #include "emulator/scenario/progress.hpp"
@@ -92,8 +94,12 @@ class RomOutput {
       run.take_rom_writes(n, writes_);
       for (const RomWrite& write : writes_) {
         const RomPlace& place = store_.place(n, write.id);
-        const int error = write_durably(place.directory_fd, place.name,
-                                        print_rom(place.owner, write.rom, write.wear));
+        // A file is as durable as its directory: with the first one that is made sure of as well.
+        int error = std::exchange(durable_, true) ? 0 : sync_entry(place.directory_fd);
+        if (error == 0) {
+          error = write_durably(place.directory_fd, place.name,
+                                print_rom(place.owner, write.rom, write.wear));
+        }
         if (error == 0) continue;
         throw StartError("--rom: cannot write " + place.name + ": " +
                          std::generic_category().message(error));
@@ -103,6 +109,7 @@ class RomOutput {
 
  private:
   RomStore store_;
+  bool durable_ = false;
   std::vector<RomWrite> writes_;
 };
 

@@ -276,6 +276,27 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
 }
 
+/// It may wait for the disk for seconds, and answers meanwhile.
+TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
+  TestWorld t;
+  int begun = 0;
+  const auto begin = [&begun](const Json&) -> Json { return ++begun; };
+  t.api.recording.start = t.api.scenario.start = begin;
+  t.world.stop();
+  for (const auto& [method, path] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"POST", "/recording"},
+                                                                  {"POST", "/scenario"},
+                                                                  {"POST", "/clock/advance"},
+                                                                  {"PUT", "/clock"},
+                                                                  {"POST", "/directives"}}) {
+    const ApiResponse answer = t.send(method, path, R"({"by_s": 1})");
+    EXPECT_EQ(answer.status, 503) << path;
+    EXPECT_EQ(reason(answer), "the program is ending") << path;
+  }
+  EXPECT_EQ(begun, 0);
+  EXPECT_EQ(t.get("/status").status, 200) << "it can be looked at";
+}
+
 /// Reading a long one would keep the drives waiting.
 TEST(ControlApi, AClientsScenarioIsShort) {
   TestWorld t;

@@ -17,7 +17,9 @@
 #include "emulator/program/cli.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/rom/rom_writer.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
 #include "tests/emulator/rom_support.hpp"
+#include "tests/support/frames.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace {
@@ -104,6 +106,21 @@ TEST_F(Synced, NothingIsDurableInADirectoryThatIsNot) {
   refuse(directory_.path());
   EXPECT_EQ(write(path, 2), EIO);
   EXPECT_EQ(times_synced(directory_.path()), 2) << "it is tried again";
+}
+
+TEST_F(Synced, TheEntryOfADirectoryThatARunKeepsRomIn) {
+  const auto path = make("rom");
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = std::chrono::milliseconds(200);
+  scenario.sends = {{.frame = test::frame("141#3200010203040506"),
+                     .every = std::chrono::milliseconds(100),
+                     .times = 2}};
+  RunOutputs outputs;
+  outputs.rom = path;
+  run_scenario(scenario, outputs);
+  EXPECT_EQ(times_synced(path), 2);
+  EXPECT_EQ(times_synced(directory_.path()), 1);
 }
 
 TEST_F(Synced, AWipeThatMayComeBackIsNone) {

@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "emulator/program/cli.hpp"
+#include "tests/emulator/rom_support.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -39,6 +44,23 @@ TEST(RecordedInput, IsRefusedWithItsLine) {
       EXPECT_EQ(std::string(problem.what()).rfind("directives.jsonl:7: ", 0), 0U) << problem.what();
     }
   }
+}
+
+/// A directory with half a beginning in it would be refused by the next start.
+TEST(Recording, ABeginningThatFailsLeavesNothing) {
+  const TempDirectory scratch;
+  const std::filesystem::path directory = scratch.path() / "recording";
+  ConfigTexts texts{"a configuration", {{"a", "a motor"}, {"none/such", "in no directory"}}};
+  EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);
+  EXPECT_FALSE(std::filesystem::exists(directory));
+  std::filesystem::create_directory(directory);
+  EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);
+  EXPECT_TRUE(std::filesystem::is_empty(directory)) << "what was there before stays";
+  texts.motors.erase("none/such");
+  begin_recording(directory, {}, texts, {});
+  EXPECT_TRUE(std::filesystem::exists(directory / kRecordingFile));
+  EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);
+  EXPECT_TRUE(std::filesystem::exists(directory / kRecordingFile)) << "somebody's recording";
 }
 
 }  // namespace

@@ -54,15 +54,21 @@ done
 [[ $(ask 9000000000000000) == 90*3412 ]] || fail "another encoder offset after the kill"
 lk-emu ctl --socket $socket record /var/lib/lk-emu/bench/run >/dev/null || fail "no recording"
 
-# Over TCP, as docs/service.md has it, and with its token only.
+# Over TCP and recorded, as docs/service.md has it; with its token only, and each run for itself.
 echo 0123456789abcdef0123 >/etc/lk-emu/token
 chmod 600 /etc/lk-emu/token
 mkdir -p /run/systemd/system/$service.service.d
 # shellcheck disable=SC2016 # a backquote ends the example
 sed -n '/^\[Service\]/,/^`/{/^`/!p}' /out/service.md >/run/systemd/system/$service.service.d/http.conf
-grep -q http-token /run/systemd/system/$service.service.d/http.conf || fail "docs/service.md has no example"
+for what in http-token --record RestartPreventExitStatus=; do
+  grep -q -e $what /run/systemd/system/$service.service.d/http.conf || fail "docs/service.md has no example of $what"
+done
 systemctl daemon-reload
-systemctl restart $service || fail "does not start with --http"
+for run in 1 2; do
+  systemctl restart $service || fail "does not start with --http and --record"
+  runs=(/var/lib/private/lk-emu/bench/runs/*/recording.json)
+  [[ -e ${runs[0]} && ${#runs[@]} == "$run" ]] || fail "run $run is not recorded"
+done
 python3 - <<'P' || fail "not as docs/service.md has it"
 import urllib.error, urllib.request
 url = "http://127.0.0.1:8474/api/v1/status"

@@ -8,19 +8,17 @@
 #include <fstream>
 #include <future>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "protocol/frame_bits.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
+#include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr Payload kReadState2 = {0x9C};
 
 /// A vcan of the test's own, so that its coming and going disturbs nobody.
 class OwnInterface {
@@ -327,10 +325,11 @@ TEST(Stop, WorksWhileTheInterfaceIsGone) {
 TEST(Pace, APausedProgramSlipsAndSaysSo) {
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
-  emulator.signal(SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // the pause under test
   Host host("vcan0");
+  ASSERT_TRUE(suspend(emulator));
+  const auto paused = MonoClock::now();
   host.send(0x141, kReadState2);
+  ASSERT_TRUE(wait_until([&] { return MonoClock::now() - paused > 300ms; }));
   emulator.signal(SIGCONT);
   EXPECT_TRUE(host.receive()) << "what came during the pause is answered after it";
   EXPECT_TRUE(emulator.wait_for_log("simulated time slips"));

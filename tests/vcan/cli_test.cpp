@@ -2,6 +2,7 @@
 // anything starts.
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -168,6 +169,39 @@ TEST(Cli, VersionAndHelp) {
        {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate", "--create-bus", "--check",
         "--rom", "--wipe-rom", "--log-level", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
+  }
+}
+
+/// Words before the program's that send its standard output elsewhere.
+std::vector<std::string> with_output(const std::string& redirection) {
+  return {"sh", "-c", redirection, "sh"};
+}
+
+TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"motors"},
+                                                  {"motors", "mf7015"},
+                                                  {"faults"},
+                                                  {"--check", "--bus", "vcan0", "--ids", "1"},
+                                                  {"--version"},
+                                                  {"ctl", "--help"}}) {
+    const auto result = EmulatorProcess(command, with_output("exec \"$@\" >/dev/full")).wait();
+    EXPECT_EQ(result.status, 1) << command[0];
+    EXPECT_EQ(result.err.rfind("lk-emu: standard output: ", 0), 0U) << result.err;
+    EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+  }
+}
+
+TEST(Output, ThatNobodyWantsIsNotMissed) {
+  const std::string fifo = testing::TempDir() + "lk-emu-cli-" + std::to_string(::getpid());
+  // Whoever read has left, before anything is written.
+  const std::string left = "mkfifo " + fifo + " && exec 3<>" + fifo + " && exec 4>" + fifo +
+                           " && rm " + fifo + " && exec 3<&- && exec \"$@\" >&4 4>&-";
+  for (const std::string& redirection : {left, std::string("exec \"$@\" >&-")}) {
+    for (const char* command : {"motors", "faults"}) {
+      const auto result = EmulatorProcess({command}, with_output(redirection)).wait();
+      EXPECT_EQ(result.status, 0) << redirection;
+      EXPECT_EQ(result.err, "") << redirection;
+    }
   }
 }
 

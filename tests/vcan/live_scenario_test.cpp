@@ -84,5 +84,28 @@ TEST(LiveScenario, IsInvalidWhenItIsCutShort) {
       << result.out;
 }
 
+TEST(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
+  const auto faults = [](const std::string& table) {
+    std::string text;
+    for (int n = 0; n < 600; ++n) {
+      text += "[[" + table + "]]\nat_s = 0\nid = 1\nfault = \"slow_replies\"\n";
+    }
+    return text;
+  };
+  const std::string robot = testing::TempDir() + "lk-emu-live-robot.toml";
+  std::ofstream(robot) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
+                       << faults("bus.event");
+  const std::string file = put("robot = \"somewhere_else\"\nduration_s = 1\n" + faults("event") +
+                               "[[expect]]\nid = 1\nstate = \"running\"\n");
+  const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--config", robot,
+                                       "--scenario", file})
+                          .wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_NE(result.err.find("lk-emu: --scenario: vcan0: a bus keeps no more than 1000 faults, 600 "
+                            "are there\n"),
+            std::string::npos)
+      << result.err;
+}
+
 }  // namespace
 }  // namespace lk::vcan

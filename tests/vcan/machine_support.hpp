@@ -118,4 +118,14 @@ bool wait_until(Condition condition) {
   return true;
 }
 
+/// Stops it, until SIGCONT; true once it has stopped.
+inline bool suspend(const EmulatorProcess& emulator) {
+  emulator.signal(SIGSTOP);
+  return wait_until([&] {
+    const std::string stat = text_of("/proc/" + std::to_string(emulator.pid()) + "/stat");
+    const auto name_end = stat.rfind(')');
+    return name_end != std::string::npos && stat[name_end + 2] == 'T';
+  });
+}
+
 }  // namespace lk::vcan

@@ -189,19 +189,12 @@ TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
 
 using Processor = MachineTest;
 
-char state_of(pid_t pid) {
-  const std::string stat = text_of("/proc/" + std::to_string(pid) + "/stat");
-  const auto name_end = stat.rfind(')');
-  return name_end == std::string::npos ? '?' : stat[name_end + 2];
-}
-
 TEST_F(Processor, StoppedForASecondItSlipsOnceAndAnswersWhatCame) {
   EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   const Reading begin = read_clock();
-  emulator.signal(SIGSTOP);
-  ASSERT_TRUE(wait_until([&] { return state_of(emulator.pid()) == 'T'; }));
+  ASSERT_TRUE(suspend(emulator));
   const auto stopped = MonoClock::now();
   constexpr int kFrames = 500;  // well within a socket's buffer
   for (int n = 0; n < kFrames; ++n) host.send(0x141U + static_cast<canid_t>(n % 4), kReadState2);

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <sstream>
 #include <thread>
 
+#include "tests/vcan/control_client.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -173,6 +177,46 @@ TEST_F(Record, AFullDiskEndsItAndNothingElse) {
   EXPECT_EQ(again.status, 0) << again.out << again.err;
   EXPECT_NE(again.out.find("identical up to "), std::string::npos) << again.out;
   EXPECT_TRUE(run("umount " + directory()));
+}
+
+/// A recording that has been ended, on a disk that takes nothing of it, and another one after it.
+TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
+  const std::string fifo = scratch_ + "/disk";
+  const std::string socket = scratch_ + "/s";
+  ASSERT_TRUE(run("mkfifo " + fifo));
+  EmulatorProcess emulator(
+      {"--bus", "vcan0", "--ids", "1", "--rom", ":memory:", "--control", socket},
+      {"env", "LD_PRELOAD=" LKEMU_SLOW_DISK, "LKEMU_SLOW_DISK=" + fifo,
+       "LKEMU_SLOW_FILE=" + scratch_ + "/1/frames.log"});
+  ASSERT_TRUE(emulator.wait_ready());
+  const auto begin = [&](const std::string& name) {
+    return ask(socket, "POST /recording", "{\"directory\":\"" + scratch_ + "/" + name + "\"}");
+  };
+  Host host("vcan0");
+  ASSERT_EQ(begin("1").status, 200);
+  ASSERT_TRUE(host.query(1, {0x9C}));
+  ASSERT_TRUE(emulator.wait_for_log("writing"));
+  ASSERT_EQ(ask(socket, "DELETE /recording").status, 200);
+  auto second = std::async(std::launch::async, begin, "2");
+  const bool answered =
+      second.wait_for(std::chrono::milliseconds(kPatience_ms)) == std::future_status::ready;
+  if (!answered) emulator.signal(SIGKILL);
+  ASSERT_TRUE(answered);
+  EXPECT_EQ(second.get().status, 200);
+  EXPECT_TRUE(host.query(1, {0x9C}));
+  ASSERT_EQ(ask(socket, "DELETE /recording").status, 200);
+  const Answer third = begin("3");
+  EXPECT_EQ(third.status, 409);
+  EXPECT_NE(third.body.find("the disk has not taken all of an earlier one"), std::string::npos);
+  EXPECT_FALSE(fs::exists(scratch_ + "/3"));
+  EXPECT_TRUE(host.query(1, {0x9C}));
+  std::ofstream(fifo) << std::string(100, '.');
+  EXPECT_EQ(emulator.stop().status, 0);
+  for (const char* ended : {"1", "2"}) {
+    std::ostringstream inputs;
+    inputs << std::ifstream(scratch_ + "/" + ended + "/directives.jsonl").rdbuf();
+    EXPECT_NE(inputs.str().find("\"end\":true"), std::string::npos) << ended << inputs.str();
+  }
 }
 
 TEST_F(Record, WantsADirectoryOfItsOwn) {

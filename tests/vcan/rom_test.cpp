@@ -110,6 +110,27 @@ TEST_F(Rom, WipedItIsAsConfigured) {
   EXPECT_FALSE(fs::exists(file(1)));
 }
 
+TEST_F(Rom, IsNotWipedByAStartThatIsRefused) {
+  {
+    EmulatorProcess emulator(arguments());
+    ASSERT_TRUE(emulator.wait_ready());
+    EXPECT_EQ(Host("vcan0").query(1, kPidToRom), kPidToRom);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  const std::string before = text_of(file(1));
+  for (const std::vector<std::string>& refused :
+       {std::vector<std::string>{"--control", directory_ + "/none/s"},
+        {"--http", "192.0.2.1:80"},  // an address of nobody (RFC 5737)
+        {"--record", directory_}}) {
+    std::vector<std::string> all = arguments({"--wipe-rom"});
+    all.insert(all.end(), refused.begin(), refused.end());
+    const auto result = EmulatorProcess(all).wait();
+    EXPECT_EQ(result.status, 2) << refused[0];
+    EXPECT_EQ(result.err.find("wiped"), std::string::npos) << result.err;
+    EXPECT_EQ(text_of(file(1)), before) << refused[0];
+  }
+}
+
 TEST_F(Rom, ADamagedFileIsRefusedAndLeftAlone) {
   std::ofstream(file(2)) << "format = 1\nbus = \"vcan0\"\nid = 2\nmotor = 7\n";
   const std::string before = text_of(file(2));
@@ -276,6 +297,22 @@ TEST_F(SlowDisk, StoppingDoesNotWaitForOneThatHangs) {
   EmulatorProcess next(arguments());
   ASSERT_TRUE(next.wait_ready()) << "it holds nothing";
   EXPECT_EQ(Host("vcan0").query(1, kReadPid), kFactoryPid);
+}
+
+TEST_F(SlowDisk, AVerdictThatCannotBeWrittenDoesNotWaitForOneThatHangs) {
+  const std::string scenario = directory_ + "/scenario.toml";
+  std::ofstream(scenario) << "robot = \"somewhere_else\"\nduration_s = 0.2\n"
+                             "[[send]]\nat_s = 0\nframe = \"141#3200010203040506\"\n"
+                             "[[expect]]\nid = 2\nstate = \"running\"\n";
+  const auto result =
+      EmulatorProcess(arguments({"--scenario", scenario, "--junit", "/dev/full"}), launcher())
+          .wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_NE(result.out.find("whose last ROM write is not confirmed"), std::string::npos)
+      << result.out;
+  EXPECT_NE(result.err.find("lk-emu: --junit: cannot write /dev/full: No space left on device\n"),
+            std::string::npos)
+      << result.err;
 }
 
 TEST_F(SlowDisk, ASecondSignalEndsItAtOnce) {

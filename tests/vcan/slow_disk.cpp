@@ -1,18 +1,40 @@
 // Loaded before libc (LD_PRELOAD), makes the disk slow: fsync waits for a byte from the FIFO that
-// LKEMU_SLOW_DISK names.
+// LKEMU_SLOW_DISK names, and so does a write to the file that LKEMU_SLOW_FILE names.
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
-extern "C" int fsync(int fd) {
+namespace {
+
+void wait_for_a_byte() {
   static const int fifo = [] {
-    static_cast<void>(::write(STDERR_FILENO, "writing\n", 8));
+    static_cast<void>(::syscall(SYS_write, STDERR_FILENO, "writing\n", 8));
     return ::open(std::getenv("LKEMU_SLOW_DISK"), O_RDONLY | O_CLOEXEC);
   }();
   char byte = 0;
   static_cast<void>(::read(fifo, &byte, 1));
+}
+
+bool is_slow_file(int fd) {
+  const char* const name = std::getenv("LKEMU_SLOW_FILE");
+  struct stat slow {};
+  struct stat written {};
+  return name != nullptr && ::stat(name, &slow) == 0 && ::fstat(fd, &written) == 0 &&
+         slow.st_ino == written.st_ino && slow.st_dev == written.st_dev;
+}
+
+}  // namespace
+
+extern "C" int fsync(int fd) {
+  wait_for_a_byte();
   return static_cast<int>(::syscall(SYS_fsync, fd));
+}
+
+extern "C" ssize_t write(int fd, const void* bytes, size_t size) {
+  if (is_slow_file(fd)) wait_for_a_byte();
+  return ::syscall(SYS_write, fd, bytes, size);
 }
