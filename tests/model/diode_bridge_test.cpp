@@ -143,5 +143,19 @@ TEST(DiodeBridge, OverspeedIsBrakedTowardsTheThresholdAndChargesTheLink) {
               0.01 * (before));
 }
 
+TEST(DiodeBridge, TakesDownACurrentThatMakesTorqueOnly) {
+  // At angle 0 the q axis lies between b and c: all of i_q = 5 A flows in at b and out at c.
+  const DriveParams d = ideal_drive();
+  BarePlant plant(d);
+  plant.s.i_q = 5.0;
+  plant.free_step();
+  const double v = 0.5 * (24.0 + 2.0 * plant.p.v_diode);
+  const double R = d.motor.R_s, i_b = 5.0 * std::sqrt(3.0) / 2.0;
+  const double left = -v / R + (i_b + v / R) * std::exp(-R / d.motor.L_q * plant.p.T_s);
+  ASSERT_GT(left, 0.0);
+  EXPECT_NEAR(plant.s.i_q, left / (std::sqrt(3.0) / 2.0), 0.01);
+  EXPECT_NEAR(plant.s.i_d, 0.0, 0.01);
+}
+
 }  // namespace
 }  // namespace lk::model::test

@@ -154,6 +154,21 @@ TEST(TakesEffect, ABrokenCouplingOnceItParts) {
   EXPECT_GT(bank.truth(0).theta_m, bank.truth(0).theta_out);
 }
 
+TEST(TakesEffect, ABrokenCouplingOnceAHandPartsIt) {
+  DriveParams d = ideal_drive();
+  d.load.J = 1e-3;
+  DriveBank bank = one_drive(d);
+  const Faults broken{.coupling_broken = true};
+  bank.command(0, Off{});
+  bank.set_faults(0, broken);
+  bank.turn_shaft(0, 0.3);  // the output; the rotor stays
+  bank.advance(100);
+  EXPECT_EQ(bank.truth(0).theta_out, 0.3);
+  EXPECT_EQ(bank.truth(0).theta_m, 0.0);
+  EXPECT_EQ(bank.telemetry(0).encoder_position, 0);
+  EXPECT_TRUE(of(bank, broken));  // whole, rotor and output would be at the same angle
+}
+
 TEST(TakesEffect, BacklashWhereTheHealthyTeethWouldTouch) {
   DriveParams d = ideal_drive();
   d.mechanics.gear_ratio = 6.0;

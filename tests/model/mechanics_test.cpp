@@ -1,4 +1,5 @@
 // Rotor and friction against closed forms (docs/model.md §4).
+#include "model/plant/stored_energy.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
@@ -159,6 +160,14 @@ TEST(Mechanics, CoggingHoldsTheRotorInAWellAndConservesEnergy) {
   slow.m.omega = std::sqrt(2.0 * (2.0 * 0.005 / 84) / d.mechanics.J) * 0.99;
   slow.run(1.0, 0.0);
   EXPECT_LT(std::abs(slow.m.theta), 2.0 * kPiT / 84);
+}
+
+TEST(Mechanics, ACogglessRotorStoresNothingInCogging) {
+  DriveParams d = ideal_drive();
+  d.mechanics.cogging_per_turn = 0;
+  d.mechanics.tau_cogging = 0.005;
+  const BarePlant plant(d);
+  EXPECT_NEAR(stored_energy(plant.p, plant.s), 0.5 * d.supply.C_link * 24.0 * 24.0, 1e-12);
 }
 
 }  // namespace

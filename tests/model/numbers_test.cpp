@@ -86,5 +86,13 @@ TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
   }
 }
 
+TEST(OwnTrigonometry, DecayIsZeroWhereADoubleIs) {
+  for (const double x : {0.0, -0.25, -0.3, -1.0, -7.0, -100.0}) {
+    // Halved n times, the remainder of the series counts 2^n times; 2e-8 at the edge.
+    EXPECT_NEAR(exp_decay(x), std::exp(x), std::exp(x) * 2e-8 * std::max(1.0, -8.0 * x)) << x;
+  }
+  for (const double x : {-2000.0, -1e300, -HUGE_VAL}) EXPECT_EQ(exp_decay(x), 0.0) << x;
+}
+
 }  // namespace
 }  // namespace lk::model

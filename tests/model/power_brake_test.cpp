@@ -76,6 +76,20 @@ TEST(Reset, OpensTheBridgeAndForgets) {
   EXPECT_NEAR(bank.truth(0).omega_m, omega, 0.05 * omega);  // the shaft coasts on
 }
 
+TEST(Reset, ASupplyThatIsTooLowFromTheStartWakesNobody) {
+  DriveParams d = ideal_drive();
+  d.logic = {.v_reset = 6.0, .v_reset_hysteresis = 0.5, .boot_time = 0.01};
+  d.supply.v_source = 5.9;
+  DriveBank bank = one_drive(d);
+  EXPECT_FALSE(bank.alive(0));
+  bank.advance(ticks_in(d, 0.1));
+  EXPECT_FALSE(bank.alive(0));
+  EXPECT_FALSE(bank.telemetry(0).bridge_on);
+  bank.set_supply_voltage(0, 24.0);
+  bank.advance(ticks_in(d, 0.1));
+  EXPECT_TRUE(bank.alive(0));
+}
+
 TEST(Brake, HoldsUpToItsTorqueAndTakesTimeToLift) {
   DriveParams d = ideal_drive();
   d.brake = {.tau = 0.05, .engage_time = 0.02, .release_time = 0.04};
@@ -113,6 +127,17 @@ TEST(Brake, MovesEvenlyInItsTimes) {
   EXPECT_EQ(s.pressed, 1.0);
 }
 
+TEST(Brake, MovesAtOnceWithoutATime) {
+  const BrakeParams p{.tau = 1.0, .engage_time = 0.0, .release_time = 0.0};
+  BrakeState s{.coil_on = true};
+  EXPECT_TRUE(move_brake(p, 1e-3, s));
+  EXPECT_EQ(s.pressed, 0.0);
+  s.coil_on = false;
+  EXPECT_TRUE(move_brake(p, 1e-3, s));
+  EXPECT_EQ(s.pressed, 1.0);
+  EXPECT_FALSE(move_brake(p, 1e-3, s));
+}
+
 TEST(Brake, FallsWithThePower) {
   DriveParams d = ideal_drive();
   d.brake = {.tau = 0.5, .engage_time = 0.001, .release_time = 0.001};
@@ -125,6 +150,7 @@ TEST(Brake, FallsWithThePower) {
   bank.set_supply_voltage(0, 0.0);
   bank.advance(ticks_in(d, 0.2));
   EXPECT_EQ(bank.truth(0).omega_m, 0.0);
+  bank.set_brake_coil(0, true);  // nobody is there to hear it
   bank.set_supply_voltage(0, 24.0);
   bank.advance(ticks_in(d, 0.2));
   bank.command(0, Torque{0.1});

@@ -63,6 +63,34 @@ TEST(EndStops, PutBesideTheShaftLetItInAndNeverThrowIt) {
   }
 }
 
+TEST(EndStops, AShaftBeyondOneComesBackUnhindered) {
+  for (const double side : {-1.0, 1.0}) {
+    DriveParams d = ideal_drive();
+    d.load.theta_min = -1.0;
+    d.load.theta_max = 1.0;
+    Shafts shafts(d);
+    shafts.m = {1.2 * side, -3.0 * side, 1.2 * side, -3.0 * side};
+    shafts.step(0.0);
+    EXPECT_EQ(shafts.m.omega_out, -3.0 * side);
+    EXPECT_NEAR(shafts.m.theta_out, side * (1.2 - 3.0 * shafts.p.T_s), 1e-12);
+    EXPECT_EQ(shafts.friction, 0.0);
+  }
+}
+
+TEST(EndStops, OneSideMayStandAlone) {
+  for (const double side : {-1.0, 1.0}) {
+    DriveParams d = geared(0.0);
+    (side > 0.0 ? d.load.theta_max : d.load.theta_min) = 0.2 * side;
+    DriveBank bank = one_drive(d);
+    bank.command(0, Torque{2.0 * side});
+    bank.advance(ticks_in(d, 1.0));
+    EXPECT_NEAR(bank.truth(0).theta_out, 0.2 * side, 1e-3);
+    bank.command(0, Torque{-2.0 * side});
+    bank.advance(ticks_in(d, 1.0));
+    EXPECT_LT(bank.truth(0).theta_out * side, -1.0);
+  }
+}
+
 TEST(EndStops, WhatAnImpactDestroysIsInTheLedger) {
   for (const double stiffness : {0.0, 3000.0}) {
     DriveParams d = geared(stiffness);
@@ -121,6 +149,12 @@ TEST(BusCurrent, OfAVoltageModeDriveIsEstimatedFromTheVoltage) {
   const double v_q = 0.5 * modulation(d.inverter) * 24.0;
   EXPECT_NEAR(truth.i_q, v_q / 3.0, 0.05 * v_q / 3.0);
   EXPECT_NEAR(bank.telemetry(0).i_bus, 1.5 * v_q * v_q / 3.0 / 24.0, 0.02);
+}
+
+TEST(Encoder, AngleThatIsNoNumberOfCountsIsNone) {
+  for (const double theta_m : {std::nan(""), 1e30, -1e30}) {
+    EXPECT_EQ(one_drive(ideal_drive(), unlimited(), theta_m).telemetry(0).encoder_position, 0);
+  }
 }
 
 }  // namespace

@@ -122,6 +122,36 @@ const GoldenQuery kQueries[] = {
     {"288#9A009C00920000 00", kMultiDrive, MultiCommand{{0x9A, 0x9C, 0x92, 0}}},
 };
 
+TEST(Dialect, RepliesToWhatADriveDoesNotKnowAreNone) {
+  const auto reject = [](const char* text, const WireFormat& format) {
+    const auto decoded = decode_reply(frame(text), format);
+    const auto* reason = std::get_if<Reject>(&decoded);
+    return reason != nullptr ? std::optional(*reason) : std::nullopt;
+  };
+  const char* const torque = "141#A12364000CFE3412";
+  EXPECT_EQ(reject(torque, kMsV236), Reject::kUnknownCommand);
+  EXPECT_EQ(reject(torque, kMgV236), std::nullopt);
+  const char* const pid = "141#3000643228141E0A";
+  EXPECT_EQ(reject(pid, kMgV236), Reject::kUnknownCommand);
+  EXPECT_EQ(reject(pid, kLegacyFormat), std::nullopt);
+  EXPECT_EQ(reject("141#C0FF000000000000", kMgV236), Reject::kUnknownCommand);
+  EXPECT_EQ(reject("141#C00A000000000000", kMgV236), std::nullopt);
+}
+
+TEST(Dialect, WhatIsInNoTableNobodyKnows) {
+  for (const WireFormat& format : {kLegacyFormat, kMgV236, kMsV236}) {
+    for (unsigned byte = 0; byte < 256; ++byte) {
+      const auto opcode = static_cast<std::uint8_t>(byte);
+      if (find_opcode(opcode) == nullptr) {
+        EXPECT_FALSE(answers(format, static_cast<Opcode>(opcode))) << byte;
+      }
+    }
+    for (const std::uint32_t id : {0x141U, 0x27FU, 0x283U, 0x289U, 0x7FFU}) {
+      EXPECT_FALSE(knows_multi_drive(format, id)) << id;
+    }
+  }
+}
+
 TEST(Dialect, GoldenQueriesBothDirections) {
   for (const auto& golden : kQueries) {
     EXPECT_EQ(encode_query(golden.id, golden.command, kMgV236), frame(golden.text));
