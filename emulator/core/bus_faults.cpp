@@ -58,7 +58,7 @@ bool Bus::holds(Waiting& waiting) const {
 
 /// A query on the wire: whoever waits for it has its turn before the drive hears it.
 void Bus::count_command(int id, const protocol::Frame& frame) {
-  if (waiting_.empty() || frame.dlc == 0) {
+  if (waiting_.empty()) {
     return;
   }
   bool complete = false;
@@ -261,7 +261,8 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
     live.draw();
     const auto parameter = static_cast<RomParameter>(live.value(0));
     struck = timelines_[seat].alive && servo.flip_ram(parameter, live.random, motor);
-  } else if (live.fault.kind == FaultKind::kRomDamaged) {
+  } else {
+    assert(live.fault.kind == FaultKind::kRomDamaged);
     const auto parameter = static_cast<std::size_t>(live.value(0));
     for (std::size_t n = 0; n < kRomParameters; ++n) {
       if (parameter == n || parameter == kRomParameters) {

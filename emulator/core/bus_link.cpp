@@ -22,8 +22,7 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
   const Servo& servo = servos_[seat];
   const int id = servo.id();
   // What the drive would not have answered anyway cannot be lost.
-  const bool for_several = frame.id < protocol::kSingleDriveId + protocol::kMinId ||
-                           frame.id > protocol::kSingleDriveId + protocol::kMaxId;
+  const bool for_several = protocol::find_multi_drive(frame.id) != nullptr;
   const bool listens = servo.multi_drive_mode() == for_several;
   const auto would_answer = [&servo, &frame, listens] {
     return listens && std::holds_alternative<protocol::Query>(servo.understand(frame));
@@ -42,7 +41,7 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
         return false;
       }
     } else if (live.fault.kind == FaultKind::kCorrupt && acts_on(live, 1, FrameChoice::kQueries)) {
-      if (listens && frame.dlc > 0 && live.hits()) {
+      if (listens && live.hits()) {
         flip_bits(live, static_cast<int>(live.value(0)), frame);
         took_effect(live, id, &frame);
       }

@@ -65,7 +65,7 @@ std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
       turn_ && turn_->drive && turn_->start < now ? &drives_[*turn_->drive] : nullptr;
   std::size_t count = 0;
   for (Waiting& reply : drives_) {
-    if (reply.owner == owner && &reply != begun && !reply.blocked) {
+    if (reply.owner == owner && &reply != begun) {
       reply.blocked = true;
       ++count;
     }

@@ -109,13 +109,13 @@ CommandedPosition ShaftAngles::single_turn_target(std::int64_t position, bool cl
   if (clockwise) {
     if (travel < -arrived) {
       zero += circle_counts_;
-    } else if (travel > circle - arrived) {
+    } else if (travel >= circle - arrived) {
       zero -= circle_counts_;
     }
   } else {
     if (travel > arrived) {
       zero -= circle_counts_;
-    } else if (travel < arrived - circle) {
+    } else if (travel <= arrived - circle) {
       zero += circle_counts_;
     }
   }

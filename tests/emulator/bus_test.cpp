@@ -222,9 +222,16 @@ TEST(BusDrops, CausesHaveNames) {
 TEST(Bus, WithoutDrives) {
   Bus bus(bus_config({}, kBitrate));
   bus.receive({0us, frame("141#9A00000000000000")});
+  bus.receive({0us, frame("280#0000000000000000")});
+  bus.receive({0us, frame("281#0000000000000000")});
   EXPECT_TRUE(run_until(bus, 1s).empty());
   EXPECT_EQ(bus.size(), 0U);
   EXPECT_FALSE(bus.has(1));
+  // Nobody lacks power: nobody is in the mode for 0x280, and nobody knows the other.
+  EXPECT_EQ(bus.stats().count(Drop::kNoPower), 0U);
+  EXPECT_EQ(bus.stats().count(Drop::kNoSuchDrive), 1U);
+  EXPECT_EQ(bus.stats().count(Drop::kWrongMode), 1U);
+  EXPECT_EQ(bus.stats().count(Drop::kForeignId), 1U);
 }
 
 TEST(Bus, ThirtyTwoDrives) {
@@ -238,6 +245,8 @@ TEST(Bus, ThirtyTwoDrives) {
   }
   EXPECT_EQ(run_until(bus, 1s).size(), 32U);
   EXPECT_EQ(bus.size(), 32U);
+  EXPECT_TRUE(bus.has(1) && bus.has(32));
+  for (const int id : {-1, 0, 33, 1'000'000}) EXPECT_FALSE(bus.has(id)) << id;
 }
 
 TEST(Bus, RepliesAreHandedOutOnceAndAppended) {

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "emulator/core/sampler.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -190,6 +191,29 @@ TEST(Delivery, WhatIsDoneToADriveIsDoneNow) {
   EXPECT_GT(settled.truth(2).omega_m, 0.1);
   EXPECT_EQ(behind.truth(2).omega_m, settled.truth(2).omega_m);
   EXPECT_EQ(behind.truth(2).theta_m, settled.truth(2).theta_m);
+}
+
+/// Wants to look every `period`, from `period` on.
+struct Watcher {
+  SimTime next_due() const { return next; }
+  void look(const Bus& bus) {
+    EXPECT_EQ(bus.time(), next);
+    ++looks;
+    next += period;
+  }
+  SimTime period;
+  SimTime next = period;
+  int looks = 0;
+};
+
+TEST(Delivery, EachWatcherLooksAtItsOwnTimes) {
+  Bus bus(test::bus_config({1}));
+  Watcher often{3ms};
+  Watcher seldom{7ms};
+  advance_watched(bus, 30ms, often, seldom);
+  EXPECT_EQ(often.looks, 10);
+  EXPECT_EQ(seldom.looks, 4);
+  EXPECT_EQ(bus.time(), 30ms);
 }
 
 }  // namespace

@@ -97,6 +97,27 @@ TEST(FirmwareFaults, SlowRepliesAreLateAndWhatWasAskedIsDoneAtOnce) {
   EXPECT_EQ(evidence(host).effects, 1U);
 }
 
+TEST(FirmwareFaults, SlowRepliesAreThoseOfTheDriveAndOfTheTime) {
+  Host host(test::bus_config({1, 2}));
+  const auto slow = [&](int id, double delay_ms, test::Course course) {
+    const Fault made = test::fault(FaultKind::kSlowReplies, {delay_ms}, course, {id});
+    host.bus.apply({kWholeBus, SetFault{made}});
+  };
+  slow(1, 3, {.duration = 1ms});  // over when the query comes
+  slow(2, 7, {});
+  slow(1, 5, {});
+  host.wait(10ms);
+  host.bus.receive({10ms, test::frame("141#9C00000000000000")});
+  host.wait(50ms);
+  std::vector<TimedFrame> replies;
+  host.bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].at, 15ms);
+  EXPECT_EQ(evidence(host, 0).effects, 0U);
+  EXPECT_EQ(evidence(host, 1).effects, 0U);
+  EXPECT_EQ(evidence(host, 2).effects, 1U);
+}
+
 TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
   Host host(test::servo_config(1));
   inject(host, FaultKind::kClockDrift, {10});
@@ -168,6 +189,23 @@ TEST(MemoryFaults, TwoAlikeBothShow) {
   inject(host, FaultKind::kRomWriteFails);
   host.ask("141#32000A0B0C0D0E0F");
   for (std::size_t n = 0; n < 2; ++n) expect_once(evidence(host, n), 0ns);
+}
+
+TEST(MemoryFaults, AWriteIsLostToTheFaultsOfItsDriveAndOfItsTime) {
+  Host host(test::bus_config({1, 2}));
+  const auto set = [&](int id, test::Course course) {
+    const Fault made = test::fault(FaultKind::kRomWriteFails, {}, course, {id});
+    host.bus.apply({kWholeBus, SetFault{made}});
+  };
+  set(1, {.duration = 1ms});  // over when the write comes
+  set(2, {});
+  set(1, {});
+  host.wait(10ms);
+  host.ask("141#32000A0B0C0D0E0F");
+  EXPECT_EQ(evidence(host, 0).effects, 0U);
+  EXPECT_EQ(evidence(host, 1).effects, 0U);
+  EXPECT_EQ(evidence(host, 2).effects, 1U);
+  EXPECT_EQ(evidence(host, 2).first_effect_at, 10ms);
 }
 
 TEST(MemoryFaults, ADamagedParameterIsAsDeliveredAtTheNextStart) {
@@ -270,6 +308,17 @@ TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
       if (testing::Test::HasFailure()) return;
     }
   }
+}
+
+/// The ROM of a newer firmware in a drive whose gains are bytes: no single bit makes one of 0x300.
+TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
+  ServoConfig config = test::drive(Generation::kLegacy);
+  config.rom.gains = {0x300, 0x300, 0x300, 0x300, 0x300, 0x300};
+  Host host(config);
+  inject(host, FaultKind::kRamFlipped, {0});
+  EXPECT_EQ(host.bus.servo(1).ram(), config.rom);
+  EXPECT_EQ(evidence(host).state, FaultEvidence::State::kOver);
+  EXPECT_EQ(evidence(host).effects, 0U);
 }
 
 TEST(MemoryFaults, AFlippedBitIsInForceUntilTheNextStart) {

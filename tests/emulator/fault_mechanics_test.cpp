@@ -137,6 +137,15 @@ TEST(MechanicsFaults, AKickIsMomentumAtOnce) {
   EXPECT_NEAR(omega(host), expected, 0.01 * std::abs(expected));  // once
 }
 
+TEST(MechanicsFaults, AKickWithoutMomentumIsNone) {
+  Host host = with_load(0.01);
+  host.wait(10ms);
+  inject(host, FaultKind::kKick, {0});
+  EXPECT_EQ(evidence(host).state, FaultEvidence::State::kOver);
+  EXPECT_EQ(evidence(host).effects, 0U);
+  EXPECT_FALSE(evidence(host).first_effect_at);
+}
+
 /// A gear of 10 with a play of 0.02 rad, and some friction behind it.
 ServoConfig geared() {
   ServoConfig config = test::servo_config(1);

@@ -79,6 +79,8 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 500ms)), Status::kPassed);
   EXPECT_EQ(status_of(StateIs{RunState::kRunning}, throughout(0ns, 501ms)), Status::kFailed);
   EXPECT_EQ(status_of(StateIs{RunState::kOff}, by(501ms)), Status::kPassed);
+  EXPECT_EQ(status_of(within("bridge_on", 1, 1), throughout(0ns, 500ms)), Status::kPassed);
+  EXPECT_EQ(status_of(within("bridge_on", 0, 0), throughout(501ms, 1s)), Status::kPassed);
   EXPECT_EQ(status_of(StateIs{RunState::kStopped}, by(1s)), Status::kFailed);
   EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, false}, throughout(0ns, 1s)), Status::kPassed);
   EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, true}, by(1s)), Status::kFailed);
@@ -98,6 +100,25 @@ TEST(Judge, ADriveWithoutPowerIsInNoState) {
     EXPECT_EQ(result.status, Status::kFailed);
     EXPECT_NE(result.measured.find("no power"), std::string::npos) << result.measured;
   }
+}
+
+TEST(Judge, AStateIsCloserThanNone) {
+  Scenario scenario;
+  scenario.robot = {test::powered_bus({1})};  // boots in 50 ms
+  scenario.robot[0].events = {{0ns, {1, PowerOff{}}, std::nullopt},
+                              {500ms, {1, PowerOn{}}, std::nullopt}};
+  scenario.duration = 1s;
+  scenario.expectations = {{0, 1, StateIs{RunState::kOff}, by(400ms), ""},
+                           {0, 1, StateIs{RunState::kOff}, by(1s), ""}};
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  const auto results = run.verdict().expectations;
+  EXPECT_EQ(results.at(0).measured, "no power at 0 s");
+  EXPECT_EQ(results.at(1).status, Status::kFailed);
+  EXPECT_EQ(results.at(1).measured.substr(0, 11), "running at ");
+  ASSERT_TRUE(results.at(1).at);
+  EXPECT_GE(*results.at(1).at, 550ms);
+  EXPECT_LE(*results.at(1).at, 560ms);
 }
 
 TEST(Judge, WhatIsNoNumberIsWithinNoRange) {
@@ -276,6 +297,22 @@ TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
   EXPECT_EQ(failed.verdict().outcome, Outcome::kInvalid);
 }
 
+TEST(Verdict, IsInvalidWhenAFaultNeverBegan) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = 1s;
+  Fault hang;
+  hang.kind = FaultKind::kHang;
+  hang.ids = {1};
+  scenario.robot[0].events = {{2s, {kWholeBus, SetFault{hang}}, std::nullopt}};
+  scenario.sends = {{0, 500ms, test::frame("141#9C00000000000000")}};
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kInvalid);
+  EXPECT_EQ(run.verdict().invalid, std::vector<std::string>{"test: fault hang never began"});
+  EXPECT_FALSE(run.verdict().faults.at(0).report.evidence.began_at);
+}
+
 TEST(Verdict, IsInvalidWhenAnEventStillWaitsForItsCondition) {
   Scenario scenario;
   scenario.robot = {test::bus_config({1})};
@@ -352,7 +389,8 @@ TEST(ScenarioRun, JudgesAllBuses) {
 TEST(HostScript, GivesFramesInOrderOfTime) {
   const auto a = test::frame("141#01");
   const auto b = test::frame("141#02");
-  HostScript script({{0, 5ms, a, 10ms, 3}, {1, 0ns, a}, {0, 15ms, b}}, 0, 1s);
+  // Those of another bus, and what is to be said no times, are not said.
+  HostScript script({{0, 5ms, a, 10ms, 3}, {1, 0ns, a}, {0, 7ms, b, 1ms, 0}, {0, 15ms, b}}, 0, 1s);
   std::vector<std::pair<SimTime, int>> said;
   while (script.next_due() != SimTime::max()) {
     const TimedFrame frame = script.take();
@@ -369,6 +407,14 @@ TEST(ScenarioText, WritesNumbersAndTimesForPeople) {
   EXPECT_EQ(seconds_text(1500ms), "1.5");
   EXPECT_EQ(seconds_text(1s + 1ns), "1.000000001");
   EXPECT_EQ(seconds_text(-1500ms), "-1.5");
+}
+
+TEST(Signals, AreFoundByTheirWholeName) {
+  ASSERT_NE(find_signal("speed_dps"), nullptr);
+  EXPECT_EQ(find_signal("speed_dps")->name, "speed_dps");
+  for (const char* name : {"", "speed", "speed_dps ", "Speed_dps"}) {
+    EXPECT_EQ(find_signal(name), nullptr) << name;
+  }
 }
 
 }  // namespace

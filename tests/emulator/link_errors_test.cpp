@@ -57,6 +57,33 @@ TEST(LinkFaults, BabbleOfTheLowestIdentifierStarvesTheBus) {
   EXPECT_EQ(rig.seen.back().frame.id, 0x142U);
 }
 
+TEST(LinkFaults, ADeadDriveBabblesNotAndOneThatIsBackDoes) {
+  Rig rig(test::powered_bus({1}));
+  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  rig.bus.apply({1, PowerOff{}});
+  rig.wait(1s);
+  const auto before = rig.effects();
+  EXPECT_TRUE(rig.wait(100ms).empty());
+  EXPECT_EQ(rig.effects(), before);
+  rig.bus.apply({1, PowerOn{}});
+  rig.wait(100ms);
+  EXPECT_EQ(rig.wait(10ms).size(), 10U);
+  expect_balanced(rig.bus, rig.seen, "babble of a dead drive");
+}
+
+TEST(LinkFaults, ThereIsNoRoomForBabbleInAFullQueue) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kQueueFull, {1}));
+  for (int n = 0; n < 16; ++n) EXPECT_TRUE(rig.talk(kState2).empty());
+  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  EXPECT_TRUE(rig.wait(20ms).empty());
+  EXPECT_EQ(rig.effects(1), 0U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 0U);
+  rig.clear();
+  EXPECT_EQ(rig.wait(20ms), std::vector<Frame>(16, kState2Answer));
+  expect_balanced(rig.bus, rig.seen, "babble and a full queue");
+}
+
 TEST(LinkFaults, AFullQueueKeepsSixteenInOrder) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
@@ -194,6 +221,19 @@ TEST(LinkFaults, BusOffBeginsAnewWhileItLasts) {
     EXPECT_EQ(rig.bus.stats().replies, 0U);
     EXPECT_EQ(rig.bus.stats().replies_lost, 2U);
   }
+}
+
+TEST(LinkFaults, APowerCycleEndsBusOff) {
+  Rig rig(test::powered_bus({1}, kBitrate));
+  rig.set(fault(K::kBusOff, {1}, {10'000}));
+  EXPECT_EQ(rig.talk(kAsk, 50ms).size(), 32U);
+  rig.clear();
+  EXPECT_TRUE(rig.talk(kAsk, 10ms).empty()) << "it has to recover";
+  rig.bus.apply({1, PowerCycle{}});
+  rig.wait(2s);
+  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U) << "its controller started anew";
+  EXPECT_FALSE(rig.bus.next_due()) << "nothing is left to come back";
+  expect_balanced(rig.bus, rig.seen, "bus off and off");
 }
 
 }  // namespace

@@ -146,6 +146,13 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   EXPECT_EQ(rig.talk(kState2).size(), 1U);
 }
 
+TEST(LinkFaults, ADelayOfNothingIsNone) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDelay, {1}, {0, 0}));
+  EXPECT_EQ(rig.talk(kState2).size(), 1U);
+  EXPECT_EQ(rig.effects(), 0U);
+}
+
 TEST(LinkFaults, CopiesFollowOnTheWire) {
   Rig rig(bus_config({1}, kBitrate));
   rig.set(fault(K::kDuplicate, {1}, {2}));
@@ -289,6 +296,34 @@ TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
   rig.clear();
   EXPECT_EQ(rig.talk(ask).size(), 1U);
   expect_balanced(rig.bus, rig.seen, "second drive");
+}
+
+TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  for (const char* text :
+       {"7FF#9C00000000000000", "00000141#9C00000000000000", "141#R8", "141#9C",
+        "142#9C00000000000000", "280#0000000000000000", "141#0000000000000000"}) {
+    EXPECT_TRUE(rig.talk(frame(text), 1ms).empty()) << text;
+  }
+  EXPECT_EQ(rig.effects(), 0U);
+  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 2U);
+  expect_balanced(rig.bus, rig.seen, "second drive");
+}
+
+/// Replies on identifiers above those of the queries: they wait until nobody asks any more.
+TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
+  BusConfig config = bus_config({1}, kBitrate);
+  config.servos[0].quirks.dialect.reply_id_base = 0x240;
+  Rig rig(config);
+  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  for (int n = 0; n < 40; ++n) rig.bus.receive({0ns, kState2});
+  EXPECT_EQ(rig.wait(100ms).size(), 32U);
+  EXPECT_EQ(rig.dropped(Drop::kDriveBusy), 24U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 16U);
+  EXPECT_EQ(rig.effects(), 16U);
+  EXPECT_EQ(rig.talk(kState2, 2ms).size(), 2U);
+  expect_balanced(rig.bus, rig.seen, "second drive's queue");
 }
 
 TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {

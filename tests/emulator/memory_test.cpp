@@ -197,5 +197,66 @@ TEST(Memory, ASettingIsNotWrittenByADeadDriveNorByOneWithoutTime) {
   EXPECT_FALSE(host.bus.write_setting(1, RomParameter::kMaxSpeed, config.rom));
 }
 
+// --- when what keeps the ROM fails
+// -----------------------------------------------------------------------------------------------
+
+constexpr int kFirst = 0x0A, kSecond = 0x1A;  // angle Kp, as written
+const protocol::Frame kWriteFirst = test::frame("141#32000A0B0C0D0E0F");
+const protocol::Frame kWriteSecond = test::frame("141#32001A1B1C1D1E1F");
+
+/// A drive whose flash takes 20 ms; its first write is done and taken, and then turns out lost.
+struct LostWrite {
+  LostWrite() {
+    before = host.bus.servo(1).rom();
+    wear_before = host.bus.servo(1).wear();
+    host.talk(kWriteFirst, 20ms);
+    host.bus.take_rom_writes(taken);
+  }
+  static ServoConfig config() {
+    ServoConfig config = powered_drive();
+    config.flash.write_time = 20ms;
+    return config;
+  }
+  int angle_kp() const { return host.bus.servo(1).rom().gains.angle_kp; }
+  void lose() { host.bus.restore_rom(1, before, wear_before); }
+
+  Host host{config()};
+  Registers before;
+  RomWear wear_before;
+  std::vector<RomWrite> taken;
+};
+
+TEST(Memory, ALostWriteIsTakenBack) {
+  LostWrite drive;
+  ASSERT_EQ(drive.taken.size(), 1U);
+  EXPECT_EQ(drive.angle_kp(), kFirst);
+  drive.lose();
+  EXPECT_EQ(drive.host.bus.servo(1).rom(), drive.before);
+  EXPECT_EQ(drive.host.bus.servo(1).wear(), drive.wear_before);
+}
+
+TEST(Memory, ALaterWriteBringsTheLostOneWithIt) {
+  LostWrite drive;
+  drive.host.talk(kWriteSecond, 20ms);
+  drive.lose();  // before anybody has taken the later one
+  EXPECT_EQ(drive.angle_kp(), kSecond);
+  drive.host.bus.take_rom_writes(drive.taken);
+  ASSERT_EQ(drive.taken.size(), 2U);
+  EXPECT_EQ(drive.taken[1].rom.gains.angle_kp, kSecond);
+}
+
+TEST(Memory, ALaterWriteThatIsCutShortBringsNothing) {
+  for (const bool cut : {false, true}) {
+    LostWrite drive;
+    drive.host.talk(kWriteSecond, 5ms);
+    drive.lose();
+    if (cut) drive.host.bus.apply({1, SupplyVoltage{0.0, 0ns}});
+    drive.host.wait(100ms);
+    EXPECT_EQ(drive.angle_kp(), cut ? drive.before.gains.angle_kp : kSecond);
+    drive.host.bus.take_rom_writes(drive.taken);
+    EXPECT_EQ(drive.taken.size(), cut ? 1U : 2U);
+  }
+}
+
 }  // namespace
 }  // namespace lk::emulator

@@ -403,5 +403,21 @@ TEST(ClearAngle, LeavesSpeedAlone) {
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 36000, 300);
 }
 
+TEST(ClearAngle, LetsNothingGoThatIsStopped) {
+  auto config = servo_config(1);
+  config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
+  config.quirks.stop_holds = true;
+  Host host(config);
+  host.ask(query(protocol::Position1{9000}));
+  rest_cdeg(host);
+  host.ask(query(protocol::Stop{}));
+  host.ask(query(protocol::ClearAngle{}));
+  model::LoadParams push;
+  push.tau = 0.005;  // would turn a free shaft by many turns
+  host.bus.set_load(1, push);
+  EXPECT_NEAR(rest_cdeg(host), 0, 500);
+  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kStopped);
+}
+
 }  // namespace
 }  // namespace lk::emulator

@@ -120,6 +120,10 @@ TEST(SeveralDrives, OnlyInMultiDriveMode) {
     EXPECT_TRUE(host.talk(frame(text)).empty());
   }
   EXPECT_EQ(host.bus.stats().count(Drop::kWrongMode), 4U);
+  // A drive that does not listen misses no command either.
+  EXPECT_TRUE(host.talk(frame("288#3000000000000000")).empty());
+  EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 0U);
+  EXPECT_EQ(host.bus.stats().count(Drop::kUnknownCommand), 0U);
   Host legacy = Host(drive(Generation::kLegacy));
   EXPECT_TRUE(legacy.talk(frame("281#0000000000000000")).empty());
   EXPECT_EQ(legacy.bus.stats().count(Drop::kForeignId), 1U);

@@ -108,5 +108,28 @@ TEST(ShaftAngles, BootsWhereItIsTold) {
   }
 }
 
+// 0.01° short of a full turn, and zero: up to two counts past the target in the direction of travel
+// count as there also where the circle begins anew (docs/protocol.md §4.3).
+TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
+  const ShaftAngles angles(profile(14));
+  constexpr std::int64_t kTurns3 = 3 * 16384;
+  const auto turns = [&](std::int64_t position, bool clockwise, std::uint32_t target_cdeg) {
+    const CommandedPosition target = angles.single_turn_target(position, clockwise, target_cdeg);
+    return angles.theta(target) / (2 * std::numbers::pi);
+  };
+  // The target lies at count 16383.54 of the turn before.
+  EXPECT_NEAR(turns(kTurns3, true, 35999), 3 - 1.0 / 36000, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 + 1, true, 35999), 3 - 1.0 / 36000, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 + 2, true, 35999), 4 - 1.0 / 36000, 1e-12);  // 2.46 counts
+  EXPECT_NEAR(turns(kTurns3 - 1, false, 0), 3, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 - 2, false, 0), 3, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 - 3, false, 0), 2, 1e-12);
+  // And where it does not.
+  EXPECT_NEAR(turns(kTurns3 + 8190, false, 18000), 3.5, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 + 8189, false, 18000), 2.5, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 + 8194, true, 18000), 3.5, 1e-12);
+  EXPECT_NEAR(turns(kTurns3 + 8195, true, 18000), 4.5, 1e-12);
+}
+
 }  // namespace
 }  // namespace lk::emulator
