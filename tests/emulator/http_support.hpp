@@ -26,6 +26,13 @@ namespace lk::emulator {
 
 namespace fs = std::filesystem;
 
+/// UBSan opens a pipe to see whether an object is where a call says it is.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr bool kSanitizerOpensPipes = true;
+#else
+inline constexpr bool kSanitizerOpensPipes = false;
+#endif
+
 /// As long as it lives, this process cannot open anything; what is open stays so.
 class NoDescriptors {
  public:

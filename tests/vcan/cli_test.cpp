@@ -144,11 +144,11 @@ sag_s = 1
       R"(      -       0  drawn    2   10000       -  -
 
 note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
-note: nowhere0 drive 3: unlike v236: state_1 = decivolt, pid_commands = true
+note: nowhere0 drive 3: unlike v236: state_1 = "decivolt", pid_commands = true
 note: nowhere0 drive 3: brake of 300 mNm
 note: nowhere0 drive 3: protections on: stall
 note: nowhere0 drive 12: multi-drive mode, and 0x280 has no slot for this ID
-note: nowhere0 drive 12: unlike legacy: multi_drive_more = true, encoder_span = output_turn
+note: nowhere0 drive 12: unlike legacy: multi_drive_more = true, encoder_span = "output_turn"
 note: nowhere0 drive 12: protections off: motor_temperature
 )");
 }
