@@ -286,7 +286,7 @@ void sweeps(const char* interface, int bus, int count) {
 
 int main(int argc, char** argv) {
   const std::string what = argc == 4 ? argv[2] : "";
-  const int count = argc == 4 ? std::atoi(argv[3]) : 0;
+  const int count = argc == 4 ? static_cast<int>(std::strtol(argv[3], nullptr, 10)) : 0;
   if (count < 1) {
     std::fputs("usage: round_trip INTERFACE trips|rate|pipelined|hosts|sweeps COUNT\n", stderr);
     return 2;

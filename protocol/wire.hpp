@@ -31,7 +31,7 @@ constexpr T get_le(const Payload& data, std::size_t at) {
 template <std::integral T>
 constexpr void put_le(Payload& data, std::size_t at, T value) {
   assert(at + sizeof(T) <= data.size());
-  const auto bits = static_cast<std::uint64_t>(value);
+  const auto bits = static_cast<std::uint64_t>(value);  // NOLINT: what is beyond T is cut off
   for (std::size_t k = 0; k < sizeof(T); ++k) {
     data[at + k] = static_cast<std::uint8_t>(bits >> (8 * k));
   }

@@ -47,7 +47,7 @@ class Adviser::Desk {
   explicit Desk(const BusConfig& config) {
     seat_of_id_.fill(-1);
     for (const ServoConfig& servo : config.servos) {
-      seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(drives_.size());
+      seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
       drives_.emplace_back(KnownDrive(servo, config.bitrate));
     }
   }
@@ -237,7 +237,7 @@ class Adviser::Desk {
   }
 
   std::vector<Watched> drives_;
-  std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // -1: no such drive
+  std::array<int, protocol::kMaxId + 1> seat_of_id_{};  // -1: no such drive
   std::uint64_t heard_ = 0;
   SimTime next_look_{0};
   std::size_t turn_ = 0;  // whose it is to be looked at anyway

@@ -17,6 +17,8 @@ class Bus;
 class Adviser {
  public:
   explicit Adviser(const BusConfig& config);
+  Adviser(const Adviser&) = delete;
+  Adviser& operator=(const Adviser&) = delete;
   Adviser(Adviser&&) noexcept;
   Adviser& operator=(Adviser&&) noexcept;
   ~Adviser();

@@ -224,13 +224,14 @@ std::optional<std::uint8_t> read_command(TableReader& reader, const std::string&
   const auto [stop, error] =
       std::from_chars(text.data() + (hex ? 2 : 0), end, value, hex ? 16 : 10);
   if (error != std::errc() || stop != end || value > 255) {
-    reader.fail(key, "\"" + text + "\" is no command byte; write 0xA4 or \"0xA4\"");
+    reader.fail(key, '"' + text + R"(" is no command byte; write 0xA4 or "0xA4")");
   }
   return static_cast<std::uint8_t>(value);
 }
 
 std::optional<model::Error> read_error(TableReader& reader, const std::string& key) {
   std::vector<std::string> words;
+  words.reserve(model::kErrorKinds);
   for (int n = 0; n < model::kErrorKinds; ++n) {
     words.emplace_back(error_word(static_cast<model::Error>(n)));
   }

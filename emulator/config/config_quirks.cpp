@@ -113,7 +113,8 @@ class Printer {
 }  // namespace
 
 std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks) {
-  const Printer preset(quirks_of(generation)), drive(quirks);
+  const Printer preset(quirks_of(generation));
+  const Printer drive(quirks);
   std::vector<std::string> differing;
   for (std::size_t k = 0; k < drive.lines().size(); ++k) {
     if (drive.lines()[k] != preset.lines()[k]) differing.push_back(drive.lines()[k]);

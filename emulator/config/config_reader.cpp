@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "emulator/config/toml_depth.hpp"
 
@@ -82,8 +83,8 @@ toml::table parse_toml(const std::string& text, const std::string& file) {
   }
 }
 
-TableReader::TableReader(const toml::table& table, const std::string& file, const std::string& path)
-    : table_(&table), file_(file), path_(path) {}
+TableReader::TableReader(const toml::table& table, std::string file, std::string path)
+    : table_(&table), file_(std::move(file)), path_(std::move(path)) {}
 
 const toml::node* TableReader::ask(const std::string& key) {
   asked_.push_back(key);

@@ -25,7 +25,7 @@ toml::table parse_toml(const std::string& text, const std::string& file);
 class TableReader {
  public:
   /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
-  TableReader(const toml::table& table, const std::string& file, const std::string& path);
+  TableReader(const toml::table& table, std::string file, std::string path);
 
   // Absent keys give nothing; a wrong type or a value outside [min, max] is an error.
   std::optional<double> number(const std::string& key, double min, double max);
@@ -74,7 +74,6 @@ struct Field {
   double unit = 1;  // the member's value for 1 in the file
   double min = 0;   // in units of the file
   double max = 0;
-  Presence presence = Presence::kRequired;
 };
 
 /// Reads what `fields` lists into `section`. With `kOptional`, absent keys leave the value as it
@@ -101,8 +100,7 @@ void read_fields(TableReader& reader, std::span<const Field<Section>> fields, Pr
   };
   for (const auto& field : fields) {
     const bool found = std::visit([&](auto member) { return read(field, member); }, field.member);
-    const bool needed = presence == Presence::kRequired && field.presence == Presence::kRequired;
-    if (!found && needed) reader.note_missing(field.key);
+    if (!found && presence == Presence::kRequired) reader.note_missing(field.key);
   }
 }
 

@@ -82,9 +82,8 @@ void read_course(TableReader& reader, const ScenarioFiles& files,
   }
   check_clears(events, scenario, running);
   for (auto& send : reader.tables("send")) {
-    for (HostSend& one : read_send(send, scenario, files)) {
-      scenario.sends.push_back(std::move(one));
-    }
+    const std::vector<HostSend> frames = read_send(send, scenario, files);
+    scenario.sends.insert(scenario.sends.end(), frames.begin(), frames.end());
   }
   for (auto& expect : reader.tables("expect")) {
     scenario.expectations.push_back(read_expectation(expect, scenario));

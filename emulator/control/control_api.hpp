@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "emulator/control/json_table.hpp"
@@ -32,8 +33,8 @@ struct ApiResponse {
 
 /// An answer that is no success.
 struct ApiError : std::runtime_error {
-  ApiError(int code, const std::string& at, const std::string& why)
-      : std::runtime_error(why), status(code), where(at) {}
+  ApiError(int code, std::string at, const std::string& why)
+      : std::runtime_error(why), status(code), where(std::move(at)) {}
   int status;
   std::string where;
 };

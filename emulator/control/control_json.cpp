@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <system_error>
 #include <vector>
 
@@ -294,20 +296,24 @@ Json fault_kinds_json() {
 
 namespace {
 
-Json read_scenarios() {
+/// None when not all of it can be read now.
+std::optional<Json> read_scenarios() {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (const auto& entry :
        std::filesystem::directory_iterator(config_directory() / "scenarios", error)) {
     if (entry.path().extension() == ".toml") files.push_back(entry.path());
   }
+  if (error) return std::nullopt;
   std::ranges::sort(files);
   Json all = Json::array();
   for (const auto& file : files) {
     std::string about;
     try {
-      about = toml::parse_file(file.string())["about"].value_or(std::string());
+      about = toml::parse(read_file(file), file.string())["about"].value_or(std::string());
     } catch (const toml::parse_error&) {  // whoever starts it is told what is wrong with it
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;
     }
     all.push_back({{"name", file.stem().string()}, {"file", file.string()}, {"about", about}});
   }
@@ -318,8 +324,9 @@ Json read_scenarios() {
 
 /// Read once: it takes the loop from the drives, and what is delivered does not change meanwhile.
 Json scenarios_json() {
-  static const Json all = read_scenarios();
-  return all;
+  static std::optional<Json> all;
+  if (!all) all = read_scenarios();
+  return all.value_or(Json::array());
 }
 
 Json signals_json() {

@@ -21,7 +21,8 @@ using local = boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr std::size_t kShortestToken = 16;
-constexpr std::size_t kLongestToken = 4096;
+// Written in hexadecimal, as a page has to, it still fits into a header (kLongestHeader).
+constexpr std::size_t kLongestToken = 2048;
 constexpr std::size_t kLongestPath = 107;  // of a Unix socket
 constexpr auto kPause = std::chrono::milliseconds(100);
 

@@ -26,7 +26,7 @@ namespace http = boost::beast::http;
 using boost::system::error_code;
 
 constexpr std::size_t kReadAtOnce = 4096;
-constexpr std::size_t kLongestBuffer = 16 * 1024;  // with what a client sends ahead
+constexpr std::size_t kLongestBuffer = 16'384;  // with what a client sends ahead
 constexpr auto kGoodbye = std::chrono::seconds(1);
 constexpr int kMostGoodbyeReads = 256;
 /// The dashboard asks nobody else for anything, and no other page can hold it in a frame.

@@ -37,7 +37,7 @@ struct Entrance {
 inline constexpr int kMostConnections = 64;  // at each entrance
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
 // A scenario is read on the loop of the drives: this much takes a few milliseconds.
-inline constexpr std::uint64_t kLongestBody = 64 * 1024;
+inline constexpr std::uint64_t kLongestBody = 65'536;
 
 using HttpSocket = boost::asio::generic::stream_protocol::socket;
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace lk::emulator {
@@ -25,8 +26,9 @@ void add_value(const Json& value, const std::string& path, const Add& add);
 toml::table table_of(const Json& object, const std::string& path) {
   toml::table table;
   for (const auto& [key, value] : object.items()) {
-    add_value(value, inside(path, key),
-              [&, &name = key](auto&& node) { table.insert(name, std::move(node)); });
+    add_value(value, inside(path, key), [&, &name = key](auto&& node) {
+      table.insert(name, std::forward<decltype(node)>(node));
+    });
   }
   return table;
 }
@@ -36,7 +38,7 @@ toml::array array_of(const Json& list, const std::string& path) {
   std::size_t n = 0;
   for (const Json& value : list) {
     add_value(value, path + "[" + std::to_string(n++) + "]",
-              [&](auto&& node) { array.push_back(std::move(node)); });
+              [&](auto&& node) { array.push_back(std::forward<decltype(node)>(node)); });
   }
   return array;
 }

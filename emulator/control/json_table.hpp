@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "emulator/config/config_reader.hpp"
 
@@ -14,7 +15,8 @@ using Json = nlohmann::ordered_json;
 
 /// Text that is no JSON, or more of it than anybody needs; `where` is a key or a place.
 struct JsonError : std::runtime_error {
-  JsonError(const std::string& at, const std::string& why) : std::runtime_error(why), where(at) {}
+  JsonError(std::string at, const std::string& why)
+      : std::runtime_error(why), where(std::move(at)) {}
   std::string where;
 };
 

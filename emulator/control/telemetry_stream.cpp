@@ -21,8 +21,8 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kLongestMessage = 4096;     // of the client
-constexpr std::size_t kMostQueued = 1024 * 1024;  // bytes that wait for the client
+constexpr std::size_t kLongestMessage = 4096;   // of the client
+constexpr std::size_t kMostQueued = 1'048'576;  // bytes that wait for the client
 
 constexpr auto kLongestGather = std::chrono::milliseconds(20);
 
@@ -36,11 +36,11 @@ void append_number(std::string& text, double value) {
 
 class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
  public:
-  TelemetryStream(HttpStream stream, const TelemetryRequest& wanted,
-                  std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance)
+  TelemetryStream(HttpStream stream, TelemetryRequest wanted, std::shared_ptr<HttpShared> shared,
+                  std::shared_ptr<Entrance> entrance)
       : socket_(std::move(stream)),
         flush_(socket_.get_executor()),
-        wanted_(wanted),
+        wanted_(std::move(wanted)),
         shared_(std::move(shared)),
         entrance_(std::move(entrance)) {
     ++entrance_->connections;

@@ -90,6 +90,8 @@ class Bus {
   BusStats stats() const;  // like what follows, of a settled bus
 
   bool has(int id) const;
+  /// Whether the drive `id` answers commands for several drives, and those only. At any time.
+  bool multi_drive_mode(int id) const { return servos_[seat(id)].multi_drive_mode(); }
   // Of the drive `id`, which must be on the bus.
   const Servo& servo(int id) const {
     assert(settled());

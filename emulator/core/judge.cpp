@@ -116,13 +116,14 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
   }
 }
 
-void Judge::hear_query(const TimedFrame& query) {
+void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
   if (query.frame.kind != protocol::FrameKind::kData || query.frame.extended ||
       query.frame.dlc == 0) {
     return;
   }
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (Speaker& speaker : speakers_) {
+    if (bus.multi_drive_mode(speaker.id) != for_several) continue;
     if (query.frame.id == protocol::kSingleDriveId + static_cast<std::uint32_t>(speaker.id)) {
       speaker.asked[query.frame.data[0]] = query.at;
     } else if (for_several) {
@@ -184,13 +185,12 @@ ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
                            expectation.says, std::nullopt};
   if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
     const bool over = now - start_ >= expectation.when.to;
-    if (trial.count > replies->max_count) {
+    const bool any_more_will_do = replies->max_count == std::numeric_limits<std::uint64_t>::max();
+    const bool enough = trial.count >= replies->min_count && (over || any_more_will_do);
+    if (trial.count > replies->max_count || (over && !enough)) {
       result.status = Status::kFailed;
-    } else if (trial.count >= replies->min_count &&
-               (over || replies->max_count == std::numeric_limits<std::uint64_t>::max())) {
+    } else if (enough) {
       result.status = Status::kPassed;
-    } else if (over) {
-      result.status = Status::kFailed;
     }
     if (trial.count > 0) result.at = trial.at;
   } else if (trial.value) {

@@ -36,8 +36,9 @@ class Judge {
   /// SimTime::max() when there is nothing to look at any more.
   SimTime next_due() const { return next_due_; }
   void look(const Bus& bus);
-  /// A host has sent this.
-  void hear_query(const TimedFrame& query);
+  /// A host has sent this to the drives of `bus`. It asks those that listen to it: a drive in
+  /// multi-drive mode to 0x280 and its like only, any other to its own identifier only.
+  void hear_query(const TimedFrame& query, const Bus& bus);
   /// This has left a drive.
   void hear_reply(const TimedFrame& reply);
 

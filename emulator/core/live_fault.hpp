@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -21,10 +22,7 @@ struct LiveFault {
 
   bool active() const { return evidence.state == FaultEvidence::State::kActive; }
   bool is_of(int id) const {
-    for (const int one : fault.ids) {
-      if (one == id) return true;
-    }
-    return false;
+    return std::find(fault.ids.begin(), fault.ids.end(), id) != fault.ids.end();
   }
   bool comes_again() const { return fault.every && (fault.times == 0 || beginnings < fault.times); }
   double value(std::size_t n) const { return fault.values[n]; }

@@ -96,7 +96,7 @@ void ScenarioRun::advance(std::size_t index, SimTime until) {
     deliver_watched(line.bus, line.host.next_due(), line.judge);
     hear();
     const TimedFrame query = line.host.take();
-    line.judge.hear_query(query);
+    line.judge.hear_query(query, line.bus);
     traffic_.push_back({index, query, true});
     line.bus.receive(query);
   }

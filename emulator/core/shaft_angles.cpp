@@ -36,6 +36,7 @@ ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
   const double circle_turns = quirks.dialect.wide_single_turn ? span : 1.0;
   circle_counts_ = std::llround(circle_turns * static_cast<double>(counts_));
   circle_cdeg_ = static_cast<std::uint32_t>(std::llround(circle_turns * kTurn_cdeg));
+  // Of what stands above. NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
   wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? circle_counts_ : counts_;
 }
 

@@ -25,7 +25,7 @@ Examples:
   lk-emu ctl set id=1 load.tau_gravity_Nm=2
   lk-emu ctl clock stepped && lk-emu ctl advance 10ms
 
-Exit status: 0 done, 1 refused, 2 unusable input or nobody answers.)";
+Exit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or nobody answers.)";
 
 struct Raw {
   std::string socket;

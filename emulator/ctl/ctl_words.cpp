@@ -1,7 +1,9 @@
 #include "emulator/ctl/ctl_words.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
 #include "emulator/program/cli.hpp"
@@ -11,10 +13,8 @@ namespace {
 
 /// These are text, whatever they look like: ids=1, name=7.
 bool is_text_key(std::string_view key) {
-  for (const std::string_view text : {"ids", "bus", "name", "mark", "clear", "power"}) {
-    if (key == text) return true;
-  }
-  return false;
+  constexpr std::string_view kText[] = {"ids", "bus", "name", "mark", "clear", "power"};
+  return std::ranges::find(kText, key) != std::end(kText);
 }
 
 Json value_of(const std::string& key, const std::string& text) {

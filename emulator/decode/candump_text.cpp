@@ -58,9 +58,11 @@ std::optional<SimTime> parse_date(std::string_view text) {
       text[11] != ' ' || text[14] != ':' || text[17] != ':') {
     return std::nullopt;
   }
-  const auto year = number(text.substr(1, 4), 4), month = number(text.substr(6, 2), 2),
-             day = number(text.substr(9, 2), 2), hour = number(text.substr(12, 2), 2),
-             minute = number(text.substr(15, 2), 2);
+  const auto year = number(text.substr(1, 4), 4);
+  const auto month = number(text.substr(6, 2), 2);
+  const auto day = number(text.substr(9, 2), 2);
+  const auto hour = number(text.substr(12, 2), 2);
+  const auto minute = number(text.substr(15, 2), 2);
   const auto second = parse_candump_stamp("(" + std::string(text.substr(18)));
   if (!year || !month || !day || !hour || !minute || !second) return std::nullopt;
   const std::chrono::year_month_day date{std::chrono::year(*year),
@@ -121,7 +123,8 @@ std::optional<std::size_t> read_length(std::string_view word, bool& fd) {
 std::string read_shown(std::string_view rest, ShownFrame& out) {
   out.line.interface = next_word(rest);
   take_direction(rest, out.line);
-  const std::string_view id = next_word(rest), length_word = next_word(rest);
+  const std::string_view id = next_word(rest);
+  const std::string_view length_word = next_word(rest);
   if (length_word.empty()) return "ends before its frame";
   bool fd = false;
   const auto length = read_length(length_word, fd);

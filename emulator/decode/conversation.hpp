@@ -88,7 +88,7 @@ class Conversation {
   Told hear_several(const HeardFrame& heard);
   Told hear_own(int id, std::uint32_t base, const HeardFrame& heard);
   Told hear_drive(int id, const HeardFrame& heard);
-  Told reply(int id, const HeardFrame& heard, const std::vector<std::size_t>& fitting, bool sure);
+  Told reply(int id, const HeardFrame& heard, const std::vector<std::size_t>& fits, bool sure);
   Told unclear(int id, const HeardFrame& heard);
   Told query(int id, const HeardFrame& heard, bool sure);
   bool could_be_reply(int id, const protocol::Frame& frame) const;

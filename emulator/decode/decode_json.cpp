@@ -70,7 +70,9 @@ Json bus_json(const std::string& interface, const BusTally& bus) {
   Json json = {{"interface", interface}, {"frames", bus.frames}};
   if (bus.first_at) json["first_time_s"] = seconds_of(*bus.first_at);
   if (const auto duration = bus.duration_s()) json["duration_s"] = *duration;
-  Json commands = Json::array(), errors = Json::array(), meaningless = Json::object();
+  Json commands = Json::array();
+  Json errors = Json::array();
+  Json meaningless = Json::object();
   for (const auto& [key, command] : bus.commands) {
     commands.push_back(command_json(key.first, key.second, command, bus));
   }

@@ -185,7 +185,8 @@ class File {
     for (Field& field : multi_drive_fields(row.id, format_)) {
       signals.push_back({std::move(field), {}});
     }
-    std::ostringstream name, comment;
+    std::ostringstream name;
+    std::ostringstream comment;
     name << "Several_" << std::hex << row.id << "_Query";
     comment << row.name
             << " of the drives 1 to 4 in multi-drive mode; source: " << source_words(row.source);

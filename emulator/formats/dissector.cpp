@@ -133,7 +133,9 @@ class Tables {
   }
 
   void put_format(std::ostream& out, const WireFormat& format) {
-    std::ostringstream queries, replies, several;
+    std::ostringstream queries;
+    std::ostringstream replies;
+    std::ostringstream several;
     for (const Value& command : commands(format)) {
       const auto opcode = static_cast<Opcode>(command.number);
       const std::string byte = hex(command.number);

@@ -93,7 +93,9 @@ void add_values(Tables& tables, const std::string& pattern, const std::string& v
 }
 
 void add_word(Tables& tables, const Word& word, const Word* parent) {
-  std::vector<std::string> options, valued, words;
+  std::vector<std::string> options;
+  std::vector<std::string> valued;
+  std::vector<std::string> words;
   for (const Argument& option : all_options(word, parent)) {
     for (const std::string& name : option.names) {
       options.push_back(name);

@@ -75,11 +75,11 @@ void add_word(Script& script, const Word& word, const Word* parent) {
       if (!option.value.empty()) script.valued.push_back(name);
     }
     const std::string value = option.value.empty() ? "" : fmt::format(" -r{}", offer(option.value));
-    script.rules += rule(here) + names + " -d " + quoted(option.about) + value + "\n";
+    script.rules += fmt::format("{}{} -d {}{}\n", rule(here), names, quoted(option.about), value);
   }
   for (const Word& below : word.words) {
     script.rules +=
-        rule(here + " 0") + " -a " + own_name(below) + " -d " + quoted(below.about) + "\n";
+        fmt::format("{} -a {} -d {}\n", rule(here + " 0"), own_name(below), quoted(below.about));
   }
   for (std::size_t n = 0; n < word.positionals.size(); ++n) {
     const Argument& positional = word.positionals[n];

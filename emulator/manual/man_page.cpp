@@ -32,8 +32,7 @@ constexpr const char* kExitStatus = "Exit status:";
 /// Text as roff takes it.
 std::string roff(const std::string& text) {
   std::string out;
-  for (std::size_t n = 0; n < text.size(); ++n) {
-    const char c = text[n];
+  for (const char c : text) {
     const bool at_line = out.empty() || out.back() == '\n';
     if (at_line && (c == '.' || c == '\'')) out += "\\&";
     switch (c) {
@@ -68,9 +67,10 @@ std::string roff(const std::string& text) {
 
 std::string bold(const std::string& text) { return fmt::format("\\fB{}\\fR", roff(text)); }
 
-/// Names are for the reader to replace, small letters to be typed: "DIR|stop".
+/// Names are for the reader to replace, small letters to be typed, as is the bar, which comes
+/// behind them in ASCII: "DIR|stop".
 std::string value_text(const std::string& value) {
-  const bool literal = std::ranges::all_of(value, [](char c) { return c == '|' || c >= 'a'; });
+  const bool literal = std::ranges::all_of(value, [](char c) { return c >= 'a'; });
   return literal ? bold(value) : fmt::format("\\fI{}\\fR", roff(value));
 }
 

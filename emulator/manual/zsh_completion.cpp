@@ -37,7 +37,7 @@ std::string action(const std::string& value) {
   const std::string words = spaced(choices.words);
   if (choices.list) return " _sequence compadd - " + words;
   if (choices.interfaces) return "_lk-emu-interfaces";
-  const std::string files = choices.directories ? "_files -/" : "_files";
+  std::string files = choices.directories ? "_files -/" : "_files";
   if (choices.files || choices.directories) {
     if (words.empty()) return files;
     return fmt::format(" _alternative \"files:file:{}\" \"words:word:({})\"", files, words);
@@ -80,9 +80,10 @@ void add_function(std::string& text, const Word& word, const Word* parent) {
     text += fmt::format("\n{}() {{\n  _arguments -s{}\n}}\n", function_name(word), specs);
     return;
   }
-  std::string names, calls;
+  std::string names;
+  std::string calls;
   for (const Word& below : word.words) {
-    names += fmt::format(" {}\\:\"{}\"", own_name(below), escaped(below.about));
+    names += fmt::format(R"( {}\:"{}")", own_name(below), escaped(below.about));
     calls += fmt::format("    {}) {} ;;\n", own_name(below), function_name(below));
   }
   text += fmt::format(

@@ -35,8 +35,9 @@ std::string tick_label(double value, double step) {
 PlotAxis make_axis(std::string title, double low, double high, int ticks) {
   PlotAxis axis{std::move(title), low, high, {}};
   const double step = round_step((high - low) / ticks);
-  for (double n = std::ceil(low / step - 1e-9); n * step <= high + 1e-9 * step; n += 1) {
-    const double value = n * step + 0.0;  // no minus before a zero
+  const double first = std::ceil(low / step - 1e-9);
+  for (int k = 0; (first + k) * step <= high + 1e-9 * step; ++k) {
+    const double value = (first + k) * step + 0.0;  // no minus before a zero
     axis.ticks.push_back({value, tick_label(value, step)});
   }
   return axis;

@@ -227,7 +227,8 @@ class Drawing {
       // A point alone is a dot, which round ends make of it.
       cairo_set_line_cap(cairo_, run.size() == 1 ? CAIRO_LINE_CAP_ROUND : CAIRO_LINE_CAP_BUTT);
       if (run.size() == 1) cairo_set_dash(cairo_, nullptr, 0, 0);
-      double last_x = -1, last_y = -1;
+      double last_x = -1;
+      double last_y = -1;
       for (const PlotPoint& point : run) {
         const double x = place(point.time_s, picture_.time, kLeft, kRight);
         const double y = place(point.value, axis, bottom, top);
@@ -320,6 +321,8 @@ std::string draw(const Picture& picture, PictureFormat format) {
 }  // namespace
 }  // namespace lk::emulator
 
+// A name that C knows.
 extern "C" const lk::emulator::DrawModule lk_emu_draw_module;
+// NOLINTNEXTLINE(readability-identifier-naming)
 const lk::emulator::DrawModule lk_emu_draw_module = {LKEMU_VERSION, lk::emulator::font_has,
                                                      lk::emulator::draw};

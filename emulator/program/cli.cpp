@@ -125,12 +125,14 @@ CLI::App* add_motors_command(CLI::App& app, Raw& raw) {
 struct ProgramApp {
   CLI::App app{"Virtual LK-TECH servo drives on a real CAN bus", "lk-emu"};
   Raw raw;
-  const CLI::App* motors;
+  const CLI::App* motors = nullptr;
 
   ProgramApp() {
     app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
     app.footer(kFooter);
     add_options(app, raw);
+    // A subcommand takes over the footer, so it comes behind.
+    // NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
     motors = add_motors_command(app, raw);
   }
 };
@@ -149,7 +151,7 @@ void print_motors(const std::string& name) {
 
 /// The listing runs nothing, so it does not take what a run takes.
 void refuse_options_of_a_run(const CLI::App& app) {
-  const auto given = app.parse_order();
+  const auto& given = app.parse_order();
   if (given.empty()) return;
   throw StartError("motors: takes no " + given.front()->get_name() +
                    "; it lists the profiles and runs nothing");

@@ -13,7 +13,7 @@
 #include "emulator/program/pacer.hpp"
 #include "emulator/rom/rom_options.hpp"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;
 }
 

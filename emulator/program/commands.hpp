@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;
 }
 

@@ -160,7 +160,8 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
   if (servo.profile.drive.brake.tau > 0) {
     all.push_back(fmt::format("brake of {} mNm", number(servo.profile.drive.brake.tau * 1e3)));
   }
-  std::vector<std::string> on, off;
+  std::vector<std::string> on;
+  std::vector<std::string> off;
   for (std::size_t kind = 0; kind < servo.rom.protections.size(); ++kind) {
     const bool enabled = servo.rom.protections[kind].enabled;
     if (enabled == servo.profile.factory.protections[kind].enabled) continue;
@@ -174,7 +175,8 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
 }  // namespace
 
 std::string describe_run(const std::vector<BusConfig>& buses) {
-  Row titles, units;
+  Row titles;
+  Row units;
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
     titles[k] = kColumns[k].title;
     units[k] = kColumns[k].unit;
@@ -185,7 +187,8 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
   }
   const auto widths = widths_of(rows);
 
-  std::string text, notes;
+  std::string text;
+  std::string notes;
   std::size_t next = 2;
   for (const auto& bus : buses) {
     text += fmt::format("{}{}: {}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,

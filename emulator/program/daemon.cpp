@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <stdexcept>
 #include <system_error>
 
@@ -106,6 +107,15 @@ void print_port(const PortStats& port) {
   print_nonzero("times the interface went down or away", port.link_losses);
 }
 
+/// Says of what is wrong which option it came with.
+void with_scenario(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--scenario: ") + problem.what());
+  }
+}
+
 }  // namespace
 
 Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
@@ -128,7 +138,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     }
   }
   const bool keeps_rom = !options.rom.in_memory;
-  if (keeps_rom && !options.rom.wipe) rom_store_.emplace(options.rom, buses);
+  if (keeps_rom) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
@@ -137,14 +147,15 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     };
     if (keeps_rom) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
+  if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
-  for (std::size_t i = 0; i < buses.size(); ++i) {
-    if (options.create_buses) make(buses[i].interface);
+  for (const BusConfig& bus : buses) {
+    if (options.create_buses) make(bus.interface);
   }
   // Late, as a directory that has been begun will not do for the next start.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
-  // Last, as nobody can undo it; its drives start as they are configured.
-  if (keeps_rom && options.rom.wipe) rom_store_.emplace(options.rom, buses);
+  // Last, as nobody can undo it.
+  if (keeps_rom && options.rom.wipe) rom_store_->wipe();
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -281,11 +292,8 @@ void Daemon::say_ready_once() {
   std::fflush(stdout);
   tell_service_manager("READY=1\nSTATUS=" + text);
   if (!planned_) return;
-  try {
-    scenario_.start(std::move(*planned_), [this] { begin_stop(); });
-  } catch (const std::invalid_argument& problem) {
-    throw StartError(std::string("--scenario: ") + problem.what());
-  }
+  // Again, as clients may have broken much while an interface was down.
+  with_scenario([this] { scenario_.start(std::move(*planned_), [this] { begin_stop(); }); });
   planned_.reset();
 }
 

@@ -4,7 +4,7 @@
 
 #include "emulator/core/language.hpp"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;
 }
 

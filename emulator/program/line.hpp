@@ -48,6 +48,7 @@ class Line {
   explicit Line(const BusConfig& config);
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
+  ~Line() = default;
 
   void connect(boost::asio::io_context& loop, std::function<void()> on_frames);
 

@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -72,8 +73,14 @@ int run_and_tell(int argc, char** argv) {
   }
 }
 
-/// What was printed has left. Not when nobody reads any more, or when standard output is closed:
-/// then nobody wanted it.
+/// Whoever closed standard output, or input, wants nothing of it; no other file gets its number.
+void fill_standard_descriptors() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(number, F_GETFD) < 0) ::open("/dev/null", O_RDWR);
+  }
+}
+
+/// What was printed has left, or nobody reads any more.
 bool output_is_written() {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
@@ -81,7 +88,7 @@ bool output_is_written() {
   const char* const reason = errno != 0 ? std::strerror(errno) : "not all of it could be written";
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   ::poll(&output, 1, 0);
-  if ((output.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return true;
+  if ((output.revents & (POLLERR | POLLHUP)) != 0) return true;
   std::fprintf(stderr, "lk-emu: standard output: %s\n", reason);
   return false;
 }
@@ -89,6 +96,7 @@ bool output_is_written() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  fill_standard_descriptors();
   std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
   std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
   const int status = run_and_tell(argc, argv);

@@ -35,7 +35,7 @@ class World {
   bool stopped() const { return stopped_; }
 
   /// There are frames on a line: takes them in, lets the replies out, and stays for what follows.
-  void serve(std::size_t line);
+  void serve(std::size_t index);
   /// Brings all lines to now, with everything that has arrived.
   void serve_all();
 

@@ -45,12 +45,19 @@ RecordingInfo recording_info(const RecordRequest& request, SimTime start) {
 Recorder::Recorder(std::filesystem::path directory, const RecordingInfo& info,
                    const ConfigTexts& texts, std::vector<BusConfig> buses)
     : directory_(std::move(directory)), buses_(std::move(buses)) {
-  begin_recording(directory_, info, texts, buses_);
-  writer_ = std::make_unique<LogWriter>(
-      std::array{open_log(directory_ / kInputsFile), open_log(directory_ / kFramesFile)},
-      [where = directory_.string()](const std::string& reason) {
-        spdlog::error("recording in {} has ended: {}", where, reason);
-      });
+  begin_recording(directory_, info, texts, buses_, [this] { start_writer(); });
+}
+
+void Recorder::start_writer() {
+  try {
+    writer_ = std::make_unique<LogWriter>(
+        std::array{open_log(directory_ / kInputsFile), open_log(directory_ / kFramesFile)},
+        [where = directory_.string()](const std::string& reason) {
+          spdlog::error("recording in {} has ended: {}", where, reason);
+        });
+  } catch (const std::system_error& problem) {  // no thread to be had
+    throw StartError("cannot record in " + directory_.string() + ": " + problem.code().message());
+  }
 }
 
 void Recorder::host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame) {

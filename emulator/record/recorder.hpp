@@ -53,6 +53,7 @@ class Recorder {
   bool done() const { return writer_->done(); }
 
  private:
+  void start_writer();
   std::string input_line(std::size_t bus, SimTime at, decltype(RecordedInput::what) what) const;
 
   std::filesystem::path directory_;

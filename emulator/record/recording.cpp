@@ -279,7 +279,7 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 // ------------------------------------------------------------------------------------------
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
-                     const std::vector<BusConfig>& buses) {
+                     const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
   Beginning beginning(directory);
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
@@ -297,6 +297,7 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
   // Last: a directory that has it has the rest as well.
   beginning.write(directory / kRecordingFile, print_info(info, texts.config.has_value(), buses));
+  go_on();
   beginning.keep();
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -68,10 +69,12 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo);
 
-/// Writes all that is known at the beginning; `buses` are as the drives start. Throws StartError;
-/// so when there is something in `directory` already.
-void begin_recording(const std::filesystem::path& directory, const RecordingInfo& info,
-                     const ConfigTexts& texts, const std::vector<BusConfig>& buses);
+/// Writes all that is known at the beginning; `buses` are as the drives start. `go_on` then opens
+/// the logs. Throws StartError, so when there is something in `directory` already, and whatever
+/// `go_on` throws: nothing is left then.
+void begin_recording(
+    const std::filesystem::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
+    const std::vector<BusConfig>& buses, const std::function<void()>& go_on = [] {});
 
 /// A recording that was read; its frames are not.
 struct Recording {

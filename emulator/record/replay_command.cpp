@@ -24,8 +24,8 @@ namespace lk::emulator {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit status: 0 the replies are the recorded ones, or a log was compared; 1 they are not; 2 unusable
-input.)";
+Exit status: 0 the replies are the recorded ones, or a log was compared; 1 they are not, or
+nothing could be printed; 2 unusable input.)";
 
 struct Request {
   std::string directory;

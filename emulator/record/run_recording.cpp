@@ -85,7 +85,7 @@ Activity RunRecording::for_clients() {
   };
   const auto stop_for_client = [this] {
     if (!running()) throw ApiError(409, "recording", "none is running");
-    const Json last = state();
+    Json last = state();
     stop();
     return last;
   };

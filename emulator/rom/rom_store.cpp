@@ -30,7 +30,7 @@ std::string holder(int lock_fd) {
   return line.empty() ? "another process" : line;
 }
 
-void wipe(const RomPlace& place, const fs::path& file) {
+void remove(const RomPlace& place, const fs::path& file) {
   const std::string drive = place.owner.bus + ":" + std::to_string(place.owner.id);
   if (::unlinkat(place.directory_fd, place.name.c_str(), 0) == 0) {
     spdlog::info("{}: ROM wiped, {} removed", drive, file.string());
@@ -92,7 +92,7 @@ void RomDirectory::lock() {
 RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
   take_directories(options, buses);
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    const RomDirectory& directory = directories_[directories_.size() == 1 ? 0 : i];
+    const RomDirectory& directory = directory_of(i);
     const std::string& bus = buses[i].interface;
     for (ServoConfig& servo : buses[i].servos) {
       const RomPlace place{directory.descriptor(),
@@ -100,13 +100,19 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
                            i,
                            {bus, servo.id, servo.profile.name}};
       ::unlinkat(place.directory_fd, unfinished(place.name).c_str(), 0);
-      if (options.wipe) wipe(place, directory.path() / place.name);
-      load(place, directory, bus, servo);
+      if (!options.wipe) load(place, directory, bus, servo);
       places_.emplace(std::pair(i, servo.id), place);
     }
-    if (options.wipe && ::fsync(directory.descriptor()) != 0) {
-      throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason(errno));
-    }
+  }
+}
+
+void RomStore::wipe() {
+  for (const auto& [of, place] : places_) {
+    remove(place, directory_of(of.first).path() / place.name);
+  }
+  for (const RomDirectory& directory : directories_) {
+    if (::fsync(directory.descriptor()) == 0) continue;
+    throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason(errno));
   }
 }
 

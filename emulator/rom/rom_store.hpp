@@ -36,19 +36,25 @@ class RomDirectory {
 /// The ROM files of all drives of this run.
 class RomStore {
  public:
-  /// Takes the directories and puts what their files hold over `buses`. Throws StartError.
+  /// Takes the directories and puts what their files hold over `buses`, unless they are to be
+  /// wiped. Throws StartError.
   RomStore(const RomOptions& options, std::vector<BusConfig>& buses);
+  /// Removes the files of the drives of this run, for good. Throws StartError.
+  void wipe();
 
   /// Where the ROM of the drive `id` on the bus with index `bus` goes.
   const RomPlace& place(std::size_t bus, int id) const { return places_.at({bus, id}); }
 
  private:
   void take_directories(const RomOptions& options, const std::vector<BusConfig>& buses);
+  const RomDirectory& directory_of(std::size_t bus) const {
+    return directories_[directories_.size() == 1 ? 0 : bus];
+  }
   void load(const RomPlace& place, const RomDirectory& directory, const std::string& bus,
             ServoConfig& servo) const;
 
-  std::deque<RomDirectory> directories_;  // one, or one for each bus
-  std::map<std::pair<std::size_t, int>, RomPlace> places_;
+  std::deque<RomDirectory> directories_;                    // one, or one for each bus
+  std::map<std::pair<std::size_t, int>, RomPlace> places_;  // by bus and id
 };
 
 /// The user's directory for ROM, without the bus; empty when there is none. From what the

@@ -35,7 +35,7 @@ std::string escaped(const std::string& text) {
 }
 
 std::string open_case(const std::string& name, const std::string& suite) {
-  return fmt::format("    <testcase name=\"{}\" classname=\"{}\"", escaped(name), escaped(suite));
+  return fmt::format(R"(    <testcase name="{}" classname="{}")", escaped(name), escaped(suite));
 }
 
 std::string expectation_case(const ExpectationResult& result, const std::string& suite) {

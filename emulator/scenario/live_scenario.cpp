@@ -20,22 +20,24 @@ std::size_t faults_in(const std::vector<TimedDirective>& events) {
 
 }  // namespace
 
+void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    const std::size_t there = lines[n]->bus().faults().size();
+    if (there + faults_in(scenario.robot[n].events) <= Bus::kMostFaults) continue;
+    throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
+                                std::to_string(Bus::kMostFaults) + " faults, " +
+                                std::to_string(there) + " are there");
+  }
+}
+
 LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
                            std::function<void()> on_over)
     : scenario_(std::move(scenario)), on_over_(std::move(on_over)), began_(monotonic_now()) {
-  for (std::size_t n = 0; n < lines.size(); ++n) {
-    const Bus& bus = lines[n]->bus();
-    const std::size_t there = bus.faults().size();
-    if (there + faults_in(scenario_.robot[n].events) > Bus::kMostFaults) {
-      throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
-                                  std::to_string(Bus::kMostFaults) + " faults, " +
-                                  std::to_string(there) + " are there");
-    }
-  }
+  check_room(scenario_, lines);
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const Bus& bus = lines[n]->bus();
     const SimTime start = bus.time();
-    parts_.push_back(std::unique_ptr<Part>(
+    parts_.push_back(std::unique_ptr<Part>(  // NOLINTNEXTLINE(modernize-make-unique): by name
         new Part{.line = lines[n],
                  .host = HostScript(scenario_.sends, n, start),
                  .judge = Judge(scenario_.robot[n], scenario_.expectations, n, start),
@@ -47,7 +49,9 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     watcher.look = [this, &part](const Bus& at) { look(part, at); };
     part.watcher = part.line->add_watcher(std::move(watcher));
     Listener listener;
-    listener.query = [&part](const TimedFrame& query) { part.judge.hear_query(query); };
+    listener.query = [&part](const TimedFrame& query) {
+      part.judge.hear_query(query, part.line->bus());
+    };
     listener.reply = [&part](const TimedFrame& reply) { part.judge.hear_reply(reply); };
     part.listener = part.line->add_listener(std::move(listener));
   }

@@ -14,6 +14,10 @@
 
 namespace lk::emulator {
 
+/// Throws std::invalid_argument when a bus of `lines` has no room for the faults of `scenario`,
+/// whose robot is what runs on them, in that order.
+void check_room(const Scenario& scenario, const std::vector<Line*>& lines);
+
 /// A scenario on buses that run already, beside whatever hosts there are: does what it has planned
 /// when its time comes, puts its frames on the buses as if a host had, and listens.
 class LiveScenario {

@@ -21,8 +21,8 @@ namespace lk::emulator {
 namespace {
 
 constexpr const char* kFooter = R"(
-Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), 2 unusable input, 3 invalid: a planned fault
-never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
+Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), or the report could not be printed, 2 unusable
+input, 3 invalid: a planned fault never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
 
 /// As CLI11 collects them.
 struct Raw {

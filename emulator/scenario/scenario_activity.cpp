@@ -46,14 +46,22 @@ std::vector<BusConfig> running(const World& world) {
 
 }  // namespace
 
+std::vector<Line*> ScenarioActivity::lines() const {
+  std::vector<Line*> all;
+  for (const auto& line : world_.lines()) all.push_back(line.get());
+  return all;
+}
+
+void ScenarioActivity::check_room(const Scenario& scenario) const {
+  emulator::check_room(scenario, lines());
+}
+
 void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
   finish();
   live_.reset();
   const unsigned number = ++number_;
   planned_ = static_cast<bool>(on_over);
-  std::vector<Line*> lines;
-  for (const auto& line : world_.lines()) lines.push_back(line.get());
-  live_.emplace(std::move(scenario), std::move(lines), [this, number, over = std::move(on_over)] {
+  live_.emplace(std::move(scenario), lines(), [this, number, over = std::move(on_over)] {
     // Not from within a line, and only if it is still this one.
     boost::asio::post(loop_, [this, number, over] {
       if (number != number_ || !live_->running()) return;
@@ -102,7 +110,7 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   const auto file = text_at("file");
   const auto toml = text_at("toml");
   if (file.has_value() == toml.has_value() || request.size() != 1) {
-    throw ApiError(400, "scenario", "needs either \"file\" or \"toml\", and nothing else");
+    throw ApiError(400, "scenario", R"(needs either "file" or "toml", and nothing else)");
   }
   std::error_code none_there;
   const auto size = file ? std::filesystem::file_size(*file, none_there) : 0;

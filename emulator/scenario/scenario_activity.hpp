@@ -15,6 +15,8 @@ class ScenarioActivity {
  public:
   ScenarioActivity(boost::asio::io_context& loop, World& world) : loop_(loop), world_(world) {}
 
+  /// Throws std::invalid_argument when a bus has no room for its faults. Begins nothing.
+  void check_room(const Scenario& scenario) const;
   /// `on_over` is called from the loop when it has come to its end. Throws std::invalid_argument.
   void start(Scenario scenario, std::function<void()> on_over);
   void finish();
@@ -22,11 +24,12 @@ class ScenarioActivity {
   std::optional<RunReport> report() const;
 
   /// A client's file is read on the loop of the drives: as much as a request may have.
-  static constexpr std::uintmax_t kLongestFile = 64 * 1024;
+  static constexpr std::uintmax_t kLongestFile = 65'536;
   /// What clients can do: start one that they name ("file") or send ("toml"), look, and stop it.
   Activity for_clients();
 
  private:
+  std::vector<Line*> lines() const;
   Json start_for_client(const Json& request);
   Json state() const;
   Json report_json() const;

@@ -12,7 +12,7 @@ namespace lk::emulator {
 
 /// What scenarios name, looked for from `directory`, the scenario file's: a robot is a path or the
 /// name of a shipped one. None may be longer than `longest` bytes.
-inline constexpr std::uintmax_t kLongestOfAll = 64U * 1024 * 1024;
+inline constexpr std::uintmax_t kLongestOfAll = 67'108'864;
 ScenarioFiles scenario_files(const std::filesystem::path& directory,
                              std::uintmax_t longest = kLongestOfAll);
 

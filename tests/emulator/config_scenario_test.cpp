@@ -137,7 +137,9 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
             "dir/kick.toml:5: send.id: no drive 9 on any bus");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 1\nbus = \"vcan1\"\ncommand = \"off\"\n"),
             "dir/kick.toml:5: send.id: no drive 1 on this bus");
-  // An identifier of 29 bits is no drive's, whatever its number.
+  // No drive answers to this one, and an identifier of 29 bits is none's, whatever its number.
+  EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"15F#80\"\n"),
+            "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nframe = \"00000144#80\"\n"),
             "dir/kick.toml:3: send.bus: which one is meant? vcan0, vcan1");
 }

@@ -10,8 +10,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <mutex>
 #include <semaphore>
+#include <string>
 #include <vector>
 
 #include "emulator/program/cli.hpp"
@@ -24,9 +28,27 @@
 
 namespace {
 
-std::mutex mutex;           // of the two below
-std::vector<ino_t> synced;  // inodes, in order
-ino_t refused = 0;          // fsync of this one fails
+/// A sync, and what a power cut just before it could have left of the watched file.
+struct Sync {
+  ino_t inode = 0;
+  std::string file;        // what is in it, by its name; empty: there is none
+  std::string unfinished;  // the same of what is to become it
+
+  friend bool operator==(const Sync&, const Sync&) = default;
+  friend void PrintTo(const Sync& sync, std::ostream* out) {
+    *out << sync.inode << " \"" << sync.file << "\" \"" << sync.unfinished << '"';
+  }
+};
+
+std::mutex mutex;               // of those below
+std::vector<Sync> synced;       // in order
+ino_t refused = 0;              // fsync of this one fails
+std::filesystem::path watched;  // a file
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 ino_t inode(const std::filesystem::path& path) {
   struct stat status {};
@@ -37,7 +59,7 @@ ino_t inode(const std::filesystem::path& path) {
 std::ptrdiff_t times_synced(const std::filesystem::path& path) {
   const ino_t wanted = inode(path);
   const std::lock_guard lock(mutex);
-  return std::ranges::count(synced, wanted);
+  return std::ranges::count(synced, wanted, &Sync::inode);
 }
 
 }  // namespace
@@ -46,7 +68,8 @@ extern "C" int fsync(int fd) {
   struct stat status {};
   ::fstat(fd, &status);
   const std::lock_guard lock(mutex);
-  synced.push_back(status.st_ino);
+  synced.push_back(
+      {status.st_ino, text_of(watched), text_of(lk::emulator::unfinished(watched.string()))});
   if (status.st_ino == refused) {
     errno = EIO;
     return -1;
@@ -63,6 +86,7 @@ class Synced : public testing::Test {
     const std::lock_guard lock(mutex);
     synced.clear();
     refused = 0;
+    watched.clear();
   }
   std::filesystem::path make(const std::string& name) const {
     std::filesystem::create_directory(directory_.path() / name);
@@ -72,6 +96,17 @@ class Synced : public testing::Test {
     const ino_t number = inode(path);
     const std::lock_guard lock(mutex);
     refused = number;
+  }
+
+  /// The syncs from here on are told with what is in this file.
+  static void watch(const std::filesystem::path& path) {
+    const std::lock_guard lock(mutex);
+    synced.clear();
+    watched = path;
+  }
+  static std::vector<Sync> syncs() {
+    const std::lock_guard lock(mutex);
+    return synced;
   }
 
   TempDirectory directory_;
@@ -92,6 +127,44 @@ int write(const std::filesystem::path& path, int times) {
     done.acquire();
   }
   return last;
+}
+
+TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
+  const auto path = make("rom");
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
+  watch(path / "a");
+  ASSERT_EQ(write_durably(directory.get(), "a", "after"), 0);
+  const ino_t file = inode(path / "a");  // the same under both names
+  EXPECT_EQ(syncs(), (std::vector<Sync>{{file, "before", "after"}, {inode(path), "after", ""}}));
+}
+
+TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
+  const auto path = make("rom");
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
+  directory_.put("rom/" + unfinished("a"), "");  // it keeps its inode when it is written
+  refuse(path / unfinished("a"));
+  EXPECT_EQ(write_durably(directory.get(), "a", "after"), EIO);
+  EXPECT_EQ(text_of(path / "a"), "before");
+  EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
+}
+
+TEST_F(Synced, TheEntriesOfAllDirectoriesThatAStoreMakes) {
+  const auto a = directory_.path() / "a";
+  std::vector<BusConfig> buses = {test::bus_config({1})};
+  const RomOptions options{.directory = a / "b" / "c", .wipe = false};
+  const RomStore store(options, buses);
+  for (const auto& holder : {directory_.path(), a, a / "b"}) {
+    EXPECT_GE(times_synced(holder), 1) << holder;
+  }
+}
+
+TEST_F(Synced, NoRomIsKeptInADirectoryThatMayBeGone) {
+  refuse(directory_.path());
+  std::vector<BusConfig> buses = {test::bus_config({1})};
+  const RomOptions options{.directory = directory_.path() / "a" / "b", .wipe = false};
+  EXPECT_THROW(RomStore(options, buses), StartError);
 }
 
 TEST_F(Synced, TheEntryOfADirectoryThatWasThereWithTheFirstFile) {
@@ -128,7 +201,8 @@ TEST_F(Synced, AWipeThatMayComeBackIsNone) {
   refuse(path);
   std::vector<BusConfig> buses = {test::bus_config({1})};
   const RomOptions options{.directory = path, .wipe = true};
-  EXPECT_THROW(RomStore(options, buses), StartError);
+  RomStore store(options, buses);
+  EXPECT_THROW(store.wipe(), StartError);
 }
 
 }  // namespace

@@ -14,6 +14,8 @@
 namespace lk::emulator {
 namespace {
 
+using namespace std::string_literals;
+
 std::size_t count(const std::string& text, const std::string& what) {
   std::size_t found = 0;
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++found;
@@ -131,6 +133,23 @@ TEST_F(Hostile, WhoTakesTooLongIsClosed) {
   EXPECT_EQ(body.receive_all(), "");
 }
 
+/// However often a part of it comes: one deadline is for all of it.
+TEST_F(Hostile, WhoDripsIsClosed) {
+  options_.patience.request = std::chrono::milliseconds(250);
+  start();
+  // If each byte had a deadline of its own, both would end after 8000 of them, with an answer.
+  for (const std::string& begun :
+       {"GET /api/v1/status HTTP/1.1\r\nX: "s,
+        "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
+        "Content-Length: 8000\r\n\r\n"s}) {
+    const Client one = client();
+    one.send(begun);
+    while (!one.hears_within(std::chrono::milliseconds(5)) && one.send("x")) {
+    }
+    EXPECT_EQ(one.receive_all(), "") << begun;
+  }
+}
+
 TEST_F(Hostile, WhoSaysNothingIsClosed) {
   options_.patience.idle = std::chrono::milliseconds(1);
   start();
@@ -141,8 +160,11 @@ TEST_F(Hostile, WhoReadsNothingIsClosed) {
   options_.patience.request = std::chrono::milliseconds(1);
   start();
   const Client one = client();
-  // More answers than sockets hold; this returns when the server reads no more and has closed.
-  for (int n = 0; n < 5000; ++n) one.send("GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n");
+  // Many times what sockets hold, and so are the answers: the server cannot get rid of them, and
+  // reads no more.
+  std::string many;
+  for (int n = 0; n < 100'000; ++n) many += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
+  EXPECT_FALSE(one.send(many)) << "not cut off";
   EXPECT_EQ(status(ask("GET /nowhere HTTP/1.1\r\n\r\n")), 404);
 }
 

@@ -6,13 +6,17 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -49,7 +53,8 @@ class NoDescriptors {
   rlimit before_{};
 };
 
-/// A client without a library to keep it from misbehaving.
+/// A client without a library to keep it from misbehaving. What does not happen within its patience
+/// is a failure, and never taken for a closed connection.
 class Client {
  public:
   static Client unix_socket(const fs::path& path) {
@@ -64,8 +69,9 @@ class Client {
   }
   /// Not connected yet.
   explicit Client(int family) : fd_(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    const timeval patience{20, 0};  // a test that fails ends too
+    const timeval patience{kPatience_s, 0};
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   }
   Client(Client&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   Client(const Client&) = delete;
@@ -89,24 +95,30 @@ class Client {
     connect_to(reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }
 
-  void send(std::string_view text) const {
+  /// Returns whether all has gone out; else the other end has closed.
+  bool send(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t sent = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
-      if (sent <= 0) return;
+      if (sent <= 0) {
+        expect_closed("the other end to read, or to close");
+        return false;
+      }
       text.remove_prefix(static_cast<std::size_t>(sent));
     }
+    return true;
   }
   /// Until `text` has come, or the end.
   std::string receive_until(const std::string& text) const {
     std::string all;
-    char byte = 0;
-    while (!all.ends_with(text) && ::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    while (!all.ends_with(text) && receive_byte(all, text)) {
+    }
     return all;
   }
+  /// Until the end.
   std::string receive_all() const {
     std::string all;
-    char byte = 0;
-    while (::recv(fd_, &byte, 1, 0) > 0) all += byte;
+    while (receive_byte(all, "the end of the connection")) {
+    }
     return all;
   }
   /// One answer, which has a Content-Length.
@@ -114,16 +126,37 @@ class Client {
     std::string head = receive_until("\r\n\r\n");
     const std::size_t at = head.find("Content-Length: ");
     std::size_t left = at == std::string::npos ? 0 : std::stoul(head.substr(at + 16));
-    char byte = 0;
-    for (; left > 0 && ::recv(fd_, &byte, 1, 0) > 0; --left) head += byte;
+    while (left > 0 && receive_byte(head, "the rest of the body")) --left;
     return head;
+  }
+  /// Whether something has come, or the end, before so much time is over.
+  bool hears_within(std::chrono::milliseconds time) const {
+    pollfd readable{fd_, POLLIN, 0};
+    return ::poll(&readable, 1, static_cast<int>(time.count())) > 0;
   }
 
  private:
   void connect_to(const sockaddr* address, socklen_t size) const {
     if (::connect(fd_, address, size) != 0) throw std::runtime_error("connect");
   }
+  /// Appends the next byte; false at the end of the connection.
+  bool receive_byte(std::string& to, const std::string& awaited) const {
+    char byte = 0;
+    const ssize_t size = ::recv(fd_, &byte, 1, 0);
+    if (size < 0) expect_closed(awaited);
+    if (size > 0) to += byte;
+    return size > 0;
+  }
+  /// After a call that failed: because the other end has closed, and not because time was over.
+  static void expect_closed(const std::string& awaited) {
+    const int error = errno;
+    if (error == EPIPE || error == ECONNRESET) return;
+    ADD_FAILURE() << "waited, " << kPatience_s << " s at most, for "
+                  << testing::PrintToString(awaited) << ": " << std::strerror(error);
+  }
 
+  // A machine may be busy, and sanitizers slow.
+  static constexpr int kPatience_s = 60;
   int fd_;
 };
 

@@ -14,11 +14,13 @@ using Status = ExpectationResult::Status;
 /// A judge of drive 1 from 0 to 10 s, told what is on the wire by hand.
 struct Ear {
   explicit Ear(const Replies& replies, const BusConfig& config = test::bus_config({1}))
-      : judge(config, {{0, 1, replies, {Period::Kind::kThroughout, 0ns, 10s}, ""}}, 0, 0ns) {}
-  void query(SimTime when, const protocol::Frame& frame) { judge.hear_query({when, frame}); }
+      : bus(config),
+        judge(config, {{0, 1, replies, {Period::Kind::kThroughout, 0ns, 10s}, ""}}, 0, 0ns) {}
+  void query(SimTime when, const protocol::Frame& frame) { judge.hear_query({when, frame}, bus); }
   void query(SimTime when, const char* text) { query(when, test::frame(text)); }
   void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
   Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
+  Bus bus;
   Judge judge;
 };
 

@@ -151,9 +151,10 @@ TEST(Judge, SaysWhatWasMeasuredAndWhen) {
 struct Ear {
   explicit Ear(const Replies& replies, Period when = throughout(0ns, 10s), SimTime start = 0ns)
       : judge(test::bus_config({1, 2}), {{0, 1, replies, when, ""}}, 0, start) {}
-  void query(SimTime when, const char* text) { judge.hear_query({when, test::frame(text)}); }
+  void query(SimTime when, const char* text) { judge.hear_query({when, test::frame(text)}, bus); }
   void reply(SimTime when, const char* text) { judge.hear_reply({when, test::frame(text)}); }
   Status status(SimTime now = 10s) const { return judge.results(now).at(0).status; }
+  Bus bus{test::bus_config({1, 2})};
   Judge judge;
 };
 
@@ -226,8 +227,10 @@ TEST(Judge, TheAgeOfAReplyCountsFromTheLatestQueryWithItsCommand) {
 }
 
 TEST(Judge, AFrameForSeveralAsksEachOfItsDrives) {
-  BusConfig bus = test::bus_config({});
-  bus.servos = {test::drive(Generation::kV236, Series::kMg, 1)};
+  BusConfig config = test::bus_config({});
+  config.servos = {test::drive(Generation::kV236, Series::kMg, 1)};
+  config.servos[0].rom.broadcast_mode = true;
+  const Bus bus(config);
   const std::pair<const char*, std::uint8_t> asked[] = {{"280#0000000000000000", 0xA1},
                                                         {"281#0000000000000000", 0xA2},
                                                         {"282#0000000000000000", 0xA3},
@@ -236,14 +239,51 @@ TEST(Judge, AFrameForSeveralAsksEachOfItsDrives) {
     Replies prompt;
     prompt.command = command;
     prompt.age = Range{1, 2};
-    Judge judge(bus, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
+    Judge judge(config, {{0, 1, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
     protocol::Frame reply = test::frame("141#0000000000000000");
     reply.data[0] = command;
     judge.hear_reply({500ms, reply});  // nobody asked
-    judge.hear_query({1s, test::frame(query)});
+    judge.hear_query({1s, test::frame(query)}, bus);
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
     judge.hear_reply({1s + 1500us, reply});
     EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << query;
+  }
+}
+
+TEST(Judge, AFrameThatADriveDoesNotListenToAsksNothing) {
+  for (const bool several : {false, true}) {
+    BusConfig config = test::bus_config({});
+    config.servos = {test::drive(Generation::kV236, Series::kMg, 1)};
+    config.servos[0].rom.broadcast_mode = several;
+    const Bus bus(config);
+    const char* own = several ? "280#0000000000000000" : "141#A100000000000000";
+    const char* others = several ? "141#A100000000000000" : "280#0000000000000000";
+    Replies slow;
+    slow.command = 0xA1;
+    slow.age = Range{5, 6};
+    Judge judge(config, {{0, 1, slow, throughout(0ns, 10s), ""}}, 0, 0ns);
+    judge.hear_query({1000ms, test::frame(own)}, bus);
+    judge.hear_query({1004ms, test::frame(others)}, bus);
+    judge.hear_reply({1005ms, test::frame("141#A100000000000000")});
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kPassed) << several;
+  }
+}
+
+TEST(Judge, AFrameForSeveralWithoutAWordForADriveAsksItNothing) {
+  BusConfig config = test::bus_config({});
+  config.servos = {test::drive(Generation::kV236, Series::kMg, 9)};
+  config.servos[0].rom.broadcast_mode = true;
+  const Bus bus(config);
+  Replies prompt;
+  prompt.age = Range{0, 5};
+  // 0x288 has words for drives 1 to 8; half a frame has none for anybody.
+  for (const char* query : {"288#9A9A9A9A9A9A9A9A", "280#0000"}) {
+    Judge judge(config, {{0, 9, prompt, throughout(0ns, 10s), ""}}, 0, 0ns);
+    judge.hear_query({1s, test::frame(query)}, bus);
+    for (const char* reply : {"149#9A00000000000000", "149#A100000000000000"}) {
+      judge.hear_reply({1001ms, test::frame(reply)});
+    }
+    EXPECT_EQ(judge.results(10s).at(0).status, Status::kFailed) << query;
   }
 }
 

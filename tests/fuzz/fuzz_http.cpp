@@ -89,7 +89,10 @@ class Connection {
       require(status != 500);
       if (status == 101) return;
       // An answer to HEAD gives the length of a body that does not come: what follows is the next.
-      if (asked_for_heads_) return;
+      if (asked_for_heads_) {
+        require(rest.find("HTTP/1.1 500") == std::string_view::npos);
+        return;
+      }
       require(parser.is_done() && used > 0);
       const bool json = parser.get()[http::field::content_type] == "application/json";
       require(json || status < 300 || status == 304);

@@ -66,8 +66,10 @@ in_root() {
   quietly "${run[@]}" dpkg --root="$root" --log=/dev/null --force-script-chrootless,depends,not-root \
     --path-include='/*' "$@"
 }
+# installed PACKAGE: "ii VERSION".
+installed() { dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${db:Status-Abbrev}${Version}' "$1"; }
 in_root --install "$deb" "$dev"
-[[ $(dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${db:Status-Abbrev}' lk-emu) == "ii " ]] || fail "not installed"
+[[ $(installed lk-emu) == "ii $(dpkg-deb -f "$deb" Version)" ]] || fail "not installed"
 
 program=$root/usr/bin/lk-emu
 [[ $("$program" --version) == "lk-emu $(dpkg-deb -f "$deb" Version)" ]] || fail "another version"
@@ -95,7 +97,24 @@ said=$(systemd-analyze verify --man=no --root="$root" lk-emu@arm.service 2>&1) |
 quietly systemd-analyze security --no-pager --offline=true --threshold=15 "$unit"
 rm -r "$root/etc/lk-emu" "$root"/usr/lib/systemd/system/*.target
 
-# An upgrade, here to the same version, keeps ROM; removing it too; purging it leaves nothing at all.
+# Before the program goes, what runs is stopped: where systemd runs, which something stands in for here. An upgrade lets
+# it run on.
+dpkg-deb -e "$deb" "$scratch/control"
+mkdir "$scratch/systemd"
+for name in deb-systemd-invoke systemctl; do
+  # shellcheck disable=SC2016 # it is the script's to expand
+  printf '#!/bin/sh\necho "${0##*/} $*" >>"%s"\n' "$scratch/asked" >"$scratch/systemd/$name"
+  chmod +x "$scratch/systemd/$name"
+done
+sed "s|/run/systemd/system|$scratch/systemd|" "$scratch/control/prerm" >"$scratch/prerm"
+before_it_goes() { env -u DPKG_ROOT PATH="$scratch/systemd:$PATH" sh "$scratch/prerm" "$@"; }
+before_it_goes upgrade 99
+[[ ! -e $scratch/asked ]] || fail "an upgrade stops services"
+before_it_goes remove
+[[ -e $scratch/asked && $(<"$scratch/asked") == "deb-systemd-invoke stop lk-emu@*.service" ]] ||
+  fail "services run on when it is removed"
+
+# An upgrade keeps ROM and what is enabled; removing it too; purging it leaves nothing at all.
 rom=$root/var/lib/private/lk-emu/arm/vcan0-1.toml
 mkdir -p "${rom%/*}"
 : >"$rom"
@@ -103,7 +122,12 @@ wants=$root/etc/systemd/system/multi-user.target.wants # as `systemctl enable` d
 mkdir -p "$wants"
 ln -s /usr/lib/systemd/system/lk-emu@.service "$wants/lk-emu@arm.service"
 ln -s /usr/lib/systemd/system/other.service "$wants/other.service"
-in_root --install "$deb"
+dpkg-deb -R "$deb" "$scratch/newer"
+sed -i 's/^Version: .*/&+1/' "$scratch/newer/DEBIAN/control"
+quietly dpkg-deb --root-owner-group -Zgzip -z1 --build "$scratch/newer" "$scratch/newer.deb"
+in_root --install "$scratch/newer.deb"
+[[ $(installed lk-emu) == "ii $(dpkg-deb -f "$deb" Version)+1" ]] || fail "not upgraded"
+[[ -e $rom && -L $wants/lk-emu@arm.service ]] || fail "an upgrade takes away what is not the package's"
 in_root --remove lk-emu-dev lk-emu
 [[ -e $rom ]] || fail "ROM is gone before a purge"
 [[ -L $wants/lk-emu@arm.service ]] || fail "an instance is disabled before a purge"

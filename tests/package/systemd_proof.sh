@@ -81,10 +81,15 @@ request = urllib.request.Request(url, headers={"Authorization": "Bearer 01234567
 assert b'"vcan0"' in urllib.request.urlopen(request, timeout=60).read()
 P
 
-# Stopped in good order; and what cannot be used is not tried again.
-systemctl stop $service
+# An upgrade lets it run on; removing the package stops it, in good order.
+sh /out/prerm upgrade 99
+[[ $(property ActiveState $service) == active ]] || fail "an upgrade stops it"
+sh /out/prerm remove
+[[ $(property ActiveState $service) == inactive ]] || fail "it runs on when the package is removed"
 [[ $(property Result $service) == success ]] || fail "stopped: $(property Result $service)"
 [[ ! -e $socket ]] || fail "the socket is left behind"
+
+# What cannot be used is not tried again.
 ! systemctl start lk-emu@bad 2>/dev/null || fail "starts with a mistake"
 [[ $(property ExecMainStatus lk-emu@bad) == 2 && $(property NRestarts lk-emu@bad) == 0 ]] || fail "a mistake is tried again"
 ! systemctl start lk-emu@none 2>/dev/null || fail "starts without a file"

@@ -15,7 +15,7 @@ outside() {
   umask 022 # the service is somebody else
   mkdir -p "$scratch/out"
   cmake --install "$build" --component program --prefix "$scratch/local" >/dev/null
-  cp "$here/systemd_proof.sh" "$here/../../docs/service.md" "$scratch/out"
+  cp "$here/systemd_proof.sh" "$here/../../docs/service.md" "$here/../../packaging/debian/prerm" "$scratch/out"
   WITH_VCAN=uml "$here/../../scripts/with-vcan" --timeout 400 \
     unshare --mount --pid --fork --kill-child "$here/systemd_test.sh" --inside "$scratch" || true
   cat "$scratch/out/log"
@@ -33,6 +33,8 @@ inside() {
   mount --bind /usr usr
   mount --bind "$scratch/local" usr/local
   mount --bind "$scratch/out" out
+  # In a container's image packages may not start or stop anything (deb-systemd-invoke).
+  [[ ! -e usr/sbin/policy-rc.d ]] || mount --bind /dev/null usr/sbin/policy-rc.d
   for name in bin sbin lib lib64; do
     [[ ! -L /$name ]] || ln -s "usr/$name" "$name"
   done

@@ -218,11 +218,11 @@ TEST(Interface, GoesDownAndUp) {
   const OwnInterface bus("vcandown");
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcandown", "--ids", "1"});
   ASSERT_TRUE(emulator.wait_ready());
-  for (int i = 0; i < 2; ++i) {
+  for (int round = 1; round <= 2; ++round) {
     bus.down();
-    ASSERT_TRUE(emulator.wait_for_log("vcandown is down: waiting for it"));
+    ASSERT_TRUE(emulator.wait_for_log("vcandown is down: waiting for it", round));
     bus.up();
-    ASSERT_TRUE(emulator.wait_for_log("vcandown is up: going on"));
+    ASSERT_TRUE(emulator.wait_for_log("vcandown is up: going on", round));
     Host host("vcandown");
     EXPECT_TRUE(host.query(1, kReadState2));
   }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "tests/vcan/emulator_process.hpp"
@@ -203,6 +204,21 @@ TEST(Output, ThatNobodyWantsIsNotMissed) {
       EXPECT_EQ(result.err, "") << redirection;
     }
   }
+}
+
+TEST(Output, ThatIsClosedIsNoOtherFile) {
+  const std::string junit = testing::TempDir() + "lk-emu-cli-" + std::to_string(::getpid());
+  const auto result =
+      EmulatorProcess(
+          {"run", LKEMU_SOURCE_DIR "/configs/scenarios/duplicate_id.toml", "--junit", junit},
+          with_output("exec \"$@\" >&- 2>&- <&-"))
+          .wait();
+  EXPECT_EQ(result.status, 0);
+  std::ifstream file(junit);
+  std::string first;
+  std::getline(file, first);
+  EXPECT_EQ(first.rfind("<?xml ", 0), 0U) << first;
+  std::filesystem::remove(junit);
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Words before the program's own in every test, such as "valgrind --quiet": $LKEMU_LAUNCHER.
+/// Words right before the program in every test, such as "valgrind --quiet": $LKEMU_LAUNCHER. What
+/// a test puts there itself (env, setpriv, …) stands before them, as valgrind does not follow it.
 std::vector<std::string> launcher_of_all() {
   const char* const said = std::getenv("LKEMU_LAUNCHER");
   std::istringstream text(said != nullptr ? said : "");
@@ -61,7 +62,8 @@ EmulatorProcess::EmulatorProcess(const std::vector<std::string>& arguments,
   if (::pipe2(out.data(), O_CLOEXEC) < 0 || ::pipe2(err.data(), O_CLOEXEC) < 0) {
     throw std::runtime_error("pipe");
   }
-  std::vector<std::string> words = launcher.empty() ? launcher_of_all() : launcher;
+  std::vector<std::string> words = launcher;
+  for (const std::string& word : launcher_of_all()) words.push_back(word);
   words.emplace_back(LKEMU_PROGRAM);
   words.insert(words.end(), arguments.begin(), arguments.end());
   pid_ = spawn(words, out[1], err[1]);
@@ -100,8 +102,8 @@ bool EmulatorProcess::wait_ready() {
   });
 }
 
-bool EmulatorProcess::wait_for_log(const std::string& text) {
-  return pump_until([&] { return exit_.err.find(text) != std::string::npos; });
+bool EmulatorProcess::wait_for_log(const std::string& text, int times) {
+  return pump_until([&] { return count_of(exit_.err, text) >= times; });
 }
 
 void EmulatorProcess::signal(int number) const { ::kill(pid_, number); }
@@ -119,6 +121,12 @@ EmulatorProcess::Exit EmulatorProcess::wait() {
 EmulatorProcess::Exit EmulatorProcess::stop(int number) {
   signal(number);
   return wait();
+}
+
+int count_of(const std::string& text, const std::string& what) {
+  int count = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
 }
 
 bool run(const std::string& command) { return std::system(command.c_str()) == 0; }

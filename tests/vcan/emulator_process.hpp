@@ -16,7 +16,8 @@ inline constexpr int kPatience_ms = 20'000;
 /// The real program in a process of its own, with its output captured.
 class EmulatorProcess {
  public:
-  /// `launcher` stands before the program, e.g. {"setpriv", "--reuid=65534"}.
+  /// `launcher` stands before the program, e.g. {"setpriv", "--reuid=65534"}; $LKEMU_LAUNCHER
+  /// between the two.
   explicit EmulatorProcess(const std::vector<std::string>& arguments,
                            const std::vector<std::string>& launcher = {});
   EmulatorProcess(const EmulatorProcess&) = delete;
@@ -25,8 +26,10 @@ class EmulatorProcess {
 
   /// Waits for "lk-emu ready"; false when the program ended or patience did.
   bool wait_ready();
-  /// Waits until the log contains `text`.
-  bool wait_for_log(const std::string& text);
+  /// Waits until the log contains `text`, so many times.
+  bool wait_for_log(const std::string& text, int times = 1);
+  /// What it has said on stderr, as far as somebody has waited for it.
+  const std::string& log() const { return exit_.err; }
   void signal(int number) const;
   pid_t pid() const { return pid_; }
 
@@ -46,6 +49,9 @@ class EmulatorProcess {
   int err_fd_ = -1;
   Exit exit_;
 };
+
+/// How often `what` is in `text`.
+int count_of(const std::string& text, const std::string& what);
 
 /// Runs a command of the system; false unless it succeeded.
 bool run(const std::string& command);

@@ -1,8 +1,7 @@
-// A flood of frames of all kinds, as fast as the kernel takes them, and clients of the control
-// interface that mean no good, while a host goes on asking: what it asks is answered, or counted as
-// lost, and the program is as it was before when the flood is over.
+// A flood of frames of all kinds, as fast as the kernel takes them, while a host goes on asking:
+// what it asks is answered, or counted as lost, and the program is as it was before when the flood
+// is over.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
@@ -18,7 +17,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <random>
 #include <string>
 #include <thread>
@@ -282,94 +280,6 @@ void Flooded::flood(const std::string& bitrate) {
 TEST_F(Flooded, OnAWireEveryFrameIsAccountedFor) { flood("1000000"); }
 
 TEST_F(Flooded, WithoutAWireEveryQueryIsAccountedFor) { flood("0"); }
-
-/// From now on the kernel notes anew how much memory is resident at most (proc(5), clear_refs).
-void forget_peak(pid_t pid) {
-  std::ofstream file("/proc/" + std::to_string(pid) + "/clear_refs");
-  file << "5" << std::flush;
-  ASSERT_TRUE(file.good());
-}
-
-/// The most memory that was resident, KiB.
-std::uint64_t peak(pid_t pid) {
-  std::ifstream stream("/proc/" + std::to_string(pid) + "/status");
-  std::string word;
-  while (stream >> word) {
-    if (word == "VmHWM:") break;
-  }
-  std::uint64_t kib = 0;
-  stream >> kib;
-  return kib;
-}
-
-/// Returns when all who connected before are in: whoever comes last is answered, or sent away.
-void wait_for_turn(const std::string& path) {
-  const int fd = connect_to(path);
-  if (fd < 0) return;
-  const std::string text = "GET /api/v1/clock HTTP/1.1\r\nConnection: close\r\n\r\n";
-  ::send(fd, text.data(), text.size(), MSG_NOSIGNAL);
-  char byte = 0;
-  while (::recv(fd, &byte, 1, 0) > 0) {
-  }
-  ::close(fd);
-}
-
-/// Connects without a word, with half a request, and with an endless body.
-void attack(const std::string& path, int times) {
-  const std::string endless =
-      "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
-      "Transfer-Encoding: chunked\r\n\r\nfffffff\r\n" +
-      std::string(100'000, '[');
-  std::vector<int> held;
-  for (int n = 0; n < times; ++n) {
-    const int fd = connect_to(path);
-    if (fd < 0) continue;
-    ::fcntl(fd, F_SETFL, O_NONBLOCK);
-    const std::string text = n % 3 == 0 ? "" : n % 3 == 1 ? "GET /api/v1/st" : endless;
-    ::send(fd, text.data(), text.size(), MSG_NOSIGNAL);
-    held.push_back(fd);
-    if (held.size() < 200) continue;
-    wait_for_turn(path);
-    for (const int one : held) ::close(one);
-    held.clear();
-  }
-  for (const int one : held) ::close(one);
-}
-
-TEST_F(Flooded, ClientsThatMeanNoGoodLeaveBusAndMemoryAlone) {
-  EmulatorProcess emulator(arguments("1000000"));
-  ASSERT_TRUE(emulator.wait_ready());
-  forget_peak(emulator.pid());
-  const std::uint64_t before = peak(emulator.pid());
-  std::atomic<bool> over{false};
-  std::thread attacker([&] {
-    attack(socket(), 2000);
-    over = true;
-  });
-  Asker asker;
-  do {
-    asker.ask();
-    EXPECT_TRUE(asker.hear(kPatience_ms));
-  } while (!over);
-  attacker.join();
-  EXPECT_EQ(asker.answered, asker.asked);
-  EXPECT_NE(status().find("200 OK"), std::string::npos);
-#ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
-  // 64 connections, 64 KiB of body and 16 KiB read ahead for each; twice, for what fragments.
-  EXPECT_LT(peak(emulator.pid()), before + 2 * 64 * (64 + 16));
-#endif
-  std::printf("2000 bad clients: %llu KiB before, %llu at most; %llu queries, all answered\n",
-              static_cast<unsigned long long>(before),
-              static_cast<unsigned long long>(peak(emulator.pid())),
-              static_cast<unsigned long long>(asker.asked));
-  const auto exit = emulator.stop();
-  EXPECT_EQ(exit.status, 0);
-  std::size_t refusals = 0;
-  for (std::size_t at = 0; (at = exit.err.find("refused", at)) != std::string::npos; ++at) {
-    ++refusals;
-  }
-  EXPECT_LE(refusals, 2U) << "a kind of refusal is told of once: " << exit.err;
-}
 
 }  // namespace
 }  // namespace lk::vcan

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -97,10 +98,18 @@ TEST(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
                        << faults("bus.event");
   const std::string file = put("robot = \"somewhere_else\"\nduration_s = 1\n" + faults("event") +
                                "[[expect]]\nid = 1\nstate = \"running\"\n");
-  const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--config", robot,
-                                       "--scenario", file})
+  const std::filesystem::path directory = testing::TempDir() + "lk-emu-live-refused";
+  std::filesystem::remove_all(directory);
+  std::filesystem::create_directories(directory / "rom");
+  std::ofstream(directory / "rom" / "vcan0-1.toml") << "something";
+  const auto result = EmulatorProcess({"--rom", (directory / "rom").string(), "--wipe-rom",
+                                       "--record", (directory / "recording").string(), "--control",
+                                       "none", "--config", robot, "--scenario", file})
                           .wait();
   EXPECT_EQ(result.status, 2);
+  EXPECT_TRUE(std::filesystem::exists(directory / "rom" / "vcan0-1.toml")) << "nothing is wiped";
+  EXPECT_FALSE(std::filesystem::exists(directory / "recording"));
+  EXPECT_EQ(result.out, "") << "never ready";
   EXPECT_NE(result.err.find("lk-emu: --scenario: vcan0: a bus keeps no more than 1000 faults, 600 "
                             "are there\n"),
             std::string::npos)

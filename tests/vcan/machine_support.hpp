@@ -97,12 +97,6 @@ inline std::string text_of(const std::string& file) {
   return text.str();
 }
 
-inline int count_of(const std::string& text, const std::string& what) {
-  int count = 0;
-  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
-  return count;
-}
-
 /// A kernel of this test's own, whose clock and scheduler it may spoil.
 inline bool in_user_mode_linux() {
   return text_of("/proc/cpuinfo").find("User Mode Linux") != std::string::npos;

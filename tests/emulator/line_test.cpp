@@ -1,0 +1,64 @@
+// Frames that wait on a line without an interface while time stands still.
+
+#include "emulator/program/line.hpp"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// The log's lines, as long as it lives.
+class Log {
+ public:
+  Log() {
+    const auto mine = std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_));
+    mine->set_pattern("%v");
+    spdlog::set_default_logger(mine);
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log() { spdlog::set_default_logger(before_); }
+
+  std::string text() const { return text_.str(); }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+};
+
+TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
+  const Log log;
+  Line line(test::bus_config({1, 2, 3}));
+  TimedFrame filler;  // which no drive takes in
+  filler.frame.kind = protocol::FrameKind::kError;
+  line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
+  for (std::size_t n = 2; n < Line::kMostBacklog; ++n) line.keep_for_later(filler);
+  line.keep_for_later({SimTime{0}, test::frame("142#9A00000000000000")});
+  EXPECT_EQ(line.backlog_lost(), 0U);
+  for (int n = 0; n < 3; ++n) {
+    line.keep_for_later({SimTime{0}, test::frame("143#9A00000000000000")});
+  }
+  EXPECT_EQ(line.backlog(), Line::kMostBacklog);
+  EXPECT_EQ(line.backlog_lost(), 3U);
+  EXPECT_EQ(log.text(), "test: 1000000 frames wait for time to move; more are lost\n") << "once";
+  EXPECT_EQ(line.bus().stats().frames, 0U) << "time has not moved";
+
+  line.bring_to(std::chrono::milliseconds(1), MonoTime::max(), Line::Patience::kNone);
+  EXPECT_EQ(line.backlog(), 0U);
+  EXPECT_EQ(line.bus().stats().frames, Line::kMostBacklog);
+  EXPECT_EQ(line.bus().servo(1).stats().replies, 1U) << "the first";
+  EXPECT_EQ(line.bus().servo(2).stats().replies, 1U) << "the last that was kept";
+  EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
+}
+
+}  // namespace
+}  // namespace lk::emulator
