@@ -97,9 +97,14 @@ using SimdMask = std::experimental::simd_mask<double, Abi>;
 
 template <class Abi>
 inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
+#if defined(__clang__) && defined(__AVX512F__)
+  // There libstdc++ takes the mask for one truth (simd_x86.h: "a boolean choice, not a blend").
+  return Simd<Abi>([&](std::size_t lane) { return mask[lane] ? a[lane] : b[lane]; });
+#else
   Simd<Abi> result = b;
   std::experimental::where(mask, result) = a;
   return result;
+#endif
 }
 inline Pair select(const Pair::Mask& mask, const Pair& a, const Pair& b) {
   return {select(mask.low, a.low, b.low), select(mask.high, a.high, b.high)};
