@@ -91,6 +91,22 @@ SendResult why_not_sent(int error) {
   }
 }
 
+/// All but the interface. Throws std::system_error.
+void configure(int fd, Reception reception) {
+  // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies carry the queries'
+  // identifiers, and our error frames are no host's.
+  set_filter(fd, reception);
+  enlarge_receive_buffer(fd);
+  const can_err_mask_t all_errors = CAN_ERR_MASK;
+  const int on = 1;
+  set_option(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, all_errors, "CAN_RAW_ERR_FILTER");
+  set_option(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // to count them
+  set_option(fd, SOL_SOCKET, SO_TIMESTAMPNS, on, "SO_TIMESTAMPNS");
+  set_option(fd, SOL_SOCKET, SO_RXQ_OVFL, on, "SO_RXQ_OVFL");
+  const timeval patience{0, CanSocket::kPatience.count()};
+  set_option(fd, SOL_SOCKET, SO_RCVTIMEO, patience, "SO_RCVTIMEO");
+}
+
 }  // namespace
 
 /// What sendmmsg takes, wired up once.
@@ -136,7 +152,7 @@ CanSocket::CanSocket(int interface_index, Reception reception)
       outgoing_(std::make_unique<Outgoing>()) {
   if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "CAN socket");
   try {
-    configure(reception);
+    configure(fd_, reception);
     sockaddr_can address{};
     address.can_family = AF_CAN;
     address.can_ifindex = interface_index;
@@ -151,21 +167,7 @@ CanSocket::CanSocket(int interface_index, Reception reception)
 
 CanSocket::~CanSocket() { ::close(fd_); }
 
-void CanSocket::configure(Reception reception) {
-  // Own frames stay out by default (CAN_RAW_RECV_OWN_MSGS): our replies carry the queries'
-  // identifiers, and our error frames are no host's.
-  set_filter(fd_, reception);
-  enlarge_receive_buffer(fd_);
-  const can_err_mask_t all_errors = CAN_ERR_MASK;
-  const int on = 1;
-  set_option(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, all_errors, "CAN_RAW_ERR_FILTER");
-  set_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on, "CAN_RAW_FD_FRAMES");  // to count them
-  set_option(fd_, SOL_SOCKET, SO_TIMESTAMPNS, on, "SO_TIMESTAMPNS");
-  set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, on, "SO_RXQ_OVFL");
-  const timeval patience{0, kPatience.count()};
-  set_option(fd_, SOL_SOCKET, SO_RCVTIMEO, patience, "SO_RCVTIMEO");
-}
-
+// NOLINTNEXTLINE(readability-make-member-function-const): it changes the socket
 void CanSocket::set_blocking() {
   const int flags = ::fcntl(fd_, F_GETFL);
   if (flags < 0 || ::fcntl(fd_, F_SETFL, flags & ~O_NONBLOCK) < 0) {

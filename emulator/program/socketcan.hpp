@@ -70,7 +70,6 @@ class CanSocket {
   struct Buffers;
   struct Outgoing;
 
-  void configure(Reception reception);
   std::size_t send_some(std::span<const protocol::Frame> frames);
 
   int fd_;

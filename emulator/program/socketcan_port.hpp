@@ -36,6 +36,7 @@ class SocketCanPort {
 
   SocketCanPort(const SocketCanPort&) = delete;
   SocketCanPort& operator=(const SocketCanPort&) = delete;
+  // NOLINTNEXTLINE(bugprone-exception-escape): a timer and a descriptor of ours can be let go of
   ~SocketCanPort() { close(); }
 
   /// Looks at the interface and follows it: at the start, whenever the kernel reports a change, and

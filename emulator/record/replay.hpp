@@ -27,7 +27,8 @@ struct Difference {
 };
 
 /// Runs buses on what a recording has, told in its order, and compares the replies: frame, order
-/// and time to the microsecond. After the first difference nothing happens any more.
+/// and time to the microsecond. After the first difference nothing happens any more. A bus is meant
+/// by its place `n` in the list.
 class Replay {
  public:
   /// Frames that a difference shows of what was before it.
@@ -42,21 +43,21 @@ class Replay {
   Bus& bus(std::size_t n) { return lines_[n].bus; }
 
   /// How a bus is brought to an instant; whoever watches it stops on the way.
-  std::function<void(std::size_t bus, SimTime until)> advance = [this](std::size_t n, SimTime t) {
+  std::function<void(std::size_t n, SimTime until)> advance = [this](std::size_t n, SimTime t) {
     lines_[n].bus.advance_to(t);
   };
   /// Hears every frame of the replay.
-  std::function<void(std::size_t bus, const ReplayedFrame& frame)> on_frame;
+  std::function<void(std::size_t n, const ReplayedFrame& frame)> on_frame;
 
-  void host_frame(std::size_t bus, SimTime at, const protocol::Frame& frame);
-  void recorded_reply(std::size_t bus, const TimedFrame& reply);
+  void host_frame(std::size_t n, SimTime at, const protocol::Frame& frame);
+  void recorded_reply(std::size_t n, const TimedFrame& reply);
   /// Brings the bus to an instant at which something else is done to it. All replies up to then
   /// were told before; later ones may have been. False after a difference.
-  bool bring(std::size_t bus, SimTime at);
+  bool bring(std::size_t n, SimTime at);
   /// The recording of this bus ends at `at`.
-  void end(std::size_t bus, SimTime at);
+  void end(std::size_t n, SimTime at);
   /// When the recording last said something of this bus.
-  SimTime last(std::size_t bus) const { return lines_[bus].last; }
+  SimTime last(std::size_t n) const { return lines_[n].last; }
   /// The recording breaks off: what the emulator says later than its last line is no difference.
   void break_off();
 

@@ -197,7 +197,7 @@ std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const 
   for (const CandumpLine& line : lines) {
     if (known && !is_bus(line)) continue;
     if (line.interface != lines.front().interface && !known) {
-      throw StartError("replay: " + file + " has several interfaces and none is " + bus);
+      throw StartError(fmt::format("replay: {} has several interfaces and none is {}", file, bus));
     }
     LoggedFrame frame{{line.at, line.frame}, std::nullopt};
     if (line.direction != CandumpLine::Direction::kUnsaid) {

@@ -25,17 +25,11 @@
 
 #include "emulator/control/control_server.hpp"
 #include "tests/emulator/control_support.hpp"
+#include "tests/support/sanitizer.hpp"
 
 namespace lk::emulator {
 
 namespace fs = std::filesystem;
-
-/// UBSan opens a pipe to see whether an object is where a call says it is.
-#ifdef __SANITIZE_ADDRESS__
-inline constexpr bool kSanitizerOpensPipes = true;
-#else
-inline constexpr bool kSanitizerOpensPipes = false;
-#endif
 
 /// As long as it lives, this process cannot open anything; what is open stays so.
 class NoDescriptors {

@@ -4,12 +4,16 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "emulator/core/scenario_run.hpp"
 #include "emulator/core/scenario_text.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
 namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
 
 using namespace std::chrono_literals;
 using Status = ExpectationResult::Status;
@@ -43,10 +47,10 @@ Status status_of(const decltype(Expectation::what)& what, Period when) {
 
 TEST(Judge, BoundsArePartOfTheRange) {
   EXPECT_EQ(status_of(within("alive", 1, 1), at(0ns)), Status::kPassed);
-  EXPECT_EQ(status_of(within("alive", 1, INFINITY), at(1s)), Status::kPassed);
-  EXPECT_EQ(status_of(within("alive", -INFINITY, 1), at(1s)), Status::kPassed);
-  EXPECT_EQ(status_of(within("alive", 1.001, INFINITY), at(1s)), Status::kFailed);
-  EXPECT_EQ(status_of(within("alive", -INFINITY, 0.999), at(1s)), Status::kFailed);
+  EXPECT_EQ(status_of(within("alive", 1, kInf), at(1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("alive", -kInf, 1), at(1s)), Status::kPassed);
+  EXPECT_EQ(status_of(within("alive", 1.001, kInf), at(1s)), Status::kFailed);
+  EXPECT_EQ(status_of(within("alive", -kInf, 0.999), at(1s)), Status::kFailed);
 }
 
 TEST(Judge, AnInstantIsLookedAtAfterTheEventsOfThatInstant) {
@@ -127,8 +131,7 @@ TEST(Judge, WhatIsNoNumberIsWithinNoRange) {
   // No file can say that, and no push does it.
   scenario.robot[0].servos[0].profile.drive.supply.v_source = std::nan("");
   scenario.duration = 2s;
-  scenario.expectations = {
-      {0, 1, within("true_voltage_V", -INFINITY, INFINITY), throughout(0ns, 2s), ""}};
+  scenario.expectations = {{0, 1, within("true_voltage_V", -kInf, kInf), throughout(0ns, 2s), ""}};
   ScenarioRun run(scenario);
   run.advance_to(2s);
   ASSERT_FALSE(std::isfinite(run.bus(0).truth(1).v_bus));
@@ -143,7 +146,7 @@ TEST(Judge, SaysWhatWasMeasuredAndWhen) {
   const auto off = outcome_of(StateIs{RunState::kRunning}, throughout(0ns, 1s));
   EXPECT_EQ(off.measured, "off at 0.501 s");
   EXPECT_EQ(off.at, 501ms);
-  EXPECT_EQ(outcome_of(within("alive", 0, INFINITY), throughout(0ns, 1s)).measured, "1 to 1");
+  EXPECT_EQ(outcome_of(within("alive", 0, kInf), throughout(0ns, 1s)).measured, "1 to 1");
   EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, at(1s)).measured, "not set at 1 s");
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "emulator/config/config_scenario.hpp"
@@ -16,6 +17,8 @@ namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
 
 const fs::path kConfigs = fs::path(LKEMU_SOURCE_DIR) / "configs";
 
@@ -113,8 +116,8 @@ TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
     if (auto* within = std::get_if<SignalWithin>(&expectation.what)) {
       // Beyond one of the two ends: of the range that is expected nothing is left.
       const bool has_max = !std::isinf(within->range.max);
-      within->range = has_max ? Range{within->range.max + 1e-9, INFINITY}
-                              : Range{-INFINITY, within->range.min - 1e-9};
+      within->range =
+          has_max ? Range{within->range.max + 1e-9, kInf} : Range{-kInf, within->range.min - 1e-9};
       // What is to be reached at some time is now to be missed at all times.
       if (expectation.when.kind == Period::Kind::kBy) {
         expectation.when.kind = Period::Kind::kThroughout;

@@ -1,15 +1,12 @@
 // Whatever breaks, alone or together, under whatever order: the state stays finite and bounded, and
 // a healed drive does its work again (docs/model.md §14).
 #include "tests/model/support.hpp"
+#include "tests/support/sanitizer.hpp"
 
 namespace lk::model::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kRounds = 60;  // instrumented code is ten times slower
-#else
-constexpr int kRounds = 600;
-#endif
+constexpr int kRounds = kAddressSanitizer ? 60 : 600;
 
 /// Numbers to choose by: xorshift64, no distribution of the library (its bits differ).
 class Dice {

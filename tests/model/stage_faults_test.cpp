@@ -6,7 +6,6 @@ namespace lk::model::test {
 namespace {
 
 constexpr double kDiode = 0.8;  // V
-constexpr LegParts kParts{kDiode, 10e-3, 0.0064, 0.01};
 
 /// The plant with a broken stage and a shaft that somebody else turns at `omega` rad/s.
 struct TurnedPlant : BarePlant {

@@ -2,15 +2,14 @@
 #include <functional>
 
 #include "tests/model/profiles.hpp"
+#include "tests/support/sanitizer.hpp"
 
 namespace lk::model::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr double kMinute = 6.0;  // instrumented code is ten times slower
-#else
-constexpr double kMinute = 60.0;
-#endif
+// Instrumented it would take too long; the build that is not does the whole time.
+constexpr double kMinute = kAddressSanitizer ? 6.0 : 60.0;
+constexpr double kStandstill = kAddressSanitizer ? 3.0 : 600.0;
 
 void expect_sane(const DriveBank& bank, const std::vector<NamedDrive>& drives,
                  const std::string& what) {
@@ -173,12 +172,6 @@ void expect_standstill(std::vector<NamedDrive> drives, double seconds) {
     EXPECT_NEAR(bank.truth(n).theta_m, 0.25, 0.1) << drives[n].name;
   }
 }
-
-#ifdef __SANITIZE_ADDRESS__  // twenty times as slow; the build without it does the whole time
-constexpr double kStandstill = 0.5 * kMinute;
-#else
-constexpr double kStandstill = 10 * kMinute;
-#endif
 
 TEST(Standstill, TenMinutesOfASmallTorqueMoveNoProfile) {
   for (const std::vector<NamedDrive>& group : profiles_by_rate()) {

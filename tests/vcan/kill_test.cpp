@@ -23,8 +23,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kDrives = 3;
 constexpr int kDirectories = 3;
-constexpr int kKillsEach = 100;                            // with a write under way
-constexpr std::chrono::microseconds kLongestLife{25'000};  // from the first write to the kill
+constexpr int kKillsEach = 100;      // with a write under way
+constexpr int kMostOnDisk = 6;       // acknowledgements in one life, before the kill
+constexpr int kMostInMemory = 20;    // the same where a write takes no time
+constexpr double kLongestRest = 2;   // then, in times from one acknowledgement to the next
+constexpr int kPatienceMs = 60'000;  // with a write that does not end
 constexpr std::uint32_t kOffsets = 16384;
 
 /// One parameter of one drive, as the host that writes it knows it.
@@ -81,8 +84,10 @@ class Machine {
  public:
   explicit Machine(std::string directory) : directory_(std::move(directory)) {}
 
-  /// Power on, look at what is there, write until the power goes.
-  void live(std::chrono::microseconds life) {
+  /// Power on, look at what is there, write until the power goes: after so many acknowledgements,
+  /// and `rest` times as long after them as one takes to follow another. So the power goes anywhere
+  /// in a write, however quick the machine.
+  void live(int acknowledgements_to_see, double rest) {
     EmulatorProcess emulator({"--bus", "vcan0", "--ids", "1-" + std::to_string(kDrives), "--rom",
                               directory_, "--log-level", "off"});
     ASSERT_TRUE(emulator.wait_ready()) << emulator.wait().err;
@@ -92,7 +97,13 @@ class Machine {
       send_gains(host, id);
       send_offset(host, id);
     }
-    for (const auto end = Clock::now() + life; Clock::now() < end;) take_reply(host);
+    const auto begin = Clock::now();
+    for (int i = 0; i < acknowledgements_to_see; ++i) ASSERT_TRUE(take_reply(host, kPatienceMs));
+    writing_ += Clock::now() - begin;
+    seen_ += acknowledgements_to_see;
+    const auto one_write = writing_ / std::max(seen_, 1);
+    const auto pause = std::chrono::duration_cast<Clock::duration>(rest * one_write);
+    for (const auto end = Clock::now() + pause; Clock::now() < end;) take_reply(host);
     emulator.signal(SIGKILL);
     EXPECT_EQ(emulator.wait().status, 128 + SIGKILL);
     // What it had sent before it died was acknowledged.
@@ -185,11 +196,13 @@ class Machine {
   std::array<Drive, kDrives> drives_;
   int in_the_midst_ = 0;
   std::uint64_t found_later_ = 0;
+  Clock::duration writing_{};  // until the acknowledgements that were waited for
+  int seen_ = 0;               // those
 };
 
 TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
   std::mt19937 random(20);
-  std::uniform_int_distribution<std::int64_t> life_us(0, kLongestLife.count());
+  std::uniform_real_distribution<double> rest(0, kLongestRest);
   std::uint64_t acknowledged = 0;
   int in_the_midst = 0;
   std::uint64_t found_later = 0;
@@ -199,9 +212,11 @@ TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
     // A real disk makes for kills that wait for it, memory for many writes between two kills.
     const bool on_disk = i == 0;
     ASSERT_TRUE(on_disk || run("mount -t tmpfs none " + directory));
+    std::uniform_int_distribution<int> acknowledgements(0, on_disk ? kMostOnDisk : kMostInMemory);
     Machine machine(directory);
     while (machine.in_the_midst() < kKillsEach && !HasFailure()) {
-      machine.live(std::chrono::microseconds(life_us(random)));
+      const int first = acknowledgements(random);
+      machine.live(first, rest(random));
     }
     acknowledged += machine.acknowledgements();
     in_the_midst += machine.in_the_midst();
