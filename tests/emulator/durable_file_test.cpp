@@ -12,9 +12,9 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <mutex>
 #include <semaphore>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -46,8 +46,9 @@ ino_t refused = 0;              // fsync of this one fails
 std::filesystem::path watched;  // a file
 
 std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
 }
 
 ino_t inode(const std::filesystem::path& path) {

@@ -203,7 +203,9 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
   }
   const std::uint64_t most_KiB = peak_KiB(emulator.pid());
   // Were all 128 to hold a whole body and all that may be read ahead, it would be 10 MiB.
-  if (!kAddressSanitizer) EXPECT_LT(most_KiB, before_KiB + 4096);
+  if (!kAddressSanitizer) {
+    EXPECT_LT(most_KiB, before_KiB + 4096);
+  }
   std::printf("%d bad clients: %llu KiB before, %llu at most; %d queries, all answered\n", kClients,
               static_cast<unsigned long long>(before_KiB),
               static_cast<unsigned long long>(most_KiB), queries);

@@ -1,0 +1,71 @@
+#pragma once
+
+/// Lines of candump put in, and what is told of them.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/decode/decoder.hpp"
+
+namespace lk::emulator {
+
+using Json = nlohmann::json;
+
+inline DecodeOptions json_options(Generation generation = Generation::kLegacy,
+                                  Series series = Series::kMf) {
+  DecodeOptions options;
+  options.generation = generation;
+  options.profile.name = "test";
+  options.profile.series = series;
+  options.json = true;
+  return options;
+}
+
+/// What comes out for the lines; the last is the summary.
+inline std::vector<Json> decode(const std::vector<std::string>& lines,
+                                const DecodeOptions& options = json_options()) {
+  Decoder decoder(options);
+  std::string out;
+  for (const std::string& line : lines) out += decoder.take(line);
+  out += decoder.finish();
+  std::vector<Json> objects;
+  for (std::size_t begin = 0; begin < out.size();) {
+    const std::size_t end = out.find('\n', begin);
+    objects.push_back(Json::parse(out.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return objects;
+}
+
+inline std::string text(const std::vector<std::string>& lines, DecodeOptions options) {
+  options.json = false;
+  Decoder decoder(options);
+  std::string out;
+  for (const std::string& line : lines) out += decoder.take(line);
+  return out + decoder.finish();
+}
+
+inline std::vector<std::string> roles(const std::vector<Json>& objects) {
+  std::vector<std::string> words;
+  for (const Json& one : objects) {
+    if (one["type"] == "frame") words.push_back(one["role"]);
+  }
+  return words;
+}
+
+/// Of the only interface, or the first.
+inline Json tally(const std::vector<Json>& objects, int drive, std::string_view command) {
+  for (const Json& one : objects.back()["buses"][0]["commands"]) {
+    if (one["drive"] == drive && one["command"] == command) return one;
+  }
+  ADD_FAILURE() << "nothing of " << command;
+  return {};
+}
+
+using Roles = std::vector<std::string>;
+
+}  // namespace lk::emulator
