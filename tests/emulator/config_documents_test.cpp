@@ -94,7 +94,7 @@ TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
   ASSERT_NE(begin, std::string::npos);
   std::istringstream lines(all.substr(begin, all.find("\n### 10.2 ") - begin));
   const auto example = keys_of_example();
-  const std::regex last_cell("^\\|.*\\| `([^`|]+)` \\|$");
+  const std::regex last_cell(R"(^\|.*\| `([^`|]+)` \|$)");
   std::size_t rows = 0;
   for (std::string line; std::getline(lines, line);) {
     std::smatch cell;

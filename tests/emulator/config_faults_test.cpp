@@ -32,7 +32,7 @@ Fault only_fault(const std::string& keys) {
 
 TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
   for (const FaultRow& row : fault_table()) {
-    std::string table = "{ kind = \"" + std::string(row.word) + "\", name = \"it\"";
+    std::string table = "{ kind = \"" + std::string(row.word) + R"(", name = "it")";
     std::array<double, kMostFaultParams> expected{};
     for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
       const FaultParam& param = row.params[n];
@@ -178,9 +178,9 @@ TEST(FaultVocabulary, MistakesOfFaults) {
       {"fault = { kind = \"sag\", to_v = 3 }", wrong + ".to_v: unknown key, did you mean to_V?"},
       {"fault = { kind = \"sag\", to_V = 101 }", wrong + ".to_V: 101 is out of range (0 to 100)"},
       {"fault = { kind = \"sag\", to_V = nan }", wrong + ".to_V: nan is out of range (0 to 100)"},
-      {"fault = { kind = \"phase_open\", phase = \"d\" }",
+      {R"(fault = { kind = "phase_open", phase = "d" })",
        wrong + ".phase: \"d\" is none of a, b, c"},
-      {"fault = { kind = \"phase_open\", side = \"high\" }", wrong + ".side: unknown key"},
+      {R"(fault = { kind = "phase_open", side = "high" })", wrong + ".side: unknown key"},
       {"fault = { kind = \"jam\", probability = 0.5 }",
        wrong + ".probability: jam does not act on frames"},
       {"fault = { kind = \"drop\", probability = 1.5 }",
@@ -205,14 +205,13 @@ TEST(FaultVocabulary, MistakesOfFaults) {
        wrong + ".times: 0 is out of range (1 to 1000000000)"},
       {"fault = { kind = \"jam\", for_s = 1, every_s = 2, times = 1.5 }",
        wrong + ".times: must be a whole number"},
-      {"fault = { kind = \"jam\", name = \"all\" }", wrong + ".name: \"all\" means all faults"},
-      {"fault = { kind = \"jam\", name = \"hang\" }",
-       wrong + ".name: is the word for another kind"},
-      {"fault = { kind = \"jam\", name = \"" + std::string(65, 'x') + "\" }",
+      {R"(fault = { kind = "jam", name = "all" })", wrong + ".name: \"all\" means all faults"},
+      {R"(fault = { kind = "jam", name = "hang" })", wrong + ".name: is the word for another kind"},
+      {R"(fault = { kind = "jam", name = ")" + std::string(65, 'x') + "\" }",
        wrong + ".name: is longer than 64 bytes"},
-      {"fault = { kind = \"jam\", name = \"a\\nb\" }",
+      {R"(fault = { kind = "jam", name = "a\nb" })",
        wrong + ".name: must be one line without control characters"},
-      {"fault = { kind = \"jam\", name = \"a\\u007Fb\" }",
+      {R"(fault = { kind = "jam", name = "a\u007Fb" })",
        wrong + ".name: must be one line without control characters"},
       {"ids = \"2,7\"\nfault = { kind = \"current_gain\", gain = 2 }",
        "robot.toml:12: bus.event.fault: current_gain: drive 7 has no current sensors (MS series)"},

@@ -420,12 +420,12 @@ TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
   const std::string robot =
       std::string(kRobot) +
       "[[bus.event]]\nat_s = 1\nfault = { kind = \"jam\", name = \"rust\" }\n";
-  const auto running = parse_config(robot, "dog.toml", {}, find_test_profile);
+  auto running = parse_config(robot, "dog.toml", {}, find_test_profile);
   ScenarioFiles files = kFiles;
   files.robot = [&](const std::string&, const Overrides&) { return running; };
   const auto error = [&](const std::string& clear) {
     const std::string text = kHead + std::string("[[event]]\nat_s = 2\n") + clear + kExpect;
-    const std::string offline =
+    std::string offline =
         config_error([&] { parse_scenario(text, "k.toml", std::nullopt, files); });
     EXPECT_EQ(config_error([&] { parse_live_scenario(text, "k.toml", running, files); }), offline);
     return offline;

@@ -81,10 +81,9 @@ Outcome run_plainly(Bus bus, const std::vector<TimedFrame>& frames) {
 
 /// Advances at random instants in between, sometimes not at all, sometimes to the next due time,
 /// and takes the replies at random moments. `copying` goes on with a copy of the bus now and then.
-Outcome run_split(Bus start, const std::vector<TimedFrame>& frames, std::uint32_t seed,
+Outcome run_split(Bus bus, const std::vector<TimedFrame>& frames, std::uint32_t seed,
                   bool copying) {
   std::mt19937 random(seed);
-  Bus bus = start;
   Outcome run;
   for (const TimedFrame& in : frames) {
     while (random() % 3 == 0 && bus.time() < in.at) {

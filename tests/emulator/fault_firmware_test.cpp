@@ -11,7 +11,6 @@ using namespace std::chrono_literals;
 using test::answers;
 using test::clear;
 using test::evidence;
-using test::fault;
 using test::Host;
 using test::inject;
 using State = FaultEvidence::State;

@@ -90,7 +90,8 @@ TEST(EncoderFaults, Noise) {
 TEST(EncoderFaults, Garbage) {
   Host host = undriven();
   inject(host, FaultKind::kEncoderGarbage);
-  double least = 16384, most = 0;
+  double least = 16384;
+  double most = 0;
   const auto [mean, deviation] = statistics(host, 1000, [&] {
     const double value = encoder(host);
     least = std::min(least, value);

@@ -63,7 +63,8 @@ inline bool answers(Host& host, int id = 1) {
 /// Mean and standard deviation of what `read` gives, every millisecond.
 template <class Read>
 std::pair<double, double> statistics(Host& host, int samples, Read read) {
-  double sum = 0, squares = 0;
+  double sum = 0;
+  double squares = 0;
   for (int n = 0; n < samples; ++n) {
     host.wait(1ms);
     const double value = read();

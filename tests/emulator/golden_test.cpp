@@ -25,7 +25,9 @@ Trace read_trace(const std::string& name) {
     std::istringstream words(line);
     char bracket = 0;
     double at_s = 0;
-    std::string interface, text, direction;
+    std::string interface;
+    std::string text;
+    std::string direction;
     words >> bracket >> at_s >> bracket >> interface >> text >> direction;
     const TimedFrame frame{std::chrono::microseconds(std::llround(at_s * 1e6)), test::frame(text)};
     (direction == "T" ? trace.sent : trace.expected).push_back(frame);

@@ -68,6 +68,7 @@ class Client {
     ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   }
   Client(Client&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Client& operator=(Client&&) = delete;
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client() {
@@ -182,7 +183,7 @@ class Served : public testing::Test {
   }
   /// A token file with that mode.
   fs::path token_file(const std::string& token, fs::perms mode) const {
-    const fs::path file = directory_ / "token";
+    fs::path file = directory_ / "token";
     std::ofstream(file) << token << '\n';
     fs::permissions(file, mode);
     return file;

@@ -128,7 +128,8 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   // The mean of 200 draws, each of a standard deviation of 4/√12 ms.
   EXPECT_NEAR(sum_ms / 200, 7, 5 * 4 / std::sqrt(12.0 * 200));
 
-  std::vector<std::uint8_t> asked, answered;
+  std::vector<std::uint8_t> asked;
+  std::vector<std::uint8_t> answered;
   const std::size_t before = rig.seen.size();
   for (int n = 0; n < 200; ++n) {  // ten on their way at once
     Frame query = kState2;
@@ -285,8 +286,8 @@ TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(replies[0].id, 0x141U);
   EXPECT_EQ(replies[1].id, 0x141U);
-  EXPECT_NEAR(encoder(replies[0]), 16384 * 45 / 360, 1);  // a count covers [n, n + 1)
-  EXPECT_NEAR(encoder(replies[1]), 16384 * 135 / 360, 1);
+  EXPECT_NEAR(encoder(replies[0]), 16384.0 * 45 / 360, 1);  // a count covers [n, n + 1)
+  EXPECT_NEAR(encoder(replies[1]), 16384.0 * 135 / 360, 1);
   EXPECT_EQ(rig.talk(frame("141#A2000000A0860100"), 500ms).size(), 2U);  // 1000 dps
   replies = rig.talk(ask);
   ASSERT_EQ(replies.size(), 2U);

@@ -15,7 +15,8 @@ namespace {
 // ----------------------------------------------------------------------------------------------------
 
 TEST(LinkFaults, WhatNeverFiresChangesNothing) {
-  Rig plain(bus_config({1, 2}, kBitrate)), armed(bus_config({1, 2}, kBitrate));
+  Rig plain(bus_config({1, 2}, kBitrate));
+  Rig armed(bus_config({1, 2}, kBitrate));
   for (const K kind : {K::kDrop, K::kDelay, K::kDuplicate, K::kCorrupt, K::kStale, K::kReorder,
                        K::kWrongDlc, K::kWrongId}) {
     armed.set(fault(kind, {1, 2}, {5, 2}, 0));

@@ -60,8 +60,10 @@ struct Rig {
     for (std::size_t n = before; n < seen.size(); ++n) frames.push_back(seen[n].frame);
     return frames;
   }
-  std::uint64_t effects(std::size_t index = 0) { return bus.faults()[index].evidence.effects; }
-  std::uint64_t dropped(Drop cause) { return bus.stats().count(cause); }
+  std::uint64_t effects(std::size_t index = 0) const {
+    return bus.faults()[index].evidence.effects;
+  }
+  std::uint64_t dropped(Drop cause) const { return bus.stats().count(cause); }
 
   Bus bus;
   std::vector<TimedFrame> seen;

@@ -188,7 +188,8 @@ class LongRun {
     const BusStats stats = bus_.stats();
     std::uint64_t dropped = 0;
     for (const std::uint64_t count : stats.dropped) dropped += count;
-    std::uint64_t accepted = 0, given = 0;
+    std::uint64_t accepted = 0;
+    std::uint64_t given = 0;
     for (int id = 1; id <= kDrives; ++id) {
       accepted += bus_.servo(id).stats().queries;
       given += bus_.servo(id).stats().replies;
@@ -252,7 +253,8 @@ class LongRun {
 
 void print(const LongRun& run, SimTime duration, double wall_s) {
   const LongRun::Outcome outcome = run.outcome();
-  std::uint64_t dropped = 0, effective = 0;
+  std::uint64_t dropped = 0;
+  std::uint64_t effective = 0;
   for (const std::uint64_t count : outcome.stats.dropped) dropped += count;
   for (const std::uint64_t effects : outcome.effects) effective += effects > 0 ? 1U : 0U;
   const auto n = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
@@ -277,7 +279,7 @@ LongRun::Outcome live(std::uint32_t seed, SimTime duration) {
   print(run, duration,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   // Nothing of what this is about may have failed to happen.
-  const LongRun::Outcome outcome = run.outcome();
+  LongRun::Outcome outcome = run.outcome();
   EXPECT_GT(outcome.stats.replies, outcome.stats.frames / 10);
   EXPECT_GT(outcome.stats.replies_lost, 0U);
   EXPECT_GT(outcome.stats.extra_frames, 0U);
@@ -291,7 +293,7 @@ LongRun::Outcome live(std::uint32_t seed, SimTime duration) {
 TEST(LongRun, BalancesStaysFiniteAndRepeats) {
   const char* const seconds = std::getenv("LK_LONG_RUN_S");
   if (seconds != nullptr) {
-    live(1, std::chrono::seconds(std::atoi(seconds)));
+    live(1, std::chrono::seconds(std::stoi(seconds)));
     return;
   }
   const LongRun::Outcome first = live(1, kEveryday);

@@ -207,8 +207,6 @@ const protocol::Frame kWriteSecond = test::frame("141#32001A1B1C1D1E1F");
 /// A drive whose flash takes 20 ms; its first write is done and taken, and then turns out lost.
 struct LostWrite {
   LostWrite() {
-    before = host.bus.servo(1).rom();
-    wear_before = host.bus.servo(1).wear();
     host.talk(kWriteFirst, 20ms);
     host.bus.take_rom_writes(taken);
   }
@@ -221,8 +219,8 @@ struct LostWrite {
   void lose() { host.bus.restore_rom(1, before, wear_before); }
 
   Host host{config()};
-  Registers before;
-  RomWear wear_before;
+  Registers before = host.bus.servo(1).rom();
+  RomWear wear_before = host.bus.servo(1).wear();
   std::vector<RomWrite> taken;
 };
 

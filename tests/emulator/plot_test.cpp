@@ -156,7 +156,11 @@ TEST(PlotTrace, KeepsEverySpikeOfALongRunAndStaysSmall) {
   ASSERT_EQ(runs.size(), 1U);
   EXPECT_LE(runs[0].size(), 2U * 2048);
   EXPECT_GE(runs[0].size(), 2U * 1024 - 2);
-  double before_s = -1, highest = 0, lowest = 0, high_at_s = 0, low_at_s = 0;
+  double before_s = -1;
+  double highest = 0;
+  double lowest = 0;
+  double high_at_s = 0;
+  double low_at_s = 0;
   for (const PlotPoint& point : runs[0]) {
     EXPECT_GT(point.time_s, before_s);
     before_s = point.time_s;
@@ -358,7 +362,8 @@ TEST(PlotPanels, HaveWordsInChinese) {
 }
 
 TEST(PlotPanels, SayWhichDrivesAreLeftOut) {
-  std::string seven = "time_s", many = "time_s";
+  std::string seven = "time_s";
+  std::string many = "time_s";
   for (int id = 1; id <= 32; ++id) {
     if (id <= 7) seven += "," + std::to_string(id) + ".iq_A";
     many += ",vcan0." + std::to_string(id) + ".iq_A";

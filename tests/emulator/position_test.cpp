@@ -132,7 +132,7 @@ TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
   Host host(servo_config(1));
   host.ask(query(protocol::Position2{500, 3'600'000}));
   host.wait(2s);
-  const double there_cdeg = static_cast<double>(host.multi_turn_cdeg());
+  const auto there_cdeg = static_cast<double>(host.multi_turn_cdeg());
   ASSERT_GT(there_cdeg, 80'000);
   host.ask(query(protocol::WriteAccelerationToRam{5000}));
   host.ask(query(protocol::Position2{500, 0}));

@@ -220,7 +220,7 @@ std::vector<TimedFrame> sliced_run(unsigned slices, SimTime pause, BusConfig con
   if (config.events.empty()) config.events = events;
   Bus bus(config);
   std::mt19937 generator(slices);
-  std::uniform_int_distribution<std::int64_t> cut(0, 800'000'000 / slices * 2);
+  std::uniform_int_distribution<std::int64_t> cut(0, std::int64_t{800'000'000} / slices * 2);
   const auto poll = [&](SimTime at, int n) {
     const char* const kinds[] = {"#9C00000000000000", "#A200000050460000", "#32000A0B0C0D0E0F",
                                  "#9200000000000000"};

@@ -1,8 +1,8 @@
 // What was recorded runs again, identically; and what was tampered with is found where it is.
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -145,8 +145,8 @@ class Record : public ::testing::Test {
   ~Record() override { fs::remove_all(scratch_); }
 
   /// A wild run on both buses; gives the number of its replies.
-  std::uint64_t make(bool ended = true, std::vector<BusConfig> buses = robot()) {
-    std::mt19937 dice(3);  // NOLINT: the same run every time
+  std::uint64_t make(bool ended = true, const std::vector<BusConfig>& buses = robot()) {
+    std::mt19937 dice(3);
     Live live(directory(), buses);
     constexpr std::uint8_t kCommands[] = {0x9A, 0x9C, 0x9D, 0x90, 0x92, 0xA1, 0xA2, 0xA4,
                                           0x32, 0x30, 0x81, 0x88, 0x80, 0x19, 0xEE};
@@ -162,9 +162,10 @@ class Record : public ::testing::Test {
       if (n == 300) live.directive(0, R"({"id": 1, "settings": {"max_speed_dps": 100.5}})");
       if (n == 400) live.directive(0, R"({"ids": "1-2", "fault": "slow_replies"})");
       if (n == 500) live.directive(1, R"({"id": 1, "load": {"tau_Nm": 0.3}})");
-      if (n == 600)
+      if (n == 600) {
         live.directive(0, R"({"when": {"id": 1, "command": "0x9C", "count": 1},)"
                           R"( "id": 1, "fault": {"kind": "hang", "for_s": 0.05}})");
+      }
       if (n == 700) live.directive(0, R"({"mark": "half way"})");
       if (n == 800) live.directive(0, R"({"at_s": 0.3, "id": 2, "supply_V": 11.7, "ramp_s": 0.1})");
       if (n == 900) live.directive(0, R"({"clear": "all"})");

@@ -32,7 +32,7 @@ TEST(RecordedInput, IsReadAsItIsWritten) {
 TEST(RecordedInput, IsRefusedWithItsLine) {
   const std::string deep(500'000, '[');
   for (const std::string& line :
-       {std::string("{"), std::string("7"), input("{\"id\":1,\"id\":2}"),
+       {std::string("{"), std::string("7"), input(R"({"id":1,"id":2})"),
         input(deep + std::string(deep.size(), ']')), std::string(R"({"time_ns":"soon"})"),
         std::string(R"({"time_ns":1e300,"after_frames":0,"bus":"vcan0","end":true})"),
         std::string(R"({"time_ns":0,"after_frames":-1,"bus":"vcan0","end":true})"),

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -58,12 +60,10 @@ void go_to(Bus& bus, const ServoConfig& servo, std::int32_t target_cdeg) {
 }
 
 bool finite(const model::Truth& truth) {
-  for (const double value :
-       {truth.theta_m, truth.omega_m, truth.theta_out, truth.omega_out, truth.i_d, truth.i_q,
-        truth.v_bus, truth.temp_winding, truth.temp_housing, truth.temp_stage}) {
-    if (!std::isfinite(value)) return false;
-  }
-  return true;
+  const std::array values = {
+      truth.theta_m, truth.omega_m, truth.theta_out,    truth.omega_out,    truth.i_d,
+      truth.i_q,     truth.v_bus,   truth.temp_winding, truth.temp_housing, truth.temp_stage};
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
 class Robot : public testing::TestWithParam<const char*> {};

@@ -30,7 +30,7 @@ Registers odd_registers() {
   rom.current_ramp_A_s = 1e-300;
   rom.broadcast_mode = true;
   for (std::size_t kind = 0; kind < rom.protections.size(); ++kind) {
-    const double k = static_cast<double>(kind);
+    const auto k = static_cast<double>(kind);
     rom.protections[kind] = {kind % 2 == 0, 50 + k / 7, 0.1 + k / 10, k / 3, kind % 3 == 0};
   }
   return rom;

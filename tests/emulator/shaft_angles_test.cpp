@@ -66,7 +66,7 @@ TEST(ShaftAngles, SingleTurnGrowsClockwise) {
   angles.set_offset(100);
   angles.forget_turns(100);
   int last_cdeg = -1;
-  for (std::int64_t k = 0; k < 2 * 16384; ++k) {
+  for (std::int64_t k = 0; k < std::int64_t{2} * 16384; ++k) {
     const auto single_cdeg = static_cast<int>(angles.single_turn_cdeg(100 + k));
     ASSERT_EQ(single_cdeg, std::lround(static_cast<double>(k % 16384) * 36000 / 16384) % 36000);
     if (k % 16384 != 0) {
@@ -112,7 +112,7 @@ TEST(ShaftAngles, BootsWhereItIsTold) {
 // count as there also where the circle begins anew (docs/protocol.md §4.3).
 TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   const ShaftAngles angles(profile(14));
-  constexpr std::int64_t kTurns3 = 3 * 16384;
+  constexpr std::int64_t kTurns3 = std::int64_t{3} * 16384;
   const auto turns = [&](std::int64_t position, bool clockwise, std::uint32_t target_cdeg) {
     const CommandedPosition target = angles.single_turn_target(position, clockwise, target_cdeg);
     return angles.theta(target) / (2 * std::numbers::pi);

@@ -37,7 +37,7 @@ TEST(TomlDepth, DotsElsewhereAreNoParts) {
   EXPECT_FALSE(line_of_deep_key(numbers + "]"));
   for (const std::string& text :
        {"x = \"" + dots + "\"", "x = '" + dots + "'", "x = '''\n" + dots + "\n'''",
-        "x = \"\"\"\n\\\"" + dots + "\n\"\"\"", "# " + dots, "x = \"\\\"" + dots + "\""}) {
+        "x = \"\"\"\n\\\"" + dots + "\n\"\"\"", "# " + dots, R"(x = "\")" + dots + "\""}) {
     EXPECT_FALSE(line_of_deep_key(text)) << text;
   }
 }
@@ -45,7 +45,7 @@ TEST(TomlDepth, DotsElsewhereAreNoParts) {
 TEST(TomlDepth, NoQuotesHideAKey) {
   const std::string deep = key_of(kMostKeyParts + 1) + " = 1";
   for (const char* before :
-       {"x = \"\"\"a\"\"\"\"\"\n", "x = {y = \"\"\"a\"\"\"\", ", "x = ''\n", "x = \"\\\\\"\n",
+       {"x = \"\"\"a\"\"\"\"\"\n", R"(x = {y = """a"""", )", "x = ''\n", "x = \"\\\\\"\n",
         "'#' = 1\n", "x = \"#\"\n", "x = '\\'\n", "x = \"never closed\n"}) {
     EXPECT_TRUE(line_of_deep_key(before + deep)) << before;
   }

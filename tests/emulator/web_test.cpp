@@ -186,11 +186,11 @@ TEST_F(Served, FramesCarryTheAdviceThatTheyGaveRiseTo) {
     line.take_in({SimTime{0}, test::frame("141#9C0000")});
   });
   const std::string told = stream.receive_until("]}");
-  const std::size_t right = told.find("\"frame\":\"141#9C00000000000000\"");
-  const std::size_t wrong = told.find("\"frame\":\"141#9C0000\"");
+  const std::size_t right = told.find(R"("frame":"141#9C00000000000000")");
+  const std::size_t wrong = told.find(R"("frame":"141#9C0000")");
   ASSERT_NE(right, std::string::npos) << told;
   ASSERT_NE(wrong, std::string::npos) << told;
-  const std::size_t advice = told.find("\"advice\":\"wrong-length\"");
+  const std::size_t advice = told.find(R"("advice":"wrong-length")");
   EXPECT_GT(advice, wrong) << told;
   EXPECT_EQ(told.find("\"advice\""), advice) << "the other one is as it should be";
 }

@@ -34,7 +34,10 @@ Series series_of(const std::string& name) {
 
 lk::test::Values values_of(const std::string& line) {
   std::istringstream words(line);
-  std::string direction, generation, series, text;
+  std::string direction;
+  std::string generation;
+  std::string series;
+  std::string text;
   words >> direction >> generation >> series >> text;
   const WireFormat format = wire_format(dialect_of(generation), series_of(series));
   const Frame frame = lk::test::frame(text);

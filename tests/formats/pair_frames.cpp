@@ -29,7 +29,8 @@ BusConfig four_drives() {
 /// Times are different, so they tell the frames apart.
 void print_pairs(const std::vector<LoggedFrame>& log, const PairedLog& paired) {
   constexpr int kOrphan = -1;
-  std::map<SimTime, int> answers, numbers;
+  std::map<SimTime, int> answers;
+  std::map<SimTime, int> numbers;
   for (const LoggedFrame& one : log) {
     numbers[one.timed.at] = static_cast<int>(numbers.size()) + 1;
     answers[one.timed.at] = kOrphan;

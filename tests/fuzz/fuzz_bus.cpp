@@ -168,10 +168,10 @@ class Player {
         bus_.apply({id, SupplyVoltage{0.25 * value, duration}});
         break;
       default:
-        bus_.apply(
-            {id, Load{{.tau = 0.01 * (value - 128.0),
-                       .theta_min = -0.01 * static_cast<double>(duration.count() / 1'000'000),
-                       .theta_max = 0.01 * value}}});
+        bus_.apply({id, Load{{.tau = 0.01 * (value - 128.0),
+                              .theta_min = -0.01 * static_cast<double>(
+                                                       duration / std::chrono::milliseconds(1)),
+                              .theta_max = 0.01 * value}}});
     }
   }
 

@@ -46,7 +46,7 @@ class Connection {
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-  ~Connection() {
+  ~Connection() {  // NOLINT(bugprone-exception-escape): what is thrown here is a find
     if (client_ >= 0) ::close(client_);
     settle();
     require(entrance_->connections == 0 && entrance_->idle.empty());

@@ -87,7 +87,11 @@ TEST(DiodeBridge, EnergyBalances) {
         return 0.75 * (in.L_d * in.i.d * in.i.d + in.L_q * in.i.q * in.i.q);
       };
       const double before = magnetic();
-      double copper = 0, diodes = 0, link = 0, mechanical = 0, turnover = before;
+      double copper = 0;
+      double diodes = 0;
+      double link = 0;
+      double mechanical = 0;
+      double turnover = before;
       for (int n = 0; n < 3000; ++n) {
         const WindingStep<double> s = diode_bridge(in);
         copper += 1.5 * in.R_s * s.mean_square * in.T_s;
@@ -150,7 +154,8 @@ TEST(DiodeBridge, TakesDownACurrentThatMakesTorqueOnly) {
   plant.s.i_q = 5.0;
   plant.free_step();
   const double v = 0.5 * (24.0 + 2.0 * plant.p.v_diode);
-  const double R = d.motor.R_s, i_b = 5.0 * std::sqrt(3.0) / 2.0;
+  const double R = d.motor.R_s;
+  const double i_b = 5.0 * std::sqrt(3.0) / 2.0;
   const double left = -v / R + (i_b + v / R) * std::exp(-R / d.motor.L_q * plant.p.T_s);
   ASSERT_GT(left, 0.0);
   EXPECT_NEAR(plant.s.i_q, left / (std::sqrt(3.0) / 2.0), 0.01);

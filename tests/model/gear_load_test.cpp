@@ -109,7 +109,9 @@ TEST(Backlash, TwoBodiesOscillateAtTheirFrequency) {
   // Output side: J_r·N² = 1.4e-3 against J_out = 1e-3, stiffness 500.
   const double omega = std::sqrt(500.0 * (1.0 / 1.4e-3 + 1.0 / 1e-3));
   int crossings = 0;
-  double first = 0, last = 0, before = -1.0;
+  double first = 0;
+  double last = 0;
+  double before = -1.0;
   for (int n = 1; n <= 32000; ++n) {
     shafts.step(0.0);
     const double twist = shafts.m.theta / 10.0 - shafts.m.theta_out;
@@ -135,7 +137,9 @@ TEST(Gravity, ArmSwingsWithThePeriodOfAPendulum) {
   Shafts shafts(d);
   shafts.m.theta = shafts.m.theta_out = 0.1;
   const double period = 2.0 * kPiT * std::sqrt((0.02 + d.mechanics.J) / 1.5) * (1.0 + 0.01 / 16.0);
-  double first = 0, last = 0, before = 0.1;
+  double first = 0;
+  double last = 0;
+  double before = 0.1;
   int crossings = 0;
   for (int n = 1; n <= 10 * 32000; ++n) {
     shafts.step(0.0);

@@ -138,7 +138,8 @@ TEST(Mechanics, CoggingHoldsTheRotorInAWellAndConservesEnergy) {
   const double period = 2.0 * kPiT / omega;
   int crossings = 0;
   double last = shafts.m.theta;
-  double first_at = 0, last_at = 0;
+  double first_at = 0;
+  double last_at = 0;
   for (int n = 1; n < 32000; ++n) {
     shafts.step(0.0);
     if (last > 0.0 && shafts.m.theta <= 0.0) {

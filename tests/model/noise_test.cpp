@@ -23,7 +23,9 @@ std::vector<double> deviates(std::uint64_t seed) {
 
 TEST(Noise, HasMeanZeroVarianceOneAndTheKurtosisOfFourUniforms) {
   for (const std::uint64_t seed : {0U, 1U, 2U, 12345U}) {
-    double sum = 0, sum_2 = 0, sum_4 = 0;
+    double sum = 0;
+    double sum_2 = 0;
+    double sum_4 = 0;
     for (const double x : deviates(seed)) {
       ASSERT_LE(std::abs(x), 3.4642);  // 2·√3, the ends of the sum
       sum += x;
@@ -41,7 +43,8 @@ TEST(Noise, HasMeanZeroVarianceOneAndTheKurtosisOfFourUniforms) {
 TEST(Noise, HasNoMemory) {
   const std::vector<double> x = deviates(7);
   for (const std::size_t lag : {1U, 2U, 3U, 4U, 6U, 8U, 12U, 100U}) {
-    double sum = 0, sum_of_squares = 0;
+    double sum = 0;
+    double sum_of_squares = 0;
     for (std::size_t n = lag; n < x.size(); ++n) {
       sum += x[n] * x[n - lag];
       sum_of_squares += (x[n] * x[n] - 1.0) * (x[n - lag] * x[n - lag] - 1.0);

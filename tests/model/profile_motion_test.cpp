@@ -100,7 +100,8 @@ TEST(Limits, CurrentNeverExceedsTheSettingNorSpeedTheFrame) {
   settings.i_q_max = 3.0;
   DriveBank bank = one_drive(d, settings);
   bank.command(0, Position{30.0, 20.0});
-  double largest_i = 0.0, fastest = 0.0;
+  double largest_i = 0.0;
+  double fastest = 0.0;
   for (int n = 0; n < 4000; ++n) {
     bank.advance(16);
     largest_i = std::max(largest_i, std::abs(bank.truth(0).i_q_ref));

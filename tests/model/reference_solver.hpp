@@ -27,6 +27,7 @@ using ReferenceState = std::array<double, 8>;
 
 class ReferenceSolver {
  public:
+  // Made in this order, of each other. NOLINTBEGIN(cppcoreguidelines-prefer-member-initializer)
   ReferenceSolver(const DriveParams& drive, const ReferenceState& start) : drive_(drive) {
     check(SUNContext_Create(nullptr, &context_));
     y_ = N_VNew_Serial(static_cast<sunindextype>(start.size()), context_);
@@ -41,6 +42,7 @@ class ReferenceSolver {
     check(CVodeSetLinearSolver(solver_, linear_, matrix_));
     check(CVodeSetMaxNumSteps(solver_, 100000));
   }
+  // NOLINTEND(cppcoreguidelines-prefer-member-initializer)
   ~ReferenceSolver() {
     CVodeFree(&solver_);
     SUNLinSolFree(linear_);
@@ -81,7 +83,11 @@ class ReferenceSolver {
 
   void slopes(const double* y, double* dy) const {
     const DriveParams& p = drive_;
-    const double i_d = y[0], i_q = y[1], theta = y[2], omega = y[3], v = y[4];
+    const double i_d = y[0];
+    const double i_q = y[1];
+    const double theta = y[2];
+    const double omega = y[3];
+    const double v = y[4];
     const double omega_e = p.motor.pole_pairs * omega;
     const double R = p.motor.R_s * (1.0 + p.motor.alpha_cu * (y[5] - 25.0));
     const double psi = p.motor.psi_f * (1.0 + p.motor.alpha_pm * (y[5] - 25.0));
@@ -89,7 +95,11 @@ class ReferenceSolver {
     // Each leg: its duty, shifted by dead time against the current; diode drop; projected on d and
     // q.
     const double dead = p.inverter.t_dead * p.inverter.f_pwm;
-    double v_d = 0.0, v_q = 0.0, drop_d = 0.0, drop_q = 0.0, i_link = 0.0;
+    double v_d = 0.0;
+    double v_q = 0.0;
+    double drop_d = 0.0;
+    double drop_q = 0.0;
+    double i_link = 0.0;
     for (int phase = 0; phase < 3; ++phase) {
       const double angle = p.motor.pole_pairs * theta - phase * 2.0 * 3.14159265358979323846 / 3.0;
       const double i = i_d * std::cos(angle) - i_q * std::sin(angle);

@@ -81,7 +81,10 @@ TEST(ReferenceSolver, AgreesOverTwoSecondsOfClosedLoopMotion) {
   const double i_rated = 1.0 / k_t(d.motor);  // MF7015-10T: 1 Nm
   const double i_tolerance = 0.005 * i_rated;
   double fastest = 0.0;
-  double worst_i = 0.0, worst_omega = 0.0, worst_temp = 0.0, largest_i = 0.0;
+  double worst_i = 0.0;
+  double worst_omega = 0.0;
+  double worst_temp = 0.0;
+  double largest_i = 0.0;
   const double T = 1.0 / d.inverter.f_pwm;
   for (const Setpoint& setpoint : script) {
     bank.command(0, setpoint);

@@ -56,7 +56,8 @@ TEST(Encoder, NonLinearityHasItsTwoHarmonicsAndNoOther) {
   const PlantParams<double> p = plant_params(d);
   constexpr int kPoints = 64;
   for (int harmonic = 0; harmonic <= 6; ++harmonic) {
-    double sine_part = 0.0, cosine_part = 0.0;
+    double sine_part = 0.0;
+    double cosine_part = 0.0;
     for (int n = 0; n < kPoints; ++n) {
       const double theta = 2.0 * kPiT * n / kPoints;
       sine_part += 2.0 / kPoints * non_linearity(p, theta) * std::sin(harmonic * theta);
@@ -84,7 +85,8 @@ TEST(Encoder, NoiseHasItsSpread) {
   d.encoder.noise = 1e-3;
   const PlantParams<double> p = plant_params(d);
   std::uint64_t noise = noise_seed(5);
-  double sum = 0, square = 0;
+  double sum = 0;
+  double square = 0;
   constexpr int kCount = 200000;
   for (int n = 0; n < kCount; ++n) {
     const double x = encoder(p, 1.0, 0.0, noise) / p.counts_per_rad - 1.0;

@@ -77,7 +77,9 @@ std::array<double, 4> torque_harmonics(TurnedPlant& plant, double v_q) {
   for (int n = 0; n < 3 * periods; ++n) {
     plant.turn_with(v_q);
   }
-  std::array<double, 4> re{}, im{}, amplitude{};
+  std::array<double, 4> re{};
+  std::array<double, 4> im{};
+  std::array<double, 4> amplitude{};
   for (int n = 0; n < periods; ++n) {
     const double theta_e = plant.p.pole_pairs * plant.s.theta;
     plant.turn_with(v_q);

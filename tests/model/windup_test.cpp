@@ -82,7 +82,7 @@ TEST(VoltageMode, SpeedLoopDoesNotWindUpAgainstTheSupply) {
   const DriveInit init = start(d, unlimited());
   DriveBank bank(std::span(&init, 1));
   bank.command(0, Speed{1e3, 0.0});
-  bank.advance(5 * 32000);
+  bank.advance(std::int64_t{5} * 32000);
   const double fastest = bank.truth(0).omega_m;
   ASSERT_GT(fastest, 50.0);
   ASSERT_LT(fastest, 0.99e3);

@@ -30,7 +30,8 @@ Answer ask(const std::string& path, const std::string& request, const std::strin
     all += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
     ::send(fd, all.data(), all.size(), MSG_NOSIGNAL);
     std::array<char, 4096> buffer;
-    for (ssize_t size; (size = ::recv(fd, buffer.data(), buffer.size(), 0)) > 0;) {
+    ssize_t size = 0;
+    while ((size = ::recv(fd, buffer.data(), buffer.size(), 0)) > 0) {
       text.append(buffer.data(), static_cast<std::size_t>(size));
     }
   }

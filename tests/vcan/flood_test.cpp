@@ -214,7 +214,8 @@ class Flooded : public testing::Test {
   std::string status() const { return ask_control(socket(), "/status"); }
   /// Asks until the program has nothing to catch up with.
   std::string status_when_quiet(Asker& asker) const {
-    std::string before, now = status();
+    std::string before;
+    std::string now = status();
     do {
       asker.ask();
       asker.hear(kPatience_ms);

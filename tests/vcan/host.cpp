@@ -40,7 +40,7 @@ Host::Host(const std::string& interface, Loopback loopback)
 
 Host::~Host() { ::close(fd_); }
 
-void Host::send(canid_t id, const Payload& data) {
+void Host::send(canid_t id, const Payload& data) const {
   can_frame frame{};
   frame.can_id = id;
   frame.len = 8;
@@ -48,15 +48,15 @@ void Host::send(canid_t id, const Payload& data) {
   send(frame);
 }
 
-void Host::send(const can_frame& frame) {
+void Host::send(const can_frame& frame) const {
   if (::write(fd_, &frame, sizeof frame) != sizeof frame) fail("write");
 }
 
-void Host::send(const canfd_frame& frame) {
+void Host::send(const canfd_frame& frame) const {
   if (::write(fd_, &frame, sizeof frame) != sizeof frame) fail("write");
 }
 
-void Host::hear_only(const std::vector<int>& ids) {
+void Host::hear_only(const std::vector<int>& ids) const {
   std::vector<can_filter> filters;
   for (const int id : ids) {
     filters.push_back({kSingleDriveId + static_cast<canid_t>(id), CAN_SFF_MASK});

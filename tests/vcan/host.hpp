@@ -24,11 +24,11 @@ class Host {
   Host& operator=(const Host&) = delete;
   ~Host();
 
-  void send(canid_t id, const Payload& data);
-  void send(const can_frame& frame);
-  void send(const canfd_frame& frame);
+  void send(canid_t id, const Payload& data) const;
+  void send(const can_frame& frame) const;
+  void send(const canfd_frame& frame) const;
   /// Of all others' frames it no longer notices any but those of these drives.
-  void hear_only(const std::vector<int>& ids);
+  void hear_only(const std::vector<int>& ids) const;
   /// The next frame of another program; nothing when none came within the patience given.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);
   /// Sends a query to the drive `id` and waits for the next frame, which must be the reply.

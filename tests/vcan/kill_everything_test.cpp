@@ -164,7 +164,8 @@ class KillEverything : public MachineTest {
 
 TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
   std::mt19937 random(21);
-  std::uint64_t heard = 0, missing = 0;
+  std::uint64_t heard = 0;
+  std::uint64_t missing = 0;
   for (int life = 0; life < kKills && !HasFailure(); ++life) {
     const Frames seen =
         live(life,

@@ -1,9 +1,9 @@
 // What a run recorded, on a real bus at full speed, runs again identically; after a kill too.
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <future>

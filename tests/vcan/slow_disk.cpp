@@ -34,6 +34,7 @@ extern "C" int fsync(int fd) {
   return static_cast<int>(::syscall(SYS_fsync, fd));
 }
 
+// NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): the system's are reserved
 extern "C" ssize_t write(int fd, const void* bytes, size_t size) {
   if (is_slow_file(fd)) wait_for_a_byte();
   return ::syscall(SYS_write, fd, bytes, size);

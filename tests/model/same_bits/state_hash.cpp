@@ -3,7 +3,8 @@
 // makes all of it.
 #include <cstdio>
 
-#include "model/control/life.cpp"  // NOLINT
+// NOLINTBEGIN(bugprone-suspicious-include)
+#include "model/control/life.cpp"
 #include "model/control/motion_loops.cpp"
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"
@@ -16,9 +17,10 @@
 #include "model/plant/lane_faults.cpp"
 #include "model/plant/leg_bridge.cpp"
 #include "model/plant/plant_params.cpp"
+// NOLINTEND(bugprone-suspicious-include)
 #include "tests/model/mixed_run.hpp"
 
-int main() {
+int main() {  // NOLINT(bugprone-exception-escape): without memory nothing is printed
 #if defined(__AVX512F__)
   if (!__builtin_cpu_supports("avx512f")) {
     std::puts("not run: this processor has no AVX-512");
