@@ -14,7 +14,7 @@ namespace lk::vcan {
 namespace {
 
 std::string put(const std::string& text) {
-  const std::string file = testing::TempDir() + "lk-emu-live-scenario.toml";
+  std::string file = testing::TempDir() + "lk-emu-live-scenario.toml";
   std::ofstream(file) << text;
   return file;
 }

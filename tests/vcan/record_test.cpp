@@ -190,7 +190,7 @@ TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
        "LKEMU_SLOW_FILE=" + scratch_ + "/1/frames.log"});
   ASSERT_TRUE(emulator.wait_ready());
   const auto begin = [&](const std::string& name) {
-    return ask(socket, "POST /recording", "{\"directory\":\"" + scratch_ + "/" + name + "\"}");
+    return ask(socket, "POST /recording", R"({"directory":")" + scratch_ + "/" + name + "\"}");
   };
   Host host("vcan0");
   ASSERT_EQ(begin("1").status, 200);
