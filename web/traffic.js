@@ -108,16 +108,21 @@ function setPaused(yes) {
 
 function build() {
   const check = el('input', {type: 'checkbox', onchange: () => { filter.marked = check.checked; refresh(); }});
-  // Not all that empties a field tells of an input.
-  const readFields = () => {
+  const applyFields = () => {
     filter.commands = readCommands(commands.value);
     filter.text = text.value.toLowerCase();
+    read = [commands.value, text.value].join('\n');
     refresh();
+  };
+  // Not all that empties a field tells of an input. And whoever leaves a field may do so for a row, which has to stay.
+  let read = '\n';
+  const readFields = () => {
+    if ([commands.value, text.value].join('\n') !== read) applyFields();
   };
   const clearFields = () => {
     filter.from = from.value = commands.value = text.value = '';
     filter.marked = check.checked = false;
-    readFields();
+    applyFields();
   };
   const commands = el('input', {type: 'text', size: 12, placeholder: '9C, A4', oninput: readFields, onchange: readFields});
   const text = el('input', {type: 'search', size: 16, placeholder: t('any_text'), oninput: readFields, onchange: readFields});
