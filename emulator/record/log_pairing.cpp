@@ -57,6 +57,7 @@ class Drive {
       pending_.pop_front();
     }
     const auto sure = surely_from_host(place);
+    // NOLINTNEXTLINE(bugprone-branch-clone): said to be a query, or left over
     if (sure == true) {
       ask(place, is_query);
     } else if (const auto match = sure ? oldest(place, Fit::kEither) : likely_answer(n, out)) {

@@ -140,7 +140,7 @@ class Beginning {
   Beginning& operator=(const Beginning&) = delete;
   ~Beginning() {
     std::error_code ignored;
-    for (auto made = made_.rbegin(); made != made_.rend(); ++made) fs::remove(*made, ignored);
+    for (; !made_.empty(); made_.pop_back()) fs::remove(made_.back(), ignored);
   }
 
   void make_empty_directory() {

@@ -37,7 +37,7 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const Bus& bus = lines[n]->bus();
     const SimTime start = bus.time();
-    parts_.push_back(std::unique_ptr<Part>(  // NOLINTNEXTLINE(modernize-make-unique): by name
+    parts_.push_back(std::unique_ptr<Part>(  // NOLINT(modernize-make-unique): by name
         new Part{.line = lines[n],
                  .host = HostScript(scenario_.sends, n, start),
                  .judge = Judge(scenario_.robot[n], scenario_.expectations, n, start),
