@@ -86,7 +86,7 @@ void add_word(Script& script, const Word& word, const Word* parent) {
     const std::string offered = offer(positional.value);
     if (offered.empty()) continue;
     const std::string place = positional.many ? "" : fmt::format(" {}", n);
-    script.rules += rule(here + place) + offered + "\n";
+    script.rules += fmt::format("{}{}\n", rule(here + place), offered);
   }
   for (const Word& below : word.words) add_word(script, below, &word);
 }

@@ -321,8 +321,8 @@ std::string draw(const Picture& picture, PictureFormat format) {
 }  // namespace
 }  // namespace lk::emulator
 
-// A name that C knows.
+// A name that C knows. NOLINTBEGIN(readability-identifier-naming)
 extern "C" const lk::emulator::DrawModule lk_emu_draw_module;
-// NOLINTNEXTLINE(readability-identifier-naming)
 const lk::emulator::DrawModule lk_emu_draw_module = {LKEMU_VERSION, lk::emulator::font_has,
                                                      lk::emulator::draw};
+// NOLINTEND(readability-identifier-naming)
