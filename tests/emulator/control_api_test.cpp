@@ -11,6 +11,7 @@
 #include "emulator/decode/frame_words.hpp"
 #include "emulator/scenario/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -302,7 +303,7 @@ TEST(ControlApi, AClientsScenarioIsShort) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);
   t.api.scenario = scenario.for_clients();
-  const std::string file = testing::TempDir() + "lk-emu-long-scenario.toml";
+  const test::TempDirectory own;
   const std::string text = R"(robot = "x"
 duration_s = 1
 [[expect]]
@@ -310,7 +311,7 @@ id = 1
 state = "running"
 )";
   const auto post = [&](std::size_t size) {
-    std::ofstream(file) << text << std::string(size - text.size(), '\n');
+    const std::string file = own.put("long.toml", text + std::string(size - text.size(), '\n'));
     return t.post("/scenario", Json{{"file", file}}.dump());
   };
   EXPECT_EQ(where(post(ScenarioActivity::kLongestFile + 1)), "file");

@@ -24,6 +24,7 @@
 #include "emulator/scenario/scenario_runner.hpp"
 #include "tests/emulator/rom_support.hpp"
 #include "tests/support/frames.hpp"
+#include "tests/support/temp_directory.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace {
@@ -110,7 +111,7 @@ class Synced : public testing::Test {
     return synced;
   }
 
-  TempDirectory directory_;
+  test::TempDirectory directory_;
 };
 
 /// Writes one after the other; gives what became of the last.

@@ -15,7 +15,6 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -26,6 +25,7 @@
 #include "emulator/control/control_server.hpp"
 #include "tests/emulator/control_support.hpp"
 #include "tests/support/sanitizer.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 
@@ -162,15 +162,8 @@ inline int status(const std::string& answer) {
 /// A server whose loop runs on a thread of its own.
 class Served : public testing::Test {
  protected:
-  Served() {
-    std::string name = testing::TempDir() + "lk-http-XXXXXX";
-    directory_ = ::mkdtemp(name.data());
-    options_.socket = (directory_ / "s").string();
-  }
-  ~Served() override {
-    stop();
-    fs::remove_all(directory_);
-  }
+  Served() { options_.socket = own_.path("s"); }
+  ~Served() override { stop(); }
   void start() {
     server_.emplace(t_.loop, t_.world, options_);
     thread_ = std::thread([this] { t_.loop.run(); });
@@ -201,7 +194,8 @@ class Served : public testing::Test {
   }
   std::string host() const { return "localhost:" + std::to_string(server_->port()); }
 
-  fs::path directory_;
+  const test::TempDirectory own_;
+  const fs::path& directory_ = own_.path();
   ControlOptions options_;
   TestWorld t_;
   std::optional<ControlServer> server_;

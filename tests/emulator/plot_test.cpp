@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "emulator/core/signals.hpp"
@@ -14,6 +13,7 @@
 #include "emulator/plot/svg_words.hpp"
 #include "emulator/plot/trace.hpp"
 #include "emulator/program/cli.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -23,20 +23,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// A file for this test alone.
 class CsvFile {
  public:
-  explicit CsvFile(const std::string& text)
-      : path_(std::filesystem::path(testing::TempDir()) /
-              (std::string("lk-emu-plot-") +
-               testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv")) {
-    std::ofstream(path_, std::ios::binary) << text;
-  }
-  CsvFile(const CsvFile&) = delete;
-  CsvFile& operator=(const CsvFile&) = delete;
-  ~CsvFile() { std::filesystem::remove(path_); }
+  explicit CsvFile(const std::string& text) : path_(own_.put("run.csv", text)) {}
 
   const std::filesystem::path& path() const { return path_; }
 
  private:
-  std::filesystem::path path_;
+  const test::TempDirectory own_;
+  const std::filesystem::path path_;
 };
 
 /// What is said of a file, without its name in front; "" when nothing is.

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -18,6 +17,7 @@
 #include "emulator/record/replay_directory.hpp"
 #include "emulator/record/replay_text.hpp"
 #include "tests/support/frames.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -137,13 +137,6 @@ class Live {
 
 class Record : public ::testing::Test {
  protected:
-  Record() {
-    std::string name = ::testing::TempDir() + "lk-emu-record-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    scratch_ = name;
-  }
-  ~Record() override { fs::remove_all(scratch_); }
-
   /// A wild run on both buses; gives the number of its replies.
   std::uint64_t make(bool ended = true, const std::vector<BusConfig>& buses = robot()) {
     std::mt19937 dice(3);
@@ -203,7 +196,8 @@ class Record : public ::testing::Test {
     return "none";
   }
 
-  fs::path scratch_;
+  const test::TempDirectory own_;
+  const fs::path& scratch_ = own_.path();
 };
 
 /// The replay of what lies in `directory`.

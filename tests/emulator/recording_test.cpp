@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "emulator/program/cli.hpp"
-#include "tests/emulator/rom_support.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -48,7 +48,7 @@ TEST(RecordedInput, IsRefusedWithItsLine) {
 
 /// A directory with half a beginning in it would be refused by the next start.
 TEST(Recording, ABeginningThatFailsLeavesNothing) {
-  const TempDirectory scratch;
+  const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
   ConfigTexts texts{"a configuration", {{"a", "a motor"}, {"none/such", "in no directory"}}};
   EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);

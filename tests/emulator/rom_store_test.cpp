@@ -10,6 +10,7 @@
 
 #include "emulator/program/cli.hpp"
 #include "tests/emulator/rom_support.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -41,13 +42,13 @@ std::string refusal(const RomOptions& options) {
 }
 
 /// Keeps the `number`-th write of drive 1 in `directory`.
-void keep(const TempDirectory& directory, std::uint64_t number) {
+void keep(const test::TempDirectory& directory, std::uint64_t number) {
   const RomWrite write = rom_write(1, number);
   directory.put("vcan0-1.toml", print_rom({"vcan0", 1, "m"}, write.rom, write.wear));
 }
 
 TEST(RomStore, MakesItsDirectoryForThisUserAlone) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const auto path = directory.path() / "a" / "b";
   auto buses = one_drive();
   const RomStore store(in(path), buses);
@@ -58,7 +59,7 @@ TEST(RomStore, MakesItsDirectoryForThisUserAlone) {
 }
 
 TEST(RomStore, PutsTheFilesOverTheConfiguration) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   keep(directory, 7);
   auto buses = one_drive();
   buses[0].servos[0].rom.gains.angle_kp = 5;
@@ -69,7 +70,7 @@ TEST(RomStore, PutsTheFilesOverTheConfiguration) {
 }
 
 TEST(RomStore, WhatAKilledProcessLeftIsNeverRead) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   keep(directory, 7);
   directory.put("vcan0-1.toml.new", "half of");
   auto buses = one_drive();
@@ -79,7 +80,7 @@ TEST(RomStore, WhatAKilledProcessLeftIsNeverRead) {
 }
 
 TEST(RomStore, DamageIsSaidAndLeftAlone) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   directory.put("vcan0-1.toml", "format = 1\nbus = \"vcan1\"\nid = 1\nmotor = \"m\"\n");
   const std::string file = (directory.path() / "vcan0-1.toml").string();
   EXPECT_EQ(refusal(in(directory.path())),
@@ -93,7 +94,7 @@ TEST(RomStore, DamageIsSaidAndLeftAlone) {
 }
 
 TEST(RomStore, WipingRemovesTheFilesOfTheseDrivesDamagedOrNot) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   directory.put("vcan0-1.toml", "damaged");
   directory.put("vcan0-2.toml", "of a drive that does not run");
   auto options = in(directory.path());
@@ -106,7 +107,7 @@ TEST(RomStore, WipingRemovesTheFilesOfTheseDrivesDamagedOrNot) {
 }
 
 TEST(RomStore, ADirectoryHasOneHolder) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   auto buses = one_drive();
   std::optional<RomStore> store(std::in_place, in(directory.path()), buses);
   EXPECT_EQ(refusal(in(directory.path())),
@@ -124,7 +125,7 @@ TEST(RomStore, SaysWhyADirectoryCannotBeUsed) {
 
 /// Nobody is stopped by permissions who is root.
 TEST(RomStore, AUsedDirectoryThatMayNotBeWrittenAnyMoreIsRefused) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const bool root = ::geteuid() == 0;
   constexpr uid_t kNobody = 65534;
   if (root) {

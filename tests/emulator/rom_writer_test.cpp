@@ -6,11 +6,11 @@
 
 #include <cerrno>
 #include <csignal>
-#include <fstream>
 #include <semaphore>
 
 #include "emulator/rom/durable_file.hpp"
 #include "tests/emulator/rom_support.hpp"
+#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -33,7 +33,7 @@ class SizeLimit {
 };
 
 TEST(WriteDurably, ReplacesAllOrNothing) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   ASSERT_EQ(write_durably(fd.get(), "a.toml", "first"), 0);
   ASSERT_EQ(write_durably(fd.get(), "a.toml", "2nd"), 0);
@@ -47,7 +47,7 @@ TEST(WriteDurably, ReplacesAllOrNothing) {
 }
 
 TEST(WriteDurably, AReaderNeverSeesHalfAFile) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   const std::string a(100'000, 'a');
   const std::string b(70'000, 'b');
@@ -63,7 +63,7 @@ TEST(WriteDurably, AReaderNeverSeesHalfAFile) {
 }
 
 TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   directory.put(unfinished("a"), "a much longer text than the one that follows");
   ASSERT_EQ(write_durably(fd.get(), "a", "short"), 0);
@@ -74,7 +74,7 @@ TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
 TEST(WriteDurably, SaysWhyItCannot) {
   EXPECT_EQ(write_durably(-1, "a", "text"), EBADF);
   const Descriptor gone = [] {
-    const TempDirectory directory;
+    const test::TempDirectory directory;
     return Descriptor(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   }();
   EXPECT_EQ(write_durably(gone.get(), "a", "text"), ENOENT);
@@ -153,7 +153,7 @@ TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
 }
 
 TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {
-  const TempDirectory directory;
+  const test::TempDirectory directory;
   const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
   std::vector<RomPlace> places;
   for (int id = 1; id <= 8; ++id) {

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
+#include <string>
+#include <vector>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/control_client.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
@@ -11,40 +13,40 @@
 namespace lk::vcan {
 namespace {
 
-std::string socket_path() {
-  return (std::filesystem::path(testing::TempDir()) / "lk-emu-advice.sock").string();
-}
-
-std::vector<std::string> arguments(std::vector<std::string> more) {
-  more.insert(more.begin(),
-              {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--control", socket_path()});
-  return more;
-}
-
-double simulated_s() { return ask(socket_path(), "GET /clock").number("time_s"); }
-
-/// Switches the drive off and asks it to move, when every part of a host would know.
-void err(Host& host) {
-  EXPECT_TRUE(host.query(1, {0x80}));
-  for (const double off_s = simulated_s(); simulated_s() < off_s + 0.2;) {
+class Advice : public testing::Test {
+ protected:
+  std::string socket() const { return own_.path("s"); }
+  std::vector<std::string> arguments(std::vector<std::string> more) const {
+    more.insert(more.begin(),
+                {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--control", socket()});
+    return more;
   }
-  EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 10}));
-  EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 20}));
-}
+  double simulated_s() const { return ask(socket(), "GET /clock").number("time_s"); }
+  /// Switches the drive off and asks it to move, when every part of a host would know.
+  void err(Host& host) const {
+    EXPECT_TRUE(host.query(1, {0x80}));
+    for (const double off_s = simulated_s(); simulated_s() < off_s + 0.2;) {
+    }
+    EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 10}));
+    EXPECT_TRUE(host.query(1, {0xA1, 0, 0, 0, 20}));
+  }
 
-TEST(Advice, IsToldWhereverSomebodyLooks) {
+  const test::TempDirectory own_;
+};
+
+TEST_F(Advice, IsToldWhereverSomebodyLooks) {
   EmulatorProcess emulator(arguments({"--lang", "en"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   err(host);
   EXPECT_TRUE(emulator.wait_for_log("vcan0:1: motion-refused: the drive is off"));
-  Answer answer = ask(socket_path(), "GET /advice");
+  Answer answer = ask(socket(), "GET /advice");
   EXPECT_EQ(answer.status, 200);
-  while (answer.number("count") == 1) answer = ask(socket_path(), "GET /advice");
+  while (answer.number("count") == 1) answer = ask(socket(), "GET /advice");
   EXPECT_EQ(answer.number("count"), 2);
   EXPECT_EQ(answer.number("drive"), 1);
   EXPECT_NE(answer.body.find("141#A10000000A000000"), std::string::npos) << answer.body;
-  EmulatorProcess ctl({"ctl", "--socket", socket_path(), "advice", "--lang", "zh"});
+  EmulatorProcess ctl({"ctl", "--socket", socket(), "advice", "--lang", "zh"});
   const auto shown = ctl.wait();
   EXPECT_EQ(shown.status, 0) << shown.err;
   EXPECT_NE(shown.out.find("vcan0:1  motion-refused  2 x"), std::string::npos) << shown.out;
@@ -55,7 +57,7 @@ TEST(Advice, IsToldWhereverSomebodyLooks) {
       << end.err;
 }
 
-TEST(Advice, IsAFailureWhereThatIsWanted) {
+TEST_F(Advice, IsAFailureWhereThatIsWanted) {
   EmulatorProcess emulator(arguments({"--strict", "--lang", "zh"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
@@ -66,7 +68,7 @@ TEST(Advice, IsAFailureWhereThatIsWanted) {
   EXPECT_NE(end.err.find("对主机的建议"), std::string::npos) << end.err;
 }
 
-TEST(Advice, IsNotGivenToAHostThatWaitsForReplies) {
+TEST_F(Advice, IsNotGivenToAHostThatWaitsForReplies) {
   EmulatorProcess emulator(arguments({"--strict"}));
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");

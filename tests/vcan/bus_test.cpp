@@ -5,12 +5,12 @@
 #include <sys/wait.h>
 
 #include <chrono>
-#include <fstream>
 #include <future>
 #include <optional>
 #include <vector>
 
 #include "protocol/frame_bits.hpp"
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 #include "tests/vcan/machine_support.hpp"
@@ -104,9 +104,10 @@ TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
 }
 
 TEST(MultiDrive, AnswersInIdOrder) {
-  const std::string file = testing::TempDir() + "lk-emu-multi-drive.toml";
-  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n"
-                         "settings.broadcast_mode = true\n";
+  const test::TempDirectory own;
+  const std::string file = own.put("robot.toml",
+                                   "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n"
+                                   "settings.broadcast_mode = true\n");
   EmulatorProcess emulator({"--rom", ":memory:", "--config", file});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");

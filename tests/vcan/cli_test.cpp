@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 
 namespace lk::vcan {
@@ -81,8 +81,9 @@ INSTANTIATE_TEST_SUITE_P(Cli, Refused, testing::ValuesIn(kBadInput),
                          [](const auto& input) { return input.param.name; });
 
 TEST(Cli, ConfigErrorsNameFileLineKeyAndReason) {
-  const std::string file = testing::TempDir() + "lk-emu-cli-test.toml";
-  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmoter = \"x\"\n";
+  const test::TempDirectory own;
+  const std::string file = own.put(
+      "robot.toml", "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmoter = \"x\"\n");
   const auto result = EmulatorProcess({"--config", file}).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,
@@ -90,8 +91,9 @@ TEST(Cli, ConfigErrorsNameFileLineKeyAndReason) {
 }
 
 TEST(Cli, CheckRefusesWhatARunRefuses) {
-  const std::string file = testing::TempDir() + "lk-emu-check-test.toml";
-  std::ofstream(file) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 0\n";
+  const test::TempDirectory own;
+  const std::string file =
+      own.put("robot.toml", "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 0\n");
   const auto result = EmulatorProcess({"--config", file, "--check"}).wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.out, "");
@@ -99,8 +101,8 @@ TEST(Cli, CheckRefusesWhatARunRefuses) {
 }
 
 TEST(Cli, CheckPrintsWhatWouldRunAndStartsNothing) {
-  const std::string file = testing::TempDir() + "lk-emu-check-test.toml";
-  std::ofstream(file) << R"(bitrate = 500000
+  const test::TempDirectory own;
+  const std::string file = own.put("robot.toml", R"(bitrate = 500000
 [[bus]]
 interface = "nowhere0"
 [[bus.drive]]
@@ -124,7 +126,7 @@ at_s = 1
 id = 3
 sag_to_V = 5
 sag_s = 1
-)";
+)");
   const auto result = EmulatorProcess({"--config", file, "--check"}).wait();
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.err, "");
@@ -193,7 +195,8 @@ TEST(Output, ThatCannotBeWrittenIsNoSuccess) {
 }
 
 TEST(Output, ThatNobodyWantsIsNotMissed) {
-  const std::string fifo = testing::TempDir() + "lk-emu-cli-" + std::to_string(::getpid());
+  const test::TempDirectory own;
+  const std::string fifo = own.path("fifo");
   // Whoever read has left, before anything is written.
   const std::string left = "mkfifo " + fifo + " && exec 3<>" + fifo + " && exec 4>" + fifo +
                            " && rm " + fifo + " && exec 3<&- && exec \"$@\" >&4 4>&-";
@@ -207,7 +210,8 @@ TEST(Output, ThatNobodyWantsIsNotMissed) {
 }
 
 TEST(Output, ThatIsClosedIsNoOtherFile) {
-  const std::string junit = testing::TempDir() + "lk-emu-cli-" + std::to_string(::getpid());
+  const test::TempDirectory own;
+  const std::string junit = own.path("junit.xml");
   const auto result =
       EmulatorProcess(
           {"run", LKEMU_SOURCE_DIR "/configs/scenarios/duplicate_id.toml", "--junit", junit},
@@ -218,7 +222,6 @@ TEST(Output, ThatIsClosedIsNoOtherFile) {
   std::string first;
   std::getline(file, first);
   EXPECT_EQ(first.rfind("<?xml ", 0), 0U) << first;
-  std::filesystem::remove(junit);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -27,12 +28,6 @@ constexpr Payload kReadPid = {0x30};
 
 class WithControl : public testing::Test {
  protected:
-  WithControl() {
-    std::string name = testing::TempDir() + "lk-clock-XXXXXX";
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~WithControl() override { std::filesystem::remove_all(directory_); }
-
   std::string socket() const { return directory_ + "/s"; }
   std::vector<std::string> arguments(const std::string& clock, const std::string& bitrate) const {
     return {"--rom",     ":memory:", "--control", socket(), "--clock", clock,
@@ -49,7 +44,8 @@ class WithControl : public testing::Test {
     return at == std::string::npos ? -1 : std::stod(text.substr(at + key.size() + 3));
   }
 
-  std::string directory_;
+  const test::TempDirectory own_;
+  const std::string directory_ = own_.path().string();
 };
 
 TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {

@@ -16,12 +16,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -200,13 +200,7 @@ std::uint64_t dropped(const std::string& text) {
 
 class Flooded : public testing::Test {
  protected:
-  Flooded() {
-    std::string name = testing::TempDir() + "lk-flood-XXXXXX";
-    directory_ = ::mkdtemp(name.data());
-  }
-  ~Flooded() override { std::filesystem::remove_all(directory_); }
-
-  std::string socket() const { return directory_ + "/s"; }
+  std::string socket() const { return own_.path("s"); }
   std::vector<std::string> arguments(const std::string& bitrate) const {
     return {"--rom", ":memory:", "--control", socket(), "--bitrate",
             bitrate, "--bus",    "vcan0",     "--ids",  "1-2"};
@@ -227,7 +221,7 @@ class Flooded : public testing::Test {
 
   void flood(const std::string& bitrate);
 
-  std::string directory_;
+  const test::TempDirectory own_;
 };
 
 void Flooded::flood(const std::string& bitrate) {

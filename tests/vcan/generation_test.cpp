@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <stdexcept>
 #include <utility>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -23,13 +22,6 @@ using Clock = std::chrono::steady_clock;
 /// A configuration file and a ROM directory of its own.
 class Configured : public testing::Test {
  protected:
-  Configured() {
-    std::string name = testing::TempDir() + "lk-emu-run-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    directory_ = name;
-  }
-  ~Configured() override { fs::remove_all(directory_); }
-
   /// Arguments of a run of one drive on vcan0, ID 1, with `keys` of [[bus.drive]] and after it.
   std::vector<std::string> run_of(const std::string& keys) {
     std::ofstream(directory_ + "/robot.toml") << "[[bus]]\ninterface = \"vcan0\"\n"
@@ -38,7 +30,8 @@ class Configured : public testing::Test {
     return {"--config", directory_ + "/robot.toml", "--rom", directory_ + "/rom"};
   }
 
-  std::string directory_;
+  const test::TempDirectory own_;
+  const std::string directory_ = own_.path().string();
 };
 
 /// Asks until the reply is `wanted`; unanswered queries are asked again.

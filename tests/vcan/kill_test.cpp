@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "emulator/config/rom_file.hpp"
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -207,8 +208,8 @@ TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
   int in_the_midst = 0;
   std::uint64_t found_later = 0;
   for (int i = 0; i < kDirectories; ++i) {
-    std::string directory = testing::TempDir() + "lk-emu-kill-XXXXXX";
-    ASSERT_NE(::mkdtemp(directory.data()), nullptr);
+    const test::TempDirectory own;
+    const std::string directory = own.path().string();
     // A real disk makes for kills that wait for it, memory for many writes between two kills.
     const bool on_disk = i == 0;
     ASSERT_TRUE(on_disk || run("mount -t tmpfs none " + directory));
@@ -222,7 +223,6 @@ TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
     in_the_midst += machine.in_the_midst();
     found_later += machine.found_later();
     EXPECT_TRUE(on_disk || run("umount " + directory));
-    std::filesystem::remove_all(directory);
   }
   std::printf("%d kills in the midst of writes: %llu acknowledged, %llu found that were not yet\n",
               in_the_midst, static_cast<unsigned long long>(acknowledged),

@@ -4,27 +4,29 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <string>
+#include <vector>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
 namespace {
 
-std::string put(const std::string& text) {
-  std::string file = testing::TempDir() + "lk-emu-live-scenario.toml";
-  std::ofstream(file) << text;
-  return file;
-}
+class LiveScenario : public testing::Test {
+ protected:
+  std::string put(const std::string& text) const { return own_.put("live.toml", text); }
+
+  const test::TempDirectory own_;
+};
 
 std::vector<std::string> arguments(const std::string& scenario) {
   return {"--rom", ":memory:", "--control", "none",       "--bus",
           "vcan0", "--ids",    "1-2",       "--scenario", scenario};
 }
 
-TEST(LiveScenario, JudgesWhatARealHostSaysAndHears) {
+TEST_F(LiveScenario, JudgesWhatARealHostSaysAndHears) {
   // The host's second command makes the drive hang, that one included.
   const std::string file = put(R"(
 robot = "somewhere_else"
@@ -47,10 +49,9 @@ no_reply = { command = 0x92 }
 id = 2
 state = "off"
 )");
-  const std::string junit = testing::TempDir() + "lk-emu-live-scenario.xml";
   Host host("vcan0");
   auto with_junit = arguments(file);
-  with_junit.insert(with_junit.end(), {"--junit", junit});
+  with_junit.insert(with_junit.end(), {"--junit", own_.path("junit.xml")});
   EmulatorProcess emulator(with_junit);
   ASSERT_TRUE(emulator.wait_ready());
   const auto injected = host.receive();  // the reply to the scenario's own frame
@@ -61,21 +62,19 @@ state = "off"
   host.send(0x141, {0x92});
   const auto result = emulator.wait();  // it ends with the scenario
   EXPECT_EQ(result.status, 0) << result.out << result.err;
-  EXPECT_NE(result.out.find("lk-emu-live-scenario: passed"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("live: passed"), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("hang of drive 1"), std::string::npos) << result.out;
-  std::ostringstream xml;
-  xml << std::ifstream(junit).rdbuf();
-  EXPECT_NE(xml.str().find("tests=\"4\" failures=\"0\" errors=\"0\""), std::string::npos)
-      << xml.str();
+  const std::string xml = own_.text_of("junit.xml");
+  EXPECT_NE(xml.find("tests=\"4\" failures=\"0\" errors=\"0\""), std::string::npos) << xml;
 }
 
-TEST(LiveScenario, FailsWithStatus1) {
+TEST_F(LiveScenario, FailsWithStatus1) {
   const std::string file =
       put("duration_s = 0.2\n[[expect]]\nid = 1\nreply = { command = 0x9A }\n");
   EXPECT_EQ(EmulatorProcess(arguments(file)).wait().status, 1);
 }
 
-TEST(LiveScenario, IsInvalidWhenItIsCutShort) {
+TEST_F(LiveScenario, IsInvalidWhenItIsCutShort) {
   const std::string file = put("duration_s = 600\n[[expect]]\nid = 1\nstate = \"running\"\n");
   EmulatorProcess emulator(arguments(file));
   ASSERT_TRUE(emulator.wait_ready());
@@ -85,7 +84,7 @@ TEST(LiveScenario, IsInvalidWhenItIsCutShort) {
       << result.out;
 }
 
-TEST(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
+TEST_F(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
   const auto faults = [](const std::string& table) {
     std::string text;
     for (int n = 0; n < 600; ++n) {
@@ -93,22 +92,20 @@ TEST(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
     }
     return text;
   };
-  const std::string robot = testing::TempDir() + "lk-emu-live-robot.toml";
-  std::ofstream(robot) << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
-                       << faults("bus.event");
+  const std::string robot =
+      own_.put("robot.toml",
+               "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n" + faults("bus.event"));
   const std::string file = put("robot = \"somewhere_else\"\nduration_s = 1\n" + faults("event") +
                                "[[expect]]\nid = 1\nstate = \"running\"\n");
-  const std::filesystem::path directory = testing::TempDir() + "lk-emu-live-refused";
-  std::filesystem::remove_all(directory);
-  std::filesystem::create_directories(directory / "rom");
-  std::ofstream(directory / "rom" / "vcan0-1.toml") << "something";
-  const auto result = EmulatorProcess({"--rom", (directory / "rom").string(), "--wipe-rom",
-                                       "--record", (directory / "recording").string(), "--control",
-                                       "none", "--config", robot, "--scenario", file})
-                          .wait();
+  std::filesystem::create_directory(own_.path("rom"));
+  own_.put("rom/vcan0-1.toml", "something");
+  const auto result =
+      EmulatorProcess({"--rom", own_.path("rom"), "--wipe-rom", "--record", own_.path("recording"),
+                       "--control", "none", "--config", robot, "--scenario", file})
+          .wait();
   EXPECT_EQ(result.status, 2);
-  EXPECT_TRUE(std::filesystem::exists(directory / "rom" / "vcan0-1.toml")) << "nothing is wiped";
-  EXPECT_FALSE(std::filesystem::exists(directory / "recording"));
+  EXPECT_TRUE(std::filesystem::exists(own_.path("rom/vcan0-1.toml"))) << "nothing is wiped";
+  EXPECT_FALSE(std::filesystem::exists(own_.path("recording")));
   EXPECT_EQ(result.out, "") << "never ready";
   EXPECT_NE(result.err.find("lk-emu: --scenario: vcan0: a bus keeps no more than 1000 faults, 600 "
                             "are there\n"),

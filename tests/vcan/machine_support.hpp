@@ -6,13 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/control_client.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
@@ -25,14 +24,7 @@ inline constexpr Payload kReadState2 = {0x9C};
 
 class MachineTest : public testing::Test {
  protected:
-  MachineTest() {
-    std::string name = testing::TempDir() + "lk-machine-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    directory_ = name;
-  }
-  ~MachineTest() override { std::filesystem::remove_all(directory_); }
-
-  std::string path(const std::string& name) const { return directory_ + "/" + name; }
+  std::string path(const std::string& name) const { return own_.path(name); }
   std::string socket() const { return path("s"); }
   std::vector<std::string> arguments(const std::vector<std::string>& more = {},
                                      const std::string& bus = "vcan0") const {
@@ -88,7 +80,8 @@ class MachineTest : public testing::Test {
         << status.body;
   }
 
-  std::string directory_;
+  const test::TempDirectory own_;
+  const std::string directory_ = own_.path().string();
 };
 
 inline std::string text_of(const std::string& file) {

@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <sstream>
 #include <thread>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/control_client.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
@@ -76,13 +76,7 @@ void talk(const std::string& interface, int windows, int last) {
 
 class Record : public testing::Test {
  protected:
-  Record() {
-    std::string name = testing::TempDir() + "lk-emu-record-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    scratch_ = name;
-    std::ofstream(scratch_ + "/robot.toml") << kRobot;
-  }
-  ~Record() override { fs::remove_all(scratch_); }
+  Record() { own_.put("robot.toml", kRobot); }
 
   std::vector<std::string> arguments() const {
     return {"--config", scratch_ + "/robot.toml", "--rom", scratch_ + "/rom", "--record",
@@ -95,7 +89,8 @@ class Record : public testing::Test {
     return EmulatorProcess(all).wait();
   }
 
-  std::string scratch_;
+  const test::TempDirectory own_;
+  const std::string scratch_ = own_.path().string();
 };
 
 /// Two hosts on one bus and one on the other, all at once: some 4000 frames.

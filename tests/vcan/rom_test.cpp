@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -26,13 +27,6 @@ constexpr Payload kFactoryPid = {0x30, 0, 100, 100, 50, 40, 50, 50};
 
 class Rom : public testing::Test {
  protected:
-  Rom() {
-    std::string name = testing::TempDir() + "lk-emu-rom-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    directory_ = name;
-  }
-  ~Rom() override { fs::remove_all(directory_); }
-
   std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> all = {"--bus", "vcan0", "--ids", "1-2", "--rom", directory_};
     all.insert(all.end(), more.begin(), more.end());
@@ -40,7 +34,8 @@ class Rom : public testing::Test {
   }
   std::string file(int id) const { return directory_ + "/vcan0-" + std::to_string(id) + ".toml"; }
 
-  std::string directory_;
+  const test::TempDirectory own_;
+  const std::string directory_ = own_.path().string();
 };
 
 std::string text_of(const std::string& file) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/temp_directory.hpp"
 #include "tests/vcan/emulator_process.hpp"
 
 namespace lk::vcan {
@@ -18,22 +19,15 @@ namespace fs = std::filesystem;
 /// A directory with a robot in it, for this test alone.
 class Run : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ = fs::path(testing::TempDir()) /
-                 ("lk-emu-run-" +
-                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
+  Run() {
     put("robot.toml",
         "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-2\"\nmotor = \"mf7015\"\n"
         "generation = \"v235\"\n");
   }
-  void TearDown() override { fs::remove_all(directory_); }
 
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+  std::string path(const std::string& name) const { return own_.path(name); }
   std::string put(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name)) << text;
-    return path(name);
+    return own_.put(name, text);
   }
   std::string scenario(const std::string& name, const std::string& rest) const {
     return put(name, "robot = \"robot.toml\"\nduration_s = 1\n" + rest);
@@ -64,7 +58,7 @@ class Run : public testing::Test {
   static constexpr const char* kAlive = "[[expect]]\nid = 1\nsignal = \"alive\"\nmin = 1\n";
 
  private:
-  fs::path directory_;
+  const test::TempDirectory own_;
 };
 
 TEST_F(Run, StatusSaysWhatCameOfIt) {
