@@ -163,7 +163,7 @@ bool ControlServer::has_room(Entrance& entrance) {
   if (entrance.connections < kMostConnections) return true;
   if (entrance.idle.empty()) {
     tell_of_refusal(entrance, "connection",
-                    "there are " + std::to_string(kMostConnections) + " already");
+                    "connection: there are " + std::to_string(kMostConnections) + " already");
     return false;
   }
   const auto close = entrance.idle.front();  // which removes it there

@@ -59,29 +59,26 @@ std::string authorization_of(std::string_view offered) {
 
 /// A page in a browser on this machine can send requests here. Its Origin gives it away; a name
 /// that somebody lets point to 127.0.0.1 is given away by Host.
-int refusal(const Access& access, const Credentials& shown) {
+std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
   if (!access.hosts.empty()) {
     const auto known = [&](std::string_view host) {
       return std::ranges::find(access.hosts, host) != access.hosts.end();
     };
-    if (!known(shown.host)) return 403;
+    if (!known(shown.host)) return Refusal{403, "Host", "is not this program's"};
     constexpr std::string_view kScheme = "http://";
     if (shown.origin &&
         (!shown.origin->starts_with(kScheme) || !known(shown.origin->substr(kScheme.size())))) {
-      return 403;
+      return Refusal{403, "Origin", "is not this program's"};
     }
   }
   if (!access.token.empty()) {
     constexpr std::string_view kBearer = "Bearer ";
-    if (!shown.authorization.starts_with(kBearer)) return 401;
-    if (!same_secret(shown.authorization.substr(kBearer.size()), access.token)) return 401;
+    if (!shown.authorization.starts_with(kBearer) ||
+        !same_secret(shown.authorization.substr(kBearer.size()), access.token)) {
+      return Refusal{401, "Authorization", "needs the token: Authorization: Bearer …"};
+    }
   }
-  return 0;
-}
-
-std::string refusal_reason(int status) {
-  return status == 401 ? "needs the token: Authorization: Bearer …"
-                       : "Host, or Origin, is not this program's";
+  return std::nullopt;
 }
 
 std::vector<std::string> loopback_hosts(unsigned port, const std::string& address) {

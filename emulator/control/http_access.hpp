@@ -21,10 +21,14 @@ struct Credentials {
   std::string_view authorization;
 };
 
-/// 0: may come in; else the HTTP status to refuse it with.
-int refusal(const Access& access, const Credentials& shown);
-/// Why, for the one who is refused.
-std::string refusal_reason(int status);
+/// Why somebody may not come in, for whom it concerns.
+struct Refusal {
+  int status;         // of HTTP
+  const char* where;  // the header that says so
+  const char* reason;
+};
+/// Nothing: may come in.
+std::optional<Refusal> refusal(const Access& access, const Credentials& shown);
 
 /// A page can give a WebSocket no Authorization. It offers this protocol and, for its token, one
 /// more: "bearer." and the token's bytes in hexadecimal.

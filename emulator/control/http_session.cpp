@@ -46,6 +46,19 @@ int status_of(const error_code& error) {
   return 400;
 }
 
+/// Whether the request is to blame, and not the state of things that it asks about or changes.
+bool is_refusal(int status, std::string_view where) {
+  return status != 409 && status < 500 && (status != 404 || where == "path");
+}
+
+/// What the log tells apart. A client may choose the other words, as many as it likes.
+std::string kind_of(int status, std::string_view where) {
+  constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host",
+                                            "Origin",        "body",         "path"};
+  const bool own = std::ranges::find(kOwnWords, where) != std::end(kOwnWords);
+  return std::to_string(status) + (own ? " " + std::string(where) : "");
+}
+
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(HttpSocket socket, std::shared_ptr<HttpShared> shared,
@@ -107,10 +120,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         offered.empty() ? view(header[http::field::authorization]) : offered};
     const WebFile* const file = find_web_file(view(header.target()));
     // The files of the dashboard are no secret, and a browser has no token before it has them.
-    const int status = file != nullptr ? refusal({entrance_->access.hosts, "", false}, shown)
-                                       : refusal(entrance_->access, shown);
-    if (status != 0) {
-      refuse(status, status == 401 ? "Authorization" : "Host", refusal_reason(status));
+    const auto refused = file != nullptr ? refusal({entrance_->access.hosts, "", false}, shown)
+                                         : refusal(entrance_->access, shown);
+    if (refused) {
+      refuse(refused->status, refused->where, refused->reason);
       return;
     }
     request_ = {};
@@ -153,6 +166,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     waiting_ = true;
     shared_->api.handle(request_, [self = shared_from_this()](const ApiResponse& response) {
       self->waiting_ = false;
+      self->tell_if_refused("API", response);
       self->write(response);
     });
     if (waiting_ && mine == requests_) watch_for_hang_up(mine);
@@ -227,6 +241,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void refuse_unreadable(const error_code& error) {
+    if (error == beast::error::timeout) {
+      tell_of_refusal(*entrance_, "slow request", "request: took too long to arrive");
+    }
     if (error.category() != http::make_error_code(http::error::end_of_stream).category() ||
         error == http::error::end_of_stream || error == http::error::partial_message) {
       return;  // the client has gone, or is too slow
@@ -237,8 +254,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   /// What follows in the stream is not to be trusted.
   void refuse(int status, const std::string& where, const std::string& reason) {
     keep_alive_ = false;
-    tell_of_refusal(*entrance_, std::to_string(status) + " " + where, reason);
-    write(error_response(status, where, reason));
+    const ApiResponse response = error_response(status, where, reason);
+    tell_if_refused("HTTP", response);
+    write(response);
   }
 
   /// Of a request without a body, or whose body is not of interest.
@@ -247,6 +265,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (request_.method != "GET") {
       ApiResponse response = error_response(405, "method", "this can be asked for by GET");
       response.allow = "GET";
+      tell_if_refused("HTTP", response);
       write(response);
       return;
     }
@@ -291,15 +310,27 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     send_response();
   }
 
+  void tell_if_refused(const std::string& by, const ApiResponse& response) {
+    if (response.status < 400) return;
+    const Json& error = response.body.at("error");
+    const auto where = error.at("where").get<std::string>();
+    if (!is_refusal(response.status, where)) return;
+    const auto reason = error.at("reason").get<std::string>();
+    tell_of_refusal(*entrance_, by + " " + kind_of(response.status, where),
+                    std::to_string(response.status) + " " + where + ": " + reason);
+  }
+
   void send_response() {
     response_.keep_alive(keep_alive_);
     stream_.expires_after(entrance_->patience.request);
     http::async_write(stream_, response_,
                       [self = shared_from_this()](const error_code& error, std::size_t /*size*/) {
-                        if (error) return;
-                        if (self->keep_alive_) {
+                        if (error == beast::error::timeout) {
+                          tell_of_refusal(*self->entrance_, "slow answer",
+                                          "answer: was not taken for too long");
+                        } else if (!error && self->keep_alive_) {
                           self->wait();
-                        } else {
+                        } else if (!error) {
                           self->say_goodbye();
                         }
                       });
@@ -337,12 +368,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 }  // namespace
 
-void tell_of_refusal(Entrance& entrance, const std::string& what, const std::string& reason) {
-  // A client chooses the words in it, as many as it likes.
-  constexpr std::size_t kMostTold = 32;
-  if (entrance.told.size() >= kMostTold || !entrance.told.insert(what).second) return;
-  spdlog::warn("control: a client was refused: {}: {} (said once; others like it are not logged)",
-               on_one_line(what), on_one_line(reason));
+void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason) {
+  if (!entrance.told.insert(kind).second) return;
+  spdlog::warn("control: a client was refused: {} (said once; others like it are not logged)",
+               on_one_line(reason));
 }
 
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,

@@ -30,7 +30,7 @@ struct Entrance {
   int connections = 0;
   /// Each closes one connection that waits for its next request; the longest wait first.
   std::list<std::function<void()>> idle;
-  std::set<std::string> told;  // what the log has said of refusals, once each
+  std::set<std::string> told;  // the kinds of refusal that the log has told of
 };
 
 // What a client may do, so that none can hurt the drives (docs/control.md).
@@ -45,7 +45,8 @@ using HttpSocket = boost::asio::generic::stream_protocol::socket;
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,
                 std::shared_ptr<Entrance> entrance);
 
-/// Says in the log that somebody was refused, and why: once for each `what`.
-void tell_of_refusal(Entrance& entrance, const std::string& what, const std::string& reason);
+/// Says in the log that somebody was refused, and why: once for each `kind`, which is not for
+/// clients to choose.
+void tell_of_refusal(Entrance& entrance, const std::string& kind, const std::string& reason);
 
 }  // namespace lk::emulator

@@ -132,6 +132,15 @@ def uncover(mount, path):
         mount(b"hostfs", path, path)
 
 
+def give_runtime_directory(environment):
+    """A place for sockets that is this machine's own, as they connect nobody inside to anybody outside:
+    in a directory that machines share, each takes the others' sockets for those of programs that died."""
+    path = environment.setdefault(b"XDG_RUNTIME_DIR", b"/run/user/0")
+    if path.startswith(b"/run/") and not os.path.isdir(path):
+        os.makedirs(path)
+        os.chmod(path, 0o700)
+
+
 # --- the command -----------------------------------------------------------------------------
 
 
@@ -341,6 +350,7 @@ def uml():
         spec = marshal.loads(b"".join(pieces(stdin_line)))
         for path in (spec["cwd"], spec["env"].get(b"TMPDIR", b"")):
             uncover(mount, path)
+        give_runtime_directory(spec["env"])
         libc.sethostname(spec["host"], len(spec["host"]))
         status = run_on_lines(control, stdin_line, spec)
         os.sync()

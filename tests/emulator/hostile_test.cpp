@@ -222,46 +222,109 @@ TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
 // --- the log
 // -----------------------------------------------------------------------------------------------------
 
+/// What the log says while it exists.
+class Log {
+ public:
+  Log() {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log() { spdlog::set_default_logger(before_); }
+  std::string text() const { return text_.str(); }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+};
+
 TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
-  std::ostringstream log;
-  const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const Log log;
   listen_to_tcp();
   options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
   start();
-  for (int n = 0; n < 100; ++n) {
+  const auto from = [&](const std::string& origin) {
+    return "Host: " + host() + "\r\nOrigin: http://" + origin +
+           "\r\nAuthorization: Bearer correct-horse-battery\r\n";
+  };
+  for (int n = 0; n < 50; ++n) {
+    const std::string own = std::to_string(n);
     ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
-    ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: evil" + std::to_string(n) + "\r\n\r\n");
+    ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: evil" + own + "\r\n\r\n");
+    ask_tcp("GET /api/v1/status HTTP/1.1\r\n" + from("evil" + own) + "\r\n");
+    ask_tcp("DELETE /api/v1/faults HTTP/1.1\r\n" + from(host()) + "\r\n");
     ask_tcp("nonsense\r\n\r\n");
+    ask(post("/directives", std::string(static_cast<std::size_t>(60'000 + n), '[')));
+    ask(post("/directives", std::string(70'000, '[')));
+    ask("GET /../etc/" + own + " HTTP/1.1\r\n\r\n");
+    ask("GET /api/v1/advice?k" + own + "=1 HTTP/1.1\r\n\r\n");
+    ask("GET /api/v1/drives/" + own + "/1 HTTP/1.1\r\n\r\n");
+    ask("PUT / HTTP/1.1\r\n\r\n");
   }
   stop();
-  spdlog::set_default_logger(before);
-  const std::string text = log.str();
-  EXPECT_EQ(count(text, "401 Authorization"), 1U) << text;
-  EXPECT_EQ(count(text, "403 Host"), 1U) << text;
-  EXPECT_EQ(count(text, "400 request"), 1U) << text;
-  EXPECT_EQ(count(text, "refused"), 3U) << text;
+  const char* const kinds[] = {"401 Authorization: ",
+                               "403 Host: ",
+                               "403 Origin: is not",
+                               "403 Origin: a page",
+                               "400 request: ",
+                               "400 body: ",
+                               "413 request: ",
+                               "404 path: there is nothing",
+                               "400 k0: ",
+                               "405 method: "};
+  for (const char* kind : kinds) EXPECT_EQ(count(log.text(), kind), 1U) << kind << log.text();
+  EXPECT_EQ(count(log.text(), "refused"), std::size(kinds)) << log.text();
 }
 
-TEST_F(Hostile, WordsOfItsOwnDoNotFillTheLog) {
-  std::ostringstream log;
-  const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
+  const Log log;
+  options_.patience.request = std::chrono::milliseconds(1);
+  start();
+  for (int n = 0; n < 5; ++n) {
+    const Client one = client();
+    one.send("GET /api/v1/sta");
+    EXPECT_EQ(one.receive_all(), "");
+  }
+  stop();
+  EXPECT_EQ(count(log.text(), "refused"), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "request: took too long"), 1U) << log.text();
+}
+
+TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
+  const Log log;
+  options_.patience.request = std::chrono::milliseconds(250);
+  start();
+  // All there at once, and answered with many times what the socket holds.
+  std::string requests;
+  for (int n = 0; n < 100; ++n) requests += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
+  for (int n = 0; n < 2; ++n) {
+    const Client sleeper = client();
+    EXPECT_TRUE(sleeper.send(requests));
+    while (sleeper.send(kStatus)) {
+    }
+  }
+  stop();
+  EXPECT_EQ(count(log.text(), "refused"), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "answer: was not taken"), 1U) << log.text();
+}
+
+TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {
+  const Log log;
   listen_to_tcp();
+  options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
   start();
   for (int n = 0; n < 200; ++n) {
     const std::string key = "%0Ak" + std::to_string(n);
     ask_tcp("GET /api/v1/status?" + key + "=1&" + key + "=2 HTTP/1.1\r\nHost: " + host() +
-            "\r\n\r\n");
+            "\r\nAuthorization: Bearer correct-horse-battery\r\n\r\n");
   }
+  ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
   stop();
-  spdlog::set_default_logger(before);
-  const std::string text = log.str();
-  EXPECT_NE(text.find("400 ?k0: is given twice"), std::string::npos) << text;
-  EXPECT_LE(count(text, "refused"), 32U);
-  EXPECT_EQ(count(text, "\nk"), 0U) << "nor break its lines";
+  EXPECT_NE(log.text().find("400 ?k0: is given twice"), std::string::npos) << log.text();
+  EXPECT_EQ(count(log.text(), "401 Authorization: "), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "refused"), 2U) << log.text();
+  EXPECT_EQ(count(log.text(), "\nk"), 0U) << "nor break its lines";
 }
 
 // --- WebSocket
