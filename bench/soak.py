@@ -182,6 +182,7 @@ def settled(control):
 
 def complaints(bus, drives, traffic, begin, end, memory):
     dropped = sum(bus["dropped"].values())
+    accepted = sum(drive["counters"]["queries"] for drive in drives)
     given = sum(drive["counters"]["replies"] for drive in drives)
     port = bus["interface"]
     left = (port["sent"] + port["lost_link_down"] + port["lost_queue_full"] + bus["rom_gate"]["lost_replies"])
@@ -190,6 +191,7 @@ def complaints(bus, drives, traffic, begin, end, memory):
     sums = [
         ("hosts' frames", traffic.sent, bus["frames"] + port["kernel_drops"]),
         ("frames", bus["frames"], bus["queries"] + dropped),
+        ("queries that drives accepted and their answers", accepted, given),
         ("replies", given + bus["extra_frames"], bus["replies"] + bus["replies_lost"]),
         ("replies and the interface", bus["replies"] + bus["error_frames"], left),
         ("frames seen on the bus", traffic.seen, traffic.sent + port["sent"]),

@@ -16,6 +16,15 @@ double Answer::number(const std::string& key) const {
   return std::stod(body.substr(at + key.size() + 3));
 }
 
+double Answer::sum(const std::string& key) const {
+  const std::string before = "\"" + key + "\":";
+  double all = 0;
+  for (auto at = body.find(before); at != std::string::npos; at = body.find(before, at + 1)) {
+    all += std::stod(body.substr(at + before.size()));
+  }
+  return all;
+}
+
 Answer ask(const std::string& path, const std::string& request, const std::string& body) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

@@ -11,6 +11,8 @@ struct Answer {
 
   /// The first number behind this key; throws std::runtime_error when there is none.
   double number(const std::string& key) const;
+  /// The sum of all numbers behind this key.
+  double sum(const std::string& key) const;
 };
 
 /// Asks at the Unix socket `path`: "GET /clock", or "POST /directives" with a body.

@@ -198,7 +198,8 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
       kKills, acknowledgements_, static_cast<unsigned long long>(heard),
       static_cast<unsigned long long>(missing));
   EXPECT_GT(acknowledgements_, kKills);
-  EXPECT_GT(heard, missing);
+  // The writer gathers for 10 ms, of lives of 150 ms in the middle, and has to get the processor.
+  EXPECT_GT(heard, 4 * missing);
 }
 
 }  // namespace

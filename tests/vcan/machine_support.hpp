@@ -78,6 +78,10 @@ class MachineTest : public testing::Test {
               count("sent") + count("pending") + count("lost_link_down") +
                   count("lost_queue_full") + count("lost_replies"))
         << status.body;
+    // Those for several drives, which the tests here do not send, have an answer from each.
+    const Answer drives = get("/drives");
+    EXPECT_EQ(drives.sum("replies"), drives.sum("queries")) << drives.body;
+    EXPECT_EQ(drives.sum("queries"), status.number("queries")) << drives.body;
   }
 
   const test::TempDirectory own_;
