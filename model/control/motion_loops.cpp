@@ -105,8 +105,10 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
   trim(p, error, omega_max, s);
+  // A profile that comes down from more than a new limit allows is followed on its ramp.
+  const double omega_most = std::max(omega_max, std::abs(s.omega_profile));
   const double omega_ref =
-      limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
+      limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_most);
   return speed_loop(p, omega_ref, current_range(p, p.i_q_max, v_bus, s), s);
 }
 
