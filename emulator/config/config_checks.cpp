@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <initializer_list>
-#include <optional>
 
 #include "emulator/core/servo.hpp"
 #include "emulator/core/shaft_angles.hpp"
@@ -39,9 +37,9 @@ std::optional<std::pair<TableReader, std::string>> find(const TableReader& drive
 }
 
 /// Complains about the first of `keys` that the drive states, or about its motor.
-[[noreturn]] void blame(const TableReader& drive, std::initializer_list<const char*> keys,
+[[noreturn]] void blame(const TableReader& drive, const std::vector<std::string>& keys,
                         const std::string& reason) {
-  for (const char* key : keys) {
+  for (const std::string& key : keys) {
     if (const auto found = find(drive, key)) found->first.fail(found->second, reason);
   }
   drive.fail("motor", reason);
@@ -113,7 +111,76 @@ void check_voltages(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
+/// Of the observer's two poles, z² − (2 − 2x − x²)·z + 1 − 2x with x = bandwidth·T, one is negative
+/// above x = 1/2: the estimated speed would swing to and fro from period to period. Above 0.83 it
+/// would grow without end.
+std::optional<ModelProblem> observer_problem(const model::DriveParams& d) {
+  const double most = 0.5 * d.inverter.f_pwm / d.control.motion_divider;
+  if (d.control.estimator_bandwidth <= most) return std::nullopt;
+  return ModelProblem{
+      {"control.estimator_bandwidth_rad_s", "inverter.f_pwm_kHz", "control.motion_divider"},
+      "estimator_bandwidth_rad_s must not be above half the rate of the motion loops, f_pwm_kHz / "
+      "motion_divider: " +
+          number(most) + " at most, and it is " + number(d.control.estimator_bandwidth)};
+}
+
+/// The exponential of the windings is a series that is good to R·T/L = 0.25, at 25 °C: of half as
+/// much again, when they are hot, it still makes less than 1e-6.
+std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
+  const double R = d.motor.R_s + d.inverter.R_on;
+  const double L = std::min(d.motor.L_d, d.motor.L_q);
+  const double share = R / (L * d.inverter.f_pwm);
+  if (share < 0.25) return std::nullopt;
+  return ModelProblem{
+      {d.motor.L_q < d.motor.L_d ? "motor.L_q_mH" : "motor.L_d_mH", "motor.L_q_mH", "motor.R_s_ohm",
+       "inverter.f_pwm_kHz", "inverter.R_on_mohm"},
+      "L_d_mH and L_q_mH must be above 4 * (R_s_ohm + R_on_mohm / 1000) / f_pwm_kHz: above " +
+          number(4 * R / d.inverter.f_pwm * 1e3) + " mH, and one is " + number(L * 1e3)};
+}
+
+/// A springy gear is a body of its own at the output. One explicit step a period holds its
+/// oscillation while ω²T² + 2·c·T/J < 4; at a quarter of that its frequency is right to 5 %. The
+/// flange alone has to do: a load may be taken off.
+std::optional<ModelProblem> gear_problem(const model::DriveParams& d) {
+  const model::MechanicsParams& m = d.mechanics;
+  if (m.gear_stiffness_out == 0) return std::nullopt;
+  const std::vector<std::string> keys = {"mechanics.J_out_g_cm2",
+                                         "mechanics.gear_stiffness_Nm_rad",
+                                         "mechanics.gear_damping_Nm_s_rad",
+                                         "mechanics.J_g_cm2",
+                                         "mechanics.gear_ratio",
+                                         "inverter.f_pwm_kHz"};
+  if (m.J_out == 0) {
+    return ModelProblem{keys,
+                        "J_out_g_cm2 must be above 0, for a springy gear moves it; or make the "
+                        "gear rigid, gear_stiffness_Nm_rad = 0"};
+  }
+  const double T = 1 / d.inverter.f_pwm;
+  const double both = 1 / m.J_out + 1 / (m.gear_ratio * m.gear_ratio * m.J);
+  const double step = (m.gear_stiffness_out * T + 2 * m.gear_damping_out) * T * both;
+  if (step <= 1) return std::nullopt;
+  return ModelProblem{keys, "the gear is " + number(step) +
+                                " times too stiff for what it moves, at this f_pwm_kHz: raise "
+                                "J_out_g_cm2 or J_g_cm2, or lower gear_stiffness_Nm_rad or "
+                                "gear_damping_Nm_s_rad (0 and 0: rigid)"};
+}
+
+void check_model(const TableReader& drive, const ServoConfig& servo) {
+  const auto problem = model_problem(servo.profile.drive);
+  if (!problem) return;
+  std::vector<std::string> keys;
+  for (const std::string& key : problem->keys) keys.push_back("profile." + key);
+  blame(drive, keys, problem->reason);
+}
+
 }  // namespace
+
+std::optional<ModelProblem> model_problem(const model::DriveParams& drive) {
+  for (const auto& problem_of : {observer_problem, winding_problem, gear_problem}) {
+    if (auto problem = problem_of(drive)) return problem;
+  }
+  return std::nullopt;
+}
 
 std::string offset_problem(std::uint16_t offset, const model::EncoderParams& encoder) {
   const int wire_bits = std::min(encoder.bits, 16);
@@ -158,6 +225,7 @@ void check_drive(TableReader& reader, const ServoConfig& servo) {
           "the drive would answer nothing: MS drives know no 0x280, and this one has no other "
           "command for several drives (quirks.multi_drive_more)");
   }
+  check_model(reader, servo);
   check_brake(reader, servo);
   check_end_stops(reader, servo);
 }

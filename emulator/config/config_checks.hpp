@@ -1,5 +1,9 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/bus_config.hpp"
 
@@ -11,6 +15,13 @@ std::string offset_problem(std::uint16_t offset, const model::EncoderParams& enc
 std::string control_problem(Series series, const model::ControlParams& control);
 /// Why these two make no sense together; empty when they do.
 std::string voltage_problem(const Registers& registers);
+
+/// Numbers of a motor with which the equations of the model hold no more (docs/model.md).
+struct ModelProblem {
+  std::vector<std::string> keys;  // of a motor file, with their sections; the likeliest first
+  std::string reason;
+};
+std::optional<ModelProblem> model_problem(const model::DriveParams& drive);
 
 /// Refuses registers that the drive cannot hold or that make no sense together. `reader` has them
 /// as its table `settings`. Throws ConfigError.

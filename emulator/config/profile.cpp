@@ -87,6 +87,14 @@ void check_factory(TableReader& reader, const Profile& profile) {
   }
 }
 
+void check_model(TableReader& reader, const model::DriveParams& drive) {
+  const auto problem = model_problem(drive);
+  if (!problem) return;
+  const std::string& key = problem->keys.front();
+  const std::size_t dot = key.find('.');
+  reader.table(key.substr(0, dot))->fail(key.substr(dot + 1), problem->reason);
+}
+
 }  // namespace
 
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
@@ -160,6 +168,7 @@ Profile parse_profile(const std::string& text, const std::string& file, const st
     reader.note_missing("factory");
   }
   reader.finish();
+  check_model(reader, profile.drive);
   check_reset(reader, profile);
   check_factory(reader, profile);
   if (profile.rating.voltage_min_V > profile.rating.voltage_max_V) {

@@ -39,7 +39,10 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!bus.has(id)) continue;
     const model::Truth truth = bus.truth(id);
-    if (!std::isfinite(truth.theta_m + truth.omega_m + truth.i_q + truth.v_bus)) {
+    const double plant = truth.theta_m + truth.omega_m + truth.i_q + truth.v_bus;
+    const double loops =
+        truth.theta_ref + truth.omega_ref + truth.i_q_ref + bus.telemetry(id).omega;
+    if (!std::isfinite(plant + loops)) {
       verdict.invalid.push_back(interface + " drive " + std::to_string(id) +
                                 ": no such motor: its state has run out of all bounds");
     }

@@ -124,12 +124,12 @@ inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<R
   const Abc<Real> duty =
       svpwm(inverse_park(v, ahead), held.inv_v_bus, p.timer_counts, p.timer_lsb, p.duty_max);
 
-  const auto closed = p.closed != 0.0;
+  const auto integrates = p.ki_T != 0.0;  // not in voltage mode, nor with a gain of 0
   const Real half(0.5);
   const Real zero(0.0);
   const auto off = orders.bridge_on == 0.0;
-  s.x_d = select_if<may_be_off>(off, zero, select(closed, s.x_d, zero));
-  s.x_q = select_if<may_be_off>(off, zero, select(closed, s.x_q, zero));
+  s.x_d = select_if<may_be_off>(off, zero, select(integrates, s.x_d, zero));
+  s.x_q = select_if<may_be_off>(off, zero, select(integrates, s.x_q, zero));
   s.v_d = select_if<may_be_off>(off, zero, v.d);
   s.v_q = select_if<may_be_off>(off, zero, v.q);
   s.duty_a = select_if<may_be_off>(off, half, duty.a);

@@ -46,10 +46,14 @@ CurrentRange current_range(const MotionParams& p, double i_max, double v_bus,
           std::clamp((v_max - emf) / p.R_s, -i_max, i_max)};
 }
 
-/// Speed PI with conditional integration: the integrator does not push further into a limit.
+/// Speed PI with conditional integration: the integrator does not push further into a limit, and
+/// without a gain there is none.
 double speed_loop(const MotionParams& p, double omega_ref, const CurrentRange& range,
                   MotionState& s) {
   s.omega_ref = omega_ref;
+  if (p.speed_ki == 0.0) {
+    s.speed_integral = 0.0;
+  }
   const double error = omega_ref - s.omega_hat;
   const double wanted = p.speed_kp * error + s.speed_integral;
   const double given = std::clamp(wanted, range.low, range.high);
@@ -79,10 +83,11 @@ void trapezoid(const MotionParams& p, double target, double omega_max, MotionSta
 }
 
 /// The angle integrator: works near the target only, starts anew on either side of it, and never
-/// asks for more speed than the limit, however long the shaft is held.
+/// asks for more speed than the limit, however long the shaft is held. Without a gain there is
+/// none.
 void trim(const MotionParams& p, double error, double omega_max, MotionState& s) {
   const bool other_side = error * s.angle_integral < 0.0;
-  if (error == 0.0 || other_side || std::abs(error) > kTrimAngle) {
+  if (p.angle_ki == 0.0 || error == 0.0 || other_side || std::abs(error) > kTrimAngle) {
     s.angle_integral = 0.0;
   } else {
     s.angle_integral = limit(s.angle_integral + p.angle_ki * p.T_m * error, omega_max);
@@ -105,8 +110,10 @@ double position_loop(const MotionParams& p, const Position& setpoint, double enc
   const double distance = error_counts * p.rad_per_count;
   const double error = std::abs(distance) > kHoldAngle ? distance : 0.0;
   trim(p, error, omega_max, s);
+  // A profile that comes down from more than a new limit allows is followed on its ramp.
+  const double omega_most = std::max(omega_max, std::abs(s.omega_profile));
   const double omega_ref =
-      limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_max);
+      limit(s.omega_profile + p.angle_kp * error + s.angle_integral, omega_most);
   return speed_loop(p, omega_ref, current_range(p, p.i_q_max, v_bus, s), s);
 }
 
@@ -218,7 +225,7 @@ CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
                    0.5 * p.rad_e_per_count;
   p.kp_d = bandwidth_p * drive.motor.L_d;
   p.kp_q = bandwidth_p * drive.motor.L_q;
-  p.ki_T = bandwidth_i * drive.motor.R_s / drive.inverter.f_pwm;
+  p.ki_T = p.closed * bandwidth_i * drive.motor.R_s / drive.inverter.f_pwm;
   p.unwind_d = p.kp_d > 0.0 ? std::min(1.0, p.ki_T / p.kp_d) : 1.0;
   p.unwind_q = p.kp_q > 0.0 ? std::min(1.0, p.ki_T / p.kp_q) : 1.0;
   p.L_d = drive.motor.L_d;

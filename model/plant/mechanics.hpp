@@ -102,7 +102,8 @@ inline constexpr Parts kCommonParts{false, false, false, false};
 /// forces taken at the middle of the period: position Verlet with implicit friction, second order.
 /// Stribeck: τ_dry ≤ τ_c + (τ_s − τ_c)/(1 + (ω/ω_s)²), the rational form that needs no exponential.
 /// The gear loses (1 − η) of the torque it transmits, as friction on the rotor, in either
-/// direction. At ω_max the rotor is held, whatever pushes: beyond it the equations hold no more.
+/// direction; at rest in that in which the rotor is pushed. At ω_max the rotor is held, whatever
+/// pushes: beyond it the equations hold no more.
 template <Parts parts = kEveryPart, class Real>
 inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Real>& m,
                                      const Real& tau_e) {
@@ -121,7 +122,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   const Real tau = tau_e - cogging(p, m) - transmitted * p.inv_gear;
 
   const Real drive = (p.inertia_rate - p.B_half) * m.omega + tau;
-  const Real tooth_loss = select(transmitted * m.omega > 0.0, p.loss_driving, p.loss_driven);
+  const Real heading = select(m.omega == 0.0, drive, m.omega);
+  const Real tooth_loss = select(transmitted * heading > 0.0, p.loss_driving, p.loss_driven);
   const Real tau_dry = dry_friction<Real>(drive, bearing + tooth_loss * abs(transmitted));
 
   MechanicsStep<Real> step;

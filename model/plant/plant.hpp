@@ -132,7 +132,8 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   const Real v_middle = 0.5 * (s.v_link + link(p, s.v_link, s.i_link).v_next);
 
   const Real R_s = p.R_25 * (1.0 + p.alpha_cu * (s.temp_winding - 25.0));
-  const Real psi_f = p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0));
+  // Far above what a magnet survives its flux is gone; it does not come back the other way round.
+  const Real psi_f = max(p.psi_25 * (1.0 + p.alpha_pm * (s.temp_winding - 25.0)), Real(0.0));
 
   const SinCos<Real> middle = rotate(theta_e, sincos_small<Real>(0.5 * p.T_s * omega_e));
   const InverterOutput<Real> bridge = inverter(p, duty, i_abc, middle);

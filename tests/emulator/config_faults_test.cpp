@@ -120,13 +120,14 @@ TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
   };
   const auto events =
       parse(geared("backlash_arcmin = 10, gear_stiffness_Nm_rad = 500, "
-                   "gear_damping_Nm_s_rad = 1, J_out_g_cm2 = 10"))[0]
+                   "gear_damping_Nm_s_rad = 0.1, J_out_g_cm2 = 1000"))[0]
           .events;
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], 3);
   // A rigid gear has no play, whatever its figure says.
   for (const char* none : {"backlash_arcmin = 10, gear_stiffness_Nm_rad = 0",
-                           "backlash_arcmin = 0, gear_stiffness_Nm_rad = 500"}) {
+                           "backlash_arcmin = 0, gear_stiffness_Nm_rad = 500, "
+                           "J_out_g_cm2 = 1000"}) {
     EXPECT_EQ(parse_error(geared(none)),
               "robot.toml:9: bus.event.fault: backlash: drive 1 has no gear with play")
         << none;

@@ -11,6 +11,7 @@
 #include "emulator/config/config_scenario.hpp"
 #include "emulator/core/scenario_run.hpp"
 #include "emulator/core/scenario_text.hpp"
+#include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {
@@ -106,6 +107,25 @@ TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
   }
   if (faults == 0) GTEST_SKIP() << "no faults in it";
   EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
+}
+
+/// An observer with a pole outside the unit circle (z² + z − 1 = 0 at a bandwidth of 1/T_m), which
+/// no file can ask for: switched off the shaft stands still, and yet the run says nothing about a
+/// motor.
+TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
+  Scenario scenario;
+  scenario.robot = parse_config("[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n", "a.toml", {},
+                                test::profile);
+  scenario.duration = std::chrono::seconds(1);
+  scenario.sends = {
+      {.at = std::chrono::milliseconds(60), .frame = test::frame("141#8000000000000000")}};
+  EXPECT_EQ(run(scenario).outcome, Outcome::kPassed);
+  model::DriveParams& drive = scenario.robot[0].servos[0].profile.drive;
+  drive.control.estimator_bandwidth = drive.inverter.f_pwm / drive.control.motion_divider;
+  const Verdict verdict = run(scenario);
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  ASSERT_EQ(verdict.invalid.size(), 1U);
+  EXPECT_EQ(verdict.invalid[0], "a drive 1: no such motor: its state has run out of all bounds");
 }
 
 /// What no value can meet is met by none.

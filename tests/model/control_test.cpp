@@ -211,5 +211,56 @@ TEST(PositionLoop, LargerBytesAreStifferAgainstALoad) {
   }
 }
 
+/// An integral gain of 0 switches its term off, also what it has gathered (docs/model.md §11).
+TEST(IntegralGains, ZeroForgetsTheSpeedLoops) {
+  DriveParams d = ideal_drive();
+  d.load.tau = 0.05;
+  ControlSettings settings = unlimited();
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Speed{20.0});
+  bank.advance(ticks_in(d, 2.0));
+  EXPECT_NEAR(bank.truth(0).omega_m, 20.0, 0.02);
+  settings.gains.speed_ki = 0;
+  bank.configure(0, settings);
+  bank.advance(ticks_in(d, 1.0));
+  // The load wants a current of −τ/k_t, which is K_p times the error.
+  const double error = 0.05 / (k_t(d.motor) * motion_params(d, settings).speed_kp);
+  EXPECT_NEAR(bank.truth(0).omega_m, 20.0 + error, 0.02 * error);
+}
+
+TEST(IntegralGains, ZeroForgetsTheAngleLoops) {
+  const DriveParams d = ideal_drive();
+  ControlSettings settings = unlimited();
+  MotionParams p = motion_params(d, settings);
+  MotionState s = motion_state_at(0.0);
+  CurrentOrders<double> orders;
+  const Position target{0.01};  // of a shaft that is held at 0
+  for (int n = 0; n < 100; ++n) {
+    motion_loops(p, target, 0.0, 24.0, s, orders);
+  }
+  const double error = nearest(0.01 * p.counts_per_rad) * p.rad_per_count;
+  EXPECT_NEAR(s.omega_ref, p.angle_kp * error + 100 * p.angle_ki * p.T_m * error, 1e-9);
+  settings.gains.angle_ki = 0;
+  p = motion_params(d, settings);
+  motion_loops(p, target, 0.0, 24.0, s, orders);
+  EXPECT_NEAR(s.omega_ref, p.angle_kp * error, 1e-12);
+}
+
+TEST(IntegralGains, ZeroForgetsTheCurrentLoops) {
+  DriveParams d = ideal_drive();
+  d.mechanics.J = 1e3;  // locked
+  ControlSettings settings = unlimited();
+  DriveBank bank = one_drive(d, settings);
+  bank.command(0, Torque{2.0});
+  bank.advance(ticks_in(d, 0.1));
+  EXPECT_NEAR(bank.truth(0).i_q, 2.0, 0.02);
+  settings.gains.current_ki = 0;
+  bank.configure(0, settings);
+  bank.advance(ticks_in(d, 0.1));
+  // v = K_p·(2 A − i) = R·i
+  const double kp = current_loop_params(d, settings).kp_q;
+  EXPECT_NEAR(bank.truth(0).i_q, 2.0 * kp / (kp + d.motor.R_s), 0.02);
+}
+
 }  // namespace
 }  // namespace lk::model::test

@@ -50,6 +50,24 @@ TEST(Gear, PassesOnItsShareOfThePowerInEitherDirection) {
   EXPECT_NEAR(lowering.gear, 0.020 * 10.0 * 0.05, 1e-9);
 }
 
+/// Between what lets it down and what lifts it a load rests, bit for bit, and nothing creeps.
+TEST(Gear, HoldsALoadAtRestBetweenItsTwoLosses) {
+  DriveParams d = geared();
+  d.mechanics.gear_efficiency = 0.8;
+  d.load.tau = -1.0;  // lifting takes 125 mNm at the rotor, holding back 80 mNm, as above
+  for (const double tau : {0.0801, 0.09, 0.1, 0.11, 0.1249}) {
+    Shafts resting(d);
+    resting.run(0.1, tau);
+    EXPECT_EQ(resting.m.theta, 0.0) << tau;
+  }
+  // Outside, what is left over accelerates it: no more and no less.
+  for (const auto& [tau, left] : {std::pair(0.135, 0.010), std::pair(0.070, -0.010)}) {
+    Shafts moving(d);
+    moving.run(0.1, tau);
+    EXPECT_NEAR(moving.m.omega, left / 140e-7 * 0.1, 1e-9 / 140e-7) << tau;
+  }
+}
+
 TEST(Gear, RigidOneFeelsTheFrictionBehindIt) {
   DriveParams d = geared();
   d.mechanics.tau_coulomb_out = 1.0;

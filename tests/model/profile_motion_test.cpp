@@ -80,6 +80,65 @@ TEST(Trapezoid, ShaftArrivesWithIt) {
   EXPECT_NEAR(bank.truth(0).omega_m, 0.0, 0.2);
 }
 
+/// A shaft that follows its reference, so that nothing but the profile moves it.
+struct Followed {
+  MotionParams p;
+  MotionState s = motion_state_at(0.0);
+  double steepest = 0;  // rad/s²
+
+  void run(const Setpoint& setpoint, double seconds) {
+    CurrentOrders<double> orders;
+    for (long n = std::lround(seconds / p.T_m); n > 0; --n) {
+      const double before = s.omega_ref;
+      const double counts = std::floor(s.theta_ref / p.rad_per_count);
+      motion_loops(p, setpoint, counts, 24.0, s, orders);
+      steepest = std::max(steepest, std::abs(s.omega_ref - before) / p.T_m);
+    }
+  }
+};
+
+TEST(Trapezoid, ComesDownToALowerLimitOnItsRamp) {
+  ControlSettings settings = unlimited();
+  settings.accel_max = 20.0;
+  const MotionParams usual = motion_params(ideal_drive(), settings);
+  settings.omega_max = 5.0;
+  const MotionParams slow = motion_params(ideal_drive(), settings);
+  const Setpoint fast_move = Position{1000.0, 25.0};
+  const Setpoint slow_move = Position{1000.0, 5.0};
+  const auto check = [](Followed& drive, const Setpoint& then) {
+    ASSERT_NEAR(drive.s.omega_ref, 25.0, 1e-6);
+    drive.steepest = 0.0;
+    drive.run(then, 0.5);  // half of the second that 20 rad/s take at 20 rad/s²
+    EXPECT_NEAR(drive.s.omega_ref, 15.0, 20.0 * drive.p.T_m * 1.01);
+    drive.run(then, 0.6);
+    EXPECT_NEAR(drive.s.omega_ref, 5.0, 1e-6);
+    EXPECT_LE(drive.steepest, 20.0 * (1 + 1e-6));
+  };
+  {
+    SCOPED_TRACE("the next frame allows less");
+    Followed drive{usual};
+    setpoint_changed(usual, Idle{}, fast_move, 0.0, drive.s);
+    drive.run(fast_move, 2.0);
+    check(drive, slow_move);
+  }
+  {
+    SCOPED_TRACE("Max Speed allows less");
+    Followed drive{usual};
+    setpoint_changed(usual, Idle{}, fast_move, 0.0, drive.s);
+    drive.run(fast_move, 2.0);
+    drive.p = slow;
+    check(drive, fast_move);
+  }
+  {
+    SCOPED_TRACE("a move after a speed");
+    Followed drive{usual};
+    setpoint_changed(usual, Idle{}, Speed{25.0}, 0.0, drive.s);
+    drive.run(Speed{25.0}, 2.0);
+    setpoint_changed(usual, Speed{25.0}, slow_move, 0.0, drive.s);
+    check(drive, slow_move);
+  }
+}
+
 TEST(SpeedRamp, RisesByTheAcceleration) {
   DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();

@@ -189,5 +189,20 @@ TEST(Windings, ResistanceAndFluxFollowTheTemperature) {
   EXPECT_NEAR(plant.s.tau_e, 1.5 * 14 * 0.00499 * (1.0 - 0.11) * plant.s.i_q, 1e-9);
 }
 
+/// Linear in the temperature ψ would be 0 at 25 + 1/0.0011 = 934 °C and then change its sign.
+TEST(Windings, ALostMagnetDoesNotComeBackReversed) {
+  DriveParams d = ideal_drive();
+  d.motor.alpha_pm = -0.0011;
+  d.mechanics.J = 1e6;  // locked
+  d.thermal.C_winding = 1e9;
+  BarePlant plant(d);
+  plant.s.temp_winding = 1500.0;
+  for (int n = 0; n < 320; ++n) {
+    plant.step_dq({0.0, 0.5});
+  }
+  ASSERT_GT(plant.s.i_q, 1.0);
+  EXPECT_EQ(plant.s.tau_e, 0.0);  // L_d = L_q: without a magnet there is no torque
+}
+
 }  // namespace
 }  // namespace lk::model::test

@@ -1,0 +1,68 @@
+// A winding at its rated torque is as hot as its motor file says (docs/model.md §6).
+#include "tests/model/profiles.hpp"
+#include "tests/support/profile.hpp"
+
+namespace lk::model::test {
+namespace {
+
+constexpr double kOmega = 10.0;  // rad/s at the rotor: slow, and past the break-away torque
+
+struct RatedDrive {
+  std::string name;
+  DriveInit init;
+  double tolerance;  // K
+};
+
+/// The drives whose thermal resistances were made for 90 °C, pushing against their rated torque,
+/// and with so little heat capacity that they are as hot as they get at once.
+std::vector<RatedDrive> rated_drives() {
+  std::vector<RatedDrive> drives;
+  for (const NamedDrive& drive : all_profiles()) {
+    std::ifstream file(LKEMU_SOURCE_DIR "/configs/motors/" + drive.name + ".toml");
+    std::stringstream text;
+    text << file.rdbuf();
+    if (text.str().find("90 C at the rated torque") == std::string::npos) {
+      continue;
+    }
+    const double torque = lk::test::profile(drive.name).rating.torque_rated_Nm;
+    RatedDrive rated{drive.name, drive.init, 0.0};
+    DriveParams& d = rated.init.params;
+    d.load.tau = -torque;
+    d.thermal.C_winding = d.thermal.C_housing = 0.02;
+    // On its way there nothing switches it off, and nothing holds back its current.
+    rated.init.settings.protections = {};
+    rated.init.settings.current_ramp = 0.0;
+    // Three digits are good to 0.5 %, and friction that grows with the speed is not in the rule;
+    // the current goes into the heat squared. ΔT = 65 K·(1 + ε)·g(T), where g, resistance over
+    // flux squared, grows by α_cu/1.2555 + 2·0.0011/0.9285 = 0.0055 per K: it makes 1/(1 −
+    // 65·0.0055) of every error.
+    const double viscous =
+        d.mechanics.B * kOmega * d.mechanics.gear_ratio * d.mechanics.gear_efficiency / torque;
+    rated.tolerance = 65.0 * (0.005 + 2.0 * viscous) / (1.0 - 65.0 * 0.0055);
+    drives.push_back(rated);
+  }
+  return drives;
+}
+
+TEST(RatedHeat, IsNinetyDegreesAtTheRatedTorque) {
+  const std::vector<RatedDrive> drives = rated_drives();
+  ASSERT_EQ(drives.size(), 10U);
+  std::vector<DriveInit> inits;
+  for (const RatedDrive& drive : drives) {
+    inits.push_back(drive.init);
+  }
+  DriveBank bank(inits);
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    bank.command(n, Speed{kOmega});
+  }
+  // The slower of the two time constants is below 0.02 J/K·(2·R_ha + R_wh)/(1 − 0.36) = 0.13 s.
+  bank.advance(ticks_in(drives.front().init.params, 1.5));
+  for (std::size_t n = 0; n < drives.size(); ++n) {
+    EXPECT_NEAR(bank.truth(n).omega_m, kOmega, 1.0) << drives[n].name;
+    EXPECT_NEAR(bank.truth(n).temp_winding, 90.0, drives[n].tolerance) << drives[n].name;
+    EXPECT_LT(drives[n].tolerance, 1.0) << drives[n].name;
+  }
+}
+
+}  // namespace
+}  // namespace lk::model::test
