@@ -90,6 +90,24 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(ErrorIs{model::Error::kStall, true}, by(1s)), Status::kFailed);
 }
 
+/// docs/protocol.md §6: a protection that trips turns the bridge off. No host has to ask for that.
+TEST(Judge, ADriveThatTrippedIsOff) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.robot[0].servos[0].rom.protections[0] = {true, 7.0, 0.5, 0.001};  // under-voltage
+  scenario.robot[0].events = {{500ms, {1, SupplyVoltage{6.0, 0ns}}, std::nullopt}};
+  scenario.duration = 1s;
+  scenario.expectations = {
+      {0, 1, StateIs{RunState::kRunning}, throughout(0ns, 500ms), ""},
+      {0, 1, ErrorIs{model::Error::kUnderVoltage, true}, throughout(600ms, 1s), ""},
+      {0, 1, StateIs{RunState::kOff}, throughout(600ms, 1s), ""}};
+  ScenarioRun run(scenario);
+  run.advance_to(1s);
+  for (const ExpectationResult& result : run.verdict().expectations) {
+    EXPECT_EQ(result.status, Status::kPassed) << result.expected << ": " << result.measured;
+  }
+}
+
 TEST(Judge, ADriveWithoutPowerIsInNoState) {
   Scenario scenario;
   scenario.robot = {test::powered_bus({1})};

@@ -416,7 +416,7 @@ TEST(ClearAngle, LetsNothingGoThatIsStopped) {
   push.tau = 0.005;  // would turn a free shaft by many turns
   host.bus.set_load(1, push);
   EXPECT_NEAR(rest_cdeg(host), 0, 500);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kStopped);
+  EXPECT_EQ(host.run_state(), RunState::kStopped);
 }
 
 }  // namespace
