@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "protocol/commands.hpp"
-
 namespace lk::emulator {
 namespace {
 
@@ -53,15 +51,14 @@ std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) 
 
 std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  // Rounded to the nearest 0.01°; the last half of one is the zero of the next circle.
-  const std::int64_t angle_cdeg = (in_circle * kTurn_cdeg + counts_ / 2) / counts_;
-  return static_cast<std::uint32_t>(angle_cdeg % circle_cdeg_);
+  // The last half of 0.01° is the zero of the next circle.
+  return static_cast<std::uint32_t>(rounded_cdeg(in_circle) % circle_cdeg_);
 }
 
 std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
   const std::int64_t turns = floor_div(position - multi_zero_, counts_);
   const std::int64_t in_turn = floor_mod(position - multi_zero_, counts_);
-  return multi_zero_cdeg_ + turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
+  return multi_zero_cdeg_ + turns * kTurn_cdeg + rounded_cdeg(in_turn);
 }
 
 double ShaftAngles::multi_turn_deg(double theta) const {
@@ -78,7 +75,9 @@ void ShaftAngles::set_offset(std::uint16_t offset) {
 void ShaftAngles::forget_turns(std::int64_t position) {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
   const std::int64_t in_wrap = floor_mod(in_circle, wrap_counts_);
-  const std::int64_t wrapped = in_wrap > wrap_counts_ / 2 ? in_wrap - wrap_counts_ : in_wrap;
+  // As the wire shows it: what is read as half of it is not the other end.
+  const bool beyond_half = 2 * rounded_cdeg(in_wrap) > rounded_cdeg(wrap_counts_);
+  const std::int64_t wrapped = beyond_half ? in_wrap - wrap_counts_ : in_wrap;
   multi_zero_ = position - wrapped;
   multi_zero_cdeg_ = 0;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "emulator/core/bus_config.hpp"
+#include "protocol/commands.hpp"
 
 namespace lk::emulator {
 
@@ -73,6 +74,11 @@ class ShaftAngles {
   double theta_m_at(double angle_deg) const;
 
  private:
+  /// Of counts ≥ 0.
+  std::int64_t rounded_cdeg(std::int64_t counts) const {
+    return (counts * protocol::kTurn_cdeg + counts_ / 2) / counts_;
+  }
+
   std::int64_t counts_;         // of the rotor encoder, per rotor turn
   std::int64_t wire_counts_;    // of the encoder field, per turn that it spans
   double counts_per_wire_lsb_;  // rotor counts

@@ -131,5 +131,19 @@ TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   EXPECT_NEAR(turns(kTurns3 + 8195, true, 18000), 4.5, 1e-12);
 }
 
+/// (−180°, 180°] on the wire: what is read as 180.00° is not −180.00°. 65536·2 counts are half a
+/// turn, three more are 0.0041°, four 0.0055°.
+TEST(ShaftAngles, HalfATurnIsReadAsTheUpperEnd) {
+  constexpr std::int64_t kHalfTurn = std::int64_t{1} << 17;
+  ShaftAngles angles(profile(18));
+  const auto boots_at_cdeg = [&](std::int64_t position) {
+    angles.forget_turns(position);
+    return angles.multi_turn_cdeg(position);
+  };
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn), 18000);
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn + 3), 18000);
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn + 4), -17999);
+}
+
 }  // namespace
 }  // namespace lk::emulator
