@@ -5,13 +5,25 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/control/motion_loops.hpp"
+
 namespace lk::emulator {
 namespace {
 
 using protocol::kTurn_cdeg;
 
-constexpr int kMaxWireBits = 16;       // wider encoders show their top 16 bits
-constexpr double kArrived_counts = 2;  // of the wire
+constexpr int kMaxWireBits = 16;            // wider encoders show their top 16 bits
+constexpr double kArrived_wire_counts = 2;  // docs/protocol.md §4.3
+/// Of its rms: more than the encoder's noise ever is off, which is √12 (model/noise.hpp).
+constexpr double kMostNoise = 4;
+
+/// How far, in counts, a shaft may be read behind the target that it holds.
+double arrived_counts(const model::EncoderParams& sensor, double counts, double wire_lsb_counts) {
+  const double held = model::kHoldAngle + kMostNoise * sensor.noise;
+  // The loop compares whole counts.
+  const double held_counts = held / (2 * std::numbers::pi) * counts + 1;
+  return std::max(kArrived_wire_counts * wire_lsb_counts, held_counts);
+}
 
 /// Rounds towards −∞, unlike `/`.
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0 ? 1 : 0); }
@@ -101,7 +113,7 @@ CommandedPosition ShaftAngles::single_turn_target(std::int64_t position, bool cl
   assert(target_cdeg < circle_cdeg_);
   const auto circle = static_cast<double>(circle_counts_);
   const double arrived =
-      kArrived_counts * static_cast<double>(counts_) / static_cast<double>(wire_counts_);
+      arrived_counts(sensor_, static_cast<double>(counts_), counts_per_wire_lsb_);
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
   const double travel =
       target_cdeg * static_cast<double>(counts_) / kTurn_cdeg - static_cast<double>(in_circle);

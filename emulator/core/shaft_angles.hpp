@@ -62,8 +62,8 @@ class ShaftAngles {
   CommandedPosition at(std::int64_t position) const { return {position, 0}; }
   CommandedPosition multi_turn_target(std::int64_t target_cdeg) const;
   /// The next place in the direction of travel where the single-turn angle is `target_cdeg`, below
-  /// circle_cdeg(). Up to two encoder counts behind count as arrived: no full turn for the noise of
-  /// the encoder.
+  /// circle_cdeg(). A little behind counts as arrived: no full turn for the noise of the encoder,
+  /// nor for where the position loop lets a shaft rest.
   CommandedPosition single_turn_target(std::int64_t position, bool clockwise,
                                        std::uint32_t target_cdeg) const;
 
