@@ -113,7 +113,7 @@ void KnownDrive::look(const Bus& bus) {
   const model::Telemetry telemetry = bus.telemetry(id);
   alive = telemetry.alive;
   errors = telemetry.errors;
-  run_state = servo.run_state();
+  run_state = servo.run_state(telemetry);
   angle_deg = servo.multi_turn_deg(telemetry);
   wear = servo.wear();
   refused_motion = servo.stats().refused_motion;

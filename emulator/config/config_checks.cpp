@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "emulator/config/profile_fields.hpp"
 #include "emulator/core/servo.hpp"
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/units.hpp"
@@ -86,6 +87,26 @@ void check_end_stops(TableReader& reader, const ServoConfig& servo) {
     load->fail(stop, "the drawn start may lie beyond this end stop: give boot_angle_deg");
   }
   load->fail(stop, "the shaft starts beyond this end stop, at " + number(first) + " deg");
+}
+
+/// What is never below 0 never comes back by more than the threshold.
+void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
+  using enum model::Error;
+  for (const model::Error kind : {kOverVoltage, kOverCurrent, kShort, kStall}) {
+    const auto& setting = protection(servo.rom, kind);
+    if (!setting.enabled || !setting.recoverable || setting.hysteresis <= setting.threshold) {
+      continue;
+    }
+    const auto& keys = profile_fields::kProtections[static_cast<std::size_t>(kind)];
+    const std::string table = std::string("settings.protection.") + keys.name + '.';
+    const std::string threshold = table + keys.fields[1].key;
+    const std::string hysteresis = table + keys.fields[2].key;
+    const std::string enabled = table + keys.fields[0].key;
+    blame(drive, {hysteresis.c_str(), threshold.c_str(), enabled.c_str()},
+          std::string(keys.name) + " could never be cleared: its hysteresis, " +
+              number(setting.hysteresis) + ", must not be above its threshold, " +
+              number(setting.threshold));
+  }
 }
 
 /// A drive that is reset before its protection notices could not report under-voltage.
@@ -210,6 +231,7 @@ void check_settings(const TableReader& reader, const ServoConfig& servo) {
     blame(reader, {"settings.encoder_offset", "profile.encoder.bits"}, offset);
   }
   check_voltages(reader, servo);
+  check_hystereses(reader, servo);
 }
 
 void check_drive(TableReader& reader, const ServoConfig& servo) {

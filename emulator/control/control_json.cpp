@@ -204,7 +204,7 @@ Json drive_json(const Line& line, int id) {
           {"model", servo.profile.model},
           {"series", series_name(servo.profile.series)},
           {"generation", generation_name(servo.generation)},
-          {"state", state_word(drive.servo.run_state())},
+          {"state", state_word(drive.servo.run_state(drive.telemetry))},
           {"alive", drive.telemetry.alive},
           {"errors", errors},
           {"signals", values},

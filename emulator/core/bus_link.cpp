@@ -279,6 +279,8 @@ void Bus::pass_on_link_faults(std::size_t seat) {
 
 void Bus::add_double(std::size_t fault, std::size_t seat) {
   ServoConfig config = servos_[seat].config();
+  // A zero that was written since moves no shaft.
+  config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
   config.rom = servos_[seat].rom();
   model::DriveInit init = make_drive(config, seed_);
   init.theta_m += faults_[fault].value(0) * kRadPerDeg;

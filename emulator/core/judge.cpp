@@ -22,7 +22,7 @@ double read(const Expectation& expectation, const DriveView& drive) {
     return (drive.telemetry.errors & model::bit(error->error)) != 0 ? 1 : 0;
   }
   // A drive without power is in no state.
-  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state())
+  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
                                : std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -60,7 +60,6 @@ class Servo {
   bool multi_drive_mode() const { return ram_.broadcast_mode; }
   /// How it speaks.
   const protocol::WireFormat& format() const { return format_; }
-  RunState run_state() const { return run_state_; }
   const Registers& ram() const { return ram_; }
   const Registers& rom() const { return rom_; }
   const RomWear& wear() const { return wear_; }
@@ -69,6 +68,10 @@ class Servo {
   const RomWear& wear_before() const { return wear_before_; }
   const ServoStats& stats() const { return stats_; }
   // What the wire would say, of a motor in that state.
+  /// A protection that trips turns the bridge off at once, whether or not somebody asks since.
+  RunState run_state(const model::Telemetry& telemetry) const {
+    return telemetry.errors != 0 ? RunState::kOff : run_state_;
+  }
   double multi_turn_deg(const model::Telemetry& telemetry) const {
     return 0.01 * static_cast<double>(angles_.multi_turn_cdeg(angles_.position(telemetry)));
   }

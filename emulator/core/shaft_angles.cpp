@@ -5,15 +5,25 @@
 #include <cmath>
 #include <numbers>
 
-#include "protocol/commands.hpp"
+#include "model/control/motion_loops.hpp"
 
 namespace lk::emulator {
 namespace {
 
 using protocol::kTurn_cdeg;
 
-constexpr int kMaxWireBits = 16;       // wider encoders show their top 16 bits
-constexpr double kArrived_counts = 2;  // of the wire
+constexpr int kMaxWireBits = 16;            // wider encoders show their top 16 bits
+constexpr double kArrived_wire_counts = 2;  // docs/protocol.md §4.3
+/// Of its rms: more than the encoder's noise ever is off, which is √12 (model/noise.hpp).
+constexpr double kMostNoise = 4;
+
+/// How far, in counts, a shaft may be read behind the target that it holds.
+double arrived_counts(const model::EncoderParams& sensor, double counts, double wire_lsb_counts) {
+  const double held = model::kHoldAngle + kMostNoise * sensor.noise;
+  // The loop compares whole counts.
+  const double held_counts = held / (2 * std::numbers::pi) * counts + 1;
+  return std::max(kArrived_wire_counts * wire_lsb_counts, held_counts);
+}
 
 /// Rounds towards −∞, unlike `/`.
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0 ? 1 : 0); }
@@ -53,15 +63,14 @@ std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) 
 
 std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  // Rounded to the nearest 0.01°; the last half of one is the zero of the next circle.
-  const std::int64_t angle_cdeg = (in_circle * kTurn_cdeg + counts_ / 2) / counts_;
-  return static_cast<std::uint32_t>(angle_cdeg % circle_cdeg_);
+  // The last half of 0.01° is the zero of the next circle.
+  return static_cast<std::uint32_t>(rounded_cdeg(in_circle) % circle_cdeg_);
 }
 
 std::int64_t ShaftAngles::multi_turn_cdeg(std::int64_t position) const {
   const std::int64_t turns = floor_div(position - multi_zero_, counts_);
   const std::int64_t in_turn = floor_mod(position - multi_zero_, counts_);
-  return multi_zero_cdeg_ + turns * kTurn_cdeg + (in_turn * kTurn_cdeg + counts_ / 2) / counts_;
+  return multi_zero_cdeg_ + turns * kTurn_cdeg + rounded_cdeg(in_turn);
 }
 
 double ShaftAngles::multi_turn_deg(double theta) const {
@@ -78,7 +87,9 @@ void ShaftAngles::set_offset(std::uint16_t offset) {
 void ShaftAngles::forget_turns(std::int64_t position) {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
   const std::int64_t in_wrap = floor_mod(in_circle, wrap_counts_);
-  const std::int64_t wrapped = in_wrap > wrap_counts_ / 2 ? in_wrap - wrap_counts_ : in_wrap;
+  // As the wire shows it: what is read as half of it is not the other end.
+  const bool beyond_half = 2 * rounded_cdeg(in_wrap) > rounded_cdeg(wrap_counts_);
+  const std::int64_t wrapped = beyond_half ? in_wrap - wrap_counts_ : in_wrap;
   multi_zero_ = position - wrapped;
   multi_zero_cdeg_ = 0;
 }
@@ -102,7 +113,7 @@ CommandedPosition ShaftAngles::single_turn_target(std::int64_t position, bool cl
   assert(target_cdeg < circle_cdeg_);
   const auto circle = static_cast<double>(circle_counts_);
   const double arrived =
-      kArrived_counts * static_cast<double>(counts_) / static_cast<double>(wire_counts_);
+      arrived_counts(sensor_, static_cast<double>(counts_), counts_per_wire_lsb_);
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
   const double travel =
       target_cdeg * static_cast<double>(counts_) / kTurn_cdeg - static_cast<double>(in_circle);

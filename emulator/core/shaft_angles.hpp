@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "emulator/core/bus_config.hpp"
+#include "protocol/commands.hpp"
 
 namespace lk::emulator {
 
@@ -61,8 +62,8 @@ class ShaftAngles {
   CommandedPosition at(std::int64_t position) const { return {position, 0}; }
   CommandedPosition multi_turn_target(std::int64_t target_cdeg) const;
   /// The next place in the direction of travel where the single-turn angle is `target_cdeg`, below
-  /// circle_cdeg(). Up to two encoder counts behind count as arrived: no full turn for the noise of
-  /// the encoder.
+  /// circle_cdeg(). A little behind counts as arrived: no full turn for the noise of the encoder,
+  /// nor for where the position loop lets a shaft rest.
   CommandedPosition single_turn_target(std::int64_t position, bool clockwise,
                                        std::uint32_t target_cdeg) const;
 
@@ -73,6 +74,11 @@ class ShaftAngles {
   double theta_m_at(double angle_deg) const;
 
  private:
+  /// Of counts ≥ 0.
+  std::int64_t rounded_cdeg(std::int64_t counts) const {
+    return (counts * protocol::kTurn_cdeg + counts_ / 2) / counts_;
+  }
+
   std::int64_t counts_;         // of the rotor encoder, per rotor turn
   std::int64_t wire_counts_;    // of the encoder field, per turn that it spans
   double counts_per_wire_lsb_;  // rotor counts

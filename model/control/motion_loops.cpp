@@ -12,9 +12,6 @@ namespace {
 constexpr double kTrimAngle = 0.02;  // rad, assumed
 /// Slower than this the sign of the estimated speed is noise, and nothing is called braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed
-/// Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than one
-/// count of a 14-bit encoder.
-constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
 
 /// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile,
 /// damping 1.

@@ -11,6 +11,10 @@
 
 namespace lk::model {
 
+/// rad. Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than
+/// one count of a 14-bit encoder.
+inline constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
+
 /// Physical gains and limits; derived anew whenever a register changes.
 struct MotionParams {
   double T_m = 1.0 / 8000;    // s, period of these loops

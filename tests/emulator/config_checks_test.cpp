@@ -39,6 +39,12 @@ TEST(ConfigChecks, ContradictionsAreRefusedWhereTheyAreSaid) {
        "6: bus.drive.settings.protection.over_voltage.threshold_V: over-voltage at 12 V must be "
        "above "
        "under-voltage at 12 V: one of them would always be there"},
+      {"settings.protection.stall = { enabled = true, threshold_s = 2, hysteresis_s = 2.5 }",
+       "5: bus.drive.settings.protection.stall.hysteresis_s: stall could never be cleared: its "
+       "hysteresis, 2.5, must not be above its threshold, 2"},
+      {over + "{ enabled = true, threshold_V = 30, hysteresis_V = 31 }",
+       "5: bus.drive.settings.protection.over_voltage.hysteresis_V: over_voltage could never be "
+       "cleared: its hysteresis, 31, must not be above its threshold, 30"},
       {"motor = \"ms3506\"\nsettings.broadcast_mode = true",
        "6: bus.drive.settings.broadcast_mode: the drive would answer nothing: MS drives know no "
        "0x280, and this one has no other command for several drives (quirks.multi_drive_more)"},
@@ -119,6 +125,10 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
            "settings.protection.under_voltage = { enabled = false, threshold_V = 5 }",
            "settings.protection.under_voltage = { enabled = true, threshold_V = 5.6 }",
            "motor = \"protected\"\nsettings.protection.over_voltage.threshold_V = 12",  // off
+           "settings.protection.stall = { enabled = true, threshold_s = 2, hysteresis_s = 2 }",
+           "settings.protection.stall = { threshold_s = 2, hysteresis_s = 3 }",  // off
+           "settings.protection.short_circuit = { enabled = true, recoverable = false, "
+           "threshold_A = 2, hysteresis_A = 3 }",  // a restart clears it
            "motor = \"ms3506\"\ngeneration = \"v236\"\nsettings.broadcast_mode = true",
            "generation = \"v236\"\nprofile.brake.tau_mNm = 0",
            "motor = \"braked\"\ngeneration = \"v236\"\nprofile.brake.engage_ms = 1",

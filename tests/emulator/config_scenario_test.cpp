@@ -1,83 +1,17 @@
-// Scenario files: what they mean, and what is said of mistakes.
+// Scenario files: what they mean.
 
 #include "emulator/config/config_scenario.hpp"
 
 #include <gtest/gtest.h>
 
-#include <stdexcept>
-
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario_text.hpp"
-#include "tests/emulator/config_support.hpp"
+#include "tests/emulator/config_scenario_support.hpp"
 
 namespace lk::emulator {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr const char* kRobot = R"(
-[[bus]]
-interface = "vcan0"
-[[bus.drive]]
-id = 1
-[[bus.drive]]
-id = 2
-motor = "mg4005"
-generation = "v236"
-[[bus.event]]
-at_s = 1
-ambient_C = 30
-[[bus.event]]
-at_s = 100
-ambient_C = 40
-[[bus]]
-interface = "vcan1"
-[[bus.drive]]
-ids = "2-4"
-)";
-
-constexpr const char* kLog =
-    "(1700000000.000000) can0 141#9C00000000000000 T\n"
-    "(1700000000.000300) can0 141#9C19000000000000 R\n"
-    "(1700000000.500000) can0 142#9A00000000000000\n"
-    "(1700000001.000000) can1 141#8000000000000000\n";
-
-const ScenarioFiles kFiles{
-    .robot =
-        [](const std::string& name, const Overrides& overrides) {
-          if (name != "dog") throw std::invalid_argument("no robot \"" + name + "\"");
-          return parse_config(kRobot, "dog.toml", overrides, find_test_profile);
-        },
-    .text = [](const std::string& name) -> std::string {
-      if (name == "bad.log") return "rubbish";
-      if (name == "drives.log") return "(1.000000) can0 141#9C00000000000000 R\n";
-      if (name == "far.log") {  // 292 years
-        return "(0.000000) can0 141#9C00000000000000\n(9223372035.900000) can0 "
-               "141#8000000000000000\n";
-      }
-      if (name == "back.log") {
-        return "(1.000000) can0 141#9C00000000000000\n(0.900000) can0 141#8000000000000000\n";
-      }
-      if (name != "x.log") throw std::invalid_argument("cannot read " + name);
-      return kLog;
-    },
-};
-
-constexpr const char* kHead = "robot = \"dog\"\nduration_s = 10\n";  // two lines
-constexpr const char* kExpect = "\n[[expect]]\nid = 1\nstate = \"running\"\n";
-
-Scenario parsed(const std::string& rest) {
-  return parse_scenario(kHead + rest + kExpect, "dir/kick.toml", std::nullopt, kFiles);
-}
-
-std::string mistake(const std::string& rest) {
-  return config_error([&] { parsed(rest); });
-}
-std::string expect_mistake(const std::string& rest) {
-  return config_error([&] {
-    parse_scenario(kHead + std::string("[[expect]]\n") + rest, "k.toml", std::nullopt, kFiles);
-  });
-}
 
 /// The frame of the only send.
 std::string frame_of(const std::string& send) {
@@ -226,144 +160,6 @@ TEST(ScenarioFile, ExpectationsReadAsTheyAreMeant) {
             "vcan0 drive 1: a reply to 0x9A with error stall from 0 s to 10 s");
   EXPECT_EQ(expectation_of("id = 1\nno_reply = { max_delay_ms = 3 }\nby_s = 4"),
             "vcan0 drive 1: no reply, at most 3 ms after the query by 4 s");
-}
-
-TEST(ScenarioFile, MistakesOfTheHead) {
-  const auto head = [](const std::string& text) {
-    return config_error([&] { parse_scenario(text + kExpect, "k.toml", std::nullopt, kFiles); });
-  };
-  EXPECT_EQ(head("duration_s = 1"), "k.toml:1: robot: missing");
-  EXPECT_EQ(head("robot = \"dog\""), "k.toml:1: duration_s: missing");
-  EXPECT_EQ(head("robot = \"dog\"\nduration_s = 0"), "k.toml:2: duration_s: must be above 0");
-  EXPECT_EQ(head("robot = \"cat\"\nduration_s = 1"), "k.toml:1: robot: no robot \"cat\"");
-  EXPECT_EQ(head("robot = \"dog\"\nduraton_s = 1"),
-            "k.toml:2: duraton_s: unknown key, did you mean duration_s?");
-  EXPECT_EQ(head("robot = \"dog\"\nduration_s = 1\nbitrate = 5"),
-            "k.toml:3: bitrate: 5 is out of range (0, or 10000 to 1000000 bit/s)");
-  EXPECT_EQ(config_error([] { parse_scenario(kHead, "k.toml", std::nullopt, kFiles); }),
-            "k.toml:1: expect: missing");
-}
-
-TEST(ScenarioFile, MistakesOfEvents) {
-  EXPECT_EQ(mistake("[[event]]\nat_s = 11\nid = 1\npower = \"off\"\n"),
-            "dir/kick.toml:4: event.at_s: is after the end of the scenario, 10 s");
-  EXPECT_EQ(mistake("[[event]]\nat_s = 1\nid = 1\nfault = \"jem\"\n").substr(0, 30),
-            "dir/kick.toml:6: event.fault: ");
-}
-
-TEST(ScenarioFile, AClearMeansAFaultOfItsBus) {
-  const auto cleared = [](const std::string& bus, const std::string& which) {
-    return mistake("[[event]]\nat_s = 2\nbus = \"" + bus + "\"\nclear = \"" + which +
-                   "\"\n[[event]]\nat_s = 1\nid = 1\nfault = { kind = \"hang\", name = \"deaf\" "
-                   "}\n[[event]]\nat_s = 1\nid = 4\nfault = \"jam\"\n");
-  };
-  for (const char* which : {"all", "deaf", "hang"}) EXPECT_EQ(cleared("vcan0", which), "accepted");
-  EXPECT_EQ(cleared("vcan1", "jam"), "accepted");
-  const std::string none = "dir/kick.toml:6: event.clear: no fault is called ";
-  EXPECT_EQ(cleared("vcan0", "deaff"),
-            none + "\"deaff\", and none is of that kind; did you mean deaf?");
-  EXPECT_EQ(cleared("vcan1", "deaf"), none + "\"deaf\", and none is of that kind");
-  EXPECT_EQ(mistake("[[event]]\nat_s = 2\nbus = \"vcan0\"\nclear = 1\n"),
-            "dir/kick.toml:6: event.clear: must be a string");
-}
-
-TEST(ScenarioFile, MistakesOfSends) {
-  const auto send = [](const std::string& text) { return mistake("[[send]]\n" + text); };
-  EXPECT_EQ(send("id = 1\ncommand = \"off\"\n"), "dir/kick.toml:3: send.at_s: missing");
-  EXPECT_EQ(send("at_s = 1\nid = 1\n"), "dir/kick.toml:3: send.command: missing");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"speed\"\n"),
-            "dir/kick.toml:3: send.speed_dps: missing");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"speed\"\nsped_dps = 1\n"),
-            "dir/kick.toml:7: send.sped_dps: unknown key, did you mean speed_dps?");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"off\"\nspeed_dps = 1\n").substr(0, 46),
-            "dir/kick.toml:7: send.speed_dps: unknown key");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"sped\"\n"),
-            "dir/kick.toml:6: send.command: \"sped\" is unknown, did you mean speed?");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"speed\"\nspeed_dps = 1\niq_limit_A = 1\n"),
-            "dir/kick.toml:8: send.iq_limit_A: this drive's 0xA2 has no limit of iq (v236 has)");
-  EXPECT_EQ(send("at_s = 1\nframe = \"14#\"\nbus = \"vcan0\"\n"),
-            "dir/kick.toml:5: send.frame: \"14\" is no identifier of 3 or 8 hexadecimal digits");
-  EXPECT_EQ(send("at_s = 1\nid = 1\nframe = \"141#\"\n"),
-            "dir/kick.toml:5: send.id: does not go together with frame");
-  EXPECT_EQ(send("at_s = 11\nid = 1\ncommand = \"off\"\n"),
-            "dir/kick.toml:4: send.at_s: is after the end of the scenario, 10 s");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"off\"\ntimes = 3\n"),
-            "dir/kick.toml:7: send.times: belongs to every_s");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"off\"\nevery_s = 0\n"),
-            "dir/kick.toml:7: send.every_s: must be at least 0.00001; no bus carries more");
-  EXPECT_EQ(send("at_s = 3\nid = 1\ncommand = \"off\"\nevery_s = 1\nuntil_s = 2\n"),
-            "dir/kick.toml:8: send.until_s: is before at_s");
-  EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"off\"\nevery_s = 1\nuntil_s = 2\ntimes = 2\n"),
-            "dir/kick.toml:8: send.until_s: does not go together with times");
-  EXPECT_EQ(send("at_s = 1\nframe = 141\n"), "dir/kick.toml:5: send.frame: must be a string");
-}
-
-TEST(ScenarioFile, MistakesOfCommandsInWords) {
-  const auto command = [](const std::string& text) {
-    return mistake("[[send]]\nat_s = 1\nid = 1\ncommand = " + text);
-  };
-  const std::string place = "dir/kick.toml:3: send.";
-  EXPECT_EQ(command("\"position_2\"\nangle_deg = 1\n"), place + "max_speed_dps: missing");
-  EXPECT_EQ(command("\"position_3\"\nangle_deg = 1\n"), place + "direction: missing");
-  EXPECT_EQ(command("\"brake\"\n"), place + "brake: missing");
-  EXPECT_EQ(command("\"torque\"\niq_A = 1\niq_lsb = 1\n"),
-            "dir/kick.toml:8: send.iq_lsb: does not go together with iq_A");
-  EXPECT_EQ(command("\"clear_angle\"\nangle_deg = 1\n"),
-            "dir/kick.toml:7: send.angle_deg: unknown key");
-  EXPECT_EQ(command("\"\"\n"),
-            "dir/kick.toml:6: send.command: \"\" is no command byte; write 0xA4 or \"0xA4\"");
-  EXPECT_EQ(command("\"-off\"\n"),
-            "dir/kick.toml:6: send.command: \"-off\" is unknown, did you mean off?");
-}
-
-TEST(ScenarioFile, MistakesOfExpectations) {
-  EXPECT_EQ(expect_mistake("signal = \"alive\"\nmin = 1"), "k.toml:3: expect.id: missing");
-  EXPECT_EQ(expect_mistake("id = 1"),
-            "k.toml:4: expect.id: what is expected? signal, error, state, reply or no_reply");
-  EXPECT_EQ(expect_mistake("id = 7\nstate = \"off\""),
-            "k.toml:4: expect.id: no drive 7 on any bus");
-  EXPECT_EQ(expect_mistake("id = 7\nbus = \"vcan0\"\nstate = \"off\""),
-            "k.toml:4: expect.id: no drive 7 on this bus");
-  EXPECT_EQ(expect_mistake("id = 1\nsignal = \"alive\""),
-            "k.toml:5: expect.signal: needs min, max or both");
-  EXPECT_EQ(expect_mistake("id = 1\nsignal = \"alive\"\nmin = 2\nmax = 1"),
-            "k.toml:7: expect.max: is below min");
-  EXPECT_EQ(expect_mistake("id = 1\nsignal = \"speed_dp\"\nmin = 2"),
-            "k.toml:5: expect.signal: \"speed_dp\" is unknown, did you mean speed_dps?");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nerror = \"stall\""),
-            "k.toml:5: expect.state: one thing at a time; this one has error already");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nmin = 1"),
-            "k.toml:6: expect.min: belongs to signal");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nset = true"),
-            "k.toml:6: expect.set: belongs to error");
-  for (const char* other : {"by_s", "from_s", "to_s"}) {
-    EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 1\n" + std::string(other) + " = 2"),
-              "k.toml:6: expect.at_s: does not go together with by_s, from_s and to_s");
-  }
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nfrom_s = 1\nto_s = 3\nby_s = 2"),
-            "k.toml:8: expect.by_s: does not go together with to_s");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nto_s = 1"),
-            "k.toml:6: expect.to_s: needs from_s");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nfrom_s = 2\nto_s = 1"),
-            "k.toml:7: expect.to_s: is before from_s");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nfrom_s = 2\nby_s = 1"),
-            "k.toml:7: expect.by_s: is before from_s");
-  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 11"),
-            "k.toml:6: expect.at_s: is after the end of the scenario, 10 s");
-  EXPECT_EQ(expect_mistake("id = 1\nreply = {}\nat_s = 1"),
-            "k.toml:6: expect.at_s: replies take a while: use from_s and to_s, or by_s");
-  for (const char* other : {"min_count", "max_count"}) {
-    EXPECT_EQ(expect_mistake("id = 1\nreply = { count = 1, " + std::string(other) + " = 1 }"),
-              "k.toml:5: expect.reply.count: does not go together with min_count and max_count");
-  }
-  EXPECT_EQ(expect_mistake("id = 1\nreply = { min_count = 2, max_count = 1 }"),
-            "k.toml:5: expect.reply.max_count: is below min_count");
-  EXPECT_EQ(expect_mistake("id = 1\nreply = { field = \"iq_A\" }"),
-            "k.toml:5: expect.reply.field: needs min, max or both");
-  EXPECT_EQ(expect_mistake("id = 1\nreply = { min = 1 }"),
-            "k.toml:5: expect.reply.field: missing: what are min and max of?");
-  EXPECT_EQ(expect_mistake("id = 1\nno_reply = { count = 1 }").substr(0, 30),
-            "k.toml:5: expect.no_reply.coun");
 }
 
 TEST(ScenarioFile, ALiveOneHasTheBusesThatRun) {

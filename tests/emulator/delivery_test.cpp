@@ -83,10 +83,10 @@ void look(const Bus& bus, std::vector<double>& seen) {
   for (int id = 1; id <= 12; ++id) {
     const model::Telemetry told = bus.telemetry(id);
     const model::Truth truth = bus.truth(id);
-    seen.insert(seen.end(),
-                {told.v_bus, told.i_q, told.omega, truth.theta_m, truth.v_bus,
-                 static_cast<double>(told.alive), static_cast<double>(bus.servo(id).run_state()),
-                 static_cast<double>(bus.servo(id).ram().acceleration_dps_s)});
+    seen.insert(seen.end(), {told.v_bus, told.i_q, told.omega, truth.theta_m, truth.v_bus,
+                             static_cast<double>(told.alive),
+                             static_cast<double>(bus.servo(id).run_state(told)),
+                             static_cast<double>(bus.servo(id).ram().acceleration_dps_s)});
   }
   const BusStats stats = bus.stats();
   seen.insert(seen.end(), {static_cast<double>(stats.replies_lost),

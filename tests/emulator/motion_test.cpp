@@ -195,6 +195,23 @@ TEST(Hold, AgainstALoad) {
   EXPECT_LT(host.state_2().iq_A, -2);  // pushes back: k_t is about 0.105 Nm/A
 }
 
+/// docs/protocol.md §4.3: where the shaft rests on its target, the same target is no turn away,
+/// whichever the direction. One that goes round is degrees off by 50 ms later.
+TEST(Hold, TheSameTargetAgainIsNoTurnAway) {
+  for (const char* name : {"mg4005", "mg6010", "mg8016", "mf7015"}) {
+    Host host(motor(name));
+    for (int n = 0; n < 24; ++n) {
+      const auto target_cdeg = static_cast<std::uint16_t>(12000 + 137 * n);
+      give(host, protocol::Position2{0, target_cdeg});
+      host.wait(300ms);
+      const auto direction = n % 2 == 0 ? protocol::kClockwise : protocol::kCounterClockwise;
+      give(host, protocol::Position3{direction, target_cdeg});
+      host.wait(50ms);
+      EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), target_cdeg, 20) << name << ' ' << n;
+    }
+  }
+}
+
 TEST(Hold, IncrementsAddUpWhileMoving) {
   Host host(motor());
   give(host, protocol::Position1{4500});

@@ -50,7 +50,7 @@ TEST(Power, CycleForgetsRamTurnsErrorsAndMotionAndKeepsRom) {
   EXPECT_EQ(host.ask("141#3300000000000000"), test::frame("141#3300000000000000"));
   EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 0.0, 300.0);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kRunning);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0.0);  // idle
 }
 

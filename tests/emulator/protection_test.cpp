@@ -143,7 +143,7 @@ TEST_P(Tripping, LatchesOpensTheBridgeAndComesBackInOrder) {
   GetParam().provoke(host);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
   EXPECT_EQ(errors(host), mask);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
 
   // Answered, not executed.
   host.ask("141#A100000064000000");
@@ -306,7 +306,7 @@ TEST(LegacyBits, AnErrorThatIsNotShownTurnsTheBridgeOffAllTheSame) {
   EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0U);
   EXPECT_EQ(host.bus.telemetry(1).errors, model::bit(Error::kOverVoltage));
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
   host.ask("141#8800000000000000");
   host.ask("141#A100000064000000");
   host.wait(1ms);

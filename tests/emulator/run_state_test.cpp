@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "emulator/core/servo.hpp"
+#include "tests/emulator/fault_support.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -20,7 +22,7 @@ using test::servo_config;
 
 TEST(RunState, OnAndIdleAfterPowerUp) {
   Host host(servo_config(1));
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kRunning);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
   host.wait(100ms);
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);
@@ -75,7 +77,7 @@ TEST(RunState, StopKeepsTheCommandAndRunResumes) {
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
   host.ask("141#8100000000000000");
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kStopped);
+  EXPECT_EQ(host.run_state(), RunState::kStopped);
   host.wait(1ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
@@ -93,7 +95,7 @@ TEST(RunState, RunNeedNotResume) {
   host.ask("141#8800000000000000");
   host.wait(1ms);
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kRunning);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
 }
 
 TEST(RunState, RunWhileRunningChangesNothing) {
@@ -108,7 +110,7 @@ TEST(RunState, MotionCommandLeavesStopped) {
   Host host(servo_config(1));
   host.ask("141#8100000000000000");
   host.ask("141#A1000000C8000000");
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kRunning);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 3.2, 1e-9);
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
@@ -118,7 +120,7 @@ TEST(RunState, StopWhileOffStaysOff) {
   Host host(servo_config(1));
   host.ask("141#8000000000000000");
   host.ask("141#8100000000000000");
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
 }
 
 /// How far a load torque moves the shaft in 0.2 s after 0x81.
@@ -143,7 +145,7 @@ TEST(RunState, PowerCycleStartsOver) {
   host.wait(2s);
   host.ask("141#8000000000000000");
   host.bus.power_cycle(1);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kRunning);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 14000, 3);
   host.wait(10ms);
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
@@ -170,13 +172,13 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   host.bus.set_supply_voltage(1, 6.0);
   host.wait(100ms);
   EXPECT_EQ(error_state(host), 0x01);
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
 
   // The cause is still there: neither 0x9B nor 0x88 helps.
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x01);
   host.ask("141#8800000000000000");
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
   host.ask("141#A100000064000000");
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
 
@@ -184,7 +186,7 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   host.wait(100ms);
   EXPECT_EQ(error_state(host), 0x01);  // latched
   host.ask("141#8800000000000000");
-  EXPECT_EQ(host.bus.servo(1).run_state(), RunState::kOff);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
   EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);  // shows what remains
   host.ask("141#A100000064000000");
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 2U);  // cleared, but not on
@@ -195,6 +197,47 @@ TEST(Errors, TripTurnsOffUntilClearedAndRun) {
   host.ask("141#A100000064000000");
   host.wait(1ms);
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
+}
+
+/// No query has met the trip yet: the drive is off all the same.
+TEST(Errors, ATripNeedsNobodyToAsk) {
+  Host host(protected_config());
+  host.ask("141#A200000010270000");
+  host.wait(100ms);
+  EXPECT_EQ(host.run_state(), RunState::kRunning);
+  host.bus.set_supply_voltage(1, 6.0);
+  host.wait(100ms);
+  EXPECT_EQ(host.run_state(), RunState::kOff);
+}
+
+/// docs/protocol.md §6: a trip drops the command. Nothing written to the drive's memory since
+/// brings it back, not even when the error is cleared before the loops run again.
+TEST(Errors, NoSettingBringsBackWhatATripDropped) {
+  const auto somebody_writes = [](Host& host) {
+    host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom()}});
+  };
+  const auto a_bit_flips = [](Host& host) {
+    test::inject(host, FaultKind::kRamFlipped, {static_cast<double>(RomParameter::kMaxSpeed)});
+  };
+  for (const std::function<void(Host&)>& write :
+       {std::function<void(Host&)>(somebody_writes), std::function<void(Host&)>(a_bit_flips)}) {
+    Host host(protected_config());
+    host.ask("141#A200000010270000");
+    host.wait(100ms);
+    host.bus.set_supply_voltage(1, 6.0);
+    host.wait(100ms);
+    host.bus.set_supply_voltage(1, 24.0);
+    host.wait(100ms);
+    write(host);
+    EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0x00);
+    host.wait(10ms);
+    EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+    host.ask("141#8800000000000000");
+    host.wait(1ms);
+    EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+    EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
+  }
 }
 
 TEST(Errors, TripKeepsTheTurnCount) {

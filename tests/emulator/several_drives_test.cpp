@@ -98,7 +98,7 @@ TEST(SeveralDrives, AnyCommand) {
   EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
   EXPECT_EQ(host.bus.servo(3).stats().unknown_commands, 1U);
   EXPECT_EQ(host.bus.servo(6).stats().unknown_commands, 0U);
-  EXPECT_EQ(host.bus.servo(2).run_state(), RunState::kStopped);
+  EXPECT_EQ(host.run_state(2), RunState::kStopped);
   EXPECT_EQ(host.bus.stats().queries, 2U);
 }
 

@@ -131,5 +131,49 @@ TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {
   EXPECT_NEAR(turns(kTurns3 + 8195, true, 18000), 4.5, 1e-12);
 }
 
+/// The same where a count of the wire is not one of the sensor (docs/protocol.md §4.3): two of the
+/// wire's, 2·10·360°/65536 = 0.110° on an MG4005-i10, or where the position loop lets a shaft rest,
+/// 0.02° (docs/model.md) and the noise of the encoder, if that is further.
+TEST(ShaftAngles, ATargetIsReachedWhereTheShaftMayRest) {
+  struct Case {
+    const char* what;
+    Profile profile;
+    double there_deg, not_there_deg;
+  };
+  Profile noisy = profile(18);
+  noisy.drive.encoder.noise = 0.0025 * std::numbers::pi / 180;
+  for (const Case& c :
+       {Case{"output turn", profile(18, EncoderSpan::kOutputTurn, 10), 0.109, 0.111},
+        Case{"rotor turn", profile(18), 0.020, 0.023},
+        Case{"noise", noisy, 0.020 + 3.46 * 0.0025, 0.033}}) {
+    const ShaftAngles angles(c.profile);
+    const double counts_per_deg = (1 << 18) / 360.0;
+    for (const bool clockwise : {true, false}) {
+      const auto travel_deg = [&](double behind_deg) {
+        const double from_deg = 90 + (clockwise ? behind_deg : -behind_deg);
+        const auto target =
+            angles.single_turn_target(std::llround(from_deg * counts_per_deg), clockwise, 9000);
+        return std::abs(angles.theta(target) * 180 / std::numbers::pi - from_deg);
+      };
+      EXPECT_LT(travel_deg(c.there_deg), 1) << c.what;
+      EXPECT_GT(travel_deg(c.not_there_deg), 359) << c.what;
+    }
+  }
+}
+
+/// (−180°, 180°] on the wire: what is read as 180.00° is not −180.00°. 65536·2 counts are half a
+/// turn, three more are 0.0041°, four 0.0055°.
+TEST(ShaftAngles, HalfATurnIsReadAsTheUpperEnd) {
+  constexpr std::int64_t kHalfTurn = std::int64_t{1} << 17;
+  ShaftAngles angles(profile(18));
+  const auto boots_at_cdeg = [&](std::int64_t position) {
+    angles.forget_turns(position);
+    return angles.multi_turn_cdeg(position);
+  };
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn), 18000);
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn + 3), 18000);
+  EXPECT_EQ(boots_at_cdeg(kHalfTurn + 4), -17999);
+}
+
 }  // namespace
 }  // namespace lk::emulator

@@ -125,6 +125,9 @@ class Host {
     const protocol::ReadSingleTurnAngle query;
     return static_cast<int>(get<protocol::SingleTurnAngle>(query, id).angle_cdeg);
   }
+  emulator::RunState run_state(int id = 1) const {
+    return bus.servo(id).run_state(bus.telemetry(id));
+  }
   protocol::State2 state_2(int id = 1) { return get<protocol::State2>(protocol::ReadState2{}, id); }
 
   emulator::Bus bus;
