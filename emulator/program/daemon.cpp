@@ -129,7 +129,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
-      started_(monotonic_now()) {
+      started_(monotonic_now()),
+      rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
+        tell_written(place, write, error);
+      }) {
   check_can_support();
   // Nothing is made or brought up before all that exists has been looked at.
   for (const auto& bus : buses) {
@@ -227,19 +230,13 @@ void Daemon::print_advice() const {
 }
 
 void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
-  rom_writer().write(rom_store_->place(line, write.id), write);
+  rom_writer_.write(rom_store_->place(line, write.id), write);
 }
 
-/// Most runs write nothing and get by without a second thread.
-RomWriter& Daemon::rom_writer() {
-  if (!rom_writer_) {
-    rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
-      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
-        world_.lines()[bus]->settle_rom(write, error);
-      });
-    });
-  }
-  return *rom_writer_;
+void Daemon::tell_written(const RomPlace& place, const RomWrite& write, int error) {
+  boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+    world_.lines()[bus]->settle_rom(write, error);
+  });
 }
 
 bool Daemon::rom_is_settled() const {

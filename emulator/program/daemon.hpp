@@ -51,7 +51,8 @@ class Daemon {
 
  private:
   void keep_rom(std::size_t line, const RomWrite& write);
-  RomWriter& rom_writer();
+  /// From any thread.
+  void tell_written(const RomPlace& place, const RomWrite& write, int error);
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
@@ -83,7 +84,7 @@ class Daemon {
   bool ready_ = false;
   std::optional<RomStore> rom_store_;  // none: ROM ends with the process
   std::optional<ControlServer> control_;
-  std::optional<RomWriter> rom_writer_;  // last: its thread ends before what it reports to
+  RomWriter rom_writer_;  // last: its thread ends before what it reports to
 };
 
 }  // namespace lk::emulator
