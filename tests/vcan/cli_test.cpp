@@ -224,5 +224,22 @@ TEST(Output, ThatIsClosedIsNoOtherFile) {
   EXPECT_EQ(first.rfind("<?xml ", 0), 0U) << first;
 }
 
+/// A robot without a clock of its own begins in 1970; 56 years take a while to emulate.
+TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
+  const test::TempDirectory own;
+  const std::string log = own.put("robot.log",
+                                  "(0012.000000) can0 141#9C00000000000000\n"
+                                  "\n"
+                                  "(3612.000000) can0 141#9C00000000000000\n"
+                                  "(1790000000.000000) can0 141#9C00000000000000\n");
+  const std::string robot = LKEMU_SOURCE_DIR "/configs/buses/gimbal.toml";
+  const auto result = EmulatorProcess({"replay", "--log", log, "--config", robot}).wait();
+  EXPECT_EQ(result.status, 2);
+  // 1790000000 − 3612; the hour before it is no more than an hour.
+  EXPECT_EQ(result.err, "lk-emu: replay: " + log +
+                            ":4: comes 1789996388 s after the frame before it, and no silence may "
+                            "be longer than an hour: if the clock was set, cut the log there\n");
+}
+
 }  // namespace
 }  // namespace lk::vcan
