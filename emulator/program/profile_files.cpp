@@ -39,8 +39,9 @@ std::string unknown_motor(const std::string& name) {
 
 fs::path config_directory() {
   // LKEMU_CONFIG_DIR leads from the program's directory to its files; the build tree has the same
-  // shape.
-  return (fs::canonical("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
+  // shape. Whether the program still stands there does not count: an upgrade has put another one in
+  // its place.
+  return (fs::read_symlink("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
 }
 
 std::vector<std::string> known_motors() {
