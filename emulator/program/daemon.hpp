@@ -63,6 +63,8 @@ class Daemon {
   void print_summary() const;
   std::vector<GivenAdvice> advice() const;
   void print_advice() const;
+  /// Of the scenario that the run is for.
+  RunReport judged_report() const;
   /// The verdict, where it is wanted; gives the exit status.
   int conclude_scenario();
 
@@ -78,6 +80,7 @@ class Daemon {
   LinkMonitor links_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
+  bool stopping_ = false;
   MonoTime give_up_disk_{};
   MonoTime give_up_{};
   MonoTime started_;
