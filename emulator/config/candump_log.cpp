@@ -95,6 +95,7 @@ std::vector<CandumpLine> parse_candump_log(std::string_view text, const std::str
       throw ConfigError(file, number, "", *problem);
     }
     lines.push_back(std::move(std::get<CandumpLine>(parsed)));
+    lines.back().number = number;
   }
   return lines;
 }

@@ -21,6 +21,7 @@ struct CandumpLine {
   std::string interface;
   protocol::Frame frame;
   Direction direction = Direction::kUnsaid;
+  int number = 0;  // of the line in its log, from 1; 0: of none
 
   friend bool operator==(const CandumpLine&, const CandumpLine&) = default;
 };

@@ -38,6 +38,20 @@ bool is_ours(uid_t owner, const std::filesystem::path& directory) {
   return owner == ::geteuid() || owner == owner_of_new_files(directory);
 }
 
+/// Throws StartError when somebody else has a hand in it.
+void check_directory(const std::filesystem::path& directory) {
+  const std::string name = directory.string();
+  struct stat found {};
+  if (::lstat(name.c_str(), &found) != 0) {
+    throw StartError("cannot look at " + name + ": " + reason(errno));
+  }
+  if (!S_ISDIR(found.st_mode)) throw StartError(name + " is no directory: remove it");
+  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to somebody else");
+  if ((found.st_mode & 077) != 0) {
+    throw StartError(name + " is open to others: chmod 700 " + name);
+  }
+}
+
 }  // namespace
 
 std::filesystem::path runtime_directory() {
@@ -54,15 +68,7 @@ void secure_directory(const std::filesystem::path& directory) {
   if (::mkdir(name.c_str(), 0700) != 0 && errno != EEXIST) {
     throw StartError("cannot make " + name + ": " + reason(errno));
   }
-  struct stat found {};
-  if (::lstat(name.c_str(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + reason(errno));
-  }
-  if (!S_ISDIR(found.st_mode)) throw StartError(name + " is no directory: remove it");
-  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to somebody else");
-  if ((found.st_mode & 077) != 0) {
-    throw StartError(name + " is open to others: chmod 700 " + name);
-  }
+  check_directory(directory);
 }
 
 bool is_live_socket(const std::filesystem::path& path) {
@@ -85,7 +91,10 @@ bool is_live_socket(const std::filesystem::path& path) {
 std::vector<std::filesystem::path> live_sockets() {
   std::vector<std::filesystem::path> live;
   std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(runtime_directory(), none)) {
+  const std::filesystem::path directory = runtime_directory();
+  if (!std::filesystem::exists(std::filesystem::symlink_status(directory, none))) return live;
+  check_directory(directory);
+  for (const auto& entry : std::filesystem::directory_iterator(directory, none)) {
     if (entry.is_socket(none) && is_live_socket(entry.path())) live.push_back(entry.path());
   }
   std::ranges::sort(live);

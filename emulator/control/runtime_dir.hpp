@@ -18,7 +18,8 @@ void secure_directory(const std::filesystem::path& directory);
 /// without descriptors.
 bool is_live_socket(const std::filesystem::path& path);
 
-/// The sockets in the runtime directory that somebody listens at, by name.
+/// The sockets in the runtime directory that somebody listens at, by name. Throws StartError when
+/// somebody else has a hand in it, as they may be anybody's.
 std::vector<std::filesystem::path> live_sockets();
 
 /// Removes the sockets, by name BUS-PID.sock, of processes that are no more from the runtime

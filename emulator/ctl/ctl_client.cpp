@@ -91,6 +91,14 @@ CtlClient::Answer parse_answer(const std::string& text, const std::string& socke
   }
 }
 
+std::vector<std::filesystem::path> trusted_sockets() {
+  try {
+    return live_sockets();
+  } catch (const StartError& problem) {
+    throw StartError(std::string("ctl: ") + problem.what() + "; --socket PATH says where it is");
+  }
+}
+
 }  // namespace
 
 CtlClient::Answer CtlClient::ask(const std::string& method, const std::string& path,
@@ -111,7 +119,7 @@ CtlClient::Answer CtlClient::ask(const std::string& method, const std::string& p
 
 std::filesystem::path find_socket(const std::string& socket, const std::string& bus) {
   if (!socket.empty()) return socket;
-  std::vector<std::filesystem::path> live = live_sockets();
+  std::vector<std::filesystem::path> live = trusted_sockets();
   if (live.empty()) {
     throw StartError("ctl: no lk-emu is running here (none in " + runtime_directory().string() +
                      "); --socket PATH says where it is");

@@ -14,6 +14,7 @@
 #include <functional>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "emulator/program/cli.hpp"
 #include "emulator/program/service_manager.hpp"
@@ -129,7 +130,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       links_(loop_, [this] { follow_links(); }),
       signals_(loop_, SIGINT, SIGTERM),
       patience_(loop_),
-      started_(monotonic_now()) {
+      started_(monotonic_now()),
+      rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
+        tell_written(place, write, error);
+      }) {
   check_can_support();
   // Nothing is made or brought up before all that exists has been looked at.
   for (const auto& bus : buses) {
@@ -164,7 +168,11 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
 }
 
 int Daemon::run() {
-  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { begin_stop(); });
+  // The first has the patience of the end, whoever began that; another one does not wait.
+  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) {
+    signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
+    begin_stop();
+  });
   started_ = monotonic_now();
   world_.start();
   follow_links();
@@ -184,28 +192,35 @@ int Daemon::run() {
   return status;
 }
 
+RunReport Daemon::judged_report() const {
+  if (auto report = scenario_.report()) return *std::move(report);
+  RunReport report;
+  report.name = planned_->name;
+  report.about = planned_->about;
+  report.seed = planned_->robot.front().seed;
+  for (const BusConfig& bus : planned_->robot) report.drives += bus.servos.size();
+  report.verdict.outcome = Outcome::kInvalid;
+  report.verdict.invalid = {"the scenario never began, an interface was down"};
+  return report;
+}
+
 int Daemon::conclude_scenario() {
-  auto report = judged_ ? scenario_.report() : std::nullopt;
-  if (!report && judged_) {
-    std::printf("invalid: the scenario never began, an interface was down\n");
-    std::fflush(stdout);
-    return exit_status(Outcome::kInvalid);
-  }
-  if (!report) return strict_ && !advice().empty() ? EXIT_FAILURE : EXIT_SUCCESS;
-  report->advice = advice();
-  report->strict = strict_;
-  std::fputs(report_text(*report, false, language_).c_str(), stdout);
+  if (!judged_) return strict_ && !advice().empty() ? EXIT_FAILURE : EXIT_SUCCESS;
+  RunReport report = judged_report();
+  report.advice = advice();
+  report.strict = strict_;
+  std::fputs(report_text(report, false, language_).c_str(), stdout);
   std::fflush(stdout);
-  if (!junit_) return exit_status(report->outcome());
+  if (!junit_) return exit_status(report.outcome());
   try {
-    junit_->write(junit_xml({*report}));
+    junit_->write(junit_xml({report}));
     junit_->commit();
   } catch (const StartError& problem) {
     // Said here: on its way out it would meet the writers' threads, and wait for their disk.
     std::fprintf(stderr, "lk-emu: %s\n", problem.what());
     return 2;
   }
-  return exit_status(report->outcome());
+  return exit_status(report.outcome());
 }
 
 std::vector<GivenAdvice> Daemon::advice() const {
@@ -227,19 +242,13 @@ void Daemon::print_advice() const {
 }
 
 void Daemon::keep_rom(std::size_t line, const RomWrite& write) {
-  rom_writer().write(rom_store_->place(line, write.id), write);
+  rom_writer_.write(rom_store_->place(line, write.id), write);
 }
 
-/// Most runs write nothing and get by without a second thread.
-RomWriter& Daemon::rom_writer() {
-  if (!rom_writer_) {
-    rom_writer_.emplace([this](const RomPlace& place, const RomWrite& write, int error) {
-      boost::asio::post(loop_, [this, bus = place.bus, write, error] {
-        world_.lines()[bus]->settle_rom(write, error);
-      });
-    });
-  }
-  return *rom_writer_;
+void Daemon::tell_written(const RomPlace& place, const RomWrite& write, int error) {
+  boost::asio::post(loop_, [this, bus = place.bus, write, error] {
+    world_.lines()[bus]->settle_rom(write, error);
+  });
 }
 
 bool Daemon::rom_is_settled() const {
@@ -251,14 +260,13 @@ bool Daemon::replies_have_left() const {
                              [](const auto& line) { return line->port()->stats().pending == 0; });
 }
 
-/// What was written is acknowledged before the power goes, if the disk answers in time; another
-/// signal does not wait for that.
+/// What was written is acknowledged before the power goes, if the disk answers in time.
 void Daemon::begin_stop() {
+  if (std::exchange(stopping_, true)) return;
   tell_service_manager("STOPPING=1");
   scenario_.finish();
   world_.stop();
   recording_.stop();
-  signals_.async_wait([this](const auto& /*error*/, int /*signal*/) { loop_.stop(); });
   give_up_disk_ = monotonic_now() + kLongestGoodbye;
   give_up_ = give_up_disk_ + kLongestFlush;
   wait_to_end();

@@ -51,7 +51,8 @@ class Daemon {
 
  private:
   void keep_rom(std::size_t line, const RomWrite& write);
-  RomWriter& rom_writer();
+  /// From any thread.
+  void tell_written(const RomPlace& place, const RomWrite& write, int error);
   void begin_stop();
   void wait_to_end();
   bool rom_is_settled() const;
@@ -62,6 +63,8 @@ class Daemon {
   void print_summary() const;
   std::vector<GivenAdvice> advice() const;
   void print_advice() const;
+  /// Of the scenario that the run is for.
+  RunReport judged_report() const;
   /// The verdict, where it is wanted; gives the exit status.
   int conclude_scenario();
 
@@ -77,13 +80,14 @@ class Daemon {
   LinkMonitor links_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
+  bool stopping_ = false;
   MonoTime give_up_disk_{};
   MonoTime give_up_{};
   MonoTime started_;
   bool ready_ = false;
   std::optional<RomStore> rom_store_;  // none: ROM ends with the process
   std::optional<ControlServer> control_;
-  std::optional<RomWriter> rom_writer_;  // last: its thread ends before what it reports to
+  RomWriter rom_writer_;  // last: its thread ends before what it reports to
 };
 
 }  // namespace lk::emulator

@@ -6,9 +6,11 @@
 
 namespace lk::emulator {
 
-/// A file that appears when it is complete: written beside its place and renamed. What is not a
-/// regular file (a pipe, /dev/stdout) is written as it is. A signal that would end the program
-/// removes what is unfinished first.
+/// A file that appears when it is complete: written beside its place and renamed. Links are
+/// followed and stay. What is not a regular file (a pipe) is written as it is, and so is what is
+/// open already
+/// (/dev/stdout, whatever that leads to). A signal that would end the program removes what is
+/// unfinished first.
 class OutputFile {
  public:
   /// Throws StartError: `option` says what for.
@@ -24,9 +26,11 @@ class OutputFile {
 
  private:
   [[noreturn]] void fail(int error) const;
+  std::FILE* open();
   void forget_unfinished() const;
 
-  std::filesystem::path path_;
+  std::filesystem::path path_;        // as it was given
+  std::filesystem::path place_;       // where links have led
   std::filesystem::path unfinished_;  // the same for what is written as it is
   std::string option_;
   std::FILE* stream_ = nullptr;

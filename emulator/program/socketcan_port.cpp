@@ -35,7 +35,7 @@ void SocketCanPort::check_link() {
     if (!std::exchange(told_of_trouble_, true)) {
       spdlog::warn("{}: cannot open: {}", interface_, problem.what());
     }
-    if (!socket_) enter(Link::kMissing);
+    if (!socket_ && link_ != Link::kMissing) enter(Link::kClosed);
   }
 }
 
@@ -85,6 +85,7 @@ void SocketCanPort::enter(Link link) {
   const Link before = std::exchange(link_, link);
   switch (link) {
     case Link::kUnknown:
+    case Link::kClosed:  // the reason has been told
       break;
     case Link::kUp:
       if (before != Link::kUnknown) spdlog::info("{} is up: going on", interface_);

@@ -68,7 +68,7 @@ class SocketCanPort {
   PortStats stats() const;
 
  private:
-  enum class Link : std::uint8_t { kUnknown, kMissing, kDown, kUp };
+  enum class Link : std::uint8_t { kUnknown, kMissing, kClosed, kDown, kUp };
 
   void follow_link();
   void open(int index);

@@ -14,6 +14,7 @@ namespace lk::emulator {
 struct LoggedFrame {
   TimedFrame timed;
   std::optional<bool> from_host;
+  int line = 0;  // in the log, from 1; 0: in none
 };
 
 /// A query to one drive and the reply to it. A frame for several drives is one query to each that

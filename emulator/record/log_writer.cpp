@@ -4,9 +4,10 @@
 
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <system_error>
 #include <utility>
+
+#include "emulator/rom/signals_blocked.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -18,13 +19,8 @@ constexpr auto kGather = std::chrono::milliseconds(10);
 
 LogWriter::LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end, std::size_t most_waiting)
     : files_(std::move(files)), on_end_(std::move(on_end)), most_waiting_(most_waiting) {
-  // Signals are for the loop's thread; threads inherit what their maker blocks.
-  sigset_t all;
-  sigset_t before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  const SignalsBlocked blocked;
   thread_ = std::thread([this] { run(); });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 LogWriter::~LogWriter() {

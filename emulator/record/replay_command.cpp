@@ -188,6 +188,21 @@ BusConfig choose_bus(const Request& request) {
   return *found;
 }
 
+/// What is longer is no silence but a clock that was set, from 1970 to the present for one: to
+/// emulate that would take for ever.
+constexpr SimTime kLongestSilence = std::chrono::hours(1);
+
+void check_silences(const std::vector<LoggedFrame>& frames, const std::string& file) {
+  for (std::size_t n = 1; n < frames.size(); ++n) {
+    const SimTime silence = frames[n].timed.at - frames[n - 1].timed.at;
+    if (silence <= kLongestSilence) continue;
+    throw StartError(fmt::format(
+        "replay: {}:{}: comes {:.0f} s after the frame before it, and no silence may be longer "
+        "than an hour: if the clock was set, cut the log there",
+        file, frames[n].line, std::chrono::duration<double>(silence).count()));
+  }
+}
+
 /// Of the log's interfaces the bus's own; any, when it has one only.
 std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const std::string& bus,
                                    const std::string& file) {
@@ -199,7 +214,7 @@ std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const 
     if (line.interface != lines.front().interface && !known) {
       throw StartError(fmt::format("replay: {} has several interfaces and none is {}", file, bus));
     }
-    LoggedFrame frame{{line.at, line.frame}, std::nullopt};
+    LoggedFrame frame{{line.at, line.frame}, std::nullopt, line.number};
     if (line.direction != CandumpLine::Direction::kUnsaid) {
       frame.from_host = line.direction == CandumpLine::Direction::kSent;
     }
@@ -207,6 +222,7 @@ std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const 
   }
   if (frames.empty()) throw StartError("replay: " + file + " has no frames");
   std::ranges::stable_sort(frames, {}, [](const LoggedFrame& frame) { return frame.timed.at; });
+  check_silences(frames, file);
   return frames;
 }
 

@@ -37,7 +37,12 @@ const RomGate::Kept* RomGate::settle(const RomWrite& write, bool durable,
   if (durable) {
     drive.kept = {write.rom, write.wear};
   } else {
-    drive.failed.push_back({drive.settled, write.number});
+    // One after the other they are one: settings, which no reply acknowledges, may fail for ever.
+    if (!drive.failed.empty() && drive.failed.back().last == drive.settled) {
+      drive.failed.back().last = write.number;
+    } else {
+      drive.failed.push_back({drive.settled, write.number});
+    }
     ++failed_writes_;
   }
   drive.settled = write.number;

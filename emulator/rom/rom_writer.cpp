@@ -1,32 +1,13 @@
 #include "emulator/rom/rom_writer.hpp"
 
-#include <csignal>
 #include <set>
+#include <system_error>
 #include <utility>
 
 #include "emulator/rom/durable_file.hpp"
+#include "emulator/rom/signals_blocked.hpp"
 
 namespace lk::emulator {
-namespace {
-
-/// Signals are for the loop's thread; threads inherit what their maker blocks.
-class SignalsBlocked {
- public:
-  SignalsBlocked() {
-    sigset_t all;
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
-  }
-  SignalsBlocked(const SignalsBlocked&) = delete;
-  SignalsBlocked& operator=(const SignalsBlocked&) = delete;
-  ~SignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-
- private:
-  sigset_t before_{};
-};
-
-}  // namespace
-
 /// A file is as durable as its directory: with the first one that is made sure of as well.
 RomWriter::WriteFile RomWriter::write_to_disk() {
   return [durable = std::set<int>()](int directory_fd, const std::string& name,
@@ -41,10 +22,7 @@ RomWriter::WriteFile RomWriter::write_to_disk() {
 }
 
 RomWriter::RomWriter(OnWritten on_written, WriteFile write_file)
-    : on_written_(std::move(on_written)), write_file_(std::move(write_file)) {
-  const SignalsBlocked blocked;
-  thread_ = std::thread([this] { run(); });
-}
+    : on_written_(std::move(on_written)), write_file_(std::move(write_file)) {}
 
 RomWriter::~RomWriter() {
   {
@@ -52,15 +30,30 @@ RomWriter::~RomWriter() {
     stop_ = true;
   }
   changed_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void RomWriter::write(const RomPlace& place, const RomWrite& write) {
+  if (const int error = start(); error != 0) {
+    on_written_(place, write, error);
+    return;
+  }
   {
     const std::lock_guard lock(mutex_);
     if (waiting_.insert_or_assign(&place, write).second) order_.push_back(&place);
   }
   changed_.notify_one();
+}
+
+int RomWriter::start() {
+  if (thread_.joinable()) return 0;
+  try {
+    const SignalsBlocked blocked;
+    thread_ = std::thread([this] { run(); });
+    return 0;
+  } catch (const std::system_error& problem) {
+    return problem.code().value();
+  }
 }
 
 void RomWriter::run() {

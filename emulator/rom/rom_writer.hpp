@@ -23,14 +23,15 @@ struct RomPlace {
 };
 
 /// Writes ROM files on a thread of its own, so that nobody waits for the disk. Writes of one drive
-/// that pile up meanwhile become one: the last.
+/// that pile up meanwhile become one: the last. The thread begins with the first write, as most
+/// runs have none; a system that has no thread to give is a disk that refuses.
 class RomWriter {
  public:
   /// Returns 0 or errno; write_durably, or what a test has instead.
   using WriteFile =
       std::function<int(int directory_fd, const std::string& name, const std::string& text)>;
   /// Called on the writer's thread when `write`, and all that came before it from that drive, has
-  /// become durable, or has failed with `error`.
+  /// become durable, or has failed with `error`. Where there is no thread, from `write`.
   using OnWritten = std::function<void(const RomPlace& place, const RomWrite& write, int error)>;
 
   explicit RomWriter(OnWritten on_written, WriteFile write_file = write_to_disk());
@@ -44,6 +45,8 @@ class RomWriter {
 
  private:
   static WriteFile write_to_disk();
+  /// Returns 0 or errno.
+  int start();
   void run();
 
   OnWritten on_written_;

@@ -57,6 +57,7 @@ void ScenarioActivity::check_room(const Scenario& scenario) const {
 }
 
 void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
+  check_room(scenario);  // the verdict of the last one stays otherwise
   finish();
   live_.reset();
   const unsigned number = ++number_;
@@ -121,8 +122,10 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   }
   try {
     const std::vector<BusConfig> buses = running(world_);
-    start(file ? load_live_scenario(*file, buses, kLongestFile)
-               : parse_live_scenario(*toml, "request", buses, scenario_files("", kLongestFile)),
+    // A log is one line of the scenario, and there is room for many lines.
+    const FileLimits limits{.each = kLongestFile, .played = kLongestFile};
+    start(file ? load_live_scenario(*file, buses, limits)
+               : parse_live_scenario(*toml, "request", buses, scenario_files("", limits)),
           {});
   } catch (const StartError& problem) {
     throw ApiError(400, "file", problem.what());

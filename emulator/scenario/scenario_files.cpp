@@ -61,16 +61,22 @@ Scenario load(Parse parse) {
 
 }  // namespace
 
-ScenarioFiles scenario_files(const fs::path& directory, std::uintmax_t longest) {
+ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
   return {
       .robot =
-          [directory, longest](const std::string& name, const Overrides& overrides) {
+          [directory, limits](const std::string& name, const Overrides& overrides) {
             const fs::path file = robot_file(name, directory);
-            return parse_config(read_regular_file(file, longest), file.string(), overrides,
+            return parse_config(read_regular_file(file, limits.each), file.string(), overrides,
                                 cached_profiles());
           },
-      .text = [directory, longest](
-                  const std::string& name) { return read_regular_file(directory / name, longest); },
+      .text =
+          [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {
+            std::string text = read_regular_file(directory / name, limits.each);
+            played += text.size();
+            if (played <= limits.played) return text;
+            throw std::invalid_argument("what is played is longer than " +
+                                        std::to_string(limits.played) + " bytes in all");
+          },
   };
 }
 
@@ -81,10 +87,10 @@ Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) 
 }
 
 Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running,
-                            std::uintmax_t longest) {
+                            FileLimits limits) {
   return load([&] {
-    return parse_live_scenario(read_regular_file(file, longest), file.string(), running,
-                               scenario_files(file.parent_path(), longest));
+    return parse_live_scenario(read_regular_file(file, limits.each), file.string(), running,
+                               scenario_files(file.parent_path(), limits));
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,17 +11,20 @@
 
 namespace lk::emulator {
 
+/// How much of files is read for a scenario, in bytes.
+struct FileLimits {
+  std::uintmax_t each = 67'108'864;
+  std::uintmax_t played = std::numeric_limits<std::uintmax_t>::max();  // of all logs together
+};
+
 /// What scenarios name, looked for from `directory`, the scenario file's: a robot is a path or the
-/// name of a shipped one. None may be longer than `longest` bytes.
-inline constexpr std::uintmax_t kLongestOfAll = 67'108'864;
-ScenarioFiles scenario_files(const std::filesystem::path& directory,
-                             std::uintmax_t longest = kLongestOfAll);
+/// name of a shipped one. For one scenario, as what has been read counts.
+ScenarioFiles scenario_files(const std::filesystem::path& directory, FileLimits limits = {});
 
 // Throw StartError.
 Scenario load_scenario(const std::filesystem::path& file, std::optional<std::uint64_t> seed);
 /// For buses that run already.
 Scenario load_live_scenario(const std::filesystem::path& file,
-                            const std::vector<BusConfig>& running,
-                            std::uintmax_t longest = kLongestOfAll);
+                            const std::vector<BusConfig>& running, FileLimits limits = {});
 
 }  // namespace lk::emulator

@@ -9,6 +9,7 @@ import re
 import socket
 import stat
 import struct
+import tempfile
 from typing import List, NamedTuple, Optional, Set
 
 from .client import Client
@@ -88,10 +89,24 @@ def runtime_directory() -> str:
     except OSError as problem:
         raise StartError(f"{path}: {problem.strerror}") from None
     about = os.lstat(path)
-    # Inside user-mode Linux everybody is root, and files belong to who called it.
-    if not stat.S_ISDIR(about.st_mode) or (about.st_uid != os.geteuid() and os.geteuid() != 0):
+    ours = stat.S_ISDIR(about.st_mode) and (about.st_uid == os.geteuid() or about.st_uid == owner_of_new_files(path))
+    if not ours:
         raise StartError(f"{path} belongs to somebody else: remove it, or set XDG_RUNTIME_DIR")
+    if about.st_mode & 0o077:
+        raise StartError(f"{path} is open to others: chmod 700 {path}")
     return path
+
+
+def owner_of_new_files(directory: str) -> int:
+    """Inside user-mode Linux everybody is root, and files belong to who called it."""
+    try:
+        fd, name = tempfile.mkstemp(prefix=".lk-emu-", dir=directory)
+    except OSError:
+        return os.geteuid()
+    os.unlink(name)
+    owner = os.fstat(fd).st_uid
+    os.close(fd)
+    return owner
 
 
 def network() -> str:

@@ -66,7 +66,24 @@ def test_the_bus_stays_taken_for_as_long_as_the_program_runs(world, fake):
 
 
 def test_the_runtime_directory_is_ours_alone(world):
-    assert os.stat(buses.runtime_directory()).st_mode & 0o777 == 0o700
+    directory = buses.runtime_directory()
+    assert os.stat(directory).st_mode & 0o777 == 0o700
+    assert os.listdir(directory) == []
+    os.chmod(directory, 0o750)
+    with pytest.raises(lkemu.StartError, match="is open to others: chmod 700 "):
+        buses.runtime_directory()
+    os.rmdir(directory)
+    os.mkdir(directory + "-of-others", 0o700)
+    os.symlink(directory + "-of-others", directory)
+    with pytest.raises(lkemu.StartError, match="belongs to somebody else"):
+        buses.runtime_directory()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root gives a directory away")
+def test_root_does_not_trust_what_others_made(world):
+    os.chown(buses.runtime_directory(), 65534, -1)
+    with pytest.raises(lkemu.StartError, match="belongs to somebody else"):
+        buses.runtime_directory()
 
 
 # --- the command line ---

@@ -9,9 +9,7 @@
 #include "emulator/core/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
 #include "emulator/decode/frame_words.hpp"
-#include "emulator/scenario/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
-#include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -296,26 +294,6 @@ TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
   }
   EXPECT_EQ(begun, 0);
   EXPECT_EQ(t.get("/status").status, 200) << "it can be looked at";
-}
-
-/// Reading a long one would keep the drives waiting.
-TEST(ControlApi, AClientsScenarioIsShort) {
-  TestWorld t;
-  ScenarioActivity scenario(t.loop, t.world);
-  t.api.scenario = scenario.for_clients();
-  const test::TempDirectory own;
-  const std::string text = R"(robot = "x"
-duration_s = 1
-[[expect]]
-id = 1
-state = "running"
-)";
-  const auto post = [&](std::size_t size) {
-    const std::string file = own.put("long.toml", text + std::string(size - text.size(), '\n'));
-    return t.post("/scenario", Json{{"file", file}}.dump());
-  };
-  EXPECT_EQ(where(post(ScenarioActivity::kLongestFile + 1)), "file");
-  EXPECT_EQ(post(ScenarioActivity::kLongestFile).status, 200);
 }
 
 TEST(Telemetry, IsAskedForWithinBounds) {

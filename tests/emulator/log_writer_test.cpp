@@ -7,9 +7,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
+
+#include "tests/support/no_threads.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -43,6 +47,16 @@ TEST(LogWriter, NeverWaitsForASlowDisk) {
     reader.reset();  // and now the disk is gone
   }
   EXPECT_EQ(said, std::vector<std::string>{"the disk is too slow"});
+}
+
+TEST(LogWriter, WhoGetsNoThreadForItHearsSignalsAsBefore) {
+  const test::NoThreads none;
+  std::array files = {Descriptor(::open("/dev/null", O_WRONLY)),
+                      Descriptor(::open("/dev/null", O_WRONLY))};
+  EXPECT_THROW(LogWriter(std::move(files), [](const std::string&) {}), std::system_error);
+  sigset_t blocked;
+  ASSERT_EQ(::pthread_sigmask(SIG_SETMASK, nullptr, &blocked), 0);
+  for (const int signal : {SIGTERM, SIGINT}) EXPECT_EQ(sigismember(&blocked, signal), 0) << signal;
 }
 
 }  // namespace

@@ -139,6 +139,16 @@ TEST(RomGate, AReplyThatComesAfterTheFailureIsNotSentEither) {
   EXPECT_EQ(g.left(), Marks{2});
 }
 
+TEST(RomGate, FailuresOneAfterTheOtherTakeOnlyTheirOwnReplies) {
+  Gate g;
+  for (std::uint64_t n = 1; n <= 6; ++n) g.gate.begin(rom_write(1, n));
+  for (std::uint64_t n = 1; n <= 6; ++n) g.settle(1, n, n == 1 || n == 4);
+  for (int n = 1; n <= 6; ++n)
+    g.pass(reply(1, static_cast<std::uint8_t>(n), static_cast<std::uint64_t>(n)));
+  EXPECT_EQ(g.left(), (Marks{1, 4}));
+  EXPECT_EQ(g.gate.lost_replies(), 4U);
+}
+
 TEST(RomGate, ALaterWriteOnItsWayBringsWhatTheFailedOneBrought) {
   Gate g;
   g.gate.begin(rom_write(1, 1));

@@ -10,6 +10,7 @@
 
 #include "emulator/rom/durable_file.hpp"
 #include "tests/emulator/rom_support.hpp"
+#include "tests/support/no_threads.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
@@ -150,6 +151,29 @@ TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
   }
   ASSERT_FALSE(done.empty());
   EXPECT_EQ(done.front(), (Done{1, 1, ENOSPC}));
+}
+
+TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
+  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
+  std::vector<Done> done;
+  {
+    std::counting_semaphore<> reported{0};
+    RomWriter writer(
+        [&](const RomPlace& place, const RomWrite& write, int error) {
+          done.push_back({place.owner.id, write.number, error});
+          reported.release();
+        },
+        [](int, const std::string&, const std::string&) { return 0; });
+    {
+      const test::NoThreads none;
+      writer.write(one, rom_write(1, 1));
+      writer.write(one, rom_write(1, 2));
+    }
+    writer.write(one, rom_write(1, 3));
+    for (int i = 0; i < 3; ++i) reported.acquire();
+  }
+  // EAGAIN is what pthread_create(3) gives then.
+  EXPECT_EQ(done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
 }
 
 TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {

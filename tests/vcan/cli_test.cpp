@@ -2,8 +2,10 @@
 // anything starts.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "tests/support/temp_directory.hpp"
@@ -222,6 +224,45 @@ TEST(Output, ThatIsClosedIsNoOtherFile) {
   std::string first;
   std::getline(file, first);
   EXPECT_EQ(first.rfind("<?xml ", 0), 0U) << first;
+}
+
+/// An upgrade takes away the program that runs, and puts its files where the old ones were.
+TEST(Motors, AreFoundAfterAnUpgrade) {
+  const test::TempDirectory own;
+  std::filesystem::create_directories(own.path() / "bin");
+  std::filesystem::create_directories(own.path() / "share");
+  std::filesystem::create_directory_symlink(LKEMU_SOURCE_DIR "/configs",
+                                            own.path() / "share/lk-emu");
+  const std::string program = own.path("bin/lk-emu");
+  const std::string fifo = own.path("robot.toml");
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  // $1 is the program; a copy of it runs instead, until it reads the robot.
+  EmulatorProcess emulator(
+      {"--check", "--config", fifo},
+      {"sh", "-c", "cp \"$1\" " + program + " && shift && exec " + program + " \"$@\"", "sh"});
+  std::ofstream robot(fifo);  // waits for who reads
+  std::filesystem::remove(program);
+  robot << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1\"\nmotor = \"mf7015\"\n";
+  robot.close();
+  const auto result = emulator.wait();
+  EXPECT_EQ(result.status, 0) << result.err;
+}
+
+/// A robot without a clock of its own begins in 1970; 56 years take a while to emulate.
+TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
+  const test::TempDirectory own;
+  const std::string log = own.put("robot.log",
+                                  "(0012.000000) can0 141#9C00000000000000\n"
+                                  "\n"
+                                  "(3612.000000) can0 141#9C00000000000000\n"
+                                  "(1790000000.000000) can0 141#9C00000000000000\n");
+  const std::string robot = LKEMU_SOURCE_DIR "/configs/buses/gimbal.toml";
+  const auto result = EmulatorProcess({"replay", "--log", log, "--config", robot}).wait();
+  EXPECT_EQ(result.status, 2);
+  // 1790000000 − 3612; the hour before it is no more than an hour.
+  EXPECT_EQ(result.err, "lk-emu: replay: " + log +
+                            ":4: comes 1789996388 s after the frame before it, and no silence may "
+                            "be longer than an hour: if the clock was set, cut the log there\n");
 }
 
 }  // namespace

@@ -84,6 +84,23 @@ TEST_F(LiveScenario, IsInvalidWhenItIsCutShort) {
       << result.out;
 }
 
+TEST_F(LiveScenario, ThatNeverBeganIsInvalidInTheReportToo) {
+  const std::string file = put("duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n");
+  const std::string junit = own_.path("junit.xml");
+  ASSERT_TRUE(run("ip link add vcandown type vcan"));  // and it is never brought up
+  EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcandown", "--ids",
+                            "1", "--scenario", file, "--junit", junit});
+  EXPECT_TRUE(emulator.wait_for_log("vcandown is down: waiting"));
+  const auto result = emulator.stop();
+  EXPECT_TRUE(run("ip link del vcandown"));
+  EXPECT_EQ(result.status, 3) << result.out;
+  const std::string why = "invalid: the scenario never began, an interface was down\n";
+  EXPECT_NE(result.out.find(why), std::string::npos) << result.out;
+  const std::string xml = own_.text_of("junit.xml");
+  EXPECT_NE(xml.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find(why), std::string::npos) << xml;
+}
+
 TEST_F(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
   const auto faults = [](const std::string& table) {
     std::string text;

@@ -1,0 +1,92 @@
+#include "emulator/control/runtime_dir.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
+#include <string>
+
+#include "emulator/ctl/ctl_client.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/rom/durable_file.hpp"
+#include "tests/support/temp_directory.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A runtime directory with a socket that somebody listens at.
+class RuntimeDirectory : public testing::Test {
+ protected:
+  RuntimeDirectory() {
+    const char* const before = std::getenv("XDG_RUNTIME_DIR");
+    if (before != nullptr) before_ = before;
+    ::setenv("XDG_RUNTIME_DIR", own_.path().c_str(), 1);
+    secure_directory(directory_);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(socket_.begin(), socket_.end(), std::begin(address.sun_path));
+    EXPECT_EQ(::bind(listens_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address),
+              0);
+    EXPECT_EQ(::listen(listens_.get(), 5), 0);
+  }
+  RuntimeDirectory(const RuntimeDirectory&) = delete;
+  RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
+  ~RuntimeDirectory() override {
+    before_.empty() ? ::unsetenv("XDG_RUNTIME_DIR")
+                    : ::setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
+  }
+
+  static std::string refusal() {
+    try {
+      return "found " + find_socket("", "").string();
+    } catch (const StartError& problem) {
+      return problem.what();
+    }
+  }
+
+  test::TempDirectory own_;
+  std::string before_;
+  fs::path directory_ = own_.path() / "lk-emu";
+  std::string socket_ = (directory_ / "vcan0-1.sock").string();
+  Descriptor listens_{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+};
+
+TEST_F(RuntimeDirectory, CtlFindsWhatIsInOurs) {
+  EXPECT_EQ(refusal(), "found " + socket_);
+  fs::remove_all(directory_);
+  EXPECT_EQ(refusal().rfind("ctl: no lk-emu is running here", 0), 0U) << refusal();
+}
+
+TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsOpenToOthers) {
+  fs::permissions(directory_, fs::perms::all);
+  const std::string name = directory_.string();
+  EXPECT_EQ(refusal(), "ctl: " + name + " is open to others: chmod 700 " + name +
+                           "; --socket PATH says where it is");
+  EXPECT_EQ(find_socket(socket_, ""), socket_) << "who names it has decided";
+}
+
+TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsALink) {
+  fs::rename(directory_, own_.path() / "other");
+  fs::create_directory_symlink("other", directory_);
+  EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
+                           " is no directory: remove it; --socket PATH says where it is");
+}
+
+TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
+  constexpr uid_t kNobody = 65534;
+  if (::chown(directory_.c_str(), kNobody, static_cast<gid_t>(-1)) != 0) {
+    GTEST_SKIP() << "only root gives a directory away";
+  }
+  EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
+                           " belongs to somebody else; --socket PATH says where it is");
+}
+
+}  // namespace
+}  // namespace lk::emulator

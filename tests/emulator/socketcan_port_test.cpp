@@ -1,0 +1,66 @@
+#include "emulator/program/socketcan_port.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <cerrno>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <system_error>
+
+#include "emulator/rom/durable_file.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// While this lives no descriptor can be had.
+class NoDescriptors {
+ public:
+  NoDescriptors() {
+    // UBSan looks at an object of a type that it has not seen yet through a pipe.
+    try {
+      throw std::system_error(EMFILE, std::generic_category(), "as later");
+    } catch (const std::system_error& problem) {
+      EXPECT_STREQ(problem.what(), "as later: Too many open files");
+    }
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    const Descriptor next(::open("/dev/null", O_RDONLY | O_CLOEXEC));  // the lowest that is free
+    const rlimit limit{static_cast<rlim_t>(next.get()), before_.rlim_max};
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  NoDescriptors(const NoDescriptors&) = delete;
+  NoDescriptors& operator=(const NoDescriptors&) = delete;
+  ~NoDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(SocketCanPort, WithoutDescriptorsNoInterfaceIsCalledGone) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  const auto mine = std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log));
+  mine->set_pattern("%v");
+  spdlog::set_default_logger(mine);
+  boost::asio::io_context loop;
+  SocketCanPort missing(loop, "none", Reception::kEverything, [] {});
+  missing.check_link();
+  SocketCanPort there(loop, "lo", Reception::kEverything, [] {});
+  {
+    const NoDescriptors none;
+    there.check_link();
+    there.check_link();
+  }
+  spdlog::set_default_logger(before);
+  EXPECT_EQ(log.str(),
+            "none is gone: waiting until it is made again\n"
+            "lo: cannot open: socket: Too many open files\n");
+}
+
+}  // namespace
+}  // namespace lk::emulator
