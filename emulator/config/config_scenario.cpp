@@ -58,6 +58,7 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
     reader.note_missing("robot");
     return;
   }
+  scenario.robot_name = *name;
   try {
     scenario.robot = files.robot(*name, overrides);
   } catch (const ConfigError&) {
@@ -118,6 +119,7 @@ void check_head(TableReader& reader) {
 void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
   const auto name = reader.text("robot");
   if (!name) return;
+  scenario.robot_name = *name;
   std::vector<BusConfig> of_file;
   try {
     of_file = files.robot(*name, {});

@@ -162,6 +162,19 @@ TEST(Cli, CheckNeedsNoFile) {
   EXPECT_EQ(result.out.rfind("nowhere0: 1 Mbit/s, 12 drives, 0 events, seed 1\n", 0), 0U);
 }
 
+TEST(Cli, SaysThatTheRobotOfAScenarioIsNotUsedOnARunningBus) {
+  const std::string scenarios = LKEMU_SOURCE_DIR "/configs/scenarios/";
+  const auto result =
+      EmulatorProcess({"--check", "--bus", "nowhere0", "--config", scenarios + "robots/joint.toml",
+                       "--scenario", scenarios + "jammed_joint.toml"})
+          .wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.err.find("scenario jammed_joint: its robot robots/joint.toml is not used"),
+            std::string::npos)
+      << result.err;
+  EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+}
+
 TEST(Cli, VersionAndHelp) {
   const auto version = EmulatorProcess({"--version"}).wait();
   EXPECT_EQ(version.status, 0);
