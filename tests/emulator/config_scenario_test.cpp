@@ -336,6 +336,8 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:6: expect.min: belongs to signal");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nset = true"),
             "k.toml:6: expect.set: belongs to error");
+  EXPECT_EQ(expect_mistake("id = 1\nmin = 1\nsingal = \"speed_dps\""),
+            "k.toml:6: expect.singal: unknown key, did you mean signal?");
   for (const char* other : {"by_s", "from_s", "to_s"}) {
     EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 1\n" + std::string(other) + " = 2"),
               "k.toml:6: expect.at_s: does not go together with by_s, from_s and to_s");
