@@ -94,6 +94,12 @@ void read_course(TableReader& reader, const ScenarioFiles& files,
   }
 }
 
+/// People mix them up; the key that a scenario does not know would not tell them so.
+void refuse_robot(const TableReader& reader) {
+  if (!reader.has("bus") || reader.has("expect") || reader.has("robot")) return;
+  reader.fail("", "this is a robot, not a scenario; lk-emu --config FILE runs it");
+}
+
 void read_head(TableReader& reader, const std::string& file, Scenario& scenario) {
   const std::size_t slash = file.find_last_of('/');
   scenario.name = file.substr(slash == std::string::npos ? 0 : slash + 1);
@@ -142,6 +148,7 @@ Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
+  refuse_robot(reader);
   Scenario scenario;
   read_head(reader, file, scenario);
   read_robot(reader, seed, files, scenario);
@@ -155,6 +162,7 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
+  refuse_robot(reader);
   Scenario scenario;
   read_head(reader, file, scenario);
   reader.integer("seed", 0, INT64_MAX);

@@ -73,6 +73,19 @@ Scenario parsed(const std::string& rest) {
 std::string mistake(const std::string& rest) {
   return config_error([&] { parsed(rest); });
 }
+
+TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
+  const std::string robot = "seed = 1\n[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
+  const std::string not_one =
+      "arm.toml:1: this is a robot, not a scenario; lk-emu --config FILE runs it";
+  EXPECT_EQ(config_error([&] { parse_scenario(robot, "arm.toml", std::nullopt, kFiles); }),
+            not_one);
+  EXPECT_EQ(config_error([&] { parse_live_scenario(robot, "arm.toml", parse(robot), kFiles); }),
+            not_one);
+  EXPECT_EQ(parse_error(kHead + std::string(kExpect)),
+            "robot.toml:1: this is a scenario, not a robot; lk-emu run FILE plays it");
+}
+
 std::string expect_mistake(const std::string& rest) {
   return config_error([&] {
     parse_scenario(kHead + std::string("[[expect]]\n") + rest, "k.toml", std::nullopt, kFiles);
