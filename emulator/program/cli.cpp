@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -196,6 +197,21 @@ HttpAddress parse_http_address(const std::string& text) {
   return {address, static_cast<std::uint16_t>(port)};
 }
 
+/// What the start would refuse as well, for --check.
+void check_reach(const ControlOptions& control) {
+  if (!control.http) return;
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(control.http->address, error);
+  if (error) {
+    throw StartError("--http: \"" + control.http->address +
+                     "\" is no address, like 127.0.0.1 or ::1");
+  }
+  if (!address.is_loopback() && control.token_file.empty()) {
+    throw StartError("--http: others can reach " + control.http->address +
+                     ": give a --http-token FILE");
+  }
+}
+
 void read_rom_option(const std::string& text, RomOptions& rom) {
   if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
   rom.in_memory = text == ":memory:";
@@ -239,6 +255,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
     line.control.token_file = raw.http_token;
   }
+  check_reach(line.control);
   if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
   line.control.pages_may_write = raw.http_write;
   line.control.page_language = raw.language;

@@ -95,6 +95,12 @@ const BadInput kBadInput[] = {
      {"--bus", "vcan0", "--ids", "1", "motors", "mf7015"},
      "lk-emu: \"motors\" has to come first: lk-emu motors … (see lk-emu --help)"},
     {"CheckOfNothing", {"--check"}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
+    {"CheckOfAnAddressForOthers",
+     {"--check", "--bus", "a", "--ids", "1", "--http", "0.0.0.0:8474"},
+     "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE"},
+    {"CheckOfAnAddressThatIsAName",
+     {"--check", "--bus", "a", "--ids", "1", "--http", "localhost:8474"},
+     "lk-emu: --http: \"localhost\" is no address, like 127.0.0.1 or ::1"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
 };
 
