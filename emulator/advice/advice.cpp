@@ -23,6 +23,7 @@ std::string filled(std::string_view pattern, const std::array<double, 3>& number
   return text;
 }
 
+constexpr Words kOnce{" time, first ", " 次，首次 "};
 constexpr Words kTimes{" times, first ", " 次，首次 "};
 constexpr Words kOpen{" (", "（"};
 constexpr Words kAt{" at {1} s): ", "，{1} s）："};
@@ -39,7 +40,7 @@ std::string advice_line(const std::string& bus, const Advice& advice, Language l
   text += ": " + std::string(advice_row(advice.found.kind).word) + ": ";
   text += what_text(advice, language);
   text += std::string(kOpen.in(language)) + std::to_string(advice.count);
-  text += kTimes.in(language);
+  text += (advice.count == 1 ? kOnce : kTimes).in(language);
   text += frame_text(advice.frame);
   const double first_s = std::chrono::duration<double>(advice.first).count();
   return text + filled(kAt.in(language), {first_s}) + todo_text(advice, language);

@@ -20,7 +20,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr Words kLength{"{1} bytes instead of 8: the drive does not answer",
+constexpr Words kLength{"{1} of 8 bytes: the drive does not answer",
                         "{1} 个字节，应为 8 个：驱动器不回复"};
 constexpr Words kNobody{"no drive here is in multi-drive mode: nobody answers",
                         "总线上没有驱动器处于广播模式：无人回复"};

@@ -52,6 +52,10 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, const Overrid
 
 std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
                                   const FindProfile& find) {
+  // People mix them up; the key that a robot does not know would not tell them so.
+  if (!reader.has("bus") && (reader.has("expect") || reader.has("robot"))) {
+    reader.fail("", "this is a scenario, not a robot; lk-emu run FILE plays it");
+  }
   const auto seed = reader.integer("seed", 0, INT64_MAX);
   const std::int64_t bitrate = reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
   const std::string problem = bitrate_problem(bitrate);

@@ -34,7 +34,7 @@ constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient
 constexpr const char* kActionList =
     "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear or mark";
 
-/// Exactly one action, and nothing that belongs to another one.
+/// One action at most.
 void check_actions(TableReader& reader) {
   if (reader.has("clock")) {
     reader.fail("clock", "time is the running program's: --clock, or lk-emu ctl clock");
@@ -47,6 +47,18 @@ void check_actions(TableReader& reader) {
     }
     first = action;
   }
+}
+
+/// No key that nobody knows, and then none that belongs to another action: where an action is
+/// misspelt, that is what is wrong.
+void finish_event(TableReader& reader) {
+  for (const char* action : {"load", "settings", "fault"}) {
+    if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
+  }
+  for (const auto& companion : kCompanions) {
+    if (reader.has(companion.key)) read_duration(reader, companion.key);
+  }
+  reader.finish();
   for (const auto& companion : kCompanions) {
     if (reader.has(companion.key) && !reader.has(companion.action)) {
       reader.fail(companion.key, companion.reason);
@@ -203,7 +215,7 @@ std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig
   } else if (auto whole = read_bus_action(reader, bus, ids)) {
     add(kWholeBus, std::move(*whole));
   }
-  reader.finish();
+  finish_event(reader);
   if (directives.empty()) {
     const char* const place = reader.has("at_s") ? "at_s" : reader.has("when") ? "when" : "";
     reader.fail(place, std::string("an event needs an action: ") + kActionList);

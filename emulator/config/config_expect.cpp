@@ -104,12 +104,17 @@ void check_subjects(TableReader& reader) {
     }
     first = subject;
   }
-  if (!reader.has("signal")) {
-    for (const char* key : {"min", "max"}) {
-      if (reader.has(key)) reader.fail(key, "belongs to signal");
-    }
-  }
-  if (reader.has("set") && !reader.has("error")) reader.fail("set", "belongs to error");
+}
+
+/// Where a subject is misspelt, that is what is wrong, and not what belongs to it.
+void finish_expectation(TableReader& reader) {
+  const bool odd_range = !reader.has("signal") && (reader.has("min") || reader.has("max"));
+  const bool odd_set = !reader.has("error") && reader.has("set");
+  if (odd_range) read_range(reader, "min", "max");
+  if (odd_set) reader.boolean("set");
+  reader.finish();
+  if (odd_range) reader.fail(reader.has("min") ? "min" : "max", "belongs to signal");
+  if (odd_set) reader.fail("set", "belongs to error");
 }
 
 }  // namespace
@@ -141,10 +146,10 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   expectation.when = read_period(reader, scenario.duration, counts);
   if (!id) {
     reader.text("bus");
-    reader.finish();
+    finish_expectation(reader);
   }
   expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
-  reader.finish();
+  finish_expectation(reader);
   if (!found) reader.fail("id", "what is expected? signal, error, state, reply or no_reply");
   const auto& servos = scenario.robot[expectation.bus].servos;
   if (std::ranges::find(servos, expectation.id, &ServoConfig::id) == servos.end()) {

@@ -58,6 +58,7 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
     reader.note_missing("robot");
     return;
   }
+  scenario.robot_name = *name;
   try {
     scenario.robot = files.robot(*name, overrides);
   } catch (const ConfigError&) {
@@ -93,6 +94,12 @@ void read_course(TableReader& reader, const ScenarioFiles& files,
   }
 }
 
+/// People mix them up; the key that a scenario does not know would not tell them so.
+void refuse_robot(const TableReader& reader) {
+  if (!reader.has("bus") || reader.has("expect") || reader.has("robot")) return;
+  reader.fail("", "this is a robot, not a scenario; lk-emu --config FILE runs it");
+}
+
 void read_head(TableReader& reader, const std::string& file, Scenario& scenario) {
   const std::size_t slash = file.find_last_of('/');
   scenario.name = file.substr(slash == std::string::npos ? 0 : slash + 1);
@@ -118,6 +125,7 @@ void check_head(TableReader& reader) {
 void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
   const auto name = reader.text("robot");
   if (!name) return;
+  scenario.robot_name = *name;
   std::vector<BusConfig> of_file;
   try {
     of_file = files.robot(*name, {});
@@ -140,6 +148,7 @@ Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
+  refuse_robot(reader);
   Scenario scenario;
   read_head(reader, file, scenario);
   read_robot(reader, seed, files, scenario);
@@ -153,6 +162,7 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
                              const std::vector<BusConfig>& running, const ScenarioFiles& files) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
+  refuse_robot(reader);
   Scenario scenario;
   read_head(reader, file, scenario);
   reader.integer("seed", 0, INT64_MAX);

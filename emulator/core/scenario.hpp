@@ -79,6 +79,7 @@ struct Expectation {
 struct Scenario {
   std::string name;
   std::string about;
+  std::string robot_name;        // as the file has it; may be empty on buses that run already
   std::vector<BusConfig> robot;  // with all events
   SimTime duration{0};
   std::vector<HostSend> sends;

@@ -3,10 +3,13 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "emulator/config/config.hpp"
 #include "emulator/ctl/ctl_client.hpp"
 #include "emulator/ctl/ctl_tables.hpp"
 #include "emulator/ctl/ctl_watch.hpp"
@@ -18,25 +21,19 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kFooter = R"(
-Examples:
-  lk-emu ctl set ids=1-2 supply_V=18 ramp_s=0.5
-  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2
-  lk-emu ctl set id=1 load.tau_gravity_Nm=2
-  lk-emu ctl clock stepped && lk-emu ctl advance 10ms
-
-Exit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or nobody answers.)";
+constexpr const char* kExitStatus =
+    "\nExit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or "
+    "nobody answers.";
 
 struct Raw {
   std::string socket;
   std::string bus;
   bool json = false;
-  int id = 0;
   std::string word;
   std::vector<std::string> words;
   std::string ids;
-  std::optional<double> at_s;
-  std::optional<double> for_s;
+  std::string at;
+  std::string lasts;
   std::string language;
 };
 
@@ -44,21 +41,25 @@ using Answer = CtlClient::Answer;
 
 class Ctl {
  public:
-  explicit Ctl(const Raw& raw) : raw_(raw), client_(find_socket(raw.socket, raw.bus)) {}
+  explicit Ctl(const Raw& raw) : raw_(raw) {}
 
-  int status() { return show(client_.ask("GET", "/status"), status_table); }
-  int drives() { return show(client_.ask("GET", "/drives"), drives_table); }
-  int faults() { return show(client_.ask("GET", "/faults"), faults_table); }
+  int status() { return show(client().ask("GET", "/status"), status_table); }
+  int drives() { return show(client().ask("GET", "/drives"), drives_table); }
+  int faults() { return show(client().ask("GET", "/faults"), faults_table); }
   int advice() {
     const bool chinese = chosen_language(raw_.language) == Language::kChinese;
-    return show(client_.ask("GET", "/advice"), chinese ? advice_table_zh : advice_table_en);
+    return show(client().ask("GET", "/advice"), chinese ? advice_table_zh : advice_table_en);
   }
-  int drive() { return show(client_.ask("GET", drive_path()), drive_page); }
-  int watch() { return watch_drives(client_); }
+  int drive() {
+    const int id = drive_id();
+    return show(client().ask("GET", drive_path(id)), drive_page);
+  }
+  int watch() { return watch_drives(client()); }
 
   int set() {
     Json said = Json::object();
     for (const std::string& word : raw_.words) put_word(said, word);
+    put_ids(said);
     return direct(std::move(said));
   }
 
@@ -70,9 +71,9 @@ class Ctl {
                             word.starts_with("at_s=") || word.starts_with("when.");
       put_word(of_event ? said : fault, word);
     }
-    if (!raw_.ids.empty()) said["ids"] = raw_.ids;
-    if (raw_.at_s) said["at_s"] = *raw_.at_s;
-    if (raw_.for_s) fault["for_s"] = *raw_.for_s;
+    put_ids(said);
+    if (!raw_.at.empty()) said["at_s"] = parse_span_s(raw_.at);
+    if (!raw_.lasts.empty()) fault["for_s"] = parse_span_s(raw_.lasts);
     said["fault"] = std::move(fault);
     return direct(std::move(said));
   }
@@ -82,38 +83,43 @@ class Ctl {
 
   int power() {
     Json said = {{"power", raw_.word}};
-    if (!raw_.ids.empty()) said["ids"] = raw_.ids;
+    put_ids(said);
     return direct(std::move(said));
   }
 
   int clock() {
-    return show(raw_.word.empty() ? client_.ask("GET", "/clock")
-                                  : client_.ask("PUT", "/clock", {{"mode", raw_.word}}),
+    return show(raw_.word.empty() ? client().ask("GET", "/clock")
+                                  : client().ask("PUT", "/clock", {{"mode", raw_.word}}),
                 clock_line);
   }
 
   int advance() {
-    return show(client_.ask("POST", "/clock/advance", {{"by_s", parse_span_s(raw_.word)}}),
-                time_line);
+    const double by_s = parse_span_s(raw_.word);
+    return show(client().ask("POST", "/clock/advance", {{"by_s", by_s}}), time_line);
   }
 
   int record() {
-    if (raw_.word == "stop") return show(client_.ask("DELETE", "/recording"), plain);
-    return show(client_.ask("POST", "/recording", {{"directory", absolute(raw_.word)}}), plain);
+    if (raw_.word == "stop") return show(client().ask("DELETE", "/recording"), recorded_line);
+    return show(client().ask("POST", "/recording", {{"directory", absolute(raw_.word)}}),
+                recording_line);
   }
 
   int scenario() {
-    if (raw_.word == "stop") return show(client_.ask("DELETE", "/scenario"), plain);
-    if (raw_.word == "verdict") return show(client_.ask("GET", "/scenario"), plain);
-    return show(client_.ask("POST", "/scenario", {{"file", absolute(raw_.word)}}), plain);
+    if (raw_.word == "stop") return show(client().ask("DELETE", "/scenario"), scenario_page);
+    if (raw_.word == "verdict") return show(client().ask("GET", "/scenario"), scenario_page);
+    return show(client().ask("POST", "/scenario", {{"file", absolute(raw_.word)}}), scenario_page);
   }
 
  private:
+  /// Looked for when something is asked: what was typed wrong is told first.
+  const CtlClient& client() {
+    if (!client_) client_.emplace(find_socket(raw_.socket, raw_.bus));
+    return *client_;
+  }
   /// lk-emu stands somewhere else.
   static std::string absolute(const std::string& path) {
     return std::filesystem::absolute(path).lexically_normal().string();
   }
-  static std::string plain(const Json& json) { return json.dump(2) + "\n"; }
   static std::string time_line(const Json& json) {
     return std::to_string(json.value("time_s", 0.0)) + " s\n";
   }
@@ -128,25 +134,43 @@ class Ctl {
     return text;
   }
 
-  std::string drive_path() const {
+  int drive_id() const {
+    try {
+      const std::vector<int> ids = parse_ids(raw_.word);
+      if (ids.size() == 1) return ids.front();
+    } catch (const std::invalid_argument& problem) {
+      throw StartError(std::string("ctl: drive: ") + problem.what());
+    }
+    throw StartError("ctl: drive: one ID, not several");
+  }
+
+  std::string drive_path(int id) {
     std::string bus = raw_.bus;
     if (bus.empty()) {
-      const Json status = client_.ask("GET", "/status").body;
+      const Json status = client().ask("GET", "/status").body;
       if (status["buses"].size() > 1) throw StartError("ctl: there are several buses: give --bus");
       bus = status["buses"][0].value("bus", "");
     }
-    return "/drives/" + bus + "/" + std::to_string(raw_.id);
+    return "/drives/" + bus + "/" + std::to_string(id);
+  }
+
+  void put_ids(Json& said) const {
+    if (raw_.ids.empty()) return;
+    if (said.contains("id") || said.contains("ids")) throw StartError("ctl: two lists of IDs");
+    said["ids"] = raw_.ids;
   }
 
   int direct(Json said) {
     if (!raw_.bus.empty() && !said.contains("bus")) said["bus"] = raw_.bus;
-    return show(client_.ask("POST", "/directives", said), done_line);
+    return show(client().ask("POST", "/directives", said), done_line);
   }
 
   int show(const Answer& answer, std::string (*table)(const Json&)) const {
     if (answer.status >= 300) {
       const Json error = answer.body.value("error", Json::object());
-      std::fprintf(stderr, "lk-emu: %s: %s\n", error.value("where", std::string("?")).c_str(),
+      const std::string where = error.value("where", std::string("?"));
+      // Where in the address something is wrong nobody has asked who has not typed it.
+      std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : where.c_str(),
                    error.value("reason", std::string("refused")).c_str());
       return 1;
     }
@@ -155,7 +179,7 @@ class Ctl {
   }
 
   const Raw& raw_;
-  CtlClient client_;
+  std::optional<CtlClient> client_;
 };
 
 /// What each word does, and the member that does it.
@@ -163,46 +187,56 @@ struct Row {
   const char* word;
   const char* about;
   int (Ctl::*run)();
-  const char* argument;  // the one that follows; null: none
-  bool needed;
+  const char* argument = nullptr;  // the one that follows
+  const char* argument_about = "";
+  bool needed = true;
+  const char* example = nullptr;
 };
 constexpr Row kRows[] = {
-    {"status", "buses, clock, counters", &Ctl::status, nullptr, false},
-    {"drives", "all drives", &Ctl::drives, nullptr, false},
-    {"drive", "everything about one drive", &Ctl::drive, nullptr, false},
-    {"watch", "all drives, live; q leaves", &Ctl::watch, nullptr, false},
-    {"set", "do something to drives, in the words of docs/configuration.md: KEY=VALUE…", &Ctl::set,
-     nullptr, false},
-    {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", true},
-    {"faults", "the faults there have been, and what came of them", &Ctl::faults, nullptr, false},
-    {"advice", "what hosts do wrong, and what to do", &Ctl::advice, nullptr, false},
-    {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all", true},
-    {"power", "switch the supply", &Ctl::power, "on|off|cycle", true},
-    {"clock", "show, or set, how time goes by", &Ctl::clock, "MODE", false},
-    {"advance", "let a stepped clock move: 10ms, 1s", &Ctl::advance, "TIME", true},
-    {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop", true},
+    {"status", "buses, clock, counters", &Ctl::status},
+    {"drives", "all drives", &Ctl::drives},
+    {"drive", "everything about one drive", &Ctl::drive, "ID", "the drive's, 1 to 32"},
+    {"watch", "all drives, live; q leaves", &Ctl::watch},
+    {.word = "set",
+     .about = "do something to drives, in the words of docs/directives.md",
+     .run = &Ctl::set,
+     .example = "  lk-emu ctl set supply_V=18 ramp_s=0.5 --ids 1-2\n"
+                "  lk-emu ctl set load.tau_gravity_Nm=2 --ids 1\n"},
+    {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", "its kind", true,
+     "  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2s\n"},
+    {"faults", "the faults there have been, and what came of them", &Ctl::faults},
+    {"advice", "what hosts do wrong, and what to do", &Ctl::advice},
+    {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
+     "of a fault, or its kind"},
+    {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
+    {"clock", "show, or set, how time goes by", &Ctl::clock, "MODE",
+     "to set: realtime, stepped, or a factor like x10", false},
+    {"advance", "let a stepped clock move", &Ctl::advance, "TIME", "10ms, 1.5s, 2min", true,
+     "  lk-emu ctl clock stepped && lk-emu ctl advance 10ms\n"},
+    {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
+     "new or empty, for lk-emu replay"},
     {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
-     "FILE|stop|verdict", true},
-    {"mark", "put a note into log and recording", &Ctl::mark, "TEXT", true},
+     "FILE|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
+    {"mark", "put a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 
 void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
-  const std::string word = row.word;
+  const std::string_view word = row.word;
   if (row.argument != nullptr) {
-    sub.add_option("WORD", raw.word, row.argument)->type_name(row.argument)->required(row.needed);
+    sub.add_option(row.argument, raw.word, row.argument_about)->required(row.needed);
   }
   if (word == "advice") add_language_option(sub, raw.language);
-  if (word == "drive") sub.add_option("ID", raw.id, "its ID")->type_name("ID")->required();
-  if (word == "set")
-    sub.add_option("WORDS", raw.words, "KEY=VALUE…")->type_name("KEY=VALUE")->required();
-  if (word == "fault") sub.add_option("WORDS", raw.words, "its parameters")->type_name("KEY=VALUE");
-  if (word == "fault" || word == "power") {
+  if (word == "set") {
+    sub.add_option("KEY=VALUE", raw.words, "what to do, and to how much")->required();
+  }
+  if (word == "fault") sub.add_option("KEY=VALUE", raw.words, "its parameters");
+  if (word == "set" || word == "fault" || word == "power") {
     sub.add_option("--ids", raw.ids, "drives, e.g. 1-2 (default all)")->type_name("LIST");
   }
   if (word == "fault") {
-    sub.add_option("--at", raw.at_s, "simulated time at which it begins, in s (default now)")
-        ->type_name("S");
-    sub.add_option("--for", raw.for_s, "how long it lasts, in s")->type_name("S");
+    sub.add_option("--at", raw.at, "simulated time at which it begins: 1.5s (default now)")
+        ->type_name("TIME");
+    sub.add_option("--for", raw.lasts, "how long it lasts: 500ms, 2s, 1min")->type_name("TIME");
   }
 }
 
@@ -212,7 +246,6 @@ struct CtlApp {
   std::vector<CLI::App*> subs;  // for each row
 
   CtlApp() {
-    app.footer(kFooter);
     app.require_subcommand(1);
     app.fallthrough();
     app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
@@ -220,10 +253,16 @@ struct CtlApp {
     app.add_option("--bus", raw.bus, "the bus that is meant, when there are several")
         ->type_name("BUS");
     app.add_flag("--json", raw.json, "print the answer as it is");
+    std::string examples;
     for (const Row& row : kRows) {
       subs.push_back(app.add_subcommand(row.word, row.about));
       add_arguments(*subs.back(), row, raw);
+      std::string notes = "\nTakes --socket, --bus and --json of lk-emu ctl too.\n";
+      if (row.example != nullptr) notes += std::string("\nExample:\n") + row.example;
+      subs.back()->footer(notes + kExitStatus);
+      if (row.example != nullptr) examples += row.example;
     }
+    app.footer("\nExamples:\n" + examples + kExitStatus);
   }
 };
 

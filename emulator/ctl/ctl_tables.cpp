@@ -123,6 +123,34 @@ std::string faults_table(const Json& faults) {
   return text;
 }
 
+std::string recording_line(const Json& recording) {
+  return fmt::format("recording into {}\n", word(recording, "directory"));
+}
+
+std::string recorded_line(const Json& recording) {
+  const bool failed = recording.value("failed", false);
+  return fmt::format("recorded into {}{}\n", word(recording, "directory"),
+                     failed ? ", until the disk refused" : "");
+}
+
+std::string scenario_page(const Json& scenario) {
+  std::string text =
+      fmt::format("{}: {}, {:.3f} of {:.6g} s\n", word(scenario, "name"), word(scenario, "state"),
+                  number(scenario, "time_s"), number(scenario, "duration_s"));
+  for (const Json& one : scenario.value("expectations", Json::array())) {
+    text += fmt::format("  {:<6}  {} - {}\n", word(one, "status"), word(one, "expected"),
+                        word(one, "measured"));
+    if (!word(one, "says").empty()) text += fmt::format("          {}\n", word(one, "says"));
+  }
+  for (const Json& fault : scenario.value("faults", Json::array())) {
+    text += fmt::format("  fault   {}\n", word(fault, "evidence"));
+  }
+  for (const Json& reason : scenario.value("invalid", Json::array())) {
+    text += fmt::format("  invalid: {}\n", reason.get<std::string>());
+  }
+  return text;
+}
+
 std::string advice_table_en(const Json& advice) {
   return advice.empty() ? "no advice\n" : advice_blocks(advice, "what", "todo");
 }

@@ -22,7 +22,9 @@ constexpr const char* kFiles[][2] = {
 constexpr const char* kEnvironment[][2] = {
     {"XDG_STATE_HOME, HOME", "where ROM is kept without --rom"},
     {"XDG_RUNTIME_DIR", "where control sockets are"},
-    {"NO_COLOR", "unless empty, lk-emu run prints no colours"},
+    {"NO_COLOR", "unless empty, lk-emu run and lk-emu decode print no colours"},
+    {"LC_ALL, LC_MESSAGES, LANG",
+     "language of advice, of lk-emu decode and of pictures, without --lang"},
     {"CREDENTIALS_DIRECTORY", "where a service manager keeps the --http-token of a service"},
     {"NOTIFY_SOCKET", "socket of a service manager, which is told of the start and the end"},
 };

@@ -21,6 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kFooter = R"(
+Exit status: 0 drawn, 1 failed while running, 2 unusable input, or the picture cannot be written.)";
+
 struct Request {
   std::string csv;
   std::string output;
@@ -34,6 +37,7 @@ struct PlotApp {
   Request request;
 
   PlotApp() {
+    app.footer(kFooter);
     app.add_option("FILE", request.csv, "what --csv wrote")->required();
     app.add_option("-o,--output", request.output,
                    "the picture, .svg or .png (default: an .svg beside the CSV file)")

@@ -3,15 +3,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <map>
 
 #include "emulator/config/profile.hpp"
+#include "emulator/program/argument_problem.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
-#include "emulator/program/motor_listing.hpp"
 #include "emulator/program/profile_files.hpp"
 #include "emulator/record/recording.hpp"
 
@@ -52,7 +53,6 @@ struct Raw {
   bool http_write = false;
   std::string record;
   std::string language;
-  std::string motor_to_show;
   CommandLine line;
 };
 
@@ -116,46 +116,16 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("LEVEL");
 }
 
-CLI::App* add_motors_command(CLI::App& app, Raw& raw) {
-  CLI::App* motors = app.add_subcommand("motors", "list the motor profiles, or show one of them");
-  motors->add_option("MOTOR", raw.motor_to_show, "profile to show with its derived figures");
-  return motors;
-}
-
 struct ProgramApp {
   CLI::App app{"Virtual LK-TECH servo drives on a real CAN bus", "lk-emu"};
   Raw raw;
-  const CLI::App* motors = nullptr;
 
   ProgramApp() {
     app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
     app.footer(kFooter);
     add_options(app, raw);
-    // A subcommand takes over the footer, so it comes behind.
-    // NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
-    motors = add_motors_command(app, raw);
   }
 };
-
-/// Profiles as asked for on standard output.
-void print_motors(const std::string& name) {
-  try {
-    const std::string text = name.empty() ? list_motors() : describe_motor(load_profile(name));
-    std::fputs(text.c_str(), stdout);
-  } catch (const ConfigError& problem) {
-    throw StartError(problem.what());
-  } catch (const UnknownMotor& problem) {
-    throw StartError(std::string("motors: ") + problem.what());
-  }
-}
-
-/// The listing runs nothing, so it does not take what a run takes.
-void refuse_options_of_a_run(const CLI::App& app) {
-  const auto& given = app.parse_order();
-  if (given.empty()) return;
-  throw StartError("motors: takes no " + given.front()->get_name() +
-                   "; it lists the profiles and runs nothing");
-}
 
 /// Gives each --ids to the --bus before it.
 std::vector<BusRequest> pair_up(const CLI::App& app, const Raw& raw) {
@@ -227,6 +197,21 @@ HttpAddress parse_http_address(const std::string& text) {
   return {address, static_cast<std::uint16_t>(port)};
 }
 
+/// What the start would refuse as well, for --check.
+void check_reach(const ControlOptions& control) {
+  if (!control.http) return;
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(control.http->address, error);
+  if (error) {
+    throw StartError("--http: \"" + control.http->address +
+                     "\" is no address, like 127.0.0.1 or ::1");
+  }
+  if (!address.is_loopback() && control.token_file.empty()) {
+    throw StartError("--http: others can reach " + control.http->address +
+                     ": give a --http-token FILE");
+  }
+}
+
 void read_rom_option(const std::string& text, RomOptions& rom) {
   if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
   rom.in_memory = text == ":memory:";
@@ -270,6 +255,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
     line.control.token_file = raw.http_token;
   }
+  check_reach(line.control);
   if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
   line.control.pages_may_write = raw.http_write;
   line.control.page_language = raw.language;
@@ -295,14 +281,18 @@ FindProfile cached_profiles(ConfigTexts& texts) {
 
 }  // namespace
 
-bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
+                     const std::vector<std::string>& first_words) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& answer) {
     app.exit(answer);
     return false;
   } catch (const CLI::ParseError& problem) {
-    throw StartError(std::string(problem.what()) + " (see " + app.get_name() + " --help)");
+    // Of an argument without a place the library says less, or something else that is missing.
+    const std::string left_over = argument_problem(app, first_words);
+    throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
+                     " --help)");
   }
   return true;
 }
@@ -310,12 +300,9 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
   ProgramApp given;
   given.app.footer(other_commands() + kFooter);
-  if (!parse_arguments(given.app, argc, argv)) return std::nullopt;
-  if (given.motors->parsed()) {
-    refuse_options_of_a_run(given.app);
-    print_motors(given.raw.motor_to_show);
-    return std::nullopt;
-  }
+  std::vector<std::string> words;
+  for (const Command& command : commands()) words.emplace_back(command.word);
+  if (!parse_arguments(given.app, argc, argv, words)) return std::nullopt;
   return gather(given.app, given.raw);
 }
 

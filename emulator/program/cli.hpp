@@ -44,15 +44,15 @@ struct CommandLine {
 };
 
 /// Parses the arguments of a command. False when the answer was all there is to do (`--help`).
-/// Throws StartError.
-bool parse_arguments(CLI::App& app, int argc, const char* const* argv);
+/// `first_words` would have meant another command as the first argument. Throws StartError.
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
+                     const std::vector<std::string>& first_words = {});
 
 /// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
 /// output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// The options of a run and `motors`, for the manual and the completions; the other words have
-/// theirs in commands().
+/// The options of a run, for the manual and the completions; the words have theirs in commands().
 std::shared_ptr<CLI::App> program_app();
 
 inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};

@@ -8,6 +8,7 @@ constexpr Command kCommands[] = {
     {"decode", "tell in words what is said on a bus, from what candump prints", run_decode,
      decode_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
+    {"motors", "list the motor profiles, or show one of them", run_motors, motors_app},
     {"plot", "draw a CSV file of a run as SVG or PNG", run_plot, plot_app},
     {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,
      replay_app},

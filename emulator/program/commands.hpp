@@ -33,6 +33,9 @@ std::shared_ptr<CLI::App> decode_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> faults_app();
+// motors_command.cpp
+int run_motors(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> motors_app();
 // plot_command.cpp
 int run_plot(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> plot_app();

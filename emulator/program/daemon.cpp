@@ -316,8 +316,8 @@ void Daemon::print_summary() const {
   }
   const SimClock& clock = world_.clock();
   if (clock.slips() > 0) {
-    std::printf("simulated time slipped %" PRIu64 " times, %.3f s in all\n", clock.slips(),
-                in_seconds(clock.total_slip()));
+    std::printf("simulated time slipped %" PRIu64 " time%s, %.3f s in all\n", clock.slips(),
+                clock.slips() == 1 ? "" : "s", in_seconds(clock.total_slip()));
   }
   std::fflush(stdout);
 }

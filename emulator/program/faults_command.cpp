@@ -27,12 +27,16 @@ void print_one(const std::string& word) {
       (meant.empty() ? " (lk-emu faults lists them)" : ", did you mean " + meant + "?"));
 }
 
+constexpr const char* kFooter = R"(
+Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
+
 struct FaultsApp {
   CLI::App app{"List the faults that can be injected, or show one of them", "lk-emu faults"};
   std::string word;
   bool markdown = false;
 
   FaultsApp() {
+    app.footer(kFooter);
     app.add_option("FAULT", word, "fault to show");
     app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
   }

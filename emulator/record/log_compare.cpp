@@ -165,7 +165,8 @@ LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& 
 }
 
 std::string comparison_text(const LogComparison& comparison) {
-  std::string text = fmt::format("{} frames sent", comparison.sent);
+  std::string text =
+      fmt::format("{} frame{} sent", comparison.sent, comparison.sent == 1 ? "" : "s");
   const auto note = [&text](std::uint64_t count, const char* what) {
     if (count > 0) text += fmt::format(", {} {}", count, what);
   };

@@ -60,7 +60,7 @@ class Drive {
     // NOLINTNEXTLINE(bugprone-branch-clone): said to be a query, or left over
     if (sure == true) {
       ask(place, is_query);
-    } else if (const auto match = sure ? oldest(place, Fit::kEither) : likely_answer(n, out)) {
+    } else if (const auto match = likely_answer(n, sure.has_value(), out)) {
       exchanges[pending_[*match]].reply = (*log_)[place].timed;
       pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(*match) + 1);
     } else if (sure || looks_like_a_state(frame(place))) {
@@ -93,17 +93,10 @@ class Drive {
     }
   }
 
-  /// The place in `pending_` of the oldest query that the frame can answer.
-  std::optional<std::size_t> oldest(std::size_t place, Fit at_least) const {
-    for (std::size_t n = 0; n < pending_.size(); ++n) {
-      if (fit(exchanges[pending_[n]], frame(place)) >= at_least) return n;
-    }
-    return std::nullopt;
-  }
-
-  /// Of several queries that the frame can answer, those are answered last that got no reply: as
-  /// many replies as follow each other belong to as many of the last queries.
-  std::optional<std::size_t> likely_answer(std::size_t n, PairedLog& out) const {
+  /// The place in `pending_` of the query that the frame, `surely` a reply or not, belongs to. Of
+  /// several that it can answer, those are answered last that got no reply: as many replies as
+  /// follow each other belong to as many of the last queries.
+  std::optional<std::size_t> likely_answer(std::size_t n, bool surely, PairedLog& out) const {
     const std::size_t place = own_[n];
     std::vector<std::size_t> can;
     for (std::size_t k = 0; k < pending_.size(); ++k) {
@@ -111,11 +104,17 @@ class Drive {
     }
     if (can.empty()) return std::nullopt;
     const Exchange& last = exchanges[pending_[can.back()]];
-    if (can.size() > 1 || fit(last, frame(place)) == Fit::kEither) ++out.ambiguous;
+    const bool either = can.size() > 1 || fit(last, frame(place)) == Fit::kEither;
+    if (!surely && either) ++out.ambiguous;
     std::size_t replies = 1;
-    while (n + replies < own_.size() && replies < can.size() &&
-           fit(last, frame(own_[n + replies])) == Fit::kYes) {
-      ++replies;
+    for (std::size_t next = n + 1; next < own_.size() && replies < can.size(); ++next) {
+      if (surely_from_host(own_[next]) == true) break;
+      const Fit fits = fit(last, frame(own_[next]));
+      if (fits == Fit::kYes || (surely && fits == Fit::kEither)) {
+        ++replies;
+      } else if (!surely) {
+        break;
+      }
     }
     return can[can.size() - replies];
   }

@@ -164,9 +164,12 @@ int replay_directory(const Request& request) {
     ending = fmt::format(" up to {:.6f} s, where the recording breaks off",
                          std::chrono::duration<double>(end.until).count());
   }
-  std::printf("%s\n", fmt::format("{} frames, {} replies, identical{}", replay.host_frames(),
-                                  replay.equal_replies(), ending)
-                          .c_str());
+  const auto frames = replay.host_frames();
+  const auto replies = replay.equal_replies();
+  std::printf("%s\n",
+              fmt::format("{} frame{}, {} repl{}, identical{}", frames, frames == 1 ? "" : "s",
+                          replies, replies == 1 ? "y" : "ies", ending)
+                  .c_str());
   return 0;
 }
 

@@ -1,5 +1,7 @@
 #include "emulator/scenario/scenario_files.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <map>
 #include <stdexcept>
@@ -88,10 +90,15 @@ Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) 
 
 Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running,
                             FileLimits limits) {
-  return load([&] {
+  Scenario scenario = load([&] {
     return parse_live_scenario(read_regular_file(file, limits.each), file.string(), running,
                                scenario_files(file.parent_path(), limits));
   });
+  if (!scenario.robot_name.empty()) {
+    spdlog::info("scenario {}: its robot {} is not used, the drives are those that run",
+                 on_one_line(scenario.name), on_one_line(scenario.robot_name));
+  }
+  return scenario;
 }
 
 }  // namespace lk::emulator

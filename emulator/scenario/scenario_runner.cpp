@@ -24,8 +24,13 @@ constexpr SimTime kChunk = Adviser::kLookStep;
 class CsvOutput {
  public:
   CsvOutput(const RunOutputs::Csv& csv, const Scenario& scenario) : file_(csv.file, "--csv") {
+    for (const int id : csv.ids) {
+      const bool known = std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
+        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+      });
+      if (!known) throw StartError("--ids: the robot has no drive " + std::to_string(id));
+    }
     std::vector<std::string> buses;
-    std::size_t columns_in_all = 0;
     for (const BusConfig& bus : scenario.robot) {
       std::vector<SampledColumn> columns;
       for (const ServoConfig& servo : bus.servos) {
@@ -35,11 +40,9 @@ class CsvOutput {
           if (wanted) columns.push_back({servo.id, signal});
         }
       }
-      columns_in_all += columns.size();
       samplers_.emplace_back(std::move(columns), SimTime{0}, csv.period);
       buses.push_back(bus.interface);
     }
-    if (columns_in_all == 0) throw StartError("--ids: the robot has none of these drives");
     file_.write(csv_header(buses, samplers_));
   }
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence
 
+from .errors import Refused
 from .faults import Fault, kind_called
 
 if TYPE_CHECKING:
@@ -126,6 +128,10 @@ class Drive(Targets):
     def telemetry(self, *signals: str) -> Dict[str, float]:
         """Signals now, all or those named (`lk-emu` lists them in GET /signals)."""
         values = self.view()["signals"]
+        for name in signals:
+            if name not in values:
+                near = difflib.get_close_matches(name, values, 1)
+                raise Refused("signals", f"there is no signal {name!r}" + (f", did you mean {near[0]}?" if near else ""))
         return {name: values[name] for name in signals} if signals else dict(values)
 
     @property

@@ -51,12 +51,13 @@ TEST(AdviceLength, IsOfDrivesOnly) {
   hear(host, 3ms, test::frame("141#9A00000000000000"));
   EXPECT_EQ(host.all(), "");
   hear(host, 4ms, test::frame("141#9A"));
+  EXPECT_NE(host.all().find("(1 time, first 141#9A at 0.004 s)"), std::string::npos) << host.all();
   hear(host, 5ms, test::frame("141#9C00"));
   ASSERT_EQ(host.count(AdviceKind::kWrongLength), 2U);
   const Advice advice = host.get(AdviceKind::kWrongLength);
   EXPECT_EQ(advice.first, 4ms);
   EXPECT_EQ(advice_line("vcan0", advice, Language::kEnglish),
-            "vcan0:1: wrong-length: 1 bytes instead of 8: the drive does not answer (2 times, "
+            "vcan0:1: wrong-length: 1 of 8 bytes: the drive does not answer (2 times, "
             "first 141#9A at 0.004 s): send all frames with 8 bytes, unused ones 0");
   EXPECT_EQ(advice_line("vcan0", advice, Language::kChinese),
             "vcan0:1: wrong-length: 1 个字节，应为 8 个：驱动器不回复（2 次，首次 141#9A，0.004 "

@@ -138,6 +138,10 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
        "robot.toml:8: bus.event.load.theta_min_deg: must not be above theta_max_deg"},
       {"at_s = 1\nsuply_V = 1",
        "robot.toml:8: bus.event.suply_V: unknown key, did you mean supply_V?"},
+      {"at_s = 1\nramp_s = 1\nsuply_V = 1",
+       "robot.toml:9: bus.event.suply_V: unknown key, did you mean supply_V?"},
+      {"at_s = 1\nfalt = \"jam\"",
+       "robot.toml:8: bus.event.falt: unknown key, did you mean fault?"},
   };
   for (const auto& [keys, error] : errors) EXPECT_EQ(parse_error(kBus + keys), error) << keys;
 }

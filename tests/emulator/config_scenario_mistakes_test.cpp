@@ -7,6 +7,18 @@
 namespace lk::emulator {
 namespace {
 
+TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
+  const std::string robot = "seed = 1\n[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
+  const std::string not_one =
+      "arm.toml:1: this is a robot, not a scenario; lk-emu --config FILE runs it";
+  EXPECT_EQ(config_error([&] { parse_scenario(robot, "arm.toml", std::nullopt, kFiles); }),
+            not_one);
+  EXPECT_EQ(config_error([&] { parse_live_scenario(robot, "arm.toml", parse(robot), kFiles); }),
+            not_one);
+  EXPECT_EQ(parse_error(kHead + std::string(kExpect)),
+            "robot.toml:1: this is a scenario, not a robot; lk-emu run FILE plays it");
+}
+
 TEST(ScenarioFile, MistakesOfTheHead) {
   const auto head = [](const std::string& text) {
     return config_error([&] { parse_scenario(text + kExpect, "k.toml", std::nullopt, kFiles); });
@@ -115,6 +127,8 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:6: expect.min: belongs to signal");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nset = true"),
             "k.toml:6: expect.set: belongs to error");
+  EXPECT_EQ(expect_mistake("id = 1\nmin = 1\nsingal = \"speed_dps\""),
+            "k.toml:6: expect.singal: unknown key, did you mean signal?");
   for (const char* other : {"by_s", "from_s", "to_s"}) {
     EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nat_s = 1\n" + std::string(other) + " = 2"),
               "k.toml:6: expect.at_s: does not go together with by_s, from_s and to_s");

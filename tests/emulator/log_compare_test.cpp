@@ -94,6 +94,44 @@ TEST(LogPairing, AReplyThatWasLostDoesNotShiftTheOthers) {
   EXPECT_EQ(paired.ambiguous, 1U);  // the first reply had two queries to choose from
 }
 
+// Fifty queries, the eleventh without a reply: 49 exchanges, each as fast as the log has them.
+TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
+  const auto bus = test::bus_config({1});
+  for (const char* reply : {"141#9C19000000000008", "241#9C19000000000008"}) {
+    std::vector<LoggedFrame> log;
+    for (int n = 0; n < 50; ++n) {
+      log.push_back(logged(n * milliseconds(20), "141#9C00000000000000", true));
+      if (n != 10) log.push_back(logged(n * milliseconds(20) + microseconds(300), reply, false));
+    }
+    const PairedLog paired = pair_log(log, bus);
+    EXPECT_EQ(paired.ambiguous, 0U);
+    EXPECT_EQ(paired.orphans, 0U);
+    ASSERT_EQ(paired.exchanges.size(), 50U);
+    for (std::size_t n = 0; n < 50; ++n) {
+      const auto& answer = paired.exchanges[n].reply;
+      ASSERT_EQ(answer.has_value(), n != 10) << reply << ' ' << n;
+      if (answer) EXPECT_EQ(answer->at - paired.sent[n].at, microseconds(300)) << reply << ' ' << n;
+    }
+  }
+}
+
+TEST(LogPairing, ABatchOfSeveralCommandsKeepsItsOrderWhereTheDirectionsAreKnown) {
+  const auto bus = test::bus_config({1});
+  const std::vector<LoggedFrame> log = {
+      logged(microseconds(0), "141#A100000064000000", true),
+      logged(microseconds(1), "141#8100000000000000", true),
+      logged(microseconds(2), "141#A100000065000000", true),
+      logged(microseconds(3), "141#8100000000000000", true),
+      logged(microseconds(4), "141#A119000000000008", false),
+      logged(microseconds(5), "141#8100000000000000", false),
+      logged(microseconds(6), "141#A11A000000000008", false),
+      logged(microseconds(7), "141#8100000000000000", false),
+  };
+  const PairedLog paired = pair_log(log, bus);
+  ASSERT_EQ(paired.exchanges.size(), 4U);
+  for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(paired.exchanges[n].reply, log[4 + n].timed) << n;
+}
+
 TEST(LogPairing, RepliesInABatchBelongToTheirQueriesInOrder) {
   const auto bus = test::bus_config({1});
   const std::vector<LoggedFrame> log = {

@@ -11,6 +11,7 @@
 #include "emulator/config/config_scenario.hpp"
 #include "emulator/core/scenario_run.hpp"
 #include "emulator/core/scenario_text.hpp"
+#include "emulator/scenario/scenario_report.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
 
@@ -167,6 +168,26 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, Delivered, testing::ValuesIn(names()),
                          [](const auto& name) { return name.param; });
 
 TEST(Scenarios, ThereAreSome) { EXPECT_GE(names().size(), 12U); }
+
+/// The example of docs/scenarios.md, but for its first line, which has the time of the wall in it.
+TEST(Scenarios, TheDocumentsShowWhatIsPrinted) {
+  const Scenario scenario = load("jammed_joint");
+  RunReport report;
+  report.verdict = run(scenario);
+  const std::string printed = report_text(report, false);
+  for (const char* document : {"docs/scenarios.md", "docs/zh-CN/scenarios.md"}) {
+    std::istringstream lines(text_of(fs::path(LKEMU_SOURCE_DIR) / document));
+    int shown = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.starts_with("      pass  ") && !line.starts_with("      fault ")) continue;
+      ++shown;
+      EXPECT_NE(printed.find(line.substr(4) + '\n'), std::string::npos)
+          << document << ": " << line << "\nprinted:\n"
+          << printed;
+    }
+    EXPECT_EQ(shown, 2) << document;
+  }
+}
 
 }  // namespace
 }  // namespace lk::emulator

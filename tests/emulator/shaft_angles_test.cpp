@@ -108,6 +108,15 @@ TEST(ShaftAngles, BootsWhereItIsTold) {
   }
 }
 
+// The shaft's zero is that of the encoder itself: 4096 of 16384 counts are 90°. And half a count.
+TEST(ShaftAngles, TheShaftCountsFromTheRawZeroOfTheEncoder) {
+  constexpr double kHalfCount_deg = 360.0 / 16384 / 2;
+  ShaftAngles angles(profile(14));
+  EXPECT_NEAR(angles.theta_m_at(50) * 180 / std::numbers::pi, 50 + kHalfCount_deg, 1e-9);
+  angles.set_offset(4096);
+  EXPECT_NEAR(angles.theta_m_at(50) * 180 / std::numbers::pi, 140 + kHalfCount_deg, 1e-9);
+}
+
 // 0.01° short of a full turn, and zero: up to two counts past the target in the direction of travel
 // count as there also where the circle begins anew (docs/protocol.md §4.3).
 TEST(ShaftAngles, NoTurnIsTravelledForTwoCountsAcrossZero) {

@@ -66,6 +66,19 @@ class Help(unittest.TestCase):
         self.assertGreater(len(options), 18)
 
 
+    def test_of_a_word_of_ctl_is_its_own(self):
+        texts = {path[1]: output(PROGRAM, *path, "--help") for path, _, _ in EVERYTHING if path[:1] == ("ctl",) and path[1:]}
+        for word, text in texts.items():
+            self.assertIn("Takes --socket, --bus and --json of lk-emu ctl too.", text)
+            for example in re.findall(r"^  lk-emu .*", text, re.MULTILINE):
+                self.assertIn(f"lk-emu ctl {word} ", example)
+            for about in re.findall(r"^  [A-Z][A-Z=]+(?: \S+)*?  +(\S.*)$", text, re.MULTILINE):
+                self.assertRegex(about, "[a-z]", word)
+        self.assertIn("--ids 1-2 --for 2s", texts["fault"])
+        self.assertIn("docs/directives.md", texts["set"])
+        self.assertNotIn("--bus vcan0", output(PROGRAM, "motors", "--help"))
+
+
 class Page(unittest.TestCase):
     def test_is_clean(self):
         self.assertEqual(output("mandoc", "-Tlint", "-Wwarning", PAGE), "")
@@ -95,8 +108,13 @@ class Page(unittest.TestCase):
         self.assertEqual(re.findall(r"^[A-Z][A-Z ]+$", text, re.MULTILINE), sections)
         status = text.split("EXIT STATUS")[1].split("FILES")[0]
         self.assertIn("2 unusable input", status)
-        for word in ("lk-emu run", "lk-emu replay", "lk-emu ctl"):
-            self.assertIn(word, status)
+        for path, _, _ in EVERYTHING:
+            if len(path) == 1:
+                self.assertIn(f"lk-emu {path[0]}", status)
+        environment = " ".join(text.split("ENVIRONMENT")[1].split("EXAMPLES")[0].split())
+        for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):  # emulator/program/language_option.cpp
+            self.assertIn(variable, environment)
+        self.assertIn("lk-emu run and lk-emu decode print no colours", environment)
         self.assertIn("lk-emu ctl clock stepped && lk-emu ctl advance 10ms", text.split("EXAMPLES")[1])
 
 

@@ -68,14 +68,41 @@ const BadInput kBadInput[] = {
     {"RomWipedInMemory",
      {"--bus", "a", "--ids", "1", "--wipe-rom", "--rom", ":memory:"},
      "lk-emu: --wipe-rom: with --rom :memory: there is nothing to wipe"},
-    {"UnknownOption", {"--buss", "vcan0"}, "lk-emu: The following argument"},
+    {"UnknownOption", {"--buss", "vcan0"}, "lk-emu: unknown option --buss, did you mean --bus?"},
+    {"UnknownOptionOfACommand",
+     {"ctl", "drives", "--jsn"},
+     "lk-emu: unknown option --jsn, did you mean --json?"},
+    {"UnknownCommand",
+     {"runn", "pick.toml"},
+     "lk-emu: no command \"runn\", did you mean run? (see lk-emu --help)"},
+    {"UnknownCommandOfCtl",
+     {"ctl", "drvies"},
+     "lk-emu: no command \"drvies\", did you mean drives? (see lk-emu ctl --help)"},
+    {"UnlikeAnyCommandOfCtl", {"ctl", "quux"}, "lk-emu: no command \"quux\" (see lk-emu ctl"},
+    {"OneWordTooMany", {"ctl", "drives", "1"}, "lk-emu: \"1\" was not expected (see lk-emu ctl"},
+    {"CommandBehindItsOptions",
+     {"--lang", "zh", "run", "pick.toml"},
+     "lk-emu: \"run\" has to come first: lk-emu run … (see lk-emu --help)"},
+    {"NoDrive", {"ctl", "drive", "x"}, "lk-emu: ctl: drive: \"x\" is not an ID"},
+    {"NoTime",
+     {"ctl", "fault", "jam", "--for", "2x"},
+     "lk-emu: ctl: \"2x\" is no time, like 10ms, 1.5s or 2min"},
+    {"TwoListsOfIds",
+     {"ctl", "set", "id=1", "supply_V=18", "--ids", "1"},
+     "lk-emu: ctl: two lists of IDs"},
     {"NoConfigFile",
      {"--config", "/nowhere.toml"},
      "lk-emu: cannot read /nowhere.toml: No such file"},
     {"MotorsWithOptionsOfARun",
      {"--bus", "vcan0", "--ids", "1", "motors", "mf7015"},
-     "lk-emu: motors: takes no --bus; it lists the profiles and runs nothing"},
+     "lk-emu: \"motors\" has to come first: lk-emu motors … (see lk-emu --help)"},
     {"CheckOfNothing", {"--check"}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
+    {"CheckOfAnAddressForOthers",
+     {"--check", "--bus", "a", "--ids", "1", "--http", "0.0.0.0:8474"},
+     "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE"},
+    {"CheckOfAnAddressThatIsAName",
+     {"--check", "--bus", "a", "--ids", "1", "--http", "localhost:8474"},
+     "lk-emu: --http: \"localhost\" is no address, like 127.0.0.1 or ::1"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
 };
 
@@ -162,6 +189,19 @@ TEST(Cli, CheckNeedsNoFile) {
   const auto result = EmulatorProcess({"--bus", "nowhere0", "--ids", "1-12", "--check"}).wait();
   EXPECT_EQ(result.status, 0);
   EXPECT_EQ(result.out.rfind("nowhere0: 1 Mbit/s, 12 drives, 0 events, seed 1\n", 0), 0U);
+}
+
+TEST(Cli, SaysThatTheRobotOfAScenarioIsNotUsedOnARunningBus) {
+  const std::string scenarios = LKEMU_SOURCE_DIR "/configs/scenarios/";
+  const auto result =
+      EmulatorProcess({"--check", "--bus", "nowhere0", "--config", scenarios + "robots/joint.toml",
+                       "--scenario", scenarios + "jammed_joint.toml"})
+          .wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.err.find("scenario jammed_joint: its robot robots/joint.toml is not used"),
+            std::string::npos)
+      << result.err;
+  EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
 }
 
 TEST(Cli, VersionAndHelp) {

@@ -138,7 +138,7 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   struct stat found {};
   ASSERT_EQ(::stat(socket().c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0600U);
-  EXPECT_EQ(ctl({"fault", "hang", "--ids", "1", "--for", "0.5"}).out,
+  EXPECT_EQ(ctl({"fault", "hang", "--ids", "1", "--for", "500ms"}).out,
             "at 0.000000 s\nfault hang\n");
   Host host("vcan0");
   host.send(0x141, kReadState2);
@@ -152,6 +152,9 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   const auto refused = ctl({"set", "ids=3", "supply_V=20"});
   EXPECT_EQ(refused.status, 1);
   EXPECT_EQ(refused.err, "lk-emu: ids: no drive 3 on this bus\n");
+  EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "3"}).err, refused.err);
+  EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "1-2"}).status, 0);
+  EXPECT_EQ(ctl({"drive", "9"}).err, "lk-emu: ctl: there is no drive 9 on vcan0\n");
   EXPECT_EQ(ctl({"set", "supply"}).status, 2);
   EXPECT_EQ(ctl({"power", "off", "--ids", "2"}).status, 0);
   EXPECT_EQ(ctl({"advance", "1s"}).status, 0);

@@ -119,8 +119,9 @@ TEST_F(Run, RefusesWhatItCannotDoBeforeItRuns) {
        "lk-emu: --rate: must be 0.001 to 1000000 Hz\n"},
       {{passing(), "--csv", path("x"), "--signals", "sped_dps"},
        "lk-emu: --signals: no signal \"sped_dps\", did you mean speed_dps?\n"},
-      {{passing(), "--csv", path("x"), "--ids", "7"},
-       "lk-emu: --ids: the robot has none of these drives\n"},
+      {{passing(), "--csv", path("x"), "--ids", "7"}, "lk-emu: --ids: the robot has no drive 7\n"},
+      {{passing(), "--csv", path("x"), "--ids", "2,9"},
+       "lk-emu: --ids: the robot has no drive 9\n"},
       {{passing(), "--seed=-1"}, "lk-emu: --seed: must not be negative\n"},
   };
   for (const auto& one : cases) {

@@ -1,0 +1,50 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "emulator/config/profile.hpp"
+#include "emulator/program/cli.hpp"
+#include "emulator/program/commands.hpp"
+#include "emulator/program/motor_listing.hpp"
+#include "emulator/program/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kFooter = R"(
+Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
+
+struct MotorsApp {
+  CLI::App app{"List the motor profiles, or show one of them", "lk-emu motors"};
+  std::string name;
+
+  MotorsApp() {
+    app.footer(kFooter);
+    app.add_option("MOTOR", name, "profile to show with its derived figures");
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<CLI::App> motors_app() {
+  const auto made = std::make_shared<MotorsApp>();
+  return {made, &made->app};
+}
+
+int run_motors(int argc, const char* const* argv) {
+  MotorsApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  try {
+    const std::string text =
+        given.name.empty() ? list_motors() : describe_motor(load_profile(given.name));
+    std::fputs(text.c_str(), stdout);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("motors: ") + problem.what());
+  }
+  return 0;
+}
+
+}  // namespace lk::emulator
