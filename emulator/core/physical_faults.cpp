@@ -53,6 +53,12 @@ using K = FaultKind;
 using model::EncoderFault;
 using model::LegFault;
 
+/// Several of a kind multiply, but to no more than one of them may be (fault_table.cpp):
+/// a product of hundreds is 0 or infinite, and there is no such drive.
+void times(double& so_far, double factor, double least, double most) {
+  so_far = std::clamp(so_far * factor, least, most);
+}
+
 // One row a line.
 // clang-format off
 constexpr Row kRows[] = {
@@ -64,7 +70,7 @@ constexpr Row kRows[] = {
     {K::kEncoderNoise, [](const Case& c, F& f) { f.encoder_noise = with_noise(f.encoder_noise, c.value() * kRadPerDeg); }},
     {K::kEncoderSlow, [](const Case& c, F& f) { f.encoder_latency += c.value() * 1e-3; }},
     {K::kCurrentOffset, [](const Case& c, F& f) { on_channels(c.value(1), f, [&](auto& channel) { channel.offset += c.value(); }); }},
-    {K::kCurrentGain, [](const Case& c, F& f) { on_channels(c.value(1), f, [&](auto& channel) { channel.gain *= c.value(); }); }},
+    {K::kCurrentGain, [](const Case& c, F& f) { on_channels(c.value(1), f, [&](auto& channel) { times(channel.gain, c.value(), -10, 10); }); }},
     {K::kCurrentStuck, [](const Case& c, F& f) { on_channels(c.value(1), f, [&](auto& channel) { channel.stuck = c.value(); }); }},
     {K::kCurrentNoise, [](const Case& c, F& f) { f.current_noise = with_noise(f.current_noise, c.value()); }},
     {K::kTemperatureStuck, [](const Case& c, F& f) { (c.value(1) == 0 ? f.temp_motor_stuck : f.temp_driver_stuck) = c.value(); }},
@@ -76,10 +82,10 @@ constexpr Row kRows[] = {
     {K::kSwitchShorted, [](const Case& c, F& f) { set_leg(c, LegFault::kHighShorted, LegFault::kLowShorted, f); }},
     {K::kBridgeDead, [](const Case&, F& f) { f.bridge_dead = true; }},
     {K::kJam, [](const Case& c, F& f) { f.jam = std::max(f.jam, c.value() / 100); }},
-    {K::kFriction, [](const Case& c, F& f) { f.friction *= c.value(); }},
-    {K::kInertia, [](const Case& c, F& f) { f.inertia *= c.value(); }},
+    {K::kFriction, [](const Case& c, F& f) { times(f.friction, c.value(), 0, 1000); }},
+    {K::kInertia, [](const Case& c, F& f) { times(f.inertia, c.value(), 0.1, 1000); }},
     {K::kLoadStep, [](const Case& c, F& f) { f.load_torque += c.value(); }},
-    {K::kBacklash, [](const Case& c, F& f) { f.backlash *= c.value(); }},
+    {K::kBacklash, [](const Case& c, F& f) { times(f.backlash, c.value(), 0, 1000); }},
     {K::kCouplingBroken, [](const Case&, F& f) { f.coupling_broken = true; }},
     {K::kEndStop, [](const Case& c, F& f) {
        f.theta_min = std::max(f.theta_min, c.anchor() + c.value(0) * kRadPerDeg);
@@ -93,7 +99,7 @@ constexpr Row kRows[] = {
     {K::kCut, [](const Case&, F& f) { f.supply_cut = true; }},
     {K::kRebootLoop, [](const Case& c, F& f) { f.supply_cut |= is_off(c); }},
     {K::kNoRegeneration, [](const Case&, F& f) { f.no_regeneration = true; }},
-    {K::kClockDrift, [](const Case& c, F& f) { f.clock_ratio *= 1 + c.value() / 100; }},
+    {K::kClockDrift, [](const Case& c, F& f) { times(f.clock_ratio, 1 + c.value() / 100, 0.8, 1.2); }},
 };
 // clang-format on
 

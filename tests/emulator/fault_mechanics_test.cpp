@@ -230,5 +230,26 @@ TEST(MechanicsFaults, AnEndStopIsWhereItIsPut) {
   EXPECT_NEAR(static_cast<double>(other.multi_turn_cdeg()), 4000, 50);
 }
 
+/// 0.1 to the power of 400 is 0, 1000 to that of 400 infinite: no inertia, no friction, no clock.
+TEST(MechanicsFaults, HundredsOfAKindAreNoMoreThanTheStrongest) {
+  const std::pair<FaultKind, double> strongest[] = {{FaultKind::kInertia, 0.1},
+                                                    {FaultKind::kInertia, 1000},
+                                                    {FaultKind::kFriction, 1000},
+                                                    {FaultKind::kCurrentGain, 10},
+                                                    {FaultKind::kClockDrift, -20}};
+  for (const auto& [kind, value] : strongest) {
+    Host one = with_load(0.001);
+    Host many = with_load(0.001);
+    inject(one, kind, {value});
+    for (int n = 0; n < 400; ++n) inject(many, kind, {value});
+    for (Host* host : {&one, &many}) {
+      host->get<protocol::State2>(protocol::Speed{180, 0});
+      host->wait(50ms);
+    }
+    EXPECT_TRUE(std::isfinite(omega(many))) << static_cast<int>(kind);
+    EXPECT_EQ(omega(one), omega(many)) << static_cast<int>(kind);
+  }
+}
+
 }  // namespace
 }  // namespace lk::emulator
