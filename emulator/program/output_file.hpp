@@ -8,9 +8,8 @@ namespace lk::emulator {
 
 /// A file that appears when it is complete: written beside its place and renamed. Links are
 /// followed and stay. What is not a regular file (a pipe) is written as it is, and so is what is
-/// open already
-/// (/dev/stdout, whatever that leads to). A signal that would end the program removes what is
-/// unfinished first.
+/// open already (/dev/stdout, whatever that leads to). A signal that would end the program removes
+/// what is unfinished first.
 class OutputFile {
  public:
   /// Throws StartError: `option` says what for.

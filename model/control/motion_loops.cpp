@@ -148,10 +148,15 @@ double wanted_current(const MotionParams& p, const Setpoint& setpoint, double en
 /// The current ramp: how fast the speed loop's current may grow while it accelerates the shaft. It
 /// bounds the current by an envelope that grows by the ramp while it is in the way and shrinks
 /// fifty times slower (assumed), so that noise is not rectified. Braking is never delayed: the ramp
-/// softens starts without taking the loop's damping away. The integrator stays inside the envelope.
+/// softens starts without taking the loop's damping away; the envelope goes with its current, which
+/// at rest may have a load to hold. The integrator stays inside the envelope.
 double soft_start(const MotionParams& p, double wanted, MotionState& s) {
   const bool brakes = wanted * s.omega_hat < 0.0 && std::abs(s.omega_hat) > kRampSpeed;
-  if (p.current_step <= 0.0 || brakes) {
+  if (p.current_step <= 0.0) {
+    return wanted;
+  }
+  if (brakes) {
+    s.i_envelope = std::max(s.i_envelope, std::abs(wanted));
     return wanted;
   }
   const bool in_the_way = std::abs(wanted) > s.i_envelope;

@@ -52,6 +52,25 @@ TEST(CurrentRamp, DoesNotDelayBraking) {
   EXPECT_LT(bank.truth(0).i_q_ref, -0.5 * k_p * 50.0);
 }
 
+/// A load that has turned the shaft backwards is caught by a current that stays when the shaft has
+/// come to rest. Let through anew by the ramp, that current would take two seconds to come back.
+TEST(CurrentRamp, HoldsWhatBrakingHasCaught) {
+  constexpr double kHolding_A = 2.0;
+  DriveInit init = start(ideal_drive(), unlimited());
+  init.settings.current_ramp = 1.0;
+  init.params.load.tau = kHolding_A * k_t(init.params.motor) * init.params.mechanics.gear_ratio;
+  DriveBank bank(std::span(&init, 1));
+  bank.advance(1600);
+  ASSERT_GT(std::abs(bank.truth(0).omega_m), 5.0);
+  bank.command(0, Speed{0.0, 0.0});
+  bank.advance(16000);  // half a second: a hundred time constants of the speed loop at 200 1/s
+  for (int n = 0; n < 1000; ++n) {
+    bank.advance(32);
+    ASSERT_LT(std::abs(bank.truth(0).omega_m), 0.5) << n << " ms: it slips";
+  }
+  EXPECT_NEAR(std::abs(bank.truth(0).i_q_ref), kHolding_A, 0.05 * kHolding_A);
+}
+
 /// Held 10 mrad short of its target for seconds, then sent the other way: it goes at once.
 TEST(AngleIntegral, DoesNotGrowWhileTheShaftIsHeld) {
   DriveParams d = ideal_drive();
