@@ -102,7 +102,7 @@ void check_hystereses(const TableReader& drive, const ServoConfig& servo) {
     const std::string threshold = table + keys.fields[1].key;
     const std::string hysteresis = table + keys.fields[2].key;
     const std::string enabled = table + keys.fields[0].key;
-    blame(drive, {hysteresis.c_str(), threshold.c_str(), enabled.c_str()},
+    blame(drive, {hysteresis, threshold, enabled},
           std::string(keys.name) + " could never be cleared: its hysteresis, " +
               number(setting.hysteresis) + ", must not be above its threshold, " +
               number(setting.threshold));
