@@ -110,7 +110,8 @@ TEST(LogPairing, ALostReplyDoesNotShiftTheOthersWhereTheDirectionsAreKnown) {
     for (std::size_t n = 0; n < 50; ++n) {
       const auto& answer = paired.exchanges[n].reply;
       ASSERT_EQ(answer.has_value(), n != 10) << reply << ' ' << n;
-      if (answer) EXPECT_EQ(answer->at - paired.sent[n].at, microseconds(300)) << reply << ' ' << n;
+      if (!answer) continue;
+      EXPECT_EQ(answer->at - paired.sent[n].at, microseconds(300)) << reply << ' ' << n;
     }
   }
 }
