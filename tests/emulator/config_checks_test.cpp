@@ -127,8 +127,8 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
            "motor = \"protected\"\nsettings.protection.over_voltage.threshold_V = 12",  // off
            "settings.protection.stall = { enabled = true, threshold_s = 2, hysteresis_s = 2 }",
            "settings.protection.stall = { threshold_s = 2, hysteresis_s = 3 }",  // off
-           "settings.protection.short_circuit = { enabled = true, recoverable = false, "
-           "threshold_A = 2, hysteresis_A = 3 }",  // a restart clears it
+           ("settings.protection.short_circuit = { enabled = true, recoverable = false, "
+            "threshold_A = 2, hysteresis_A = 3 }"),  // a restart clears it
            "motor = \"ms3506\"\ngeneration = \"v236\"\nsettings.broadcast_mode = true",
            "generation = \"v236\"\nprofile.brake.tau_mNm = 0",
            "motor = \"braked\"\ngeneration = \"v236\"\nprofile.brake.engage_ms = 1",
