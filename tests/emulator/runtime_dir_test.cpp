@@ -23,6 +23,10 @@ namespace fs = std::filesystem;
 
 /// A runtime directory with a socket that somebody listens at.
 class RuntimeDirectory : public testing::Test {
+ public:
+  RuntimeDirectory(const RuntimeDirectory&) = delete;
+  RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
+
  protected:
   RuntimeDirectory() {
     const char* const before = std::getenv("XDG_RUNTIME_DIR");
@@ -36,8 +40,6 @@ class RuntimeDirectory : public testing::Test {
               0);
     EXPECT_EQ(::listen(listens_.get(), 5), 0);
   }
-  RuntimeDirectory(const RuntimeDirectory&) = delete;
-  RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
   ~RuntimeDirectory() override {
     before_.empty() ? ::unsetenv("XDG_RUNTIME_DIR")
                     : ::setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
