@@ -15,8 +15,19 @@ TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
             not_one);
   EXPECT_EQ(config_error([&] { parse_live_scenario(robot, "arm.toml", parse(robot), kFiles); }),
             not_one);
-  EXPECT_EQ(parse_error(kHead + std::string(kExpect)),
-            "robot.toml:1: this is a scenario, not a robot; lk-emu run FILE plays it");
+  const std::string not_the_other =
+      "robot.toml:1: this is a scenario, not a robot; lk-emu run FILE plays it";
+  EXPECT_EQ(parse_error(kHead + std::string(kExpect)), not_the_other);
+  EXPECT_EQ(parse_error("robot = \"dog\"\n"), not_the_other);
+}
+
+TEST(ScenarioFile, ThatIsAScenarioButForABusIsToldOfTheBus) {
+  const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
+  for (const std::string& text : {"duration_s = 1\n" + bus + kExpect, kHead + bus}) {
+    const std::string said =
+        config_error([&] { parse_scenario(text, "k.toml", std::nullopt, kFiles); });
+    EXPECT_TRUE(said.ends_with(": bus: unknown key")) << said;
+  }
 }
 
 TEST(ScenarioFile, MistakesOfTheHead) {
@@ -125,6 +136,8 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:5: expect.state: one thing at a time; this one has error already");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nmin = 1"),
             "k.toml:6: expect.min: belongs to signal");
+  EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nmax = 1"),
+            "k.toml:6: expect.max: belongs to signal");
   EXPECT_EQ(expect_mistake("id = 1\nstate = \"off\"\nset = true"),
             "k.toml:6: expect.set: belongs to error");
   EXPECT_EQ(expect_mistake("id = 1\nmin = 1\nsingal = \"speed_dps\""),
