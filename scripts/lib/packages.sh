@@ -1,22 +1,11 @@
 # shellcheck shell=bash
-# The one list of distribution packages, and the step that installs what is missing.
-# Sourced by scripts/packages, scripts/demo and scripts/test; Debian 12, Ubuntu 24.04 and newer.
+# Installs what is missing of the distribution packages in packages.txt.
+# Sourced by scripts/packages, scripts/demo, scripts/test and tests/bare.
+
+packages_list=$(dirname -- "${BASH_SOURCE[0]}")/packages.txt
 
 # The packages of one group, one a line.
-packages_in() {
-  case $1 in
-  build)
-    printf '%s\n' cmake ninja-build g++ pkg-config \
-      libcairo2-dev libeigen3-dev libspdlog-dev libcli11-dev libtomlplusplus-dev libboost-dev nlohmann-json3-dev \
-      libgtest-dev libgmock-dev libbenchmark-dev
-    ;;
-  run) printf '%s\n' can-utils iproute2 kmod python3 python3-can ;;
-  test)
-    printf '%s\n' libsundials-dev clang libclang-rt-dev clang-format clang-tidy python3-pytest \
-      dpkg-dev fakeroot fish groff-base mandoc systemd zsh python3-canmatrix tshark
-    ;;
-  esac
-}
+packages_in() { awk -v group="$1" '$1 == group { print $2 }' "$packages_list"; }
 
 # Those of the given packages that are not installed, one a line.
 packages_missing() {
@@ -94,10 +83,12 @@ packages_install_browser() {
   fi
 }
 
-# The whole set-up: packages_setup GROUP..., groups being build, run and test.
+# The whole set-up: packages_setup GROUP..., groups of packages.txt.
 packages_setup() {
   local group names=()
   for group in "$@"; do
+    [[ -n $(packages_in "$group") ]] ||
+      packages_fail "no group \"$group\"; there are: $(awk '/^[a-z]/ { print $1 }' "$packages_list" | uniq | xargs)" || return
     mapfile -t -O "${#names[@]}" names < <(packages_in "$group")
   done
   packages_install "${names[@]}" || return

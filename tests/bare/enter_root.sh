@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# The inside of tests/bare/root: process 1 of its namespaces.
+# usage: enter_root.sh SCRATCH BASE_TAR BUILD_DIRECTORY_OR_NOTHING [FILE...] -- COMMAND [ARGUMENT...]
+set -euo pipefail
+scratch=$1 base=$2 build=$3
+shift 3
+
+root=$scratch/root
+mkdir "$root"
+tar -xf "$base" --exclude='./dev/*' -C "$root"
+mv "$scratch/apt.conf" "$root/etc/apt/apt.conf.d/90machine"
+mv "$scratch/lk-emu" "$root/root/lk-emu"
+chown -R 0:0 "$root/root/lk-emu"
+while [[ $1 != -- ]]; do
+  cp "$1" "$root/root/"
+  shift
+done
+shift
+if [[ -n $build ]]; then
+  mkdir "$root/root/lk-emu/build"
+  mount --bind "$build" "$root/root/lk-emu/build"
+fi
+mount -t proc proc "$root/proc"
+mount --rbind /sys "$root/sys"
+mount --rbind /dev "$root/dev"
+mount --make-rslave "$root/dev"
+cp -L /etc/resolv.conf "$root/etc/resolv.conf"
+printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(hostname)" >"$root/etc/hosts"
+# shellcheck disable=SC2016 # the inner shell's to expand
+chroot "$root" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
+  bash -c 'cd /root/lk-emu && exec "$@"' bash "$@" </dev/null
