@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The manual page and the completions against what the program itself says with --help.
+"""The manual page, docs/options.md and the completions against what the program itself says with --help.
 
 usage: manual_test.py LK_EMU DIRECTORY   (where lk-emu.1, bash/, fish/ and zsh/ are)
 """
@@ -15,6 +15,7 @@ PROGRAM, MANUAL = map(os.path.abspath, sys.argv[1:3])
 PAGE = os.path.join(MANUAL, "lk-emu.1")
 BASH = os.path.join(MANUAL, "bash/lk-emu")
 FISH = os.path.join(MANUAL, "fish/lk-emu.fish")
+OPTIONS_PAGE = os.path.join(os.path.dirname(__file__), "../../docs/options.md")
 ZSH = os.path.join(MANUAL, "zsh/_lk-emu")
 
 
@@ -116,6 +117,15 @@ class Page(unittest.TestCase):
             self.assertIn(variable, environment)
         self.assertIn("lk-emu run and lk-emu decode print no colours", environment)
         self.assertIn("lk-emu ctl clock stepped && lk-emu ctl advance 10ms", text.split("EXAMPLES")[1])
+
+
+class OptionsPage(unittest.TestCase):
+    def test_has_the_options_and_commands_of_the_program(self):
+        with open(OPTIONS_PAGE, encoding="utf-8") as file:
+            keys = [re.split(r"[` ]", line)[2:4] for line in file if line.startswith("| `")]
+        options, words = read_help(())
+        self.assertEqual({first for first, _ in keys if first.startswith("-")}, {o for o in options if o.startswith("--")})
+        self.assertEqual({second for first, second in keys if first == "lk-emu"}, set(words))
 
 
 ASK_BASH = r"""
