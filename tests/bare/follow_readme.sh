@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# What README tells a newcomer to type, typed; run in a clone on a machine that has nothing.
+set -euo pipefail
+
+# block SECTION NUMBER: that ```sh block of the README's section.
+block() {
+  awk -v section="## $1" -v number="$2" '
+    /^## / { inside = $0 == section }
+    inside && /^```sh$/ { ++count; taking = count == number; next }
+    /^```$/ { taking = 0 }
+    taking { print; found = 1 }
+    END { exit !found }' README.md || {
+    echo "bare: README has no block $2 in \"$1\"" >&2
+    return 1
+  }
+}
+
+# On a bus: with a CAN in the kernel, and no interface yet.
+talk() {
+  local start conversation expected line query reply
+  ip link del vcan0
+  bash -exc "$(block 'Install and run' 2)"
+  start=$(block 'Install and run' 3)
+  exec 3< <(eval "exec $start")
+  read -r line <&3
+  [[ $line == "lk-emu ready vcan0:1-4" ]] || { echo "bare: it said: $line" >&2 && return 1; }
+  conversation=$(block 'A first conversation' 1)
+  expected=$(grep -c '^cansend' <<<"$conversation")
+  exec 4< <(bash -c "$conversation")
+  for ((; expected > 0; --expected)); do
+    read -t 30 -r query <&4 && read -t 30 -r reply <&4 || { echo "bare: no reply to $query" >&2 && return 1; }
+    printf '%s\n%s\n' "$query" "$reply"
+    # Interface, identifier, length and command byte of the query come back in the reply.
+    [[ $(awk '{ print $1, $2, $3, $4 }' <<<"$query") == $(awk '{ print $1, $2, $3, $4 }' <<<"$reply") ]] || return 1
+  done
+}
+
+if [[ ${1:-} == --talk ]]; then
+  talk
+else
+  ! block 'Install and run' 1 | grep -w sudo || { echo "bare: README asks root for sudo" >&2 && exit 1; }
+  bash -exc "$(block 'Install and run' 1)"
+  scripts/with-vcan --timeout 120 bash tests/bare/follow_readme.sh --talk
+fi

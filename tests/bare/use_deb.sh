@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# The Debian package beside this clone, installed by apt-get with what it depends on, and used.
+set -euxo pipefail
+cd /root
+apt-get -q update
+apt-get -q -y --no-install-recommends install ./lk-emu_*.deb
+rm -r lk-emu # nothing of it is needed
+lk-emu --version
+lk-emu run --quiet /usr/share/lk-emu/scenarios/jammed_joint.toml
+apt-get -q -y --no-install-recommends install python3 systemd
+PYTHONPATH=/usr/share/lk-emu/python python3 -c 'import lkemu; print(lkemu.__file__)'
+install -D -m 644 /usr/share/lk-emu/buses/bench.toml /etc/lk-emu/bench.toml
+systemd-analyze verify --man=no lk-emu@bench.service
