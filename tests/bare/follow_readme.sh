@@ -28,7 +28,10 @@ talk() {
   expected=$(grep -c '^cansend' <<<"$conversation")
   exec 4< <(bash -c "$conversation")
   for ((; expected > 0; --expected)); do
-    read -t 30 -r query <&4 && read -t 30 -r reply <&4 || { echo "bare: no reply to $query" >&2 && return 1; }
+    if ! read -t 30 -r query <&4 || ! read -t 30 -r reply <&4; then
+      echo "bare: no reply to: $query" >&2
+      return 1
+    fi
     printf '%s\n%s\n' "$query" "$reply"
     # Interface, identifier, length and command byte of the query come back in the reply.
     [[ $(awk '{ print $1, $2, $3, $4 }' <<<"$query") == $(awk '{ print $1, $2, $3, $4 }' <<<"$reply") ]] || return 1
