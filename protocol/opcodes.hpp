@@ -64,10 +64,12 @@ enum class Opcode : std::uint8_t {
 /// Dialect; the columns below say what the presets make of them, and a test holds the two together.
 using Generations = std::uint8_t;
 inline constexpr Generations kLegacy = 1U << 0U;
-inline constexpr Generations kV235 = 1U << 1U;
-inline constexpr Generations kV236 = 1U << 2U;
+inline constexpr Generations kLateLegacy = 1U << 1U;
+inline constexpr Generations kV235 = 1U << 2U;
+inline constexpr Generations kV236 = 1U << 3U;
+inline constexpr Generations kOlder = kLegacy | kLateLegacy;
 inline constexpr Generations kNewer = kV235 | kV236;
-inline constexpr Generations kAll = kLegacy | kNewer;
+inline constexpr Generations kAll = kOlder | kNewer;
 
 /// Which series know a command. MS drives set voltages and have no current sensors.
 enum class Fits : std::uint8_t { kAllSeries, kMsOnly, kAllButMs };
@@ -91,17 +93,17 @@ struct OpcodeRow {
 // clang-format off
 inline constexpr std::array kOpcodes = std::to_array<OpcodeRow>({
     {Opcode::kWriteZeroToRom, "write present position to ROM as zero", kAll, Fits::kAllSeries, Source::kManualAndHardware},
-    {Opcode::kReadPid, "read PID", kLegacy, Fits::kAllSeries, Source::kManual},
-    {Opcode::kWritePidToRam, "write PID to RAM", kLegacy, Fits::kAllSeries, Source::kManual},
-    {Opcode::kWritePidToRom, "write PID to ROM", kLegacy, Fits::kAllSeries, Source::kManual},
-    {Opcode::kReadAcceleration, "read acceleration", kLegacy, Fits::kAllSeries, Source::kManual},
-    {Opcode::kWriteAccelerationToRam, "write acceleration to RAM", kLegacy, Fits::kAllSeries, Source::kManual},
+    {Opcode::kReadPid, "read PID", kOlder, Fits::kAllSeries, Source::kManual},
+    {Opcode::kWritePidToRam, "write PID to RAM", kOlder, Fits::kAllSeries, Source::kManual},
+    {Opcode::kWritePidToRom, "write PID to ROM", kOlder, Fits::kAllSeries, Source::kManual},
+    {Opcode::kReadAcceleration, "read acceleration", kOlder, Fits::kAllSeries, Source::kManual},
+    {Opcode::kWriteAccelerationToRam, "write acceleration to RAM", kOlder, Fits::kAllSeries, Source::kManual},
     {Opcode::kOff, "off", kAll, Fits::kAllSeries, Source::kManualAndHardware},
     {Opcode::kStop, "stop", kAll, Fits::kAllSeries, Source::kManual},
     {Opcode::kRun, "run", kAll, Fits::kAllSeries, Source::kManualAndHardware},
     {Opcode::kBrake, "brake", kV236, Fits::kAllSeries, Source::kNewerManuals},
     {Opcode::kReadEncoder, "read encoder", kAll, Fits::kAllSeries, Source::kManual},
-    {Opcode::kWriteOffsetToRom, "write encoder offset to ROM", kLegacy | kV235, Fits::kAllSeries, Source::kManual},
+    {Opcode::kWriteOffsetToRom, "write encoder offset to ROM", kOlder | kV235, Fits::kAllSeries, Source::kManual},
     {Opcode::kReadMultiTurnAngle, "read multi-turn angle", kAll, Fits::kAllSeries, Source::kManual},
     {Opcode::kReadSingleTurnAngle, "read single-turn angle", kAll, Fits::kAllSeries, Source::kManual},
     {Opcode::kClearAngle, "clear angle", kAll, Fits::kAllSeries, Source::kManualAndHardware},

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "protocol/opcodes.hpp"
 
@@ -41,6 +43,11 @@ struct Dialect {
 };
 
 inline constexpr Dialect kLegacyDialect{};
+inline constexpr Dialect kLateLegacyDialect{
+    .wide_single_turn = true,
+    .iq_command_limit_lsb = 2048,
+    .iq_scale = CurrentScale::kSeries,
+};
 inline constexpr Dialect kV235Dialect{
     .state_1 = State1Layout::kCentiVolt,
     .wide_single_turn = true,
@@ -68,6 +75,20 @@ inline constexpr Dialect kV236Dialect{
     .iq_scale = CurrentScale::kSeries,
     .phase_current_scale = CurrentScale::kSeries,
 };
+
+/// A generation of firmware: its name for people, and what it makes of the switches.
+struct GenerationRow {
+  std::string_view name;
+  Generations bit;
+  Dialect dialect;
+};
+/// All of them, from old to new (docs/protocol.md §10.1).
+inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
+    {"legacy", kLegacy, kLegacyDialect},
+    {"late-legacy", kLateLegacy, kLateLegacyDialect},
+    {"v235", kV235, kV235Dialect},
+    {"v236", kV236, kV236Dialect},
+});
 
 /// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on
 /// the wire (0.01°, 0.01 dps, 1 dps, 1 dps/s, 1 °C) has one scale for all of them.

@@ -1,6 +1,8 @@
 -- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/dbc.md
 -- tells how to use it. Preferences (Protocols > LK.MOTOR) tell what frames alone do not: generation and series.
 
+local generations = { { 1, "legacy", 0 }, { 2, "late-legacy", 1 }, { 3, "v235", 2 }, { 4, "v236", 3 } }
+
 local commands = {
   [0x19] = { name = "write present position to ROM as zero", echo = false },
   [0x30] = { name = "read PID", echo = false },
@@ -136,14 +138,14 @@ local layouts = {
   { { "iq_target_1", 0, 16, true, 0.016 }, { "iq_target_2", 16, 16, true, 0.016 }, { "iq_target_3", 32, 16, true, 0.016 }, { "iq_target_4", 48, 16, true, 0.016 }, },
   { { "temperature", 8, 8, true, 1 }, { "power", 16, 16, true, 0.1 }, { "speed", 32, 16, true, 1 }, { "encoder", 48, 16, false, 1 }, },
   { { "single_turn_angle", 32, 32, false, 0.01 }, },
-  { { "temperature", 8, 8, true, 1 }, { "voltage", 16, 16, false, 0.01 }, { "error_under_voltage", 56, 1, false, 1 }, { "error_over_voltage", 57, 1, false, 1 }, { "error_driver_temperature", 58, 1, false, 1 }, { "error_motor_temperature", 59, 1, false, 1 }, { "error_over_current", 60, 1, false, 1 }, { "error_short_circuit", 61, 1, false, 1 }, { "error_stall", 62, 1, false, 1 }, { "error_lost_input", 63, 1, false, 1 }, },
   { { "temperature", 8, 8, true, 1 }, { "iq", 16, 16, true, 0.008056640625 }, { "speed", 32, 16, true, 1 }, { "encoder", 48, 16, false, 1 }, },
   { { "iq_target", 32, 16, true, 0.008056640625 }, },
-  { { "direction", 8, 8, false, 1 }, { "single_turn_target", 32, 32, false, 0.01 }, },
-  { { "direction", 8, 8, false, 1 }, { "max_speed", 16, 16, false, 1 }, { "single_turn_target", 32, 32, false, 0.01 }, },
   { { "iq_target_1", 0, 16, true, 0.008056640625 }, { "iq_target_2", 16, 16, true, 0.008056640625 }, { "iq_target_3", 32, 16, true, 0.008056640625 }, { "iq_target_4", 48, 16, true, 0.008056640625 }, },
   { { "iq_target", 32, 16, true, 0.01611328125 }, },
   { { "iq_target_1", 0, 16, true, 0.01611328125 }, { "iq_target_2", 16, 16, true, 0.01611328125 }, { "iq_target_3", 32, 16, true, 0.01611328125 }, { "iq_target_4", 48, 16, true, 0.01611328125 }, },
+  { { "temperature", 8, 8, true, 1 }, { "voltage", 16, 16, false, 0.01 }, { "error_under_voltage", 56, 1, false, 1 }, { "error_over_voltage", 57, 1, false, 1 }, { "error_driver_temperature", 58, 1, false, 1 }, { "error_motor_temperature", 59, 1, false, 1 }, { "error_over_current", 60, 1, false, 1 }, { "error_short_circuit", 61, 1, false, 1 }, { "error_stall", 62, 1, false, 1 }, { "error_lost_input", 63, 1, false, 1 }, },
+  { { "direction", 8, 8, false, 1 }, { "single_turn_target", 32, 32, false, 0.01 }, },
+  { { "direction", 8, 8, false, 1 }, { "max_speed", 16, 16, false, 1 }, { "single_turn_target", 32, 32, false, 0.01 }, },
   { { "power_target", 32, 16, true, 0.1 }, },
   { { "action", 8, 8, false, 1 }, },
   { { "coil", 8, 8, false, 1 }, },
@@ -180,36 +182,53 @@ local formats = {
       several = { },
     },
   },
-  { -- v235
+  { -- late-legacy
     { -- MF, MH
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[24], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], },
-      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[22], [0x9B] = layouts[22], [0x9C] = layouts[23], [0x9D] = layouts[10], [0xA1] = layouts[23], [0xA2] = layouts[23], [0xA3] = layouts[23], [0xA4] = layouts[23], [0xA5] = layouts[23], [0xA6] = layouts[23], [0xA7] = layouts[23], [0xA8] = layouts[23], },
-      several = { [0x280] = layouts[27], },
+      queries = { [0x19] = layouts[1], [0x30] = layouts[1], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[1], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[23], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[15], [0xA6] = layouts[16], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x30] = layouts[3], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[4], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[8], [0x9B] = layouts[8], [0x9C] = layouts[22], [0x9D] = layouts[10], [0xA1] = layouts[22], [0xA2] = layouts[22], [0xA3] = layouts[22], [0xA4] = layouts[22], [0xA5] = layouts[22], [0xA6] = layouts[22], [0xA7] = layouts[22], [0xA8] = layouts[22], },
+      several = { [0x280] = layouts[24], },
     },
     { -- MG
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[28], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], },
-      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[22], [0x9B] = layouts[22], [0x9C] = layouts[9], [0x9D] = layouts[10], [0xA1] = layouts[9], [0xA2] = layouts[9], [0xA3] = layouts[9], [0xA4] = layouts[9], [0xA5] = layouts[9], [0xA6] = layouts[9], [0xA7] = layouts[9], [0xA8] = layouts[9], },
-      several = { [0x280] = layouts[29], },
+      queries = { [0x19] = layouts[1], [0x30] = layouts[1], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[1], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[25], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[15], [0xA6] = layouts[16], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x30] = layouts[3], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[4], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[8], [0x9B] = layouts[8], [0x9C] = layouts[9], [0x9D] = layouts[10], [0xA1] = layouts[9], [0xA2] = layouts[9], [0xA3] = layouts[9], [0xA4] = layouts[9], [0xA5] = layouts[9], [0xA6] = layouts[9], [0xA7] = layouts[9], [0xA8] = layouts[9], },
+      several = { [0x280] = layouts[26], },
     },
     { -- MS
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0xA0] = layouts[30], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], },
-      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[22], [0x9B] = layouts[22], [0x9C] = layouts[20], [0xA0] = layouts[20], [0xA2] = layouts[20], [0xA3] = layouts[20], [0xA4] = layouts[20], [0xA5] = layouts[20], [0xA6] = layouts[20], [0xA7] = layouts[20], [0xA8] = layouts[20], },
+      queries = { [0x19] = layouts[1], [0x30] = layouts[1], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[1], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[15], [0xA6] = layouts[16], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x30] = layouts[3], [0x31] = layouts[3], [0x32] = layouts[3], [0x33] = layouts[4], [0x34] = layouts[4], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[8], [0x9B] = layouts[8], [0x9C] = layouts[20], [0xA2] = layouts[20], [0xA3] = layouts[20], [0xA4] = layouts[20], [0xA5] = layouts[20], [0xA6] = layouts[20], [0xA7] = layouts[20], [0xA8] = layouts[20], },
+      several = { },
+    },
+  },
+  { -- v235
+    { -- MF, MH
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[23], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[27], [0x9B] = layouts[27], [0x9C] = layouts[22], [0x9D] = layouts[10], [0xA1] = layouts[22], [0xA2] = layouts[22], [0xA3] = layouts[22], [0xA4] = layouts[22], [0xA5] = layouts[22], [0xA6] = layouts[22], [0xA7] = layouts[22], [0xA8] = layouts[22], },
+      several = { [0x280] = layouts[24], },
+    },
+    { -- MG
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[25], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[27], [0x9B] = layouts[27], [0x9C] = layouts[9], [0x9D] = layouts[10], [0xA1] = layouts[9], [0xA2] = layouts[9], [0xA3] = layouts[9], [0xA4] = layouts[9], [0xA5] = layouts[9], [0xA6] = layouts[9], [0xA7] = layouts[9], [0xA8] = layouts[9], },
+      several = { [0x280] = layouts[26], },
+    },
+    { -- MS
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[1], [0x91] = layouts[2], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[1], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0xA0] = layouts[30], [0xA2] = layouts[12], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], },
+      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x90] = layouts[5], [0x91] = layouts[2], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[1], [0x9A] = layouts[27], [0x9B] = layouts[27], [0x9C] = layouts[20], [0xA0] = layouts[20], [0xA2] = layouts[20], [0xA3] = layouts[20], [0xA4] = layouts[20], [0xA5] = layouts[20], [0xA6] = layouts[20], [0xA7] = layouts[20], [0xA8] = layouts[20], },
       several = { },
     },
   },
   { -- v236
     { -- MF, MH
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[24], [0xA2] = layouts[36], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[38], },
-      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[32], [0x90] = layouts[5], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[33], [0x9A] = layouts[34], [0x9B] = layouts[34], [0x9C] = layouts[23], [0x9D] = layouts[35], [0xA1] = layouts[23], [0xA2] = layouts[23], [0xA3] = layouts[23], [0xA4] = layouts[23], [0xA5] = layouts[23], [0xA6] = layouts[23], [0xA7] = layouts[23], [0xA8] = layouts[23], [0xC0] = layouts[38], [0xC1] = layouts[38], },
-      several = { [0x280] = layouts[27], [0x281] = layouts[39], [0x282] = layouts[40], [0x288] = layouts[41], },
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[23], [0xA2] = layouts[36], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[38], },
+      replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[32], [0x90] = layouts[5], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[33], [0x9A] = layouts[34], [0x9B] = layouts[34], [0x9C] = layouts[22], [0x9D] = layouts[35], [0xA1] = layouts[22], [0xA2] = layouts[22], [0xA3] = layouts[22], [0xA4] = layouts[22], [0xA5] = layouts[22], [0xA6] = layouts[22], [0xA7] = layouts[22], [0xA8] = layouts[22], [0xC0] = layouts[38], [0xC1] = layouts[38], },
+      several = { [0x280] = layouts[24], [0x281] = layouts[39], [0x282] = layouts[40], [0x288] = layouts[41], },
     },
     { -- MG
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[28], [0xA2] = layouts[43], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[44], },
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0x9D] = layouts[1], [0xA1] = layouts[25], [0xA2] = layouts[43], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[44], },
       replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[32], [0x90] = layouts[5], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[33], [0x9A] = layouts[34], [0x9B] = layouts[34], [0x9C] = layouts[9], [0x9D] = layouts[42], [0xA1] = layouts[9], [0xA2] = layouts[9], [0xA3] = layouts[9], [0xA4] = layouts[9], [0xA5] = layouts[9], [0xA6] = layouts[9], [0xA7] = layouts[9], [0xA8] = layouts[9], [0xC0] = layouts[44], [0xC1] = layouts[44], },
-      several = { [0x280] = layouts[29], [0x281] = layouts[39], [0x282] = layouts[40], [0x288] = layouts[41], },
+      several = { [0x280] = layouts[26], [0x281] = layouts[39], [0x282] = layouts[40], [0x288] = layouts[41], },
     },
     { -- MS
-      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0xA0] = layouts[30], [0xA2] = layouts[36], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[25], [0xA6] = layouts[26], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[45], },
+      queries = { [0x19] = layouts[1], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[31], [0x90] = layouts[1], [0x92] = layouts[1], [0x94] = layouts[1], [0x95] = layouts[33], [0x9A] = layouts[1], [0x9B] = layouts[1], [0x9C] = layouts[1], [0xA0] = layouts[30], [0xA2] = layouts[36], [0xA3] = layouts[13], [0xA4] = layouts[14], [0xA5] = layouts[28], [0xA6] = layouts[29], [0xA7] = layouts[17], [0xA8] = layouts[18], [0xC0] = layouts[37], [0xC1] = layouts[45], },
       replies = { [0x19] = layouts[2], [0x80] = layouts[1], [0x81] = layouts[1], [0x88] = layouts[1], [0x8C] = layouts[32], [0x90] = layouts[5], [0x92] = layouts[6], [0x94] = layouts[21], [0x95] = layouts[33], [0x9A] = layouts[34], [0x9B] = layouts[34], [0x9C] = layouts[20], [0xA0] = layouts[20], [0xA2] = layouts[20], [0xA3] = layouts[20], [0xA4] = layouts[20], [0xA5] = layouts[20], [0xA6] = layouts[20], [0xA7] = layouts[20], [0xA8] = layouts[20], [0xC0] = layouts[45], [0xC1] = layouts[45], },
       several = { [0x281] = layouts[39], [0x282] = layouts[40], [0x288] = layouts[41], },
     },
@@ -265,7 +284,7 @@ local experts = {
 proto.experts = { experts.unanswered, experts.orphan, experts.errors, experts.unknown, experts.length }
 
 proto.prefs.generation = Pref.enum("Generation", 0, "Firmware of the drives",
-  { { 1, "legacy", 0 }, { 2, "v235", 1 }, { 3, "v236", 2 } }, false)
+  generations, false)
 proto.prefs.series = Pref.enum("Series", 0, "Series of the drives: how much one LSB of a current is",
   { { 1, "MF, MH", 0 }, { 2, "MG", 1 }, { 3, "MS", 2 } }, false)
 proto.prefs.reply_base = Pref.enum("Identifier of replies", SINGLE_ID, "Where drives answer",

@@ -122,20 +122,8 @@ std::vector<std::string> switches_beside(Generation generation, const Quirks& qu
   return differing;
 }
 
-const char* generation_name(Generation generation) {
-  switch (generation) {
-    case Generation::kLegacy:
-      return "legacy";
-    case Generation::kV235:
-      return "v235";
-    case Generation::kV236:
-      return "v236";
-  }
-  return "";
-}
-
 void read_generation(TableReader& reader, ServoConfig& servo) {
-  read_word(reader, "generation", {"legacy", "v235", "v236"}, servo.generation);
+  read_word(reader, "generation", generation_names(), servo.generation);
   servo.quirks = quirks_of(servo.generation);
   auto quirks = reader.table("quirks");
   if (!quirks) return;

@@ -8,9 +8,6 @@
 
 namespace lk::emulator {
 
-/// The word that a configuration file has for it.
-const char* generation_name(Generation generation);
-
 /// The switches of `quirks` that the preset of `generation` has otherwise, as a configuration file
 /// says them: "pid_commands = true".
 std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks);

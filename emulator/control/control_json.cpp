@@ -8,10 +8,10 @@
 #include <system_error>
 #include <vector>
 
-#include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
+#include "emulator/core/generation.hpp"
 #include "emulator/core/scenario_text.hpp"
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/signals.hpp"

@@ -24,7 +24,8 @@ enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 /// rotor turn.
 enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
 
-enum class Generation : std::uint8_t { kLegacy, kV235, kV236 };
+/// The rows of protocol::kGenerationRows, in their order.
+enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236 };
 
 /// Misprints of the manual, open points of the protocol, and what sets the generations apart: each
 /// its own switch (docs/protocol.md). The values here are those of `legacy`.

@@ -1,22 +1,36 @@
 #include "emulator/core/generation.hpp"
 
+#include <cstddef>
+
 namespace lk::emulator {
+namespace {
+
+const protocol::GenerationRow& row_of(Generation generation) {
+  return protocol::kGenerationRows.at(static_cast<std::size_t>(generation));
+}
+
+}  // namespace
 
 Quirks quirks_of(Generation generation) {
   Quirks quirks;
-  switch (generation) {
-    case Generation::kLegacy:
-      break;
-    case Generation::kV235:
-      quirks.dialect = protocol::kV235Dialect;
-      quirks.run_resumes = false;
-      break;
-    case Generation::kV236:
-      quirks.dialect = protocol::kV236Dialect;
-      quirks.run_resumes = false;
-      break;
-  }
+  quirks.dialect = row_of(generation).dialect;
+  quirks.run_resumes = (row_of(generation).bit & protocol::kOlder) != 0;
   return quirks;
+}
+
+std::string_view generation_name(Generation generation) { return row_of(generation).name; }
+
+std::optional<Generation> generation_of(std::string_view name) {
+  for (std::size_t k = 0; k < protocol::kGenerationRows.size(); ++k) {
+    if (protocol::kGenerationRows[k].name == name) return static_cast<Generation>(k);
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> generation_names() {
+  std::vector<std::string> names;
+  for (const auto& row : protocol::kGenerationRows) names.emplace_back(row.name);
+  return names;
 }
 
 }  // namespace lk::emulator

@@ -1,10 +1,22 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "emulator/core/bus_config.hpp"
 
 namespace lk::emulator {
 
 /// The switches as the drives of a generation have them (docs/protocol.md §10.1).
 Quirks quirks_of(Generation generation);
+
+/// The word that configuration files and options have for it.
+std::string_view generation_name(Generation generation);
+/// The generation of that name.
+std::optional<Generation> generation_of(std::string_view name);
+/// Their names, in the order of Generation.
+std::vector<std::string> generation_names();
 
 }  // namespace lk::emulator

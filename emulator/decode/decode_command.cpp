@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -13,7 +14,7 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_error.hpp"
-#include "emulator/config/config_quirks.hpp"
+#include "emulator/core/generation.hpp"
 #include "emulator/decode/decoder.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
@@ -44,7 +45,7 @@ struct DecodeApp {
     app.footer(kFooter);
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
     app.add_option("--generation", generation,
-                   "firmware of the drives: legacy (default), v235 or v236")
+                   "firmware of the drives: legacy (default), late-legacy, v235 or v236")
         ->type_name("GENERATION");
     app.add_option(
            "--motor", motor,
@@ -96,10 +97,9 @@ class StopSignals {
 };
 
 Generation chosen_generation(const std::string& given) {
-  for (const Generation one : {Generation::kLegacy, Generation::kV235, Generation::kV236}) {
-    if (given == generation_name(one)) return one;
-  }
-  throw StartError("--generation: \"" + given + "\" is none of legacy, v235 and v236");
+  if (const auto known = generation_of(given)) return *known;
+  throw StartError(fmt::format("--generation: \"{}\" is none of {}", given,
+                               fmt::join(generation_names(), ", ")));
 }
 
 bool wants_colour() {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "emulator/config/config_quirks.hpp"
 #include "emulator/core/frame_text.hpp"
+#include "emulator/core/generation.hpp"
 #include "emulator/decode/decode_words.hpp"
 
 namespace lk::emulator {

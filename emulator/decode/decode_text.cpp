@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "emulator/config/config_quirks.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/decode/decode_words.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "emulator/config/config_quirks.hpp"
+#include "emulator/core/generation.hpp"
 #include "emulator/decode/decode_text.hpp"
 #include "emulator/decode/decode_words.hpp"
 

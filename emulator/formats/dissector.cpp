@@ -15,16 +15,11 @@
 namespace lk::formats {
 namespace {
 
-using protocol::Dialect;
 using protocol::Opcode;
 using protocol::Series;
 using protocol::WireFormat;
 
 // In the order of the preferences, which number them from 0.
-constexpr std::array<std::pair<std::string_view, Dialect>, 3> kGenerations = {
-    {{"legacy", protocol::kLegacyDialect},
-     {"v235", protocol::kV235Dialect},
-     {"v236", protocol::kV236Dialect}}};
 constexpr std::array<std::pair<std::string_view, Series>, 3> kSeries = {
     {{"MF, MH", Series::kMf}, {"MG", Series::kMg}, {"MS", Series::kMs}}};
 
@@ -65,16 +60,17 @@ class Tables {
  public:
   std::string text() {
     std::ostringstream formats;
-    for (const auto& [name, dialect] : kGenerations) {
-      formats << "  { -- " << name << "\n";
+    for (const auto& generation : protocol::kGenerationRows) {
+      formats << "  { -- " << generation.name << "\n";
       for (const auto& [series_name, series] : kSeries) {
         formats << "    { -- " << series_name << "\n";
-        put_format(formats, protocol::wire_format(dialect, series));
+        put_format(formats, protocol::wire_format(generation.dialect, series));
         formats << "    },\n";
       }
       formats << "  },\n";
     }
     std::ostringstream out;
+    put_generations(out);
     put_commands(out);
     out << "\nlocal names = {\n";
     for (const auto& [name, about] : names_) out << "  " << name << " = { " << about << " },\n";
@@ -84,6 +80,16 @@ class Tables {
   }
 
  private:
+  /// As a preference wants them: a number from 1, the name, the number from 0.
+  static void put_generations(std::ostream& out) {
+    out << "local generations = {";
+    for (std::size_t k = 0; k < protocol::kGenerationRows.size(); ++k) {
+      const std::string_view name = protocol::kGenerationRows[k].name;
+      out << (k == 0 ? " " : ", ") << "{ " << k + 1 << ", " << quoted(name) << ", " << k << " }";
+    }
+    out << " }\n\n";
+  }
+
   static void put_commands(std::ostream& out) {
     out << "local commands = {\n";
     for (const auto& row : protocol::kOpcodes) {

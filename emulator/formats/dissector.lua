@@ -52,7 +52,7 @@ local experts = {
 proto.experts = { experts.unanswered, experts.orphan, experts.errors, experts.unknown, experts.length }
 
 proto.prefs.generation = Pref.enum("Generation", 0, "Firmware of the drives",
-  { { 1, "legacy", 0 }, { 2, "v235", 1 }, { 3, "v236", 2 } }, false)
+  generations, false)
 proto.prefs.series = Pref.enum("Series", 0, "Series of the drives: how much one LSB of a current is",
   { { 1, "MF, MH", 0 }, { 2, "MG", 1 }, { 3, "MS", 2 } }, false)
 proto.prefs.reply_base = Pref.enum("Identifier of replies", SINGLE_ID, "Where drives answer",

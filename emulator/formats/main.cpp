@@ -14,7 +14,6 @@
 namespace {
 
 using lk::formats::Direction;
-using lk::protocol::Dialect;
 
 std::string read(const std::filesystem::path& file) {
   std::ifstream stream;
@@ -35,12 +34,13 @@ void write(const std::filesystem::path& file, const std::string& text) {
 }
 
 /// The default generation has the plain names.
-void write_dbc(const std::filesystem::path& directory, const std::string& generation,
-               const Dialect& dialect, const std::string& name) {
-  const auto format = lk::protocol::wire_format(dialect, lk::protocol::Series::kMf);
-  write(directory / (name + ".dbc"), lk::formats::dbc(Direction::kReplies, generation, format));
+void write_dbc(const std::filesystem::path& directory, const lk::protocol::GenerationRow& row) {
+  const auto format = lk::protocol::wire_format(row.dialect, lk::protocol::Series::kMf);
+  std::string name = "lk-motor";
+  if (row.bit != lk::protocol::kLegacy) name.append("-").append(row.name);
+  write(directory / (name + ".dbc"), lk::formats::dbc(Direction::kReplies, row.name, format));
   write(directory / (name + "-queries.dbc"),
-        lk::formats::dbc(Direction::kQueries, generation, format));
+        lk::formats::dbc(Direction::kQueries, row.name, format));
 }
 
 }  // namespace
@@ -49,9 +49,7 @@ int main(int argc, char** argv) {
   if (argc != 3) return 2;
   try {
     const std::filesystem::path directory = argv[2];
-    write_dbc(directory, "legacy", lk::protocol::kLegacyDialect, "lk-motor");
-    write_dbc(directory, "v235", lk::protocol::kV235Dialect, "lk-motor-v235");
-    write_dbc(directory, "v236", lk::protocol::kV236Dialect, "lk-motor-v236");
+    for (const auto& row : lk::protocol::kGenerationRows) write_dbc(directory, row);
     write(directory / "wireshark/lk-motor.lua", lk::formats::dissector(read(argv[1])));
   } catch (const std::exception& problem) {
     std::fprintf(stderr, "lk-emu-formats: %s\n", problem.what());

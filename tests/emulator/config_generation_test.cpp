@@ -25,6 +25,10 @@ ServoConfig drive_of(const std::string& keys) { return parse(kDrive + keys)[0].s
 TEST(ConfigGeneration, IsAPresetOfSwitches) {
   EXPECT_EQ(drive_of("").generation, Generation::kLegacy);
   EXPECT_EQ(drive_of("").quirks, Quirks{});
+  const auto late = drive_of("generation = \"late-legacy\"");
+  EXPECT_EQ(late.generation, Generation::kLateLegacy);
+  EXPECT_EQ(late.quirks.dialect, protocol::kLateLegacyDialect);
+  EXPECT_TRUE(late.quirks.run_resumes);
   const auto v235 = drive_of("generation = \"v235\"");
   EXPECT_EQ(v235.generation, Generation::kV235);
   EXPECT_EQ(v235.quirks.dialect, protocol::kV235Dialect);
@@ -94,7 +98,9 @@ TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
 }
 
 TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
-  for (const std::string name : {"legacy", "v235", "v236"}) {
+  EXPECT_EQ(generation_names(),
+            (std::vector<std::string>{"legacy", "late-legacy", "v235", "v236"}));
+  for (const std::string& name : generation_names()) {
     const ServoConfig drive = drive_of("generation = \"" + name + "\"");
     EXPECT_EQ(generation_name(drive.generation), name);
     EXPECT_EQ(switches_beside(drive.generation, drive.quirks), std::vector<std::string>{});
@@ -112,6 +118,9 @@ TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
              "multi_drive_more = false", "all_error_bits = false", "clear_angle = \"ignored\"",
              "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
              "phase_current_scale = \"manual\"", "run_resumes = true"}));
+  EXPECT_EQ(
+      switches_beside(Generation::kLegacy, quirks_of(Generation::kLateLegacy)),
+      (Lines{"single_turn_bits = 32", "iq_command_limit_lsb = 2048", "iq_scale = \"series\""}));
   EXPECT_EQ(switches_beside(Generation::kV235, quirks_of(Generation::kV236)),
             (Lines{"state_1 = \"centivolt_and_bus_current\"", "offset_command = false",
                    "speed_iq_limit = true", "brake_command = true", "parameter_commands = true",
@@ -139,7 +148,7 @@ double start_deg(const std::string& text) {
 }
 
 TEST(ConfigStart, TheSameKeysLeadToTheSamePlaceInEveryGeneration) {
-  for (const char* generation : {"legacy", "v235", "v236"}) {
+  for (const std::string& generation : generation_names()) {
     const std::string drive = kGeared + "generation = \"" + generation + "\"\n";
     EXPECT_NEAR(start_deg(drive + "settings.encoder_offset = 32768\nboot_angle_deg = 0"), 180,
                 1e-3);
@@ -151,7 +160,7 @@ TEST(ConfigStart, TheSameKeysLeadToTheSamePlaceInEveryGeneration) {
 }
 
 TEST(ConfigStart, EndStopsLookAtThePlaceWhereItStarts) {
-  for (const char* generation : {"legacy", "v235", "v236"}) {
+  for (const std::string& generation : generation_names()) {
     const std::string drive = kGeared + "generation = \"" + generation +
                               "\"\nsettings.encoder_offset = 32768\nboot_angle_deg = 0\n";
     EXPECT_EQ(parse_error(drive + "load = { theta_min_deg = 170, theta_max_deg = 190 }"),
@@ -247,7 +256,7 @@ TEST(ConfigGeneration, ABrakeNeedsItsCommand) {
 TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"generation = \"v300\"",
-       "robot.toml:5: bus.drive.generation: \"v300\" is none of legacy, v235, v236"},
+       "robot.toml:5: bus.drive.generation: \"v300\" is none of legacy, late-legacy, v235, v236"},
       {"quirks.state_1 = \"volt\"",
        "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is none of decivolt, centivolt, "
        "centivolt_and_bus_current"},

@@ -104,7 +104,7 @@ class Files(unittest.TestCase):
     def test_mistakes_are_said(self):
         for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "cannot read /"),
                                 (["--motor", "mf7051"], "did you mean mf7015?"),
-                                (["--generation", "v237"], "none of legacy, v235 and v236"),
+                                (["--generation", "v237"], "none of legacy, late-legacy, v235, v236"),
                                 (["--lang", "fr"], "neither en nor zh")):
             ran = subprocess.run([PROGRAM, "decode", *arguments], capture_output=True, text=True, check=False,
                                  stdin=subprocess.DEVNULL)

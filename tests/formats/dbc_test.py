@@ -20,13 +20,13 @@ import canmatrix.formats
 FRAME_VALUES, CONFIGS = sys.argv[1], pathlib.Path(sys.argv.pop())
 sys.argv.pop()
 
-GENERATIONS = {"legacy": "", "v235": "-v235", "v236": "-v236"}
+GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236"}
 # Commands of the generations, docs/protocol.md §3 and §10.1; none that only MS drives have.
 LEGACY = [0x19, *range(0x30, 0x35), 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, *range(0x9A, 0x9E), *range(0xA1, 0xA9)]
 V235 = [command for command in LEGACY if not 0x30 <= command <= 0x34]
 V236 = sorted({*V235, 0x8C, 0xC0, 0xC1} - {0x91})
-COMMANDS = {"legacy": LEGACY, "v235": V235, "v236": V236}
-SEVERAL = {"legacy": [0x280], "v235": [0x280], "v236": [0x280, 0x281, 0x282, 0x288]}
+COMMANDS = {"legacy": LEGACY, "late-legacy": LEGACY, "v235": V235, "v236": V236}
+SEVERAL = {"legacy": [0x280], "late-legacy": [0x280], "v235": [0x280], "v236": [0x280, 0x281, 0x282, 0x288]}
 PARAMETERS = [0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26]
 
 
@@ -85,6 +85,10 @@ class Dbc(unittest.TestCase):
             # 100 · 33/2048 A in a reply, 100 · 33/4096 A where the series counts; −500 °/s, 0x1234 counts
             ("legacy", "reply", "160#A12364000CFE3412", {"temperature": 35, "iq": 1.611328125, "speed": -500, "encoder": 4660}),
             ("v235", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),
+            # what such drives have of legacy, and what of the newer ones
+            ("late-legacy", "reply", "141#9A1900F000000000", {"temperature": 25, "voltage": 24.0, **no_errors}),
+            ("late-legacy", "reply", "141#94000000D6590000", {"single_turn_angle": 229.98}),
+            ("late-legacy", "reply", "160#9C2364000CFE3412", {"temperature": 35, "iq": 0.8056640625, "speed": -500, "encoder": 4660}),
             # 192, −180 and −12 of 1/64 A
             ("legacy", "reply", "141#9D23C0004CFFF4FF", {"temperature": 35, "i_a": 3.0, "i_b": -2.8125, "i_c": -0.1875}),
             # −1; and −2^55 in 56 bits

@@ -145,6 +145,9 @@ class Dissector(unittest.TestCase):
         self.assertEqual(voltage("v236", "141#9A24081300000000"), 48.72)
         self.assertEqual(voltage("v235", "141#9A1F540900000000"), 23.88)
         self.assertEqual(voltage("legacy", "141#9A1900F000000000"), 24.0)
+        self.assertEqual(voltage("late-legacy", "141#9A1900F000000000"), 24.0)
+        wide = said("141#9400000000000000", "141#94000000D6590000", preferences=["generation:late-legacy"])[1]
+        self.assertEqual(wide.values["single_turn_angle"], 229.98)
         brake = said("141#8C10000000000000", "141#8C01000000000000", preferences=["generation:v236"])
         self.assertEqual([one.values for one in brake], [{"action": 16}, {"coil": 1}])
 

@@ -14,7 +14,6 @@
 namespace lk::formats {
 namespace {
 
-using protocol::Dialect;
 using protocol::Frame;
 using protocol::Opcode;
 using protocol::Payload;
@@ -24,10 +23,9 @@ using test::Values;
 
 std::vector<WireFormat> all_formats() {
   std::vector<WireFormat> formats;
-  for (const Dialect& dialect :
-       {protocol::kLegacyDialect, protocol::kV235Dialect, protocol::kV236Dialect}) {
+  for (const auto& generation : protocol::kGenerationRows) {
     for (const Series series : {Series::kMs, Series::kMf, Series::kMg, Series::kMh}) {
-      formats.push_back(protocol::wire_format(dialect, series));
+      formats.push_back(protocol::wire_format(generation.dialect, series));
     }
   }
   return formats;
@@ -142,7 +140,7 @@ TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
       ++seen;
     }
   }
-  EXPECT_EQ(seen, 3 + 3 + 3 + 12);  // 0x280 in three generations without MS, the others in V2.36
+  EXPECT_EQ(seen, 4 * 3 + 12);  // 0x280 in four generations without MS, the others in V2.36
 }
 
 /// The bits of `data` that no field has.

@@ -18,9 +18,9 @@ namespace {
 using namespace lk::protocol;
 
 Dialect dialect_of(const std::string& generation) {
-  if (generation == "legacy") return kLegacyDialect;
-  if (generation == "v235") return kV235Dialect;
-  if (generation == "v236") return kV236Dialect;
+  for (const GenerationRow& row : kGenerationRows) {
+    if (row.name == generation) return row.dialect;
+  }
   throw std::invalid_argument("no generation: " + generation);
 }
 

@@ -38,7 +38,7 @@ BusConfig config_from(std::uint8_t settings, std::uint8_t generations) {
     ServoConfig servo;
     servo.id = id;
     const unsigned own = unsigned{generations} >> (2 * config.servos.size()) & 3U;
-    servo.generation = static_cast<Generation>(own % 3U);
+    servo.generation = static_cast<Generation>(own);
     servo.quirks = quirks_of(servo.generation);
     servo.profile.series = kSeries[generations >> 6U & 3U];
     servo.profile.drive.control.has_current_loop = servo.profile.series != Series::kMs;

@@ -35,7 +35,7 @@ BusConfig bus_of(std::uint8_t settings) {
   for (const int id : {1, 2}) {
     ServoConfig servo;
     servo.id = id;
-    servo.generation = static_cast<Generation>((settings & 3U) % 3U);
+    servo.generation = static_cast<Generation>(settings & 3U);
     servo.quirks = quirks_of(servo.generation);
     servo.rom.broadcast_mode = id == 2;
     bus.servos.push_back(servo);
@@ -100,7 +100,7 @@ void check_inputs(std::string_view text, const BusConfig& bus) {
 /// safe for a terminal.
 void decode(std::uint8_t settings, std::string_view text) {
   DecodeOptions options;
-  options.generation = static_cast<Generation>((settings & 3U) % 3U);
+  options.generation = static_cast<Generation>(settings & 3U);
   options.profile.series = static_cast<Series>(settings >> 2U & 3U);
   options.json = (settings & 32U) != 0;
   options.language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish;

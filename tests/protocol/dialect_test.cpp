@@ -18,22 +18,18 @@ constexpr WireFormat kMgV236 = wire_format(kV236Dialect, Series::kMg);
 constexpr WireFormat kMfV236 = wire_format(kV236Dialect, Series::kMf);
 constexpr WireFormat kMfV235 = wire_format(kV235Dialect, Series::kMf);
 constexpr WireFormat kMsV236 = wire_format(kV236Dialect, Series::kMs);
+constexpr WireFormat kMgLate = wire_format(kLateLegacyDialect, Series::kMg);
+constexpr WireFormat kMfLate = wire_format(kLateLegacyDialect, Series::kMf);
 constexpr WireFormat kMsLegacy = wire_format(kLegacyDialect, Series::kMs);
 
 constexpr Series kAllOfSeries[] = {Series::kMs, Series::kMf, Series::kMg, Series::kMh};
-
-struct Preset {
-  Generations bit;
-  Dialect dialect;
-};
-const Preset kPresets[] = {{kLegacy, kLegacyDialect}, {kV235, kV235Dialect}, {kV236, kV236Dialect}};
 
 // --- who answers what
 // ------------------------------------------------------------------------------
 
 // Every byte, every generation, every series: the table's columns are what the presets make of it.
 TEST(Dialect, PresetsAgreeWithTheTable) {
-  for (const auto& preset : kPresets) {
+  for (const GenerationRow& preset : kGenerationRows) {
     for (const Series series : kAllOfSeries) {
       for (unsigned byte = 0; byte < 256; ++byte) {
         Frame query = frame("141#000A000000000000");  // a parameter that 0xC0 and 0xC1 know
@@ -43,7 +39,7 @@ TEST(Dialect, PresetsAgreeWithTheTable) {
             row != nullptr && (row->generations & preset.bit) != 0 && fits(row->fits, series);
         const auto result = decode_query(query, wire_format(preset.dialect, series));
         ASSERT_EQ(std::holds_alternative<Query>(result), expected)
-            << byte << " generation " << int{preset.bit} << " series " << static_cast<int>(series);
+            << byte << " generation " << preset.name << " series " << static_cast<int>(series);
       }
       for (const auto& row : kMultiDriveRows) {
         Frame query;
@@ -190,6 +186,17 @@ const GoldenReply kReplies[] = {
     {"141#9D23 C000 4CFF F4FF", kMfV236,
      State3{35, 192 * kMfLsb_A, -180 * kMfLsb_A, -12 * kMfLsb_A}},
     {"141#9D23 C000 4CFF F4FF", kMfV235, State3{35, 3.0, -2.8125, -0.1875}},  // 1/64 A
+    // late-legacy: the state of the manual, the wide angle, the current of the series
+    {"141#9A2400E701000000", kMgLate, State1{Opcode::kReadState1, 36, 48.7, 0}},
+    {"141#9B1900F000000009", kMfLate, State1{Opcode::kClearErrors, 25, 24.0, 9}},
+    {"141#94000000D6590000", kMfLate, SingleTurnAngle{22998}},
+    {"141#940000003F7E0500", kMgLate, SingleTurnAngle{359999}},
+    {"141#9C2364000CFE3412", kMfLate,
+     State2{Opcode::kReadState2, 35, 100 * kMfLsb_A, -500, 0x1234}},
+    {"141#A22364000CFE3412", kMgLate, State2{Opcode::kSpeed, 35, 200 * kMfLsb_A, -500, 0x1234}},
+    {"141#9D23 C000 4CFF F4FF", kMgLate, State3{35, 3.0, -2.8125, -0.1875}},  // 1/64 A
+    {"141#9200 8000 0000 0000", kMgLate, MultiTurnAngle{0x8000}},
+    {"141#3000 6432 2814 1E0A", kMfLate, Pid{{100, 50, 40, 20, 30, 10}}},
     {"141#C00C0100020003FF", kMgV236,
      ParameterValue{{ParameterId::kCurrentGains, {.kp = 1, .ki = 2, .kd = 0xFF03}, 0}}},
     {"141#C01E0000E8030000", kMgV236, ParameterValue{{ParameterId::kMaxTorqueCurrent, {}, 1000}}},
@@ -229,7 +236,7 @@ TEST(Dialect, CurrentScaleFollowsTheSeries) {
   };
   for (const Scale& scale :
        {Scale{Series::kMg, 33.0}, Scale{Series::kMf, 16.5}, Scale{Series::kMh, 16.5}}) {
-    for (const Dialect& dialect : {kV235Dialect, kV236Dialect}) {
+    for (const Dialect& dialect : {kLateLegacyDialect, kV235Dialect, kV236Dialect}) {
       const WireFormat format = wire_format(dialect, scale.series);
       EXPECT_DOUBLE_EQ(format.iq_command_lsb_A * 2048, scale.full_A);
       EXPECT_DOUBLE_EQ(format.iq_reply_lsb_A * 2048, scale.full_A);
@@ -327,6 +334,39 @@ TEST(Dialect, SaturatesWhereItsFieldEnds) {
 TEST(Dialect, LegacyIgnoresWhatNewerOnesRead) {
   const auto decoded = [](const char* text) {
     return std::get<Query>(decode_query(frame(text), kLegacyFormat)).command;
+  };
+  EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
+  EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});
+  EXPECT_EQ(decoded("141#A5010000407E0500"), (Command{Position3{kCounterClockwise, 0x7E40}}));
+}
+
+// Both ways, unless the query says what such a drive does not read.
+TEST(Dialect, LateLegacyReadsWhatLegacyDoesInTheScaleOfItsSeries) {
+  struct Golden {
+    const char* text;
+    WireFormat format;
+    Command command;
+  };
+  for (const auto& golden : {
+           Golden{"141#A100000000080000", kMgLate, Torque{33}},    // 2048 of 66/4096 A
+           Golden{"141#A100000000080000", kMfLate, Torque{16.5}},  // 2048 of 33/4096 A
+           Golden{"141#A100000000F80000", kMfLate, Torque{-16.5}},
+           Golden{"280#0008000000F80004", kMgLate, MultiTorque{{33, 0, -33, 16.5}}},
+           Golden{"141#A2000000A0860100", kMgLate, Speed{1000.0}},
+           Golden{"141#A5010000407E0000", kMgLate, Position3{kCounterClockwise, 0x7E40}},
+           Golden{"141#A600F4019F8C0000", kMgLate, Position4{kClockwise, 500, 35999}},
+           Golden{"141#9100000000003412", kMgLate, WriteOffsetToRom{0x1234}},
+           Golden{"141#3000000000000000", kMgLate, ReadPid{}},
+           Golden{"141#340000000A000000", kMgLate, WriteAccelerationToRam{10}},
+       }) {
+    const auto result = decode_query(frame(golden.text), golden.format);
+    const auto* query = std::get_if<Query>(&result);
+    ASSERT_NE(query, nullptr) << golden.text;
+    EXPECT_EQ(query->command, golden.command) << golden.text;
+    EXPECT_EQ(encode_query(query->id, golden.command, golden.format), frame(golden.text));
+  }
+  const auto decoded = [](const char* text) {
+    return std::get<Query>(decode_query(frame(text), kMgLate)).command;
   };
   EXPECT_EQ(decoded("141#A2003E00A0860100"), Command{Speed{1000.0}});
   EXPECT_EQ(decoded("141#95000000B0040000"), Command{ClearAngle{}});

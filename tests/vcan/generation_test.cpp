@@ -70,7 +70,10 @@ TEST_F(Configured, TheSameQueryIsAnsweredInTheWayOfEachGeneration) {
     std::size_t voltage_at;
     double lsb_V;
     bool gains;
-  } kinds[] = {{"legacy", 3, 0.1, true}, {"v235", 2, 0.01, false}, {"v236", 2, 0.01, false}};
+  } kinds[] = {{"legacy", 3, 0.1, true},
+               {"late-legacy", 3, 0.1, true},
+               {"v235", 2, 0.01, false},
+               {"v236", 2, 0.01, false}};
   for (const auto& kind : kinds) {
     SCOPED_TRACE(kind.generation);
     EmulatorProcess emulator(run_of(std::string("generation = \"") + kind.generation + "\"\n"));
