@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <utility>
 
@@ -14,31 +15,49 @@ double resolution(const PlotRange& range) {
   return 1e-7 * std::max(std::abs(range.low), std::abs(range.high));
 }
 
-/// 1, 2 or 5 times a power of ten.
-double round_step(double roughly) {
-  const double power = std::pow(10.0, std::floor(std::log10(roughly)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (roughly <= factor * power * (1 + 1e-9)) return factor * power;
+/// factor * 10^exponent. Powers and logarithms of the C library differ between machines in their
+/// last bit, so they are left to decimal text, which is rounded correctly everywhere.
+struct Step {
+  int factor;  // 1, 2 or 5
+  int exponent;
+
+  double value() const {
+    const std::string text = fmt::format("{}e{}", factor, exponent);
+    double value = 0;
+    std::from_chars(text.data(), text.data() + text.size(), value);
+    return value;
   }
-  return 10 * power;
+};
+
+/// The next larger of 1, 2 or 5 times a power of ten.
+Step round_step(double roughly) {
+  // 17 digits are never rounded up to the next power.
+  const std::string text = fmt::format("{:.16e}", roughly);
+  const int exponent = std::stoi(text.substr(text.find('e') + 1));
+  for (const int factor : {1, 2, 5}) {
+    const Step step{factor, exponent};
+    if (roughly <= step.value() * (1 + 1e-9)) return step;
+  }
+  return {1, exponent + 1};
 }
 
 /// With as many decimals as the step has.
-std::string tick_label(double value, double step) {
-  if (std::abs(value) >= 1e7 || step < 1e-6) return fmt::format("{:.10g}", value);
-  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
-  const std::string text = fmt::format("{:.{}f}", value, decimals);
+std::string tick_label(double value, const Step& step) {
+  const bool plain = std::abs(value) < 1e7 && step.exponent >= -6;
+  std::string text = plain ? fmt::format("{:.{}f}", value, std::max(0, -step.exponent))
+                           : fmt::format("{:.10g}", value);
   // A minus as long as the digits are wide; a hyphen is easily overlooked.
   return text.starts_with('-') ? "\u2212" + text.substr(1) : text;
 }
 
 PlotAxis make_axis(std::string title, double low, double high, int ticks) {
   PlotAxis axis{std::move(title), low, high, {}};
-  const double step = round_step((high - low) / ticks);
+  const Step round = round_step((high - low) / ticks);
+  const double step = round.value();
   const double first = std::ceil(low / step - 1e-9);
   for (int k = 0; (first + k) * step <= high + 1e-9 * step; ++k) {
     const double value = (first + k) * step + 0.0;  // no minus before a zero
-    axis.ticks.push_back({value, tick_label(value, step)});
+    axis.ticks.push_back({value, tick_label(value, round)});
   }
   return axis;
 }

@@ -1,11 +1,12 @@
 #pragma once
 
-/// @file A picture of a run, before it is drawn: plain values, handed from the program to the
-/// module that draws them.
+/// @file A picture of a run, before it is drawn: plain values.
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "emulator/core/language.hpp"
 
 namespace lk::emulator {
 
@@ -17,7 +18,7 @@ struct PlotPoint {
   double value;
 };
 
-/// A number of a palette that the drawing knows; all colours can be told apart by everybody.
+/// A number of a palette that the drawing knows; the colour-blind can tell them apart, too.
 inline constexpr int kPlotColours = 6;
 
 struct PlotLine {
@@ -54,6 +55,7 @@ struct PlotPanel {
 };
 
 struct Picture {
+  Language language = Language::kEnglish;
   std::string title;
   std::string subtitle;
   std::vector<std::string> drives;  // by colour

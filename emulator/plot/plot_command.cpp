@@ -8,9 +8,9 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_error.hpp"
-#include "emulator/plot/draw_module.hpp"
 #include "emulator/plot/run_picture.hpp"
-#include "emulator/plot/svg_words.hpp"
+#include "emulator/plot/svg.hpp"
+#include "emulator/plot/svg_text.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
@@ -33,14 +33,14 @@ struct Request {
 };
 
 struct PlotApp {
-  CLI::App app{"Draw a CSV file of lk-emu run or lk-emu replay as SVG or PNG", "lk-emu plot"};
+  CLI::App app{"Draw a CSV file of lk-emu run or lk-emu replay as SVG", "lk-emu plot"};
   Request request;
 
   PlotApp() {
     app.footer(kFooter);
     app.add_option("FILE", request.csv, "what --csv wrote")->required();
     app.add_option("-o,--output", request.output,
-                   "the picture, .svg or .png (default: an .svg beside the CSV file)")
+                   "the picture, an .svg (default: beside the CSV file)")
         ->type_name("FILE");
     app.add_option("--bus", request.bus, "drives of this bus only")->type_name("BUS");
     app.add_option("--ids", request.ids, "of which drives (default: the first six): 1-4 or 1,3,7-9")
@@ -49,20 +49,23 @@ struct PlotApp {
   }
 };
 
+/// Throws StartError.
 fs::path output_file(const Request& request) {
-  fs::path file = request.output;
   if (request.output.empty()) {
-    file = fs::path(request.csv).replace_extension(".svg");
+    fs::path file = fs::path(request.csv).replace_extension(".svg");
     if (file == request.csv)
       throw StartError("plot: needs -o FILE, or it would draw over its input");
+    return file;
   }
-  return file;
-}
-
-PictureFormat format_of(const fs::path& file) {
-  if (file.extension() == ".svg") return PictureFormat::kSvg;
-  if (file.extension() == ".png") return PictureFormat::kPng;
-  throw StartError("--output: " + on_one_line(file.string()) + " ends neither in .svg nor in .png");
+  fs::path file = request.output;
+  if (file.extension() == ".svg") return file;
+  std::string why = "--output: " + on_one_line(file.string()) + " does not end in .svg";
+  if (file.extension() == ".png") {
+    why +=
+        "; for a PNG: lk-emu plot run.csv -o run.svg && rsvg-convert -o run.png run.svg "
+        "(Debian: librsvg2-bin)";
+  }
+  throw StartError(why);
 }
 
 DriveChoice choice_of(const Request& request) {
@@ -74,18 +77,6 @@ DriveChoice choice_of(const Request& request) {
     throw StartError(std::string("--ids: ") + problem.what());
   }
   return choice;
-}
-
-/// English, where no font here has the characters of the language.
-Language writable(Language language, const DrawModule& module) {
-  if (module.can_write(all_plot_words(language))) return language;
-  if (language != Language::kEnglish) {
-    std::fputs(
-        "lk-emu: no font here has these characters, the words are English; "
-        "Debian's fonts-noto-cjk has\n",
-        stderr);
-  }
-  return Language::kEnglish;
 }
 
 std::string summary(const fs::path& file, const ChosenDrives& drives, const PlottedRows& rows) {
@@ -113,20 +104,15 @@ int run_plot(int argc, const char* const* argv) {
   const Request& request = given.request;
   // All that can be refused, before anything is read that may be long.
   const fs::path file = output_file(request);
-  const PictureFormat format = format_of(file);
   const DriveChoice choice = choice_of(request);
-  const Language asked_for = chosen_language(request.language);
+  const Language language = chosen_language(request.language);
   RunCsv csv = open_run_csv(request.csv);
   const ChosenDrives drives = choose_drives(csv.columns(), choice);
   OutputFile output(file, "--output");
-  const DrawModule& module = load_draw_module();
 
   const std::string title = printable_text(fs::path(request.csv).stem().string());
   PlottedRows rows;
-  const Picture picture = picture_of(csv, drives, title, writable(asked_for, module), rows);
-  std::string drawn = module.draw(picture, format);
-  if (format == PictureFormat::kSvg) add_words(drawn, picture);
-  output.write(drawn);
+  output.write(to_svg(picture_of(csv, drives, title, language, rows)));
   output.commit();
   std::printf("%s\n", summary(file, drives, rows).c_str());
   return 0;

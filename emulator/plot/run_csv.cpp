@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "emulator/config/config_error.hpp"
-#include "emulator/plot/svg_words.hpp"
+#include "emulator/plot/svg_text.hpp"
 #include "emulator/program/cli.hpp"
 
 namespace lk::emulator {
@@ -26,7 +26,7 @@ constexpr std::size_t kLongestBus = 15;
 constexpr double kLargest = 1e300;
 
 constexpr const char* kForeign =
-    "is no CSV file of lk-emu run or lk-emu replay: the first line does not begin with time_s";
+    "is not a CSV file of lk-emu run or lk-emu replay: the first line does not begin with time_s";
 
 /// What is before the first comma; the rest stays.
 std::string_view cut(std::string_view& line) {
@@ -130,7 +130,7 @@ double RunCsv::read_value(std::string_view text, std::size_t column) const {
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, value);
   if (error != std::errc() || end != last) {
-    fail("column " + std::to_string(column + 1) + " is no number");
+    fail("column " + std::to_string(column + 1) + " is not a number");
   }
   if (!std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
   return std::clamp(value, -kLargest, kLargest);

@@ -196,6 +196,7 @@ Picture picture_of(RunCsv& csv, const ChosenDrives& drives, const std::string& t
   rows.first_s = times.low;
   rows.last_s = times.high;
   Picture picture;
+  picture.language = language;
   picture.title = title;
   picture.subtitle = left_out_text(drives, language);
   for (const PlottedDrive& drive : drives.shown) {
@@ -207,20 +208,6 @@ Picture picture_of(RunCsv& csv, const ChosenDrives& drives, const std::string& t
         panel_of(subject, csv.columns(), tracings, drives.shown.size() == 1, language));
   }
   return picture;
-}
-
-std::string all_plot_words(Language language) {
-  std::string text;
-  for (const Words& words : {kDrive, kTime, kNotInFile, kNoRows, kLeftOut}) {
-    text += words.in(language);
-  }
-  for (const PlotSubject& subject : plot_subjects()) {
-    for (const Words& words : {subject.name, subject.left_axis, subject.right_axis}) {
-      text += words.in(language);
-    }
-    for (const PlotQuantity& quantity : subject.quantities) text += quantity.label.in(language);
-  }
-  return text;
 }
 
 }  // namespace lk::emulator

@@ -47,7 +47,4 @@ struct PlottedRows {
 Picture picture_of(RunCsv& csv, const ChosenDrives& drives, const std::string& title,
                    Language language, PlottedRows& rows);
 
-/// All words that a picture can have, to ask beforehand whether a font has them.
-std::string all_plot_words(Language language);
-
 }  // namespace lk::emulator

@@ -10,7 +10,8 @@
 #include "emulator/plot/axis.hpp"
 #include "emulator/plot/panel_table.hpp"
 #include "emulator/plot/run_picture.hpp"
-#include "emulator/plot/svg_words.hpp"
+#include "emulator/plot/svg.hpp"
+#include "emulator/plot/svg_text.hpp"
 #include "emulator/plot/trace.hpp"
 #include "emulator/program/cli.hpp"
 #include "tests/support/temp_directory.hpp"
@@ -90,14 +91,14 @@ TEST(PlotCsv, TakesAHeaderAloneAndALastLineWithoutAnEnd) {
 
 TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
   EXPECT_EQ(complaint(""), " is empty");
-  EXPECT_EQ(complaint("\n0,1\n").substr(0, 23), ":1: is no CSV file of l");
-  EXPECT_EQ(complaint("time_stamp,1.iq_A\n").substr(0, 23), ":1: is no CSV file of l");
-  EXPECT_EQ(complaint(std::string(3U << 20U, 'x')).substr(0, 23), ":1: is no CSV file of l");
+  EXPECT_EQ(complaint("\n0,1\n").substr(0, 22), ":1: is not a CSV file ");
+  EXPECT_EQ(complaint("time_stamp,1.iq_A\n").substr(0, 22), ":1: is not a CSV file ");
+  EXPECT_EQ(complaint(std::string(3U << 20U, 'x')).substr(0, 22), ":1: is not a CSV file ");
   EXPECT_EQ(complaint(std::string("\x7F"
                                   "ELF\0\x1b[2J\n",
                                   10))
-                .substr(0, 23),
-            ":1: is no CSV file of l");
+                .substr(0, 22),
+            ":1: is not a CSV file ");
   const std::string named = " is not called like 1.speed_dps or vcan0.1.speed_dps";
   for (const char* name :
        {"speed_dps", "1", "x.speed_dps", "33.speed_dps", "0.speed_dps", ".", "..", "1x.speed_dps",
@@ -113,9 +114,9 @@ TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
             ":3: 1 values, but the first line names 2 columns");
   EXPECT_EQ(complaint("time_s,1.iq_A\n0,1,2\n"),
             ":2: 3 values, but the first line names 2 columns");
-  EXPECT_EQ(complaint("time_s,1.iq_A\n0,1\n0.1,1A\n"), ":3: column 2 is no number");
-  EXPECT_EQ(complaint("time_s,1.iq_A\n0, 1\n"), ":2: column 2 is no number");
-  EXPECT_EQ(complaint(std::string("time_s,1.iq_A\n0,1\0\n", 19)), ":2: column 2 is no number");
+  EXPECT_EQ(complaint("time_s,1.iq_A\n0,1\n0.1,1A\n"), ":3: column 2 is not a number");
+  EXPECT_EQ(complaint("time_s,1.iq_A\n0, 1\n"), ":2: column 2 is not a number");
+  EXPECT_EQ(complaint(std::string("time_s,1.iq_A\n0,1\0\n", 19)), ":2: column 2 is not a number");
   EXPECT_EQ(complaint("time_s,1.iq_A\nnan,1\n"), ":2: has no time");
   EXPECT_EQ(complaint("time_s,1.iq_A\n,1\n"), ":2: has no time");
   EXPECT_EQ(complaint("time_s,1.iq_A\n1,1\n0.5,1\n"), ":3: is earlier than the line before it");
@@ -219,6 +220,22 @@ TEST(PlotAxis, HasRoundTicks) {
   // -100..100 and 6 % on either side: 224 / 7 = 32, the next of 1, 2, 5 times ten to the n is 50.
   EXPECT_EQ(labels(axis(-100, 100)),
             (std::vector<std::string>{"\u2212100", "\u221250", "0", "50", "100"}));
+}
+
+TEST(PlotAxis, HasTicksThatAreRoundToTheLastBit) {
+  for (int exponent = -8; exponent <= 290; ++exponent) {
+    for (const char* factor : {"1", "2", "5"}) {
+      const auto decimal = [&](int power) {
+        return std::stod(factor + std::string("e") + std::to_string(power));
+      };
+      PlotRange range;
+      range.add(0);
+      range.add(decimal(exponent));
+      const PlotAxis time = time_axis("t", range, 10);
+      ASSERT_EQ(time.ticks.size(), 11U) << exponent;
+      EXPECT_EQ(time.ticks[1].value, decimal(exponent - 1));
+    }
+  }
 }
 
 TEST(PlotAxis, ShowsAllThereIsAndNotOnlyNoise) {
@@ -351,7 +368,7 @@ TEST(PlotPanels, HaveWordsInChinese) {
       picture_of(csv, choose_drives(csv.columns(), {}), "", Language::kChinese, rows);
   EXPECT_EQ(drawn.drives[0], "驱动器 1");
   EXPECT_EQ(drawn.panels[2].left->title, "电流，A");
-  EXPECT_NE(all_plot_words(Language::kChinese).find("电流，A"), std::string::npos);
+  EXPECT_EQ(drawn.language, Language::kChinese);
 }
 
 TEST(PlotPanels, SayWhichDrivesAreLeftOut) {
@@ -381,6 +398,47 @@ TEST(PlotWords, AreUtf8WithoutControlCharacters) {
   EXPECT_EQ(printable_text("\xC0\x80\xFF\xE7\x94"), "?????");  // overlong, no byte, cut short
   EXPECT_EQ(printable_text("\xED\xA0\x80\xF4\x90\x80\x80"), "???????");  // surrogate, too large
   EXPECT_EQ(printable_text("\xEF\xBF\xBE"), "???");                      // which XML cannot have
+}
+
+TEST(PlotWords, AreSafeInXml) {
+  EXPECT_EQ(xml_text("<a b=\"c\">&amp;</a>\n"), "&lt;a b=&quot;c&quot;&gt;&amp;amp;&lt;/a&gt;?");
+}
+
+TEST(PlotWords, AreMadeToFit) {
+  // 0.66 em each, 0.42 em for those that are narrow, 1 em for those that are wide.
+  EXPECT_DOUBLE_EQ(assumed_width_px("ab µ°", 10), 4 * 6.6 + 4.2);
+  EXPECT_DOUBLE_EQ(assumed_width_px("电压，V", 10), 3 * 10 + 6.6);
+  EXPECT_DOUBLE_EQ(assumed_width_px("\u2212mi", 10), 10 + 10 + 4.2);
+  const FittedText as_it_is = fit_text("abcd", 10, 26.5);
+  EXPECT_EQ(as_it_is.text, "abcd");
+  EXPECT_EQ(as_it_is.size_px, 10);
+  EXPECT_EQ(fit_text("abcd", 10, 23.76).text, "abcd");
+  EXPECT_DOUBLE_EQ(fit_text("abcd", 10, 23.76).size_px, 9);
+  // At 8 px, 5.28 px each and 8 px for the ellipsis: 2 of them fit into 20 px.
+  EXPECT_EQ(fit_text("abcd", 10, 20).text, "ab…");
+  EXPECT_EQ(fit_text("abcd", 10, 20).size_px, 8);
+  EXPECT_EQ(fit_text("电电电", 10, 20).text, "电…");
+}
+
+TEST(PlotSvg, HasADescriptionOfWhatIsMissingToo) {
+  const std::string svg = to_svg(picture("time_s,1.iq_A,2.iq_A\n0,1,1\n"));
+  EXPECT_NE(svg.find(" role=\"img\" xml:lang=\"en\""), std::string::npos);
+  EXPECT_NE(svg.find("<title>title</title>\n<desc>drive 1, drive 2; Position: not in the file "
+                     "(true_rotor_deg, angle_deg, angle_ref_deg); Speed: not in the file "
+                     "(true_rotor_dps, speed_dps, speed_ref_dps); current, A; Temperature and "
+                     "voltage: not in the file (winding_C, temperature_C, driver_temperature_C, "
+                     "voltage_V)</desc>"),
+            std::string::npos)
+      << svg;
+}
+
+TEST(PlotSvg, HasNoPanelOfAnEmptyFile) {
+  // Nothing to show: a head and what is missing, without times.
+  const std::string svg = to_svg(picture("time_s,1.iq_A\n"));
+  EXPECT_EQ(svg.find("class=\"panel\""), std::string::npos);
+  EXPECT_EQ(svg.find("class=\"times\""), std::string::npos);
+  EXPECT_NE(svg.find(">Current: no rows</text>"), std::string::npos);
+  EXPECT_TRUE(svg.ends_with("</svg>\n"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "emulator/plot/run_picture.hpp"
+#include "emulator/plot/svg.hpp"
 #include "emulator/program/cli.hpp"
 #include "tests/fuzz/support.hpp"
 
@@ -53,14 +54,28 @@ void check_picture(const Picture& picture) {
   }
 }
 
+/// Whatever a name is, there are the writer's own tags and no bytes that XML forbids.
+void check_svg(const std::string& svg) {
+  std::size_t opened = 0;
+  for (const char c : svg) {
+    require(static_cast<unsigned char>(c) >= 0x20 || c == '\n');
+    if (c == '<') ++opened;
+    if (c == '>') --opened;
+    require(opened <= 1);
+  }
+  require(opened == 0 && svg.ends_with("</svg>\n"));
+}
+
 }  // namespace
 
 void check(const std::string& text) {
   try {
     RunCsv csv(std::make_unique<std::istringstream>(text), "run.csv");
     PlottedRows rows;
-    check_picture(
-        picture_of(csv, choose_drives(csv.columns(), {}), "run", Language::kEnglish, rows));
+    const Picture picture =
+        picture_of(csv, choose_drives(csv.columns(), {}), "run", Language::kEnglish, rows);
+    check_picture(picture);
+    check_svg(to_svg(picture));
   } catch (const StartError& problem) {
     const std::string what = problem.what();
     require(what.starts_with("plot: run.csv") && what.find('\n') == std::string::npos);

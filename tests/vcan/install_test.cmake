@@ -19,7 +19,7 @@ foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/do
     message(FATAL_ERROR "${file} is not installed")
   endif()
 endforeach()
-# It finds what draws.
+# It draws with nothing beside it.
 file(WRITE ${SCRATCH}/run.csv "time_s,1.iq_A\n0,1\n")
 execute_process(COMMAND ${program} plot ${SCRATCH}/run.csv WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 if(NOT EXISTS ${SCRATCH}/run.svg)
