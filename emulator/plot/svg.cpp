@@ -58,24 +58,26 @@ double place(double value, const PlotAxis& axis, double from, double to) {
   return rounded(from + share * (to - from));
 }
 
-std::string stroke(LineStyle style, unsigned colour) {
+std::string_view look_of(LineStyle style) {
   switch (style) {
     case LineStyle::kSolid:
-      return fmt::format(R"(stroke="#{:06x}" stroke-width="1.3")", colour);
-    case LineStyle::kDashed:  // half as bright, so that it is seen on the line it is the reference
-                              // of
-      return fmt::format(R"(stroke="#{:06x}" stroke-width="1.3" stroke-dasharray="6 4")",
-                         (colour >> 1U) & 0x7F7F7FU);
+      return R"(stroke-width="1.3")";
+    case LineStyle::kDashed:
+      return R"(stroke-width="1.3" stroke-dasharray="6 4")";
     case LineStyle::kDotted:
-      return fmt::format(R"(stroke="#{:06x}" stroke-width="1.3" stroke-dasharray="1.5 2.5")",
-                         colour);
+      return R"(stroke-width="1.3" stroke-dasharray="1.5 2.5")";
     case LineStyle::kDashDotted:
-      return fmt::format(R"(stroke="#{:06x}" stroke-width="1.3" stroke-dasharray="9 3 2 3")",
-                         colour);
+      return R"(stroke-width="1.3" stroke-dasharray="9 3 2 3")";
     case LineStyle::kBroad:
-      return fmt::format(R"(stroke="#{:06x}" stroke-width="5" stroke-opacity="0.3")", colour);
+      return R"(stroke-width="5" stroke-opacity="0.3")";
   }
   return "";
+}
+
+/// What is dashed is half as bright, to be seen on the line that it is the reference of.
+std::string stroke(LineStyle style, unsigned colour) {
+  const unsigned shown = style == LineStyle::kDashed ? (colour >> 1U) & 0x7F7F7FU : colour;
+  return fmt::format(R"(stroke="#{:06x}" {})", shown, look_of(style));
 }
 
 /// The size at which all labels of an axis fit into `room` px each.
@@ -93,6 +95,13 @@ struct Spot {
 
   bool operator==(const Spot&) const = default;
 };
+
+/// Whether a line goes on from a to c through b without a turn. Exact, for eighths of a px.
+bool straight(Spot a, Spot b, Spot c) {
+  const Spot in{b.x - a.x, b.y - a.y};
+  const Spot out{c.x - b.x, c.y - b.y};
+  return in.x * out.y == in.y * out.x && in.x * out.x + in.y * out.y > 0;
+}
 
 /// Where the drives are named: in as many rows as it takes.
 std::vector<Spot> places_of_drives(const Picture& picture) {
@@ -239,7 +248,7 @@ class Drawing {
   }
 
   void draw_grid(const PlotPanel& panel, double top, double bottom) {
-    put("<path class=\"grid\" stroke=\"#e0e0e0\" shape-rendering=\"crispEdges\" d=\"");
+    put(R"(<path class="grid" stroke="#e0e0e0" shape-rendering="crispEdges" d=")");
     for (const PlotTick& tick : picture_.time.ticks) {
       put("M{},{}V{}", place(tick.value, picture_.time, kLeft, kRight), top, bottom);
     }
@@ -254,7 +263,7 @@ class Drawing {
   void draw_axis(const PlotAxis& axis, double top, double bottom, int outwards) {
     constexpr double kRoom = 50;  // between the title and the ticks
     const double x = outwards < 0 ? kLeft : kRight;
-    put("<path stroke=\"#8c8c8c\" shape-rendering=\"crispEdges\" d=\"");
+    put(R"(<path stroke="#8c8c8c" shape-rendering="crispEdges" d=")");
     for (const PlotTick& tick : axis.ticks) {
       put("M{},{}h{}", x, place(tick.value, axis, bottom, top), outwards * 5);
     }
@@ -270,14 +279,17 @@ class Drawing {
         fmt::format(" text-anchor=\"middle\" transform=\"rotate(-90 {} {})\"", middle.x, middle.y));
   }
 
-  /// Without those that fall on the one before them.
+  /// Without those that fall on the one before them, or on the straight way to the next one.
   std::vector<Spot> spots_of(const std::vector<PlotPoint>& run, const PlotAxis& axis, double top,
                              double bottom) const {
     std::vector<Spot> spots;
     for (const PlotPoint& point : run) {
       const Spot spot{place(point.time_s, picture_.time, kLeft, kRight),
                       place(point.value, axis, bottom, top)};
-      if (spots.empty() || spot != spots.back()) spots.push_back(spot);
+      if (!spots.empty() && spot == spots.back()) continue;
+      if (spots.size() > 1 && straight(spots[spots.size() - 2], spots.back(), spot))
+        spots.pop_back();
+      spots.push_back(spot);
     }
     return spots;
   }
@@ -308,8 +320,8 @@ class Drawing {
   }
 
   void draw_frame(double top, double bottom) {
-    put("<path class=\"frame\" fill=\"none\" stroke=\"#8c8c8c\" shape-rendering=\"crispEdges\""
-        " d=\"M{0},{1}H{2}V{3}H{0}Z",
+    put(R"(<path class="frame" fill="none" stroke="#8c8c8c" shape-rendering="crispEdges")"
+        R"( d="M{0},{1}H{2}V{3}H{0}Z)",
         kLeft, top, kRight, bottom);
     for (const PlotTick& tick : picture_.time.ticks) {
       put("M{},{}v4", place(tick.value, picture_.time, kLeft, kRight), bottom);

@@ -55,7 +55,7 @@ std::vector<std::vector<PlotPoint>> Trace::runs() const {
       if (broken || stretch.broken) all.emplace_back();
       const bool low_first = stretch.lowest.time_s <= stretch.highest.time_s;
       all.back().push_back(low_first ? stretch.lowest : stretch.highest);
-      if (stretch.lowest.time_s != stretch.highest.time_s) {
+      if (stretch.lowest.value != stretch.highest.value) {
         all.back().push_back(low_first ? stretch.highest : stretch.lowest);
       }
     }

@@ -184,6 +184,18 @@ TEST(PlotTrace, BreaksWhereThereIsNoNumber) {
   EXPECT_EQ(runs[2][1].time_s, 8);
 }
 
+TEST(PlotTrace, KeepsBothValuesOfOneTime) {
+  Trace trace;
+  trace.add(0, 1);
+  trace.add(1, 5);
+  trace.add(1, -5);
+  const auto runs = trace.runs();
+  ASSERT_EQ(runs.size(), 1U);
+  ASSERT_EQ(runs[0].size(), 3U);
+  EXPECT_EQ(runs[0][1].value, -5);
+  EXPECT_EQ(runs[0][2].value, 5);
+}
+
 TEST(PlotTrace, HoldsNothingOfNothing) {
   Trace nothing;
   EXPECT_TRUE(nothing.runs().empty());

@@ -179,6 +179,17 @@ class Lines(Plot):
                          (share(54321, 99999, LEFT, RIGHT - LEFT), share(6, 112, FIRST, HIGH)))
         self.assertLess(os.path.getsize(self.path("run.svg")), 150_000)
 
+    def test_of_a_straight_line_the_ends_are_enough(self):
+        root = self.svg("time_s,1.iq_A\n" + "".join(f"{n},{8 if n == 3 else 0}\n" for n in range(9)))
+        # 0 to 8 A with 0.48 on either side; 940 px are 8 s.
+        low, high = (share(value, "8.96", FIRST + HIGH, -HIGH) for value in ("0.48", "8.48"))
+        corners = [(0, low), (2, low), (3, high), (4, low), (8, low)]
+        self.assertEqual(traces(root)[0].runs, [[(LEFT + 117.5 * time, y) for time, y in corners]])
+        # There and back along one line are two ways.
+        root = self.svg("time_s,1.iq_A\n0,0\n1,8\n1.000001,-8\n2,0\n")
+        (run,) = traces(root)[0].runs
+        self.assertEqual([x for x, _ in run], [LEFT, (LEFT + RIGHT) / 2, (LEFT + RIGHT) / 2, RIGHT])
+
     def test_gaps_break_lines_and_lone_points_are_dots(self):
         (trace,) = traces(self.svg("time_s,1.iq_A\n0,1\n1,1\n2,nan\n3,1\n4,\n5,1\n6,1\n"))
         middle = FIRST + HIGH / 2
@@ -288,8 +299,8 @@ class Files(Plot):
             colours = {trace.colour for trace in traces(root, panel)}
             self.assertLessEqual({BLUE, VERMILLION, GREEN, PURPLE}, colours, panel)
 
-    @unittest.skipUnless(shutil.which("rsvg-convert"), "rsvg-convert is not installed: package librsvg2-bin")
     def test_the_way_to_a_png_leads_there(self):
+        self.assertTrue(shutil.which("rsvg-convert"), "not installed: librsvg2-bin")
         self.put("run.csv", "time_s,1.iq_A\n0,0\n1,1\n")
         _, _, commands = self.refused("run.csv", "-o", "run.png").partition("for a PNG: ")
         commands = commands.removesuffix(" (Debian: librsvg2-bin)").split(" && ")
