@@ -97,6 +97,17 @@ std::string derived(const Profile& profile) {
          line("position loop bandwidth", fmt::format("{:.3g} Hz", f.position_bandwidth_Hz));
 }
 
+std::string origin(const Profile& profile) {
+  std::string text;
+  if (!profile.aliases.empty()) {
+    text += fmt::format("  also sold as {}\n", fmt::join(profile.aliases, ", "));
+  }
+  for (std::size_t n = 0; n < profile.files.size(); ++n) {
+    text += fmt::format("  {} {}\n", n == 0 ? "file" : "extends", profile.files[n]);
+  }
+  return text;
+}
+
 }  // namespace
 
 const char* series_name(Series series) {
@@ -119,16 +130,18 @@ std::string list_motors() {
       "                                       rated / peak    rated / no load\n";
   for (const std::string& name : known_motors()) text += row(load_profile(name));
   return text +
-         "\nTorques and speeds at the output shaft, as printed by the vendor. One of them in "
-         "detail:\n"
-         "  lk-emu motors NAME\n";
+         "\nTorques and speeds at the output shaft, as printed by the vendor. A motor goes by its "
+         "profile or model,\nin capital or small letters, or by the path of a file of your own. "
+         "One of "
+         "them in detail:\n"
+         "  lk-emu motors MOTOR\n";
 }
 
 std::string describe_motor(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format("{} ({}, series {}), {:.4g} V\n", profile.name, profile.model,
                      series_name(profile.series), profile.drive.supply.v_source) +
-         "\nPrinted by the vendor, at the output shaft\n" +
+         origin(profile) + "\nPrinted by the vendor, at the output shaft\n" +
          line("supply",
               fmt::format("{} to {} V", printed(r.voltage_min_V), printed(r.voltage_max_V))) +
          line("torque rated / peak",
