@@ -110,9 +110,10 @@ TEST_P(ShippedMotor, ProtectionsAreWithinWhatItsSensorsSee) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor,
-                         testing::Values("ms3506", "mf5010", "mf7015", "mf7015-23t", "mf9025",
-                                         "mh9025", "mg4005", "mg4010", "mg5010", "mg6010",
-                                         "mg6012-i8", "mg6012-i36", "mg8008", "mg8016"),
+                         testing::Values("ms3506", "ms4010", "ms4015", "mf4005", "mf5010", "mf7015",
+                                         "mf7015-23t", "mf9025", "mh9025", "mg4005", "mg4010",
+                                         "mg5010", "mg5210", "mg6010", "mg6012-i8", "mg6012-i36",
+                                         "mg8008", "mg8016"),
                          [](const auto& motor) {
                            return std::regex_replace(motor.param, std::regex("-"), "_");
                          });
@@ -247,6 +248,21 @@ stall = { enabled = true }
   const auto& stall = mine.factory.protections[6];
   EXPECT_TRUE(stall.enabled);
   EXPECT_EQ(stall.threshold, base.factory.protections[6].threshold);
+}
+
+TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
+  const std::string document =
+      text_of(std::filesystem::path(LKEMU_SOURCE_DIR) / "docs/configuration.md");
+  const std::size_t begin = document.find("# my.toml\n");
+  ASSERT_NE(begin, std::string::npos);
+  files_["my.toml"] = document.substr(begin, document.find("```", begin) - begin);
+  files_["MG4010-i10"] = text_of(kMotors / "mg4010.toml");
+  const Profile mine = load("my.toml");
+  EXPECT_EQ(mine.model, "MG4010 with a 36:1 gear");
+  EXPECT_DOUBLE_EQ(mine.drive.mechanics.gear_ratio, 36);
+  EXPECT_DOUBLE_EQ(mine.rating.torque_rated_Nm, 9);
+  EXPECT_DOUBLE_EQ(mine.factory.max_speed_dps, 20'000);
+  EXPECT_EQ(mine.drive.motor.R_s, shipped("mg4010").drive.motor.R_s);
 }
 
 TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
