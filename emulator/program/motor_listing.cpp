@@ -14,10 +14,11 @@ std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", val
 std::string row(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format(
-      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit\n",
+      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit{}\n",
       profile.name, profile.model, series_name(profile.series), profile.drive.supply.v_source,
       printed(r.torque_rated_Nm), printed(r.torque_peak_Nm), printed(r.speed_rated_rpm),
-      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits);
+      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits,
+      profile.aliases.empty() ? "" : fmt::format("  {}", fmt::join(profile.aliases, ", ")));
 }
 
 std::string line(const char* what, const std::string& value) {
@@ -126,7 +127,8 @@ const char* series_name(Series series) {
 
 std::string list_motors() {
   std::string text =
-      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder\n"
+      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder  also "
+      "sold as\n"
       "                                       rated / peak    rated / no load\n";
   for (const std::string& name : known_motors()) text += row(load_profile(name));
   return text +

@@ -68,7 +68,9 @@ std::string unknown(const char* what, const std::string& where, const std::strin
   if (known.empty()) return "no " + std::string(what) + " files in " + where;
   std::string all;
   for (const auto& one : known) all += (all.empty() ? "" : ", ") + one;
-  const std::string meant = nearest(small_letters(name), words);
+  std::vector<std::string> small;
+  for (const auto& word : words) small.push_back(small_letters(word));
+  const std::string meant = nearest(small_letters(name), small);
   return "no " + std::string(what) + " \"" + name + "\"" +
          (meant.empty() ? "" : ", did you mean " + meant + "?") + " (in " + where +
          " there are: " + all + "; or give a path to a .toml file)";
@@ -110,10 +112,8 @@ std::vector<std::string> known_motors() { return names_in("motors"); }
 std::vector<std::string> motor_words() {
   std::vector<std::string> words = known_motors();
   for (const std::string& name : known_motors()) {
-    for (const std::string& label : labels_of(name)) words.push_back(small_letters(label));
+    for (const std::string& label : labels_of(name)) words.push_back(label);
   }
-  std::ranges::sort(words);
-  words.erase(std::unique(words.begin(), words.end()), words.end());
   return words;
 }
 

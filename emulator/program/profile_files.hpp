@@ -32,7 +32,7 @@ std::filesystem::path meant_file(const Shelf& shelf, const std::string& given);
 /// Names of the shipped motor profiles, sorted.
 std::vector<std::string> known_motors();
 
-/// All that a shipped profile can be called, small letters: its name, what it is sold as.
+/// All that the shipped profiles can be called: their names, then what they are sold as.
 std::vector<std::string> motor_words();
 
 /// Finds a motor by its name or label, in capital or small letters, or by the path of its file.
