@@ -1,7 +1,7 @@
 #include "emulator/config/motor_file.hpp"
 
-#include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "emulator/config/config.hpp"
@@ -82,7 +82,8 @@ std::vector<std::string> motor_labels(const std::string& text, const std::string
 }
 
 MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base) {
-  std::vector<toml::table> tables{parse_toml(motor.text, motor.file)};
+  std::vector<toml::table> tables;  // moved into, as a copy would not know its lines
+  tables.push_back(parse_toml(motor.text, motor.file));
   std::vector<std::string> files{motor.file};
   while (const auto base = base_of(tables.back(), files.back(), files, find_base)) {
     tables.push_back(parse_toml(base->text, base->file));

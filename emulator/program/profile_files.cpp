@@ -127,9 +127,10 @@ MotorFile find_motor_file(const std::string& motor) {
     }
   }
   const auto name = shipped_name(motor);
-  if (!name)
+  if (!name) {
     throw UnknownMotor(unknown("motor", (config_directory() / "motors").string(), motor,
                                known_motors(), motor_words()));
+  }
   const fs::path file = shipped_motor(*name);
   return {*name, file.string(), read_file(file)};
 }
