@@ -16,8 +16,10 @@ inline constexpr std::int64_t kDefaultBitrate = 1'000'000;
 inline constexpr std::uint64_t kDefaultSeed = 1;
 inline constexpr const char* kDefaultMotor = "mf7015";
 
-/// Gives the profile of a motor; throws UnknownMotor, or ConfigError when its file is damaged.
-using FindProfile = std::function<Profile(const std::string& name)>;
+/// Gives the profile of a motor, by its name or by the path of its file; throws UnknownMotor, or
+/// ConfigError when its file is damaged. A path in a configuration file comes joined to the
+/// directory of that file.
+using FindProfile = std::function<Profile(const std::string& motor)>;
 
 /// There is no such profile; `what()` says which there are.
 struct UnknownMotor : std::runtime_error {
@@ -33,7 +35,7 @@ struct BusRequest {
 /// What the command line says; it wins over the file.
 struct Overrides {
   std::vector<BusRequest> buses;
-  std::optional<std::string> motor;  // of every drive
+  std::optional<std::string> motor;  // of every drive: name or path
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> bitrate;
 };

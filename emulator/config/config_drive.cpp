@@ -13,7 +13,7 @@ namespace {
 Profile read_motor(TableReader& reader, const Overrides& overrides, const FindProfile& find) {
   const std::string in_file = reader.text("motor").value_or(kDefaultMotor);
   try {
-    return find(overrides.motor.value_or(in_file));
+    return find(overrides.motor.value_or(motor_of(reader.file(), in_file)));
   } catch (const UnknownMotor& problem) {
     if (overrides.motor) throw;
     reader.fail("motor", problem.what());

@@ -111,10 +111,27 @@ std::string TableReader::as_json(const std::vector<std::string>& without) const 
 void TableReader::fail(const std::string& key, const std::string& reason) const {
   const toml::node* node = table_->get(key);
   const auto& source = node != nullptr ? node->source() : table_->source();
+  fail_at(source, key, reason);
+}
+
+void TableReader::fail_together(const std::vector<std::string>& keys,
+                                const std::string& reason) const {
+  const toml::source_region* place = &table_->source();
+  for (const std::string& key : keys) {
+    const toml::node* node = table_->at_path(key).node();
+    if (node == nullptr) continue;
+    place = &node->source();
+    if (place->path && *place->path == file_) break;
+  }
+  fail_at(*place, keys.front(), reason);
+}
+
+void TableReader::fail_at(const toml::source_region& source, const std::string& key,
+                          const std::string& reason) const {
   // A table that was not read from a text has no lines.
   const int line = source.path ? std::max(1, static_cast<int>(source.begin.line)) : 0;
   const std::string dot = path_.empty() || key.empty() ? "" : ".";
-  throw ConfigError(file_, line, path_ + dot + key, reason);
+  throw ConfigError(source.path ? *source.path : file_, line, path_ + dot + key, reason);
 }
 
 std::optional<double> TableReader::number(const std::string& key, double min, double max) {
@@ -151,6 +168,18 @@ std::optional<std::string> TableReader::text(const std::string& key) {
   if (node == nullptr) return std::nullopt;
   if (!node->is_string()) fail(key, "must be a string");
   return node->value<std::string>();
+}
+
+std::vector<std::string> TableReader::texts(const std::string& key) {
+  std::vector<std::string> all;
+  const toml::node* node = ask(key);
+  if (node == nullptr) return all;
+  if (!node->is_array()) fail(key, "must be an array of strings");
+  for (const toml::node& element : *node->as_array()) {
+    if (!element.is_string()) fail(key, "must be an array of strings");
+    all.push_back(*element.value<std::string>());
+  }
+  return all;
 }
 
 std::optional<std::size_t> TableReader::choice(const std::string& key,

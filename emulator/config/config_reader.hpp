@@ -25,6 +25,7 @@ toml::table parse_toml(const std::string& text, const std::string& file);
 class TableReader {
  public:
   /// `path` is the dotted key of the table, empty at the top. The table must outlive the reader.
+  /// What stands in another file (`extends`) is complained about there.
   TableReader(const toml::table& table, std::string file, std::string path);
 
   // Absent keys give nothing; a wrong type or a value outside [min, max] is an error.
@@ -32,12 +33,15 @@ class TableReader {
   std::optional<std::int64_t> integer(const std::string& key, std::int64_t min, std::int64_t max);
   std::optional<bool> boolean(const std::string& key);
   std::optional<std::string> text(const std::string& key);
+  /// An array of strings; empty when absent.
+  std::vector<std::string> texts(const std::string& key);
   /// Index of the word found among `words`.
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
   std::optional<TableReader> table(const std::string& key);
   /// `[[key]]`: an array of tables; empty when absent.
   std::vector<TableReader> tables(const std::string& key);
 
+  const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
   bool is_text(const std::string& key) const;
   /// The table as JSON, on one line, without some of its keys.
@@ -48,11 +52,17 @@ class TableReader {
   /// Complains about `key`, at its line, or at the line of the table when the key is not there or
   /// empty.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
+  /// Complains about the first of `keys`, dotted, because of what they say together: at the line of
+  /// the first of them that the file states itself and has not taken over from another.
+  [[noreturn]] void fail_together(const std::vector<std::string>& keys,
+                                  const std::string& reason) const;
   /// Call when everything was asked for: refuses unknown keys, then missing ones.
   void finish() const;
 
  private:
   const toml::node* ask(const std::string& key);
+  [[noreturn]] void fail_at(const toml::source_region& source, const std::string& key,
+                            const std::string& reason) const;
 
   const toml::table* table_;
   std::string file_;

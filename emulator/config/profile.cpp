@@ -1,5 +1,7 @@
 #include "emulator/config/profile.hpp"
 
+#include <utility>
+
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/profile_fields.hpp"
 
@@ -26,7 +28,8 @@ void check_direction(TableReader& reader, const model::EncoderParams& encoder) {
 
 void check_friction(TableReader& reader, const model::MechanicsParams& mechanics) {
   if (mechanics.tau_static < mechanics.tau_coulomb) {
-    reader.table("mechanics")->fail("tau_static_mNm", "must not be below tau_coulomb_mNm");
+    reader.fail_together({"mechanics.tau_static_mNm", "mechanics.tau_coulomb_mNm"},
+                         "must not be below tau_coulomb_mNm");
   }
 }
 
@@ -62,37 +65,37 @@ void read_gains(TableReader& reader, Presence presence, const RegisterRules& rul
 }
 
 /// A drive that is reset before its protection notices could not report under-voltage.
-void check_reset(TableReader& reader, const Profile& profile) {
+void check_reset(const TableReader& reader, const Profile& profile) {
   constexpr auto kUnderVoltage = static_cast<std::size_t>(model::Error::kUnderVoltage);
   const model::LogicParams& logic = profile.drive.logic;
   if (logic.v_reset + logic.v_reset_hysteresis <
       profile.factory.protections[kUnderVoltage].threshold) {
     return;
   }
-  reader.table("factory")
-      ->table("protection")
-      ->table("under_voltage")
-      ->fail("threshold_V", "must be above logic.reset_V + logic.reset_hysteresis_V");
+  reader.fail_together(
+      {"factory.protection.under_voltage.threshold_V", "logic.reset_V", "logic.reset_hysteresis_V"},
+      "must be above logic.reset_V + logic.reset_hysteresis_V");
 }
 
-void check_factory(TableReader& reader, const Profile& profile) {
+void check_factory(const TableReader& reader, const Profile& profile) {
   const std::string control = control_problem(profile.series, profile.drive.control);
-  if (!control.empty()) reader.table("control")->fail("has_current_loop", control);
-  auto factory = reader.table("factory");
+  if (!control.empty()) reader.fail_together({"control.has_current_loop", "series"}, control);
   const std::string offset = offset_problem(profile.factory.encoder_offset, profile.drive.encoder);
-  if (!offset.empty()) factory->fail("encoder_offset", offset);
+  if (!offset.empty()) reader.fail_together({"factory.encoder_offset", "encoder.bits"}, offset);
   const std::string voltages = voltage_problem(profile.factory);
   if (!voltages.empty()) {
-    factory->table("protection")->table("over_voltage")->fail("threshold_V", voltages);
+    reader.fail_together(
+        {"factory.protection.over_voltage.threshold_V",
+         "factory.protection.under_voltage.threshold_V", "factory.protection.over_voltage.enabled",
+         "factory.protection.under_voltage.enabled"},
+        voltages);
   }
 }
 
-void check_model(TableReader& reader, const model::DriveParams& drive) {
-  const auto problem = model_problem(drive);
-  if (!problem) return;
-  const std::string& key = problem->keys.front();
-  const std::size_t dot = key.find('.');
-  reader.table(key.substr(0, dot))->fail(key.substr(dot + 1), problem->reason);
+void check_rating(const TableReader& reader, const Rating& rating) {
+  if (rating.voltage_min_V <= rating.voltage_max_V) return;
+  reader.fail_together({"rating.voltage_min_V", "rating.voltage_max_V"},
+                       "must not be above voltage_max_V");
 }
 
 }  // namespace
@@ -139,11 +142,14 @@ void read_registers(TableReader& reader, Presence presence, const RegisterRules&
   protections->finish();
 }
 
-Profile parse_profile(const std::string& text, const std::string& file, const std::string& name) {
-  const toml::table document = parse_toml(text, file);
-  TableReader reader(document, file, "");
+Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
+  MotorDocument document = read_motor_document(motor, find_base);
+  TableReader reader(document.table, motor.file, "");
   Profile profile;
-  profile.name = name;
+  profile.name = motor.name;
+  profile.files = std::move(document.files);
+  profile.aliases = reader.texts("aliases");
+  reader.text("extends");
   if (const auto model = reader.text("model")) {
     profile.model = *model;
   } else {
@@ -168,13 +174,17 @@ Profile parse_profile(const std::string& text, const std::string& file, const st
     reader.note_missing("factory");
   }
   reader.finish();
-  check_model(reader, profile.drive);
+  if (const auto problem = model_problem(profile.drive)) {
+    reader.fail_together(problem->keys, problem->reason);
+  }
   check_reset(reader, profile);
   check_factory(reader, profile);
-  if (profile.rating.voltage_min_V > profile.rating.voltage_max_V) {
-    reader.table("rating")->fail("voltage_min_V", "must not be above voltage_max_V");
-  }
+  check_rating(reader, profile.rating);
   return profile;
+}
+
+Profile parse_profile(const std::string& text, const std::string& file, const std::string& name) {
+  return parse_profile({name, file, text}, {});
 }
 
 }  // namespace lk::emulator

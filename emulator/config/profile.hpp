@@ -4,11 +4,15 @@
 #include <string>
 
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/motor_file.hpp"
 #include "emulator/core/bus_config.hpp"
 
 namespace lk::emulator {
 
-/// Parses a motor file (docs/configuration.md). Throws ConfigError.
+/// Parses a motor file (docs/configuration.md); `find_base` gives those that it extends. Throws
+/// ConfigError.
+Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base);
+/// One that extends no other.
 Profile parse_profile(const std::string& text, const std::string& file, const std::string& name);
 
 /// Reads the sections of a profile, [motor] [inverter] [mechanics] …, into `params`. [brake] may be

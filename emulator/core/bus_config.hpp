@@ -53,8 +53,10 @@ struct Rating {
 
 /// What a motor file says.
 struct Profile {
-  std::string name;   // "mf7015"
-  std::string model;  // "MF7015-10T"
+  std::string name;                  // "mf7015"
+  std::string model;                 // "MF7015-10T"
+  std::vector<std::string> aliases;  // what else it is sold as
+  std::vector<std::string> files;    // its own, and those that it extends
   Series series = Series::kMf;
   Rating rating;
   model::DriveParams drive;

@@ -17,6 +17,7 @@
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
+#include "emulator/program/profile_files.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -107,7 +108,8 @@ class Ctl {
   int scenario() {
     if (raw_.word == "stop") return show(client().ask("DELETE", "/scenario"), scenario_page);
     if (raw_.word == "verdict") return show(client().ask("GET", "/scenario"), scenario_page);
-    return show(client().ask("POST", "/scenario", {{"file", absolute(raw_.word)}}), scenario_page);
+    return show(client().ask("POST", "/scenario", {{"file", scenario_file(raw_.word)}}),
+                scenario_page);
   }
 
  private:
@@ -119,6 +121,13 @@ class Ctl {
   /// lk-emu stands somewhere else.
   static std::string absolute(const std::string& path) {
     return std::filesystem::absolute(path).lexically_normal().string();
+  }
+  static std::string scenario_file(const std::string& given) {
+    try {
+      return absolute(meant_file(kScenarios, given).string());
+    } catch (const std::invalid_argument& problem) {
+      throw StartError(std::string("ctl: ") + problem.what());
+    }
   }
   static std::string time_line(const Json& json) {
     return std::to_string(json.value("time_s", 0.0)) + " s\n";
@@ -216,7 +225,7 @@ constexpr Row kRows[] = {
     {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
      "new or empty, for lk-emu replay"},
     {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
-     "FILE|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
+     "SCENARIO|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
     {"mark", "put a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 

@@ -49,7 +49,7 @@ struct DecodeApp {
         ->type_name("GENERATION");
     app.add_option(
            "--motor", motor,
-           std::string("motor of the drives, for the scales (default ") + kDefaultMotor + ")")
+           std::string("motor of the drives, a name or a file, for the scales (default ") + kDefaultMotor + ")")
         ->type_name("MOTOR");
     app.add_flag("--json", json, "one JSON object a line, for programs; the last is the summary");
     add_language_option(app, language);

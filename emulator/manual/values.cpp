@@ -23,18 +23,25 @@ std::vector<std::string> signal_words() {
   return words;
 }
 
+/// What is a file or has a name.
+std::vector<std::string> file_words(const std::string& part) {
+  if (part == "MOTOR") return emulator::motor_words();
+  if (part == "ROBOT") return emulator::known_files(emulator::kRobots);
+  if (part == "SCENARIO") return emulator::known_files(emulator::kScenarios);
+  return {};
+}
+
 /// Words that are to be typed as they are have small letters.
 bool is_literal(const std::string& part) {
   return std::ranges::all_of(part, [](char c) { return c >= 'a' && c <= 'z'; });
 }
 
 void add_part(Choices& choices, const std::string& part) {
-  choices.files |= part == "FILE" || part == "PATH";
+  std::vector<std::string> words = file_words(part);
+  choices.files |= part == "FILE" || part == "PATH" || !words.empty();
   choices.directories |= part == "DIR";
   choices.interfaces |= part == "BUS";
   choices.list |= part == "SIGNALS";
-  std::vector<std::string> words;
-  if (part == "MOTOR") words = emulator::known_motors();
   if (part == "FAULT") words = fault_words();
   if (part == "SIGNALS") words = signal_words();
   if (part == "MODE") words = {"realtime", "stepped", "x0.1", "x10"};

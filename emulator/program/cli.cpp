@@ -7,9 +7,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
-#include <map>
 
-#include "emulator/config/profile.hpp"
 #include "emulator/program/argument_problem.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
@@ -64,10 +62,13 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("LIST")
       ->allow_extra_args(false);
   app.add_option("--motor", raw.motor,
-                 std::string("motor profile of every drive (default ") + kDefaultMotor + ")")
+                 std::string("motor of every drive: what it is sold as, or a motor file, as "
+                             "./my.toml (default ") +
+                     kDefaultMotor + ")")
       ->type_name("MOTOR");
-  app.add_option("--config", raw.config, "TOML file with buses, drives and settings")
-      ->type_name("FILE");
+  app.add_option("--config", raw.config,
+                 "TOML file with buses, drives and settings, or the name of a shipped one")
+      ->type_name("ROBOT");
   app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
   app.add_option("--bitrate", raw.bitrate,
                  "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
@@ -90,8 +91,9 @@ void add_options(CLI::App& app, Raw& raw) {
                  "when told to (lk-emu ctl advance)")
       ->type_name("MODE");
   app.add_option("--scenario", raw.scenario,
-                 "play this scenario on the buses, judge it, and end with it (docs/scenarios.md)")
-      ->type_name("FILE");
+                 "play this scenario, a file or the name of a shipped one, on the buses, judge it, "
+                 "and end with it (docs/scenarios.md)")
+      ->type_name("SCENARIO");
   app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
       ->type_name("FILE");
   app.add_flag("--strict", raw.line.strict,
@@ -102,7 +104,7 @@ void add_options(CLI::App& app, Raw& raw) {
                  "XDG_RUNTIME_DIR)")
       ->type_name("PATH");
   app.add_option("--http", raw.http,
-                 "be controlled over TCP too, e.g. at 127.0.0.1:8474 (port 0: any); a browser "
+                 "be controlled over TCP too, e.g. at localhost:8474 (port 0: any); a browser "
                  "finds the dashboard there")
       ->type_name("ADDR:PORT");
   app.add_flag("--http-write", raw.http_write,
@@ -180,7 +182,8 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   return number;
 }
 
-/// "127.0.0.1:8474", "[::1]:0"
+/// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
+/// where browsers go when nothing answers at ::1.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   std::string address = text.substr(0, colon);
@@ -188,12 +191,14 @@ HttpAddress parse_http_address(const std::string& text) {
   if (bracketed) address = address.substr(1, address.size() - 2);
   if (colon == std::string::npos || address.empty() ||
       (!bracketed && address.find(':') != std::string::npos)) {
-    throw StartError("--http: \"" + text + "\" is no ADDR:PORT, like 127.0.0.1:8474 or [::1]:8474");
+    throw StartError("--http: \"" + text +
+                     "\" is not ADDR:PORT, like 127.0.0.1:8474 or localhost:8474");
   }
   const std::int64_t port = parse_number("--http", text.substr(colon + 1));
   if (port < 0 || port > 65535) {
     throw StartError("--http: port " + std::to_string(port) + " is out of range");
   }
+  if (address == "localhost") address = "127.0.0.1";
   return {address, static_cast<std::uint16_t>(port)};
 }
 
@@ -204,7 +209,7 @@ void check_reach(const ControlOptions& control) {
   const auto address = boost::asio::ip::make_address(control.http->address, error);
   if (error) {
     throw StartError("--http: \"" + control.http->address +
-                     "\" is no address, like 127.0.0.1 or ::1");
+                     "\" is not an address, like 127.0.0.1, ::1 or localhost");
   }
   if (!address.is_loopback() && control.token_file.empty()) {
     throw StartError("--http: others can reach " + control.http->address +
@@ -268,17 +273,6 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   return line;
 }
 
-/// A motor file is read once, however many drives use it; its text is kept in `texts`.
-FindProfile cached_profiles(ConfigTexts& texts) {
-  return [&texts, known = std::map<std::string, Profile>()](const std::string& name) mutable {
-    const auto found = known.find(name);
-    if (found != known.end()) return found->second;
-    const std::filesystem::path file = motor_file(name);
-    const std::string& text = texts.motors[name] = read_file(file);
-    return known.emplace(name, parse_profile(text, file.string(), name)).first->second;
-  };
-}
-
 }  // namespace
 
 bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
@@ -314,12 +308,12 @@ std::shared_ptr<CLI::App> program_app() {
 std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
   ConfigTexts unwanted;
   ConfigTexts& read = texts != nullptr ? *texts : unwanted;
-  const FindProfile find_profile = cached_profiles(read);
+  const FindProfile find_profile = profile_finder(read.motors);
   try {
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
-    read.config = read_file(*command_line.config_file);
-    return parse_config(*read.config, command_line.config_file->string(), command_line.overrides,
-                        find_profile);
+    read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
+    read.config = read_file(read.config_file);
+    return parse_config(*read.config, read.config_file, command_line.overrides, find_profile);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const UnknownMotor& problem) {

@@ -14,10 +14,11 @@ std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", val
 std::string row(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format(
-      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit\n",
+      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit{}\n",
       profile.name, profile.model, series_name(profile.series), profile.drive.supply.v_source,
       printed(r.torque_rated_Nm), printed(r.torque_peak_Nm), printed(r.speed_rated_rpm),
-      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits);
+      printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits,
+      profile.aliases.empty() ? "" : fmt::format("  {}", fmt::join(profile.aliases, ", ")));
 }
 
 std::string line(const char* what, const std::string& value) {
@@ -97,6 +98,17 @@ std::string derived(const Profile& profile) {
          line("position loop bandwidth", fmt::format("{:.3g} Hz", f.position_bandwidth_Hz));
 }
 
+std::string origin(const Profile& profile) {
+  std::string text;
+  if (!profile.aliases.empty()) {
+    text += fmt::format("  also sold as {}\n", fmt::join(profile.aliases, ", "));
+  }
+  for (std::size_t n = 0; n < profile.files.size(); ++n) {
+    text += fmt::format("  {} {}\n", n == 0 ? "file" : "extends", profile.files[n]);
+  }
+  return text;
+}
+
 }  // namespace
 
 const char* series_name(Series series) {
@@ -115,20 +127,23 @@ const char* series_name(Series series) {
 
 std::string list_motors() {
   std::string text =
-      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder\n"
+      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder  also "
+      "sold as\n"
       "                                       rated / peak    rated / no load\n";
   for (const std::string& name : known_motors()) text += row(load_profile(name));
   return text +
-         "\nTorques and speeds at the output shaft, as printed by the vendor. One of them in "
-         "detail:\n"
-         "  lk-emu motors NAME\n";
+         "\nTorques and speeds at the output shaft, as printed by the vendor. A motor goes by its "
+         "profile or model,\nin capital or small letters, or by the path of a file of your own. "
+         "One of "
+         "them in detail:\n"
+         "  lk-emu motors MOTOR\n";
 }
 
 std::string describe_motor(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format("{} ({}, series {}), {:.4g} V\n", profile.name, profile.model,
                      series_name(profile.series), profile.drive.supply.v_source) +
-         "\nPrinted by the vendor, at the output shaft\n" +
+         origin(profile) + "\nPrinted by the vendor, at the output shaft\n" +
          line("supply",
               fmt::format("{} to {} V", printed(r.voltage_min_V), printed(r.voltage_max_V))) +
          line("torque rated / peak",

@@ -21,7 +21,7 @@ struct MotorsApp {
 
   MotorsApp() {
     app.footer(kFooter);
-    app.add_option("MOTOR", name, "profile to show with its derived figures");
+    app.add_option("MOTOR", name, "motor to show with its derived figures: a name or a file");
   }
 };
 

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <system_error>
 
@@ -84,7 +85,33 @@ Json describe_buses(const std::vector<BusConfig>& buses) {
   return all;
 }
 
-std::string print_info(const RecordingInfo& info, bool has_config,
+/// What the copy of each motor file is called, by what the motor was asked for as. One file that
+/// was asked for in two ways has one copy, and two of one name have two.
+std::map<std::string, std::string> copies_of(const MotorFiles& motors) {
+  std::map<std::string, std::string> copies;
+  std::map<std::string, std::string> taken;  // copy to original
+  for (const auto& [asked, motor] : motors) {
+    const bool has_end = motor.name.ends_with(".toml");
+    const std::string stem = has_end ? motor.name.substr(0, motor.name.size() - 5) : motor.name;
+    std::string copy = stem + ".toml";
+    for (int n = 2; taken.emplace(copy, motor.file).first->second != motor.file; ++n) {
+      copy = stem + "-" + std::to_string(n) + ".toml";
+    }
+    copies[asked] = copy;
+  }
+  return copies;
+}
+
+Json print_motors(const MotorFiles& motors) {
+  Json json = Json::object();
+  for (const auto& [asked, copy] : copies_of(motors)) {
+    const MotorFile& motor = motors.at(asked);
+    json[asked] = {{"name", motor.name}, {"file", motor.file}, {"copy", copy}};
+  }
+  return json;
+}
+
+std::string print_info(const RecordingInfo& info, const ConfigTexts& texts,
                        const std::vector<BusConfig>& buses) {
   const Json json = {{"format", kRecordingFormat},
                      {"lk_emu", info.version},
@@ -92,16 +119,38 @@ std::string print_info(const RecordingInfo& info, bool has_config,
                      {"started_utc", info.started_utc},
                      {"start_ns", info.start.count()},
                      {"clock", info.clock},
-                     {"config", has_config ? Json("config.toml") : Json(nullptr)},
+                     {"config", texts.config ? Json("config.toml") : Json(nullptr)},
+                     {"config_file", texts.config_file},
+                     {"motors", print_motors(texts.motors)},
                      {"command_line", print_overrides(info.overrides)},
                      {"buses", describe_buses(buses)}};
   return json.dump(2) + '\n';
 }
 
+/// A motor file of a recording.
+struct RecordedMotor {
+  std::string name;
+  std::string file;  // where it was
+  fs::path copy;     // where it is
+};
+
 struct ParsedInfo {
   RecordingInfo info;
   bool has_config = false;
+  std::string config_file;                      // where it was
+  std::map<std::string, RecordedMotor> motors;  // by what they were asked for as
 };
+
+std::map<std::string, RecordedMotor> parse_motors(const Json& json, const fs::path& directory) {
+  std::map<std::string, RecordedMotor> motors;
+  for (const auto& [asked, motor] : json.items()) {
+    const auto copy = motor.at("copy").get<std::string>();
+    if (copy.find('/') != std::string::npos) throw JsonError("motors", "a copy is elsewhere");
+    motors[asked] = {motor.at("name").get<std::string>(), motor.at("file").get<std::string>(),
+                     directory / "motors" / copy};
+  }
+  return motors;
+}
 
 ParsedInfo parse_info(const std::string& text, const fs::path& file) {
   try {
@@ -120,6 +169,8 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
     parsed.info.start = SimTime(whole<std::int64_t>(json.at("start_ns")));
     parsed.info.started_utc = json.at("started_utc").get<std::string>();
     parsed.has_config = !json.at("config").is_null();
+    parsed.config_file = json.value("config_file", "");
+    parsed.motors = parse_motors(json.value("motors", Json::object()), file.parent_path());
     return parsed;
   } catch (const Json::exception& problem) {
     throw StartError(file.string() + ": not as lk-emu writes it: " + problem.what());
@@ -185,15 +236,50 @@ bool was_written(const ServoConfig& servo) {
   return std::ranges::any_of(servo.wear, [](std::uint32_t writes) { return writes > 0; });
 }
 
-std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& parsed) {
-  const FindProfile find = [&](const std::string& name) {
-    const fs::path file = directory / "motors" / (name + ".toml");
-    return parse_profile(read_file(file), file.string(), name);
+/// The motor files are found by what they were asked for as, and say in their messages where they
+/// were; one of version 0.1.0 has them by their names.
+FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parsed) {
+  const FindMotorFile find_file = [&](const std::string& motor) -> MotorFile {
+    const auto found = parsed.motors.find(motor);
+    if (found == parsed.motors.end()) {
+      const fs::path file = directory / "motors" / (motor + ".toml");
+      if (is_path(motor) || !fs::exists(file)) {
+        throw UnknownMotor("no motor \"" + motor + "\" in this recording");
+      }
+      return {motor, file.string(), read_file(file)};
+    }
+    return {found->second.name, found->second.file, read_file(found->second.copy)};
   };
-  const fs::path config = directory / "config.toml";
-  auto buses = parsed.has_config
-                   ? parse_config(read_file(config), config.string(), parsed.info.overrides, find)
-                   : default_config(parsed.info.overrides, find);
+  return
+      [find_file](const std::string& motor) { return parse_profile(find_file(motor), find_file); };
+}
+
+std::vector<BusConfig> read_config(const fs::path& directory, const ParsedInfo& parsed) {
+  const FindProfile find = recorded_profiles(directory, parsed);
+  if (!parsed.has_config) return default_config(parsed.info.overrides, find);
+  const fs::path copy = directory / "config.toml";
+  const std::string file = parsed.config_file.empty() ? copy.string() : parsed.config_file;
+  return parse_config(read_file(copy), file, parsed.info.overrides, find);
+}
+
+/// What is wrong is wrong with the copy.
+[[noreturn]] void fail_in_copy(const ConfigError& problem, const fs::path& directory,
+                               const ParsedInfo& parsed) {
+  std::string file = problem.file;
+  if (file == parsed.config_file) file = (directory / "config.toml").string();
+  for (const auto& [asked, motor] : parsed.motors) {
+    if (problem.file == motor.file) file = motor.copy.string();
+  }
+  throw ConfigError(file, problem.line, problem.key, problem.reason);
+}
+
+std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& parsed) {
+  std::vector<BusConfig> buses;
+  try {
+    buses = read_config(directory, parsed);
+  } catch (const ConfigError& problem) {
+    fail_in_copy(problem, directory, parsed);
+  }
   for (BusConfig& bus : buses) {
     for (ServoConfig& servo : bus.servos) {
       const fs::path rom = rom_file(directory, bus, servo);
@@ -284,8 +370,8 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   if (texts.config) beginning.write(directory / "config.toml", *texts.config);
-  for (const auto& [name, text] : texts.motors) {
-    beginning.write(directory / "motors" / (name + ".toml"), text);
+  for (const auto& [asked, copy] : copies_of(texts.motors)) {
+    beginning.write(directory / "motors" / copy, texts.motors.at(asked).text);
   }
   for (const BusConfig& bus : buses) {
     for (const ServoConfig& servo : bus.servos) {
@@ -296,7 +382,7 @@ void begin_recording(const fs::path& directory, const RecordingInfo& info, const
   }
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
   // Last: a directory that has it has the rest as well.
-  beginning.write(directory / kRecordingFile, print_info(info, texts.config.has_value(), buses));
+  beginning.write(directory / kRecordingFile, print_info(info, texts, buses));
   go_on();
   beginning.keep();
 }
@@ -316,6 +402,8 @@ Recording read_recording(const fs::path& directory) {
     return recording;
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(file.string() + ": " + problem.what());
   } catch (const std::invalid_argument& problem) {
     throw StartError(problem.what());
   }

@@ -5,26 +5,27 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "emulator/config/config.hpp"
+#include "emulator/program/profile_files.hpp"
 
 namespace lk::emulator {
 
 inline constexpr int kRecordingFormat = 1;
-// Its files; rom/BUS-ID.toml and motors/NAME.toml besides.
+// Its files; rom/BUS-ID.toml and motors/*.toml besides.
 inline constexpr const char* kRecordingFile = "recording.json";
 inline constexpr const char* kFramesFile = "frames.log";
 inline constexpr const char* kInputsFile = "directives.jsonl";
 
 /// The texts that a configuration was read from.
 struct ConfigTexts {
-  std::optional<std::string> config;          // none: the command line said it all
-  std::map<std::string, std::string> motors;  // by name
+  std::optional<std::string> config;  // none: the command line said it all
+  std::string config_file;            // where it was: paths in it start there
+  MotorFiles motors;
 };
 
 /// recording.json.

@@ -52,7 +52,7 @@ void add_options(CLI::App& app, Request& request) {
       ->type_name("HZ");
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");
-  app.add_option("--config", request.config, "the robot that the log is of")->type_name("FILE");
+  app.add_option("--config", request.config, "the robot that the log is of")->type_name("ROBOT");
   app.add_option("--bus", request.bus, "the bus to look at, in the log and the configuration")
       ->type_name("BUS");
   app.add_option("--report", request.report, "file for the comparison (default: standard output)")

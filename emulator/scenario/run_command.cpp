@@ -37,7 +37,9 @@ struct Raw {
 };
 
 void add_options(CLI::App& app, Raw& raw) {
-  app.add_option("FILE", raw.files, "scenarios to run (docs/scenarios.md)")->required();
+  app.add_option("SCENARIO", raw.files,
+                 "scenarios to run: files, or names of shipped ones (docs/scenarios.md)")
+      ->required();
   app.add_option("--seed", raw.seed, "in place of the scenario's")->type_name("N");
   app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");

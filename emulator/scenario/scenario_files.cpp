@@ -2,12 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <map>
 #include <stdexcept>
 #include <vector>
 
-#include "emulator/config/config_reader.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/profile_files.hpp"
 
@@ -16,38 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> known_robots() {
-  std::vector<std::string> names;
-  std::error_code none_there;
-  for (const auto& entry : fs::directory_iterator(config_directory() / "buses", none_there)) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
 fs::path robot_file(const std::string& name, const fs::path& directory) {
-  const bool is_path = name.find('/') != std::string::npos || name.ends_with(".toml");
-  if (is_path) return directory / name;
-  const std::vector<std::string> known = known_robots();
-  if (std::ranges::find(known, name) == known.end()) {
-    std::string all;
-    for (const std::string& robot : known) all += (all.empty() ? "" : ", ") + robot;
-    const std::string meant = nearest(name, known);
-    throw std::invalid_argument("no robot \"" + name + "\"" +
-                                (meant.empty() ? "" : ", did you mean " + meant + "?") +
-                                " (there are: " + all + "; or give a path to a .toml file)");
-  }
-  return config_directory() / "buses" / (name + ".toml");
-}
-
-/// A motor file is read once, however many drives use it.
-FindProfile cached_profiles() {
-  return [known = std::map<std::string, Profile>()](const std::string& name) mutable {
-    const auto found = known.find(name);
-    return found != known.end() ? found->second
-                                : known.emplace(name, load_profile(name)).first->second;
-  };
+  return is_path(name) ? directory / name : shipped_file(kRobots, name);
 }
 
 template <class Parse>
@@ -68,8 +35,9 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
       .robot =
           [directory, limits](const std::string& name, const Overrides& overrides) {
             const fs::path file = robot_file(name, directory);
+            MotorFiles motors;
             return parse_config(read_regular_file(file, limits.each), file.string(), overrides,
-                                cached_profiles());
+                                profile_finder(motors));
           },
       .text =
           [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {
@@ -82,15 +50,17 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
   };
 }
 
-Scenario load_scenario(const fs::path& file, std::optional<std::uint64_t> seed) {
+Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed) {
   return load([&] {
+    const fs::path file = meant_file(kScenarios, given);
     return parse_scenario(read_file(file), file.string(), seed, scenario_files(file.parent_path()));
   });
 }
 
-Scenario load_live_scenario(const fs::path& file, const std::vector<BusConfig>& running,
+Scenario load_live_scenario(const std::string& given, const std::vector<BusConfig>& running,
                             FileLimits limits) {
   Scenario scenario = load([&] {
+    const fs::path file = meant_file(kScenarios, given);
     return parse_live_scenario(read_regular_file(file, limits.each), file.string(), running,
                                scenario_files(file.parent_path(), limits));
   });

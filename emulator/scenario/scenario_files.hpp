@@ -21,10 +21,10 @@ struct FileLimits {
 /// name of a shipped one. For one scenario, as what has been read counts.
 ScenarioFiles scenario_files(const std::filesystem::path& directory, FileLimits limits = {});
 
-// Throw StartError.
-Scenario load_scenario(const std::filesystem::path& file, std::optional<std::uint64_t> seed);
+// By a path or the name of a shipped one (meant_file). Throw StartError.
+Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed);
 /// For buses that run already.
-Scenario load_live_scenario(const std::filesystem::path& file,
-                            const std::vector<BusConfig>& running, FileLimits limits = {});
+Scenario load_live_scenario(const std::string& given, const std::vector<BusConfig>& running,
+                            FileLimits limits = {});
 
 }  // namespace lk::emulator

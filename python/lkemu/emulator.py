@@ -61,7 +61,7 @@ class Emulator:
         bus: Buses = None,
         ids: Optional[Ids] = None,
         config: Union[str, "os.PathLike[str]", None] = None,
-        motor: Optional[str] = None,
+        motor: Union[str, "os.PathLike[str]", None] = None,
         clock: str = "realtime",
         bitrate: Optional[int] = None,
         seed: Optional[int] = None,
@@ -80,7 +80,7 @@ class Emulator:
             return None if given is None else os.fspath(given)
 
         self.options = Options(
-            bus, ids, path(config), motor, clock, bitrate, seed, os.fspath(rom), path(record), path(scenario),
+            bus, ids, path(config), path(motor), clock, bitrate, seed, os.fspath(rom), path(record), path(scenario),
             create_bus, log_level, tuple(arguments),
         )  # fmt: skip
         self._program = program

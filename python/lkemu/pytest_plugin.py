@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Tuple, Union
 
 import pytest
 
@@ -23,12 +23,14 @@ INI = {
     "program": "path of lk-emu; else $LKEMU, the build that the package is a part of, or the one in PATH",
     "bus": 'CAN interface; "free": one that nobody uses',
     "ids": "drives, e.g. 1-4",
-    "config": "configuration file of lk-emu, from the ini file's directory",
-    "motor": "motor of every drive",
+    "config": "configuration file of lk-emu, from the ini file's directory, or the name of a shipped one",
+    "motor": "motor of every drive, or a motor file, from the ini file's directory",
     "clock": "realtime, stepped or x10",
     "seed": "seed of noise and boot angles",
     "bitrate": "modelled bit rate in bit/s",
 }
+
+FILES = {"config", "motor"}  # what may be the path of a file
 
 _RUNS = pytest.StashKey[List["Run"]]()
 _FAILED = pytest.StashKey[bool]()
@@ -113,6 +115,13 @@ def clock(lkemu: Emulator) -> Clock:
     return lkemu.clock
 
 
+def seen_from(directory: Path, option: str, given: Union[str, "os.PathLike[str]"]) -> str:
+    """A path of the option, from there; a name that lk-emu knows stays as it is."""
+    text = os.fspath(given)
+    is_path = "/" in text or text.endswith(".toml") or (option == "config" and (directory / text).is_file())
+    return str(directory / text) if is_path else text
+
+
 def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
     """From the ini file, what markers say over that, and the command line over all."""
     config = request.config
@@ -121,12 +130,14 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
         text = str(config.getini(f"lkemu_{name}")).strip()
         if text:
             options[name] = int(text) if name in ("seed", "bitrate") else text
-    if "config" in options:
-        options["config"] = (config.inipath or config.rootpath / "ini").parent / options["config"]
+    of_ini = (config.inipath or config.rootpath / "ini").parent
+    for name in FILES & options.keys():
+        options[name] = seen_from(of_ini, name, options[name])
     for marker in reversed(list(request.node.iter_markers("lkemu"))):
         said = dict(marker.kwargs)
-        if said.get("config") is not None:  # seen from the test's file
-            said["config"] = request.path.parent / said["config"]
+        for name in FILES & said.keys():
+            if said[name] is not None:
+                said[name] = seen_from(request.path.parent, name, said[name])
         options.update(said)
     program = config.getoption("--lkemu-program")
     return {**options, "program": program} if program else options

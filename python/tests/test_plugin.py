@@ -2,6 +2,8 @@
 
 import pytest
 
+from lkemu.pytest_plugin import seen_from
+
 
 @pytest.fixture
 def run(pytester, fake):
@@ -40,6 +42,32 @@ def test_two(drives):
 """
     )
     result.assert_outcomes(passed=2)
+
+
+def test_a_file_of_a_marker_is_seen_from_the_tests_file_and_a_name_stays_a_name(run):
+    result = run(
+        """
+import os
+
+@pytest.mark.lkemu(motor="./my.toml")
+def test_file(lkemu):
+    here = os.path.dirname(os.path.abspath(__file__))
+    assert os.path.normpath(lkemu.options.motor) == os.path.join(here, "my.toml")
+
+@pytest.mark.lkemu(motor="MG4005-i10")
+def test_name(lkemu):
+    assert lkemu.options.motor == "MG4005-i10"
+"""
+    )
+    result.assert_outcomes(passed=2)
+
+
+def test_a_configuration_is_a_name_unless_there_is_such_a_file(tmp_path):
+    assert seen_from(tmp_path, "config", "bench") == "bench"
+    (tmp_path / "bench").write_text("")
+    assert seen_from(tmp_path, "config", "bench") == str(tmp_path / "bench")
+    assert seen_from(tmp_path, "motor", "bench") == "bench"
+    assert seen_from(tmp_path, "config", tmp_path / "a.toml") == str(tmp_path / "a.toml")
 
 
 def test_a_fault_without_effect_fails_the_test(run):

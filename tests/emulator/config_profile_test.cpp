@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <regex>
 #include <sstream>
@@ -107,9 +110,10 @@ TEST_P(ShippedMotor, ProtectionsAreWithinWhatItsSensorsSee) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor,
-                         testing::Values("ms3506", "mf5010", "mf7015", "mf7015-23t", "mf9025",
-                                         "mh9025", "mg4005", "mg4010", "mg5010", "mg6010",
-                                         "mg6012-i8", "mg6012-i36", "mg8008", "mg8016"),
+                         testing::Values("ms3506", "ms4010", "ms4015", "mf4005", "mf5010", "mf7015",
+                                         "mf7015-23t", "mf9025", "mh9025", "mg4005", "mg4010",
+                                         "mg5010", "mg5210", "mg6010", "mg6012-i8", "mg6012-i36",
+                                         "mg8008", "mg8016"),
                          [](const auto& motor) {
                            return std::regex_replace(motor.param, std::regex("-"), "_");
                          });
@@ -197,6 +201,157 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   EXPECT_EQ(spoilt(good.substr(good.find("[factory.protection]")), ""),
             "factory.protection: missing");
   EXPECT_EQ(spoilt("[thermal]", "[brake]\ntau_mNm = 500\n[thermal]"), "brake.engage_ms: missing");
+}
+
+// --- one file extends another
+// ---------------------------------------------------------------------------------------------
+
+/// Motor files in memory, by their paths, and the shipped ones by their names.
+class Extending : public testing::Test {
+ protected:
+  Profile load(const std::string& motor) const {
+    const FindMotorFile find = [this](const std::string& wanted) { return find_file(wanted); };
+    return parse_profile(find(motor), find);
+  }
+  MotorFile find_file(const std::string& motor) const {
+    const auto found = files_.find(motor);
+    if (found != files_.end()) return {motor, motor, found->second};
+    const auto shipped = kMotors / (motor + ".toml");
+    if (!std::filesystem::exists(shipped)) throw UnknownMotor("no motor \"" + motor + "\"");
+    return {motor, shipped.string(), text_of(shipped)};
+  }
+  std::string error(const std::string& text) {
+    files_["my.toml"] = text;
+    return config_error([&] { load("my.toml"); });
+  }
+
+  std::map<std::string, std::string> files_;
+};
+
+TEST_F(Extending, SaysOnlyWhatDiffers) {
+  files_["my.toml"] = R"(extends = "mf7015"
+model = "the one in the lab"
+[motor]
+pole_pairs = 21
+[factory.protection]
+stall = { enabled = true }
+)";
+  const Profile base = shipped("mf7015");
+  const Profile mine = load("my.toml");
+  EXPECT_EQ(mine.name, "my.toml");
+  EXPECT_EQ(mine.model, "the one in the lab");
+  EXPECT_EQ(mine.aliases, std::vector<std::string>{}) << "it is not what the other is sold as";
+  EXPECT_EQ(mine.files, (std::vector<std::string>{"my.toml", (kMotors / "mf7015.toml").string()}));
+  EXPECT_EQ(mine.drive.motor.pole_pairs, 21);
+  EXPECT_EQ(mine.drive.motor.R_s, base.drive.motor.R_s);
+  EXPECT_EQ(mine.series, base.series);
+  const auto& stall = mine.factory.protections[6];
+  EXPECT_TRUE(stall.enabled);
+  EXPECT_EQ(stall.threshold, base.factory.protections[6].threshold);
+}
+
+TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
+  const std::string document =
+      text_of(std::filesystem::path(LKEMU_SOURCE_DIR) / "docs/configuration.md");
+  const std::size_t begin = document.find("# my.toml\n");
+  ASSERT_NE(begin, std::string::npos);
+  files_["my.toml"] = document.substr(begin, document.find("```", begin) - begin);
+  files_["MG4010-i10"] = text_of(kMotors / "mg4010.toml");
+  const Profile mine = load("my.toml");
+  EXPECT_EQ(mine.model, "MG4010 with a 36:1 gear");
+  EXPECT_DOUBLE_EQ(mine.drive.mechanics.gear_ratio, 36);
+  EXPECT_DOUBLE_EQ(mine.rating.torque_rated_Nm, 9);
+  EXPECT_DOUBLE_EQ(mine.factory.max_speed_dps, 20'000);
+  EXPECT_EQ(mine.drive.motor.R_s, shipped("mg4010").drive.motor.R_s);
+}
+
+TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
+  files_["robot/left.toml"] = "extends = \"../lab/my.toml\"\nmotor.R_s_ohm = 0.2\n";
+  files_["lab/my.toml"] = "extends = \"./base.toml\"\nmotor.R_s_ohm = 0.3\nmotor.L_d_mH = 0.5\n";
+  files_["lab/base.toml"] = "extends = \"mf7015\"\nmotor.L_q_mH = 0.5\n";
+  const Profile left = load("robot/left.toml");
+  EXPECT_DOUBLE_EQ(left.drive.motor.R_s, 0.2);
+  EXPECT_DOUBLE_EQ(left.drive.motor.L_d, 0.5e-3);
+  EXPECT_DOUBLE_EQ(left.drive.motor.L_q, 0.5e-3);
+  EXPECT_EQ(left.files.size(), 4U);
+}
+
+TEST_F(Extending, AFileNeedNotBeWholeByItself) {
+  files_["common.toml"] = "rating.voltage_max_V = 30\n";
+  std::string rest = text_of(kMotors / "mf7015.toml");
+  rest.erase(rest.find("voltage_max_V"),
+             rest.find('\n', rest.find("voltage_max_V")) - rest.find("voltage_max_V"));
+  files_["my.toml"] = "extends = \"common.toml\"\n" + rest;
+  EXPECT_DOUBLE_EQ(load("my.toml").rating.voltage_max_V, 30);
+  EXPECT_EQ(error("extends = \"common.toml\"\n"), "my.toml:1: model: missing");
+}
+
+TEST_F(Extending, AMistakeIsNamedWhereItStands) {
+  files_["base.toml"] = "extends = \"mf7015\"\n\nmotor.pole_pairs = 0\n";
+  EXPECT_EQ(error("extends = \"base.toml\"\n"),
+            "base.toml:3: motor.pole_pairs: 0 is out of range (1 to 64)");
+  files_["base.toml"] = "extends = \"mf7015\"\n\nmotor.pole_pair = 7\n";
+  EXPECT_EQ(error("extends = \"base.toml\"\n"),
+            "base.toml:3: motor.pole_pair: unknown key, did you mean pole_pairs?");
+  EXPECT_EQ(error("extends = \"mf7015\"\nmotor = 7\n"), "my.toml:2: motor: must be a table");
+  EXPECT_EQ(error("extends = \"mf7015\"\n\n[mechanics]\ntau_coulomb_mNm = 20\n"),
+            "my.toml:4: mechanics.tau_static_mNm: must not be below tau_coulomb_mNm")
+      << "what the other file says is right by itself";
+  EXPECT_EQ(error("extends = \"mf7015\"\nrating.voltage_max_V = 5\n"),
+            "my.toml:2: rating.voltage_min_V: must not be above voltage_max_V");
+  EXPECT_EQ(error("extends = \"mf7015\"\nseries = \"MS\"\n"),
+            "my.toml:2: series: the motor that it extends is an MF");
+  EXPECT_EQ(error("extends = \"mf7015\"\n[brake]\ntau_mNm = 5\n"),
+            "my.toml:2: brake.engage_ms: missing");
+}
+
+TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
+  EXPECT_EQ(error("\nextends = \"mf7105\"\n"), "my.toml:2: extends: no motor \"mf7105\"");
+  EXPECT_EQ(error("extends = 7\n"), "my.toml:1: extends: must be a string");
+  EXPECT_EQ(error("extends = \"my.toml\"\n"), "my.toml:1: extends: my.toml would extend itself");
+  files_["./my.toml"] = "";
+  files_["other.toml"] = "\nextends = \"./my.toml\"\n";
+  EXPECT_EQ(error("extends = \"other.toml\"\n"),
+            "other.toml:2: extends: my.toml would extend itself");
+  for (int n = 0; n < 9; ++n) {
+    files_[std::to_string(n) + ".toml"] = "extends = \"" + std::to_string(n + 1) + ".toml\"\n";
+  }
+  files_["9.toml"] = "";
+  // my.toml is the first of eight, 6.toml the last.
+  EXPECT_EQ(error("extends = \"0.toml\"\n"),
+            "6.toml:1: extends: more than 8 motor files, each extending the next");
+  EXPECT_EQ(config_error([] { parse_profile("extends = \"mf7015\"", "m.toml", "m"); }),
+            "m.toml:1: extends: no other motor files are at hand here");
+}
+
+// --- names
+// ---------------------------------------------------------------------------------------------
+
+TEST(MotorNames, AreUnique) {
+  std::map<std::string, std::string> taken;  // small letters to motor
+  for (const auto& entry : std::filesystem::directory_iterator(kMotors)) {
+    const std::string name = entry.path().stem().string();
+    std::vector<std::string> all = motor_labels(text_of(entry.path()), entry.path().string());
+    all.push_back(name);
+    for (std::string label : all) {
+      std::ranges::transform(label, label.begin(),
+                             [](char c) { return static_cast<char>(std::tolower(c)); });
+      const auto [other, is_new] = taken.emplace(label, name);
+      EXPECT_EQ(other->second, name) << label;
+      EXPECT_FALSE(is_path(label)) << label;
+    }
+  }
+  EXPECT_EQ(taken.at("mf7015-10t"), "mf7015");
+}
+
+TEST(MotorNames, APathInAFileStartsAtItsDirectory) {
+  EXPECT_EQ(motor_of("robot.toml", "./my.toml"), "./my.toml");
+  EXPECT_EQ(motor_of("a/robot.toml", "./my.toml"), "a/my.toml");
+  EXPECT_EQ(motor_of("a/robot.toml", "../b/my.toml"), "b/my.toml");
+  EXPECT_EQ(motor_of("a/robot.toml", "../my"), "./my") << "still a path, and no name";
+  EXPECT_EQ(motor_of("/a/robot.toml", "/b/my.toml"), "/b/my.toml");
+  EXPECT_EQ(motor_of("a/robot.toml", "mf7015"), "mf7015");
+  EXPECT_EQ(motor_of("a/robot.toml", ""), "");
 }
 
 }  // namespace

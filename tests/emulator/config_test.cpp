@@ -223,6 +223,22 @@ TEST(Overrides, CommandLineWinsOverTheFile) {
   EXPECT_EQ(buses[0].bitrate, 0);
 }
 
+TEST(Config, APathOfAMotorStartsAtTheDirectoryOfTheFile) {
+  std::vector<std::string> asked;
+  const auto find = [&](const std::string& motor) {
+    asked.push_back(motor);
+    return find_test_profile("mf7015");
+  };
+  const std::string text =
+      "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmotor = \"../my.toml\"\n";
+  parse_config(text, "robots/arm/robot.toml", {}, find);
+  Overrides overrides;
+  overrides.motor = "../my.toml";
+  parse_config(text, "robots/arm/robot.toml", overrides, find);
+  EXPECT_EQ(asked, (std::vector<std::string>{"robots/my.toml", "../my.toml"}))
+      << "of the command line: from where the command is given";
+}
+
 TEST(Overrides, AnUnknownMotorIsTheCommandLinesMistakeAndNotTheFiles) {
   Overrides overrides;
   overrides.motor = "mf";

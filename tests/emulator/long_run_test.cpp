@@ -65,9 +65,10 @@ constexpr std::int64_t kMostBytesOfTheMoment = 131'072;
 
 /// All motors as they are delivered, of all generations, in turns.
 BusConfig all_kinds(std::uint64_t seed) {
-  constexpr std::array kMotors{"mf5010", "mf7015-23t", "mf7015", "mf9025",    "mg4005",
-                               "mg4010", "mg5010",     "mg6010", "mg6012-i8", "mg6012-i36",
-                               "mg8008", "mg8016",     "mh9025", "ms3506"};
+  constexpr std::array kMotors{"mf4005",    "mf5010",     "mf7015-23t", "mf7015", "mf9025",
+                               "mg4005",    "mg4010",     "mg5010",     "mg5210", "mg6010",
+                               "mg6012-i8", "mg6012-i36", "mg8008",     "mg8016", "mh9025",
+                               "ms3506",    "ms4010",     "ms4015"};
   constexpr std::array kGenerations{Generation::kLegacy, Generation::kLateLegacy, Generation::kV235,
                                     Generation::kV236};
   BusConfig config;

@@ -58,10 +58,10 @@ std::string text_of(const fs::path& file) {
 }
 
 ConfigTexts texts() {
-  ConfigTexts all{kRobot, {}};
+  ConfigTexts all{kRobot, "robot.toml", {}};
   for (const char* motor : {"mf7015", "mg4005"}) {
-    all.motors[motor] =
-        text_of(std::string(LKEMU_SOURCE_DIR) + "/configs/motors/" + motor + ".toml");
+    const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/motors/" + motor + ".toml";
+    all.motors[motor] = {motor, file, text_of(file)};
   }
   return all;
 }
@@ -69,7 +69,7 @@ ConfigTexts texts() {
 std::vector<BusConfig> robot() {
   const ConfigTexts all = texts();
   return parse_config(kRobot, "robot.toml", {}, [&](const std::string& name) {
-    return parse_profile(all.motors.at(name), name, name);
+    return parse_profile(all.motors.at(name), {});
   });
 }
 

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "emulator/program/cli.hpp"
 #include "tests/support/temp_directory.hpp"
@@ -50,7 +52,10 @@ TEST(RecordedInput, IsRefusedWithItsLine) {
 TEST(Recording, ABeginningThatFailsLeavesNothing) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
-  ConfigTexts texts{"a configuration", {{"a", "a motor"}, {"none/such", "in no directory"}}};
+  ConfigTexts texts{"a configuration",
+                    "robot.toml",
+                    {{"a", {"a", "a.toml", "a motor"}},
+                     {"none/such", {"none/such", "none/such.toml", "in no directory"}}}};
   EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);
   EXPECT_FALSE(std::filesystem::exists(directory));
   std::filesystem::create_directory(directory);
@@ -61,6 +66,69 @@ TEST(Recording, ABeginningThatFailsLeavesNothing) {
   EXPECT_TRUE(std::filesystem::exists(directory / kRecordingFile));
   EXPECT_THROW(begin_recording(directory, {}, texts, {}), StartError);
   EXPECT_TRUE(std::filesystem::exists(directory / kRecordingFile)) << "somebody's recording";
+}
+
+/// Every motor file goes along, those that are extended too, whatever they are called.
+TEST(Recording, RunsWithoutTheMotorFilesItWasMadeFrom) {
+  const test::TempDirectory scratch;
+  const std::filesystem::path directory = scratch.path() / "recording";
+  std::filesystem::create_directories(scratch.path() / "left");
+  scratch.put("my.toml", "extends = \"left/my.toml\"\nmotor.R_s_ohm = 0.5\n");
+  scratch.put("left/my.toml", "extends = \"MF7015-10T\"\nmotor.R_s_ohm = 0.25\n");
+  ConfigTexts texts;
+  texts.config = R"([[bus]]
+interface = "vcan0"
+[[bus.drive]]
+id = 1
+motor = "./my.toml"
+[[bus.drive]]
+id = 2
+motor = "./left/my.toml"
+[[bus.drive]]
+id = 3
+motor = "mf7015"
+)";
+  texts.config_file = scratch.path("robot.toml");
+  const auto buses =
+      parse_config(*texts.config, texts.config_file, {}, profile_finder(texts.motors));
+  begin_recording(directory, {}, texts, buses);
+  for (const char* gone : {"my.toml", "left/my.toml"}) {
+    std::filesystem::remove(scratch.path() / gone);
+  }
+  const auto copies = std::filesystem::directory_iterator(directory / "motors");
+  EXPECT_EQ(std::distance(begin(copies), end(copies)), 3) << "my.toml, my-2.toml and mf7015.toml";
+  const Recording recording = read_recording(directory);
+  const auto& servos = recording.buses.at(0).servos;
+  ASSERT_EQ(servos.size(), 3U);
+  EXPECT_DOUBLE_EQ(servos[0].profile.drive.motor.R_s, 0.5);
+  EXPECT_DOUBLE_EQ(servos[1].profile.drive.motor.R_s, 0.25);
+  EXPECT_EQ(servos[1].profile.name, "my.toml");
+  EXPECT_EQ(servos[2].profile.name, "mf7015");
+}
+
+TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
+  const test::TempDirectory scratch;
+  const std::filesystem::path directory = scratch.path() / "recording";
+  scratch.put("my.toml", "extends = \"mf7015\"\n");
+  ConfigTexts texts;
+  texts.config = "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\nmotor = \"./my.toml\"\n";
+  texts.config_file = scratch.path("robot.toml");
+  begin_recording(directory, {}, texts,
+                  parse_config(*texts.config, texts.config_file, {}, profile_finder(texts.motors)));
+  const auto problem_with = [&](const char* file, const char* text) {
+    std::ofstream(directory / file) << text;
+    try {
+      read_recording(directory);
+    } catch (const StartError& problem) {
+      return std::string(problem.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(problem_with("motors/my.toml", "extends = \"mg4005\"\n")
+                .find((directory / "motors/my.toml").string() + ":1: extends: "),
+            0U);
+  EXPECT_EQ(problem_with("config.toml", "[[bus]]\n"),
+            (directory / "config.toml").string() + ":1: bus.interface: missing");
 }
 
 }  // namespace

@@ -39,8 +39,11 @@ void check_reason(const std::string& reason) {
 
 void check(std::string text) {
   const std::string config = fuzz::take_part(text);
+  const FindMotorFile find_file = [&](const std::string& name) -> MotorFile {
+    return name == "custom" ? MotorFile{name, "custom.toml", text} : fuzz::shipped_motor(name);
+  };
   const FindProfile find = [&](const std::string& name) {
-    return name == "custom" ? parse_profile(text, "custom.toml", name)
+    return name == "custom" ? parse_profile(find_file(name), find_file)
                             : fuzz::shipped_profile(name);
   };
   try {

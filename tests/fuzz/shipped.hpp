@@ -29,13 +29,18 @@ inline bool plain_name(const std::string& name) {
          name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") == std::string::npos;
 }
 
+inline emulator::MotorFile shipped_motor(const std::string& name) {
+  const std::string file = "motors/" + name + ".toml";
+  if (!plain_name(name) || shipped_text(file).empty()) throw emulator::UnknownMotor("no " + name);
+  return {name, file, shipped_text(file)};
+}
+
 inline emulator::Profile shipped_profile(const std::string& name) {
   static std::map<std::string, emulator::Profile> known;
   const auto found = known.find(name);
-  if (found != known.end()) return found->second;
-  const std::string file = "motors/" + name + ".toml";
-  if (!plain_name(name) || shipped_text(file).empty()) throw emulator::UnknownMotor("no " + name);
-  return known[name] = emulator::parse_profile(shipped_text(file), file, name);
+  return found != known.end()
+             ? found->second
+             : known.emplace(name, parse_profile(shipped_motor(name), shipped_motor)).first->second;
 }
 
 /// What a text of several parts is made of, which a line of "---" separates.

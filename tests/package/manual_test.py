@@ -17,6 +17,12 @@ BASH = os.path.join(MANUAL, "bash/lk-emu")
 FISH = os.path.join(MANUAL, "fish/lk-emu.fish")
 OPTIONS_PAGE = os.path.join(os.path.dirname(__file__), "../../docs/options.md")
 ZSH = os.path.join(MANUAL, "zsh/_lk-emu")
+CONFIGS = os.path.join(os.path.dirname(__file__), "../../configs")
+
+
+def delivered(folder):
+    """The names of what is there."""
+    return {name[:-5] for name in os.listdir(os.path.join(CONFIGS, folder)) if name.endswith(".toml")}
 
 
 def output(*command, **kwargs):
@@ -160,13 +166,17 @@ class Bash(unittest.TestCase):
 
     def test_offers_values(self):
         motors = set(re.findall(r"^(m[a-z]\S+)", output(PROGRAM, "motors"), re.MULTILINE))
+        self.assertEqual(motors, delivered("motors"))
         faults = set(re.findall(r"^  (\w+)", output(PROGRAM, "faults"), re.MULTILINE))
         self.assertGreater(len(motors), 10)
         self.assertGreater(len(faults), 50)
         cases = [
-            (["--motor", ""], motors),
-            (["motors", ""], motors),
+            (["--motor", "m"], motors),
+            (["motors", "m"], motors),
             (["--bus", "vcan0", "--ids", "1-4", "--motor", "mf9"], {m for m in motors if m.startswith("mf9")}),
+            (["--motor", "MG4005"], {"MG4005-i10", "MG4005E-i10", "MG4005E-i10v3"}),
+            (["--config", "qu"], {"quadruped"}),
+            (["--scenario", "jam"], {"jammed_joint"}),
             (["faults", "jam"], {f for f in faults if f.startswith("jam")}),
             (["ctl", "fault", "encoder_"], {f for f in faults if f.startswith("encoder_")}),
             (["ctl", "--bus", "vcan1", "power", "o"], {"on", "off"}),
@@ -193,13 +203,13 @@ class Bash(unittest.TestCase):
             everything, directories = {"arm.toml", "arms"}, {"arms"}
             cases = [
                 (["--config", "ar"], everything),
-                (["run", ""], everything),
+                (["run", ""], everything | delivered("scenarios")),
                 (["run", "arm.toml", "ar"], everything),
                 (["run", "--quiet", "--csv", ""], everything),
                 (["--rom", ""], directories),
                 (["replay", ""], directories),
                 (["ctl", "record", ""], directories | {"stop"}),
-                (["ctl", "scenario", ""], everything | {"stop", "verdict"}),
+                (["ctl", "scenario", ""], everything | delivered("scenarios") | {"stop", "verdict"}),
             ]
             answers = ask_bash(*[["lk-emu", *line] for line, _ in cases], cwd=directory)
             for (line, expected), offered in zip(cases, answers, strict=True):

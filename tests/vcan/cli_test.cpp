@@ -45,7 +45,22 @@ const BadInput kBadInput[] = {
      "lk-emu: --bus: \"sixteencharacter\" is longer than an interface name can be"},
     {"UnknownMotor",
      {"--bus", "vcan0", "--ids", "1", "--motor", "mf7105"},
-     "lk-emu: --motor: no motor \"mf7105\", did you mean mf7015? (there are: mf5010, "},
+     "lk-emu: --motor: no motor \"mf7105\", did you mean mf7015? (in "},
+    {"NoMotorFile",
+     {"--bus", "vcan0", "--ids", "1", "--motor", "./nowhere.toml"},
+     "lk-emu: --motor: cannot read ./nowhere.toml: No such file or directory"},
+    {"UnknownRobot",
+     {"--config", "quadrupd"},
+     "lk-emu: no robot \"quadrupd\", did you mean quadruped? (in "},
+    {"UnknownScenario",
+     {"run", "jamed_joint"},
+     "lk-emu: no scenario \"jamed_joint\", did you mean jammed_joint? (in "},
+    {"UnknownScenarioOfARun",
+     {"--check", "--config", "bench", "--scenario", "nothing_like_it"},
+     "lk-emu: no scenario \"nothing_like_it\" (in "},
+    {"UnknownScenarioForARunningOne",
+     {"ctl", "scenario", "jamed_joint"},
+     "lk-emu: ctl: no scenario \"jamed_joint\", did you mean jammed_joint? (in "},
     {"BitrateTooHigh",
      {"--bus", "vcan0", "--ids", "1", "--bitrate", "5000000"},
      "lk-emu: --bitrate: 5000000 is out of range"},
@@ -101,8 +116,11 @@ const BadInput kBadInput[] = {
      {"--check", "--bus", "a", "--ids", "1", "--http", "0.0.0.0:8474"},
      "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE"},
     {"CheckOfAnAddressThatIsAName",
-     {"--check", "--bus", "a", "--ids", "1", "--http", "localhost:8474"},
-     "lk-emu: --http: \"localhost\" is no address, like 127.0.0.1 or ::1"},
+     {"--check", "--bus", "a", "--ids", "1", "--http", "robot:8474"},
+     "lk-emu: --http: \"robot\" is not an address, like 127.0.0.1, ::1 or localhost"},
+    {"CheckOfAnotherNameOfThisMachine",
+     {"--check", "--bus", "a", "--ids", "1", "--http", "localhost.example.com:8474"},
+     "lk-emu: --http: \"localhost.example.com\" is not an address"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
 };
 
@@ -183,6 +201,68 @@ note: nowhere0 drive 12: multi-drive mode, and 0x280 has no slot for this ID
 note: nowhere0 drive 12: unlike legacy: multi_drive_more = true, encoder_span = "output_turn"
 note: nowhere0 drive 12: protections off: motor_temperature
 )");
+}
+
+/// The first line of the table of drives that --check prints.
+std::string checked_drive(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"--check", "--bus", "nowhere0", "--ids", "1"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const auto result = EmulatorProcess(arguments).wait();
+  EXPECT_EQ(result.status, 0) << result.err;
+  const std::size_t drive = result.out.find("\n   1  ");
+  return drive == std::string::npos ? result.out : result.out.substr(drive + 7, 12);
+}
+
+TEST(Cli, AMotorIsWhatItIsSoldAsOrAFile) {
+  EXPECT_EQ(checked_drive({"--motor", "MF7015-10T"}), "mf7015  MF  ");
+  EXPECT_EQ(checked_drive({"--motor", "MG4005"}), "mg4005  MG  ");
+  EXPECT_EQ(checked_drive({"--motor", "mg4005-i10"}), "mg4005  MG  ");
+  const test::TempDirectory own;
+  const std::string file = own.put("my.toml", "extends = \"MG4005\"\nmechanics.J_g_cm2 = 150\n");
+  EXPECT_EQ(checked_drive({"--motor", file}), "my.toml  MG ");
+  const auto shown = EmulatorProcess({"motors", file}).wait();
+  EXPECT_EQ(shown.err, "");
+  EXPECT_NE(shown.out.find("  file " + file + "\n  extends "), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("motors/mg4005.toml\n"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("150 g cm2"), std::string::npos) << shown.out;
+}
+
+TEST(Cli, AMistakeOfAMotorFileIsItsOwn) {
+  const test::TempDirectory own;
+  const std::string motor = own.put("my.toml", "extends = \"mf7015\"\n[motor]\npole_pairs = 0\n");
+  const std::string robot = own.put("robot.toml",
+                                    "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
+                                    "motor = \"./my.toml\"\n");
+  const auto result = EmulatorProcess({"--check", "--config", robot}).wait();
+  EXPECT_EQ(result.err, "lk-emu: " + motor + ":3: motor.pole_pairs: 0 is out of range (1 to 64)\n");
+}
+
+/// Shipped files by their names; a file of that name here is meant first.
+TEST(Cli, ConfigurationsAndScenariosHaveNames) {
+  const auto robot = EmulatorProcess({"--check", "--config", "quadruped"}).wait();
+  EXPECT_EQ(robot.status, 0) << robot.err;
+  EXPECT_NE(robot.out.find("mg8016"), std::string::npos) << robot.out;
+  const auto run = EmulatorProcess({"run", "jammed_joint"}).wait();
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("jammed_joint"), std::string::npos) << run.out;
+  const auto check =
+      EmulatorProcess({"--check", "--config", "gimbal", "--scenario", "jammed_joint"}).wait();
+  EXPECT_EQ(check.status, 2);
+  EXPECT_NE(check.err.find("scenarios/jammed_joint.toml:"), std::string::npos) << check.err;
+  const test::TempDirectory own;
+  own.put("quadruped", "[[bus]]\n");
+  const auto here =
+      EmulatorProcess({"--check", "--config", "quadruped"},
+                      {"sh", "-c", "cd '" + own.path().string() + "' && exec \"$@\"", "sh"})
+          .wait();
+  EXPECT_EQ(here.err, "lk-emu: quadruped:1: bus.interface: missing\n");
+}
+
+TEST(Cli, CheckTakesLocalhost) {
+  const auto result =
+      EmulatorProcess({"--check", "--bus", "nowhere0", "--ids", "1", "--http", "localhost:8474"})
+          .wait();
+  EXPECT_EQ(result.status, 0) << result.err;
 }
 
 TEST(Cli, CheckNeedsNoFile) {
