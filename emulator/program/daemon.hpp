@@ -43,7 +43,8 @@ struct RunOptions {
 /// Only the disk is another thread's.
 class Daemon {
  public:
-  /// Throws StartError when an interface, an ID on it, the ROM or a place to be controlled at cannot be had.
+  /// Throws StartError when an interface, an ID on it, the ROM or a place to be controlled at
+  /// cannot be had.
   Daemon(std::vector<BusConfig> buses, const RunOptions& options);
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does

@@ -86,7 +86,8 @@ void IdLocks::take(const std::string& interface, const LinkState& link, int id) 
 void IdLocks::hang_up() const {
   for (const Descriptor& lock : held_) {
     int refused = 0;
-    while (refused < kBacklog && Descriptor(::accept4(lock.get(), nullptr, nullptr, SOCK_CLOEXEC))) {
+    while (refused < kBacklog &&
+           Descriptor(::accept4(lock.get(), nullptr, nullptr, SOCK_CLOEXEC))) {
       ++refused;
     }
   }

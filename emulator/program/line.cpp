@@ -165,6 +165,7 @@ void Line::let_out() {
   bus_.take_replies(replies_);
   leaving_.clear();
   for (const TimedFrame& reply : replies_) {
+    adviser_.hear_reply(reply.frame);
     for (const Listener& listener : listeners_) {
       if (listener.reply) listener.reply(reply);
     }

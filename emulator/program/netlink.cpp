@@ -97,6 +97,8 @@ class Request {
   std::vector<std::uint8_t> bytes_;
 };
 
+constexpr std::uint16_t kTypeBits = 0xFFFF & NLA_TYPE_MASK;
+
 /// The attributes in `bytes`, by type; what does not fit any more is left out.
 using Attributes = std::map<std::uint16_t, std::span<const std::uint8_t>>;
 Attributes attributes_in(std::span<const std::uint8_t> bytes) {
@@ -105,7 +107,7 @@ Attributes attributes_in(std::span<const std::uint8_t> bytes) {
   while (bytes.size() >= sizeof attribute) {
     std::memcpy(&attribute, bytes.data(), sizeof attribute);
     if (attribute.rta_len < sizeof attribute || attribute.rta_len > bytes.size()) break;
-    all[attribute.rta_type & NLA_TYPE_MASK] =
+    all[attribute.rta_type & kTypeBits] =
         bytes.subspan(sizeof attribute, attribute.rta_len - sizeof attribute);
     bytes = bytes.subspan(std::min<std::size_t>(NLMSG_ALIGN(attribute.rta_len), bytes.size()));
   }

@@ -104,9 +104,10 @@ void SocketCanPort::enter(Link link) {
       say_missing();
       break;
     case Link::kNotAllowed:
-      spdlog::warn("{} is not a virtual interface any more: staying away from it, as real drives "
-                   "may be on it (to use it, start with --real-bus)",
-                   interface_);
+      spdlog::warn(
+          "{} is not a virtual interface any more: staying away from it, as real drives "
+          "may be on it (to use it, start with --real-bus)",
+          interface_);
       break;
   }
   if (link != Link::kUp) {
