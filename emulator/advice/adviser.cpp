@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "emulator/advice/bus_watch.hpp"
+#include "emulator/advice/duplicate_watch.hpp"
 #include "emulator/advice/field_watch.hpp"
 #include "emulator/advice/generation_watch.hpp"
 #include "emulator/advice/given.hpp"
@@ -61,9 +62,14 @@ class Adviser::Desk {
       return;
     }
     const std::uint32_t id = in.frame.id - protocol::kSingleDriveId;  // far away when it is below
-    if (id >= seat_of_id_.size() || seat_of_id_[id] < 0) return;
+    if (id >= seat_of_id_.size() || seat_of_id_[id] < 0) {
+      recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
+      return;
+    }
     hear_single(drives_[static_cast<std::size_t>(seat_of_id_[id])], in);
   }
+
+  void hear_reply(const protocol::Frame& reply) { recent_.keep(reply); }
 
   void look(const Bus& bus) {
     if (bus.time() < next_look_) return;
@@ -103,6 +109,7 @@ class Adviser::Desk {
     WaitWatch wait;
     InputWatch input;
     HostsWatch hosts;
+    DuplicateWatch duplicate;
     JumpWatch jump;
     WindUpWatch wind_up;
     SpeedWatch speed;
@@ -129,6 +136,10 @@ class Adviser::Desk {
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* query = std::get_if<protocol::Query>(&decoded);
     if (!drive.alive) return;
+    if (const auto found = watched.duplicate.hear(in, recent_)) {
+      note(drive.id, *found, in);
+      return;  // it is no host's
+    }
     if (drive.multi_drive) {
       hear_in_vain(watched, in);
       return;
@@ -242,6 +253,7 @@ class Adviser::Desk {
   SimTime next_look_{0};
   std::size_t turn_ = 0;  // whose it is to be looked at anyway
   int foreign_ = 0;       // frames for several drives that no drive here knows
+  RecentFrames recent_;
   WireWatch wire_;
   BusyWatch busy_;
   int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet
@@ -254,6 +266,7 @@ Adviser& Adviser::operator=(Adviser&&) noexcept = default;
 Adviser::~Adviser() = default;
 
 void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
+void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
 std::uint64_t Adviser::heard() const { return desk_->heard(); }
 void Adviser::look(const Bus& bus) { desk_->look(bus); }
 const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }

@@ -25,6 +25,8 @@ class Adviser {
 
   /// A host puts `in.frame` on the bus at `in.at`.
   void hear(const TimedFrame& in);
+  /// A drive here has put `reply` on the bus.
+  void hear_reply(const protocol::Frame& reply);
   /// The number of the frame heard last, from 1 on.
   std::uint64_t heard() const;
   /// At the drives that were spoken to, every kLookStep at most; `bus` must be settled.

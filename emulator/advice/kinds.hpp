@@ -28,8 +28,9 @@ enum class AdviceKind : std::uint8_t {
   kMultiWithoutMode,
   kSingleInMultiMode,
   kErrorIgnored,
+  kDuplicateId,
 };
-inline constexpr std::size_t kAdviceKinds = 16;
+inline constexpr std::size_t kAdviceKinds = 17;
 
 struct AdviceRow {
   AdviceKind kind;

@@ -84,6 +84,9 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
                "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+  app.add_flag("--real-bus", raw.line.real_bus,
+               "answer on interfaces that are not virtual (vcan, vxcan): no real drive on them may "
+               "have one of the IDs");
   app.add_flag("--check", raw.line.check,
                "print what would run and start nothing; needs no CAN interface");
   app.add_option("--clock", raw.clock,

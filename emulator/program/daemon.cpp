@@ -63,14 +63,18 @@ void make(const std::string& interface) {
   }
 }
 
-void check_interface(const std::string& interface) {
-  const LinkState link = link_state(interface);
+void check_interface(const std::string& interface, const LinkState& link, Interfaces allowed) {
   if (link.index == 0) {
     throw StartError("there is no interface " + interface + "; make it with: sudo ip link add " +
                      interface + " type vcan && sudo ip link set " + interface +
                      " up (or start with --create-bus)");
   }
   if (!link.is_can) throw StartError(interface + " is not a CAN interface");
+  if (!link.is_virtual() && allowed == Interfaces::kVirtualOnly) {
+    throw StartError(interface +
+                     " is not virtual (vcan, vxcan): real drives may be on it, and one with the "
+                     "same ID would answer too; if there is none, start with --real-bus");
+  }
 }
 
 /// Only what happened: a column of zeros hides the one number that matters.
@@ -135,11 +139,14 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
         tell_written(place, write, error);
       }) {
   check_can_support();
+  const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
   // Nothing is made or brought up before all that exists has been looked at.
-  for (const auto& bus : buses) {
-    if (!options.create_buses || link_state(bus.interface).index != 0) {
-      check_interface(bus.interface);
+  for (const BusConfig& bus : buses) {
+    const LinkState link = link_state(bus.interface);
+    if (link.index != 0 || !options.create_buses) {
+      check_interface(bus.interface, link, allowed);
     }
+    for (const ServoConfig& servo : bus.servos) id_locks_.take(bus.interface, link, servo.id);
   }
   const bool keeps_rom = !options.rom.in_memory;
   if (keeps_rom) rom_store_.emplace(options.rom, buses);
@@ -163,7 +170,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    world_.lines()[i]->connect(loop_, [this, i] { world_.serve(i); });
+    world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
   }
 }
 
@@ -286,6 +293,7 @@ void Daemon::wait_to_end() {
 
 void Daemon::follow_links() {
   for (auto& line : world_.lines()) line->port()->check_link();
+  id_locks_.hang_up();
   say_ready_once();
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "emulator/control/control_server.hpp"
+#include "emulator/program/id_locks.hpp"
 #include "emulator/program/netlink.hpp"
 #include "emulator/program/output_file.hpp"
 #include "emulator/program/world.hpp"
@@ -24,6 +25,7 @@ namespace lk::emulator {
 /// How to run them, whatever they are.
 struct RunOptions {
   bool create_buses = false;
+  bool real_bus = false;  // interfaces need not be virtual
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
@@ -41,7 +43,8 @@ struct RunOptions {
 /// Only the disk is another thread's.
 class Daemon {
  public:
-  /// Throws StartError when an interface, the ROM or a place to be controlled at cannot be had.
+  /// Throws StartError when an interface, an ID on it, the ROM or a place to be controlled at
+  /// cannot be had.
   Daemon(std::vector<BusConfig> buses, const RunOptions& options);
 
   /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
@@ -68,6 +71,7 @@ class Daemon {
   /// The verdict, where it is wanted; gives the exit status.
   int conclude_scenario();
 
+  IdLocks id_locks_;
   boost::asio::io_context loop_{1};
   World world_;
   ScenarioActivity scenario_;

@@ -66,8 +66,9 @@ Line::Line(const BusConfig& config)
       gate_(config),
       adviser_(config) {}
 
-void Line::connect(boost::asio::io_context& loop, std::function<void()> on_frames) {
-  port_.emplace(loop, config_.interface, reception_for(config_), std::move(on_frames));
+void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
+                   std::function<void()> on_frames) {
+  port_.emplace(loop, config_.interface, allowed, reception_for(config_), std::move(on_frames));
 }
 
 void Line::take_in(const TimedFrame& in) {
@@ -164,6 +165,7 @@ void Line::let_out() {
   bus_.take_replies(replies_);
   leaving_.clear();
   for (const TimedFrame& reply : replies_) {
+    adviser_.hear_reply(reply.frame);
     for (const Listener& listener : listeners_) {
       if (listener.reply) listener.reply(reply);
     }

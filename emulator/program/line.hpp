@@ -50,7 +50,7 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() = default;
 
-  void connect(boost::asio::io_context& loop, std::function<void()> on_frames);
+  void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
 
   const BusConfig& config() const { return config_; }
   const std::string& name() const { return config_.interface; }

@@ -47,6 +47,7 @@ int run(int argc, char** argv) {
     return 0;
   }
   lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
+                                                 .real_bus = command_line->real_bus,
                                                  .rom = command_line->rom,
                                                  .clock = command_line->clock,
                                                  .control = command_line->control,

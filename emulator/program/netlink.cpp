@@ -6,18 +6,22 @@
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <spdlog/spdlog.h>
-#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <map>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <vector>
+
+#include "emulator/rom/durable_file.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -28,20 +32,16 @@ constexpr auto kNowAndThen = std::chrono::seconds(1);
   throw std::system_error(error, std::generic_category(), what);
 }
 
-/// A file descriptor that is closed on every way out.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {
-    if (fd_ < 0) throw_errno(errno, "socket");
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { ::close(fd_); }
-  int get() const { return fd_; }
+/// Of one interface: about 1 KiB without the counters of its traffic.
+constexpr std::size_t kLongestAnswer = 16384;
 
- private:
-  int fd_;
-};
+/// What the kernel says of a request: 0 or an errno.
+int verdict(std::span<const std::uint8_t> answer) {
+  nlmsgerr verdict{};
+  if (answer.size() < NLMSG_HDRLEN + sizeof verdict) return EPROTO;
+  std::memcpy(&verdict, answer.data() + NLMSG_HDRLEN, sizeof verdict);
+  return -verdict.error;
+}
 
 /// A netlink request, built up attribute by attribute.
 class Request {
@@ -70,20 +70,22 @@ class Request {
     std::memcpy(&bytes_[start], &length, sizeof length);
     bytes_.resize(NLMSG_ALIGN(bytes_.size()));
   }
-  /// Sends it and waits for the kernel's verdict: 0 or an errno.
-  int execute() {
+  /// Sends it and waits for the kernel's answer: that of a question, or a verdict.
+  std::vector<std::uint8_t> ask() {
     header_.nlmsg_len = static_cast<std::uint32_t>(bytes_.size());
     std::memcpy(bytes_.data(), &header_, sizeof header_);
     const Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
-    if (::send(socket.get(), bytes_.data(), bytes_.size(), 0) < 0) return errno;
-    alignas(nlmsghdr) std::array<char, 4096> answer{};
-    const ssize_t size = ::recv(socket.get(), answer.data(), answer.size(), 0);
-    if (size < 0) return errno;
-    if (static_cast<std::size_t>(size) < NLMSG_LENGTH(sizeof(nlmsgerr))) return EPROTO;
-    nlmsgerr verdict{};
-    std::memcpy(&verdict, answer.data() + NLMSG_HDRLEN, sizeof verdict);
-    return -verdict.error;
+    if (!socket) throw_errno(errno, "socket");
+    if (::send(socket.get(), bytes_.data(), bytes_.size(), 0) < 0) throw_errno(errno, "netlink");
+    std::vector<std::uint8_t> answer(kLongestAnswer);
+    const ssize_t size = ::recv(socket.get(), answer.data(), answer.size(), MSG_TRUNC);
+    if (size < 0) throw_errno(errno, "netlink");
+    if (static_cast<std::size_t>(size) > answer.size()) throw_errno(EMSGSIZE, "netlink");
+    answer.resize(static_cast<std::size_t>(size));
+    return answer;
   }
+  /// The kernel's verdict: 0 or an errno.
+  int execute() { return verdict(ask()); }
 
  private:
   void append(const void* data, std::size_t size) {
@@ -94,6 +96,56 @@ class Request {
   nlmsghdr header_{};
   std::vector<std::uint8_t> bytes_;
 };
+
+constexpr std::uint16_t kTypeBits = 0xFFFF & NLA_TYPE_MASK;
+
+/// The attributes in `bytes`, by type; what does not fit any more is left out.
+using Attributes = std::map<std::uint16_t, std::span<const std::uint8_t>>;
+Attributes attributes_in(std::span<const std::uint8_t> bytes) {
+  Attributes all;
+  rtattr attribute{};
+  while (bytes.size() >= sizeof attribute) {
+    std::memcpy(&attribute, bytes.data(), sizeof attribute);
+    if (attribute.rta_len < sizeof attribute || attribute.rta_len > bytes.size()) break;
+    all[attribute.rta_type & kTypeBits] =
+        bytes.subspan(sizeof attribute, attribute.rta_len - sizeof attribute);
+    bytes = bytes.subspan(std::min<std::size_t>(NLMSG_ALIGN(attribute.rta_len), bytes.size()));
+  }
+  return all;
+}
+
+std::string text_of(const Attributes& attributes, std::uint16_t type) {
+  const auto found = attributes.find(type);
+  if (found == attributes.end()) return {};
+  return {found->second.begin(), std::ranges::find(found->second, 0)};
+}
+
+int number_of(const Attributes& attributes, std::uint16_t type) {
+  const auto found = attributes.find(type);
+  int number = 0;
+  if (found == attributes.end() || found->second.size() < sizeof number) return 0;
+  std::memcpy(&number, found->second.data(), sizeof number);
+  return number;
+}
+
+LinkState read_link(std::span<const std::uint8_t> answer) {
+  ifinfomsg info{};
+  std::memcpy(&info, answer.data() + NLMSG_HDRLEN, sizeof info);
+  const Attributes attributes = attributes_in(answer.subspan(NLMSG_SPACE(sizeof info)));
+  LinkState link;
+  link.index = info.ifi_index;
+  link.is_can = info.ifi_type == ARPHRD_CAN;
+  link.up = (info.ifi_flags & IFF_UP) != 0;
+  link.name = text_of(attributes, IFLA_IFNAME);
+  if (const auto nested = attributes.find(IFLA_LINKINFO); nested != attributes.end()) {
+    link.kind = text_of(attributes_in(nested->second), IFLA_INFO_KIND);
+  }
+  // With the number of a namespace beside it, it is an index in that one, not here.
+  if (link.kind == "vxcan" && !attributes.contains(IFLA_LINK_NETNSID)) {
+    link.peer = number_of(attributes, IFLA_LINK);
+  }
+  return link;
+}
 
 ifinfomsg bring_up(int index) {
   ifinfomsg info{};
@@ -115,20 +167,17 @@ int make_vcan(const std::string& interface) {
 }  // namespace
 
 LinkState link_state(const std::string& interface) {
-  const Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  ifreq request{};
-  std::memcpy(request.ifr_name, interface.data(),
-              std::min(interface.size(), sizeof request.ifr_name - 1));
-  LinkState state;
-  if (::ioctl(socket.get(), SIOCGIFINDEX, &request) < 0) return state;
-  const int index = request.ifr_ifindex;
-  // It may vanish between two questions: then it is not there.
-  if (::ioctl(socket.get(), SIOCGIFHWADDR, &request) < 0) return state;
-  state.is_can = request.ifr_hwaddr.sa_family == ARPHRD_CAN;
-  if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) < 0) return state;
-  state.up = (request.ifr_flags & IFF_UP) != 0;
-  state.index = index;
-  return state;
+  Request request(RTM_GETLINK, NLM_F_REQUEST, {});
+  request.add(IFLA_IFNAME, std::string_view(interface.c_str(), interface.size() + 1));
+  const std::vector<std::uint8_t> answer = request.ask();
+  nlmsghdr header{};
+  std::memcpy(&header, answer.data(), std::min(answer.size(), sizeof header));
+  if (header.nlmsg_type == RTM_NEWLINK && answer.size() >= NLMSG_SPACE(sizeof(ifinfomsg))) {
+    return read_link(answer);
+  }
+  const int error = verdict(answer);
+  if (error != ENODEV) throw_errno(error, interface);
+  return {};
 }
 
 void create_vcan(const std::string& interface) {

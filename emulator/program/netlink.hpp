@@ -3,6 +3,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -13,9 +14,18 @@ struct LinkState {
   int index = 0;  // 0: there is none of this name
   bool is_can = false;
   bool up = false;
+  std::string name;  // as the kernel has it; interfaces may have alternative names
+  std::string kind;  // "vcan", "vxcan", "can" …; empty: its driver does not say
+  int peer = 0;      // index of the other end of a vxcan pair, if it is in this network namespace
+
+  /// No real drive can be on it.
+  bool is_virtual() const { return kind == "vcan" || kind == "vxcan"; }
 };
 /// Throws std::system_error when the kernel cannot be asked.
 LinkState link_state(const std::string& interface);
+/// Which interfaces a run may use.
+enum class Interfaces : std::uint8_t { kVirtualOnly, kAll };
+
 /// What the interface `index` is called now; empty: it is gone.
 std::string link_name(int index);
 

@@ -19,8 +19,10 @@ using Descriptor = boost::asio::posix::stream_descriptor;
 }  // namespace
 
 SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interface,
-                             Reception reception, std::function<void()> on_frames)
+                             Interfaces allowed, Reception reception,
+                             std::function<void()> on_frames)
     : interface_(std::move(interface)),
+      allowed_(allowed),
       reception_(reception),
       on_frames_(std::move(on_frames)),
       readiness_(loop),
@@ -44,6 +46,11 @@ void SocketCanPort::follow_link() {
   if (link.index == 0 || !link.is_can) {
     close();
     enter(Link::kMissing);
+    return;
+  }
+  if (!link.is_virtual() && allowed_ == Interfaces::kVirtualOnly) {
+    close();
+    enter(Link::kNotAllowed);
     return;
   }
   // Made again under the same name, it is another interface: the old socket hears nothing any more.
@@ -95,6 +102,12 @@ void SocketCanPort::enter(Link link) {
       break;
     case Link::kMissing:
       say_missing();
+      break;
+    case Link::kNotAllowed:
+      spdlog::warn(
+          "{} is not a virtual interface any more: staying away from it, as real drives "
+          "may be on it (to use it, start with --real-bus)",
+          interface_);
       break;
   }
   if (link != Link::kUp) {

@@ -31,8 +31,8 @@ struct PortStats {
 class SocketCanPort {
  public:
   /// `on_frames` is called when there may be something to `receive`. Call `check_link` to start.
-  SocketCanPort(boost::asio::io_context& loop, std::string interface, Reception reception,
-                std::function<void()> on_frames);
+  SocketCanPort(boost::asio::io_context& loop, std::string interface, Interfaces allowed,
+                Reception reception, std::function<void()> on_frames);
 
   SocketCanPort(const SocketCanPort&) = delete;
   SocketCanPort& operator=(const SocketCanPort&) = delete;
@@ -68,7 +68,7 @@ class SocketCanPort {
   PortStats stats() const;
 
  private:
-  enum class Link : std::uint8_t { kUnknown, kMissing, kClosed, kDown, kUp };
+  enum class Link : std::uint8_t { kUnknown, kMissing, kNotAllowed, kClosed, kDown, kUp };
 
   void follow_link();
   void open(int index);
@@ -84,6 +84,7 @@ class SocketCanPort {
   void drop_pending();
 
   std::string interface_;
+  Interfaces allowed_;
   Reception reception_;
   std::function<void()> on_frames_;
   std::optional<CanSocket> socket_;

@@ -124,7 +124,12 @@ class Advisers {
   }
   void hear(const std::vector<Traffic>& traffic) {
     for (const Traffic& one : traffic) {
-      if (one.from_host) advisers_[one.bus].adviser.hear(one.frame);
+      Adviser& adviser = advisers_[one.bus].adviser;
+      if (one.from_host) {
+        adviser.hear(one.frame);
+      } else {
+        adviser.hear_reply(one.frame.frame);
+      }
     }
   }
   void look(const ScenarioRun& run) {

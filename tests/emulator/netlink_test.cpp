@@ -1,6 +1,7 @@
 #include "emulator/program/netlink.hpp"
 
 #include <gtest/gtest.h>
+#include <net/if.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -59,6 +60,17 @@ TEST(LinkMonitor, EachMessageIsASignToLook) {
     EXPECT_GT(looks, before) << round;
   }
   ::close(pair[1]);
+}
+
+TEST(LinkState, IsWhatTheKernelSays) {
+  const LinkState loopback = link_state("lo");
+  EXPECT_EQ(loopback.index, static_cast<int>(::if_nametoindex("lo")));
+  EXPECT_EQ(loopback.name, "lo");
+  EXPECT_FALSE(loopback.is_can);
+  EXPECT_EQ(loopback.kind, "");
+  EXPECT_EQ(loopback.peer, 0);
+  EXPECT_FALSE(loopback.is_virtual());
+  EXPECT_EQ(link_state("nosuchbus").index, 0);
 }
 
 }  // namespace

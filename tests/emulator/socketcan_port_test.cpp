@@ -48,9 +48,9 @@ TEST(SocketCanPort, WithoutDescriptorsNoInterfaceIsCalledGone) {
   mine->set_pattern("%v");
   spdlog::set_default_logger(mine);
   boost::asio::io_context loop;
-  SocketCanPort missing(loop, "none", Reception::kEverything, [] {});
+  SocketCanPort missing(loop, "none", Interfaces::kVirtualOnly, Reception::kEverything, [] {});
   missing.check_link();
-  SocketCanPort there(loop, "lo", Reception::kEverything, [] {});
+  SocketCanPort there(loop, "lo", Interfaces::kVirtualOnly, Reception::kEverything, [] {});
   {
     const NoDescriptors none;
     there.check_link();

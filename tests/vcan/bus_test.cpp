@@ -294,7 +294,7 @@ TEST(CreateBus, BringsUpWhatIsDown) {
 TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
   const auto result = EmulatorProcess({"--rom", ":memory:", "--control", "none", "--bus",
                                        "vcanperm", "--ids", "1", "--create-bus"},
-                                      {"setpriv", "--reuid=65534", "--inh-caps=-all"})
+                                      as_another_user())
                           .wait();
   EXPECT_EQ(result.status, 2);
   EXPECT_EQ(result.err,

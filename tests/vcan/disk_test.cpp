@@ -171,7 +171,7 @@ TEST_F(RunningDisk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   // Nobody is stopped by permissions who is root.
   EmulatorProcess emulator(
       {"--rom", path("disk") + "/rom", "--control", "none", "--bus", "vcan0", "--ids", "1-2"},
-      {"setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"});
+      as_another_user());
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
   ASSERT_EQ(host.query(1, kPidToRom), kPidToRom);

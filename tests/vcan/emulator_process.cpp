@@ -123,6 +123,15 @@ EmulatorProcess::Exit EmulatorProcess::stop(int number) {
   return wait();
 }
 
+std::vector<std::string> as_another_user() {
+  return {"setpriv",
+          "--reuid=65534",
+          "--regid=65534",
+          "--clear-groups",
+          "--inh-caps=-all,+dac_read_search",
+          "--ambient-caps=-all,+dac_read_search"};
+}
+
 int count_of(const std::string& text, const std::string& what) {
   int count = 0;
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;

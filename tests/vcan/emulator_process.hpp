@@ -16,8 +16,7 @@ inline constexpr int kPatience_ms = 20'000;
 /// The real program in a process of its own, with its output captured.
 class EmulatorProcess {
  public:
-  /// `launcher` stands before the program, e.g. {"setpriv", "--reuid=65534"}; $LKEMU_LAUNCHER
-  /// between the two.
+  /// `launcher` stands before the program, e.g. {"env", "HOME=/"}; $LKEMU_LAUNCHER between the two.
   explicit EmulatorProcess(const std::vector<std::string>& arguments,
                            const std::vector<std::string>& launcher = {});
   EmulatorProcess(const EmulatorProcess&) = delete;
@@ -49,6 +48,10 @@ class EmulatorProcess {
   int err_fd_ = -1;
   Exit exit_;
 };
+
+/// A launcher that makes the program another user's, who has no rights but one: to go where the
+/// program lies, as only its owner may be able to.
+std::vector<std::string> as_another_user();
 
 /// How often `what` is in `text`.
 int count_of(const std::string& text, const std::string& what);

@@ -1,0 +1,153 @@
+#include "emulator/program/id_locks.hpp"
+
+#include <gtest/gtest.h>
+#include <net/if.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstddef>
+#include <cstring>
+#include <functional>
+
+#include "emulator/program/cli.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// Of this process alone: the network namespace is everybody's.
+std::string bus(const std::string& name = "") { return "t" + std::to_string(::getpid()) + name; }
+
+/// How taking the lock ends: with nothing, or why not.
+std::string taken(IdLocks& locks, const std::string& interface, int id,
+                  const LinkState& link = {}) {
+  try {
+    locks.take(interface, link, id);
+    return "";
+  } catch (const StartError& problem) {
+    return problem.what();
+  }
+}
+
+/// A process that does `act`, says so by a pipe, and stays until it is killed.
+class Other {
+ public:
+  explicit Other(const std::function<void()>& act) {
+    std::array<int, 2> ready{};
+    EXPECT_EQ(::pipe(ready.data()), 0);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      act();
+      (void)!::write(ready[1], "x", 1);
+      ::pause();
+      ::_exit(0);
+    }
+    ::close(ready[1]);
+    char said = 0;
+    EXPECT_EQ(::read(ready[0], &said, 1), 1) << "it has ended";
+    ::close(ready[0]);
+  }
+  Other(const Other&) = delete;
+  Other& operator=(const Other&) = delete;
+  ~Other() { kill(); }
+  void kill() {
+    if (pid_ > 0) ::kill(pid_, SIGKILL);
+    if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+  std::string pid() const { return std::to_string(pid_); }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+/// The socket that a lock is, made by hand.
+int named_socket(int type, const std::string& interface, int id) {
+  const std::string name = "lk-emu/" + interface + "/" + std::to_string(id);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path + 1, name.data(), name.size());
+  const int fd = ::socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
+  EXPECT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address),
+                   static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size())),
+            0);
+  return fd;
+}
+
+TEST(IdLocks, AnotherProcessIsToldWhoHasTheIdUntilThatIsKilled) {
+  const std::string here = bus();
+  IdLocks theirs;
+  Other other([&] { theirs.take(here, {}, 3); });
+  IdLocks locks;
+  EXPECT_EQ(taken(locks, here, 3), here + ": ID 3 is answered by lk-emu (pid " + other.pid() +
+                                       ") already; end that, or give other --ids");
+  EXPECT_EQ(taken(locks, here, 4), "") << "another drive";
+  EXPECT_EQ(taken(locks, bus("b"), 3), "") << "another bus";
+  other.kill();
+  EXPECT_EQ(taken(locks, here, 3), "");
+}
+
+TEST(IdLocks, TwoBusesOfOneProcessMayNotBeOne) {
+  IdLocks locks;
+  LinkState link;
+  link.name = bus();
+  EXPECT_EQ(taken(locks, "alias", 3, link), "");
+  EXPECT_EQ(taken(locks, bus(), 3),
+            bus() +
+                ": ID 3 is given twice: another of the buses is the other end of this vxcan pair, "
+                "or the same interface by another name");
+}
+
+TEST(IdLocks, TheOtherEndOfAPairIsTakenAsWell) {
+  LinkState end;
+  end.name = bus();
+  end.peer = static_cast<int>(::if_nametoindex("lo"));  // any interface that is there
+  ASSERT_NE(end.peer, 0);
+  IdLocks locks;
+  EXPECT_EQ(taken(locks, bus(), 7, end), "");
+  EXPECT_NE(taken(locks, "lo", 7), "");
+  EXPECT_NE(taken(locks, bus(), 7), "");
+}
+
+TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
+  const std::string here = bus();
+  IdLocks holder;
+  holder.take(here, {}, 3);
+  Other other([&] {
+    IdLocks locks;
+    for (int n = 0; n < 1000; ++n) {
+      holder.hang_up();
+      try {
+        locks.take(here, {}, 3);
+      } catch (const StartError& problem) {
+        const std::string who = "lk-emu (pid " + std::to_string(::getppid()) + ")";
+        if (std::string(problem.what()).find(who) == std::string::npos) ::_exit(1);
+      }
+    }
+  });
+}
+
+/// What holds the name need not be of our kind, and need not answer.
+TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
+  const std::string refusal = bus() +
+                              ": ID 3 is answered by another program (of another container, "
+                              "perhaps) already; end that, or give other --ids";
+  IdLocks locks;
+  for (const int type : {SOCK_STREAM, SOCK_DGRAM, SOCK_SEQPACKET}) {
+    const int stranger = named_socket(type, bus(), 3);
+    EXPECT_EQ(taken(locks, bus(), 3), refusal) << "it does not listen, " << type;
+    ::close(stranger);
+  }
+  const int deaf = named_socket(SOCK_STREAM, bus(), 3);
+  ASSERT_EQ(::listen(deaf, 0), 0);
+  for (int n = 0; n < 10; ++n) EXPECT_NE(taken(locks, bus(), 3), "") << "it never accepts";
+  EXPECT_EQ(taken(locks, bus(), 3), refusal) << "no more places in its queue";
+  ::close(deaf);
+  EXPECT_EQ(taken(locks, bus(), 3), "");
+}
+
+}  // namespace
+}  // namespace lk::emulator

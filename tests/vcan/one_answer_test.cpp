@@ -1,0 +1,207 @@
+// One answer for each ID on a bus: of several programs, and of real drives.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>  // NOLINT(modernize-deprecated-headers): posix_openpt is POSIX
+#include <sys/ioctl.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "tests/vcan/machine_support.hpp"
+
+namespace lk::vcan {
+namespace {
+
+std::vector<std::string> on(const std::string& bus, const std::string& ids) {
+  return {"--rom", ":memory:", "--control", "none", "--bus", bus, "--ids", ids};
+}
+
+std::string refusal(const std::string& bus, int id, const EmulatorProcess& holder) {
+  return "lk-emu: " + bus + ": ID " + std::to_string(id) + " is answered by lk-emu (pid " +
+         std::to_string(holder.pid()) + ") already; end that, or give other --ids\n";
+}
+
+void expect_refused(const std::vector<std::string>& arguments, const std::string& message,
+                    const std::vector<std::string>& launcher = {}) {
+  const auto result = EmulatorProcess(arguments, launcher).wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err, message);
+  EXPECT_EQ(result.out, "");
+}
+
+class OneAnswer : public MachineTest {
+ protected:
+  ~OneAnswer() override {
+    for (const char* name : {"onebus", "otherbus", "enda", "slcan0"}) {
+      run("ip link del " + std::string(name) + " 2>/dev/null");
+    }
+  }
+};
+
+TEST_F(OneAnswer, ASecondProgramIsRefusedUntilTheFirstIsKilled) {
+  EmulatorProcess first(on("vcan0", "1-3"));
+  ASSERT_TRUE(first.wait_ready());
+  std::vector<std::string> second = on("vcan0", "3-4");
+  second.insert(second.end(), {"--record", path("recording")});
+  expect_refused(second, refusal("vcan0", 3, first));
+  EXPECT_FALSE(std::filesystem::exists(path("recording"))) << "before anything else is done";
+  EmulatorProcess beside(on("vcan0", "4"));
+  EXPECT_TRUE(beside.wait_ready()) << "the bus has room for other IDs";
+  EmulatorProcess elsewhere(on("vcan1", "3"));
+  EXPECT_TRUE(elsewhere.wait_ready());
+  first.stop(SIGKILL);
+  EmulatorProcess next(on("vcan0", "3"));
+  EXPECT_TRUE(next.wait_ready());
+}
+
+TEST_F(OneAnswer, AnotherUsersProgramCountsAsWell) {
+  EmulatorProcess first(on("vcan0", "3"));
+  ASSERT_TRUE(first.wait_ready());
+  expect_refused(on("vcan0", "3"), refusal("vcan0", 3, first), as_another_user());
+  EmulatorProcess theirs(on("vcan0", "5"), as_another_user());
+  ASSERT_TRUE(theirs.wait_ready());
+  expect_refused(on("vcan0", "5"), refusal("vcan0", 5, theirs));
+}
+
+TEST_F(OneAnswer, TheTwoEndsOfAVxcanPairAreOneBus) {
+  EmulatorProcess first(on("vxcan0", "3"));
+  ASSERT_TRUE(first.wait_ready());
+  expect_refused(on("vxcan1", "2-3"), refusal("vxcan1", 3, first));
+  EmulatorProcess beside(on("vxcan1", "4"));
+  ASSERT_TRUE(beside.wait_ready());
+  expect_refused(on("vxcan0", "4"), refusal("vxcan0", 4, beside));
+  std::vector<std::string> both = on("vxcan0", "5");
+  both.insert(both.end(), {"--bus", "vxcan1", "--ids", "5"});
+  expect_refused(both,
+                 "lk-emu: vxcan1: ID 5 is given twice: another of the buses is the other end of "
+                 "this vxcan pair, or the same interface by another name\n");
+}
+
+TEST_F(OneAnswer, AnInterfaceHasOneNameAmongAll) {
+  if (!run("ip link property add dev vcan1 altname thesecondbus 2>/dev/null")) GTEST_SKIP();
+  EmulatorProcess first(on("vcan1", "3"));
+  ASSERT_TRUE(first.wait_ready());
+  expect_refused(on("thesecondbus", "3"), refusal("thesecondbus", 3, first));
+  EXPECT_TRUE(run("ip link property del dev vcan1 altname thesecondbus"));
+}
+
+/// A program follows its interface by name, and keeps the place while it waits for that.
+TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
+  ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
+  EmulatorProcess first(on("onebus", "3"));
+  ASSERT_TRUE(first.wait_ready());
+  ASSERT_TRUE(run("ip link set onebus down && ip link set onebus name otherbus"));
+  ASSERT_TRUE(first.wait_for_log("onebus is called otherbus now"));
+  ASSERT_TRUE(run("ip link set otherbus up"));
+  EmulatorProcess second(on("otherbus", "3"));
+  EXPECT_TRUE(second.wait_ready()) << "the first has left it";
+  ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
+  expect_refused(on("onebus", "3"), refusal("onebus", 3, first));
+  EXPECT_TRUE(first.wait_for_log("onebus is up: going on"));
+}
+
+TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
+  std::vector<std::string> arguments = on("onebus", "3");
+  arguments.emplace_back("--create-bus");
+  EmulatorProcess first(arguments);
+  ASSERT_TRUE(first.wait_ready());
+  expect_refused(arguments, refusal("onebus", 3, first));
+}
+
+/// Where no lock reaches, and one query is answered for ever.
+TEST_F(OneAnswer, AnotherDriveElsewhereIsToldByAdvice) {
+  ASSERT_TRUE(run("ip link add enda type vxcan peer name endb && ip link set enda up"));
+  const std::string move_in =
+      "nsenter --net=/proc/" + std::to_string(::getpid()) +
+      "/ns/net ip link set endb netns $$ && ip link set endb up && exec \"$@\"";
+  EmulatorProcess there(on("endb", "3"), {"unshare", "--net", "sh", "-c", move_in, "sh"});
+  ASSERT_TRUE(there.wait_ready());
+  std::vector<std::string> arguments = on("enda", "3");
+  arguments.insert(arguments.end(), {"--lang", "en"});
+  EmulatorProcess here(arguments);
+  ASSERT_TRUE(here.wait_ready()) << "the other end is in a network of its own";
+  Host("enda").send(0x143, kReadState2);
+  EXPECT_TRUE(here.wait_for_log("enda:3: duplicate-id: 25 °C where a query has 0"));
+}
+
+/// A CAN interface that is not virtual, and what would be its adapter: slcan on a pseudo-terminal.
+class RealBus : public OneAnswer {
+ protected:
+  void SetUp() override {
+    run("insmod /usr/lib/uml/modules/$(uname -r)/kernel/drivers/net/can/slcan/slcan.ko "
+        "2>/dev/null || modprobe slcan 2>/dev/null");
+    ASSERT_GE(adapter_, 0);
+    ASSERT_EQ(::grantpt(adapter_), 0);
+    ASSERT_EQ(::unlockpt(adapter_), 0);
+    line_ = ::open(::ptsname(adapter_), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    termios raw{};
+    ASSERT_EQ(::tcgetattr(line_, &raw), 0);
+    ::cfmakeraw(&raw);
+    ASSERT_EQ(::tcsetattr(line_, TCSANOW, &raw), 0);
+    const int discipline = 17;  // N_SLCAN of linux/tty.h
+    if (::ioctl(line_, TIOCSETD, &discipline) != 0) GTEST_SKIP() << "no slcan in this kernel";
+    ASSERT_TRUE(run("ip link set slcan0 up"));
+  }
+  ~RealBus() override {
+    ::close(line_);
+    ::close(adapter_);
+  }
+  /// What the interface sends, in the adapter's words, up to the end of a frame.
+  std::string adapter_reads() const {
+    std::string text;
+    pollfd ready{adapter_, POLLIN, 0};
+    while (text.find('\r') == std::string::npos && ::poll(&ready, 1, kPatience_ms) > 0) {
+      char byte = 0;
+      if (::read(adapter_, &byte, 1) != 1) break;
+      text += byte;
+    }
+    return text;
+  }
+
+  int adapter_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  int line_ = -1;
+};
+
+TEST_F(RealBus, IsRefusedUnlessItIsMeant) {
+  const std::string message =
+      "lk-emu: slcan0 is not virtual (vcan, vxcan): real drives may be on it, and one with the "
+      "same ID would answer too; if there is none, start with --real-bus\n";
+  expect_refused(on("slcan0", "3"), message);
+  std::vector<std::string> create = on("slcan0", "3");
+  create.emplace_back("--create-bus");
+  expect_refused(create, message);
+}
+
+TEST_F(RealBus, IsAnsweredOnWhereItIsMeant) {
+  std::vector<std::string> arguments = on("slcan0", "3");
+  arguments.emplace_back("--real-bus");
+  EmulatorProcess emulator(arguments);
+  ASSERT_TRUE(emulator.wait_ready());
+  const std::string query = "t14388000000000000000\r";  // 0x88, answered with an echo
+  ASSERT_EQ(::write(adapter_, query.data(), query.size()), static_cast<ssize_t>(query.size()));
+  EXPECT_EQ(adapter_reads(), query);
+}
+
+TEST_F(RealBus, InThePlaceOfAVirtualOneItIsLeftAlone) {
+  ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
+  EmulatorProcess emulator(on("onebus", "3"));
+  ASSERT_TRUE(emulator.wait_ready());
+  ASSERT_TRUE(
+      run("ip link del onebus && ip link set slcan0 down && "
+          "ip link set slcan0 name onebus && ip link set onebus up"));
+  ASSERT_TRUE(emulator.wait_for_log("onebus is not a virtual interface any more"));
+  ASSERT_TRUE(
+      run("ip link set onebus down && ip link set onebus name slcan0 && "
+          "ip link add onebus type vcan && ip link set onebus up"));
+  ASSERT_TRUE(emulator.wait_for_log("onebus is up: going on"));
+  EXPECT_TRUE(Host("onebus").query(3, kReadState2));
+  EXPECT_EQ(count_of(emulator.stop().err, "not a virtual interface"), 1);
+}
+
+}  // namespace
+}  // namespace lk::vcan
