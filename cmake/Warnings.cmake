@@ -9,6 +9,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   add_compile_options(-Wno-restrict)
 endif()
 
+# The same program from any directory: __FILE__ says where below the project a line stands.
+add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
+
 # What every user of the libraries needs as well, outside this project too; exported as lk::options.
 add_library(lk_options INTERFACE)
 target_compile_features(lk_options INTERFACE cxx_std_20)

@@ -114,7 +114,7 @@ class UmlBus:
         if self.kernel is None:
             raise Failure(
                 "the running kernel lends no vcan to this user and user-mode-linux is not installed: "
-                "run scripts/packages, or this as root on a kernel that has vcan"
+                "apt-get install user-mode-linux iproute2, or run this as root on a kernel that has vcan"
             )
         self.log = collections.deque(maxlen=50)
         self.pumps = []

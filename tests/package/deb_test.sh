@@ -43,7 +43,8 @@ for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/
   usr/share/fish/vendor_completions.d/lk-emu.fish usr/share/lk-emu/motors/mf7015.toml \
   usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
   usr/share/lk-emu/lk-motor.dbc usr/share/lk-emu/lk-motor-queries.dbc \
-  usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md; do
+  usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md \
+  usr/share/doc/lk-emu/lk-emu.spdx.json usr/share/doc/lk-emu/licenses/uPlot usr/share/doc/lk-emu/licenses/Boost; do
   grep -q " \./$file\$" "$scratch/files" || fail "$file is not in the package"
 done
 ! grep -v ' \./usr/\| \./$' "$scratch/files" || fail "these are outside /usr"
@@ -53,6 +54,7 @@ done
 dpkg-deb -c "$dev" >"$scratch/files"
 grep -q 'usr/include/lk-emu/emulator/core/bus.hpp$' "$scratch/files" || fail "no headers"
 grep -q 'liblk_emulator\.a$' "$scratch/files" || fail "no library"
+grep -q 'usr/share/doc/lk-emu-dev/lk-emu-dev.spdx.json$' "$scratch/files" || fail "no list of what is inside"
 
 # Installed by dpkg itself, with a database of its own. What the packages depend on is on this machine: the
 # program runs here.
@@ -76,6 +78,7 @@ program=$root/usr/bin/lk-emu
 quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
 quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml" --csv "$scratch/run.csv"
 quietly "$program" plot "$scratch/run.csv"
+"$root/usr/bin/with-vcan" --help >/dev/null || fail "with-vcan does not find its files"
 mandoc -Tlint -Wwarning "$root/usr/share/man/man1/lk-emu.1.gz" || fail "the manual page is not clean"
 # The dissector lies where tshark looks for plugins, and it takes it from such a place.
 plugin=$(tshark -G folders 2>/dev/null | sed -n 's/^Global Lua Plugins:[[:space:]]*//p')/lk-motor.lua

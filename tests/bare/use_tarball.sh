@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The tarball beside this clone, unpacked where there is nothing else, and used.
+set -euxo pipefail
+cd /root
+rm -r lk-emu # nothing of it is needed
+mkdir '/opt/any where'
+tar -xzf lk-emu-*.tar.gz -C '/opt/any where'
+top=$(echo '/opt/any where'/lk-emu-*)
+[[ $(ldd "$top/bin/lk-emu") == *'statically linked'* ]]
+grep -q '^# lk-emu' "$top/README.md"
+[[ -e $top/LICENSE && -e $top/share/doc/lk-emu/lk-emu.spdx.json && -e $top/share/doc/lk-emu/licenses/glibc ]]
+PATH=$top/bin:$PATH
+lk-emu --version
+lk-emu motors | grep mf7015
+lk-emu --bus vcan0 --ids 1 --check
+lk-emu run --quiet "$top/share/lk-emu/scenarios/jammed_joint.toml"
+
+# with-vcan says in one line what it lacks.
+lacks() {
+  local said status=0
+  said=$(with-vcan true 2>&1) || status=$?
+  [[ $status == 125 && $said == with-vcan:*"$1"* && $said != *$'\n'* ]]
+}
+lacks 'apt-get install python3'
+apt-get -q update
+apt-get -q -y --no-install-recommends install python3
+WITH_VCAN=uml lacks 'apt-get install user-mode-linux'
+apt-get -q -y --no-install-recommends install user-mode-linux iproute2
+
+# On a bus: the Python package with the program beside it, and a name that is looked up without NSS.
+export PYTHONPATH="$top/share/lk-emu/python"
+with-vcan --timeout 120 python3 -B -c '
+import subprocess, urllib.request
+import lkemu
+with lkemu.Emulator(ids="1-2", clock="stepped") as emu:
+    emu.clock.advance("1s")
+    print(emu.drives[2].telemetry())
+command = ["lk-emu", "--bus", "vcan0", "--ids", "1", "--http", "localhost:8474"]
+with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+    print(program.stdout.readline())
+    print(urllib.request.urlopen("http://localhost:8474/drives").read(100))
+    program.terminate()
+'

@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+"""The lists in SPDX of what is inside the packages: well formed, and all that the compiler and the linker took is in them.
+
+usage: sbom_test.py BUILD_DIRECTORY       (a build by Ninja, on a distribution with dpkg)
+"""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.parse
+
+from license_expression import get_spdx_licensing
+
+BUILD = os.path.abspath(sys.argv.pop(1))
+LIBRARIES = [f"emulator/liblk_{name}.a" for name in ("emulator", "config")]
+# Headers of these declare what is somewhere else: in the kernel, in shared libraries, in the compiler itself.
+DECLARATIONS = re.compile(r"linux-libc-dev|libc6-dev|libgcc-[0-9]+-dev|libclang-common-[0-9]+-dev")
+
+
+def run(*command):
+    return subprocess.run(command, cwd=BUILD, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def inputs(target):
+    return run("ninja", "-t", "inputs", target).split()
+
+
+def headers(target):
+    """Those of the system that went into a target, as the compiler noted them."""
+    objects = [name for name in inputs(target) if name.endswith(".o")]
+    noted = run("ninja", "-t", "deps", *objects)
+    return {line.strip() for line in noted.splitlines() if line.startswith("    /usr/")}
+
+
+def linked(target):
+    """Files of the system that the linker takes parts of; shared libraries stay outside."""
+    command = run("ninja", "-t", "commands", target).splitlines()[-1]
+    with tempfile.TemporaryDirectory() as scratch:
+        words = shlex.split(command.split("&&")[1])
+        words[words.index("-o") + 1] = os.path.join(scratch, "program")
+        said = run(*words, "-Wl,--trace")
+    names = {os.path.realpath(os.path.join(BUILD, line)) for line in said.splitlines()}
+    return {name for name in names if name.startswith("/usr/") and name.endswith((".a", ".o"))}
+
+
+def debian_packages(files):
+    """Of these files."""
+    said = run("dpkg-query", "-S", *sorted({os.path.realpath(name) for name in files}))
+    return {line.split(":")[0] for line in said.splitlines()}
+
+
+def document(package):
+    with open(os.path.join(BUILD, "sbom", f"{package}.spdx.json"), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def purl_of(entry):
+    """Package and version that an entry names, of Debian or its like; None for others."""
+    for reference in entry.get("externalRefs", ()):
+        found = re.fullmatch(r"pkg:deb/[a-z]+/([^@]+)@([^?]+)\?arch=[a-z0-9]+", reference["referenceLocator"])
+        if found:
+            return tuple(urllib.parse.unquote(part) for part in found.groups())
+    return None
+
+
+def listed(package):
+    """The distribution's packages in the list."""
+    return {purl[0] for purl in map(purl_of, document(package)["packages"]) if purl}
+
+
+class Form(unittest.TestCase):
+    """What SPDX 2.3 requires (its clauses 6, 7 and 11, and the JSON schema)."""
+
+    def each(self):
+        for package in ("lk-emu", "lk-emu-dev"):
+            with self.subTest(package):
+                yield package, document(package)
+
+    def test_document(self):
+        for package, found in self.each():
+            self.assertEqual(found["spdxVersion"], "SPDX-2.3")
+            self.assertEqual(found["dataLicense"], "CC0-1.0")
+            self.assertEqual(found["SPDXID"], "SPDXRef-DOCUMENT")
+            self.assertTrue(found["name"].startswith(package))
+            self.assertRegex(found["documentNamespace"], r"^https://[^#\s]+$")
+            self.assertRegex(found["creationInfo"]["created"], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$")
+            for creator in found["creationInfo"]["creators"]:
+                self.assertRegex(creator, r"^(Tool|Person|Organization): \S")
+
+    def test_packages(self):
+        licensing = get_spdx_licensing()
+        for _, found in self.each():
+            for entry in found["packages"]:
+                self.assertRegex(entry["SPDXID"], r"^SPDXRef-[A-Za-z0-9.-]+$")
+                self.assertTrue(entry["name"])
+                self.assertRegex(entry["downloadLocation"], r"^(NOASSERTION|https://\S+)$")
+                self.assertIs(entry["filesAnalyzed"], False)
+                self.assertTrue(entry["versionInfo"])
+                for key in ("licenseConcluded", "licenseDeclared"):
+                    self.assertEqual(licensing.validate(entry[key]).errors, [], entry[key])
+                for reference in entry.get("externalRefs", ()):
+                    self.assertEqual(reference["referenceCategory"], "PACKAGE-MANAGER")
+                    self.assertEqual(reference["referenceType"], "purl")
+
+    def test_relations(self):
+        for package, found in self.each():
+            ids = [entry["SPDXID"] for entry in found["packages"]]
+            self.assertEqual(len(set(ids)), len(ids))
+            contained = set()
+            for relation in found["relationships"]:
+                if relation["relationshipType"] == "DESCRIBES":
+                    self.assertEqual(relation["spdxElementId"], "SPDXRef-DOCUMENT")
+                    self.assertEqual(relation["relatedSpdxElement"], "SPDXRef-" + package)
+                else:
+                    self.assertEqual(relation["relationshipType"], "CONTAINS")
+                    self.assertEqual(relation["spdxElementId"], "SPDXRef-" + package)
+                    contained.add(relation["relatedSpdxElement"])
+            self.assertEqual(contained | {"SPDXRef-" + package}, set(ids))
+
+    def test_versions_are_those_that_are_installed(self):
+        for _, found in self.each():
+            for entry in filter(purl_of, found["packages"]):
+                name, version = purl_of(entry)
+                self.assertEqual(run("dpkg-query", "-W", "-f", "${Version}", name), version)
+                self.assertEqual(entry["versionInfo"], version)
+
+    def test_what_came_with_the_page_is_what_lies_there(self):
+        web = os.path.join(os.path.dirname(__file__), "..", "..", "web", "vendor")
+        found = {entry["packageFileName"]: entry for entry in document("lk-emu")["packages"] if "checksums" in entry}
+        scripts = [name for name in os.listdir(web) if name.endswith(".js")]
+        self.assertEqual(sorted(found), sorted(scripts))
+        for name, entry in found.items():
+            self.assertEqual(run("sha256sum", os.path.join(os.path.abspath(web), name)).split()[0],
+                             entry["checksums"][0]["checksumValue"])
+
+
+class Complete(unittest.TestCase):
+    def test_program_has_the_code_of_its_headers(self):
+        used = {name for name in debian_packages(headers("lk-emu")) if not DECLARATIONS.fullmatch(name)}
+        if "static" in document_kind():
+            used |= debian_packages(linked("lk-emu"))
+        self.assertEqual(listed("lk-emu"), used)
+
+    def test_libraries_have_the_code_of_their_headers(self):
+        used = set().union(*(debian_packages(headers(name)) for name in LIBRARIES))
+        self.assertEqual(listed("lk-emu-dev"), {name for name in used if not DECLARATIONS.fullmatch(name)})
+
+
+def document_kind():
+    with open(os.path.join(BUILD, "CMakeCache.txt"), encoding="utf-8") as cache:
+        return "static" if "LKEMU_STATIC:BOOL=ON" in cache.read() else "shared"
+
+
+if __name__ == "__main__":
+    unittest.main()
