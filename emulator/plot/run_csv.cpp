@@ -130,7 +130,7 @@ double RunCsv::read_value(std::string_view text, std::size_t column) const {
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, value);
   if (error != std::errc() || end != last) {
-    fail("column " + std::to_string(column + 1) + " is no number");
+    fail("column " + std::to_string(column + 1) + " is not a number");
   }
   if (!std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
   return std::clamp(value, -kLargest, kLargest);

@@ -10,7 +10,7 @@ namespace lk::emulator {
 
 /// What the kernel says of an interface now.
 struct LinkState {
-  int index = 0;  // 0: there is none of this name
+  int index = 0;  // 0: there is not one of this name
   bool is_can = false;
   bool up = false;
 };

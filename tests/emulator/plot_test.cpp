@@ -113,9 +113,9 @@ TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
             ":3: 1 values, but the first line names 2 columns");
   EXPECT_EQ(complaint("time_s,1.iq_A\n0,1,2\n"),
             ":2: 3 values, but the first line names 2 columns");
-  EXPECT_EQ(complaint("time_s,1.iq_A\n0,1\n0.1,1A\n"), ":3: column 2 is no number");
-  EXPECT_EQ(complaint("time_s,1.iq_A\n0, 1\n"), ":2: column 2 is no number");
-  EXPECT_EQ(complaint(std::string("time_s,1.iq_A\n0,1\0\n", 19)), ":2: column 2 is no number");
+  EXPECT_EQ(complaint("time_s,1.iq_A\n0,1\n0.1,1A\n"), ":3: column 2 is not a number");
+  EXPECT_EQ(complaint("time_s,1.iq_A\n0, 1\n"), ":2: column 2 is not a number");
+  EXPECT_EQ(complaint(std::string("time_s,1.iq_A\n0,1\0\n", 19)), ":2: column 2 is not a number");
   EXPECT_EQ(complaint("time_s,1.iq_A\nnan,1\n"), ":2: has no time");
   EXPECT_EQ(complaint("time_s,1.iq_A\n,1\n"), ":2: has no time");
   EXPECT_EQ(complaint("time_s,1.iq_A\n1,1\n0.5,1\n"), ":3: is earlier than the line before it");

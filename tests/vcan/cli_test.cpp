@@ -63,7 +63,7 @@ const BadInput kBadInput[] = {
      "lk-emu: --seed: -1 is negative"},
     {"LogLevel",
      {"--bus", "vcan0", "--ids", "1", "--log-level", "loud"},
-     "lk-emu: --log-level: \"loud\" is none of"},
+     "lk-emu: --log-level: \"loud\" is not one of"},
     {"RomNowhere", {"--bus", "a", "--ids", "1", "--rom", ""}, "lk-emu: --rom: needs a directory"},
     {"RomWipedInMemory",
      {"--bus", "a", "--ids", "1", "--wipe-rom", "--rom", ":memory:"},
@@ -86,7 +86,7 @@ const BadInput kBadInput[] = {
     {"NoDrive", {"ctl", "drive", "x"}, "lk-emu: ctl: drive: \"x\" is not an ID"},
     {"NoTime",
      {"ctl", "fault", "jam", "--for", "2x"},
-     "lk-emu: ctl: \"2x\" is no time, like 10ms, 1.5s or 2min"},
+     "lk-emu: ctl: \"2x\" is not a time, like 10ms, 1.5s or 2min"},
     {"TwoListsOfIds",
      {"ctl", "set", "id=1", "supply_V=18", "--ids", "1"},
      "lk-emu: ctl: two lists of IDs"},
@@ -102,7 +102,7 @@ const BadInput kBadInput[] = {
      "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE"},
     {"CheckOfAnAddressThatIsAName",
      {"--check", "--bus", "a", "--ids", "1", "--http", "localhost:8474"},
-     "lk-emu: --http: \"localhost\" is no address, like 127.0.0.1 or ::1"},
+     "lk-emu: --http: \"localhost\" is not an IP address, like 127.0.0.1 or ::1"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
 };
 
