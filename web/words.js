@@ -16,7 +16,7 @@ const words = language === 'zh' ? kChinese : kEnglish;
 
 /// t('lost_frames', {n: 3}): what {n} stands for is put in its place.
 export function t(key, values = {}) {
-  return (words[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
+  return (words[key] ?? kEnglish[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
 }
 
 /// What the program calls something, in words: name('faults', 'encoder_stuck'). English is the name itself.

@@ -23,13 +23,13 @@ namespace {
 
 constexpr Words kLength{"{1} of 8 bytes: the drive does not answer",
                         "{1} 个字节，应为 8 个：驱动器不回复"};
-constexpr Words kNobody{"no drive here is in multi-drive mode: nobody answers",
+constexpr Words kNobody{"no drive on this bus is in multi-drive mode: there is no answer",
                         "总线上没有驱动器处于广播模式：无人回复"};
 constexpr Words kNotThis{"the frame has something for this drive, whose multi-drive mode is off",
                          "帧里有给这台驱动器的内容，而它没有打开广播模式"};
 constexpr Words kNotAlone{"the drive is in multi-drive mode: it answers no frame for one drive",
                           "驱动器处于广播模式：不回复单电机命令"};
-constexpr Words kNobodyKnows{"no drive here has this identifier, whatever its mode",
+constexpr Words kNobodyKnows{"no drive on this bus has this identifier, in either mode",
                              "总线上没有驱动器有这个标识符，与模式无关"};
 constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
                           "驱动器处于广播模式，但没有这个标识符"};

@@ -7,7 +7,7 @@ namespace lk::emulator {
 namespace {
 
 // clang-format off
-constexpr Words kTooSoon{"{1} queries in a row without waiting: this one came {2} µs after the one before, whose reply takes {3} µs at least",
+constexpr Words kTooSoon{"{1} queries in a row without waiting: this one came {2} µs after the one before, whose reply takes at least {3} µs",
                          "连续 {1} 条命令帧不等回复：这一条在上一条之后 {2} µs 就来了，而上一条的回复至少要 {3} µs"};
 constexpr Words kPause{"nothing for {1} ms; lost input trips after {2} ms",
                        "{1} ms 没有任何帧；{2} ms 后输入丢失保护就会动作"};

@@ -9,7 +9,7 @@ namespace {
 // clang-format off
 constexpr Words kArrived{"the shaft passed {1}° when the host left the speed of {1} dps, {2} times in a row: it means angles",
                          "连续 {2} 次都在轴转过 {1}° 时换掉了 {1} dps 的速度：主机想说的是角度"};
-constexpr Words kPath{"speeds that start at the angle of the shaft and go on in small steps, to {1} dps by now: they are angles",
+constexpr Words kPath{"speeds that start at the angle of the shaft and continue in small steps, to {1} dps by now: they are angles",
                       "这串速度从轴的角度开始、以小步变化，现在是 {1} dps：它们其实是角度"};
 // clang-format on
 

@@ -63,7 +63,7 @@ std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line)
     out.at = *at;
   } else {
     return "\"" + std::string(stamp) +
-           "\" is no time stamp; a line of candump -L is like "
+           "\" is not a time stamp; a line of candump -L is like "
            "(1700000000.123456) vcan0 141#9C00000000000000";
   }
   if (frame.empty()) return std::string("ends before its frame");
@@ -78,7 +78,7 @@ std::variant<CandumpLine, std::string> parse_candump_line(std::string_view line)
   } else if (!direction.empty()) {
     return "\"" + std::string(direction) + "\" behind the frame is neither R nor T";
   }
-  if (!next_word(line).empty()) return std::string("goes on behind its frame");
+  if (!next_word(line).empty()) return std::string("has something after its frame");
   return out;
 }
 

@@ -147,7 +147,7 @@ std::string interface_name_problem(const std::string& name) {
   const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
     return c > ' ' && c < '\x7f' && c != '/' && c != ':';
   });
-  if (!plain || name == "." || name == "..") return "\"" + name + "\" is no interface name";
+  if (!plain || name == "." || name == "..") return "\"" + name + "\" is not an interface name";
   return "";
 }
 

@@ -236,7 +236,7 @@ std::optional<std::uint8_t> read_command(TableReader& reader, const std::string&
   const auto [stop, error] =
       std::from_chars(text.data() + (hex ? 2 : 0), end, value, hex ? 16 : 10);
   if (error != std::errc() || stop != end || value > 255) {
-    reader.fail(key, '"' + text + R"(" is no command byte; write 0xA4 or "0xA4")");
+    reader.fail(key, '"' + text + R"(" is not a command byte; write 0xA4 or "0xA4")");
   }
   return static_cast<std::uint8_t>(value);
 }

@@ -48,7 +48,7 @@ std::string join(const std::vector<std::string>& words) {
 std::string none_of(const std::string& word, const std::vector<std::string>& words) {
   constexpr std::size_t kShortList = 16;
   const std::string quoted = "\"" + word + "\"";
-  if (words.size() <= kShortList) return quoted + " is none of " + join(words);
+  if (words.size() <= kShortList) return quoted + " is not one of " + join(words);
   const std::string meant = nearest(word, words);
   return quoted + " is unknown" + (meant.empty() ? "" : ", did you mean " + meant + "?");
 }

@@ -184,7 +184,7 @@ std::size_t read_bus_of(TableReader& reader, const std::vector<BusConfig>& robot
   if (const auto name = reader.text("bus")) {
     const auto found = std::ranges::find(robot, *name, &BusConfig::interface);
     if (found == robot.end()) {
-      reader.fail("bus", "\"" + *name + "\" is none of " + names_of(robot));
+      reader.fail("bus", "\"" + *name + "\" is not one of " + names_of(robot));
     }
     return static_cast<std::size_t>(found - robot.begin());
   }

@@ -68,7 +68,7 @@ ClockMode read_clock(TableReader& reader, const std::string& key) {
     return {};
   }
   const auto mode = parse_clock_mode(*word);
-  if (!mode) reader.fail(key, "\"" + *word + "\" is none of realtime, stepped, x0.001 to x1000");
+  if (!mode) reader.fail(key, "\"" + *word + "\" is not one of realtime, stepped, x0.001 to x1000");
   return *mode;
 }
 
@@ -130,7 +130,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
       }
       allowed += (allowed.empty() ? "" : ", ") + std::string(route.method);
     }
-    if (allowed.empty()) throw ApiError(404, "path", "there is no such thing");
+    if (allowed.empty()) throw ApiError(404, "path", "not found");
     ApiResponse response = error_response(405, "method", "this can be asked for by " + allowed);
     response.allow = allowed;
     reply(response);

@@ -42,9 +42,8 @@ void check_settings(const std::vector<TimedDirective>& directives, const Line& l
     if (setting == nullptr || directive.when || directive.at > line.bus().time()) continue;
     const int id = directive.directive.id;
     if (!line.bus().telemetry(id).alive) {
-      throw ApiError(
-          409, "settings",
-          "drive " + std::to_string(id) + " is without power: nobody is there to take it");
+      throw ApiError(409, "settings",
+                     "drive " + std::to_string(id) + " has no power: it cannot take this");
     }
     if (!trial) trial = line.bus();
     if (!trial->write_setting(id, setting->parameter, setting->value)) {

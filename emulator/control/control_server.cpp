@@ -45,7 +45,7 @@ std::string read_token(const std::filesystem::path& file) {
   std::string token(kLongestToken + 3, '\0');
   const ssize_t size = S_ISREG(found.st_mode) ? ::read(fd, token.data(), token.size()) : -1;
   ::close(fd);
-  if (size < 0) throw StartError("--http-token: " + name + " is no readable file");
+  if (size < 0) throw StartError("--http-token: " + name + " is not a readable file");
   if ((found.st_mode & 077) != 0 && !is_credential(file)) {
     throw StartError("--http-token: others can read " + name + ": chmod 600 " + name);
   }
@@ -129,7 +129,8 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   error_code error;
   const auto address = boost::asio::ip::make_address(http.address, error);
   if (error) {
-    throw StartError("--http: \"" + http.address + "\" is no address, like 127.0.0.1 or ::1");
+    throw StartError("--http: \"" + http.address +
+                     "\" is not an IP address, like 127.0.0.1 or ::1");
   }
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;

@@ -234,7 +234,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const double values =
         wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
     if (shared_->telemetry_values + values > kMostTelemetryOfAll) {
-      throw ApiError(429, "rate_Hz", "all clients together ask for too many values a second");
+      throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
     }
     stream_.expires_never();
     stream_telemetry(std::move(stream_), parser_->release(), wanted, shared_, entrance_);

@@ -45,8 +45,8 @@ void check_directory(const std::filesystem::path& directory) {
   if (::lstat(name.c_str(), &found) != 0) {
     throw StartError("cannot look at " + name + ": " + reason(errno));
   }
-  if (!S_ISDIR(found.st_mode)) throw StartError(name + " is no directory: remove it");
-  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to somebody else");
+  if (!S_ISDIR(found.st_mode)) throw StartError(name + " is not a directory: remove it");
+  if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to another user");
   if ((found.st_mode & 077) != 0) {
     throw StartError(name + " is open to others: chmod 700 " + name);
   }
@@ -124,9 +124,9 @@ void clear_stale_socket(const std::filesystem::path& path) {
     if (errno == ENOENT) return;
     throw StartError("cannot look at " + name + ": " + reason(errno));
   }
-  if (!S_ISSOCK(found.st_mode)) throw StartError(name + " is there already, and is no socket");
+  if (!S_ISSOCK(found.st_mode)) throw StartError(name + " already exists and is not a socket");
   if (!is_ours(found.st_uid, path.parent_path())) {
-    throw StartError(name + " belongs to somebody else");
+    throw StartError(name + " belongs to another user");
   }
   if (is_live_socket(path)) throw StartError(name + " is in use by another lk-emu");
   if (::unlink(name.c_str()) != 0 && errno != ENOENT) {

@@ -78,7 +78,7 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
   const double values =
       wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
   if (values > kMostTelemetry) {
-    throw ApiError(400, "rate_Hz", "more than 200000 values a second; ask for less");
+    throw ApiError(400, "rate_Hz", "more than 200000 values per second: ask for fewer");
   }
   wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));
   return wanted;

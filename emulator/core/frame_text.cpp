@@ -42,7 +42,7 @@ std::string quoted(std::string_view text) { return "\"" + std::string(text) + "\
 std::string read_identifier(std::string_view text, protocol::Frame& frame) {
   const auto id = parse_hex(text);
   if (!id || (text.size() != 3 && text.size() != 8)) {
-    return quoted(text) + " is no identifier of 3 or 8 hexadecimal digits";
+    return quoted(text) + " is not an identifier of 3 or 8 hexadecimal digits";
   }
   if (text.size() == 3 && *id > kStandardMax) {
     return quoted(text) + " is above 7FF; identifiers of 29 bits have 8 digits";
@@ -67,7 +67,7 @@ std::string read_bytes(std::string_view text, protocol::Frame& frame) {
     }
     const auto byte = parse_hex(text.substr(n, 2));
     if (!byte || n + 2 > text.size()) {
-      return quoted(text.substr(n, 2)) + " is no byte of two hexadecimal digits";
+      return quoted(text.substr(n, 2)) + " is not a byte of two hexadecimal digits";
     }
     if (frame.dlc == frame.data.size()) return "more than 8 bytes of data";
     frame.data[frame.dlc++] = static_cast<std::uint8_t>(*byte);
@@ -102,7 +102,7 @@ std::string read_content(std::string_view text, protocol::Frame& frame) {
 std::variant<protocol::Frame, std::string> parse_frame(std::string_view text) {
   const std::size_t hash = text.find('#');
   if (hash == std::string_view::npos) {
-    return quoted(text) + " is no frame; write it like 141#9C00000000000000";
+    return quoted(text) + " is not a frame; write it like 141#9C00000000000000";
   }
   protocol::Frame frame;
   std::string problem = read_identifier(text.substr(0, hash), frame);

@@ -43,8 +43,7 @@ class Connection {
     if (::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       const int error = errno;
       ::close(fd_);
-      throw StartError("ctl: nobody answers at " + name + ": " +
-                       std::generic_category().message(error));
+      throw StartError("ctl: no answer at " + name + ": " + std::generic_category().message(error));
     }
   }
   Connection(const Connection&) = delete;

@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* kExitStatus =
     "\nExit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or "
-    "nobody answers.";
+    "no answer.";
 
 struct Raw {
   std::string socket;
@@ -207,26 +207,26 @@ constexpr Row kRows[] = {
     {"drive", "everything about one drive", &Ctl::drive, "ID", "the drive's, 1 to 32"},
     {"watch", "all drives, live; q leaves", &Ctl::watch},
     {.word = "set",
-     .about = "do something to drives, in the words of docs/directives.md",
+     .about = "change something about drives (docs/directives.md)",
      .run = &Ctl::set,
      .example = "  lk-emu ctl set supply_V=18 ramp_s=0.5 --ids 1-2\n"
                 "  lk-emu ctl set load.tau_gravity_Nm=2 --ids 1\n"},
     {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", "its kind", true,
      "  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2s\n"},
-    {"faults", "the faults there have been, and what came of them", &Ctl::faults},
+    {"faults", "the faults so far, and their effects", &Ctl::faults},
     {"advice", "what hosts do wrong, and what to do", &Ctl::advice},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
      "of a fault, or its kind"},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
-    {"clock", "show, or set, how time goes by", &Ctl::clock, "MODE",
+    {"clock", "show or set the clock mode", &Ctl::clock, "MODE",
      "to set: realtime, stepped, or a factor like x10", false},
-    {"advance", "let a stepped clock move", &Ctl::advance, "TIME", "10ms, 1.5s, 2min", true,
+    {"advance", "advance a stepped clock", &Ctl::advance, "TIME", "10ms, 1.5s, 2min", true,
      "  lk-emu ctl clock stepped && lk-emu ctl advance 10ms\n"},
     {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
      "new or empty, for lk-emu replay"},
     {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
      "SCENARIO|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
-    {"mark", "put a note into log and recording", &Ctl::mark, "TEXT", "the note"},
+    {"mark", "write a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 
 void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
@@ -236,7 +236,7 @@ void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
   }
   if (word == "advice") add_language_option(sub, raw.language);
   if (word == "set") {
-    sub.add_option("KEY=VALUE", raw.words, "what to do, and to how much")->required();
+    sub.add_option("KEY=VALUE", raw.words, "what to change, and its value")->required();
   }
   if (word == "fault") sub.add_option("KEY=VALUE", raw.words, "its parameters");
   if (word == "set" || word == "fault" || word == "power") {
@@ -250,7 +250,7 @@ void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
 }
 
 struct CtlApp {
-  CLI::App app{"Looks at a running lk-emu and acts on it", "lk-emu ctl"};
+  CLI::App app{"Inspect and control a running lk-emu", "lk-emu ctl"};
   Raw raw;
   std::vector<CLI::App*> subs;  // for each row
 
@@ -259,9 +259,8 @@ struct CtlApp {
     app.fallthrough();
     app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
         ->type_name("PATH");
-    app.add_option("--bus", raw.bus, "the bus that is meant, when there are several")
-        ->type_name("BUS");
-    app.add_flag("--json", raw.json, "print the answer as it is");
+    app.add_option("--bus", raw.bus, "the bus, when there are several")->type_name("BUS");
+    app.add_flag("--json", raw.json, "print the answer as JSON");
     std::string examples;
     for (const Row& row : kRows) {
       subs.push_back(app.add_subcommand(row.word, row.about));

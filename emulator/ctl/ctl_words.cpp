@@ -74,7 +74,7 @@ double parse_span_s(const std::string& text) {
       if (word == unit.word) return number * unit.s;
     }
   }
-  throw StartError("ctl: \"" + text + "\" is no time, like 10ms, 1.5s or 2min");
+  throw StartError("ctl: \"" + text + "\" is not a time, like 10ms, 1.5s or 2min");
 }
 
 }  // namespace lk::emulator

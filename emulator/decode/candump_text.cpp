@@ -128,7 +128,7 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
   if (length_word.empty()) return "ends before its frame";
   bool fd = false;
   const auto length = read_length(length_word, fd);
-  if (!length) return quoted(length_word) + " is no length of a frame";
+  if (!length) return quoted(length_word) + " is not the length of a frame";
   std::string text(id);
   text += '#';
   rest = trimmed(rest);
@@ -139,13 +139,13 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
     if (fd) text += "#0";
     for (std::size_t n = 0; n < *length; ++n) {
       const std::string_view byte = next_word(rest);
-      if (byte.size() != 2) return quoted(byte) + " is no byte of two hexadecimal digits";
+      if (byte.size() != 2) return quoted(byte) + " is not a byte of two hexadecimal digits";
       text += byte;
     }
   }
   rest = trimmed(rest);
   if (rest.starts_with("ERRORFRAME")) rest = trimmed(rest.substr(10));
-  if (!rest.empty() && !rest.starts_with('\'')) return "goes on behind its frame";  // ': -a
+  if (!rest.empty() && !rest.starts_with('\'')) return "has something after its frame";  // ': -a
   auto parsed = parse_frame(text);
   if (auto* problem = std::get_if<std::string>(&parsed)) return std::move(*problem);
   out.line.frame = std::get<protocol::Frame>(parsed);

@@ -34,7 +34,7 @@ Exit status: 0 the log has ended, or SIGINT or SIGTERM came, 1 failed while runn
 input.)";
 
 struct DecodeApp {
-  CLI::App app{"Tell in words what is said on a bus, from what candump prints", "lk-emu decode"};
+  CLI::App app{"Explain the frames of a bus, from candump's output", "lk-emu decode"};
   std::string file;
   std::string generation;
   std::string motor;
@@ -51,7 +51,7 @@ struct DecodeApp {
            "--motor", motor,
            std::string("motor of the drives, a name or a file, for the scales (default ") + kDefaultMotor + ")")
         ->type_name("MOTOR");
-    app.add_flag("--json", json, "one JSON object a line, for programs; the last is the summary");
+    app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");
     add_language_option(app, language);
   }
 };
@@ -98,7 +98,7 @@ class StopSignals {
 
 Generation chosen_generation(const std::string& given) {
   if (const auto known = generation_of(given)) return *known;
-  throw StartError(fmt::format("--generation: \"{}\" is none of {}", given,
+  throw StartError(fmt::format("--generation: \"{}\" is not one of {}", given,
                                fmt::join(generation_names(), ", ")));
 }
 

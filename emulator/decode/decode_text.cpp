@@ -142,7 +142,7 @@ std::string assumption_line(const DecodeOptions& options) {
 }
 
 std::string bad_line(std::uint64_t line, const std::string& problem, const DecodeOptions& options) {
-  const std::string_view format = Words{"# line {} is no frame of candump, and left out: {}",
+  const std::string_view format = Words{"# line {} is not a frame of candump, skipped: {}",
                                         "# 第 {} 行不是 candump 的帧，略过：{}"}
                                       .in(options.language);
   return paint(fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";

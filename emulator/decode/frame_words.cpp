@@ -1,6 +1,7 @@
 #include "emulator/decode/frame_words.hpp"
 
 #include <algorithm>
+#include <type_traits>
 #include <variant>
 
 #include "emulator/core/bus_stats.hpp"
@@ -16,8 +17,12 @@ double deg(std::int64_t cdeg) { return static_cast<double>(cdeg) / 100; }
 /// Commands without quantities say nothing more than their names.
 template <class Plain>
 Values said(const Plain&) {
+  static_assert(std::is_empty_v<Plain>, "a command with quantities has an overload below");
   return {};
 }
+/// What these say depends on the drive: said(const protocol::Query&, …).
+Values said(const protocol::ClearAngle&) { return {}; }
+Values said(const protocol::WriteParameter&) { return {}; }
 Values said(const protocol::PidGains& gains) {
   return {{"angle_kp", static_cast<double>(gains.angle_kp)},
           {"angle_ki", static_cast<double>(gains.angle_ki)},

@@ -97,7 +97,7 @@ std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
                  language, all.unclear);
   }
   if (all.open > 0) {
-    text += said({"queries of which nobody knows whether they were answered: {}",
+    text += said({"queries of which it is unknown whether they were answered: {}",
                   "不知道有没有得到应答的命令帧：{}"},
                  language, all.open);
   }

@@ -26,7 +26,7 @@ was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3
 
 /// They have their own --help.
 std::string other_commands() {
-  std::string text = "\nOther commands, lk-emu WORD --help tells more:\n";
+  std::string text = "\nOther commands, see lk-emu WORD --help:\n";
   for (const Command& command : commands()) {
     text += fmt::format("  {:<8} {}\n", command.word, command.about);
   }
@@ -79,19 +79,19 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
-  app.add_option("--record", raw.record,
-                 "directory that gets everything lk-emu replay needs to run this again")
+  app.add_option("--record", raw.record, "directory to record into, for lk-emu replay")
       ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
-               "make missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+               "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
   app.add_flag("--real-bus", raw.line.real_bus,
                "answer on interfaces that are not virtual (vcan, vxcan): no real drive on them may "
                "have one of the IDs");
   app.add_flag("--check", raw.line.check,
                "print what would run and start nothing; needs no CAN interface");
-  app.add_option("--clock", raw.clock,
-                 "how simulated time goes by: realtime (default), x10 or x0.1, or stepped: only "
-                 "when told to (lk-emu ctl advance)")
+  app.add_option(
+         "--clock", raw.clock,
+         "clock: realtime (default), a factor like x10 or x0.1, or stepped: moves only with "
+         "lk-emu ctl advance")
       ->type_name("MODE");
   app.add_option("--scenario", raw.scenario,
                  "play this scenario, a file or the name of a shipped one, on the buses, judge it, "
@@ -103,17 +103,16 @@ void add_options(CLI::App& app, Raw& raw) {
                "advice about the host is a failure: exit status 1 (docs/advice.md)");
   add_language_option(app, raw.language);
   app.add_option("--control", raw.control,
-                 "Unix socket to be controlled at, or none (default lk-emu/BUS-PID.sock in "
+                 "Unix socket of the control interface, or none (default lk-emu/BUS-PID.sock in "
                  "XDG_RUNTIME_DIR)")
       ->type_name("PATH");
   app.add_option("--http", raw.http,
-                 "be controlled over TCP too, e.g. at localhost:8474 (port 0: any); a browser "
-                 "finds the dashboard there")
+                 "control interface and dashboard over TCP, e.g. at localhost:8474 (port 0: any)")
       ->type_name("ADDR:PORT");
   app.add_flag("--http-write", raw.http_write,
-               "the dashboard may act on the drives, not only look at them");
+               "let the dashboard change things; without it, it is read-only");
   app.add_option("--http-token", raw.http_token,
-                 "file with the token that clients have to show; a must when other machines can "
+                 "file with the token that clients have to show; required when other machines can "
                  "reach the address")
       ->type_name("FILE");
   app.add_option("--log-level", raw.line.log_level,
@@ -168,7 +167,7 @@ void check_log_level(const std::string& level) {
     if (level == known) return;
   }
   throw StartError("--log-level: \"" + level +
-                   "\" is none of trace, debug, info, warn, error, off");
+                   "\" is not one of trace, debug, info, warn, error, off");
 }
 
 /// A plain decimal number: 010 is ten, and what does not fit is said so.
@@ -212,7 +211,7 @@ void check_reach(const ControlOptions& control) {
   const auto address = boost::asio::ip::make_address(control.http->address, error);
   if (error) {
     throw StartError("--http: \"" + control.http->address +
-                     "\" is not an address, like 127.0.0.1, ::1 or localhost");
+                     "\" is not an IP address or localhost");
   }
   if (!address.is_loopback() && control.token_file.empty()) {
     throw StartError("--http: others can reach " + control.http->address +
@@ -249,7 +248,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   const auto clock = parse_clock_mode(raw.clock);
   if (!clock) {
     throw StartError("--clock: \"" + raw.clock +
-                     "\" is none of realtime, stepped and x0.001 to x1000");
+                     "\" is not one of realtime, stepped and x0.001 to x1000");
   }
   line.clock = *clock;
   if (app.count("--scenario") > 0) line.scenario = raw.scenario;

@@ -4,9 +4,8 @@ namespace lk::emulator {
 namespace {
 
 constexpr Command kCommands[] = {
-    {"ctl", "look at a running lk-emu and act on it", run_ctl, ctl_app},
-    {"decode", "tell in words what is said on a bus, from what candump prints", run_decode,
-     decode_app},
+    {"ctl", "inspect and control a running lk-emu", run_ctl, ctl_app},
+    {"decode", "explain the frames of a bus, from candump's output", run_decode, decode_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
     {"motors", "list the motor profiles, or show one of them", run_motors, motors_app},
     {"plot", "draw a CSV file of a run as SVG", run_plot, plot_app},

@@ -65,7 +65,7 @@ void make(const std::string& interface) {
 
 void check_interface(const std::string& interface, const LinkState& link, Interfaces allowed) {
   if (link.index == 0) {
-    throw StartError("there is no interface " + interface + "; make it with: sudo ip link add " +
+    throw StartError("there is no interface " + interface + "; create it with: sudo ip link add " +
                      interface + " type vcan && sudo ip link set " + interface +
                      " up (or start with --create-bus)");
   }
@@ -90,7 +90,7 @@ void print_bus(const BusStats& bus, const std::string& title) {
                   bus.dropped[cause]);
   }
   print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
-  print_nonzero("frames of drives that nobody asked for", bus.extra_frames);
+  print_nonzero("unrequested frames of drives", bus.extra_frames);
   print_nonzero("error frames", bus.error_frames);
   print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
   print_nonzero("motion not executed: target out of range", bus.invalid_targets);

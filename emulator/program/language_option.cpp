@@ -8,7 +8,7 @@
 namespace lk::emulator {
 
 void add_language_option(CLI::App& app, std::string& given) {
-  app.add_option("--lang", given, "language of the words: en or zh (default: as the locale says)")
+  app.add_option("--lang", given, "language of the output: en or zh (default: the locale's)")
       ->type_name("LANG");
 }
 

@@ -197,7 +197,7 @@ void Line::tell_of_rom(int id, int error) {
   std::uint64_t& refused = refused_[id];
   if (error != 0) {
     if (refused++ > 0) return;
-    spdlog::error("{}:{}: ROM not written: {}; the drive goes on with RAM", name(), id,
+    spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), id,
                   std::generic_category().message(error));
   } else if (refused > 0) {
     spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), id,

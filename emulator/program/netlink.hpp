@@ -11,7 +11,7 @@ namespace lk::emulator {
 
 /// What the kernel says of an interface now.
 struct LinkState {
-  int index = 0;  // 0: there is none of this name
+  int index = 0;  // 0: there is not one of this name
   bool is_can = false;
   bool up = false;
   std::string name;  // as the kernel has it; interfaces may have alternative names

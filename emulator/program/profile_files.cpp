@@ -160,7 +160,7 @@ std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
   if (::stat(file.c_str(), &found) != 0) fail_to_read(file);
   const auto check = [&] {
     if (S_ISREG(found.st_mode)) return;
-    throw std::invalid_argument(file.string() + ": is no regular file");
+    throw std::invalid_argument(file.string() + ": is not a regular file");
   };
   check();
   const Descriptor open(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));

@@ -27,7 +27,7 @@ Number whole(const Json& json) {
   const bool fits = json.is_number_unsigned()
                         ? json.get<std::uint64_t>() <= kMost
                         : json.is_number_integer() && json.get<std::int64_t>() >= kLeast;
-  if (!fits) throw JsonError("", "is no whole number that fits: " + json.dump());
+  if (!fits) throw JsonError("", "is not a whole number in range: " + json.dump());
   return json.get<Number>();
 }
 
@@ -391,7 +391,7 @@ Recording read_recording(const fs::path& directory) {
   const fs::path file = directory / kRecordingFile;
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
-    throw StartError(directory.string() + " is no recording: there is no " + kRecordingFile +
+    throw StartError(directory.string() + " is not a recording: it has no " + kRecordingFile +
                      " in it");
   }
   try {

@@ -48,7 +48,7 @@ void add_options(CLI::App& app, Request& request) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("SIGNALS");
-  app.add_option("--rate", request.rate_Hz, "rows a simulated second (default 100)")
+  app.add_option("--rate", request.rate_Hz, "rows per simulated second (default 100)")
       ->type_name("HZ");
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");

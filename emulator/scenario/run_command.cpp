@@ -40,7 +40,7 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("SCENARIO", raw.files,
                  "scenarios to run: files, or names of shipped ones (docs/scenarios.md)")
       ->required();
-  app.add_option("--seed", raw.seed, "in place of the scenario's")->type_name("N");
+  app.add_option("--seed", raw.seed, "seed, in place of the scenario's")->type_name("N");
   app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
   app.add_option("--signals", raw.signals, "what goes into the CSV file: angle_deg,speed_dps,…")
@@ -49,7 +49,7 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("SIGNALS");
   app.add_option("--ids", raw.ids, "of which drives (default all): 1-4 or 1,3,7-9")
       ->type_name("LIST");
-  app.add_option("--rate", raw.rate_Hz, "rows a simulated second (default 100)")->type_name("HZ");
+  app.add_option("--rate", raw.rate_Hz, "rows per simulated second (default 100)")->type_name("HZ");
   app.add_option("--candump", raw.candump, "write all frames of one scenario as candump -L does")
       ->type_name("FILE");
   app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
@@ -111,7 +111,7 @@ std::optional<std::uint64_t> read_seed(const CLI::App& app, const Raw& raw) {
   const auto [end, error] = std::from_chars(raw.seed.data(), last, seed);
   if (seed < 0) throw StartError("--seed: must not be negative");
   if (error != std::errc() || end != last) {
-    throw StartError("--seed: \"" + raw.seed + "\" is no whole number from 0 to 2^63 - 1");
+    throw StartError("--seed: \"" + raw.seed + "\" is not a whole number from 0 to 2^63 - 1");
   }
   return static_cast<std::uint64_t>(seed);
 }

@@ -91,7 +91,7 @@ def runtime_directory() -> str:
     about = os.lstat(path)
     ours = stat.S_ISDIR(about.st_mode) and (about.st_uid == os.geteuid() or about.st_uid == owner_of_new_files(path))
     if not ours:
-        raise StartError(f"{path} belongs to somebody else: remove it, or set XDG_RUNTIME_DIR")
+        raise StartError(f"{path} belongs to another user: remove it, or set XDG_RUNTIME_DIR")
     if about.st_mode & 0o077:
         raise StartError(f"{path} is open to others: chmod 700 {path}")
     return path

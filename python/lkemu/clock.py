@@ -21,7 +21,7 @@ def seconds(duration: Duration) -> float:
             raise ValueError
         return float(found[1]) * UNITS_S[found[2] or "s"]
     except (ValueError, KeyError):
-        raise ValueError(f"{duration!r} is no duration; write 0.25 or '250ms'") from None
+        raise ValueError(f"{duration!r} is not a duration; write 0.25 or '250ms'") from None
 
 
 class Clock:

@@ -48,7 +48,7 @@ class Drives:
 class Emulator:
     """Virtual drives on a CAN bus, for as long as a `with` lasts.
 
-    bus: interface; None or "free": one that nobody uses, made if there is none and we may; None with `config`:
+    bus: interface; None or "free": a free one, created if there is none and permissions allow; None with `config`:
     those of the file; {"vcan0": "1-4", "vcan1": "1,2"}: several. ids: "1-4" (default), "1,3", 3 or [1, 3].
     config, motor, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
     clock: "realtime", "stepped", "x10". program: path of lk-emu; else $LKEMU, this build's, the one in PATH.

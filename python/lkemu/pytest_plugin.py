@@ -21,7 +21,7 @@ LOG_LINES = 50  # of each output, in a report
 SHOWN = ("angle_deg", "speed_dps", "iq_A", "voltage_V")  # of each drive, in a report
 INI = {
     "program": "path of lk-emu; else $LKEMU, the build that the package is a part of, or the one in PATH",
-    "bus": 'CAN interface; "free": one that nobody uses',
+    "bus": 'CAN interface; "free": one that is not in use',
     "ids": "drives, e.g. 1-4",
     "config": "configuration file of lk-emu, from the ini file's directory, or the name of a shipped one",
     "motor": "motor of every drive, or a motor file, from the ini file's directory",

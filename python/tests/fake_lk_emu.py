@@ -103,7 +103,7 @@ class Handler(BaseHTTPRequestHandler):
                    "/faults/kinds": KINDS, "/directives": world.directives, "/advice": world.advice}
         if path in answers:
             return self.answer(200, answers[path])
-        return self.answer(404, {"error": {"where": path, "reason": "there is no such thing"}})
+        return self.answer(404, {"error": {"where": path, "reason": "not found"}})
 
     def do_PUT(self):
         self.server.world.mode = self.body()["mode"]

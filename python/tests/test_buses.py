@@ -75,14 +75,14 @@ def test_the_runtime_directory_is_ours_alone(world):
     os.rmdir(directory)
     os.mkdir(directory + "-of-others", 0o700)
     os.symlink(directory + "-of-others", directory)
-    with pytest.raises(lkemu.StartError, match="belongs to somebody else"):
+    with pytest.raises(lkemu.StartError, match="belongs to another user"):
         buses.runtime_directory()
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root gives a directory away")
 def test_root_does_not_trust_what_others_made(world):
     os.chown(buses.runtime_directory(), 65534, -1)
-    with pytest.raises(lkemu.StartError, match="belongs to somebody else"):
+    with pytest.raises(lkemu.StartError, match="belongs to another user"):
         buses.runtime_directory()
 
 

@@ -212,7 +212,7 @@ def test_durations(text, value_s):
 
 @pytest.mark.parametrize("text", ["", "ms", "10 parsecs", "1.2.3s"])
 def test_what_is_no_duration(text):
-    with pytest.raises(ValueError, match="is no duration"):
+    with pytest.raises(ValueError, match="is not a duration"):
         lkemu.clock.seconds(text)
 
 

@@ -54,7 +54,7 @@ TEST(CandumpLog, ReadsTheDirectionOfNewerCandumps) {
   EXPECT_EQ(parsed("(1.0) a 141#9C T").direction, CandumpLine::Direction::kSent);
   EXPECT_EQ(parsed("(1.0) a 141#9C R\r").direction, CandumpLine::Direction::kReceived);
   EXPECT_EQ(problem("(1.0) a 141#9C X"), "\"X\" behind the frame is neither R nor T");
-  EXPECT_EQ(problem("(1.0) a 141#9C R R"), "goes on behind its frame");
+  EXPECT_EQ(problem("(1.0) a 141#9C R R"), "has something after its frame");
 }
 
 TEST(CandumpLog, ReadsEveryKindOfFrame) {
@@ -72,18 +72,19 @@ TEST(CandumpLog, ReadsEveryKindOfFrame) {
 }
 
 TEST(CandumpLog, SaysWhatIsWrong) {
-  EXPECT_NE(problem("can0  141   [8]  9C 00").find("is no time stamp"), std::string::npos);
-  EXPECT_NE(problem("(12) a 141#").find("is no time stamp"), std::string::npos);
-  EXPECT_NE(problem("(-1.5) a 141#").find("is no time stamp"), std::string::npos);
-  EXPECT_NE(problem("(1.0123456789) a 141#").find("is no time stamp"), std::string::npos);
-  EXPECT_NE(problem("(9223372036854775807.0) a 141#").find("is no time stamp"), std::string::npos);
+  EXPECT_NE(problem("can0  141   [8]  9C 00").find("is not a time stamp"), std::string::npos);
+  EXPECT_NE(problem("(12) a 141#").find("is not a time stamp"), std::string::npos);
+  EXPECT_NE(problem("(-1.5) a 141#").find("is not a time stamp"), std::string::npos);
+  EXPECT_NE(problem("(1.0123456789) a 141#").find("is not a time stamp"), std::string::npos);
+  EXPECT_NE(problem("(9223372036854775807.0) a 141#").find("is not a time stamp"),
+            std::string::npos);
   EXPECT_EQ(problem("(1.0) vcan0"), "ends before its frame");
-  EXPECT_EQ(problem("(1.0) a 141"), "\"141\" is no frame; write it like 141#9C00000000000000");
-  EXPECT_EQ(problem("(1.0) a 14#9C"), "\"14\" is no identifier of 3 or 8 hexadecimal digits");
+  EXPECT_EQ(problem("(1.0) a 141"), "\"141\" is not a frame; write it like 141#9C00000000000000");
+  EXPECT_EQ(problem("(1.0) a 14#9C"), "\"14\" is not an identifier of 3 or 8 hexadecimal digits");
   EXPECT_EQ(problem("(1.0) a 800#9C"),
             "\"800\" is above 7FF; identifiers of 29 bits have 8 digits");
-  EXPECT_EQ(problem("(1.0) a 141#9"), "\"9\" is no byte of two hexadecimal digits");
-  EXPECT_EQ(problem("(1.0) a 141#9G"), "\"9G\" is no byte of two hexadecimal digits");
+  EXPECT_EQ(problem("(1.0) a 141#9"), "\"9\" is not a byte of two hexadecimal digits");
+  EXPECT_EQ(problem("(1.0) a 141#9G"), "\"9G\" is not a byte of two hexadecimal digits");
   EXPECT_EQ(problem("(1.0) a 141#000000000000000000"), "more than 8 bytes of data");
   EXPECT_EQ(problem("(1.0) a 141#R9"), "\"R9\" asks for no 0 to 8 bytes");
 }
@@ -110,7 +111,7 @@ TEST(CandumpLog, ReadsAWholeLogAndNamesTheLineOfAMistake) {
   ASSERT_EQ(log.size(), 2U);
   EXPECT_EQ(log[1].interface, "b");
   EXPECT_EQ(config_error([] { parse_candump_log("(1.0) a 141#9C\n\nrubbish", "x.log"); }),
-            "x.log:3: \"rubbish\" is no time stamp; a line of candump -L is like "
+            "x.log:3: \"rubbish\" is not a time stamp; a line of candump -L is like "
             "(1700000000.123456) vcan0 141#9C00000000000000");
 }
 

@@ -197,21 +197,21 @@ TEST(Vocabulary, MistakesOfConditions) {
       {"id = 2, error = \"stall\", count = 2", place + ".count: belongs to command"},
       {"id = 2, error = \"stall\", above = 2", place + ".above: unknown key"},
       {"id = 2, error = \"hot\"",
-       place + ".error: \"hot\" is none of under_voltage, over_voltage, driver_temperature, "
+       place + ".error: \"hot\" is not one of under_voltage, over_voltage, driver_temperature, "
                "motor_temperature, over_current, short_circuit, stall, lost_input"},
       {"id = 2, command = 256", place + ".command: 256 is out of range (0 to 255)"},
       {"id = 2, command = \"A4\"",
-       place + R"(.command: "A4" is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "A4" is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = \"0x\"",
-       place + R"(.command: "0x" is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "0x" is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = \"0xA4 \"",
-       place + R"(.command: "0xA4 " is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "0xA4 " is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = \"1A4\"",
-       place + R"(.command: "1A4" is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "1A4" is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = \"0x1A4\"",
-       place + R"(.command: "0x1A4" is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "0x1A4" is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = \"\"",
-       place + R"(.command: "" is no command byte; write 0xA4 or "0xA4")"},
+       place + R"(.command: "" is not a command byte; write 0xA4 or "0xA4")"},
       {"id = 2, command = 1, count = 0", place + ".count: 0 is out of range (1 to 1000000000)"},
   };
   for (const auto& [keys, error] : errors) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <set>
@@ -84,6 +85,32 @@ TEST(ConfigDocuments, EveryKeyOfTheExampleIsExplained) {
     if (std::regex_match(key, with_unit)) continue;
     const std::regex in_code("`[^`\\n]*\\b" + key + "\\b[^`\\n]*`");
     EXPECT_TRUE(std::regex_search(document, in_code)) << key;
+  }
+}
+
+// By the sources: a key that neither the example nor a document has would go unnoticed otherwise.
+TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
+  std::string documents;
+  for (const char* name : {"configuration", "directives", "faults", "scenarios"}) {
+    documents += text_of(std::string("docs/") + name + ".md");
+  }
+  // reader.number("key", …), read_word(reader, "key", …), and the rows {"key", &Section::member}.
+  const std::regex asked(
+      R"re((?:\.|->)(?:number|integer|boolean|text|choice|tables?)\(\s*"(\w+)")re"
+      R"re(|\(\*?reader, "(\w+)"|\n *\{"(\w+)", &)re");
+  std::set<std::string> keys;
+  for (const auto& entry : std::filesystem::directory_iterator(kRoot + "/emulator/config")) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with("config") || !name.ends_with(".cpp")) continue;
+    const std::string source = text_of("emulator/config/" + name);
+    for (std::sregex_iterator key(source.begin(), source.end(), asked), end; key != end; ++key) {
+      keys.insert((*key)[1].str() + (*key)[2].str() + (*key)[3].str());
+    }
+  }
+  EXPECT_GT(keys.size(), 80U);
+  for (const auto& key : keys) {
+    const std::regex in_code("`[^`\\n]*\\b" + key + "\\b[^`\\n]*`|\\n" + key + " = ");
+    EXPECT_TRUE(std::regex_search(documents, in_code)) << key;
   }
 }
 

@@ -122,7 +122,7 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
       {"at_s = 1\nid = 2\nids = \"2\"\nambient_C = 1",
        "robot.toml:9: bus.event.ids: give either id or ids"},
       {"at_s = 1\npower = \"out\"",
-       "robot.toml:8: bus.event.power: \"out\" is none of on, off, cycle"},
+       "robot.toml:8: bus.event.power: \"out\" is not one of on, off, cycle"},
       {"at_s = 1\npower = \"off\"\noff_s = 1",
        "robot.toml:9: bus.event.off_s: belongs to power = \"cycle\""},
       {"at_s = 1\nambient_C = 1\noff_s = 1",

@@ -180,7 +180,7 @@ TEST(FaultVocabulary, MistakesOfFaults) {
       {"fault = { kind = \"sag\", to_V = 101 }", wrong + ".to_V: 101 is out of range (0 to 100)"},
       {"fault = { kind = \"sag\", to_V = nan }", wrong + ".to_V: nan is out of range (0 to 100)"},
       {R"(fault = { kind = "phase_open", phase = "d" })",
-       wrong + ".phase: \"d\" is none of a, b, c"},
+       wrong + ".phase: \"d\" is not one of a, b, c"},
       {R"(fault = { kind = "phase_open", side = "high" })", wrong + ".side: unknown key"},
       {"fault = { kind = \"jam\", probability = 0.5 }",
        wrong + ".probability: jam does not act on frames"},

@@ -256,9 +256,10 @@ TEST(ConfigGeneration, ABrakeNeedsItsCommand) {
 TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"generation = \"v300\"",
-       "robot.toml:5: bus.drive.generation: \"v300\" is none of legacy, late-legacy, v235, v236"},
+       "robot.toml:5: bus.drive.generation: \"v300\" is not one of legacy, late-legacy, v235, "
+       "v236"},
       {"quirks.state_1 = \"volt\"",
-       "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is none of decivolt, centivolt, "
+       "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is not one of decivolt, centivolt, "
        "centivolt_and_bus_current"},
       {"quirks.single_turn_bits = 24",
        "robot.toml:5: bus.drive.quirks.single_turn_bits: must be 16 or 32"},

@@ -160,7 +160,7 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
             "motor.R_s_ohm: inf is out of range (0.001 to 100)");
   EXPECT_EQ(spoilt("[thermal]", "[thermic]"), "thermic: unknown key, did you mean thermal?");
   EXPECT_EQ(spoilt("series = \"MF\"", "series = \"MX\""),
-            "series: \"MX\" is none of MS, MF, MG, MH");
+            "series: \"MX\" is not one of MS, MF, MG, MH");
   EXPECT_EQ(spoilt("tau_coulomb_mNm = ", "tau_coulomb_mNm = 9"),
             "mechanics.tau_static_mNm: must not be below tau_coulomb_mNm");
   EXPECT_EQ(spoilt("max_torque_current_lsb = 1000", "max_torque_current_lsb = 2048"),

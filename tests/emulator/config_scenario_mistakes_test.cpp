@@ -83,8 +83,9 @@ TEST(ScenarioFile, MistakesOfSends) {
             "dir/kick.toml:6: send.command: \"sped\" is unknown, did you mean speed?");
   EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"speed\"\nspeed_dps = 1\niq_limit_A = 1\n"),
             "dir/kick.toml:8: send.iq_limit_A: this drive's 0xA2 has no limit of iq (v236 has)");
-  EXPECT_EQ(send("at_s = 1\nframe = \"14#\"\nbus = \"vcan0\"\n"),
-            "dir/kick.toml:5: send.frame: \"14\" is no identifier of 3 or 8 hexadecimal digits");
+  EXPECT_EQ(
+      send("at_s = 1\nframe = \"14#\"\nbus = \"vcan0\"\n"),
+      "dir/kick.toml:5: send.frame: \"14\" is not an identifier of 3 or 8 hexadecimal digits");
   EXPECT_EQ(send("at_s = 1\nid = 1\nframe = \"141#\"\n"),
             "dir/kick.toml:5: send.id: does not go together with frame");
   EXPECT_EQ(send("at_s = 11\nid = 1\ncommand = \"off\"\n"),
@@ -113,7 +114,7 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
   EXPECT_EQ(command("\"clear_angle\"\nangle_deg = 1\n"),
             "dir/kick.toml:7: send.angle_deg: unknown key");
   EXPECT_EQ(command("\"\"\n"),
-            "dir/kick.toml:6: send.command: \"\" is no command byte; write 0xA4 or \"0xA4\"");
+            "dir/kick.toml:6: send.command: \"\" is not a command byte; write 0xA4 or \"0xA4\"");
   EXPECT_EQ(command("\"-off\"\n"),
             "dir/kick.toml:6: send.command: \"-off\" is unknown, did you mean off?");
 }

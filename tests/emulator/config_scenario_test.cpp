@@ -66,7 +66,7 @@ TEST(ScenarioFile, ABusIsToldByItsDrivesWhereItCanBe) {
   EXPECT_EQ(mistake("[[event]]\nat_s = 1\nambient_C = 3\n"),
             "dir/kick.toml:3: event.bus: which one is meant? vcan0, vcan1");
   EXPECT_EQ(mistake("[[event]]\nat_s = 1\nbus = \"can7\"\nambient_C = 3\n"),
-            "dir/kick.toml:5: event.bus: \"can7\" is none of vcan0, vcan1");
+            "dir/kick.toml:5: event.bus: \"can7\" is not one of vcan0, vcan1");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 9\ncommand = \"off\"\n"),
             "dir/kick.toml:5: send.id: no drive 9 on any bus");
   EXPECT_EQ(mistake("[[send]]\nat_s = 1\nid = 1\nbus = \"vcan1\"\ncommand = \"off\"\n"),
@@ -208,7 +208,7 @@ TEST(ScenarioFile, ALiveOnesBusesAreMatchedByOrderOnlyWhereThereAreAsMany) {
                                       kExpect,
                                   "k.toml", running, kFiles);
             }),
-            "k.toml:5: event.bus: \"vcan0\" is none of can5");
+            "k.toml:5: event.bus: \"vcan0\" is not one of can5");
 }
 
 // The same file runs offline and against a real host.

@@ -141,7 +141,8 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
        "robot.toml:3: bus.bitrate: 9999 is out of range (0, or 10000 to 1000000 bit/s)"},
       {bus, "robot.toml:1: bus.drive: missing"},
       {"[[bus]]\n[[bus.drive]]\nid = 1", "robot.toml:1: bus.interface: missing"},
-      {"[[bus]]\ninterface = \"a/b\"", "robot.toml:2: bus.interface: \"a/b\" is no interface name"},
+      {"[[bus]]\ninterface = \"a/b\"",
+       "robot.toml:2: bus.interface: \"a/b\" is not an interface name"},
       {bus + "[[bus.drive]]", "robot.toml:3: bus.drive.id: missing"},
       {bus + "[[bus.drive]]\nid = 33", "robot.toml:4: bus.drive.id: 33 is out of range (1 to 32)"},
       {bus + "[[bus.drive]]\nid = \"1\"", "robot.toml:4: bus.drive.id: must be a whole number"},
@@ -158,7 +159,7 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
       {bus + "[[bus.drive]]\nid = 1\nboot_angle_deg = nan",
        "robot.toml:5: bus.drive.boot_angle_deg: nan is out of range (-360 to 360)"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.clear_angle = \"no\"",
-       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is none of ignored, implemented, "
+       "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is not one of ignored, implemented, "
        "sets_angle"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.stop_holds = 1",
        "robot.toml:5: bus.drive.quirks.stop_holds: must be true or false"},
@@ -199,11 +200,11 @@ TEST(Config, InterfaceNamesAreThoseThatLinuxHas) {
   EXPECT_EQ(error("abcdefghijklmnop"),
             place + "\"abcdefghijklmnop\" is longer than an interface name can be");
   for (const std::string name : {".", "..", "can 0", "can/0", "can:0", "cän0"}) {
-    EXPECT_EQ(error(name), place + "\"" + name + "\" is no interface name");
+    EXPECT_EQ(error(name), place + "\"" + name + "\" is not an interface name");
   }
   // Nothing of it gets to a terminal.
-  EXPECT_EQ(error("can\\u007F0"), place + "\"can?0\" is no interface name");
-  EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is no interface name");
+  EXPECT_EQ(error("can\\u007F0"), place + "\"can?0\" is not an interface name");
+  EXPECT_EQ(error("can\\u001B0"), place + "\"can?0\" is not an interface name");
 }
 
 TEST(Config, WhatIsNotTomlIsRefusedWithItsLine) {

@@ -29,16 +29,18 @@ Frame parsed(std::string_view text) {
 TEST(FrameText, OnlyHexadecimalDigitsAreDigits) {
   for (const char c : {'/', ':', '@', 'G', '`', 'g', ' ', '-', 'x'}) {
     const std::string id = std::string("14") + c;
-    EXPECT_EQ(problem(id + "#9C"), '"' + id + "\" is no identifier of 3 or 8 hexadecimal digits");
+    EXPECT_EQ(problem(id + "#9C"),
+              '"' + id + "\" is not an identifier of 3 or 8 hexadecimal digits");
     const std::string byte = std::string("9") + c;
-    EXPECT_EQ(problem("141#" + byte), '"' + byte + "\" is no byte of two hexadecimal digits");
+    EXPECT_EQ(problem("141#" + byte), '"' + byte + "\" is not a byte of two hexadecimal digits");
   }
   EXPECT_EQ(parsed("7aF#09afAF"), test::frame("7AF#09AFAF"));
 }
 
 TEST(FrameText, AnIdentifierHasThreeOrEightDigits) {
   for (const std::string id : {"", "1", "14", "0141", "0000141", "000000141"}) {
-    EXPECT_EQ(problem(id + "#9C"), '"' + id + "\" is no identifier of 3 or 8 hexadecimal digits");
+    EXPECT_EQ(problem(id + "#9C"),
+              '"' + id + "\" is not an identifier of 3 or 8 hexadecimal digits");
   }
   EXPECT_EQ(parsed("7FF#").id, 0x7FFU);
   EXPECT_EQ(problem("800#"), "\"800\" is above 7FF; identifiers of 29 bits have 8 digits");
@@ -52,8 +54,8 @@ TEST(FrameText, AnIdentifierHasThreeOrEightDigits) {
 
 TEST(FrameText, DotsStandBetweenBytesOnly) {
   EXPECT_EQ(parsed("141#9C.00.01"), test::frame("141#9C0001"));
-  EXPECT_EQ(problem("141#.9C"), "\".9\" is no byte of two hexadecimal digits");
-  EXPECT_EQ(problem("141#9.C"), "\"9.\" is no byte of two hexadecimal digits");
+  EXPECT_EQ(problem("141#.9C"), "\".9\" is not a byte of two hexadecimal digits");
+  EXPECT_EQ(problem("141#9.C"), "\"9.\" is not a byte of two hexadecimal digits");
 }
 
 TEST(FrameText, ARemoteRequestAsksForSoManyBytes) {

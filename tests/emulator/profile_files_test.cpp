@@ -43,7 +43,7 @@ TEST(RegularFile, NothingElseIsRead) {
   const std::string pipe = directory.path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   for (const std::string& file : {pipe, directory.path().string(), std::string("/dev/zero")}) {
-    EXPECT_EQ(refusal(file, 10), file + ": is no regular file");
+    EXPECT_EQ(refusal(file, 10), file + ": is not a regular file");
   }
   const std::string none = directory.path("none");
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");

@@ -372,7 +372,7 @@ TEST_F(Record, KilledAnywhereItIsGoodUpToItsLastLine) {
 }
 
 TEST_F(Record, RefusesWhatItCannotRead) {
-  EXPECT_NE(problem().find("is no recording"), std::string::npos) << problem();
+  EXPECT_NE(problem().find("is not a recording"), std::string::npos) << problem();
   make();
   const fs::path about = directory() / kRecordingFile;
   const std::string good = text_of(about);

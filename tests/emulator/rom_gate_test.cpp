@@ -388,11 +388,11 @@ TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
   spdlog::set_default_logger(before);
   EXPECT_EQ(line.gate().failed_writes(), 503U) << "all are counted";
   EXPECT_EQ(log.str(),
-            "vcan0:1: ROM not written: No space left on device; the drive goes on with RAM\n"
-            "vcan0:2: ROM not written: Permission denied; the drive goes on with RAM\n"
+            "vcan0:1: ROM not written: No space left on device; the drive continues with RAM\n"
+            "vcan0:2: ROM not written: Permission denied; the drive continues with RAM\n"
             "vcan0:2: ROM is written again; 2 writes were refused\n"
             "vcan0:1: ROM is written again; 500 writes were refused\n"
-            "vcan0:1: ROM not written: Input/output error; the drive goes on with RAM\n");
+            "vcan0:1: ROM not written: Input/output error; the drive continues with RAM\n");
 }
 
 }  // namespace

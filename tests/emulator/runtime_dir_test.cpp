@@ -78,7 +78,7 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatIsALink) {
   fs::rename(directory_, own_.path() / "other");
   fs::create_directory_symlink("other", directory_);
   EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
-                           " is no directory: remove it; --socket PATH says where it is");
+                           " is not a directory: remove it; --socket PATH says where it is");
 }
 
 TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
@@ -87,7 +87,7 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
     GTEST_SKIP() << "only root gives a directory away";
   }
   EXPECT_EQ(refusal(), "ctl: " + directory_.string() +
-                           " belongs to somebody else; --socket PATH says where it is");
+                           " belongs to another user; --socket PATH says where it is");
 }
 
 }  // namespace

@@ -64,8 +64,8 @@ TEST(TomlDepth, IsRefusedBeforeItIsParsed) {
 }
 
 TEST(ConfigError, IsOneLineWhateverItQuotes) {
-  const ConfigError error("a.toml", 3, "b\nc", "\"\x1b[31m\r\" is none of d");
-  EXPECT_STREQ(error.what(), "a.toml:3: b?c: \"?[31m?\" is none of d");
+  const ConfigError error("a.toml", 3, "b\nc", "\"\x1b[31m\r\" is not one of d");
+  EXPECT_STREQ(error.what(), "a.toml:3: b?c: \"?[31m?\" is not one of d");
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ class TempDirectory {
   TempDirectory(const TempDirectory&) = delete;
   TempDirectory& operator=(const TempDirectory&) = delete;
   ~TempDirectory() {
-    std::error_code ignored;  // whoever still writes there is none of the next test's business
+    std::error_code ignored;  // whoever still writes there is not one of the next test's business
     std::filesystem::remove_all(path_, ignored);
   }
 

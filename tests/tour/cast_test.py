@@ -18,7 +18,4 @@ shown = "".join(text for _, kind, text in events if kind == "o").replace("\r\n",
 tour = session.commands((DOCS / "tour.md").read_text(encoding="utf-8"))
 expected = "".join(re.escape(f"$ {command}\n") + session.pattern(lines).pattern for command, lines in tour)
 if not re.fullmatch(expected, shown):
-    sys.exit("docs/tour.cast is no recording of docs/tour.md; see " + __file__ + " for how it is made")
-translated = session.commands((DOCS / "zh-CN/tour.md").read_text(encoding="utf-8"))
-if translated != tour:
-    sys.exit("docs/zh-CN/tour.md types something else than docs/tour.md")
+    sys.exit("docs/tour.cast is not a recording of docs/tour.md; see " + __file__ + " for how it is made")

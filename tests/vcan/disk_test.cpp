@@ -178,7 +178,7 @@ TEST_F(RunningDisk, RomThatMayNotBeWrittenAnyMoreIsNotAcknowledged) {
   ASSERT_TRUE(run("chmod 500 " + path("disk") + "/rom"));
   host.send(0x141, {0x32, 0, 99, 99, 99, 99, 99, 99});
   ASSERT_TRUE(emulator.wait_for_log(
-      "vcan0:1: ROM not written: Permission denied; the drive goes on with RAM"));
+      "vcan0:1: ROM not written: Permission denied; the drive continues with RAM"));
   EXPECT_EQ(host.query(1, kReadPid), (Payload{0x30, 0, 99, 99, 99, 99, 99, 99}));
   ASSERT_TRUE(run("chmod 700 " + path("disk") + "/rom"));
   EXPECT_EQ(host.query(2, kPidToRom), kPidToRom) << "and it may be written again";

@@ -206,7 +206,7 @@ TEST_F(Rom, AFullDiskIsNotAcknowledgedAndTheDriveGoesOn) {
     run("head -c 1000000 /dev/zero >" + directory_ + "/filler 2>/dev/null");
     host.send(0x141, {0x32, 0, 99, 99, 99, 99, 99, 99});
     ASSERT_TRUE(emulator.wait_for_log(
-        "vcan0:1: ROM not written: No space left on device; the drive goes on with RAM"));
+        "vcan0:1: ROM not written: No space left on device; the drive continues with RAM"));
     EXPECT_EQ(host.query(1, kReadPid), (Payload{0x30, 0, 99, 99, 99, 99, 99, 99}))
         << "the next reply, since the write is not acknowledged";
     EXPECT_TRUE(host.query(2, kReadState2));

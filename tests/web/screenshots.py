@@ -27,7 +27,7 @@ def break_something(page, drive, kind, **parameters):
     page.choose("#fault-kind", kind)
     for key, value in parameters.items():
         page.fill(f'#fault-parameters [data-key="{key}"]', value)
-    page.click("#view-bench", "Break it")
+    page.click("#view-bench", "Inject")
 
 
 def place_of(page, time_s):

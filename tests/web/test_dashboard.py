@@ -54,7 +54,7 @@ def test_a_fault_that_is_clicked_takes_effect_on_the_bus(page, bench):
     page.go("bench")
     page.for_drives(2)
     page.choose("#fault-kind", "hang")
-    page.click("#view-bench", "Break it")
+    page.click("#view-bench", "Inject")
     settle(page, lambda: "active" in page.text('[data-fault="hang"]'))
     assert bench.ask(2, 0x9A) is None
     assert bench.read(1, 0x9A)
@@ -69,7 +69,7 @@ def test_a_fault_takes_its_parameters(page, bench):
     page.for_drives(4)
     page.choose("#fault-kind", "sag")
     page.fill('#fault-parameters [data-key="to_V"]', 15)
-    page.click("#view-bench", "Break it")
+    page.click("#view-bench", "Inject")
     settle(page, lambda: bench.voltage_V(4) == pytest.approx(15, abs=0.2))
     assert bench.voltage_V(1) == pytest.approx(24, abs=0.2)
     page.click("#view-bench", "Clear all")
@@ -189,8 +189,8 @@ def test_cursors_tell_differences(page, bench):
     assert shown_ms == pytest.approx(said[0] * 1000, rel=1e-4)
     cells = page.run("""return [...document.querySelector(`[data-trace="${arguments[0]}"]`).cells].map((c) => c.textContent)""", said[2])
     assert float(cells[4].replace("\u2212", "-")) == pytest.approx(said[1], rel=1e-3, abs=1e-3)
-    page.click(".scope-controls", "no cursors")
-    page.click(".scope-controls", "Go on")
+    page.click(".scope-controls", "clear cursors")
+    page.click(".scope-controls", "Resume")
 
 
 def test_csv_has_what_is_in_view(page, bench):
@@ -208,7 +208,7 @@ def test_csv_has_what_is_in_view(page, bench):
     assert view["from_s"] <= times[0] and times[-1] <= view["to_s"] + 1e-6
     expected = page.scope("s.captures[0].samples.find(s.view.to_s + 1e-9) - s.captures[0].samples.find(s.view.from_s)")
     assert len(times) == expected
-    page.click(".scope-controls", "Go on")
+    page.click(".scope-controls", "Resume")
 
 
 def test_time_stands_and_moves_by_steps(page, bench):

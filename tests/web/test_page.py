@@ -70,7 +70,7 @@ def test_the_scope_obeys_the_keyboard(page):
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
     plots = page.one(".plots")
     plots.send_keys(" ")
-    page.until(lambda: page.button(".scope-controls", "Go on"))
+    page.until(lambda: page.button(".scope-controls", "Resume"))
     before = page.scope("s.view")
     plots.send_keys("+")
     zoomed = page.scope("s.view")

@@ -25,9 +25,9 @@ def page(bench):
 def test_controls_are_dead_and_say_why(page):
     page.go("bench")
     assert "--http-write" in page.text("#bench-hint")
-    page.until(lambda: page.text("#access") == "only looking")
+    page.until(lambda: page.text("#access") == "read-only")
     assert not page.button("#view-bench", "Power off").is_enabled()
-    assert not page.button("#view-bench", "Break it").is_enabled()
+    assert not page.button("#view-bench", "Inject").is_enabled()
 
 
 def test_a_shaft_that_may_not_be_turned_says_so_once(page):
@@ -40,7 +40,7 @@ def test_a_shaft_that_may_not_be_turned_says_so_once(page):
         hand.move_by_offset(10, 5)
     hand.release().perform()
     dial.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
-    page.until(lambda: [note.text for note in page.all(".note")] == ["this page may only look"])
+    page.until(lambda: [note.text for note in page.all(".note")] == ["this page is read-only"])
 
 
 def test_the_program_refuses_whatever_the_page_does(page, bench):

@@ -105,7 +105,7 @@ def test_signals_come_and_go_while_the_scope_is_paused(scope, first_s):
     scope.until(lambda: scope.scope("s.captures[0].samples.last_s") > now)
     assert scope.scope(last) == pytest.approx(24, abs=0.2)
     scope.click(".scope-controls", "supply")
-    scope.click(".scope-controls", "Go on")
+    scope.click(".scope-controls", "Resume")
 
 
 def test_another_width_does_not_end_a_pause(scope):
@@ -115,16 +115,16 @@ def test_another_width_does_not_end_a_pause(scope):
     view = scope.scope("s.view")
     assert view["to_s"] - view["from_s"] == pytest.approx(2)
     assert view["to_s"] + view["from_s"] == pytest.approx(before["to_s"] + before["from_s"])
-    scope.click(".scope-controls", "Go on")
+    scope.click(".scope-controls", "Resume")
 
 
 def test_keys_serve_after_a_click_on_a_button(scope):
     scope.click(".scope-controls", "Pause")
-    button = scope.button(".scope-controls", "Go on")
+    button = scope.button(".scope-controls", "Resume")
     button.send_keys("ab")
     cursors = scope.scope("s.cursors")
     assert cursors["A"] < cursors["B"]
-    scope.click(".scope-controls", "no cursors")
+    scope.click(".scope-controls", "clear cursors")
     button.send_keys(" ")  # it is pressed, once
     scope.until(lambda: scope.button(".scope-controls", "Pause"))
 
@@ -139,7 +139,7 @@ def double_click(page, element):
 
 
 def test_a_double_click_pauses_and_goes_on(scope):
-    for name in ("Go on", "Pause"):
+    for name in ("Resume", "Pause"):
         double_click(scope, scope.one(".u-over"))
         scope.until(lambda name=name: scope.button(".scope-controls", name))
         assert scope.scope("s.cursors") == {"A": None, "B": None}
@@ -179,10 +179,10 @@ def test_all_buses_together_keep_to_what_may_be_asked_for(two_buses):
     page = two_buses
     page.until(lambda: page.scope("s.captures.length === 2 && s.captures.every((one) => one.samples.length > 10)"))
     page.click(".scope-controls", "all drives")
-    page.choose('[aria-label="samples a second"]', "20000")
+    page.choose('[aria-label="samples per second"]', "20000")
     columns = 5 * len(page.scope("s.captures[0].signals"))
     rates = page.scope("s.captures.map((one) => one.rate_Hz)")
     assert rates[0] == rates[1] == pytest.approx(190_000 / columns)
     page.until(lambda: page.scope("s.captures.every((one) => one.waitsFrom_ms === null)"))
-    page.until(lambda: f"sampled at {rates[0]:.4g} Hz" in page.text("#scope-info"))
+    page.until(lambda: f"limited to {rates[0]:.4g} Hz" in page.text("#scope-info"))
     assert page.complaints() == []

@@ -35,9 +35,9 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     view = page.scope("s.view")
     assert view["from_s"] < when < view["to_s"]
     assert any(abs(mark["time_s"] - when) < 1e-6 for mark in view["marks"])
-    page.click(".scope-controls", "Go on")
+    page.click(".scope-controls", "Resume")
     page.go("traffic")
-    page.click("#view-traffic", "Go on")
+    page.click("#view-traffic", "Resume")
     page.fill("#view-traffic input[type=text]", "")
 
 
@@ -111,7 +111,7 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
         .cells[7].textContent;""")
     assert top == "142#9A00"
     assert set(cells(both, 3)) == {"vcan1"}, "its drive's frames, and not those of drive 2 on the other bus"
-    both.click("#view-traffic", "Go on")
+    both.click("#view-traffic", "Resume")
     both.click("#view-traffic", "all")
 
 
