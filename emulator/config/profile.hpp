@@ -1,12 +1,16 @@
 #pragma once
 
-#include <span>
+#include <cstdint>
 #include <string>
 
-#include "emulator/config/config_reader.hpp"
+#include "emulator/config/config_error.hpp"
 #include "emulator/core/bus_config.hpp"
 
 namespace lk::emulator {
+
+// In config_reader.hpp, with toml++.
+class TableReader;
+enum class Presence : std::uint8_t;
 
 /// Parses a motor file (docs/configuration.md). Throws ConfigError.
 Profile parse_profile(const std::string& text, const std::string& file, const std::string& name);
