@@ -1,4 +1,6 @@
-# Makes a C++ file out of files: cmake -DOUT=… -DROOT=… "-DFILES=a;b" -P EmbedFiles.cmake
+# Makes a C++ file that carries files: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -P EmbedFiles.cmake
+# The assembler takes them in as they are (.incbin), from ROOT/DIR; ROOT is on its include path, so that what comes out
+# does not depend on where it was built.
 function(type_of extension result)
   if(extension STREQUAL ".html")
     set(${result} "text/html; charset=utf-8" PARENT_SCOPE)
@@ -13,22 +15,23 @@ function(type_of extension result)
   endif()
 endfunction()
 
-set(bodies "")
+set(blobs "")
+set(declarations "")
 set(table "")
 set(n 0)
 foreach(file ${FILES})
   get_filename_component(extension ${file} LAST_EXT)
   type_of(${extension} type)
-  file(READ ${ROOT}/${file} hex HEX)
-  file(SHA256 ${ROOT}/${file} hash)
+  file(SIZE ${ROOT}/${DIR}/${file} size)
+  file(SHA256 ${ROOT}/${DIR}/${file} hash)
   string(SUBSTRING ${hash} 0 16 hash)
-  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "'\\\\x\\1'," bytes "${hex}")
-  string(APPEND bodies "constexpr char kFile${n}[] = {${bytes}'\\0'};\n")
+  string(APPEND blobs "lk_web_file_${n}: .incbin \"${DIR}/${file}\"\n")
+  string(APPEND declarations "extern const char lk_web_file_${n}[];\n")
   set(path ${file})
   if(path STREQUAL "index.html")
     set(path "")
   endif()
-  string(APPEND table "    {\"/${path}\", \"${type}\", \"\\\"${hash}\\\"\", {kFile${n}, sizeof kFile${n} - 1}},\n")
+  string(APPEND table "    {\"/${path}\", \"${type}\", \"\\\"${hash}\\\"\", {lk_web_file_${n}, ${size}}},\n")
   math(EXPR n "${n} + 1")
 endforeach()
 file(WRITE ${OUT} "#include <algorithm>
@@ -36,10 +39,17 @@ file(WRITE ${OUT} "#include <algorithm>
 
 #include \"emulator/control/web_files.hpp\"
 
+asm(R\"(
+.pushsection .rodata
+${blobs}.popsection
+)\");
+
+extern \"C\" {
+${declarations}}
+
 namespace lk::emulator {
 namespace {
 
-${bodies}
 constexpr WebFile kFiles[] = {
 ${table}};
 

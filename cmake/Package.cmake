@@ -18,11 +18,20 @@ if(TARGET lk_config)
   lk_package(config-targets config)
 endif()
 
-# Headers include each other from the root of the project. Those of the shell stay at home: it is no library.
-install(DIRECTORY protocol model DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu
-  COMPONENT development FILES_MATCHING PATTERN *.hpp)
-install(DIRECTORY emulator/core emulator/config DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/emulator
-  COMPONENT development FILES_MATCHING PATTERN *.hpp)
+# What a user includes, and what that includes in turn; from the root of the project. All else stays at home: how the
+# tick stores a drive in vector registers, how TOML is taken apart, and the shell, which is no library.
+function(lk_install_headers directory)
+  install(FILES ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/${directory} COMPONENT development)
+endfunction()
+file(GLOB protocol_headers CONFIGURE_DEPENDS protocol/*.hpp)
+file(GLOB core_headers CONFIGURE_DEPENDS emulator/core/*.hpp)
+lk_install_headers(protocol ${protocol_headers})
+lk_install_headers(model
+  model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp)
+lk_install_headers(emulator/core ${core_headers})
+lk_install_headers(emulator/config
+  emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp
+  emulator/config/motor_figures.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake

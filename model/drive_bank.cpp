@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "model/block_access.hpp"
+#include "model/drive_bank_state.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
 #include "model/trig.hpp"
@@ -49,15 +50,15 @@ double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, 
 
 }  // namespace
 
-DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : kernel_(kernel) {
+DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) : kernel(chosen) {
   assert(!drives.empty() && kernel.run != nullptr);
   if (drives.size() > 1) {
-    wide_.resize((drives.size() + kLanes - 1) / kLanes);
+    wide.resize((drives.size() + kLanes - 1) / kLanes);
   }
-  stride_ = drives.front().params.control.motion_divider;
+  stride = drives.front().params.control.motion_divider;
   for (const DriveInit& init : drives) {
     assert(init.params.inverter.f_pwm == drives.front().params.inverter.f_pwm);
-    stride_ = std::gcd(stride_, init.params.control.motion_divider);
+    stride = std::gcd(stride, init.params.control.motion_divider);
     Unit unit;
     unit.params = init.params;
     unit.settings = init.settings;
@@ -73,8 +74,8 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
                                init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
                                unit.slow_noise);
     unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
-    const std::size_t drive = units_.size();
-    units_.push_back(unit);
+    const std::size_t drive = units.size();
+    units.push_back(unit);
     derive_plant(drive);
     derive_control(drive);
     with_block(drive, [&](auto& block, std::size_t lane) {
@@ -90,8 +91,8 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
   // nothing odd (no infinities) and need no more of the tick than their neighbours.
   DriveParams resting = drives.back().params;
   resting.load = LoadParams{};
-  for (std::size_t spare = units_.size(); spare < wide_.size() * kLanes; ++spare) {
-    TickBlock<Wide>& block = wide_.back();
+  for (std::size_t spare = units.size(); spare < wide.size() * kLanes; ++spare) {
+    TickBlock<Wide>& block = wide.back();
     CurrentLoopState<double> loop;
     loop.bridge = 1.0;
     CurrentOrders<double> orders;
@@ -104,21 +105,33 @@ DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel) : ke
   }
 }
 
-std::size_t DriveBank::size() const { return units_.size(); }
+DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel)
+    : state_(std::make_unique<State>(drives, kernel)) {}
+DriveBank::DriveBank(const DriveBank& other) : state_(std::make_unique<State>(*other.state_)) {}
+DriveBank::DriveBank(DriveBank&& other) noexcept = default;
+DriveBank& DriveBank::operator=(const DriveBank& other) {
+  state_ = std::make_unique<State>(*other.state_);
+  return *this;
+}
+DriveBank& DriveBank::operator=(DriveBank&& other) noexcept = default;
+DriveBank::~DriveBank() = default;
+
+std::size_t DriveBank::size() const { return state_->units.size(); }
 
 std::int64_t DriveBank::ticks(std::size_t drive) const {
-  return with_block(drive, [](const auto& block, std::size_t lane) { return block.at[lane]; });
+  return state_->with_block(drive,
+                            [](const auto& block, std::size_t lane) { return block.at[lane]; });
 }
 
 std::int64_t DriveBank::ticks() const {
   std::int64_t least = ticks(0);
-  for (std::size_t drive = 1; drive < units_.size(); ++drive) {
+  for (std::size_t drive = 1; drive < state_->units.size(); ++drive) {
     least = std::min(least, ticks(drive));
   }
   return least;
 }
 
-PlantParams<double> DriveBank::plant_of(const Unit& unit, const Faults& faults) {
+PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& faults) {
   DriveParams params = with_faults(unit.params, faults);
   if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
     params.supply.v_source = 0.0;
@@ -129,15 +142,15 @@ PlantParams<double> DriveBank::plant_of(const Unit& unit, const Faults& faults) 
   return plant_params(params, !faults.coupling_broken);
 }
 
-void DriveBank::derive_plant(std::size_t drive) {
-  const Unit& unit = units_[drive];
+void DriveBank::State::derive_plant(std::size_t drive) {
+  const Unit& unit = units[drive];
   with_block(drive, [&](auto& block, std::size_t lane) {
     put(block.plant_params, lane, plant_of(unit, unit.faults));
   });
 }
 
-void DriveBank::derive_control(std::size_t drive) {
-  Unit& unit = units_[drive];
+void DriveBank::State::derive_control(std::size_t drive) {
+  Unit& unit = units[drive];
   const DriveParams params = by_own_clock(unit.params, unit.faults);
   unit.motion_params = motion_params(params, unit.settings);
   with_block(drive, [&](auto& block, std::size_t lane) {
@@ -145,18 +158,18 @@ void DriveBank::derive_control(std::size_t drive) {
   });
 }
 
-void DriveBank::run_firmware(std::size_t drive) {
-  Unit& unit = units_[drive];
+void DriveBank::State::run_firmware(std::size_t drive) {
+  Unit& unit = units[drive];
   const double T_m = unit.motion_params.T_m;  // by the drive's clock
   if (unit.params.brake.tau > 0.0 &&
       move_brake(unit.params.brake, T_m / unit.faults.clock_ratio, unit.brake)) {
     derive_plant(drive);
-    stopped_ = true;  // the tick has the plant's numbers in registers
+    stopped = true;  // the tick has the plant's numbers in registers
   }
   const double v_link = with_block(
       drive, [](const auto& block, std::size_t lane) { return lane_of(block.plant.v_link, lane); });
   if (live(unit.params.logic, v_link, T_m, unit.life)) {
-    edge_ = stopped_ = true;
+    edge = stopped = true;
     unit.life.life == Life::kAlive ? restart(drive) : die(drive);
   }
   if (unit.life.life == Life::kAlive) {
@@ -165,8 +178,8 @@ void DriveBank::run_firmware(std::size_t drive) {
 }
 
 /// Without a controller the switches are open and the brake's coil is dead.
-void DriveBank::die(std::size_t drive) {
-  Unit& unit = units_[drive];
+void DriveBank::State::die(std::size_t drive) {
+  Unit& unit = units[drive];
   unit.setpoint = Off{};
   unit.brake.coil_on = false;
   with_block(drive, [](auto& block, std::size_t lane) {
@@ -174,8 +187,8 @@ void DriveBank::die(std::size_t drive) {
   });
 }
 
-void DriveBank::restart(std::size_t drive) {
-  Unit& unit = units_[drive];
+void DriveBank::State::restart(std::size_t drive) {
+  Unit& unit = units[drive];
   const double counts = with_block(drive, [](const auto& block, std::size_t lane) {
     return lane_of(block.loop.encoder_counts, lane);
   });
@@ -185,8 +198,10 @@ void DriveBank::restart(std::size_t drive) {
   unit.setpoint = Idle{};
 }
 
-void DriveBank::run_motion_loops(std::size_t drive) {
-  Unit& unit = units_[drive];
+void DriveBank::restart(std::size_t drive) { state_->restart(drive); }
+
+void DriveBank::State::run_motion_loops(std::size_t drive) {
+  Unit& unit = units[drive];
   with_block(drive, [&](auto& block, std::size_t lane) {
     const double i_a = lane_of(block.loop.i_a, lane);
     const double i_b = lane_of(block.loop.i_b, lane);
@@ -215,19 +230,19 @@ void DriveBank::run_motion_loops(std::size_t drive) {
   });
 }
 
-[[gnu::flatten]] bool DriveBank::give_orders(void* block_drives, std::size_t first,
-                                             std::size_t count, std::int64_t tick) {
+[[gnu::flatten]] bool DriveBank::State::give_orders(void* block_drives, std::size_t first,
+                                                    std::size_t count, std::int64_t tick) {
   const BlockDrives& drives = *static_cast<const BlockDrives*>(block_drives);
-  DriveBank& bank = *drives.bank;
-  const std::size_t end = std::min(drives.begin + first + count, bank.units_.size());
-  bank.stopped_ = false;
+  State& bank = *drives.bank;
+  const std::size_t end = std::min(drives.begin + first + count, bank.units.size());
+  bank.stopped = false;
   for (std::size_t drive = drives.begin + first; drive < end; ++drive) {
-    const int divider = bank.units_[drive].params.control.motion_divider;
-    if (divider == bank.stride_ || tick % divider == 0) {
+    const int divider = bank.units[drive].params.control.motion_divider;
+    if (divider == bank.stride || tick % divider == 0) {
       bank.run_firmware(drive);
     }
   }
-  return bank.stopped_;
+  return bank.stopped;
 }
 
 void DriveBank::advance(std::int64_t n_ticks) {
@@ -240,89 +255,105 @@ bool DriveBank::advance_to_edge(std::int64_t until) {
   // Block by block through the whole time, so that each stays in the cache: drives do not influence
   // each other.
   bool edge = false;
-  for (std::size_t drive = 0; drive < units_.size();) {
+  for (std::size_t drive = 0; drive < state_->units.size();) {
     edge = advance_to_edge(until, drive) || edge;
-    const bool faulty = !wide_.empty() && wide_[drive / kLanes].faulty;
-    drive += faulty ? kLanes : kernel_.width;
+    const bool faulty = !state_->wide.empty() && state_->wide[drive / kLanes].faulty;
+    drive += faulty ? kLanes : state_->kernel.width;
   }
   return edge;
 }
 
-bool DriveBank::advance_to_edge(std::int64_t until, std::size_t drive) {
-  edge_ = false;
+bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
+  edge = false;
   BlockDrives drives{this, drive - drive % kLanes};
-  Stretch stretch{until, stride_, give_orders, &drives};
-  const auto run = [&](auto& block, auto kernel) {
+  Stretch stretch{until, stride, give_orders, &drives};
+  const auto run = [&](auto& block, auto tick_kernel) {
     // What had to stop on the way goes on from there, unless somebody has to hear of it first.
-    while (!edge_ && block.at[stretch.drive] < until) {
-      kernel(block, stretch);
+    while (!edge && block.at[stretch.drive] < until) {
+      tick_kernel(block, stretch);
     }
   };
-  if (wide_.empty()) {
-    run(alone_, alone_.faulty ? run_alone_faulty : kernel_.run_alone);
-  } else if (TickBlock<Wide>& block = wide_[drive / kLanes]; block.faulty) {
+  if (wide.empty()) {
+    run(alone, alone.faulty ? run_alone_faulty : kernel.run_alone);
+  } else if (TickBlock<Wide>& block = wide[drive / kLanes]; block.faulty) {
     // Groups of lanes without a drive stay behind: nobody brings them as long as nothing is faulty.
-    const std::size_t used = std::min(kLanes, units_.size() - drives.begin);
+    const std::size_t used = std::min(kLanes, units.size() - drives.begin);
     for (; stretch.drive < used; stretch.drive += kSizeOf<Lanes>) {
       run(block, run_lanes_faulty);
     }
   } else {
     stretch.drive = drive % kLanes;
-    stretch.drive -= stretch.drive % kernel_.width;
-    run(block, kernel_.run);
+    stretch.drive -= stretch.drive % kernel.width;
+    run(block, kernel.run);
   }
-  return edge_;
+  return edge;
 }
 
-bool DriveBank::alive(std::size_t drive) const { return units_[drive].life.life == Life::kAlive; }
+bool DriveBank::advance_to_edge(std::int64_t until, std::size_t drive) {
+  return state_->advance_to_edge(until, drive);
+}
+
+const DriveParams& DriveBank::params(std::size_t drive) const {
+  return state_->units[drive].params;
+}
+bool DriveBank::connected(std::size_t drive) const { return state_->units[drive].connected; }
+const Setpoint& DriveBank::setpoint(std::size_t drive) const {
+  return state_->units[drive].setpoint;
+}
+
+bool DriveBank::alive(std::size_t drive) const {
+  return state_->units[drive].life.life == Life::kAlive;
+}
 
 void DriveBank::command(std::size_t drive, const Setpoint& setpoint) {
-  Unit& unit = units_[drive];
-  setpoint_changed(unit.motion_params, unit.setpoint, setpoint, with_block(drive, kCountsOf),
-                   unit.motion);
+  State::Unit& unit = state_->units[drive];
+  setpoint_changed(unit.motion_params, unit.setpoint, setpoint,
+                   state_->with_block(drive, kCountsOf), unit.motion);
   unit.setpoint = setpoint;
 }
 
 void DriveBank::configure(std::size_t drive, const ControlSettings& settings) {
-  Unit& unit = units_[drive];
+  State::Unit& unit = state_->units[drive];
   const bool had_no_ramp = unit.motion_params.accel_max == 0.0;
   unit.settings = settings;
   settings_changed(settings.protections, unit.protection);
-  derive_control(drive);
+  state_->derive_control(drive);
   if (had_no_ramp && unit.motion_params.accel_max > 0.0) {
     // The references were at the target at once; a ramp begins where the shaft is, as if what is
     // commanded were commanded now, out of the present speed.
     unit.motion.omega_ref = unit.motion.omega_hat;
-    setpoint_changed(unit.motion_params, Speed{}, unit.setpoint, with_block(drive, kCountsOf),
-                     unit.motion);
+    setpoint_changed(unit.motion_params, Speed{}, unit.setpoint,
+                     state_->with_block(drive, kCountsOf), unit.motion);
   }
 }
 
 void DriveBank::clear_errors(std::size_t drive) {
-  model::clear_errors(units_[drive].settings.protections, units_[drive].protection);
+  model::clear_errors(state_->units[drive].settings.protections, state_->units[drive].protection);
 }
-void DriveBank::feed_input(std::size_t drive) { model::feed_input(units_[drive].protection); }
+void DriveBank::feed_input(std::size_t drive) {
+  model::feed_input(state_->units[drive].protection);
+}
 
 void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
-  units_[drive].params.load = load;
-  derive_plant(drive);
+  state_->units[drive].params.load = load;
+  state_->derive_plant(drive);
 }
 void DriveBank::set_supply_voltage(std::size_t drive, double v_source) {
-  units_[drive].params.supply.v_source = v_source;
-  derive_plant(drive);
+  state_->units[drive].params.supply.v_source = v_source;
+  state_->derive_plant(drive);
 }
 void DriveBank::connect_supply(std::size_t drive, bool connected) {
-  units_[drive].connected = connected;
-  derive_plant(drive);
+  state_->units[drive].connected = connected;
+  state_->derive_plant(drive);
 }
 void DriveBank::set_brake_coil(std::size_t drive, bool on) {
-  Unit& unit = units_[drive];
+  State::Unit& unit = state_->units[drive];
   unit.brake.coil_on = on && unit.life.life == Life::kAlive;
 }
 void DriveBank::turn_shaft(std::size_t drive, double angle) {
-  Unit& unit = units_[drive];
+  State::Unit& unit = state_->units[drive];
   const LoadParams load = with_faults(unit.params, unit.faults).load;
-  with_block(drive, [&](auto& block, std::size_t lane) {
+  state_->with_block(drive, [&](auto& block, std::size_t lane) {
     double& theta_out = lane_of(block.plant.theta_out, lane);
     const double before = theta_out;
     theta_out = std::clamp(theta_out + angle, std::min(load.theta_min, before),
@@ -342,13 +373,13 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
   });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {
-  units_[drive].params.thermal.temp_ambient = temp_ambient;
-  derive_plant(drive);
+  state_->units[drive].params.thermal.temp_ambient = temp_ambient;
+  state_->derive_plant(drive);
 }
 
 Telemetry DriveBank::telemetry(std::size_t drive) const {
-  const Unit& unit = units_[drive];
-  return with_block(drive, [&](const auto& block, std::size_t lane) {
+  const State::Unit& unit = state_->units[drive];
+  return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
     const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
     Telemetry t;
     t.temp_motor = unit.slow.temp_motor;
@@ -371,8 +402,8 @@ Telemetry DriveBank::telemetry(std::size_t drive) const {
 }
 
 Truth DriveBank::truth(std::size_t drive) const {
-  const Unit& unit = units_[drive];
-  return with_block(drive, [&](const auto& block, std::size_t lane) {
+  const State::Unit& unit = state_->units[drive];
+  return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
     const auto s = get<PlantState<double>>(block.plant, lane);
     const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
     Truth t;
@@ -396,7 +427,7 @@ Truth DriveBank::truth(std::size_t drive) const {
 }
 
 EnergyLedger DriveBank::energy(std::size_t drive) const {
-  return with_block(drive, [](const auto& block, std::size_t lane) {
+  return state_->with_block(drive, [](const auto& block, std::size_t lane) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     const auto s = get<PlantState<double>>(block.plant, lane);
     return EnergyLedger{s.p_supply * p.T_s,   s.p_copper * p.T_s, s.p_inverter * p.T_s,

@@ -1,19 +1,13 @@
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
-#include "model/control/life.hpp"
-#include "model/control/motion_loops.hpp"
-#include "model/control/protection.hpp"
 #include "model/drive_params.hpp"
 #include "model/faults.hpp"
 #include "model/lane_kernel.hpp"
-#include "model/plant/brake.hpp"
-#include "model/plant/slow_sensors.hpp"
 #include "model/setpoint.hpp"
 
 namespace lk::model {
@@ -34,6 +28,11 @@ class DriveBank {
   /// All `f_pwm` must be equal. Every drive starts as after power-up: bridge on, Idle, no errors.
   /// `kernel` is for tests; by default the fastest one of this processor.
   explicit DriveBank(std::span<const DriveInit> drives, NamedKernel kernel = best_lane_kernel());
+  DriveBank(const DriveBank& other);
+  DriveBank(DriveBank&& other) noexcept;
+  DriveBank& operator=(const DriveBank& other);
+  DriveBank& operator=(DriveBank&& other) noexcept;
+  ~DriveBank();
 
   std::size_t size() const;
   /// Control ticks that all drives have done since construction; tick n happens at n/f_pwm.
@@ -84,76 +83,19 @@ class DriveBank {
   bool takes_effect(std::size_t drive, const Faults& one) const;
 
   // What was said last; params() without what faults make of them.
-  const DriveParams& params(std::size_t drive) const { return units_[drive].params; }
-  bool connected(std::size_t drive) const { return units_[drive].connected; }
+  const DriveParams& params(std::size_t drive) const;
+  bool connected(std::size_t drive) const;
   /// What the loops obey: Off after a protection has tripped.
-  const Setpoint& setpoint(std::size_t drive) const { return units_[drive].setpoint; }
+  const Setpoint& setpoint(std::size_t drive) const;
 
   Telemetry telemetry(std::size_t drive) const;
   Truth truth(std::size_t drive) const;
   EnergyLedger energy(std::size_t drive) const;
 
  private:
-  /// The slow, scalar part of one drive.
-  struct Unit {
-    DriveParams params;
-    ControlSettings settings;
-    MotionParams motion_params;
-    MotionState motion;
-    ProtectionState protection;
-    LifeState life;
-    BrakeState brake;
-    bool connected = true;
-    Faults faults;
-    bool slow_sensors_faulty = false;
-    Setpoint setpoint = Idle{};
-    SlowSensors slow_sensors{};
-    SlowMeasurement slow;
-    std::uint64_t slow_noise = 1;
-  };
-  /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide
-  /// one.
-  template <class Access>
-  decltype(auto) with_block(std::size_t drive, Access access);
-  template <class Access>
-  decltype(auto) with_block(std::size_t drive, Access access) const;
-  /// What the drive does once every few ticks.
-  void run_firmware(std::size_t drive);
-  void run_motion_loops(std::size_t drive);
-  void die(std::size_t drive);
-  /// The drives of one block, as the tick sees them from inside a stretch.
-  struct BlockDrives {
-    DriveBank* bank;
-    std::size_t begin;
-  };
-  /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
-  static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
-                          std::int64_t tick);
-  /// The plant of a drive as it would be with these faults.
-  static PlantParams<double> plant_of(const Unit& unit, const Faults& faults);
-  void derive_plant(std::size_t drive);
-  void derive_control(std::size_t drive);
-
-  std::vector<Unit> units_;
-  TickBlock<double> alone_;            // used when there is exactly one drive
-  std::vector<TickBlock<Wide>> wide_;  // used otherwise, kLanes drives each
-  NamedKernel kernel_;
-  bool edge_ = false;     // of the stretch under way: a drive died or came alive,
-  bool stopped_ = false;  // or it had to end for some reason
-  int stride_ = 1;        // ticks between instants at which some motion loop may run
+  /// In drive_bank_state.hpp: how the fast tick stores a drive is no business of who has one.
+  struct State;
+  std::unique_ptr<State> state_;
 };
-
-template <class Access>
-decltype(auto) DriveBank::with_block(std::size_t drive, Access access) {
-  assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0})
-                       : access(wide_[drive / kLanes], drive % kLanes);
-}
-template <class Access>
-decltype(auto) DriveBank::with_block(std::size_t drive, Access access) const {
-  assert(drive < units_.size());
-  return wide_.empty() ? access(alone_, std::size_t{0})
-                       : access(wide_[drive / kLanes], drive % kLanes);
-}
 
 }  // namespace lk::model

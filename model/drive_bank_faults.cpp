@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "model/block_access.hpp"
-#include "model/drive_bank.hpp"
+#include "model/drive_bank_state.hpp"
 #include "model/fault_effects.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
@@ -36,7 +36,7 @@ void join(const PlantParams<double>& p, double J_rotor, PlantState<double>& s) {
 }  // namespace
 
 void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
-  Unit& unit = units_[drive];
+  State::Unit& unit = state_->units[drive];
   if (faults == unit.faults) {
     return;
   }
@@ -44,9 +44,9 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
   const double stored_before = energy(drive).stored;
   unit.faults = faults;
   unit.slow_sensors_faulty = slow_sensors_faulty(faults);
-  derive_plant(drive);
-  derive_control(drive);
-  with_block(drive, [&](auto& block, std::size_t lane) {
+  state_->derive_plant(drive);
+  state_->derive_control(drive);
+  state_->with_block(drive, [&](auto& block, std::size_t lane) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     auto s = get<PlantState<double>>(block.plant, lane);
     if (before.coupling_broken && !faults.coupling_broken) {
@@ -68,14 +68,14 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
   });
 }
 
-const Faults& DriveBank::faults(std::size_t drive) const { return units_[drive].faults; }
+const Faults& DriveBank::faults(std::size_t drive) const { return state_->units[drive].faults; }
 
 bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
-  const Unit& unit = units_[drive];
+  const State::Unit& unit = state_->units[drive];
   const bool alive = unit.life.life == Life::kAlive;
-  const PlantParams<double> faulty = plant_of(unit, one);
-  const PlantParams<double> healthy = plant_of(unit, Faults{});
-  return with_block(drive, [&](const auto& block, std::size_t lane) {
+  const PlantParams<double> faulty = State::plant_of(unit, one);
+  const PlantParams<double> healthy = State::plant_of(unit, Faults{});
+  return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
     const auto s = get<PlantState<double>>(block.plant, lane);
     const auto loop = get<CurrentLoopState<double>>(block.loop, lane);
     // An encoder fault that is not in force begins now.
@@ -95,7 +95,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
 }
 
 void DriveBank::kick(std::size_t drive, double impulse) {
-  with_block(drive, [&](auto& block, std::size_t lane) {
+  state_->with_block(drive, [&](auto& block, std::size_t lane) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     auto s = get<PlantState<double>>(block.plant, lane);
     const double stored_before = stored_energy(p, s);

@@ -1,5 +1,7 @@
 #include "model/lane_kernel.hpp"
 
+#include "model/tick.hpp"
+
 namespace lk::model {
 
 // Flattened: the tick is one straight line of arithmetic.

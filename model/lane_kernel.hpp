@@ -2,11 +2,16 @@
 
 /// @file The fast tick of eight drives, compiled for several instruction sets and chosen at start.
 
+#include <cstddef>
 #include <string_view>
 
-#include "model/tick.hpp"
-
 namespace lk::model {
+
+// model/tick.hpp has these; who only chooses a kernel need not compile them.
+template <class Store>
+struct TickBlock;
+struct Wide;
+struct Stretch;
 
 using LaneKernel = void (*)(TickBlock<Wide>& block, const Stretch& stretch);
 using AloneKernel = void (*)(TickBlock<double>& block, const Stretch& stretch);

@@ -1,4 +1,5 @@
 #include "model/lane_kernel.hpp"
+#include "model/tick.hpp"
 
 namespace lk::model {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "emulator/config/config.hpp"
+#include "emulator/config/motor_document.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,12 +1,11 @@
 #pragma once
 
-/// @file Motor files by name or by path, and what one takes over from another (`extends`).
+/// @file Motor files by name or by path; what one takes over from another is in motor_document.hpp.
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>
-
-#include "emulator/config/config_reader.hpp"
 
 namespace lk::emulator {
 
@@ -31,13 +30,5 @@ std::string motor_of(const std::string& file, const std::string& motor);
 
 /// What a motor is sold as: the `model` and the `aliases` of its file. Throws ConfigError.
 std::vector<std::string> motor_labels(const std::string& text, const std::string& file);
-
-/// A motor file with all that it takes over; every value knows the file and line where it stands.
-struct MotorDocument {
-  toml::table table;
-  std::vector<std::string> files;  // its own, that which it extends, …
-};
-/// Throws ConfigError.
-MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& find_base);
 
 }  // namespace lk::emulator

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "emulator/config/config_checks.hpp"
+#include "emulator/config/motor_document.hpp"
 #include "emulator/config/profile_fields.hpp"
 
 namespace lk::emulator {

@@ -1,13 +1,17 @@
 #pragma once
 
-#include <span>
+#include <cstdint>
 #include <string>
 
-#include "emulator/config/config_reader.hpp"
+#include "emulator/config/config_error.hpp"
 #include "emulator/config/motor_file.hpp"
 #include "emulator/core/bus_config.hpp"
 
 namespace lk::emulator {
+
+// In config_reader.hpp, with toml++.
+class TableReader;
+enum class Presence : std::uint8_t;
 
 /// Parses a motor file (docs/configuration.md); `find_base` gives those that it extends. Throws
 /// ConfigError.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/control/current_loop.hpp"
 #include "model/trig.hpp"
 
 namespace lk::model {

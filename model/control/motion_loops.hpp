@@ -4,16 +4,22 @@
 /// decisions more than arithmetic. They see measurements only.
 
 #include <cstdint>
+#include <numbers>
 
-#include "model/control/current_loop.hpp"
 #include "model/drive_params.hpp"
 #include "model/setpoint.hpp"
 
 namespace lk::model {
 
+// Of the fast tick, which is heavy (model/control/current_loop.hpp).
+template <class T>
+struct CurrentLoopParams;
+template <class T>
+struct CurrentOrders;
+
 /// rad. Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than
 /// one count of a 14-bit encoder.
-inline constexpr double kHoldAngle = 0.02 * kTwoPi / 360.0;
+inline constexpr double kHoldAngle = 0.02 * (2 * std::numbers::pi) / 360.0;
 
 /// Physical gains and limits; derived anew whenever a register changes.
 struct MotionParams {

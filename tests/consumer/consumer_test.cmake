@@ -33,6 +33,17 @@ foreach(file ${package_files})
   endforeach()
 endforeach()
 
+# The headers are complete, and bring nothing that takes a user's compiler long.
+file(GLOB_RECURSE headers ${SCRATCH}/moved/include/*.hpp)
+execute_process(COMMAND ${COMPILER} -std=c++20 -I ${SCRATCH}/moved/include/lk-emu -x c++ -M ${headers}
+  OUTPUT_VARIABLE included ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
+foreach(heavy experimental/simd toml++ boost/ nlohmann/ spdlog/ CLI/)
+  string(FIND "${included}" ${heavy} at)
+  if(NOT at EQUAL -1)
+    message(FATAL_ERROR "an installed header includes ${heavy}")
+  endif()
+endforeach()
+
 set(robot ${SCRATCH}/robot)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${robot} -G ${GENERATOR}
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}

@@ -1,6 +1,7 @@
 // A drive's bits depend on its parameters, seed and commands, and on nothing else.
 #include <gtest/gtest.h>
 
+#include "model/tick.hpp"
 #include "tests/model/mixed_run.hpp"
 
 namespace lk::model::test {

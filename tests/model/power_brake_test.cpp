@@ -1,4 +1,5 @@
 #include "model/control/life.hpp"
+#include "model/control/motion_loops.hpp"
 #include "model/plant/brake.hpp"
 #include "tests/model/support.hpp"
 

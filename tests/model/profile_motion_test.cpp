@@ -1,4 +1,5 @@
 // The trapezoid and the ramps: durations by hand arithmetic (docs/model.md §11).
+#include "model/control/motion_loops.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

@@ -1,6 +1,8 @@
 // Encoder and current converter: what the firmware gets to see (docs/model.md §7).
 #include "model/plant/sensors.hpp"
 
+#include "model/control/motion_loops.hpp"
+#include "model/plant/slow_sensors.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {

@@ -1,3 +1,4 @@
+#include "model/control/motion_loops.hpp"
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
