@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "emulator/program/cli.hpp"
+#include "emulator/program/config_listing.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
@@ -135,6 +136,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
         tell_written(place, write, error);
       }) {
   check_can_support();
+  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   // Nothing is made or brought up before all that exists has been looked at.
   for (const auto& bus : buses) {
     if (!options.create_buses || link_state(bus.interface).index != 0) {
