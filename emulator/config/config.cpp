@@ -15,11 +15,33 @@ namespace {
 /// there, also when it runs alone.
 std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
 
+/// Does the command line mean the bus that the file has on `interface`? When each of them names one
+/// bus only, then so, whatever its name.
+bool means(const BusRequest& request, const std::string& interface, bool one_in_each) {
+  return request.interface == interface || one_in_each;
+}
+
+FirmwareRequest merge(FirmwareRequest all, const FirmwareRequest& of_bus) {
+  if (of_bus.generation) all.generation = of_bus.generation;
+  for (const auto& [key, value] : of_bus.quirks) all.quirks[key] = value;
+  return all;
+}
+
 // --- the configuration file
 // ---------------------------------------------------------------------------
 
-BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, const Overrides& overrides,
-                   const FindProfile& find) {
+/// What the command line says of the drives of a bus of the file.
+FirmwareRequest firmware_of(const Overrides& overrides, const std::string& interface,
+                            std::size_t buses_in_file) {
+  const bool one_in_each = overrides.buses.size() == 1 && buses_in_file == 1;
+  for (const BusRequest& request : overrides.buses) {
+    if (means(request, interface, one_in_each)) return merge(overrides.firmware, request.firmware);
+  }
+  return overrides.firmware;
+}
+
+BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t buses_in_file,
+                   const Overrides& overrides, const FindProfile& find) {
   BusConfig bus;
   bus.bitrate = file_bitrate;
   if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
@@ -32,9 +54,10 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, const Overrid
   } else {
     reader.note_missing("interface");
   }
+  const FirmwareRequest asked = firmware_of(overrides, bus.interface, buses_in_file);
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {
-    for (auto& servo : read_drive(drive, overrides, find)) {
+    for (auto& servo : read_drive(drive, overrides, asked, find)) {
       if (!seen.insert(servo.id).second) {
         drive.fail(ids_key(drive),
                    "ID " + std::to_string(servo.id) + " is given twice on this bus");
@@ -62,8 +85,9 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   if (!problem.empty()) reader.fail("bitrate", problem);
   std::vector<BusConfig> buses;
   std::set<std::string> seen;
-  for (auto& table : reader.tables("bus")) {
-    buses.push_back(read_bus(table, bitrate, overrides, find));
+  std::vector<TableReader> tables = reader.tables("bus");
+  for (auto& table : tables) {
+    buses.push_back(read_bus(table, bitrate, tables.size(), overrides, find));
     if (!seen.insert(buses.back().interface).second) {
       table.fail("interface", "bus " + buses.back().interface + " is given twice");
     }
@@ -77,24 +101,26 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
 // --- what the command line says
 // -----------------------------------------------------------------------
 
-/// The place in the file of the bus that `request` means: the one on that interface or, when the
-/// file and the command line each name one bus only, that one.
+/// The place in the file of the bus that `request` means.
 std::optional<std::size_t> place_of(const BusRequest& request,
-                                    const std::vector<BusConfig>& of_file, bool only) {
-  const auto found = std::ranges::find(of_file, request.interface, &BusConfig::interface);
-  if (found != of_file.end()) return static_cast<std::size_t>(found - of_file.begin());
-  return only && of_file.size() == 1 ? std::optional<std::size_t>(0) : std::nullopt;
+                                    const std::vector<BusConfig>& of_file, bool one_in_each) {
+  const auto found = std::ranges::find_if(
+      of_file, [&](const BusConfig& bus) { return means(request, bus.interface, one_in_each); });
+  if (found == of_file.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - of_file.begin());
 }
 
-void select_ids(BusConfig& bus, const std::vector<int>& ids, const Overrides& overrides,
+void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& overrides,
                 const FindProfile& find) {
+  const std::vector<int>& ids = *request.ids;
+  const FirmwareRequest asked = merge(overrides.firmware, request.firmware);
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
     const auto known = std::find_if(bus.servos.begin(), bus.servos.end(),
                                     [id](const ServoConfig& servo) { return servo.id == id; });
     servos.push_back(known != bus.servos.end()
                          ? *known
-                         : make_servo(id, find(overrides.motor.value_or(kDefaultMotor))));
+                         : make_servo(id, find(overrides.motor.value_or(kDefaultMotor)), asked));
   }
   bus.servos = std::move(servos);
   const auto gone = [&ids](int id) { return std::ranges::find(ids, id) == ids.end(); };
@@ -115,17 +141,17 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
     of_file[i].seed = bus_seed(overrides.seed.value_or(of_file[i].seed), i);
   }
   std::vector<BusConfig> buses;
-  const bool only = overrides.buses.size() == 1;
+  const bool one_in_each = overrides.buses.size() == 1 && of_file.size() == 1;
   std::size_t next_place = of_file.size();  // of the buses that the file does not know
   for (const auto& request : overrides.buses) {
     BusConfig bus;
-    if (const auto place = place_of(request, of_file, only)) {
+    if (const auto place = place_of(request, of_file, one_in_each)) {
       bus = of_file[*place];
     } else {
       bus.seed = bus_seed(overrides.seed.value_or(kDefaultSeed), next_place++);
     }
     bus.interface = request.interface;
-    if (request.ids) select_ids(bus, *request.ids, overrides, find);
+    if (request.ids) select_ids(bus, request, overrides, find);
     if (bus.servos.empty()) {
       throw std::invalid_argument("bus " + request.interface + " has no drives: give it --ids");
     }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,10 +27,17 @@ struct UnknownMotor : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What the command line says of how drives speak.
+struct FirmwareRequest {
+  std::optional<std::string> generation;      // its name, or "seen"
+  std::map<std::string, std::string> quirks;  // values by the keys of a file's `quirks`, as given
+};
+
 /// One bus as the command line asks for it.
 struct BusRequest {
   std::string interface;
   std::optional<std::vector<int>> ids;  // absent: those the configuration file gives it
+  FirmwareRequest firmware{};           // wins over that of all buses
 };
 
 /// What the command line says; it wins over the file.
@@ -38,6 +46,7 @@ struct Overrides {
   std::optional<std::string> motor;  // of every drive: name or path
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> bitrate;
+  FirmwareRequest firmware;  // of every drive
 };
 
 /// "1-4", "1,3,7-9": ascending. Throws std::invalid_argument with the reason: not a list, an ID

@@ -44,21 +44,29 @@ void read_rom(TableReader& reader, RomParams& flash) {
   rom->finish();
 }
 
-}  // namespace
-
-ServoConfig make_servo(int id, const Profile& profile) {
+ServoConfig as_delivered(const Profile& profile) {
   ServoConfig servo;
-  servo.id = id;
   servo.profile = profile;
   servo.rom = profile.factory;
   return servo;
 }
 
+}  // namespace
+
+ServoConfig make_servo(int id, const Profile& profile, const FirmwareRequest& asked) {
+  ServoConfig servo = as_delivered(profile);
+  servo.id = id;
+  const toml::table nothing;
+  TableReader reader(nothing, "", "");
+  read_generation(reader, asked, servo);
+  return servo;
+}
+
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const FindProfile& find) {
+                                    const FirmwareRequest& asked, const FindProfile& find) {
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
-  ServoConfig servo = make_servo(1, read_motor(reader, overrides, find));
+  ServoConfig servo = as_delivered(read_motor(reader, overrides, find));
   if (auto changes = reader.table("profile")) {
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
     changes->finish();
@@ -69,7 +77,7 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
   servo.boot_angle_deg = reader.number("boot_angle_deg", -turn_deg, turn_deg);
-  read_generation(reader, servo);
+  read_generation(reader, asked, servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
   read_load(reader, servo.profile.drive.load);

@@ -7,11 +7,11 @@
 
 namespace lk::emulator {
 
-/// A drive with nothing said about it but its motor.
-ServoConfig make_servo(int id, const Profile& profile);
+/// A drive of which no file says anything.
+ServoConfig make_servo(int id, const Profile& profile, const FirmwareRequest& asked);
 
-/// The servos of one [[bus.drive]].
+/// The servos of one [[bus.drive]]; `asked` is what the command line says of this bus.
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const FindProfile& find);
+                                    const FirmwareRequest& asked, const FindProfile& find);
 
 }  // namespace lk::emulator

@@ -1,7 +1,11 @@
 #include "emulator/config/config_quirks.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <optional>
+#include <stdexcept>
+#include <system_error>
 
 #include "emulator/core/generation.hpp"
 
@@ -35,6 +39,7 @@ const Words kClearAngle{"ignored", "implemented", "sets_angle"};
 const Words kScales{"manual", "series"};
 const Words kBootWraps{"half_circle", "half_turn"};
 const Words kSpans{"rotor_turn", "output_turn"};
+constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
 template <typename Enum>
@@ -110,6 +115,77 @@ class Printer {
   std::vector<std::string> lines_;
 };
 
+void read_quirks(TableReader& reader, ServoConfig& servo) {
+  read_fields<Quirks>(reader, kQuirkSwitches, Presence::kOptional, servo.quirks);
+  read_dialect(reader, servo.quirks.dialect);
+  read_word(reader, "boot_wrap", kBootWraps, servo.quirks.boot_wrap);
+  EncoderSpan span = servo.quirks.encoder_span.value_or(servo.profile.encoder_span);
+  read_word(reader, "encoder_span", kSpans, span);
+  servo.quirks.encoder_span.reset();
+  if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
+  // The presets switch it on for every series, and the others do not look; asking for it is a
+  // mistake.
+  if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
+      reader.has("open_loop_command")) {
+    reader.fail("open_loop_command", "MS drives only");
+  }
+}
+
+// --- what the command line says
+// -----------------------------------------------------------------------
+
+std::string join(const std::vector<std::string>& words) {
+  std::string all;
+  for (const auto& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
+
+/// As TOML would have it; a word needs no quotes there.
+void insert_value(toml::table& table, const std::string& key, const std::string& value) {
+  const bool hexadecimal = value.starts_with("0x");
+  const char* const last = value.data() + value.size();
+  std::int64_t number = 0;
+  const auto [end, error] =
+      std::from_chars(value.data() + (hexadecimal ? 2 : 0), last, number, hexadecimal ? 16 : 10);
+  if (value == "true" || value == "false") {
+    table.insert(key, value == "true");
+  } else if (error == std::errc() && end == last) {
+    table.insert(key, number);
+  } else {
+    table.insert(key, value);
+  }
+}
+
+void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& servo) {
+  if (asked.empty()) return;
+  toml::table table;
+  for (const auto& [key, value] : asked) insert_value(table, key, value);
+  TableReader reader(table, "--quirk", "");
+  read_quirks(reader, servo);
+  const std::vector<std::string>& known = reader.asked();
+  for (const auto& [key, value] : asked) {
+    if (std::ranges::find(known, key) != known.end() || !nearest(key, known).empty()) continue;
+    reader.fail(key, "unknown; there are: " + join(known));
+  }
+  reader.finish();
+}
+
+Generation ask_generation(const std::string& word, const Profile& profile) {
+  try {
+    return chosen_generation(word, profile);
+  } catch (const std::invalid_argument& problem) {
+    throw std::invalid_argument(on_one_line(std::string("--generation: ") + problem.what()));
+  }
+}
+
+Generation read_choice(const TableReader& reader, const std::string& word, const Profile& profile) {
+  try {
+    return chosen_generation(word, profile);
+  } catch (const std::invalid_argument& problem) {
+    reader.fail("generation", problem.what());
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks) {
@@ -122,24 +198,35 @@ std::vector<std::string> switches_beside(Generation generation, const Quirks& qu
   return differing;
 }
 
-void read_generation(TableReader& reader, ServoConfig& servo) {
-  read_word(reader, "generation", generation_names(), servo.generation);
-  servo.quirks = quirks_of(servo.generation);
-  auto quirks = reader.table("quirks");
-  if (!quirks) return;
-  read_fields<Quirks>(*quirks, kQuirkSwitches, Presence::kOptional, servo.quirks);
-  read_dialect(*quirks, servo.quirks.dialect);
-  read_word(*quirks, "boot_wrap", kBootWraps, servo.quirks.boot_wrap);
-  EncoderSpan span = servo.profile.encoder_span;
-  read_word(*quirks, "encoder_span", kSpans, span);
-  if (span != servo.profile.encoder_span) servo.quirks.encoder_span = span;
-  // The presets switch it on for every series, and the others do not look; asking for it is a
-  // mistake.
-  if (servo.quirks.dialect.open_loop_command && servo.profile.series != Series::kMs &&
-      quirks->has("open_loop_command")) {
-    quirks->fail("open_loop_command", "MS drives only");
+std::vector<std::string> generation_words() {
+  std::vector<std::string> words = generation_names();
+  words.emplace_back(kSeen);
+  return words;
+}
+
+Generation chosen_generation(const std::string& word, const Profile& profile) {
+  if (const auto named = generation_of(word)) return *named;
+  if (word != kSeen) {
+    throw std::invalid_argument("\"" + word + "\" is not one of " + join(generation_words()));
   }
-  quirks->finish();
+  if (profile.seen_generation) return *profile.seen_generation;
+  throw std::invalid_argument("it is not known what " + profile.name +
+                              " drives speak; lk-emu motors lists of which motors it is");
+}
+
+void read_generation(TableReader& reader, const FirmwareRequest& asked, ServoConfig& servo) {
+  const auto in_file = reader.text("generation");
+  if (asked.generation) {
+    servo.generation = ask_generation(*asked.generation, servo.profile);
+  } else if (in_file) {
+    servo.generation = read_choice(reader, *in_file, servo.profile);
+  }
+  servo.quirks = quirks_of(servo.generation);
+  if (auto quirks = reader.table("quirks")) {
+    read_quirks(*quirks, servo);
+    quirks->finish();
+  }
+  ask_quirks(asked.quirks, servo);
 }
 
 }  // namespace lk::emulator

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/config/config.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/bus_config.hpp"
 
@@ -12,9 +13,18 @@ namespace lk::emulator {
 /// says them: "pid_commands = true".
 std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks);
 
+/// What files and options take for a generation: the names, and "seen".
+std::vector<std::string> generation_words();
+
+/// The generation that files and options mean by `word`: its name, or "seen", what drives of this
+/// motor were seen to speak. Throws std::invalid_argument.
+Generation chosen_generation(const std::string& word, const Profile& profile);
+
 /// Reads `generation` and [quirks] of a drive: the preset, and every switch that differs from it.
-/// The profile must be the drive's: its series decides what makes sense, and its `encoder_span`
-/// is one of the switches.
-void read_generation(TableReader& reader, ServoConfig& servo);
+/// What `asked` says wins, key by key. The profile must be the drive's: it knows what was seen, its
+/// series decides what makes sense, and its `encoder_span` is one of the switches. Throws
+/// ConfigError; of what is wrong with `asked`, std::invalid_argument or a ConfigError that names
+/// the option in place of the file.
+void read_generation(TableReader& reader, const FirmwareRequest& asked, ServoConfig& servo);
 
 }  // namespace lk::emulator

@@ -43,6 +43,8 @@ class TableReader {
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
+  /// The keys that were asked for so far.
+  const std::vector<std::string>& asked() const { return asked_; }
   bool is_text(const std::string& key) const;
   /// The table as JSON, on one line, without some of its keys.
   std::string as_json(const std::vector<std::string>& without) const;

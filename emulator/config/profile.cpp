@@ -5,6 +5,7 @@
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/motor_document.hpp"
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/core/generation.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -165,6 +166,9 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
     profile.encoder_span = static_cast<EncoderSpan>(*span);
   } else {
     reader.note_missing("encoder_span");
+  }
+  if (const auto seen = reader.choice("seen_generation", generation_names())) {
+    profile.seen_generation = static_cast<Generation>(*seen);
   }
   read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
   read_drive_params(reader, Presence::kRequired, profile.drive);

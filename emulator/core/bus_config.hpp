@@ -61,6 +61,7 @@ struct Profile {
   Rating rating;
   model::DriveParams drive;
   EncoderSpan encoder_span = EncoderSpan::kRotorTurn;
+  std::optional<Generation> seen_generation;  // what such drives were seen to speak
   Registers factory;
 };
 

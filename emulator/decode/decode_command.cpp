@@ -14,7 +14,7 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_error.hpp"
-#include "emulator/core/generation.hpp"
+#include "emulator/config/config_quirks.hpp"
 #include "emulator/decode/decoder.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
@@ -44,8 +44,10 @@ struct DecodeApp {
   DecodeApp() {
     app.footer(kFooter);
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
-    app.add_option("--generation", generation,
-                   "firmware of the drives: legacy (default), late-legacy, v235 or v236")
+    app.add_option(
+           "--generation", generation,
+           "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
+           "drives of the motor were seen to speak")
         ->type_name("GENERATION");
     app.add_option(
            "--motor", motor,
@@ -96,12 +98,6 @@ class StopSignals {
   sigset_t otherwise_{};
 };
 
-Generation chosen_generation(const std::string& given) {
-  if (const auto known = generation_of(given)) return *known;
-  throw StartError(fmt::format("--generation: \"{}\" is not one of {}", given,
-                               fmt::join(generation_names(), ", ")));
-}
-
 bool wants_colour() {
   const auto said = [](const char* name) {
     const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads
@@ -114,7 +110,6 @@ DecodeOptions read_options(const DecodeApp& given) {
   DecodeOptions options;
   options.generation_given = given.app.count("--generation") > 0;
   options.motor_given = given.app.count("--motor") > 0;
-  if (options.generation_given) options.generation = chosen_generation(given.generation);
   options.language = chosen_language(given.language);
   options.json = given.json;
   options.colour = !given.json && wants_colour();
@@ -126,6 +121,12 @@ DecodeOptions read_options(const DecodeApp& given) {
     throw StartError(problem.what());
   } catch (const std::invalid_argument& problem) {
     throw StartError(problem.what());
+  }
+  if (!options.generation_given) return options;
+  try {
+    options.generation = chosen_generation(given.generation, options.profile);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--generation: ") + problem.what());
   }
   return options;
 }

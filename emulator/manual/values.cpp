@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "emulator/config/config_quirks.hpp"
 #include "emulator/core/fault_table.hpp"
-#include "emulator/core/generation.hpp"
 #include "emulator/core/signals.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/profile_files.hpp"
@@ -45,7 +45,7 @@ void add_part(Choices& choices, const std::string& part) {
   if (part == "FAULT") words = fault_words();
   if (part == "SIGNALS") words = signal_words();
   if (part == "MODE") words = {"realtime", "stepped", "x0.1", "x10"};
-  if (part == "GENERATION") words = emulator::generation_names();
+  if (part == "GENERATION") words = emulator::generation_words();
   if (part == "LANG") words = {"en", "zh"};
   if (part == "LEVEL")
     words.assign(std::begin(emulator::kLogLevels), std::end(emulator::kLogLevels));

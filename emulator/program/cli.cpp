@@ -18,8 +18,9 @@ namespace lk::emulator {
 namespace {
 
 constexpr const char* kFooter = R"(
-One --ids belongs to the --bus before it. Example, two buses:
-  lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9
+--ids, --generation and --quirk belong to the --bus before them; --generation and --quirk before
+any --bus are for all. Example, two buses:
+  lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9 --generation v236
 
 Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
 was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
@@ -33,10 +34,12 @@ std::string other_commands() {
   return text;
 }
 
-/// The values as CLI11 collects them; --bus and --ids may come several times.
+/// The values as CLI11 collects them; the first four may come several times.
 struct Raw {
   std::vector<std::string> buses;
   std::vector<std::string> ids;
+  std::vector<std::string> generations;
+  std::vector<std::string> quirks;
   std::string motor;
   std::string config;
   std::string seed;
@@ -66,6 +69,16 @@ void add_options(CLI::App& app, Raw& raw) {
                              "./my.toml (default ") +
                      kDefaultMotor + ")")
       ->type_name("MOTOR");
+  app.add_option("--generation", raw.generations,
+                 "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
+                 "drives of their motor were seen to speak")
+      ->type_name("GENERATION")
+      ->allow_extra_args(false);
+  app.add_option("--quirk", raw.quirks,
+                 "one switch of the firmware, e.g. pid_commands=true (repeatable; "
+                 "docs/configuration.md has them all)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
   app.add_option("--config", raw.config,
                  "TOML file with buses, drives and settings, or the name of a shipped one")
       ->type_name("ROBOT");
@@ -131,35 +144,59 @@ struct ProgramApp {
   }
 };
 
-/// Gives each --ids to the --bus before it.
-std::vector<BusRequest> pair_up(const CLI::App& app, const Raw& raw) {
-  std::vector<BusRequest> requests;
+void add_bus(const std::string& interface, std::vector<BusRequest>& requests) {
+  const std::string problem = interface_name_problem(interface);
+  if (!problem.empty()) throw StartError("--bus: " + problem);
+  for (const auto& request : requests) {
+    if (request.interface == interface) throw StartError("--bus: " + interface + " is given twice");
+  }
+  requests.push_back({interface, std::nullopt});
+}
+
+void set_ids(const std::string& list, std::vector<BusRequest>& requests) {
+  if (requests.empty()) throw StartError("--ids " + list + " has no --bus before it");
+  if (requests.back().ids) {
+    throw StartError("--bus " + requests.back().interface +
+                     " has two --ids; write one list: 1,3,7-9");
+  }
+  try {
+    requests.back().ids = parse_ids(list);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--ids: ") + problem.what());
+  }
+}
+
+void set_generation(const std::string& word, FirmwareRequest& firmware) {
+  if (firmware.generation) throw StartError("--generation is given twice for the same drives");
+  firmware.generation = word;
+}
+
+void set_quirk(const std::string& text, FirmwareRequest& firmware) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw StartError("--quirk: \"" + text + "\" is not NAME=VALUE, like pid_commands=true");
+  }
+  const std::string key = text.substr(0, equals);
+  if (!firmware.quirks.emplace(key, text.substr(equals + 1)).second) {
+    throw StartError("--quirk: " + key + " is given twice for the same drives");
+  }
+}
+
+/// Gives each option that belongs to a bus to the --bus before it.
+void pair_up(const CLI::App& app, const Raw& raw, Overrides& overrides) {
   auto next_bus = raw.buses.begin();
   auto next_ids = raw.ids.begin();
+  auto next_generation = raw.generations.begin();
+  auto next_quirk = raw.quirks.begin();
+  std::vector<BusRequest>& requests = overrides.buses;
   for (const CLI::Option* option : app.parse_order()) {
     const std::string name = option->get_name();
-    if (name == "--bus") {
-      const std::string problem = interface_name_problem(*next_bus);
-      if (!problem.empty()) throw StartError("--bus: " + problem);
-      for (const auto& request : requests) {
-        if (request.interface == *next_bus)
-          throw StartError("--bus: " + *next_bus + " is given twice");
-      }
-      requests.push_back({*next_bus++, std::nullopt});
-    } else if (name == "--ids") {
-      if (requests.empty()) throw StartError("--ids " + *next_ids + " has no --bus before it");
-      if (requests.back().ids) {
-        throw StartError("--bus " + requests.back().interface +
-                         " has two --ids; write one list: 1,3,7-9");
-      }
-      try {
-        requests.back().ids = parse_ids(*next_ids++);
-      } catch (const std::invalid_argument& problem) {
-        throw StartError(std::string("--ids: ") + problem.what());
-      }
-    }
+    auto& firmware = requests.empty() ? overrides.firmware : requests.back().firmware;
+    if (name == "--bus") add_bus(*next_bus++, requests);
+    if (name == "--ids") set_ids(*next_ids++, requests);
+    if (name == "--generation") set_generation(*next_generation++, firmware);
+    if (name == "--quirk") set_quirk(*next_quirk++, firmware);
   }
-  return requests;
 }
 
 void check_log_level(const std::string& level) {
@@ -230,7 +267,7 @@ void read_rom_option(const std::string& text, RomOptions& rom) {
 
 CommandLine gather(const CLI::App& app, Raw& raw) {
   CommandLine& line = raw.line;
-  line.overrides.buses = pair_up(app, raw);
+  pair_up(app, raw, line.overrides);
   if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
   if (app.count("--config") > 0) line.config_file = raw.config;
   if (app.count("--seed") > 0) {

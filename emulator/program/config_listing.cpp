@@ -174,6 +174,22 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
 
 }  // namespace
 
+std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses) {
+  std::vector<std::string> lines;
+  for (const auto& bus : buses) {
+    for (const auto& servo : bus.servos) {
+      const auto seen = servo.profile.seen_generation;
+      const bool plain = servo.quirks.dialect == protocol::kLegacyDialect;
+      if (!plain || !seen || *seen == Generation::kLegacy) continue;
+      std::string line = fmt::format(
+          "{}: such drives were seen to speak {}; this one speaks legacy (--generation seen)",
+          servo.profile.name, generation_name(*seen));
+      if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
+    }
+  }
+  return lines;
+}
+
 std::string describe_run(const std::vector<BusConfig>& buses) {
   Row titles;
   Row units;

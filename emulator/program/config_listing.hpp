@@ -11,4 +11,8 @@ namespace lk::emulator {
 /// allowed and yet looks like a mistake.
 std::string describe_run(const std::vector<BusConfig>& buses);
 
+/// A line for each kind of motor that speaks `legacy`, as nothing else was asked for, and was seen
+/// to speak otherwise.
+std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses);
+
 }  // namespace lk::emulator

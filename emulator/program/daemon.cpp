@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "emulator/program/cli.hpp"
+#include "emulator/program/config_listing.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
@@ -140,6 +141,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       }) {
   check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
+  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   // Nothing is made or brought up before all that exists has been looked at.
   for (const BusConfig& bus : buses) {
     const LinkState link = link_state(bus.interface);

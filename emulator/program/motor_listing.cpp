@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "emulator/config/motor_figures.hpp"
+#include "emulator/core/generation.hpp"
 #include "emulator/program/profile_files.hpp"
 
 namespace lk::emulator {
@@ -11,14 +12,19 @@ namespace {
 /// A printed number, or a dash where the vendor is silent.
 std::string printed(double value) { return value > 0 ? fmt::format("{:.4g}", value) : "-"; }
 
+/// What such drives were seen to speak.
+std::string seen(const Profile& profile) {
+  return profile.seen_generation ? std::string(generation_name(*profile.seen_generation)) : "-";
+}
+
 std::string row(const Profile& profile) {
   const Rating& r = profile.rating;
   return fmt::format(
-      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit{}\n",
+      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit  {:<12}{}\n",
       profile.name, profile.model, series_name(profile.series), profile.drive.supply.v_source,
       printed(r.torque_rated_Nm), printed(r.torque_peak_Nm), printed(r.speed_rated_rpm),
       printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits,
-      profile.aliases.empty() ? "" : fmt::format("  {}", fmt::join(profile.aliases, ", ")));
+      seen(profile), fmt::join(profile.aliases, ", "));
 }
 
 std::string line(const char* what, const std::string& value) {
@@ -40,6 +46,7 @@ std::string numbers(const Profile& profile) {
          line("friction: Coulomb, break-away",
               fmt::format("{:.3g} mNm, {:.3g} mNm at the rotor", p.mechanics.tau_coulomb * 1e3,
                           p.mechanics.tau_static * 1e3)) +
+         line("seen to speak", seen(profile)) +
          line("encoder", fmt::format("{} bit", p.encoder.bits)) +
          line("supply", fmt::format("{:.4g} V, {:.3g} ohm, {:.4g} uF in the link",
                                     p.supply.v_source, p.supply.R_source, p.supply.C_link * 1e6)) +
@@ -127,15 +134,15 @@ const char* series_name(Series series) {
 
 std::string list_motors() {
   std::string text =
-      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder  also "
-      "sold as\n"
+      "profile     model       series supply  torque, Nm       speed, rpm     gear  encoder  seen "
+      "as     also sold as\n"
       "                                       rated / peak    rated / no load\n";
   for (const std::string& name : known_motors()) text += row(load_profile(name));
   return text +
-         "\nTorques and speeds at the output shaft, as printed by the vendor. A motor goes by its "
-         "profile or model,\nin capital or small letters, or by the path of a file of your own. "
-         "One of "
-         "them in detail:\n"
+         "\nTorques and speeds at the output shaft, as printed by the vendor. Seen as: the "
+         "generation that such drives\nwere seen to speak, --generation seen. A motor goes by its "
+         "profile, model or another label, in capital or small\nletters, or by the path of a file "
+         "of your own. One of them in detail:\n"
          "  lk-emu motors MOTOR\n";
 }
 

@@ -48,25 +48,41 @@ std::string reason(int error) { return std::generic_category().message(error); }
 // --- recording.json
 // -----------------------------------------------------------------------------------------
 
+void print_firmware(const FirmwareRequest& firmware, Json& json) {
+  if (firmware.generation) json["generation"] = *firmware.generation;
+  if (!firmware.quirks.empty()) json["quirks"] = firmware.quirks;
+}
+
+FirmwareRequest parse_firmware(const Json& json) {
+  FirmwareRequest firmware;
+  if (json.contains("generation")) firmware.generation = json["generation"].get<std::string>();
+  if (json.contains("quirks")) json["quirks"].get_to(firmware.quirks);
+  return firmware;
+}
+
 Json print_overrides(const Overrides& overrides) {
   Json json = Json::object();
   for (const BusRequest& request : overrides.buses) {
     Json bus = {{"bus", request.interface}};
     if (request.ids) bus["ids"] = *request.ids;
+    print_firmware(request.firmware, bus);
     json["buses"].push_back(std::move(bus));
   }
   if (overrides.motor) json["motor"] = *overrides.motor;
   if (overrides.seed) json["seed"] = *overrides.seed;
   if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
+  print_firmware(overrides.firmware, json);
   return json;
 }
 
 Overrides parse_overrides(const Json& json) {
   Overrides overrides;
   for (const Json& bus : json.value("buses", Json::array())) {
-    overrides.buses.push_back({bus.at("bus").get<std::string>(), std::nullopt});
+    overrides.buses.push_back(
+        {bus.at("bus").get<std::string>(), std::nullopt, parse_firmware(bus)});
     if (bus.contains("ids")) overrides.buses.back().ids = read_ids(bus["ids"]);
   }
+  overrides.firmware = parse_firmware(json);
   if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
   if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
   if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);

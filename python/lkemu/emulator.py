@@ -15,7 +15,7 @@ from .clock import Clock
 from .drive import Drive, Targets, When
 from .errors import Ended, Error, NoEffect, StartError
 from .faults import Evidence, Fault, Kind
-from .options import Buses, Ids, Options, ids_text
+from .options import Buses, Ids, Options, Quirks, ids_text
 from .program import Process, find_program
 from .telemetry import Telemetry
 
@@ -50,7 +50,8 @@ class Emulator:
 
     bus: interface; None or "free": a free one, created if there is none and permissions allow; None with `config`:
     those of the file; {"vcan0": "1-4", "vcan1": "1,2"}: several. ids: "1-4" (default), "1,3", 3 or [1, 3].
-    config, motor, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's options.
+    config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's
+    options. quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
     clock: "realtime", "stepped", "x10". program: path of lk-emu; else $LKEMU, this build's, the one in PATH.
     create_bus: make missing interfaces; None: if need be and allowed. log_dir: directory for what lk-emu says.
     arguments: more of its command line. timeout_s: of every request; start_timeout_s: until the drives answer.
@@ -75,13 +76,15 @@ class Emulator:
         arguments: Sequence[str] = (),
         timeout_s: float = 10.0,
         start_timeout_s: float = 30.0,
+        generation: Optional[str] = None,
+        quirks: Optional[Quirks] = None,
     ) -> None:
         def path(given: Union[str, "os.PathLike[str]", None]) -> Optional[str]:
             return None if given is None else os.fspath(given)
 
         self.options = Options(
             bus, ids, path(config), path(motor), clock, bitrate, seed, os.fspath(rom), path(record), path(scenario),
-            create_bus, log_level, tuple(arguments),
+            create_bus, log_level, tuple(arguments), generation, quirks,
         )  # fmt: skip
         self._program = program
         self._log_dir = path(log_dir)

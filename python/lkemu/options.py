@@ -7,6 +7,7 @@ from typing import List, Mapping, Optional, Sequence, Tuple, Union
 
 Ids = Union[str, int, Sequence[int]]
 Buses = Union[str, Mapping[str, Ids], None]
+Quirks = Mapping[str, Union[str, int, bool]]
 FREE = "free"
 
 
@@ -34,6 +35,8 @@ class Options:
     create_bus: Optional[bool] = None
     log_level: Optional[str] = None
     arguments: Tuple[str, ...] = ()
+    generation: Optional[str] = None
+    quirks: Optional[Quirks] = None
 
     @property
     def wants_free_bus(self) -> bool:
@@ -58,6 +61,10 @@ class Options:
     def arguments_for(self, free: Optional[str], create: bool, control: str) -> List[str]:
         """The command line behind the program's name."""
         words = ["--control", control, "--rom", self.rom]
+        # Before any --bus: of all drives.
+        words += ["--generation", self.generation] if self.generation is not None else []
+        for name, value in (self.quirks or {}).items():
+            words += ["--quirk", f"{name}={str(value).lower() if isinstance(value, bool) else value}"]
         for bus, ids in self.buses(free):
             words += ["--bus", bus]
             words += ["--ids", ids] if ids is not None else []

@@ -25,6 +25,7 @@ INI = {
     "ids": "drives, e.g. 1-4",
     "config": "configuration file of lk-emu, from the ini file's directory, or the name of a shipped one",
     "motor": "motor of every drive, or a motor file, from the ini file's directory",
+    "generation": "firmware of every drive",
     "clock": "realtime, stepped or x10",
     "seed": "seed of noise and boot angles",
     "bitrate": "modelled bit rate in bit/s",

@@ -100,6 +100,11 @@ def test_root_does_not_trust_what_others_made(world):
         ({"bus": {"vcan0": "1-4", "vcan1": [9]}}, "--bus vcan0 --ids 1-4 --bus vcan1 --ids 9"),
         ({"clock": "stepped", "seed": 0, "bitrate": 0}, "--bus vcan7 --ids 1-4 --clock stepped --bitrate 0 --seed 0"),
         ({"motor": "mg4005", "arguments": ("--wipe-rom",)}, "--bus vcan7 --ids 1-4 --motor mg4005 --wipe-rom"),
+        ({"generation": "seen"}, "--generation seen --bus vcan7 --ids 1-4"),
+        (
+            {"quirks": {"pid_commands": True, "state_1": "centivolt", "reply_id_base": 0x180}},
+            "--quirk pid_commands=true --quirk state_1=centivolt --quirk reply_id_base=384 --bus vcan7 --ids 1-4",
+        ),
         ({"bus": "vcan3", "create_bus": True}, "--bus vcan3 --ids 1-4 --create-bus"),
     ],
 )

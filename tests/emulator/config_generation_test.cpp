@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -135,6 +136,138 @@ TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
   EXPECT_EQ(drive_of("quirks.encoder_span = \"rotor_turn\"").quirks, Quirks{}) << "the motor's own";
 }
 
+// --- seen, and asked for on the command line
+// ------------------------------------------------------
+
+TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
+  const auto drive = drive_of("motor = \"mg4005\"\ngeneration = \"seen\"");
+  EXPECT_EQ(drive.generation, Generation::kV236);
+  EXPECT_EQ(drive.quirks, quirks_of(Generation::kV236));
+  EXPECT_EQ(parse_error(kDrive + "generation = \"seen\""),
+            "robot.toml:4: bus.drive.generation: it is not known what mf7015 drives speak; lk-emu "
+            "motors lists of which motors it is");
+}
+
+Overrides asked(FirmwareRequest firmware) {
+  Overrides overrides;
+  overrides.firmware = std::move(firmware);
+  return overrides;
+}
+
+TEST(AskedFirmware, WinsOverTheFileKeyByKey) {
+  const std::string text =
+      kDrive + "generation = \"v236\"\nquirks = { pid_commands = true, stop_holds = true }\n";
+  const auto drive = parse(text, asked({"v235", {{"pid_commands", "false"}}}))[0].servos[0];
+  EXPECT_EQ(drive.generation, Generation::kV235);
+  Quirks expected = quirks_of(Generation::kV235);
+  expected.stop_holds = true;  // of which nothing was asked
+  EXPECT_EQ(drive.quirks, expected);
+  const auto same = parse(text, asked({std::nullopt, {{"state_1", "decivolt"}}}))[0].servos[0];
+  EXPECT_EQ(same.generation, Generation::kV236);
+  EXPECT_EQ(same.quirks.dialect.state_1, protocol::State1Layout::kDeciVolt);
+  EXPECT_TRUE(same.quirks.dialect.pid_commands);
+  const std::string geared = kDrive + "quirks.encoder_span = \"output_turn\"\n";
+  EXPECT_EQ(
+      parse(geared, asked({std::nullopt, {{"encoder_span", "rotor_turn"}}}))[0].servos[0].quirks,
+      Quirks{})
+      << "the motor's own again";
+}
+
+TEST(AskedFirmware, SetsTheRangesOfTheSettings) {
+  const std::string text = kDrive + "settings.max_torque_current_lsb = 2048\n";
+  EXPECT_NE(parse_error(text), "accepted");
+  EXPECT_EQ(parse(text, asked({"late-legacy", {}}))[0].servos[0].rom.max_torque_current_lsb, 2048);
+}
+
+TEST(AskedFirmware, OfABusWinsOverThatOfAll) {
+  Overrides overrides = asked({"v235", {{"stop_holds", "true"}, {"run_resumes", "true"}}});
+  overrides.buses.push_back({"vcan0", std::vector{1}});
+  overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"run_resumes", "false"}}}});
+  for (const auto& buses :
+       {default_config(overrides, find_test_profile), parse(kDrive, overrides)}) {
+    ASSERT_EQ(buses.size(), 2U);
+    const ServoConfig& first = buses[0].servos[0];
+    const ServoConfig& second = buses[1].servos[0];
+    EXPECT_EQ(first.generation, Generation::kV235);
+    EXPECT_TRUE(first.quirks.stop_holds && first.quirks.run_resumes);
+    EXPECT_EQ(second.generation, Generation::kV236);
+    EXPECT_TRUE(second.quirks.stop_holds && !second.quirks.run_resumes);
+  }
+}
+
+// The only bus of a file may be run on another interface, and a drive it does not have be added.
+TEST(AskedFirmware, FollowsTheBusAndItsDrives) {
+  Overrides overrides;
+  overrides.buses.push_back({"can7", std::vector{1, 9}, {"v236", {}}});
+  const auto bus = parse(kDrive, overrides)[0];
+  ASSERT_EQ(bus.servos.size(), 2U);
+  for (const ServoConfig& servo : bus.servos) EXPECT_EQ(servo.generation, Generation::kV236);
+}
+
+TEST(AskedFirmware, SeenIsThatOfEachMotor) {
+  Overrides overrides = asked({"seen", {}});
+  overrides.motor = "mg4005";
+  overrides.buses.push_back({"vcan0", std::vector{1, 2}});
+  EXPECT_EQ(parse(kDrive, overrides)[0].servos[0].generation, Generation::kV236);
+  EXPECT_EQ(parse(kDrive, overrides)[0].servos[1].generation, Generation::kV236);
+}
+
+TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
+  struct Case {
+    FirmwareRequest asked;
+    const char* message;
+  };
+  for (const Case& c : {
+           Case{{"v300", {}},
+                "--generation: \"v300\" is none of legacy, late-legacy, v235, v236, seen"},
+           Case{{"", {}}, "--generation: \"\" is none of legacy, late-legacy, v235, v236, seen"},
+           Case{{"seen", {}},
+                "--generation: it is not known what mf7015 drives speak; lk-emu motors lists of "
+                "which motors it is"},
+           Case{{std::nullopt, {{"pid_command", "true"}}},
+                "--quirk: pid_command: unknown key, did you mean pid_commands?"},
+           Case{{std::nullopt, {{"pid_commands", "yes"}}},
+                "--quirk: pid_commands: must be true or false"},
+           Case{{std::nullopt, {{"pid_commands", ""}}},
+                "--quirk: pid_commands: must be true or false"},
+           Case{{std::nullopt, {{"state_1", "volt"}}},
+                "--quirk: state_1: \"volt\" is none of decivolt, centivolt, "
+                "centivolt_and_bus_current"},
+           Case{{std::nullopt, {{"single_turn_bits", "24"}}},
+                "--quirk: single_turn_bits: must be 16 or 32"},
+           Case{{std::nullopt, {{"reply_id_base", "0x280"}}},
+                "--quirk: reply_id_base: must be 0x140 or 0x180"},
+           Case{{std::nullopt, {{"reply_id_base", "0x"}}},
+                "--quirk: reply_id_base: must be a whole number"},
+           Case{{std::nullopt, {{"open_loop_command", "true"}}},
+                "--quirk: open_loop_command: MS drives only"},
+           Case{{std::nullopt, {{"encoder_span\n", "1"}}},
+                "--quirk: encoder_span?: unknown key, did you mean encoder_span?"},
+       }) {
+    EXPECT_EQ(config_error([&] { parse(kDrive, asked(c.asked)); }), c.message);
+  }
+  EXPECT_EQ(config_error([&] {
+              parse(kDrive, asked({std::nullopt, {{"gear", "10"}}}));
+            }).rfind("--quirk: gear: unknown; there are: manual_reply_bytes, ", 0),
+            0U);
+}
+
+TEST(AskedFirmware, TakesWhatAFileTakes) {
+  const std::map<std::string, std::string> lines = {
+      {"reply_id_base", "0x180"}, {"single_turn_bits", "32"},       {"boot_wrap", "half_turn"},
+      {"stop_holds", "true"},     {"clear_angle", "implemented"},   {"iq_scale", "series"},
+      {"all_error_bits", "true"}, {"iq_command_limit_lsb", "2048"},
+  };
+  std::string in_file = kDrive;
+  for (const auto& [key, value] : lines) {
+    const bool word = std::isalpha(static_cast<unsigned char>(value[0])) != 0 && value != "true";
+    in_file += "quirks." + key + " = " + (word ? '"' + value + '"' : value) + "\n";
+  }
+  const Quirks quirks = parse(kDrive, asked({std::nullopt, lines}))[0].servos[0].quirks;
+  EXPECT_EQ(quirks, parse(in_file)[0].servos[0].quirks);
+  EXPECT_NE(quirks, Quirks{});
+}
+
 // --- where the shaft starts
 // -----------------------------------------------------------------------
 
@@ -257,7 +390,7 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"generation = \"v300\"",
        "robot.toml:5: bus.drive.generation: \"v300\" is not one of legacy, late-legacy, v235, "
-       "v236"},
+       "v236, seen"},
       {"quirks.state_1 = \"volt\"",
        "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is not one of decivolt, centivolt, "
        "centivolt_and_bus_current"},

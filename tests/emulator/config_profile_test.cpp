@@ -52,7 +52,7 @@ TEST_P(ShippedMotor, Parses) {
 
 TEST_P(ShippedMotor, EveryNumberHasAQualityLetter) {
   const std::regex value(R"(^[A-Za-z_0-9]+ = .*)");
-  const std::regex lettered(R"(^[^#]+# [SEDG](:|;|$).*)");
+  const std::regex lettered(R"(^[^#]+# [SEDGHh](:|;|$).*)");
   std::istringstream lines(text_of(kMotors / (std::string(GetParam()) + ".toml")));
   for (std::string line; std::getline(lines, line);) {
     if (!std::regex_match(line, value)) continue;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -9,12 +10,14 @@
 
 namespace lk::emulator {
 
-/// The message of the ConfigError that `parse` throws.
+/// The message of the ConfigError, or of the std::invalid_argument, that `parse` throws.
 template <typename Parse>
 std::string config_error(Parse parse) {
   try {
     parse();
   } catch (const ConfigError& error) {
+    return error.what();
+  } catch (const std::invalid_argument& error) {
     return error.what();
   }
   return "accepted";
@@ -28,6 +31,7 @@ inline Profile find_test_profile(const std::string& name) {
     profile.series = Series::kMg;
     profile.drive.encoder.bits = 18;
     profile.drive.mechanics.gear_ratio = 10;
+    profile.seen_generation = Generation::kV236;
   } else if (name == "ms3506") {
     profile.series = Series::kMs;
   } else if (name == "protected") {

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "emulator/program/cli.hpp"
+#include "emulator/program/profile_files.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
@@ -129,6 +130,26 @@ TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
             0U);
   EXPECT_EQ(problem_with("config.toml", "[[bus]]\n"),
             (directory / "config.toml").string() + ":1: bus.interface: missing");
+}
+
+/// They decide what the bytes of the recording mean.
+TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
+  const test::TempDirectory scratch;
+  RecordingInfo info;
+  info.overrides.motor = "mg4010";
+  info.overrides.firmware = {"seen", {{"stop_holds", "true"}}};
+  info.overrides.buses.push_back({"vcan0", std::vector{1}});
+  info.overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"reply_id_base", "0x180"}}}});
+  ConfigTexts texts;
+  texts.motors["mg4010"] = read_file(LKEMU_SOURCE_DIR "/configs/motors/mg4010.toml");
+  begin_recording(scratch.path() / "recording", info, texts, {});
+  const Recording read = read_recording(scratch.path() / "recording");
+  ASSERT_EQ(read.buses.size(), 2U);
+  EXPECT_EQ(read.buses[0].servos[0].generation, Generation::kLateLegacy);
+  EXPECT_TRUE(read.buses[0].servos[0].quirks.stop_holds);
+  EXPECT_EQ(read.buses[1].servos[0].generation, Generation::kV236);
+  EXPECT_TRUE(read.buses[1].servos[0].quirks.stop_holds);
+  EXPECT_EQ(read.buses[1].servos[0].quirks.dialect.reply_id_base, 0x180U);
 }
 
 }  // namespace

@@ -61,6 +61,31 @@ const BadInput kBadInput[] = {
     {"UnknownScenarioForARunningOne",
      {"ctl", "scenario", "jamed_joint"},
      "lk-emu: ctl: no scenario \"jamed_joint\", did you mean jammed_joint? (in "},
+    {"UnknownGeneration",
+     {"--bus", "vcan0", "--ids", "1", "--generation", "v237"},
+     "lk-emu: --generation: \"v237\" is not one of legacy, late-legacy, v235, v236, seen"},
+    {"GenerationTwice",
+     {"--bus", "a", "--ids", "1", "--generation", "v235", "--generation", "v236"},
+     "lk-emu: --generation is given twice for the same drives"},
+    {"GenerationNeverSeen",
+     {"--bus", "a", "--ids", "1", "--motor", "ms3506", "--generation", "seen"},
+     "lk-emu: --generation: it is not known what ms3506 drives speak; lk-emu motors lists of "
+     "which"},
+    {"QuirkWithoutValue",
+     {"--bus", "a", "--ids", "1", "--quirk", "stop_holds"},
+     "lk-emu: --quirk: \"stop_holds\" is not NAME=VALUE, like pid_commands=true"},
+    {"QuirkTwice",
+     {"--quirk", "stop_holds=true", "--quirk", "stop_holds=false", "--bus", "a", "--ids", "1"},
+     "lk-emu: --quirk: stop_holds is given twice for the same drives"},
+    {"QuirkMisspelt",
+     {"--bus", "a", "--ids", "1", "--quirk", "stop_hold=true"},
+     "lk-emu: --quirk: stop_hold: unknown key, did you mean stop_holds?"},
+    {"QuirkUnknown",
+     {"--bus", "a", "--ids", "1", "--quirk", "gear=10"},
+     "lk-emu: --quirk: gear: unknown; there are: manual_reply_bytes, "},
+    {"QuirkOfAnotherType",
+     {"--bus", "a", "--ids", "1", "--quirk", "iq_scale=33"},
+     "lk-emu: --quirk: iq_scale: must be a string"},
     {"BitrateTooHigh",
      {"--bus", "vcan0", "--ids", "1", "--bitrate", "5000000"},
      "lk-emu: --bitrate: 5000000 is out of range"},
@@ -271,6 +296,31 @@ TEST(Cli, CheckNeedsNoFile) {
   EXPECT_EQ(result.out.rfind("nowhere0: 1 Mbit/s, 12 drives, 0 events, seed 1\n", 0), 0U);
 }
 
+TEST(Cli, GenerationAndQuirksBelongToTheBusBeforeThem) {
+  const auto result = EmulatorProcess({"--check", "--motor", "mg4010", "--generation", "seen",
+                                       "--bus", "a", "--ids", "1", "--bus", "b", "--ids", "2",
+                                       "--generation", "v236", "--quirk", "pid_commands=true"})
+                          .wait();
+  EXPECT_EQ(result.status, 0);
+  EXPECT_NE(result.out.find("   1  mg4010  MG      late-legacy "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("   2  mg4010  MG      v236 mixed "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("note: b drive 2: unlike v236: pid_commands = true\n"),
+            std::string::npos)
+      << result.out;
+  EXPECT_EQ(result.out.find("unlike late-legacy"), std::string::npos) << result.out;
+}
+
+TEST(Cli, MotorsTellWhatTheyWereSeenToSpeak) {
+  const std::string list = EmulatorProcess({"motors"}).wait().out;
+  const auto line_of = [&list](const std::string& motor) {
+    const std::size_t begin = list.find('\n' + motor + ' ') + 1;
+    return list.substr(begin, list.find('\n', begin) - begin);
+  };
+  EXPECT_TRUE(line_of("mg4010").ends_with("  late-legacy")) << list;
+  EXPECT_TRUE(line_of("mg6010").ends_with("  v236")) << list;
+  EXPECT_TRUE(line_of("ms3506").ends_with("  -")) << list;
+}
+
 TEST(Cli, SaysThatTheRobotOfAScenarioIsNotUsedOnARunningBus) {
   const std::string scenarios = LKEMU_SOURCE_DIR "/configs/scenarios/";
   const auto result =
@@ -291,8 +341,8 @@ TEST(Cli, VersionAndHelp) {
   const auto help = EmulatorProcess({"--help"}).wait();
   EXPECT_EQ(help.status, 0);
   for (const char* option :
-       {"--bus", "--ids", "--motor", "--config", "--seed", "--bitrate", "--create-bus", "--check",
-        "--rom", "--wipe-rom", "--log-level", "--version"}) {
+       {"--bus", "--ids", "--motor", "--generation", "--quirk", "--config", "--seed", "--bitrate",
+        "--create-bus", "--check", "--rom", "--wipe-rom", "--log-level", "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
 }
