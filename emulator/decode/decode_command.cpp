@@ -49,9 +49,9 @@ struct DecodeApp {
            "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
            "drives of the motor were seen to speak")
         ->type_name("GENERATION");
-    app.add_option(
-           "--motor", motor,
-           std::string("motor of the drives, a name or a file, for the scales (default ") + kDefaultMotor + ")")
+    app.add_option("--motor", motor,
+                   std::string("motor of the drives, a name or a file, for the scales (default ") +
+                       kDefaultMotor + ")")
         ->type_name("MOTOR");
     app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");
     add_language_option(app, language);

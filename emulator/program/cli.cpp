@@ -247,8 +247,7 @@ void check_reach(const ControlOptions& control) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(control.http->address, error);
   if (error) {
-    throw StartError("--http: \"" + control.http->address +
-                     "\" is not an IP address or localhost");
+    throw StartError("--http: \"" + control.http->address + "\" is not an IP address or localhost");
   }
   if (!address.is_loopback() && control.token_file.empty()) {
     throw StartError("--http: others can reach " + control.http->address +

@@ -32,7 +32,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> config_file;
   bool create_bus = false;
   bool real_bus = false;  // interfaces need not be virtual
-  bool check = false;  // say what would run, and start nothing
+  bool check = false;     // say what would run, and start nothing
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;

@@ -219,8 +219,8 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
   };
   for (const Case& c : {
            Case{{"v300", {}},
-                "--generation: \"v300\" is none of legacy, late-legacy, v235, v236, seen"},
-           Case{{"", {}}, "--generation: \"\" is none of legacy, late-legacy, v235, v236, seen"},
+                "--generation: \"v300\" is not one of legacy, late-legacy, v235, v236, seen"},
+           Case{{"", {}}, "--generation: \"\" is not one of legacy, late-legacy, v235, v236, seen"},
            Case{{"seen", {}},
                 "--generation: it is not known what mf7015 drives speak; lk-emu motors lists of "
                 "which motors it is"},
@@ -231,7 +231,7 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
            Case{{std::nullopt, {{"pid_commands", ""}}},
                 "--quirk: pid_commands: must be true or false"},
            Case{{std::nullopt, {{"state_1", "volt"}}},
-                "--quirk: state_1: \"volt\" is none of decivolt, centivolt, "
+                "--quirk: state_1: \"volt\" is not one of decivolt, centivolt, "
                 "centivolt_and_bus_current"},
            Case{{std::nullopt, {{"single_turn_bits", "24"}}},
                 "--quirk: single_turn_bits: must be 16 or 32"},
