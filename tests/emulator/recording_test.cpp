@@ -141,7 +141,7 @@ TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
   info.overrides.buses.push_back({"vcan0", std::vector{1}});
   info.overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"reply_id_base", "0x180"}}}});
   ConfigTexts texts;
-  texts.motors["mg4010"] = read_file(LKEMU_SOURCE_DIR "/configs/motors/mg4010.toml");
+  profile_finder(texts.motors)("mg4010");
   begin_recording(scratch.path() / "recording", info, texts, {});
   const Recording read = read_recording(scratch.path() / "recording");
   ASSERT_EQ(read.buses.size(), 2U);
