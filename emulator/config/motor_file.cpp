@@ -77,8 +77,9 @@ std::string motor_of(const std::string& file, const std::string& motor) {
 std::vector<std::string> motor_labels(const std::string& text, const std::string& file) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
-  std::vector<std::string> labels = reader.texts("aliases");
-  if (auto model = reader.text("model")) labels.insert(labels.begin(), *std::move(model));
+  std::vector<std::string> labels;
+  if (const auto model = reader.text("model")) labels.push_back(*model);
+  for (const std::string& alias : reader.texts("aliases")) labels.push_back(alias);
   return labels;
 }
 
