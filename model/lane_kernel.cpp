@@ -13,6 +13,14 @@ namespace lk::model {
   run_block<Lanes>(block, stretch);
 }
 
+void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch) {
+  run_block<Solo, true>(block, stretch);
+}
+
+void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes, true>(block, stretch);
+}
+
 NamedKernel lane_kernel(std::string_view name) {
   if (name == "baseline") {
     return {"baseline", run_lanes_baseline, run_alone_baseline, kSizeOf<Lanes>};

@@ -9,7 +9,6 @@ namespace lk::protocol {
 namespace {
 
 constexpr double kSpeedLsb_dps = 0.01;
-constexpr std::uint32_t kUint16Max = 0xFFFF;
 
 double get_iq_A(const Payload& data, std::size_t at, const WireFormat& format) {
   const auto limit = format.dialect.iq_command_limit_lsb;

@@ -17,7 +17,6 @@ double get_temperature_C(const Payload& data) { return get_le<std::int8_t>(data,
 constexpr double kBusCurrentLsb_A = 0.01;
 constexpr std::uint8_t kStateOn = 0x00;
 constexpr std::uint8_t kStateOff = 0x10;
-constexpr std::uint32_t kUint16Max = 0xFFFF;
 constexpr double kPowerLsb = 1e-3;
 
 /// The iq field of state 2, which carries power on MS drives.

@@ -16,6 +16,9 @@ namespace lk::protocol {
 
 using Payload = std::array<std::uint8_t, 8>;
 
+/// The largest value of a field of two bytes.
+inline constexpr std::uint32_t kUint16Max = 0xFFFF;
+
 /// The little-endian integer that starts at byte `at`.
 template <std::integral T>
 constexpr T get_le(const Payload& data, std::size_t at) {

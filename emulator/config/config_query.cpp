@@ -113,9 +113,9 @@ Command clear_angle(const Context& context) {
 Command brake(const Context& context) {
   const auto word = context.reader.choice("brake", {"engage", "release", "read"});
   if (!word) context.reader.note_missing("brake");
-  constexpr std::uint8_t kActions[] = {protocol::kBrakeEngage, protocol::kBrakeRelease,
-                                       protocol::kBrakeRead};
-  return protocol::Brake{kActions[word.value_or(0)]};
+  constexpr std::uint8_t kBrakeActions[] = {protocol::kBrakeEngage, protocol::kBrakeRelease,
+                                            protocol::kBrakeRead};
+  return protocol::Brake{kBrakeActions[word.value_or(0)]};
 }
 
 struct Word {

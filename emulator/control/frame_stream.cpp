@@ -18,8 +18,7 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kLongestMessage = 4096;  // of the client
-constexpr std::size_t kMostGathered = 1024;    // frames that wait for the client
+constexpr std::size_t kMostGathered = 1024;  // frames that wait for the client
 constexpr auto kGather = std::chrono::milliseconds(20);
 
 class FrameStream : public std::enable_shared_from_this<FrameStream> {
@@ -163,7 +162,7 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
     timer_.cancel();
   }
 
-  websocket::stream<HttpStream> socket_;
+  websocket::stream<HttpStream, false> socket_;
   boost::asio::steady_timer timer_;
   Line& line_;
   FrameReader reader_;

@@ -21,7 +21,6 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kLongestMessage = 4096;   // of the client
 constexpr std::size_t kMostQueued = 1'048'576;  // bytes that wait for the client
 
 constexpr auto kLongestGather = std::chrono::milliseconds(20);
@@ -179,7 +178,7 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
     flush_.cancel();
   }
 
-  websocket::stream<HttpStream> socket_;
+  websocket::stream<HttpStream, false> socket_;
   boost::asio::steady_timer flush_;
   TelemetryRequest wanted_;
   std::shared_ptr<HttpShared> shared_;
@@ -198,7 +197,7 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
 
 }  // namespace
 
-void choose_protocol(websocket::stream<HttpStream>& socket,
+void choose_protocol(websocket::stream<HttpStream, false>& socket,
                      const beast::http::request<beast::http::string_body>& upgrade) {
   const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
   if (!offers_protocol({offered.data(), offered.size()})) return;

@@ -26,7 +26,7 @@ constexpr const char* kExitStatus =
     "\nExit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or "
     "no answer.";
 
-struct Raw {
+struct RawCtl {
   std::string socket;
   std::string bus;
   bool json = false;
@@ -42,7 +42,7 @@ using Answer = CtlClient::Answer;
 
 class Ctl {
  public:
-  explicit Ctl(const Raw& raw) : raw_(raw) {}
+  explicit Ctl(const RawCtl& raw) : raw_(raw) {}
 
   int status() { return show(client().ask("GET", "/status"), status_table); }
   int drives() { return show(client().ask("GET", "/drives"), drives_table); }
@@ -187,7 +187,7 @@ class Ctl {
     return 0;
   }
 
-  const Raw& raw_;
+  const RawCtl& raw_;
   std::optional<CtlClient> client_;
 };
 
@@ -229,7 +229,7 @@ constexpr Row kRows[] = {
     {"mark", "write a note into log and recording", &Ctl::mark, "TEXT", "the note"},
 };
 
-void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
+void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
   const std::string_view word = row.word;
   if (row.argument != nullptr) {
     sub.add_option(row.argument, raw.word, row.argument_about)->required(row.needed);
@@ -251,7 +251,7 @@ void add_arguments(CLI::App& sub, const Row& row, Raw& raw) {
 
 struct CtlApp {
   CLI::App app{"Inspect and control a running lk-emu", "lk-emu ctl"};
-  Raw raw;
+  RawCtl raw;
   std::vector<CLI::App*> subs;  // for each row
 
   CtlApp() {

@@ -91,7 +91,7 @@ bool take_stamp(std::string_view& rest, ShownFrame& out) {
   return at.has_value();
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t kMost = 40;
   return "\"" + std::string(text.substr(0, kMost)) + (text.size() > kMost ? "..." : "") + "\"";
 }
@@ -128,7 +128,7 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
   if (length_word.empty()) return "ends before its frame";
   bool fd = false;
   const auto length = read_length(length_word, fd);
-  if (!length) return quoted(length_word) + " is not the length of a frame";
+  if (!length) return in_quotes(length_word) + " is not the length of a frame";
   std::string text(id);
   text += '#';
   rest = trimmed(rest);
@@ -139,7 +139,7 @@ std::string read_shown(std::string_view rest, ShownFrame& out) {
     if (fd) text += "#0";
     for (std::size_t n = 0; n < *length; ++n) {
       const std::string_view byte = next_word(rest);
-      if (byte.size() != 2) return quoted(byte) + " is not a byte of two hexadecimal digits";
+      if (byte.size() != 2) return in_quotes(byte) + " is not a byte of two hexadecimal digits";
       text += byte;
     }
   }
@@ -171,7 +171,7 @@ std::string read_line(std::string_view line, ShownFrame& out) {
     if (!problem.empty()) return problem;
   }
   const bool named = out.line.interface.size() <= kLongestInterface;
-  return named ? "" : quoted(out.line.interface) + " is too long a name for an interface";
+  return named ? "" : in_quotes(out.line.interface) + " is too long a name for an interface";
 }
 
 }  // namespace

@@ -25,7 +25,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kDecodeFooter = R"(
 Example, live and of a file:
   candump -t z can0 | lk-emu decode --generation v236 --motor mg4005
   lk-emu decode candump-2026-11-21_233328.log --json
@@ -42,7 +42,7 @@ struct DecodeApp {
   std::string language;
 
   DecodeApp() {
-    app.footer(kFooter);
+    app.footer(kDecodeFooter);
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
     app.add_option(
            "--generation", generation,

@@ -23,18 +23,18 @@ using protocol::WireFormat;
 constexpr std::array<std::pair<std::string_view, Series>, 3> kSeries = {
     {{"MF, MH", Series::kMf}, {"MG", Series::kMg}, {"MS", Series::kMs}}};
 
-std::string number(double value) {
+std::string lua_number(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.15g", value);
   return buffer;
 }
 
-std::string quoted(std::string_view text) {
+std::string lua_string(std::string_view text) {
   std::string out = "\"";
   return out.append(text).append("\"");
 }
 
-std::string hex(unsigned value) {
+std::string lua_hex(unsigned value) {
   char buffer[16];
   std::snprintf(buffer, sizeof buffer, "0x%02X", value);
   return buffer;
@@ -85,7 +85,8 @@ class Tables {
     out << "local generations = {";
     for (std::size_t k = 0; k < protocol::kGenerationRows.size(); ++k) {
       const std::string_view name = protocol::kGenerationRows[k].name;
-      out << (k == 0 ? " " : ", ") << "{ " << k + 1 << ", " << quoted(name) << ", " << k << " }";
+      out << (k == 0 ? " " : ", ") << "{ " << k + 1 << ", " << lua_string(name) << ", " << k
+          << " }";
     }
     out << " }\n\n";
   }
@@ -93,24 +94,25 @@ class Tables {
   static void put_commands(std::ostream& out) {
     out << "local commands = {\n";
     for (const auto& row : protocol::kOpcodes) {
-      out << "  [" << hex(static_cast<unsigned>(row.opcode)) << "] = { name = " << quoted(row.name)
+      out << "  [" << lua_hex(static_cast<unsigned>(row.opcode))
+          << "] = { name = " << lua_string(row.name)
           << ", echo = " << (is_echo(row.opcode) ? "true" : "false") << " },\n";
     }
     out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::kMultiDriveRows) {
-      out << "  [" << hex(row.id) << "] = { name = " << quoted(row.name) << " },\n";
+      out << "  [" << lua_hex(row.id) << "] = { name = " << lua_string(row.name) << " },\n";
     }
     out << "}\n";
   }
 
   void learn(const Field& field) {
     std::ostringstream about;
-    about << "label = " << quoted(field.label) << ", kind = " << quoted(kind(field))
-          << ", unit = " << quoted(unit(field.unit));
+    about << "label = " << lua_string(field.label) << ", kind = " << lua_string(kind(field))
+          << ", unit = " << lua_string(unit(field.unit));
     if (!field.values.empty() && field.bits > 1) {
       about << ", values = {";
       for (const Value& value : field.values) {
-        about << " [" << value.number << "] = " << quoted(value.word) << ",";
+        about << " [" << value.number << "] = " << lua_string(value.word) << ",";
       }
       about << " }";
     }
@@ -125,8 +127,8 @@ class Tables {
     text << "{";
     for (const Field& field : fields) {
       learn(field);
-      text << " { " << quoted(field.name) << ", " << field.first_bit << ", " << field.bits << ", "
-           << (field.is_signed ? "true" : "false") << ", " << number(field.lsb);
+      text << " { " << lua_string(field.name) << ", " << field.first_bit << ", " << field.bits
+           << ", " << (field.is_signed ? "true" : "false") << ", " << lua_number(field.lsb);
       if (field.parameter >= 0) text << ", " << field.parameter;
       text << " },";
     }
@@ -144,13 +146,14 @@ class Tables {
     std::ostringstream several;
     for (const Value& command : commands(format)) {
       const auto opcode = static_cast<Opcode>(command.number);
-      const std::string byte = hex(command.number);
+      const std::string byte = lua_hex(command.number);
       queries << " [" << byte << "] = " << layout(query_fields(opcode, format)) << ",";
       replies << " [" << byte << "] = " << layout(reply_fields(opcode, format)) << ",";
     }
     for (const auto& row : protocol::kMultiDriveRows) {
       if (!knows_multi_drive(format, row.id)) continue;
-      several << " [" << hex(row.id) << "] = " << layout(multi_drive_fields(row.id, format)) << ",";
+      several << " [" << lua_hex(row.id) << "] = " << layout(multi_drive_fields(row.id, format))
+              << ",";
     }
     out << "      queries = {" << queries.str() << " },\n      replies = {" << replies.str()
         << " },\n      several = {" << several.str() << " },\n";

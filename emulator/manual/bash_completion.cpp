@@ -6,7 +6,7 @@
 namespace lk::manual {
 namespace {
 
-constexpr const char* kHead =
+constexpr const char* kBashHead =
     R"(# bash completion for lk-emu, made from what its --help is made from.
 )";
 
@@ -88,8 +88,8 @@ void add_values(Tables& tables, const std::string& pattern, const std::string& v
   if (choices.directories) text += ",directories";
   if (choices.interfaces) text += ",interfaces";
   if (choices.list) text += ",list";
-  tables.values += fmt::format("  {}) from={} choices={} ;;\n", pattern, quoted(text),
-                               quoted(spaced(choices.words)));
+  tables.values += fmt::format("  {}) from={} choices={} ;;\n", pattern, shell_quoted(text),
+                               shell_quoted(spaced(choices.words)));
 }
 
 void add_word(Tables& tables, const Word& word, const Word* parent) {
@@ -101,20 +101,20 @@ void add_word(Tables& tables, const Word& word, const Word* parent) {
       options.push_back(name);
       if (option.value.empty()) continue;
       valued.push_back(name);
-      add_values(tables, quoted(word.path + " " + name), option.value);
+      add_values(tables, shell_quoted(word.path + " " + name), option.value);
     }
   }
   for (std::size_t n = 0; n < word.positionals.size(); ++n) {
     const Argument& positional = word.positionals[n];
     add_values(tables,
-               positional.many ? quoted(word.path + " ") + "[0-9]*"
-                               : quoted(word.path + " " + std::to_string(n)),
+               positional.many ? shell_quoted(word.path + " ") + "[0-9]*"
+                               : shell_quoted(word.path + " " + std::to_string(n)),
                positional.value);
   }
   for (const Word& below : word.words) words.push_back(own_name(below));
-  tables.places +=
-      fmt::format("  {}) words={} options={} valued={} ;;\n", quoted(word.path),
-                  quoted(spaced(words)), quoted(spaced(options)), quoted(spaced(valued)));
+  tables.places += fmt::format("  {}) words={} options={} valued={} ;;\n", shell_quoted(word.path),
+                               shell_quoted(spaced(words)), shell_quoted(spaced(options)),
+                               shell_quoted(spaced(valued)));
   for (const Word& below : word.words) add_word(tables, below, &word);
 }
 
@@ -123,7 +123,7 @@ void add_word(Tables& tables, const Word& word, const Word* parent) {
 std::string bash_completion(const Word& program) {
   Tables tables;
   add_word(tables, program, nullptr);
-  return std::string(kHead) + "\n_lk_emu_at() {\n  case $1 in\n" + tables.places +
+  return std::string(kBashHead) + "\n_lk_emu_at() {\n  case $1 in\n" + tables.places +
          "  esac\n}\n\n_lk_emu_values() {\n  from='' choices=''\n  case $1 in\n" + tables.values +
          "  esac\n}\n" + kBody;
 }

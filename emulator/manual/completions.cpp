@@ -17,7 +17,7 @@ std::string spaced(const std::vector<std::string>& words) {
   return text;
 }
 
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) {
     if (c == '\'') {

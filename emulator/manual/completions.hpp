@@ -17,6 +17,6 @@ std::vector<Argument> all_options(const Word& word, const Word* parent);
 std::string spaced(const std::vector<std::string>& words);
 
 /// Between single quotes, as all three shells understand them.
-std::string quoted(const std::string& text);
+std::string shell_quoted(const std::string& text);
 
 }  // namespace lk::manual

@@ -6,7 +6,7 @@
 namespace lk::manual {
 namespace {
 
-constexpr const char* kHead =
+constexpr const char* kFishHead =
     R"(# fish completion for lk-emu, made from what its --help is made from.
 
 function __lk_emu_interfaces
@@ -66,7 +66,7 @@ std::string rule(const std::string& condition) {
 
 void add_word(Script& script, const Word& word, const Word* parent) {
   const std::string here = "\"" + word.path + "\"";
-  script.paths.push_back(quoted(word.path));
+  script.paths.push_back(shell_quoted(word.path));
   for (const Argument& option : all_options(word, parent)) {
     std::string names;
     for (const std::string& name : option.names) {
@@ -75,11 +75,12 @@ void add_word(Script& script, const Word& word, const Word* parent) {
       if (!option.value.empty()) script.valued.push_back(name);
     }
     const std::string value = option.value.empty() ? "" : fmt::format(" -r{}", offer(option.value));
-    script.rules += fmt::format("{}{} -d {}{}\n", rule(here), names, quoted(option.about), value);
+    script.rules +=
+        fmt::format("{}{} -d {}{}\n", rule(here), names, shell_quoted(option.about), value);
   }
   for (const Word& below : word.words) {
-    script.rules +=
-        fmt::format("{} -a {} -d {}\n", rule(here + " 0"), own_name(below), quoted(below.about));
+    script.rules += fmt::format("{} -a {} -d {}\n", rule(here + " 0"), own_name(below),
+                                shell_quoted(below.about));
   }
   for (std::size_t n = 0; n < word.positionals.size(); ++n) {
     const Argument& positional = word.positionals[n];
@@ -96,7 +97,7 @@ void add_word(Script& script, const Word& word, const Word* parent) {
 std::string fish_completion(const Word& program) {
   Script script;
   add_word(script, program, nullptr);
-  return std::string(kHead) + "\nset -g __lk_emu_valued " + spaced(script.valued) +
+  return std::string(kFishHead) + "\nset -g __lk_emu_valued " + spaced(script.valued) +
          "\nset -g __lk_emu_paths " + spaced(script.paths) + "\n\n" + script.rules;
 }
 

@@ -8,7 +8,7 @@
 namespace lk::manual {
 namespace {
 
-constexpr const char* kHead = R"(#compdef lk-emu
+constexpr const char* kZshHead = R"(#compdef lk-emu
 # zsh completion for lk-emu, made from what its --help is made from.
 
 _lk-emu-interfaces() {
@@ -57,7 +57,7 @@ std::string option_specs(const Argument& option) {
     spec += name + (option.value.empty() ? "" : is_long ? "=" : "+");
     spec += fmt::format("[{}]", escaped(option.about));
     if (!option.value.empty()) spec += value_spec(option);
-    text += fmt::format(" \\\n    {}", quoted(spec));
+    text += fmt::format(" \\\n    {}", shell_quoted(spec));
   }
   return text;
 }
@@ -91,13 +91,13 @@ void add_function(std::string& text, const Word& word, const Word* parent) {
       "  _arguments -C -s -A '-*'{} \\\n    {} \\\n    '*:: :->rest'\n  [[ $state == rest ]] || "
       "return\n"
       "  case $line[1] in\n{}  esac\n}}\n",
-      function_name(word), specs, quoted(fmt::format(": :(({}))", names.substr(1))), calls);
+      function_name(word), specs, shell_quoted(fmt::format(": :(({}))", names.substr(1))), calls);
 }
 
 }  // namespace
 
 std::string zsh_completion(const Word& program) {
-  std::string text = kHead;
+  std::string text = kZshHead;
   add_function(text, program, nullptr);
   return text + "\n_lk-emu \"$@\"\n";
 }

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter = R"(
+constexpr const char* kPlotFooter = R"(
 Exit status: 0 drawn, 1 failed while running, 2 unusable input, or the picture cannot be written.)";
 
 struct Request {
@@ -37,7 +37,7 @@ struct PlotApp {
   Request request;
 
   PlotApp() {
-    app.footer(kFooter);
+    app.footer(kPlotFooter);
     app.add_option("FILE", request.csv, "what --csv wrote")->required();
     app.add_option("-o,--output", request.output,
                    "the picture, an .svg (default: beside the CSV file)")

@@ -27,7 +27,7 @@ void print_one(const std::string& word) {
       (meant.empty() ? " (lk-emu faults lists them)" : ", did you mean " + meant + "?"));
 }
 
-constexpr const char* kFooter = R"(
+constexpr const char* kFaultsFooter = R"(
 Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
 
 struct FaultsApp {
@@ -36,7 +36,7 @@ struct FaultsApp {
   bool markdown = false;
 
   FaultsApp() {
-    app.footer(kFooter);
+    app.footer(kFaultsFooter);
     app.add_option("FAULT", word, "fault to show");
     app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
   }

@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kMotorsFooter = R"(
 Exit status: 0 done, 1 it could not be printed, 2 unusable input.)";
 
 struct MotorsApp {
@@ -20,7 +20,7 @@ struct MotorsApp {
   std::string name;
 
   MotorsApp() {
-    app.footer(kFooter);
+    app.footer(kMotorsFooter);
     app.add_option("MOTOR", name, "motor to show with its derived figures: a name or a file");
   }
 };

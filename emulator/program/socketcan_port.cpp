@@ -14,8 +14,6 @@ namespace {
 constexpr std::size_t kMostPending = 1024;
 constexpr auto kRetry = std::chrono::milliseconds(1);
 
-using Descriptor = boost::asio::posix::stream_descriptor;
-
 }  // namespace
 
 SocketCanPort::SocketCanPort(boost::asio::io_context& loop, std::string interface,
@@ -135,11 +133,12 @@ void SocketCanPort::note_error(int error) {
 }
 
 void SocketCanPort::wait_readable() {
-  readiness_.async_wait(Descriptor::wait_read, [this, mine = generation_](const auto& /*error*/) {
-    if (mine != generation_) return;
-    on_frames_();
-    if (mine == generation_) wait_readable();
-  });
+  readiness_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                        [this, mine = generation_](const auto& /*error*/) {
+                          if (mine != generation_) return;
+                          on_frames_();
+                          if (mine == generation_) wait_readable();
+                        });
 }
 
 void SocketCanPort::send(std::span<const protocol::Frame> frames) {
@@ -188,7 +187,7 @@ void SocketCanPort::wait_to_flush(SendResult why) {
     flush();
   };
   if (why == SendResult::kNotWritable) {
-    readiness_.async_wait(Descriptor::wait_write, go_on);
+    readiness_.async_wait(boost::asio::posix::stream_descriptor::wait_write, go_on);
   } else {
     retry_.expires_after(kRetry);
     retry_.async_wait(go_on);

@@ -200,12 +200,12 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 
 /// What is made for a recording. It goes again unless all of it could be made: a directory that has
 /// been begun will not do for the next one.
-class Beginning {
+class MadeFiles {
  public:
-  explicit Beginning(fs::path directory) : directory_(std::move(directory)) {}
-  Beginning(const Beginning&) = delete;
-  Beginning& operator=(const Beginning&) = delete;
-  ~Beginning() {
+  explicit MadeFiles(fs::path directory) : directory_(std::move(directory)) {}
+  MadeFiles(const MadeFiles&) = delete;
+  MadeFiles& operator=(const MadeFiles&) = delete;
+  ~MadeFiles() {
     std::error_code ignored;
     for (; !made_.empty(); made_.pop_back()) fs::remove(made_.back(), ignored);
   }
@@ -382,7 +382,7 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
-  Beginning beginning(directory);
+  MadeFiles beginning(directory);
   beginning.make_empty_directory();
   for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   if (texts.config) beginning.write(directory / "config.toml", *texts.config);

@@ -23,11 +23,11 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kReplayFooter = R"(
 Exit status: 0 the replies are the recorded ones, or a log was compared; 1 they are not, or
 nothing could be printed; 2 unusable input.)";
 
-struct Request {
+struct ReplayRequest {
   std::string directory;
   std::string candump;
   std::string csv;
@@ -39,7 +39,7 @@ struct Request {
   std::string report;
 };
 
-void add_options(CLI::App& app, Request& request) {
+void add_options(CLI::App& app, ReplayRequest& request) {
   app.add_option("DIR", request.directory, "recording to run again");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
       ->type_name("FILE");
@@ -61,15 +61,15 @@ void add_options(CLI::App& app, Request& request) {
 
 struct ReplayApp {
   CLI::App app{"Run a recording again and compare, or compare a real robot's log", "lk-emu replay"};
-  Request request;
+  ReplayRequest request;
 
   ReplayApp() {
-    app.footer(kFooter);
+    app.footer(kReplayFooter);
     add_options(app, request);
   }
 };
 
-void check(const CLI::App& app, const Request& request) {
+void check(const CLI::App& app, const ReplayRequest& request) {
   const bool log = app.count("--log") > 0;
   if (log == !request.directory.empty()) {
     throw StartError(log ? "replay: a recording or a --log, not both"
@@ -98,7 +98,7 @@ void check(const CLI::App& app, const Request& request) {
 // --- a recording
 // --------------------------------------------------------------------------------------------
 
-ReplayCsv read_csv(const Request& request) {
+ReplayCsv read_csv(const ReplayRequest& request) {
   const SimTime period = row_period(request.rate_Hz);
   return {request.csv, find_signals(request.signals), period};
 }
@@ -128,7 +128,7 @@ SimTime length(const Recording& recording) {
   return last;
 }
 
-ReplayEnd run(const Request& request, const Recording& recording, Replay& replay) {
+ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& replay) {
   std::optional<OutputFile> candump;
   std::optional<ReplayCsvFile> csv;
   if (!request.candump.empty()) {
@@ -150,7 +150,7 @@ ReplayEnd run(const Request& request, const Recording& recording, Replay& replay
   return end;
 }
 
-int replay_directory(const Request& request) {
+int replay_directory(const ReplayRequest& request) {
   const Recording recording = open_recording(request.directory);
   Replay replay(recording.buses);
   const ReplayEnd end = run(request, recording, replay);
@@ -176,7 +176,7 @@ int replay_directory(const Request& request) {
 // --- a log
 // ---------------------------------------------------------------------------------------------------
 
-BusConfig choose_bus(const Request& request) {
+BusConfig choose_bus(const ReplayRequest& request) {
   CommandLine command_line;
   command_line.config_file = request.config;
   const auto buses = load_config(command_line);
@@ -229,7 +229,7 @@ std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const 
   return frames;
 }
 
-int compare(const Request& request) {
+int compare(const ReplayRequest& request) {
   const BusConfig bus = choose_bus(request);
   std::vector<CandumpLine> lines;
   try {
@@ -262,7 +262,7 @@ std::shared_ptr<CLI::App> replay_app() {
 int run_replay(int argc, const char* const* argv) {
   ReplayApp given;
   if (!parse_arguments(given.app, argc, argv)) return 0;
-  const Request& request = given.request;
+  const ReplayRequest& request = given.request;
   check(given.app, request);
   return request.log.empty() ? replay_directory(request) : compare(request);
 }

@@ -20,12 +20,12 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kFooter = R"(
+constexpr const char* kRunFooter = R"(
 Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), or the report could not be printed, 2 unusable
 input, 3 invalid: a planned fault never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
 
 /// As CLI11 collects them.
-struct Raw {
+struct RawRun {
   std::vector<std::string> files;
   std::string seed;
   std::string junit, csv, candump, rom, ids;
@@ -36,7 +36,7 @@ struct Raw {
   std::string language;
 };
 
-void add_options(CLI::App& app, Raw& raw) {
+void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("SCENARIO", raw.files,
                  "scenarios to run: files, or names of shipped ones (docs/scenarios.md)")
       ->required();
@@ -60,15 +60,15 @@ void add_options(CLI::App& app, Raw& raw) {
 
 struct ScenariosApp {
   CLI::App app{"Run scenarios in simulated time, without a CAN bus", "lk-emu run"};
-  Raw raw;
+  RawRun raw;
 
   ScenariosApp() {
-    app.footer(kFooter);
+    app.footer(kRunFooter);
     add_options(app, raw);
   }
 };
 
-RunOutputs::Csv read_csv(const Raw& raw) {
+RunOutputs::Csv read_csv(const RawRun& raw) {
   RunOutputs::Csv csv;
   csv.file = raw.csv;
   csv.period = row_period(raw.rate_Hz);
@@ -84,7 +84,7 @@ RunOutputs::Csv read_csv(const Raw& raw) {
   return csv;
 }
 
-RunOutputs read_outputs(const CLI::App& app, const Raw& raw) {
+RunOutputs read_outputs(const CLI::App& app, const RawRun& raw) {
   RunOutputs outputs;
   for (const char* option : {"--signals", "--ids", "--rate"}) {
     if (app.count(option) > 0 && raw.csv.empty()) {
@@ -104,7 +104,7 @@ RunOutputs read_outputs(const CLI::App& app, const Raw& raw) {
   return outputs;
 }
 
-std::optional<std::uint64_t> read_seed(const CLI::App& app, const Raw& raw) {
+std::optional<std::uint64_t> read_seed(const CLI::App& app, const RawRun& raw) {
   if (app.count("--seed") == 0) return std::nullopt;
   std::int64_t seed = 0;
   const char* const last = raw.seed.data() + raw.seed.size();
@@ -137,7 +137,7 @@ std::shared_ptr<CLI::App> scenarios_app() {
 int run_scenarios(int argc, const char* const* argv) {
   ScenariosApp given;
   CLI::App& app = given.app;
-  const Raw& raw = given.raw;
+  const RawRun& raw = given.raw;
   if (!parse_arguments(app, argc, argv)) return 0;
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);

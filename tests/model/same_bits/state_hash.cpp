@@ -11,7 +11,6 @@
 #include "model/drive_bank_faults.cpp"
 #include "model/fault_effects.cpp"
 #include "model/lane_kernel.cpp"
-#include "model/lane_kernel_faulty.cpp"
 #include "model/plant/broken_legs.cpp"
 #include "model/plant/faulty_params.cpp"
 #include "model/plant/lane_faults.cpp"
