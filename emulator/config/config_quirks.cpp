@@ -134,12 +134,6 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 // --- what the command line says
 // -----------------------------------------------------------------------
 
-std::string join(const std::vector<std::string>& words) {
-  std::string all;
-  for (const auto& word : words) all += (all.empty() ? "" : ", ") + word;
-  return all;
-}
-
 /// As TOML would have it; a word needs no quotes there.
 void insert_value(toml::table& table, const std::string& key, const std::string& value) {
   const bool hexadecimal = value.starts_with("0x");
@@ -165,7 +159,7 @@ void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& se
   const std::vector<std::string>& known = reader.asked();
   for (const auto& [key, value] : asked) {
     if (std::ranges::find(known, key) != known.end() || !nearest(key, known).empty()) continue;
-    reader.fail(key, "unknown; there are: " + join(known));
+    reader.fail(key, "unknown; there are: " + comma_list(known));
   }
   reader.finish();
 }
@@ -207,7 +201,7 @@ std::vector<std::string> generation_words() {
 Generation chosen_generation(const std::string& word, const Profile& profile) {
   if (const auto named = generation_of(word)) return *named;
   if (word != kSeen) {
-    throw std::invalid_argument("\"" + word + "\" is not one of " + join(generation_words()));
+    throw std::invalid_argument("\"" + word + "\" is not one of " + comma_list(generation_words()));
   }
   if (profile.seen_generation) return *profile.seen_generation;
   throw std::invalid_argument("it is not known what " + profile.name +

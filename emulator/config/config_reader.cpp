@@ -38,22 +38,22 @@ std::string outside(const std::string& value, const std::string& min, const std:
   return value + " is out of range (" + min + " to " + max + ")";
 }
 
-std::string join(const std::vector<std::string>& words) {
-  std::string all;
-  for (const auto& word : words) all += (all.empty() ? "" : ", ") + word;
-  return all;
-}
-
 /// Long lists are looked up elsewhere.
 std::string none_of(const std::string& word, const std::vector<std::string>& words) {
   constexpr std::size_t kShortList = 16;
   const std::string quoted = "\"" + word + "\"";
-  if (words.size() <= kShortList) return quoted + " is not one of " + join(words);
+  if (words.size() <= kShortList) return quoted + " is not one of " + comma_list(words);
   const std::string meant = nearest(word, words);
   return quoted + " is unknown" + (meant.empty() ? "" : ", did you mean " + meant + "?");
 }
 
 }  // namespace
+
+std::string comma_list(const std::vector<std::string>& words) {
+  std::string all;
+  for (const auto& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
 
 std::string nearest(const std::string& word, const std::vector<std::string>& known) {
   std::string best;

@@ -14,6 +14,9 @@
 
 namespace lk::emulator {
 
+/// "legacy, v235, v236"
+std::string comma_list(const std::vector<std::string>& words);
+
 /// The name among `known` that `word` was most likely meant to be; empty when none is close.
 std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
