@@ -108,8 +108,8 @@ class Ctl {
   int scenario() {
     if (raw_.word == "stop") return show(client().ask("DELETE", "/scenario"), scenario_page);
     if (raw_.word == "verdict") return show(client().ask("GET", "/scenario"), scenario_page);
-    return show(client().ask("POST", "/scenario", {{"file", scenario_file(raw_.word)}}),
-                scenario_page);
+    const std::string file = scenario_file(raw_.word);  // before the program is looked for
+    return show(client().ask("POST", "/scenario", {{"file", file}}), scenario_page);
   }
 
  private:

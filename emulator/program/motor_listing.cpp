@@ -19,12 +19,13 @@ std::string seen(const Profile& profile) {
 
 std::string row(const Profile& profile) {
   const Rating& r = profile.rating;
-  return fmt::format(
-      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit  {:<12}{}\n",
+  std::string text = fmt::format(
+      "{:<11} {:<11} {:<6} {:>4.4g} V {:>7} / {:<5} {:>5} / {:<5} {:>5.4g} {:>4} bit  {:<12}{}",
       profile.name, profile.model, series_name(profile.series), profile.drive.supply.v_source,
       printed(r.torque_rated_Nm), printed(r.torque_peak_Nm), printed(r.speed_rated_rpm),
       printed(r.speed_no_load_rpm), profile.drive.mechanics.gear_ratio, profile.drive.encoder.bits,
       seen(profile), fmt::join(profile.aliases, ", "));
+  return text.substr(0, text.find_last_not_of(' ') + 1) + "\n";
 }
 
 std::string line(const char* what, const std::string& value) {

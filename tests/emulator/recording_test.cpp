@@ -15,6 +15,8 @@
 namespace lk::emulator {
 namespace {
 
+const std::string kMotors = LKEMU_SOURCE_DIR "/configs/motors/";
+
 std::string input(const std::string& directive) {
   return R"({"time_ns":5,"after_frames":2,"bus":"vcan0","directive":)" + directive + "}";
 }
@@ -75,7 +77,7 @@ TEST(Recording, RunsWithoutTheMotorFilesItWasMadeFrom) {
   const std::filesystem::path directory = scratch.path() / "recording";
   std::filesystem::create_directories(scratch.path() / "left");
   scratch.put("my.toml", "extends = \"left/my.toml\"\nmotor.R_s_ohm = 0.5\n");
-  scratch.put("left/my.toml", "extends = \"MF7015-10T\"\nmotor.R_s_ohm = 0.25\n");
+  scratch.put("left/my.toml", "extends = \"" + kMotors + "mf7015.toml\"\nmotor.R_s_ohm = 0.25\n");
   ConfigTexts texts;
   texts.config = R"([[bus]]
 interface = "vcan0"
@@ -87,8 +89,8 @@ id = 2
 motor = "./left/my.toml"
 [[bus.drive]]
 id = 3
-motor = "mf7015"
-)";
+motor = ")" + kMotors +
+                 "mf7015.toml\"\n";
   texts.config_file = scratch.path("robot.toml");
   const auto buses =
       parse_config(*texts.config, texts.config_file, {}, profile_finder(texts.motors));
@@ -104,13 +106,13 @@ motor = "mf7015"
   EXPECT_DOUBLE_EQ(servos[0].profile.drive.motor.R_s, 0.5);
   EXPECT_DOUBLE_EQ(servos[1].profile.drive.motor.R_s, 0.25);
   EXPECT_EQ(servos[1].profile.name, "my.toml");
-  EXPECT_EQ(servos[2].profile.name, "mf7015");
+  EXPECT_EQ(servos[2].profile.name, "mf7015.toml");
 }
 
 TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
   const test::TempDirectory scratch;
   const std::filesystem::path directory = scratch.path() / "recording";
-  scratch.put("my.toml", "extends = \"mf7015\"\n");
+  scratch.put("my.toml", "extends = \"" + kMotors + "mf7015.toml\"\n");
   ConfigTexts texts;
   texts.config = "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\nmotor = \"./my.toml\"\n";
   texts.config_file = scratch.path("robot.toml");
@@ -136,12 +138,12 @@ TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
 TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
   const test::TempDirectory scratch;
   RecordingInfo info;
-  info.overrides.motor = "mg4010";
+  info.overrides.motor = kMotors + "mg4010.toml";
   info.overrides.firmware = {"seen", {{"stop_holds", "true"}}};
   info.overrides.buses.push_back({"vcan0", std::vector{1}});
   info.overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"reply_id_base", "0x180"}}}});
   ConfigTexts texts;
-  profile_finder(texts.motors)("mg4010");
+  profile_finder(texts.motors)(*info.overrides.motor);
   begin_recording(scratch.path() / "recording", info, texts, {});
   const Recording read = read_recording(scratch.path() / "recording");
   ASSERT_EQ(read.buses.size(), 2U);

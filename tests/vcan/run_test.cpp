@@ -97,7 +97,7 @@ TEST_F(Run, SaysFileLineAndKeyOfAMistake) {
   const std::string robot = put("no_robot.toml", "robot = \"gimball\"\nduration_s = 1\n");
   EXPECT_EQ(run({robot}).err.rfind("lk-emu: " + robot +
                                        ":1: robot: no robot \"gimball\", did you mean gimbal? "
-                                       "(there are: bench, ",
+                                       "(in ",
                                    0),
             0U);
 }
