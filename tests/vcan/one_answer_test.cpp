@@ -182,7 +182,7 @@ TEST_F(RealBus, IsAnsweredOnWhereItIsMeant) {
   arguments.emplace_back("--real-bus");
   EmulatorProcess emulator(arguments);
   ASSERT_TRUE(emulator.wait_ready());
-  const std::string query = "t14388000000000000000\r";  // 0x88, answered with an echo
+  const std::string query = "t14388800000000000000\r";  // 0x88, answered with an echo
   ASSERT_EQ(::write(adapter_, query.data(), query.size()), static_cast<ssize_t>(query.size()));
   EXPECT_EQ(adapter_reads(), query);
 }
