@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """What a program can tell about the documents: `docs_test.py [DIR]`, DIR being the source tree, by default its own.
 
-It fails if a link leads nowhere or README.md is longer than MAX_README_LINES. Pages in Chinese that lag behind the English
-ones are listed, and fail nothing. They are compared in what is the same in any language: headings by level, code without
-its comments, code words, options, and in every row of a table that begins with a code word the keys, numbers and names.
+It fails if a link leads nowhere, if README.md has no link to a page of docs/, or if it is longer than MAX_README_LINES.
+Pages in Chinese that lag behind the English ones are listed, and fail nothing. They are compared in what is the same in any
+language: headings by level, code without its comments, code words, options, and in every row of a table that begins with a
+code word the keys, numbers and names.
 """
 import itertools
 import pathlib
@@ -117,6 +118,8 @@ def problems_of(root):
         for link in links(page.read_text("utf-8")):
             if not (page.parent / link).exists():
                 yield f"{page.relative_to(root)}: link {link} leads nowhere"
+    for page in sorted({*(root / "docs").glob("*.md")} - linked(readme)):
+        yield f"README.md: has no link to {page.relative_to(root)}"
     length = len(readme.read_text("utf-8").splitlines())
     if length > MAX_README_LINES:
         yield f"README.md: has {length} lines, max {MAX_README_LINES}"
