@@ -5,7 +5,9 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 
 #include "emulator/core/generation.hpp"
@@ -223,6 +225,18 @@ TEST(GuessKinds, CommandsForSeveralDrives) {
     const bool newer = generation == Generation::kV236;
     EXPECT_EQ(open_values(found, "multi_drive_more"), Keys{newer ? "true" : "false"})
         << found.dump(1);
+  }
+}
+
+TEST(WhichDrive, NamesEveryMotorAndGeneration) {
+  std::ostringstream page;
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/which-drive.md").rdbuf();
+  const std::string text = page.str();
+  for (const std::string& motor : motors()) {
+    EXPECT_NE(text.find(test::profile(motor).model), std::string::npos) << motor;
+  }
+  for (const auto& row : protocol::kGenerationRows) {
+    EXPECT_NE(text.find("`" + std::string(row.name) + "`"), std::string::npos) << row.name;
   }
 }
 
