@@ -192,6 +192,11 @@ std::variant<ShownFrame, NothingShown, std::string> parse_candump_text(std::stri
   return frame;
 }
 
+std::optional<bool> from_host(CandumpLine::Direction direction) {
+  if (direction == Direction::kUnsaid) return std::nullopt;
+  return direction == Direction::kSent;
+}
+
 std::optional<SimTime> StampReader::time_of(const ShownFrame& frame) {
   if (!frame.has_stamp) return std::nullopt;
   if (!frame.may_be_step) return frame.line.at;

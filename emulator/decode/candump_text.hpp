@@ -27,6 +27,9 @@ struct NothingShown {};
 /// One line without its end, or what is wrong with it: safe to print, and in ASCII.
 std::variant<ShownFrame, NothingShown, std::string> parse_candump_text(std::string_view line);
 
+/// The machine that logs is the host; none where the log does not say.
+std::optional<bool> from_host(CandumpLine::Direction direction);
+
 /// Turns stamps into times. `-t d` prints steps, and looks like `-t z` until a stamp is before the
 /// one that its interface had last.
 class StampReader {

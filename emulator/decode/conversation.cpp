@@ -71,6 +71,14 @@ bool writes_rom(const Frame& query) {
 
 }  // namespace
 
+/// Who reads a frame of the drive.
+const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
+  const ReplyReader& first = *reader_->reader_of(id);
+  const auto* row = protocol::find_opcode(frame.data[0]);
+  const bool known = row == nullptr || protocol::answers(first.format, row->opcode);
+  return known || other_ == nullptr ? first : *other_->reader_of(id);
+}
+
 Told Conversation::hear(const HeardFrame& heard) {
   if (!first_) first_ = heard.at;
   const Frame& frame = heard.frame;
@@ -126,19 +134,23 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
   own.seen = true;
   const bool late = heard.at && first_ && *heard.at - *first_ > kLongestReply;
   own.begun = own.begun || late;
+  // It replies here after all: the frame with another identifier was not its own.
+  if (looks_like_a_state(heard.frame) && !fitting(id, heard.frame).empty()) {
+    own.reply_base = protocol::kSingleDriveId;
+  }
   const auto from_host =
       own.reply_base != protocol::kSingleDriveId ? std::optional(true) : direction(heard);
   if (from_host == true) return query(id, heard, true);
   const auto fits = fitting(id, heard.frame);
   if (from_host == false) return reply(id, heard, fits, true);
   if (!could_be_reply(id, heard.frame)) {
-    const ReplyReader& reader = *reader_->reader_of(id);
+    const ReplyReader& reader = reader_of(id, heard.frame);
     const auto decoded = protocol::decode_query(heard.frame, reader.format);
     if (std::holds_alternative<protocol::Query>(decoded)) return query(id, heard, true);
     return unclear(id, heard);
   }
   if (!fits.empty()) {
-    const Fit best = reply_fit(*reader_->reader_of(id), own.pending[fits.front()].command,
+    const Fit best = reply_fit(reader_of(id, heard.frame), own.pending[fits.front()].command,
                                own.pending[fits.front()].query, heard.frame);
     if (best == Fit::kYes) return reply(id, heard, fits, true);
     // The same bytes again: an echo, or the query again.
@@ -155,7 +167,7 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
 
 /// Of the drives of this generation; states at 0 and 1 °C do not count.
 bool Conversation::could_be_reply(int id, const Frame& frame) const {
-  const ReplyReader& reader = *reader_->reader_of(id);
+  const ReplyReader& reader = reader_of(id, frame);
   if (!std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format))) {
     return false;
   }
@@ -253,7 +265,7 @@ std::optional<bool> Conversation::direction(const HeardFrame& heard) const {
 
 void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
   settle_run(id);
-  const ReplyReader& reader = *reader_->reader_of(id);
+  const ReplyReader& reader = reader_of(id, heard.frame);
   const auto decoded = protocol::decode_query(heard.frame, reader.format);
   const auto* known = std::get_if<protocol::Query>(&decoded);
   if (known == nullptr) return;  // it will not be answered
@@ -270,7 +282,7 @@ void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
 
 /// The places in `pending` of the queries that the frame can answer.
 std::vector<std::size_t> Conversation::fitting(int id, const Frame& frame) const {
-  const ReplyReader& reader = *reader_->reader_of(id);
+  const ReplyReader& reader = reader_of(id, frame);
   std::vector<std::size_t> places;
   const auto& pending = drive(id).pending;
   for (std::size_t n = 0; n < pending.size(); ++n) {
@@ -305,8 +317,8 @@ void Conversation::settle_run(int id) {
   std::size_t candidates = fitting(id, own.run_frame).size();
   for (std::size_t answered = 0; answered < replies.size() && !own.pending.empty();) {
     const Pending& first = own.pending.front();
-    const bool fits =
-        reply_fit(*reader_->reader_of(id), first.command, first.query, own.run_frame) != Fit::kNo;
+    const bool fits = reply_fit(reader_of(id, own.run_frame), first.command, first.query,
+                                own.run_frame) != Fit::kNo;
     if (fits && candidates <= replies.size() - answered) {
       answer_first(id, replies[answered++]);
     } else {
@@ -322,7 +334,9 @@ void Conversation::drop_first(int id, Settled::How how) {
   if (first.required && !first.unclear) {
     settled_.push_back({.how = first.maybe_answered ? Settled::How::kOpen : how,
                         .drive = id,
-                        .asked = first.asked});
+                        .asked = first.asked,
+                        .query = first.query,
+                        .at = first.at});
   }
   own.pending.pop_front();
 }
@@ -330,7 +344,11 @@ void Conversation::drop_first(int id, Settled::How how) {
 void Conversation::answer_first(int id, const std::optional<SimTime>& at) {
   Drive& own = drive(id);
   const Pending& first = own.pending.front();
-  Settled settled{.drive = id, .asked = first.asked, .was_unclear = first.unclear};
+  Settled settled{.drive = id,
+                  .asked = first.asked,
+                  .query = first.query,
+                  .at = first.at,
+                  .was_unclear = first.unclear};
   if (at && first.at) settled.latency = *at - *first.at;
   settled_.push_back(settled);
   own.pending.pop_front();

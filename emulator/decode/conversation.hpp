@@ -46,6 +46,8 @@ struct Settled {
   How how = How::kAnswered;
   int drive = 0;
   std::uint32_t asked = 0;
+  protocol::Frame query{};
+  std::optional<SimTime> at{};  // of the query
   std::optional<SimTime> latency{};
   bool was_unclear = false;  // the query: since it was answered it was one
 };
@@ -53,8 +55,10 @@ struct Settled {
 /// Tells queries from replies on one bus (docs/decode.md has the rules).
 class Conversation {
  public:
-  /// `reader` knows all drives, 1 to 32, and outlives this.
-  explicit Conversation(const FrameReader& reader) : reader_(&reader) {}
+  /// `reader` knows all drives, 1 to 32, and outlives this. So does `other`, which reads the
+  /// commands that `reader` does not know.
+  explicit Conversation(const FrameReader& reader, const FrameReader* other = nullptr)
+      : reader_(&reader), other_(other) {}
   Told hear(const HeardFrame& heard);
   /// Times turned out to be wrong: what waits has none.
   void forget_times();
@@ -85,6 +89,7 @@ class Conversation {
     SimTime slowest{0};  // of its sure answers; 0: none yet
   };
 
+  const ReplyReader& reader_of(int id, const protocol::Frame& frame) const;
   Told hear_several(const HeardFrame& heard);
   Told hear_own(int id, std::uint32_t base, const HeardFrame& heard);
   Told hear_drive(int id, const HeardFrame& heard);
@@ -111,6 +116,7 @@ class Conversation {
   }
 
   const FrameReader* reader_;
+  const FrameReader* other_;
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
   std::vector<Settled> settled_;
   std::optional<SimTime> first_;  // stamp

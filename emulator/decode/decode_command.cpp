@@ -16,6 +16,7 @@
 #include "emulator/config/config_error.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/decode/decoder.hpp"
+#include "emulator/guess/guesser.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
@@ -29,6 +30,7 @@ constexpr const char* kDecodeFooter = R"(
 Example, live and of a file:
   candump -t z can0 | lk-emu decode --generation v236 --motor mg4005
   lk-emu decode candump-2026-11-21_233328.log --json
+  lk-emu decode --guess candump-2026-11-21_233328.log
 
 Exit status: 0 the log has ended, or SIGINT or SIGTERM came, 1 failed while running, 2 unusable
 input.)";
@@ -38,6 +40,7 @@ struct DecodeApp {
   std::string file;
   std::string generation;
   std::string motor;
+  bool guess = false;
   bool json = false;
   std::string language;
 
@@ -53,6 +56,11 @@ struct DecodeApp {
                    std::string("motor of the drives, a name or a file, for the scales (default ") +
                        kDefaultMotor + ")")
         ->type_name("MOTOR");
+    app.add_flag("--guess", guess,
+                 "tell at the end which generation and which quirks the drives speak, and by which "
+                 "frames")
+        ->excludes("--generation")
+        ->excludes("--motor");
     app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");
     add_language_option(app, language);
   }
@@ -134,9 +142,10 @@ DecodeOptions read_options(const DecodeApp& given) {
 std::string because() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): one thread
 
 /// From chunks, as they come, to what is printed.
+template <class Reader>
 class Lines {
  public:
-  explicit Lines(Decoder& decoder) : decoder_(decoder) {}
+  explicit Lines(Reader& reader) : reader_(reader) {}
 
   std::string take(std::string_view chunk) {
     std::string out;
@@ -146,19 +155,19 @@ class Lines {
       const std::size_t room = kLongestCandumpLine + 2 - begun_.size();
       begun_ += chunk.substr(0, std::min(length, room));
       if (length == chunk.size()) break;
-      out += decoder_.take(begun_);
+      out += reader_.take(begun_);
       begun_.clear();
       chunk.remove_prefix(length + 1);
     }
     return out;
   }
   std::string finish() {
-    std::string out = begun_.empty() ? "" : decoder_.take(begun_);
-    return out + decoder_.finish();
+    std::string out = begun_.empty() ? "" : reader_.take(begun_);
+    return out + reader_.finish();
   }
 
  private:
-  Decoder& decoder_;
+  Reader& reader_;
   std::string begun_;
 };
 
@@ -171,8 +180,9 @@ bool print(const std::string& text) {
 }
 
 /// What has come is printed before more is read.
-void decode(int fd, const std::string& name, Decoder& decoder) {
-  Lines lines(decoder);
+template <class Reader>
+void decode(int fd, const std::string& name, Reader& reader) {
+  Lines lines(reader);
   const StopSignals signals;
   std::string chunk(std::size_t{64} * 1024, '\0');
   while (signals.wait_for(fd)) {
@@ -185,17 +195,9 @@ void decode(int fd, const std::string& name, Decoder& decoder) {
   print(lines.finish());
 }
 
-}  // namespace
-
-std::shared_ptr<CLI::App> decode_app() {
-  const auto made = std::make_shared<DecodeApp>();
-  return {made, &made->app};
-}
-
-int run_decode(int argc, const char* const* argv) {
-  DecodeApp given;
-  if (!parse_arguments(given.app, argc, argv)) return 0;
-  Decoder decoder(read_options(given));
+/// Reads all that comes, and says where not a single frame did.
+template <class Reader>
+void read_log(const DecodeApp& given, Reader& reader) {
   const bool from_input = given.file.empty() || given.file == "-";
   const std::string name = from_input ? "standard input" : on_one_line(given.file);
   Descriptor file;
@@ -207,10 +209,29 @@ int run_decode(int argc, const char* const* argv) {
         "lk-emu decode: reads what is typed; candump -t z can0 | lk-emu decode reads a bus\n",
         stderr);
   }
-  decode(from_input ? STDIN_FILENO : file.get(), name, decoder);
-  if (decoder.summary().frames == 0 && decoder.summary().bad_lines > 0) {
+  decode(from_input ? STDIN_FILENO : file.get(), name, reader);
+  if (reader.frames() == 0 && reader.bad_lines() > 0) {
     throw StartError("decode: nothing in " + name + " is a frame of candump; " +
-                     decoder.first_problem());
+                     reader.first_problem());
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> decode_app() {
+  const auto made = std::make_shared<DecodeApp>();
+  return {made, &made->app};
+}
+
+int run_decode(int argc, const char* const* argv) {
+  DecodeApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  if (given.guess) {
+    Guesser guesser({.json = given.json, .language = chosen_language(given.language)});
+    read_log(given, guesser);
+  } else {
+    Decoder decoder(read_options(given));
+    read_log(given, decoder);
   }
   return 0;
 }

@@ -23,11 +23,6 @@ BusConfig every_drive(const DecodeOptions& options) {
   return bus;
 }
 
-std::optional<bool> from_host(CandumpLine::Direction direction) {
-  if (direction == CandumpLine::Direction::kUnsaid) return std::nullopt;
-  return direction == CandumpLine::Direction::kSent;
-}
-
 /// Of a state 1: bytes that drives of the dialect leave 0 are not (docs/protocol.md §10.1).
 bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
   switch (layout) {

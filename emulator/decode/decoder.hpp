@@ -56,6 +56,8 @@ class Decoder {
   std::string finish();
 
   const DecodeSummary& summary() const { return summary_; }
+  std::uint64_t frames() const { return summary_.frames; }
+  std::uint64_t bad_lines() const { return summary_.bad_lines; }
   const std::string& first_problem() const { return first_problem_; }
 
  private:

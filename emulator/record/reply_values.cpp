@@ -113,7 +113,7 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
 bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t said) const {
   if (asked == said) return true;
   constexpr std::pair<std::uint8_t, std::uint8_t> kMisprints[] = {
-      {0x9B, 0x9A}, {0xA7, 0xA3}, {0xA8, 0xA4}};
+      {0x9B, 0x9A}, {0xA7, 0xA5}, {0xA8, 0xA6}};
   return manual_reply_bytes &&
          std::ranges::find(kMisprints, std::pair(asked, said)) != std::end(kMisprints);
 }

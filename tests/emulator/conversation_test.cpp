@@ -96,6 +96,25 @@ TEST(Conversation, TellsRepliesByTheirOwnIdentifier) {
   EXPECT_EQ(roles(decode({"(1.0) a 181#8800000000000000"})), (Roles{"other"}));
 }
 
+/// docs/protocol.md §8: the manual prints 0xA5 and 0xA6 for replies to 0xA7 and 0xA8.
+TEST(Conversation, TakesTheManualsMisprintsForReplies) {
+  ServoConfig servo;
+  servo.quirks.manual_reply_bytes = true;
+  const ReplyReader reader(servo);
+  EXPECT_TRUE(reader.answers_with(0x9B, 0x9A));
+  EXPECT_TRUE(reader.answers_with(0xA7, 0xA5));
+  EXPECT_TRUE(reader.answers_with(0xA8, 0xA6));
+  EXPECT_FALSE(reader.answers_with(0xA7, 0xA3));
+}
+
+/// A frame of another node that looks like a reply of this drive, while it has no power.
+TEST(Conversation, ADriveThatRepliesWhereItAlwaysDidIsBelieved) {
+  const auto out = decode({"(1.0) a 141#9A00000000000000", "(1.01) a 181#9A19000000000000",
+                           "(2.0) a 141#9C00000000000000", "(2.0003) a 141#9C19020003002108",
+                           "(2.1) a 141#9C00000000000000", "(2.1003) a 141#9C19020003002108"});
+  EXPECT_EQ(roles(out), (Roles{"query", "reply", "query", "reply", "query", "reply"}));
+}
+
 TEST(Conversation, BelievesDirectionsOnceThereAreBoth) {
   const auto out = decode({"(1.0) a 141#9200000000000000 T", "(1.0003) a 141#9211000000000000 R",
                            "(1.1) a 141#9200000000000000 T", "(1.1003) a 141#9200000000000000 R"});

@@ -51,6 +51,16 @@ class Pipe(unittest.TestCase):
                 self.assertIn("can0: 1 frame in 0.000000 s\n", decode.stdout.readlines())
                 self.assertEqual(decode.wait(), 0)
 
+    def test_guessing_ends_with_what_was_found(self):
+        with start("--guess", "--lang", "en") as guess:
+            guess.stdin.write(QUERY.replace("9C", "9A"))
+            guess.stdin.write(REPLY.replace("9C 19 02 00 03 00 21 08", "9A 24 08 13 00 00 00 00"))
+            guess.stdin.close()  # all of it is read before the end is seen
+            said = guess.stdout.read()
+            self.assertIn("drive 1: v235 or v236", said)
+            self.assertIn("  lk-emu --bus vcan0 --ids 1 --generation v235\n", said)
+            self.assertEqual((guess.wait(), guess.stderr.read()), (0, ""))
+
     def test_a_reader_may_leave(self):
         with start() as decode:
             decode.stdout.close()
@@ -95,16 +105,19 @@ class Files(unittest.TestCase):
 
     def test_what_is_no_log_is_refused(self):
         for text in (b"hello\n" * 3, bytes(range(256)) * 1000, b"\0" * 100000, b"(" * 3000000):
-            ran = self.run_on(text)
-            self.assertEqual(ran.returncode, 2)
-            self.assertIn(b"is a frame of candump; line 1", ran.stderr)
-            self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
+            for arguments in ([], ["--guess"]):
+                ran = self.run_on(text, *arguments)
+                self.assertEqual(ran.returncode, 2)
+                self.assertIn(b"is a frame of candump; line 1", ran.stderr)
+                self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
         self.assertEqual(self.run_on(b"").returncode, 0)
 
     def test_mistakes_are_said(self):
         for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "cannot read /"),
                                 (["--motor", "mf7051"], "did you mean mf7015?"),
                                 (["--generation", "v237"], "none of legacy, late-legacy, v235, v236"),
+                                (["--guess", "--generation", "v235"], "--guess excludes --generation"),
+                                (["--guess", "--motor", "mg4005"], "--guess excludes --motor"),
                                 (["--lang", "fr"], "neither en nor zh")):
             ran = subprocess.run([PROGRAM, "decode", *arguments], capture_output=True, text=True, check=False,
                                  stdin=subprocess.DEVNULL)

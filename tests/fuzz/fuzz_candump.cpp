@@ -3,7 +3,7 @@
 //
 // Input: a byte of settings (bits 0..1: generation, bit 2: the lines are inputs of a recording,
 // bit 3: the log is compared with a drive, bit 4: the text is what candump printed, and decoded,
-// bits 5..6: for programs, in Chinese), then the text.
+// bits 5..6: for programs, in Chinese; bit 7: told what kind of drives speak), then the text.
 
 #include <cstddef>
 #include <string>
@@ -12,6 +12,7 @@
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/decode/decoder.hpp"
+#include "emulator/guess/guesser.hpp"
 #include "emulator/record/log_compare.hpp"
 #include "emulator/record/recording.hpp"
 #include "tests/fuzz/support.hpp"
@@ -128,8 +129,39 @@ void decode(std::uint8_t settings, std::string_view text) {
   require(frames == summary.frames);
 }
 
+/// As `lk-emu decode --guess` does it: whatever is in the log, there is an end of what is said, it
+/// is safe for a terminal, and what is found has been seen.
+void guess(std::uint8_t settings, std::string_view text) {
+  Guesser guesser({.json = (settings & 32U) != 0,
+                   .language = (settings & 64U) != 0 ? Language::kChinese : Language::kEnglish});
+  std::uint64_t lines = 0;
+  for (; !text.empty(); ++lines) {
+    const std::size_t end = text.find('\n');
+    require(guesser.take(text.substr(0, end)).empty());
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  const std::string out = guesser.finish();
+  for (const char c : out) require(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+  require(guesser.frames() + guesser.bad_lines() <= lines && guesser.buses().size() <= 32);
+  for (const auto& [interface, bus] : guesser.buses()) {
+    require(bus.drives.size() <= 32);
+    for (const auto& [id, drive] : bus.drives) {
+      const Verdict verdict = judge(drive.evidence());
+      for (const Trait trait : verdict.decided) {
+        const ValueSet open = drive.evidence().open(trait);
+        require(open != 0 && open != all_of(trait));
+      }
+      require(verdict.fits.empty() == !verdict.quirks.empty());
+    }
+  }
+}
+
 void check(std::uint8_t settings, const std::string& text) {
   const BusConfig bus = bus_of(settings);
+  if ((settings & 128U) != 0) {
+    guess(settings, text);
+    return;
+  }
   if ((settings & 16U) != 0) {
     decode(settings, text);
     return;

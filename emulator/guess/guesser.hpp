@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/core/language.hpp"
+#include "emulator/decode/candump_text.hpp"
+#include "emulator/decode/conversation.hpp"
+#include "emulator/guess/drive_watch.hpp"
+#include "emulator/guess/verdict.hpp"
+
+namespace lk::emulator {
+
+/// What was seen on one interface.
+struct GuessedBus {
+  GuessedBus(const FrameReader& reader, const FrameReader& ms) : conversation(reader, &ms) {}
+
+  Conversation conversation;
+  std::map<int, DriveWatch> drives;  // by ID
+  std::uint64_t frames = 0;
+  std::uint64_t others = 0;  // of no drive
+};
+
+/// Lines of candump to what kind of drives spoke. Presumes no generation.
+class Guesser {
+ public:
+  struct Options {
+    bool json = false;
+    Language language = Language::kEnglish;
+  };
+  explicit Guesser(Options options);
+
+  /// Takes a line without its end. Says nothing: what kind of drives they are is known at the end.
+  std::string take(std::string_view line);
+  /// Nothing comes any more: what was found.
+  std::string finish();
+
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bad_lines() const { return bad_lines_; }
+  const std::string& first_problem() const { return first_problem_; }
+  const std::map<std::string, GuessedBus, std::less<>>& buses() const { return buses_; }
+  /// When the first frame was; none without time stamps.
+  std::optional<SimTime> begin() const { return begin_; }
+
+ private:
+  static constexpr std::size_t kMostInterfaces = 32;
+
+  void refuse(const std::string& problem);
+  void hear(GuessedBus& bus, const HeardFrame& heard);
+
+  Options options_;
+  FrameReader reader_;
+  FrameReader ms_reader_;
+  StampReader stamps_;
+  std::map<std::string, GuessedBus, std::less<>> buses_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t lines_ = 0;
+  std::uint64_t bad_lines_ = 0;
+  std::string first_problem_;
+  std::optional<SimTime> begin_;
+  bool steps_ = false;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,96 @@
+#include "emulator/guess/verdict.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "emulator/core/generation.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kForeignReplies = 2;  // of Trait::kReplyId: 0x240
+
+/// Does the trait say something about the generation of such a drive? 0xA0 is for MS drives, and
+/// they know no current.
+bool counts(Trait trait, const Evidence& evidence) {
+  if (row_of(trait).of == nullptr) return false;
+  const ValueSet series = evidence.open(Trait::kSeries);
+  if (trait == Trait::kOpenLoop) return series == only(kMs);
+  if (trait == Trait::kSpeedLimit) return series == only(kNotMs);
+  return true;
+}
+
+GenerationFit fit_of(Generation generation, const Evidence& evidence) {
+  GenerationFit fit{.generation = generation, .against = {}};
+  const Quirks quirks = quirks_of(generation);
+  for (std::size_t n = 0; n < kTraitCount; ++n) {
+    const auto trait = static_cast<Trait>(n);
+    if (!counts(trait, evidence)) continue;
+    const std::size_t value = row_of(trait).of(quirks);
+    const ValueSet open = evidence.open(trait);
+    if (open == all_of(trait)) continue;
+    fit.frames_for += evidence.frames_for(trait, value);
+    fit.frames_against += evidence.frames_against(trait, value);
+    if (open != 0 && !contains(open, value)) fit.against.push_back(trait);
+  }
+  return fit;
+}
+
+/// The one with less against it; of two with as much, the one that agrees in what shows most often.
+bool nearer(const GenerationFit& a, const GenerationFit& b) {
+  if (a.against.size() != b.against.size()) return a.against.size() < b.against.size();
+  return b.against < a.against;
+}
+
+/// Of the values that are open the one with the most frames for it.
+std::size_t likeliest(Trait trait, const Evidence& evidence) {
+  std::optional<std::size_t> best;
+  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
+    if (!contains(evidence.open(trait), value)) continue;
+    if (!best || evidence.frames_for(trait, value) > evidence.frames_for(trait, *best))
+      best = value;
+  }
+  return best.value_or(0);
+}
+
+}  // namespace
+
+Verdict judge(const Evidence& evidence) {
+  Verdict verdict;
+  for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+    verdict.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
+    if (verdict.generations.back().against.empty()) {
+      verdict.fits.push_back(static_cast<Generation>(n));
+    }
+  }
+  const auto nearest = std::ranges::min_element(verdict.generations, nearer);
+  verdict.nearest = nearest->generation;
+  for (const Trait trait : nearest->against) {
+    verdict.quirks.push_back(
+        {row_of(trait).key, row_of(trait).values.at(likeliest(trait, evidence))});
+  }
+  for (std::size_t n = 0; n < kTraitCount; ++n) {
+    const auto trait = static_cast<Trait>(n);
+    const ValueSet open = evidence.open(trait);
+    if (open == 0) {
+      verdict.contradictory.push_back(trait);
+    } else if (open != all_of(trait)) {
+      verdict.decided.push_back(trait);
+    }
+    const bool relevant =
+        trait != Trait::kOpenLoop || evidence.open(Trait::kSeries) != only(kNotMs);
+    if (relevant && open != 0 && !evidence.decided(trait)) verdict.unknown.push_back(trait);
+  }
+  verdict.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
+  return verdict;
+}
+
+std::string Verdict::options() const {
+  std::string text = "--generation " + std::string(generation_name(nearest));
+  for (const QuirkOption& one : quirks) {
+    text.append(" --quirk ").append(one.key).append("=").append(one.value);
+  }
+  return text;
+}
+
+}  // namespace lk::emulator

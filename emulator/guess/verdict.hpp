@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/guess/evidence.hpp"
+
+namespace lk::emulator {
+
+/// How a generation of firmware goes with what was seen of a drive.
+struct GenerationFit {
+  Generation generation = Generation::kLegacy;
+  std::vector<Trait> against;  // the traits that it has otherwise
+  std::uint64_t frames_for = 0;
+  std::uint64_t frames_against = 0;
+};
+
+struct QuirkOption {
+  std::string_view key;
+  std::string_view value;
+
+  friend bool operator==(const QuirkOption&, const QuirkOption&) = default;
+};
+
+/// What a drive is by what was seen of it.
+struct Verdict {
+  std::vector<GenerationFit> generations;    // all of them, from old to new
+  std::vector<Generation> fits;              // those with nothing against them
+  Generation nearest = Generation::kLegacy;  // the first that fits, or has the least against it
+  std::vector<QuirkOption> quirks;           // that `nearest` needs beside
+  std::vector<Trait> decided;
+  std::vector<Trait> unknown;        // that the log could have told, and does not
+  std::vector<Trait> contradictory;  // frames say one thing and the other
+  bool foreign = false;              // replies where no LK drive has them
+
+  /// "--generation v235 --quirk single_turn_bits=16"
+  std::string options() const;
+};
+
+Verdict judge(const Evidence& evidence);
+
+}  // namespace lk::emulator

@@ -1,0 +1,103 @@
+#pragma once
+
+/// Logs of drives whose kind is known, put in as candump prints them, and what is told of them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/guess/guesser.hpp"
+#include "protocol/wire.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::test {
+
+using Json = nlohmann::json;
+
+/// A host that talks to emulated drives while candump logs both.
+class Logged {
+ public:
+  explicit Logged(const emulator::BusConfig& config) : bus_(config) {}
+  explicit Logged(const emulator::ServoConfig& servo) : bus_(one(servo)) {}
+
+  /// Sends, and waits for what comes.
+  void send(const protocol::Frame& query, emulator::SimTime wait = 2ms) {
+    bus_.receive({bus_.time(), query});
+    log_.push_back({bus_.time(), query});
+    run(wait);
+  }
+  void send(std::string_view query, emulator::SimTime wait = 2ms) { send(frame(query), wait); }
+  void run(emulator::SimTime time) {
+    bus_.advance_to(bus_.time() + time);
+    bus_.take_replies(log_);
+  }
+  /// In the last state 2 that came.
+  int speed_dps() const {
+    for (auto one = log_.rbegin(); one != log_.rend(); ++one) {
+      const auto& data = one->frame.data;
+      if (data[0] == 0x9C && data[1] > 1) return protocol::get_le<std::int16_t>(data, 4);
+    }
+    return 0;
+  }
+  void apply(const emulator::Directive& directive) { bus_.apply(directive); }
+  emulator::Bus& bus() { return bus_; }
+
+  std::vector<std::string> lines() {
+    std::ranges::stable_sort(log_, {}, &emulator::TimedFrame::at);
+    std::vector<std::string> lines;
+    for (const auto& one : log_)
+      lines.push_back(emulator::candump_line(one.at, "vcan0", one.frame));
+    return lines;
+  }
+
+ private:
+  static emulator::BusConfig one(const emulator::ServoConfig& servo) {
+    emulator::BusConfig config = bus_config({}, 1'000'000);
+    config.servos.push_back(servo);
+    return config;
+  }
+
+  emulator::Bus bus_;
+  std::vector<emulator::TimedFrame> log_;
+};
+
+inline std::string guessed_text(const std::vector<std::string>& lines,
+                                emulator::Language language = emulator::Language::kEnglish) {
+  emulator::Guesser guesser({.json = false, .language = language});
+  for (const std::string& line : lines) guesser.take(line);
+  return guesser.finish();
+}
+
+/// The objects that come out; the last is the summary.
+inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
+  emulator::Guesser guesser({.json = true, .language = {}});
+  for (const std::string& line : lines) guesser.take(line);
+  std::vector<Json> objects;
+  const std::string out = guesser.finish();
+  for (std::size_t begin = 0; begin < out.size();) {
+    const std::size_t end = out.find('\n', begin);
+    objects.push_back(Json::parse(out.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return objects;
+}
+
+/// The values of a switch that are open; none: nothing is known of it.
+inline std::vector<std::string> open_values(const Json& drive, std::string_view key) {
+  std::vector<std::string> values;
+  for (const Json& finding : drive["findings"]) {
+    if (finding["key"] != key) continue;
+    for (const Json& value : finding["values"]) {
+      if (value["open"]) values.push_back(value["value"]);
+    }
+  }
+  return values;
+}
+
+}  // namespace lk::test

@@ -1,0 +1,231 @@
+// Which kind of drive speaks in a log: captures of real drives, and logs of emulated ones whose
+// kind is known.
+
+#include <gtest/gtest.h>
+
+#include "emulator/core/generation.hpp"
+#include "emulator/guess/traits.hpp"
+#include "tests/emulator/guess_support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+using test::guessed;
+using test::guessed_text;
+using test::Json;
+using test::Logged;
+using test::open_values;
+using Keys = std::vector<std::string>;
+
+// --- captures of real drives
+// ---------------------------------------------------------------------------
+
+/// docs/protocol.md §10.7. 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
+TEST(Guess, TellsTheLayoutOfOneCapturedState) {
+  const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
+                              "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"centivolt", "centivolt_and_bus_current"}));
+  EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
+}
+
+/// What an MF7015 is said to answer (docs/protocol.md §10): 24.0 V as 240 at [3:4], a state of 25
+/// °C; its angle of 180.00° is 0x4650 at [4:5], where a drive of 16 bits leaves zeros.
+TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
+  const auto out =
+      guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
+               "(1.010000) can0 141#9400000000000000", "(1.010300) can0 141#9400000050460000"});
+  EXPECT_EQ(out[0]["fits"], Keys{"late-legacy"});
+  EXPECT_EQ(out[0]["quirks"], Json::object());
+  EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus vcan0 --ids 1 --generation late-legacy"});
+}
+
+TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
+  // Newer voltage, 23.88 V, and an angle of 98.10° = 0x2652 in 16 bits at [6:7].
+  const auto out =
+      guessed({"(1.000000) can0 142#9A00000000000000", "(1.000300) can0 142#9A1F540900000000",
+               "(1.010000) can0 142#9400000000000000", "(1.010300) can0 142#9400000000005226"});
+  EXPECT_EQ(out[0]["fits"], Json::array());
+  EXPECT_EQ(out[0]["nearest"], "v235");
+  EXPECT_EQ(out[0]["quirks"], (Json{{"single_turn_bits", "16"}}));
+  EXPECT_EQ(out[1]["commands"],
+            Keys{"lk-emu --bus vcan0 --ids 2 --generation v235 --quirk single_turn_bits=16"});
+}
+
+/// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.
+TEST(Guess, NeedsNoQueries) {
+  EXPECT_EQ(guessed({"can0  141   [8]  9A 1F 54 09 00 00 00 00"})[0]["fits"],
+            (Keys{"v235", "v236"}));
+}
+
+// --- what frames say
+// -----------------------------------------------------------------------------------
+
+/// 26.4 V as 264 = 0x0108 at [3:4] is 20.48 V at [2:3] with 0.01 A at [4:5] as well; 25.60 V with 1
+/// LSB of current the other way round.
+TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
+  const auto drive = guessed({"can0 141 [8] 9A 19 00 08 01 00 00 00"})[0];
+  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"decivolt", "centivolt_and_bus_current"}));
+  // 0.01° at [6:7] is 655.36° at [4:7].
+  const auto angle = guessed({"can0 141 [8] 94 00 00 00 00 00 01 00"})[0];
+  EXPECT_EQ(angle["fits"].size(), protocol::kGenerationRows.size());
+}
+
+/// A drive that is off says 0x10 in byte 6, where it has that byte.
+TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
+  const Keys lines{"(1.000000) can0 141#8000000000000000", "(1.000300) can0 141#8000000000000000",
+                   "(1.010000) can0 141#9A00000000000000", "(1.010300) can0 141#9A24081300001000"};
+  EXPECT_EQ(guessed(lines)[0]["fits"], Keys{"v236"});
+}
+
+TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
+  // 359999 = 0x57E3F: 3599.99°, the last of an i10's.
+  const auto drive = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"})[0];
+  EXPECT_EQ(open_values(drive, "single_turn_bits"), Keys{"32"});
+  EXPECT_EQ(open_values(drive, "encoder_span"), Keys{"output_turn"});
+}
+
+/// Queries every 10 ms, each with its reply after 0.3 ms, but those of a command that has none.
+Keys dialogue(const Keys& commands, std::string_view silent) {
+  Keys lines;
+  double at_s = 1;
+  const auto say = [&lines](double time_s, const std::string& data) {
+    lines.push_back("(" + std::to_string(time_s) + ") can0 141#" + data);
+  };
+  for (const std::string& command : commands) {
+    say(at_s, command + std::string(16 - command.size(), '0'));
+    if (command != silent) say(at_s + 0.0003, command.substr(0, 2) + "19020003002108");
+    at_s += 0.01;
+  }
+  return lines;
+}
+
+TEST(Guess, TellsACommandThatIsNotThereByItsSilenceBetweenAnswers) {
+  const auto drive = guessed(dialogue({"9C", "30", "9C", "30", "9C"}, "30"))[0];
+  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{"false"});
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
+}
+
+TEST(Guess, ClaimsNothingByOneSilence) {
+  const auto drive = guessed(dialogue({"9C", "30", "9C", "9C", "9C"}, "30"))[0];
+  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{});
+}
+
+/// Nothing before: it may not have had power then. Nothing after: it may have lost it.
+TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
+  EXPECT_EQ(open_values(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0], "pid_commands"),
+            Keys{});
+  EXPECT_EQ(open_values(guessed(dialogue({"9C", "9C", "30", "30", "30"}, "30"))[0], "pid_commands"),
+            Keys{});
+}
+
+/// Where every third reply is lost, two are nothing.
+TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
+  Keys lines;
+  for (int n = 0; n < 30; ++n) {
+    const std::string at = std::to_string(1 + 0.01 * n);
+    lines.push_back("(" + at + ") can0 141#9C00000000000000");
+    if (n % 3 != 0)
+      lines.push_back("(" + std::to_string(1.0003 + 0.01 * n) + ") can0 141#9C19020003002108");
+    if (n == 10 || n == 20) {
+      lines.push_back("(" + std::to_string(1.005 + 0.01 * n) + ") can0 141#3000000000000000");
+    }
+  }
+  EXPECT_EQ(open_values(guessed(lines)[0], "pid_commands"), Keys{});
+}
+
+TEST(Guess, SaysWhatItCannotAnswerFor) {
+  const auto out =
+      guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",
+               "(1.100000) can0 145#9A00000000000000", "(1.300000) can0 145#9A00000000000000"});
+  const Json brake{{"key", "brake_command"}, {"send", "141#8C10000000000000"}};
+  EXPECT_NE(std::ranges::find(out[0]["ask"], brake), out[0]["ask"].end());
+  EXPECT_EQ(
+      out[1],
+      (Json{
+          {"type", "drive"}, {"interface", "can0"}, {"drive", 5}, {"queries", 2}, {"replies", 0}}));
+}
+
+TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
+  Keys lines;
+  for (int n = 0; n < 3; ++n) {
+    lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9A00000000000000");
+    lines.push_back("(" + std::to_string(1 + n) + ".000300) can0 181#9A1900F000000000");
+  }
+  EXPECT_EQ(open_values(guessed(lines)[0], "reply_id_base"), Keys{"0x180"});
+}
+
+/// MyActuator from V3 on replies on 0x240 + ID.
+TEST(Guess, CallsADriveThatIsNotCoveredByItsName) {
+  Keys lines;
+  for (int n = 0; n < 3; ++n) {
+    lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9C00000000000000");
+    lines.push_back("(" + std::to_string(1 + n) + ".000300) can0 241#9C32640000002D00");
+  }
+  const auto out = guessed(lines);
+  EXPECT_EQ(out[0]["foreign"], true);
+  EXPECT_EQ(out[1]["commands"], Json::array());
+  EXPECT_NE(guessed_text(lines).find("MyActuator"), std::string::npos);
+}
+
+TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
+  const auto drive =
+      guessed({"can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00",
+               "can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00"})[0];
+  EXPECT_EQ(drive["contradictory"], Keys{"state_1"});
+}
+
+/// A rare frame that says otherwise does not overthrow a hundred.
+TEST(Guess, IsNotLedAstrayByOneFrameInAHundred) {
+  Keys lines(100, "can0 141 [8] 9A 19 00 F0 00 00 00 00");
+  lines.push_back("can0 141 [8] 9A 1F 54 09 00 00 00 00");
+  EXPECT_EQ(open_values(guessed(lines)[0], "state_1"), Keys{"decivolt"});
+}
+
+TEST(Guess, PrintsFindingsWithTheirFrames) {
+  const Keys lines{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
+                   "(1.010000) can0 141#9400000000000000", "(1.010300) can0 141#9400000050460000"};
+  const std::string text = guessed_text(lines);
+  for (const char* const words :
+       {"drive 1: late-legacy",
+        "state_1 = decivolt: 0x9A: voltage 0.1 V at [3:4] (frames for it: 1, against: 0)",
+        "0.000300  141#9A1900F000000000", "--generation late-legacy"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << words << " in\n" << text;
+  }
+  EXPECT_NE(guessed_text(lines, Language::kChinese).find("驱动器 1：late-legacy"),
+            std::string::npos);
+}
+
+// --- the tables
+// ----------------------------------------------------------------------------------------
+
+/// Which command byte hangs on which switch: switched over, its answers change, and no others.
+TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
+  struct Case {
+    Trait trait;
+    bool protocol::Dialect::*member;
+  };
+  for (const Case& c : {Case{Trait::kPid, &protocol::Dialect::pid_commands},
+                        Case{Trait::kOffset, &protocol::Dialect::offset_command},
+                        Case{Trait::kBrake, &protocol::Dialect::brake_command},
+                        Case{Trait::kParameters, &protocol::Dialect::parameter_commands},
+                        Case{Trait::kOpenLoop, &protocol::Dialect::open_loop_command}}) {
+    auto on = protocol::wire_format(protocol::kLegacyDialect, Series::kMs);
+    auto off = on;
+    on.dialect.*c.member = true;
+    off.dialect.*c.member = false;
+    for (const auto& row : protocol::kOpcodes) {
+      const bool depends = protocol::answers(on, row.opcode) != protocol::answers(off, row.opcode);
+      EXPECT_EQ(depends, trait_behind(row.opcode) == c.trait) << row.name;
+    }
+  }
+  for (const auto& row : protocol::kOpcodes) {
+    EXPECT_EQ(row.fits == protocol::Fits::kAllButMs, trait_behind(row.opcode) == Trait::kSeries)
+        << row.name;
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
