@@ -31,7 +31,7 @@ lk_install_headers(model
 lk_install_headers(emulator/core ${core_headers})
 lk_install_headers(emulator/config
   emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp
-  emulator/config/motor_figures.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp)
+  emulator/config/motor_figures.hpp emulator/config/motor_file.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake

@@ -46,7 +46,7 @@ Json keys(const std::vector<Trait>& traits) {
 
 Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
   const Evidence& evidence = drive.evidence();
-  const Verdict verdict = judge(evidence);
+  const Guess verdict = judge(evidence);
   Json json = {{"type", "drive"},
                {"interface", interface},
                {"drive", id},

@@ -25,7 +25,7 @@ std::string names(const std::vector<Generation>& generations, std::string_view s
   return fmt::format("{}", fmt::join(all, separator));
 }
 
-std::string keys(const std::vector<Trait>& traits) {
+std::string key_list(const std::vector<Trait>& traits) {
   std::vector<std::string_view> all;
   for (const Trait trait : traits) {
     if (!row_of(trait).key.empty()) all.push_back(row_of(trait).key);
@@ -96,7 +96,7 @@ std::string contradiction(Trait trait, const Evidence& evidence, std::optional<S
   return text;
 }
 
-std::string generation_lines(const Verdict& verdict, Language language) {
+std::string generation_lines(const Guess& verdict, Language language) {
   std::string text;
   for (const GenerationFit& fit : verdict.generations) {
     const bool fits = fit.against.empty();
@@ -104,13 +104,13 @@ std::string generation_lines(const Verdict& verdict, Language language) {
                  "    {:<12} {}（支持的帧：{}，反对的帧：{}）\n"},
                 language, generation_name(fit.generation),
                 fits ? std::string(Words{"fits", "符合"}.in(language))
-                     : say({"does not fit: {}", "不符：{}"}, language, keys(fit.against)),
+                     : say({"does not fit: {}", "不符：{}"}, language, key_list(fit.against)),
                 fit.frames_for, fit.frames_against);
   }
   return text;
 }
 
-std::string summary_of(const Verdict& verdict, Language language) {
+std::string summary_of(const Guess& verdict, Language language) {
   if (verdict.foreign) {
     return std::string(
         Words{"replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
@@ -132,7 +132,7 @@ std::string summary_of(const Verdict& verdict, Language language) {
 }
 
 /// What to send to know more: first what tells the generations that fit apart.
-std::string unknown_lines(const Verdict& verdict, int drive, Language language) {
+std::string unknown_lines(const Guess& verdict, int drive, Language language) {
   std::string text;
   std::vector<Trait> others;
   const std::vector<Trait> apart = telling(verdict);
@@ -151,7 +151,7 @@ std::string unknown_lines(const Verdict& verdict, int drive, Language language) 
   for (const Trait trait : verdict.unknown) {
     if (std::ranges::find(apart, trait) == apart.end()) others.push_back(trait);
   }
-  const std::string rest = keys(others);
+  const std::string rest = key_list(others);
   return rest.empty() ? text
                       : text + say({"    not told: {}\n", "    看不出：{}\n"}, language, rest);
 }
@@ -165,7 +165,7 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
                       language, drive.queries());
   }
   const Evidence& evidence = drive.evidence();
-  const Verdict verdict = judge(evidence);
+  const Guess verdict = judge(evidence);
   text += summary_of(verdict, language) +
           say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
               drive.queries(), drive.replies());
@@ -213,7 +213,7 @@ std::string probe_text(Trait trait, int drive) {
   return fmt::format("{:03X}#{}", protocol::kSingleDriveId + static_cast<unsigned>(drive), data);
 }
 
-std::vector<Trait> telling(const Verdict& verdict) {
+std::vector<Trait> telling(const Guess& verdict) {
   std::vector<Trait> traits;
   for (const Trait trait : verdict.unknown) {
     const auto of = row_of(trait).of;
@@ -236,7 +236,7 @@ std::vector<std::string> command_lines(const Guesser& guesser) {
     std::map<std::string, std::vector<int>> kinds;
     for (const auto& [id, drive] : bus.drives) {
       if (drive.replies() == 0) continue;
-      const Verdict verdict = judge(drive.evidence());
+      const Guess verdict = judge(drive.evidence());
       if (!verdict.foreign) kinds[verdict.options()].push_back(id);
     }
     for (const auto& [options, ids] : kinds) {

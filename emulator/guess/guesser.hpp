@@ -11,7 +11,7 @@
 #include "emulator/decode/candump_text.hpp"
 #include "emulator/decode/conversation.hpp"
 #include "emulator/guess/drive_watch.hpp"
-#include "emulator/guess/verdict.hpp"
+#include "emulator/guess/guess.hpp"
 
 namespace lk::emulator {
 

@@ -26,7 +26,7 @@ struct QuirkOption {
 };
 
 /// What a drive is by what was seen of it.
-struct Verdict {
+struct Guess {
   std::vector<GenerationFit> generations;    // all of them, from old to new
   std::vector<Generation> fits;              // those with nothing against them
   Generation nearest = Generation::kLegacy;  // the first that fits, or has the least against it
@@ -40,6 +40,6 @@ struct Verdict {
   std::string options() const;
 };
 
-Verdict judge(const Evidence& evidence);
+Guess judge(const Evidence& evidence);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-#include "emulator/guess/verdict.hpp"
+#include "emulator/guess/guess.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -55,8 +55,8 @@ std::size_t likeliest(Trait trait, const Evidence& evidence) {
 
 }  // namespace
 
-Verdict judge(const Evidence& evidence) {
-  Verdict verdict;
+Guess judge(const Evidence& evidence) {
+  Guess verdict;
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
     verdict.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
     if (verdict.generations.back().against.empty()) {
@@ -85,7 +85,7 @@ Verdict judge(const Evidence& evidence) {
   return verdict;
 }
 
-std::string Verdict::options() const {
+std::string Guess::options() const {
   std::string text = "--generation " + std::string(generation_name(nearest));
   for (const QuirkOption& one : quirks) {
     text.append(" --quirk ").append(one.key).append("=").append(one.value);
