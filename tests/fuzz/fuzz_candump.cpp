@@ -146,7 +146,7 @@ void guess(std::uint8_t settings, std::string_view text) {
   for (const auto& [interface, bus] : guesser.buses()) {
     require(bus.drives.size() <= 32);
     for (const auto& [id, drive] : bus.drives) {
-      const Verdict verdict = judge(drive.evidence());
+      const Guess verdict = judge(drive.evidence());
       for (const Trait trait : verdict.decided) {
         const ValueSet open = drive.evidence().open(trait);
         require(open != 0 && open != all_of(trait));
