@@ -72,7 +72,7 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--generation", raw.generations,
                  "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
                  "drives of their motor were seen to speak")
-      ->type_name("GENERATION")
+      ->type_name("NAME")
       ->allow_extra_args(false);
   app.add_option("--quirk", raw.quirks,
                  "one switch of the firmware, e.g. pid_commands=true (repeatable; "

@@ -144,7 +144,7 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   EXPECT_EQ(drive.generation, Generation::kV236);
   EXPECT_EQ(drive.quirks, quirks_of(Generation::kV236));
   EXPECT_EQ(parse_error(kDrive + "generation = \"seen\""),
-            "robot.toml:4: bus.drive.generation: it is not known what mf7015 drives speak; lk-emu "
+            "robot.toml:5: bus.drive.generation: it is not known what mf7015 drives speak; lk-emu "
             "motors lists of which motors it is");
 }
 

@@ -147,8 +147,11 @@ done
 """
 
 
-def ask_bash(*lines, cwd="/"):
-    """What bash offers at the end of each of the lines, which are lists of words as bash has them."""
+def ask_bash(*lines, cwd=None):
+    """What bash offers at the end of each of the lines, which are lists of words as bash has them; in an empty directory."""
+    if cwd is None:
+        with tempfile.TemporaryDirectory() as empty:
+            return ask_bash(*lines, cwd=empty)
     text = "".join("\t".join(line) + "\n" for line in lines)
     said = output("bash", "--norc", "-c", ASK_BASH, "bash", BASH, input=text, cwd=cwd).split("\n")
     assert said[0] == "complete -F _lk_emu lk-emu", said[0]
@@ -239,7 +242,7 @@ class OtherShells(unittest.TestCase):
             "lk-emu ctl --bus vcan1 power o": {"on", "off"},
             "lk-emu --clock st": {"stepped"},
             "lk-emu ctl fault jam": {"jam"},
-            "lk-emu --motor mf9": {"mf9025"},
+            "lk-emu --motor mf9": {"mf9025", "MF9025-16T", "MF9025v2", "MF9025v2-16T"},
         }
         for (line, expected), offered in zip(cases.items(), self.ask_fish(*cases), strict=True):
             self.assertEqual(offered, expected, line)
