@@ -225,7 +225,8 @@ std::vector<Trait> telling(const Guess& verdict) {
     if (!same) traits.push_back(trait);
   }
   // A query is easier to send than something to wait for.
-  std::ranges::stable_partition(traits, [](Trait trait) { return !row_of(trait).probe.empty(); });
+  std::stable_partition(traits.begin(), traits.end(),
+                        [](Trait trait) { return !row_of(trait).probe.empty(); });
   return traits;
 }
 

@@ -141,7 +141,6 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       }) {
   check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
-  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   // Nothing is made or brought up before all that exists has been looked at.
   for (const BusConfig& bus : buses) {
     const LinkState link = link_state(bus.interface);
@@ -169,6 +168,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   // Last, as nobody can undo it.
   if (keeps_rom && options.rom.wipe) rom_store_->wipe();
+  for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
   for (std::size_t i = 0; i < buses.size(); ++i) {
