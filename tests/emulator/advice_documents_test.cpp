@@ -8,7 +8,7 @@
 #include "emulator/advice/kinds.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace advice_documents_test {
 
 std::string document(const std::string& name) {
   std::ostringstream text;
@@ -52,5 +52,5 @@ TEST(AdviceDocuments, AreAboutEachKindInItsPlace) {
   }
 }
 
-}  // namespace
+}  // namespace advice_documents_test
 }  // namespace lk::emulator

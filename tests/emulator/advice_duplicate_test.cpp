@@ -8,7 +8,7 @@
 #include "tests/emulator/advice_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace advice_duplicate_test {
 
 using namespace protocol;
 
@@ -218,5 +218,5 @@ TEST_F(Hosts, ADriveElsewhereWithAnotherIdIsNoDuplicate) {
   expect_nothing();
 }
 
-}  // namespace
+}  // namespace advice_duplicate_test
 }  // namespace lk::emulator

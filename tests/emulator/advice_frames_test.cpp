@@ -5,7 +5,7 @@
 #include "tests/emulator/advice_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace advice_frames_test {
 
 using protocol::PidGains;
 
@@ -311,5 +311,5 @@ TEST(AdvicePace, IsOfADriveThatIsBusyWritingRom) {
   EXPECT_EQ(host.count(AdviceKind::kFasterThanDrive), 3U);
 }
 
-}  // namespace
+}  // namespace advice_frames_test
 }  // namespace lk::emulator

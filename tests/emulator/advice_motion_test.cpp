@@ -7,7 +7,7 @@
 #include "tests/emulator/advice_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace advice_motion_test {
 
 using protocol::Position1;
 using protocol::Position2;
@@ -366,5 +366,5 @@ TEST(Advice, IsNotGivenToAHostThatBehaves) {
   EXPECT_EQ(host.all(), "");
 }
 
-}  // namespace
+}  // namespace advice_motion_test
 }  // namespace lk::emulator

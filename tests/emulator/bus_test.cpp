@@ -22,7 +22,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace bus_test {
 
 using namespace std::chrono_literals;
 using test::bus_config;
@@ -271,5 +271,5 @@ TEST(Bus, TheFirstInstantAlreadyHasAVoltageAndATemperature) {
   EXPECT_EQ(replies[0].frame, frame("141#9A1900F000000000"));
 }
 
-}  // namespace
+}  // namespace bus_test
 }  // namespace lk::emulator

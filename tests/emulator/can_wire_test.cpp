@@ -27,7 +27,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace can_wire_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -233,5 +233,5 @@ TEST(CanWire, WithoutABitRateNothingTakesTime) {
   EXPECT_EQ(wire.busy(), 0ns);
 }
 
-}  // namespace
+}  // namespace can_wire_test
 }  // namespace lk::emulator

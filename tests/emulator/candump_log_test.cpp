@@ -9,7 +9,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace candump_log_test {
 
 using protocol::FrameKind;
 using namespace std::chrono_literals;
@@ -133,5 +133,5 @@ TEST(CandumpLog, WritesWhatItReads) {
             "(0000000000.000001) a 141#9C");
 }
 
-}  // namespace
+}  // namespace candump_log_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace candump_text_test {
 
 using namespace std::chrono_literals;
 
@@ -149,5 +149,5 @@ TEST(LatencyHistogram, KeepsQuantilesInLittleRoom) {
   EXPECT_EQ(one.max(), SimTime::max());
 }
 
-}  // namespace
+}  // namespace candump_text_test
 }  // namespace lk::emulator

@@ -7,7 +7,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_checks_test {
 
 const std::string kDrive = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
 
@@ -138,5 +138,5 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
   }
 }
 
-}  // namespace
+}  // namespace config_checks_test
 }  // namespace lk::emulator

@@ -11,7 +11,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_directives_test {
 
 using namespace std::chrono_literals;
 
@@ -299,5 +299,5 @@ TEST(Vocabulary, AMistakeOfATableAsAWholeHasItsPathAndItsLine) {
   EXPECT_EQ(config_error([&] { top.fail("", "is odd"); }), "robot.toml:1: is odd");
 }
 
-}  // namespace
+}  // namespace config_directives_test
 }  // namespace lk::emulator

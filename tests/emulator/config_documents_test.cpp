@@ -14,7 +14,7 @@
 #include "emulator/config/profile_fields.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_documents_test {
 
 const std::string kRoot = LKEMU_SOURCE_DIR;
 
@@ -149,5 +149,5 @@ TEST(ConfigDocuments, EveryRegisterIsExplained) {
   }
 }
 
-}  // namespace
+}  // namespace config_documents_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_events_test {
 
 using std::chrono::milliseconds;
 
@@ -146,5 +146,5 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
   for (const auto& [keys, error] : errors) EXPECT_EQ(parse_error(kBus + keys), error) << keys;
 }
 
-}  // namespace
+}  // namespace config_events_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_faults_test {
 
 using namespace std::chrono_literals;
 
@@ -229,5 +229,5 @@ TEST(FaultVocabulary, MistakesOfFaults) {
   for (const auto& [keys, error] : errors) EXPECT_EQ(error_of("at_s = 1\n" + keys), error) << keys;
 }
 
-}  // namespace
+}  // namespace config_faults_test
 }  // namespace lk::emulator

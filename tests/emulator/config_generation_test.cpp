@@ -17,7 +17,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_generation_test {
 
 const std::string kDrive = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
 
@@ -436,5 +436,5 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
   for (const auto& [keys, error] : errors) EXPECT_EQ(parse_error(kDrive + keys), error) << keys;
 }
 
-}  // namespace
+}  // namespace config_generation_test
 }  // namespace lk::emulator

@@ -15,7 +15,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_profile_test {
 
 const std::filesystem::path kMotors = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs/motors";
 
@@ -354,5 +354,5 @@ TEST(MotorNames, APathInAFileStartsAtItsDirectory) {
   EXPECT_EQ(motor_of("a/robot.toml", ""), "");
 }
 
-}  // namespace
+}  // namespace config_profile_test
 }  // namespace lk::emulator

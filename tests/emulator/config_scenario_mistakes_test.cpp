@@ -5,7 +5,7 @@
 #include "tests/emulator/config_scenario_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_scenario_mistakes_test {
 
 TEST(ScenarioFile, ThatIsARobotAndTheOtherWayRoundSaySo) {
   const std::string robot = "seed = 1\n[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n";
@@ -173,5 +173,5 @@ TEST(ScenarioFile, MistakesOfExpectations) {
             "k.toml:5: expect.no_reply.coun");
 }
 
-}  // namespace
+}  // namespace config_scenario_mistakes_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/emulator/config_scenario_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_scenario_test {
 
 using namespace std::chrono_literals;
 
@@ -239,5 +239,5 @@ TEST(ScenarioFile, ALiveOneNeedsNoRobot) {
   EXPECT_EQ(scenario.robot.size(), 2U);
 }
 
-}  // namespace
+}  // namespace config_scenario_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace config_test {
 
 Overrides with_bus(const std::string& interface, std::optional<std::vector<int>> ids) {
   Overrides overrides;
@@ -304,5 +304,5 @@ TEST(Overrides, WithoutAFile) {
   EXPECT_NE(buses[1].seed, buses[0].seed);
 }
 
-}  // namespace
+}  // namespace config_test
 }  // namespace lk::emulator

@@ -12,7 +12,7 @@
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace control_api_test {
 
 TEST(ControlApi, TellsWhatIsThere) {
   TestWorld t;
@@ -435,5 +435,5 @@ TEST(CtlWords, SpansHaveUnits) {
   }
 }
 
-}  // namespace
+}  // namespace control_api_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/control_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace control_json_test {
 
 TEST(ControlJson, ADriveTellsWhatItIsConnectedToNow) {
   TestWorld t;
@@ -51,5 +51,5 @@ TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
   EXPECT_TRUE(t.get("/drives/vcan0/2").body["setpoint"].is_null());
 }
 
-}  // namespace
+}  // namespace control_json_test
 }  // namespace lk::emulator

@@ -4,7 +4,7 @@
 #include "tests/emulator/decode_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace conversation_test {
 
 TEST(Conversation, DoesNotPretendToKnowWhereALogBeginsInTheMiddle) {
   // The first may be the echo of what came before the log; nothing tells the second from it.
@@ -178,5 +178,5 @@ TEST(Conversation, TimesThatGoBackMakeNoLatencies) {
   EXPECT_EQ(out.back()["buses"][0]["duration_s"], 0);
 }
 
-}  // namespace
+}  // namespace conversation_test
 }  // namespace lk::emulator

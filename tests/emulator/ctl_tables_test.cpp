@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace lk::emulator {
-namespace {
+namespace ctl_tables_test {
 
 TEST(CtlTables, ARecordingIsSaidInWords) {
   const Json recording = {{"directory", "/tmp/run"}, {"replayable", false}, {"failed", false}};
@@ -41,5 +41,5 @@ TEST(CtlTables, AVerdictIsSaidLineByLine) {
             "  invalid: vcan0: cut short\n");
 }
 
-}  // namespace
+}  // namespace ctl_tables_test
 }  // namespace lk::emulator

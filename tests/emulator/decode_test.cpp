@@ -11,7 +11,7 @@
 #include "tests/emulator/decode_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace decode_test {
 
 /// docs/protocol.md §2: iq of replies 33/2048 A in legacy; §10.2: 33/4096 A on MF from v235 on.
 TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
@@ -214,5 +214,5 @@ TEST(DecodeText, AlignsWideCharacters) {
   EXPECT_EQ(right("命令", 5), " 命令");
 }
 
-}  // namespace
+}  // namespace decode_test
 }  // namespace lk::emulator

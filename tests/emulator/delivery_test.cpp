@@ -8,7 +8,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace delivery_test {
 
 using namespace std::chrono_literals;
 
@@ -216,5 +216,5 @@ TEST(Delivery, EachWatcherLooksAtItsOwnTimes) {
   EXPECT_EQ(bus.time(), 30ms);
 }
 
-}  // namespace
+}  // namespace delivery_test
 }  // namespace lk::emulator

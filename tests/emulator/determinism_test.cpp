@@ -7,7 +7,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace determinism_test {
 
 using namespace std::chrono_literals;
 
@@ -168,5 +168,5 @@ TEST(Company, DoesNotMatter) {
   EXPECT_EQ(run_plainly(Bus(alone), frames).replies, expected);
 }
 
-}  // namespace
+}  // namespace determinism_test
 }  // namespace lk::emulator

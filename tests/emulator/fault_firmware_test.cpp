@@ -5,7 +5,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_firmware_test {
 
 using namespace std::chrono_literals;
 using test::answers;
@@ -385,5 +385,5 @@ TEST(MemoryFaults, WhoHasNothingToForgetForgetsNothing) {
   EXPECT_FALSE(evidence(host, 1).first_effect_at);
 }
 
-}  // namespace
+}  // namespace fault_firmware_test
 }  // namespace lk::emulator

@@ -13,7 +13,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_listing_test {
 
 std::string document(const std::string& name) {
   std::ostringstream text;
@@ -106,5 +106,5 @@ TEST(ConfigListing, CountsTheFaultsOfADriveAmongItsEvents) {
   EXPECT_EQ(events_of(3), "2");
 }
 
-}  // namespace
+}  // namespace fault_listing_test
 }  // namespace lk::emulator

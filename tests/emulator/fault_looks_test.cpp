@@ -5,7 +5,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_looks_test {
 
 using namespace std::chrono_literals;
 using test::answers;
@@ -70,5 +70,5 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   EXPECT_FALSE(host.bus.next_due());
 }
 
-}  // namespace
+}  // namespace fault_looks_test
 }  // namespace lk::emulator

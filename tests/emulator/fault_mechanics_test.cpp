@@ -5,7 +5,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_mechanics_test {
 
 using namespace std::chrono_literals;
 using test::clear;
@@ -251,5 +251,5 @@ TEST(MechanicsFaults, HundredsOfAKindAreNoMoreThanTheStrongest) {
   }
 }
 
-}  // namespace
+}  // namespace fault_mechanics_test
 }  // namespace lk::emulator

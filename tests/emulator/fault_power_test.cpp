@@ -5,7 +5,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_power_test {
 
 using namespace std::chrono_literals;
 using model::Error;
@@ -201,5 +201,5 @@ TEST(PowerStageFaults, ADeadBridgeDrivesNothingAndReportsNothing) {
   EXPECT_GT(host.bus.truth(1).omega_m, 0.0);
 }
 
-}  // namespace
+}  // namespace fault_power_test
 }  // namespace lk::emulator

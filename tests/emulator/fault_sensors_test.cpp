@@ -5,7 +5,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace fault_sensors_test {
 
 using namespace std::chrono_literals;
 using model::Error;
@@ -300,5 +300,5 @@ TEST(SlowSensorFaults, AVoltageIsOff) {
   expect_shown(evidence(host), 0ms, 9);
 }
 
-}  // namespace
+}  // namespace fault_sensors_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/fault_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace faults_test {
 
 using namespace std::chrono_literals;
 using test::answers;
@@ -411,5 +411,5 @@ TEST(Faults, HappenTheSameWhateverTheSlicing) {
   EXPECT_FALSE(same_replies(replies, sliced_run(1, 8).first));  // another seed
 }
 
-}  // namespace
+}  // namespace faults_test
 }  // namespace lk::emulator

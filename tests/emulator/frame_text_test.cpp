@@ -7,7 +7,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace frame_text_test {
 
 using protocol::Frame;
 using protocol::FrameKind;
@@ -76,5 +76,5 @@ TEST(FrameText, WritesNoMoreThanAFrameHolds) {
   EXPECT_EQ(frame_text(longer), "141#0102");
 }
 
-}  // namespace
+}  // namespace frame_text_test
 }  // namespace lk::emulator

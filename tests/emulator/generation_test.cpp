@@ -12,7 +12,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace generation_test {
 
 using namespace std::chrono_literals;
 using test::drive;
@@ -411,5 +411,5 @@ TEST(Generation, BrakeTellsItsCoil) {
   EXPECT_EQ(host.ask("141#8C10000000000000"), frame("141#8C00000000000000"));
 }
 
-}  // namespace
+}  // namespace generation_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace golden_test {
 
 struct Trace {
   std::vector<TimedFrame> sent;
@@ -53,5 +53,5 @@ TEST(Golden, RestingDrive) {
   }
 }
 
-}  // namespace
+}  // namespace golden_test
 }  // namespace lk::emulator

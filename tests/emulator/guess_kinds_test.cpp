@@ -16,7 +16,7 @@
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace guess_kinds_test {
 
 using namespace std::chrono_literals;
 using test::guessed;
@@ -350,5 +350,5 @@ TEST(GuessKinds, NeverDeniesWhatADriveIs) {
   EXPECT_GT(told, 4 * undecided);
 }
 
-}  // namespace
+}  // namespace guess_kinds_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/guess_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace guess_test {
 
 using namespace std::chrono_literals;
 using test::guessed;
@@ -227,5 +227,5 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
   }
 }
 
-}  // namespace
+}  // namespace guess_test
 }  // namespace lk::emulator

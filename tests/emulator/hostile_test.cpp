@@ -12,7 +12,7 @@
 #include "tests/emulator/http_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace hostile_test {
 
 using namespace std::string_literals;
 
@@ -383,5 +383,5 @@ TEST_F(Hostile, WhoReadsNoTelemetryMissesSamplesAndHoldsUpNobody) {
   EXPECT_TRUE(awake.get().ends_with("\"lost\":"));
 }
 
-}  // namespace
+}  // namespace hostile_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/emulator/http_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace http_test {
 
 TEST_F(Served, AnswersAndStaysConnected) {
   start();
@@ -280,5 +280,5 @@ TEST_F(Served, TelemetryTellsEveryInstantOfSimulatedTime) {
   }
 }
 
-}  // namespace
+}  // namespace http_test
 }  // namespace lk::emulator

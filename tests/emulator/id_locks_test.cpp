@@ -16,7 +16,7 @@
 #include "emulator/program/cli.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace id_locks_test {
 
 /// Of this process alone: the network namespace is everybody's.
 std::string bus(const std::string& name = "") { return "t" + std::to_string(::getpid()) + name; }
@@ -147,5 +147,5 @@ TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   EXPECT_EQ(taken(locks, bus(), 3), "");
 }
 
-}  // namespace
+}  // namespace id_locks_test
 }  // namespace lk::emulator

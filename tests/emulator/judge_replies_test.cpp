@@ -6,7 +6,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace judge_replies_test {
 
 using namespace std::chrono_literals;
 using Status = ExpectationResult::Status;
@@ -135,5 +135,5 @@ TEST(JudgeReplies, FieldsAreThoseOfTheProtocol) {
   }
 }
 
-}  // namespace
+}  // namespace judge_replies_test
 }  // namespace lk::emulator

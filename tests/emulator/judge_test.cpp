@@ -10,7 +10,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace judge_test {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -330,5 +330,5 @@ TEST(Judge, ReadsWhatARepliesSays) {
   EXPECT_EQ(volts.status(), Status::kPassed);
 }
 
-}  // namespace
+}  // namespace judge_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "emulator/program/language_option.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace language_test {
 
 TEST(Language, ChoosesBetweenTheWords) {
   const Words brake{"brake", "抱闸"};
@@ -42,5 +42,5 @@ TEST(Language, IsThatOfTheFirstLocaleVariableThatIsSet) {
   EXPECT_EQ(chosen_language(""), Language::kEnglish);
 }
 
-}  // namespace
+}  // namespace language_test
 }  // namespace lk::emulator

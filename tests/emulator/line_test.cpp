@@ -13,7 +13,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace line_test {
 
 /// The log's lines, as long as it lives.
 class Log {
@@ -60,5 +60,5 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
 }
 
-}  // namespace
+}  // namespace line_test
 }  // namespace lk::emulator

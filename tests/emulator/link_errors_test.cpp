@@ -8,7 +8,7 @@
 #include "tests/emulator/link_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace link_errors_test {
 
 // --- silence and noise
 // --------------------------------------------------------------------------------------------
@@ -236,5 +236,5 @@ TEST(LinkFaults, APowerCycleEndsBusOff) {
   expect_balanced(rig.bus, rig.seen, "bus off and off");
 }
 
-}  // namespace
+}  // namespace link_errors_test
 }  // namespace lk::emulator

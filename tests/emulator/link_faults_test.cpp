@@ -9,7 +9,7 @@
 #include "tests/emulator/link_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace link_faults_test {
 
 // --- drop, corrupt
 // ----------------------------------------------------------------------------------------------
@@ -353,5 +353,5 @@ TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {
   EXPECT_EQ(rig.talk(kAsk, 2ms).size(), 1U);
 }
 
-}  // namespace
+}  // namespace link_faults_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/emulator/link_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace link_soak_test {
 
 // --- all kinds
 // ----------------------------------------------------------------------------------------------------
@@ -154,5 +154,5 @@ TEST(LinkFaults, TheBooksBalanceWhateverHappens) {
   }
 }
 
-}  // namespace
+}  // namespace link_soak_test
 }  // namespace lk::emulator

@@ -7,7 +7,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace live_scenario_test {
 
 using namespace std::chrono_literals;
 
@@ -137,5 +137,5 @@ TEST_F(Live, WhatItHadPlannedIsNotDoneOnceItIsStopped) {
   EXPECT_EQ(overs_, 0);
 }
 
-}  // namespace
+}  // namespace live_scenario_test
 }  // namespace lk::emulator

@@ -14,7 +14,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace log_compare_test {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
@@ -299,5 +299,5 @@ TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
   EXPECT_EQ(find(comparison, 0x9C)->extra, 0U);
 }
 
-}  // namespace
+}  // namespace log_compare_test
 }  // namespace lk::emulator

@@ -16,7 +16,7 @@
 #include "tests/support/no_threads.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace log_writer_test {
 
 TEST(LogWriter, SaysOnceThatTheDiskIsFullAndWritesNothingMore) {
   std::array files = {Descriptor(::open("/dev/full", O_WRONLY)),
@@ -59,5 +59,5 @@ TEST(LogWriter, WhoGetsNoThreadForItHearsSignalsAsBefore) {
   for (const int signal : {SIGTERM, SIGINT}) EXPECT_EQ(sigismember(&blocked, signal), 0) << signal;
 }
 
-}  // namespace
+}  // namespace log_writer_test
 }  // namespace lk::emulator

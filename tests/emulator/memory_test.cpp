@@ -5,7 +5,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace memory_test {
 
 using namespace std::chrono_literals;
 using test::Host;
@@ -256,5 +256,5 @@ TEST(Memory, ALaterWriteThatIsCutShortBringsNothing) {
   }
 }
 
-}  // namespace
+}  // namespace memory_test
 }  // namespace lk::emulator

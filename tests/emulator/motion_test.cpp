@@ -10,7 +10,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace motion_test {
 
 using namespace std::chrono_literals;
 using test::Host;
@@ -301,5 +301,5 @@ TEST(Geared, EncoderSpansTheOutputTurn) {
   }
 }
 
-}  // namespace
+}  // namespace motion_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include <numbers>
 
 namespace lk::emulator {
-namespace {
+namespace motor_figures_test {
 
 using std::numbers::pi;
 
@@ -79,5 +79,5 @@ TEST(MotorFigures, HaveTheBandwidthsOfTheFactoryBytes) {
   EXPECT_EQ(motor_figures(profile).current_bandwidth_Hz, 0);
 }
 
-}  // namespace
+}  // namespace motor_figures_test
 }  // namespace lk::emulator

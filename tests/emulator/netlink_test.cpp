@@ -9,7 +9,7 @@
 #include <chrono>
 
 namespace lk::emulator {
-namespace {
+namespace netlink_test {
 
 using Clock = std::chrono::steady_clock;
 
@@ -73,5 +73,5 @@ TEST(LinkState, IsWhatTheKernelSays) {
   EXPECT_EQ(link_state("nosuchbus").index, 0);
 }
 
-}  // namespace
+}  // namespace netlink_test
 }  // namespace lk::emulator

@@ -13,7 +13,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace output_file_test {
 
 namespace fs = std::filesystem;
 
@@ -93,5 +93,5 @@ TEST(OutputFile, WhatIsOpenAlreadyGoesOnWhereItIs) {
   EXPECT_TRUE(fs::is_symlink(directory.path() / "stdout"));
 }
 
-}  // namespace
+}  // namespace output_file_test
 }  // namespace lk::emulator

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace lk::emulator {
-namespace {
+namespace pacer_test {
 
 using namespace std::chrono_literals;
 
@@ -108,5 +108,5 @@ TEST(ClockMode, HasWords) {
   }
 }
 
-}  // namespace
+}  // namespace pacer_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace parameter_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -247,5 +247,5 @@ TEST(Parameters, ByteCommandsWriteNoKdToRom) {
   EXPECT_EQ(host.bus.servo(1).rom().gains.current_ki, 6);
 }
 
-}  // namespace
+}  // namespace parameter_test
 }  // namespace lk::emulator

@@ -17,7 +17,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace plot_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -453,5 +453,5 @@ TEST(PlotSvg, HasNoPanelOfAnEmptyFile) {
   EXPECT_TRUE(svg.ends_with("</svg>\n"));
 }
 
-}  // namespace
+}  // namespace plot_test
 }  // namespace lk::emulator

@@ -9,7 +9,7 @@
 #include "tests/emulator/position_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace position_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -302,5 +302,5 @@ TEST(ClearAngle, LetsNothingGoThatIsStopped) {
   EXPECT_EQ(host.run_state(), RunState::kStopped);
 }
 
-}  // namespace
+}  // namespace position_test
 }  // namespace lk::emulator

@@ -2,22 +2,16 @@
 
 #include <random>
 
+#include "tests/emulator/fault_support.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace power_test {
 
 using namespace std::chrono_literals;
 using test::Host;
 using test::powered_bus;
 using test::powered_drive;
-
-bool answers(Host& host, int id = 1) {
-  protocol::Frame query;
-  query.id = 0x140U + static_cast<std::uint32_t>(id);
-  query.data[0] = 0x9C;
-  return !host.talk(query).empty();
-}
 
 TEST(Power, OffIsDeadWhenTheLinkIsEmptyAndOnBootsAnew) {
   Host host(powered_bus({1, 2}));
@@ -265,5 +259,5 @@ TEST(Power, ACrowdedRunDoesNotDependOnHowItIsSliced) {
   EXPECT_EQ(once, sliced_run(20000, 4ms, config));
 }
 
-}  // namespace
+}  // namespace power_test
 }  // namespace lk::emulator

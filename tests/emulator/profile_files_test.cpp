@@ -10,7 +10,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace profile_files_test {
 
 std::string refusal(const std::string& file, std::uintmax_t longest) {
   try {
@@ -49,5 +49,5 @@ TEST(RegularFile, NothingElseIsRead) {
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");
 }
 
-}  // namespace
+}  // namespace profile_files_test
 }  // namespace lk::emulator

@@ -7,7 +7,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace protection_test {
 
 using namespace std::chrono_literals;
 using model::Error;
@@ -317,5 +317,5 @@ TEST(LegacyBits, AnErrorThatIsNotShownTurnsTheBridgeOffAllTheSame) {
   EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
 }
 
-}  // namespace
+}  // namespace protection_test
 }  // namespace lk::emulator

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace {
+namespace purity_test {
 
 namespace fs = std::filesystem;
 
@@ -132,4 +132,4 @@ TEST(Purity, LinkGraph) {
             (std::set<std::string>{"lk_protocol", "lk_model"}));
 }
 
-}  // namespace
+}  // namespace purity_test

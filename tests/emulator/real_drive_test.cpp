@@ -15,7 +15,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::test {
-namespace {
+namespace real_drive_test {
 
 using std::chrono::milliseconds;
 
@@ -190,5 +190,5 @@ TEST(RealMs4015, ChangesItsSpeedLikeTheLog) {
   EXPECT_LE(mean(cruise), 0.120);
 }
 
-}  // namespace
+}  // namespace real_drive_test
 }  // namespace lk::test

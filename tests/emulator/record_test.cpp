@@ -20,7 +20,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace record_test {
 
 namespace fs = std::filesystem;
 using std::chrono::microseconds;
@@ -401,5 +401,5 @@ TEST_F(Record, WantsADirectoryOfItsOwn) {
   EXPECT_EQ(text_of(directory() / "mine"), "precious");
 }
 
-}  // namespace
+}  // namespace record_test
 }  // namespace lk::emulator

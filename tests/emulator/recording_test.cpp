@@ -13,7 +13,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace recording_test {
 
 const std::string kMotors = LKEMU_SOURCE_DIR "/configs/motors/";
 
@@ -154,5 +154,5 @@ TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
   EXPECT_EQ(read.buses[1].servos[0].quirks.dialect.reply_id_base, 0x180U);
 }
 
-}  // namespace
+}  // namespace recording_test
 }  // namespace lk::emulator

@@ -16,7 +16,7 @@
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace robots_test {
 
 using namespace std::chrono_literals;
 
@@ -161,5 +161,5 @@ TEST(Robots, AreAllTested) {
   EXPECT_EQ(files, 5U) << "name the new one above";
 }
 
-}  // namespace
+}  // namespace robots_test
 }  // namespace lk::emulator

@@ -7,7 +7,7 @@
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace rom_file_test {
 
 ServoConfig drive() {
   ServoConfig servo;
@@ -196,5 +196,5 @@ TEST(RomFile, NoiseIsRefusedAndNothingElseHappens) {
   EXPECT_TRUE(error_of("format = 1\nformat = 1\n").starts_with("rom.toml:2: "));
 }
 
-}  // namespace
+}  // namespace rom_file_test
 }  // namespace lk::emulator

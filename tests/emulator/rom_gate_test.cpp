@@ -18,7 +18,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace rom_gate_test {
 
 using protocol::Frame;
 
@@ -395,5 +395,5 @@ TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
             "vcan0:1: ROM not written: Input/output error; the drive continues with RAM\n");
 }
 
-}  // namespace
+}  // namespace rom_gate_test
 }  // namespace lk::emulator

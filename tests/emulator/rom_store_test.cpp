@@ -13,7 +13,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace rom_store_test {
 
 std::vector<BusConfig> one_drive() {
   BusConfig bus;
@@ -153,5 +153,5 @@ TEST(StateDirectory, FollowsTheXdgBaseDirectories) {
   EXPECT_EQ(state_directory(nullptr, nullptr), "");
 }
 
-}  // namespace
+}  // namespace rom_store_test
 }  // namespace lk::emulator

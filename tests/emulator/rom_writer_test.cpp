@@ -14,7 +14,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace rom_writer_test {
 
 /// Files must not become larger than so many bytes, as on a full disk.
 class SizeLimit {
@@ -203,5 +203,5 @@ TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {
   }
 }
 
-}  // namespace
+}  // namespace rom_writer_test
 }  // namespace lk::emulator

@@ -10,7 +10,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace run_state_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -378,5 +378,5 @@ TEST(MultiDrive, RefusedWithAnError) {
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);
 }
 
-}  // namespace
+}  // namespace run_state_test
 }  // namespace lk::emulator

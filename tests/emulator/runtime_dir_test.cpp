@@ -17,7 +17,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace runtime_dir_test {
 
 namespace fs = std::filesystem;
 
@@ -90,5 +90,5 @@ TEST_F(RuntimeDirectory, CtlTrustsNoneThatBelongsToSomebodyElse) {
                            " belongs to another user; --socket PATH says where it is");
 }
 
-}  // namespace
+}  // namespace runtime_dir_test
 }  // namespace lk::emulator

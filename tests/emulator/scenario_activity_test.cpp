@@ -10,7 +10,7 @@
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace scenario_activity_test {
 
 /// Reading a long one would keep the drives waiting.
 TEST(ScenarioActivity, AClientsScenarioIsShort) {
@@ -82,5 +82,5 @@ state = "running"
   EXPECT_EQ(t.get("/scenario").status, 200);
 }
 
-}  // namespace
+}  // namespace scenario_activity_test
 }  // namespace lk::emulator

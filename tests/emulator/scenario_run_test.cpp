@@ -8,7 +8,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace scenario_run_test {
 
 using namespace std::chrono_literals;
 using Kind = Period::Kind;
@@ -167,5 +167,5 @@ TEST(Signals, AreFoundByTheirWholeName) {
   }
 }
 
-}  // namespace
+}  // namespace scenario_run_test
 }  // namespace lk::emulator

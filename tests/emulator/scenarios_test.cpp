@@ -16,7 +16,7 @@
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace scenarios_test {
 
 namespace fs = std::filesystem;
 
@@ -186,5 +186,5 @@ TEST(Scenarios, TheDocumentsShowWhatIsPrinted) {
   EXPECT_EQ(shown, 2);
 }
 
-}  // namespace
+}  // namespace scenarios_test
 }  // namespace lk::emulator

@@ -10,7 +10,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace servo_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -250,5 +250,5 @@ TEST(States, PhaseCurrentsSumToZero) {
   EXPECT_GT(std::abs(state.i_a_A) + std::abs(state.i_b_A) + std::abs(state.i_c_A), 1.6);
 }
 
-}  // namespace
+}  // namespace servo_test
 }  // namespace lk::emulator

@@ -8,7 +8,7 @@
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace several_drives_test {
 
 using namespace std::chrono_literals;
 using test::drive;
@@ -129,5 +129,5 @@ TEST(SeveralDrives, OnlyInMultiDriveMode) {
   EXPECT_EQ(legacy.bus.stats().count(Drop::kForeignId), 1U);
 }
 
-}  // namespace
+}  // namespace several_drives_test
 }  // namespace lk::emulator

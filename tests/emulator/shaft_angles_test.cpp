@@ -6,7 +6,7 @@
 #include <numbers>
 
 namespace lk::emulator {
-namespace {
+namespace shaft_angles_test {
 
 Profile profile(int bits, EncoderSpan span = EncoderSpan::kRotorTurn, double gear_ratio = 1) {
   Profile result;
@@ -184,5 +184,5 @@ TEST(ShaftAngles, HalfATurnIsReadAsTheUpperEnd) {
   EXPECT_EQ(boots_at_cdeg(kHalfTurn + 4), -17999);
 }
 
-}  // namespace
+}  // namespace shaft_angles_test
 }  // namespace lk::emulator

@@ -7,7 +7,7 @@
 #include "tests/emulator/position_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace single_turn_test {
 
 using namespace std::chrono_literals;
 using test::frame;
@@ -122,5 +122,5 @@ TEST(SingleTurn, InvalidTargetsAreAnsweredAndCounted) {
   EXPECT_EQ(host.bus.stats().invalid_targets, 4U);
 }
 
-}  // namespace
+}  // namespace single_turn_test
 }  // namespace lk::emulator

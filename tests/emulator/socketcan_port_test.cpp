@@ -15,7 +15,7 @@
 #include "emulator/rom/durable_file.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace socketcan_port_test {
 
 /// While this lives no descriptor can be had.
 class NoDescriptors {
@@ -62,5 +62,5 @@ TEST(SocketCanPort, WithoutDescriptorsNoInterfaceIsCalledGone) {
             "lo: cannot open: socket: Too many open files\n");
 }
 
-}  // namespace
+}  // namespace socketcan_port_test
 }  // namespace lk::emulator

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace lk::emulator {
-namespace {
+namespace stamp_clock_test {
 
 using namespace std::chrono_literals;
 
@@ -101,5 +101,5 @@ TEST(StampClock, ReadsTheWallClockFirst) {
   EXPECT_LE(reading.mono, monotonic_now());
 }
 
-}  // namespace
+}  // namespace stamp_clock_test
 }  // namespace lk::emulator

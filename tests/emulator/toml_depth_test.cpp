@@ -9,7 +9,7 @@
 #include "emulator/config/config_reader.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace toml_depth_test {
 
 std::string key_of(int parts) {
   std::string key = "a";
@@ -68,5 +68,5 @@ TEST(ConfigError, IsOneLineWhateverItQuotes) {
   EXPECT_STREQ(error.what(), "a.toml:3: b?c: \"?[31m?\" is not one of d");
 }
 
-}  // namespace
+}  // namespace toml_depth_test
 }  // namespace lk::emulator

@@ -13,7 +13,7 @@
 #include "tests/emulator/http_support.hpp"
 
 namespace lk::emulator {
-namespace {
+namespace web_test {
 
 TEST_F(Served, TheDashboardIsServedAsItIs) {
   options_.http = HttpAddress{"127.0.0.1", 0};
@@ -195,5 +195,5 @@ TEST_F(Served, FramesCarryTheAdviceThatTheyGaveRiseTo) {
   EXPECT_EQ(told.find("\"advice\""), advice) << "the other one is as it should be";
 }
 
-}  // namespace
+}  // namespace web_test
 }  // namespace lk::emulator

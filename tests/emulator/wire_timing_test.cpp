@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace lk::emulator {
-namespace {
+namespace wire_timing_test {
 
 using namespace std::chrono_literals;
 
@@ -28,5 +28,5 @@ TEST(WireTiming, TicksAreExact) {
   EXPECT_EQ(ticks_until(year - 1ns, 32000), 365LL * 24 * 3600 * 32000 - 1);
 }
 
-}  // namespace
+}  // namespace wire_timing_test
 }  // namespace lk::emulator

@@ -12,7 +12,7 @@
 #include "tests/formats/codec_values.hpp"
 
 namespace lk::formats {
-namespace {
+namespace fields_test {
 
 using protocol::Frame;
 using protocol::Opcode;
@@ -217,5 +217,5 @@ TEST(Fields, BitsHaveOneMeaningAndNamesToo) {
   }
 }
 
-}  // namespace
+}  // namespace fields_test
 }  // namespace lk::formats

@@ -5,7 +5,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace control_test {
 
 TEST(VoltageLimits, StallCurrentIsTheVoltageOverTheResistance) {
   DriveParams d = ideal_drive();
@@ -263,5 +263,5 @@ TEST(IntegralGains, ZeroForgetsTheCurrentLoops) {
   EXPECT_NEAR(bank.truth(0).i_q, 2.0 * kp / (kp + d.motor.R_s), 0.02);
 }
 
-}  // namespace
+}  // namespace control_test
 }  // namespace lk::model::test

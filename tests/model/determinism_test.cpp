@@ -5,7 +5,7 @@
 #include "tests/model/mixed_run.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace determinism_test {
 
 const std::vector<int> kCompany{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
 
@@ -219,5 +219,5 @@ TEST(Determinism, SeedChangesTheNoiseAndNothingElse) {
   EXPECT_EQ(bits_of(silent, 0), bits_of(silent, 1));
 }
 
-}  // namespace
+}  // namespace determinism_test
 }  // namespace lk::model::test

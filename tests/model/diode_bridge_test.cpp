@@ -2,7 +2,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace diode_bridge_test {
 
 constexpr double kDiode = 0.8;  // V
 
@@ -162,5 +162,5 @@ TEST(DiodeBridge, TakesDownACurrentThatMakesTorqueOnly) {
   EXPECT_NEAR(plant.s.i_d, 0.0, 0.01);
 }
 
-}  // namespace
+}  // namespace diode_bridge_test
 }  // namespace lk::model::test

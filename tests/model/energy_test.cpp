@@ -3,7 +3,7 @@
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace energy_test {
 
 double residual(const EnergyLedger& now, const EnergyLedger& start) {
   const double spent = now.copper + now.inverter + now.friction + now.gear + now.load + now.stored;
@@ -107,5 +107,5 @@ TEST(EnergyLedger, ClosesWithASpringAndPlayInTheGear) {
   });
 }
 
-}  // namespace
+}  // namespace energy_test
 }  // namespace lk::model::test

@@ -2,7 +2,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace fault_effects_test {
 
 /// A drive with a little of everything, told `setpoint` for a while.
 DriveBank drive_at(const Setpoint& setpoint, const Faults& in_force = {}) {
@@ -208,5 +208,5 @@ TEST(TakesEffect, AWrongClockWhereTimeCounts) {
   EXPECT_FALSE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.0}));
 }
 
-}  // namespace
+}  // namespace fault_effects_test
 }  // namespace lk::model::test

@@ -4,7 +4,7 @@
 #include "tests/support/sanitizer.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace fault_survival_test {
 
 constexpr int kRounds = kAddressSanitizer ? 60 : 600;
 
@@ -179,5 +179,5 @@ TEST(FaultSurvival, HealedTheDriveWorksAsBefore) {
   }
 }
 
-}  // namespace
+}  // namespace fault_survival_test
 }  // namespace lk::model::test

@@ -2,7 +2,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace gear_load_test {
 
 DriveParams geared() {
   DriveParams d = ideal_drive();
@@ -201,5 +201,5 @@ TEST(EndStops, HoldTheOutputAndLetItLeave) {
   }
 }
 
-}  // namespace
+}  // namespace gear_load_test
 }  // namespace lk::model::test

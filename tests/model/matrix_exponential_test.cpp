@@ -7,7 +7,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace matrix_exponential_test {
 
 /// d/dt [i; ∫i; u] = [A 0 I; I 0 0; 0 0 0]·[i; ∫i; u]: one exponential gives the currents at the
 /// end and their integrals, with the constant input carried along.
@@ -58,5 +58,5 @@ TEST(MatrixExponential, AgreesWithTheClosedFormForRandomMachines) {
   }
 }
 
-}  // namespace
+}  // namespace matrix_exponential_test
 }  // namespace lk::model::test

@@ -3,7 +3,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace mechanics_test {
 
 DriveParams with_friction(double tau_coulomb) {
   DriveParams d = ideal_drive();
@@ -171,5 +171,5 @@ TEST(Mechanics, ACogglessRotorStoresNothingInCogging) {
   EXPECT_NEAR(stored_energy(plant.p, plant.s), 0.5 * d.supply.C_link * 24.0 * 24.0, 1e-12);
 }
 
-}  // namespace
+}  // namespace mechanics_test
 }  // namespace lk::model::test

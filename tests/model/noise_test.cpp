@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace lk::model {
-namespace {
+namespace noise_test {
 
 constexpr int kCount = 1'000'000;
 
@@ -91,5 +91,5 @@ TEST(Noise, NoSeedIsSilent) {
   EXPECT_NE(normal_deviate(word), first);
 }
 
-}  // namespace
+}  // namespace noise_test
 }  // namespace lk::model

@@ -7,7 +7,7 @@
 #include "model/trig.hpp"
 
 namespace lk::model {
-namespace {
+namespace numbers_test {
 
 constexpr double kSeries = 3e-10;  // what the polynomials promise
 
@@ -94,5 +94,5 @@ TEST(OwnTrigonometry, DecayIsZeroWhereADoubleIs) {
   for (const double x : {-2000.0, -1e300, -HUGE_VAL}) EXPECT_EQ(exp_decay(x), 0.0) << x;
 }
 
-}  // namespace
+}  // namespace numbers_test
 }  // namespace lk::model

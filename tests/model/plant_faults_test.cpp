@@ -3,7 +3,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace plant_faults_test {
 
 DriveParams geared() {
   DriveParams d = ideal_drive();
@@ -285,5 +285,5 @@ TEST(PlantFault, WhatChangesAtOnceIsBooked) {
   EXPECT_NEAR(residual(end, start), 0.0, 1e-3 * (end.supply - start.supply));
 }
 
-}  // namespace
+}  // namespace plant_faults_test
 }  // namespace lk::model::test

@@ -4,7 +4,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace power_brake_test {
 
 TEST(Life, DiesBelowTheThresholdAndBootsAboveTheHysteresis) {
   const LogicParams p{.v_reset = 6.0, .v_reset_hysteresis = 0.5, .boot_time = 0.01};
@@ -196,5 +196,5 @@ TEST(VoltageMode, MaxPowerLimitsTheSpeedLoopAndNotTheOpenLoop) {
   EXPECT_NEAR(bank.truth(0).omega_m, 0.8 * omega_full, 0.02 * omega_full);
 }
 
-}  // namespace
+}  // namespace power_brake_test
 }  // namespace lk::model::test

@@ -3,7 +3,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace profile_motion_test {
 
 struct Move {
   double duration = 0, fastest = 0, steepest = 0, end = 0, overshoot = 0;
@@ -182,5 +182,5 @@ TEST(Limits, CurrentNeverExceedsTheSettingNorSpeedTheFrame) {
   EXPECT_LE(std::abs(bank.truth(0).i_q_ref), 3.0);
 }
 
-}  // namespace
+}  // namespace profile_motion_test
 }  // namespace lk::model::test

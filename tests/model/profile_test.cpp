@@ -4,7 +4,7 @@
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace profile_test {
 
 /// No-load speed at the output, rpm, and supply voltage, as the vendors print them. MG6012-i36: not
 /// printed.
@@ -50,5 +50,5 @@ TEST(Profiles, CoverEveryRowOfTheTable) {
   EXPECT_NE(std::find(names.begin(), names.end(), "mg6012-i36"), names.end());
 }
 
-}  // namespace
+}  // namespace profile_test
 }  // namespace lk::model::test

@@ -4,7 +4,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace protection_test {
 
 constexpr double kPeriod = 125e-6;
 using Settings = std::array<Protection, kErrorKinds>;
@@ -183,5 +183,5 @@ TEST(Protection, TrippedDriveOpensItsBridgeAndStaysOff) {
   EXPECT_NEAR(bank.truth(0).i_q, 2.0, 0.05);
 }
 
-}  // namespace
+}  // namespace protection_test
 }  // namespace lk::model::test

@@ -3,7 +3,7 @@
 #include "tests/support/profile.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace rated_heat_test {
 
 constexpr double kOmega = 10.0;  // rad/s at the rotor: slow, and past the break-away torque
 
@@ -64,5 +64,5 @@ TEST(RatedHeat, IsNinetyDegreesAtTheRatedTorque) {
   }
 }
 
-}  // namespace
+}  // namespace rated_heat_test
 }  // namespace lk::model::test

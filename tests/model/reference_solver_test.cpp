@@ -6,7 +6,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace reference_solver_test {
 
 DriveParams smooth_drive() {
   DriveParams d = ideal_drive();
@@ -159,5 +159,5 @@ TEST(ReferenceSolver, ErrorFallsWithTheSquareOfThePeriod) {
   EXPECT_LT(coarse.current, 1e-2);
 }
 
-}  // namespace
+}  // namespace reference_solver_test
 }  // namespace lk::model::test

@@ -5,7 +5,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace sensor_faults_test {
 
 constexpr double kCounts14 = 16384.0;
 
@@ -264,5 +264,5 @@ TEST(ClockFault, BootingTakesItsTimeByThatClock) {
   }
 }
 
-}  // namespace
+}  // namespace sensor_faults_test
 }  // namespace lk::model::test

@@ -6,7 +6,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace sensors_test {
 
 double counts(const DriveParams& d, double theta, double omega = 0.0) {
   std::uint64_t noise = 1;
@@ -150,5 +150,5 @@ TEST(SlowSensors, RoundVoltageAndTemperaturesToTheirSteps) {
   EXPECT_NEAR(m.temp_driver, 61.5, 1e-12);
 }
 
-}  // namespace
+}  // namespace sensors_test
 }  // namespace lk::model::test

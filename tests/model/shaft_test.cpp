@@ -2,7 +2,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace shaft_test {
 
 DriveParams geared(double stiffness) {
   DriveParams d = ideal_drive();
@@ -158,5 +158,5 @@ TEST(Encoder, AngleThatIsNoNumberOfCountsIsNone) {
   }
 }
 
-}  // namespace
+}  // namespace shaft_test
 }  // namespace lk::model::test

@@ -3,7 +3,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace stage_faults_test {
 
 constexpr double kDiode = 0.8;  // V
 
@@ -345,5 +345,5 @@ INSTANTIATE_TEST_SUITE_P(BrokenLegs, LegFaults,
                                          LegFault::kLowOpen, LegFault::kHighShorted,
                                          LegFault::kLowShorted));
 
-}  // namespace
+}  // namespace stage_faults_test
 }  // namespace lk::model::test

@@ -4,7 +4,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace supply_thermal_test {
 
 TEST(Supply, LinkFollowsTheRcStepExactly) {
   DriveParams d = ideal_drive();
@@ -153,5 +153,5 @@ TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
   EXPECT_NEAR(plant.inverter(), 1.5 * d.inverter.R_on * 25.0 * 0.1, 4e-4);
 }
 
-}  // namespace
+}  // namespace supply_thermal_test
 }  // namespace lk::model::test

@@ -5,7 +5,7 @@
 #include "tests/support/sanitizer.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace survival_test {
 
 // Instrumented it would take too long; the build that is not does the whole time.
 constexpr double kMinute = kAddressSanitizer ? 6.0 : 60.0;
@@ -179,5 +179,5 @@ TEST(Standstill, TenMinutesOfASmallTorqueMoveNoProfile) {
   }
 }
 
-}  // namespace
+}  // namespace survival_test
 }  // namespace lk::model::test

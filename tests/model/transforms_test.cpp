@@ -10,7 +10,7 @@
 #include "model/control/svpwm.hpp"
 
 namespace lk::model {
-namespace {
+namespace transforms_test {
 
 constexpr double kRounding = 1e-12;  // a few operations on numbers of order ten
 
@@ -131,5 +131,5 @@ TEST(SpaceVector, DutiesAreWholeTimerCountsWithinTheirLimits) {
   }
 }
 
-}  // namespace
+}  // namespace transforms_test
 }  // namespace lk::model

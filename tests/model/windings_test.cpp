@@ -4,7 +4,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace windings_test {
 
 struct Machine {
   double R = 0.14, L_d = 0.12e-3, L_q = 0.12e-3, psi = 0.00499, omega_e = 0.0;
@@ -204,5 +204,5 @@ TEST(Windings, ALostMagnetDoesNotComeBackReversed) {
   EXPECT_EQ(plant.s.tau_e, 0.0);  // L_d = L_q: without a magnet there is no torque
 }
 
-}  // namespace
+}  // namespace windings_test
 }  // namespace lk::model::test

@@ -4,7 +4,7 @@
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
-namespace {
+namespace windup_test {
 
 constexpr std::int64_t kPeriod = 4;  // ticks of the motion loops
 constexpr double kPeriod_s = 4.0 / 32e3;
@@ -111,5 +111,5 @@ TEST(VoltageMode, SpeedLoopDoesNotWindUpAgainstTheSupply) {
   EXPECT_NEAR(bank.truth(0).omega_m, wanted, 0.05 * wanted);
 }
 
-}  // namespace
+}  // namespace windup_test
 }  // namespace lk::model::test

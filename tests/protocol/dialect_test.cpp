@@ -10,7 +10,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::protocol {
-namespace {
+namespace dialect_test {
 
 using test::frame;
 
@@ -411,5 +411,5 @@ TEST(Dialect, AnyCommandComesOutOfItsSlot) {
   EXPECT_EQ(std::get<Query>(for_drive(5, torque, kMgV236)).command, torque.command);
 }
 
-}  // namespace
+}  // namespace dialect_test
 }  // namespace lk::protocol

@@ -7,7 +7,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::protocol {
-namespace {
+namespace frame_bits_test {
 
 using test::frame;
 
@@ -93,5 +93,5 @@ TEST(FrameBits, EqualsTheWrittenOutStream) {
   }
 }
 
-}  // namespace
+}  // namespace frame_bits_test
 }  // namespace lk::protocol

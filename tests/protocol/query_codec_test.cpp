@@ -10,7 +10,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::protocol {
-namespace {
+namespace query_codec_test {
 
 using test::frame;
 
@@ -204,5 +204,5 @@ TEST(QueryCodec, RejectsWithTheReason) {
   EXPECT_EQ(reject(query), Reject::kErrorFrame);
 }
 
-}  // namespace
+}  // namespace query_codec_test
 }  // namespace lk::protocol

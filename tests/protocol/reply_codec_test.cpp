@@ -9,7 +9,7 @@
 #include "tests/support/frames.hpp"
 
 namespace lk::protocol {
-namespace {
+namespace reply_codec_test {
 
 using test::frame;
 
@@ -161,5 +161,5 @@ TEST(ReplyCodec, RejectsWithTheReason) {
   EXPECT_EQ(reject("141#9A"), Reject::kWrongLength);
 }
 
-}  // namespace
+}  // namespace reply_codec_test
 }  // namespace lk::protocol

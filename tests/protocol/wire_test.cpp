@@ -6,7 +6,7 @@
 #include <limits>
 
 namespace lk::protocol {
-namespace {
+namespace wire_test {
 
 TEST(Wire, LittleEndian) {
   const Payload data{0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88};
@@ -89,5 +89,5 @@ TEST(Quantize, EveryFieldValueSurvives) {
   }
 }
 
-}  // namespace
+}  // namespace wire_test
 }  // namespace lk::protocol

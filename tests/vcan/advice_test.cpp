@@ -11,7 +11,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace advice_test {
 
 class Advice : public testing::Test {
  protected:
@@ -84,5 +84,5 @@ TEST_F(Advice, IsNotGivenToAHostThatWaitsForReplies) {
   EXPECT_EQ(end.status, 0) << end.err;
 }
 
-}  // namespace
+}  // namespace advice_test
 }  // namespace lk::vcan

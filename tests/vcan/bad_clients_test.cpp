@@ -15,7 +15,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace bad_clients_test {
 
 constexpr int kClients = 1000;
 const std::string kToken = "0123456789abcdef0123";
@@ -228,5 +228,5 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
   EXPECT_LE(count_of(exit.err, "refused: "), static_cast<int>(std::size(kTold)) + 3) << exit.err;
 }
 
-}  // namespace
+}  // namespace bad_clients_test
 }  // namespace lk::vcan

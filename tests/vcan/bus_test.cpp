@@ -16,7 +16,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace bus_test {
 
 using namespace std::chrono_literals;
 
@@ -339,5 +339,5 @@ TEST(Pace, APausedProgramSlipsAndSaysSo) {
   EXPECT_NE(result.out.find("simulated time slipped"), std::string::npos) << result.out;
 }
 
-}  // namespace
+}  // namespace bus_test
 }  // namespace lk::vcan

@@ -12,7 +12,7 @@
 #include "tests/vcan/emulator_process.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace cli_test {
 
 struct BadInput {
   const char* name;
@@ -438,5 +438,5 @@ TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
                             "be longer than an hour: if the clock was set, cut the log there\n");
 }
 
-}  // namespace
+}  // namespace cli_test
 }  // namespace lk::vcan

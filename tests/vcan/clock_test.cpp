@@ -19,7 +19,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace clock_test {
 
 using Clock = std::chrono::steady_clock;
 
@@ -186,5 +186,5 @@ TEST_F(WithControl, CtlFindsTheOnlyOneByItself) {
   ::unsetenv("XDG_RUNTIME_DIR");
 }
 
-}  // namespace
+}  // namespace clock_test
 }  // namespace lk::vcan

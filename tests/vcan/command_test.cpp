@@ -11,7 +11,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace command_test {
 
 using protocol::Opcode;
 
@@ -179,5 +179,5 @@ TEST_F(Command, TwoHostsSeeEachOthersQueriesAndAllReplies) {
   EXPECT_TRUE(other.query(2, {0x9C}));
 }
 
-}  // namespace
+}  // namespace command_test
 }  // namespace lk::vcan

@@ -7,7 +7,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace disk_test {
 
 namespace fs = std::filesystem;
 
@@ -254,5 +254,5 @@ TEST_F(Disk, WhatAKilledProgramLeftIsClearedAway) {
   }
 }
 
-}  // namespace
+}  // namespace disk_test
 }  // namespace lk::vcan

@@ -26,7 +26,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace flood_test {
 
 using Clock = std::chrono::steady_clock;
 
@@ -276,5 +276,5 @@ TEST_F(Flooded, OnAWireEveryFrameIsAccountedFor) { flood("1000000"); }
 
 TEST_F(Flooded, WithoutAWireEveryQueryIsAccountedFor) { flood("0"); }
 
-}  // namespace
+}  // namespace flood_test
 }  // namespace lk::vcan

@@ -14,7 +14,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace generation_test {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
@@ -274,5 +274,5 @@ TEST_F(Configured, TheFourDeliveredRobotsAnswer) {
   for (int id = 7; id <= 12; ++id) EXPECT_TRUE(hind.query(id, {0x92})) << id;
 }
 
-}  // namespace
+}  // namespace generation_test
 }  // namespace lk::vcan

@@ -12,7 +12,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace kill_everything_test {
 
 constexpr int kDrives = 4;
 constexpr int kKills = 12;
@@ -202,5 +202,5 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
   EXPECT_GT(heard, 4 * missing);
 }
 
-}  // namespace
+}  // namespace kill_everything_test
 }  // namespace lk::vcan

@@ -18,7 +18,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace kill_test {
 
 using Clock = std::chrono::steady_clock;
 
@@ -230,5 +230,5 @@ TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
   EXPECT_GT(acknowledged, static_cast<std::uint64_t>(kDirectories * kKillsEach));
 }
 
-}  // namespace
+}  // namespace kill_test
 }  // namespace lk::vcan

@@ -12,7 +12,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace live_scenario_test {
 
 class LiveScenario : public testing::Test {
  protected:
@@ -130,5 +130,5 @@ TEST_F(LiveScenario, OneWithMoreFaultsThanABusKeepsIsRefused) {
       << result.err;
 }
 
-}  // namespace
+}  // namespace live_scenario_test
 }  // namespace lk::vcan

@@ -13,7 +13,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace machine_test {
 
 // --- interfaces
 // -----------------------------------------------------------------------------------------
@@ -327,5 +327,5 @@ TEST_F(Processor, SharedWithManyThatGoFirstItStaysConsistent) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-}  // namespace
+}  // namespace machine_test
 }  // namespace lk::vcan

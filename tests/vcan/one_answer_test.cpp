@@ -15,7 +15,7 @@
 #include "tests/vcan/machine_support.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace one_answer_test {
 
 std::vector<std::string> on(const std::string& bus, const std::string& ids) {
   return {"--rom", ":memory:", "--control", "none", "--bus", bus, "--ids", ids};
@@ -203,5 +203,5 @@ TEST_F(RealBus, InThePlaceOfAVirtualOneItIsLeftAlone) {
   EXPECT_EQ(count_of(emulator.stop().err, "not a virtual interface"), 1);
 }
 
-}  // namespace
+}  // namespace one_answer_test
 }  // namespace lk::vcan

@@ -15,7 +15,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace record_test {
 
 namespace fs = std::filesystem;
 
@@ -223,5 +223,5 @@ TEST_F(Record, WantsADirectoryOfItsOwn) {
             "lk-emu: " + directory() + " is not empty; a recording needs a directory of its own\n");
 }
 
-}  // namespace
+}  // namespace record_test
 }  // namespace lk::vcan

@@ -12,7 +12,7 @@
 #include "tests/vcan/host.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace rom_test {
 
 namespace fs = std::filesystem;
 
@@ -322,5 +322,5 @@ TEST_F(SlowDisk, ASecondSignalEndsItAtOnce) {
       << result.out;
 }
 
-}  // namespace
+}  // namespace rom_test
 }  // namespace lk::vcan

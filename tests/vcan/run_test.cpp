@@ -12,7 +12,7 @@
 #include "tests/vcan/emulator_process.hpp"
 
 namespace lk::vcan {
-namespace {
+namespace run_test {
 
 namespace fs = std::filesystem;
 
@@ -259,5 +259,5 @@ TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
   EXPECT_EQ(run({reads}).status, 1);
 }
 
-}  // namespace
+}  // namespace run_test
 }  // namespace lk::vcan
