@@ -15,9 +15,12 @@ block() {
   }
 }
 
+# Sockets that hear vcan0.
+count_listeners() { cat /proc/net/can/rcvlist_* | grep -c vcan0; }
+
 # On a bus: with a CAN in the kernel, and no interface yet.
 talk() {
-  local start conversation expected line query reply
+  local start conversation expected listeners line query reply
   ip link del vcan0
   bash -exc "$(block 'Install and run' 2)"
   start=$(block 'Install and run' 3)
@@ -26,7 +29,13 @@ talk() {
   [[ $line == "lk-emu ready vcan0:1-4" ]] || { echo "bare: it said: $line" >&2 && return 1; }
   conversation=$(block 'A first conversation' 1)
   expected=$(grep -c '^cansend' <<<"$conversation")
-  exec 4< <(bash -c "$conversation")
+  # shellcheck disable=SC2034 # the trap reads it
+  listeners=$(count_listeners)
+  # A person types after candump has started; this waits for it.
+  exec 4< <(
+    trap '[[ $BASH_COMMAND != cansend* ]] || until (($(count_listeners) > listeners)); do sleep 0.1; done' DEBUG
+    eval "$conversation"
+  )
   for ((; expected > 0; --expected)); do
     if ! read -t 30 -r query <&4 || ! read -t 30 -r reply <&4; then
       echo "bare: no reply to: $query" >&2
