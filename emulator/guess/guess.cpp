@@ -55,34 +55,34 @@ std::size_t likeliest(Trait trait, const Evidence& evidence) {
 
 }  // namespace
 
-Guess judge(const Evidence& evidence) {
-  Guess verdict;
+Guess guess_of(const Evidence& evidence) {
+  Guess guess;
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
-    verdict.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
-    if (verdict.generations.back().against.empty()) {
-      verdict.fits.push_back(static_cast<Generation>(n));
+    guess.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
+    if (guess.generations.back().against.empty()) {
+      guess.fits.push_back(static_cast<Generation>(n));
     }
   }
-  const auto nearest = std::ranges::min_element(verdict.generations, nearer);
-  verdict.nearest = nearest->generation;
+  const auto nearest = std::ranges::min_element(guess.generations, nearer);
+  guess.nearest = nearest->generation;
   for (const Trait trait : nearest->against) {
-    verdict.quirks.push_back(
+    guess.quirks.push_back(
         {row_of(trait).key, row_of(trait).values.at(likeliest(trait, evidence))});
   }
   for (std::size_t n = 0; n < kTraitCount; ++n) {
     const auto trait = static_cast<Trait>(n);
     const ValueSet open = evidence.open(trait);
     if (open == 0) {
-      verdict.contradictory.push_back(trait);
+      guess.contradictory.push_back(trait);
     } else if (open != all_of(trait)) {
-      verdict.decided.push_back(trait);
+      guess.decided.push_back(trait);
     }
     const bool relevant =
         trait != Trait::kOpenLoop || evidence.open(Trait::kSeries) != only(kNotMs);
-    if (relevant && open != 0 && !evidence.decided(trait)) verdict.unknown.push_back(trait);
+    if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
   }
-  verdict.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
-  return verdict;
+  guess.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
+  return guess;
 }
 
 std::string Guess::options() const {

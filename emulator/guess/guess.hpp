@@ -40,6 +40,6 @@ struct Guess {
   std::string options() const;
 };
 
-Guess judge(const Evidence& evidence);
+Guess guess_of(const Evidence& evidence);
 
 }  // namespace lk::emulator

@@ -46,7 +46,7 @@ Json keys(const std::vector<Trait>& traits) {
 
 Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
   const Evidence& evidence = drive.evidence();
-  const Guess verdict = judge(evidence);
+  const Guess guess = guess_of(evidence);
   Json json = {{"type", "drive"},
                {"interface", interface},
                {"drive", id},
@@ -54,32 +54,32 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
                {"replies", drive.replies()}};
   if (drive.replies() == 0) return json;
   Json fits = Json::array();
-  for (const Generation one : verdict.fits) fits.push_back(generation_name(one));
+  for (const Generation one : guess.fits) fits.push_back(generation_name(one));
   Json generations = Json::array();
-  for (const GenerationFit& fit : verdict.generations) {
+  for (const GenerationFit& fit : guess.generations) {
     generations.push_back({{"generation", generation_name(fit.generation)},
                            {"against", keys(fit.against)},
                            {"frames_for", fit.frames_for},
                            {"frames_against", fit.frames_against}});
   }
   Json quirks = Json::object();
-  for (const QuirkOption& one : verdict.quirks) quirks[std::string(one.key)] = one.value;
+  for (const QuirkOption& one : guess.quirks) quirks[std::string(one.key)] = one.value;
   Json findings = Json::array();
-  for (const auto& traits : {verdict.decided, verdict.contradictory}) {
+  for (const auto& traits : {guess.decided, guess.contradictory}) {
     for (const Trait trait : traits) findings.push_back(finding(trait, evidence));
   }
   Json ask = Json::array();
-  for (const Trait trait : telling(verdict)) {
+  for (const Trait trait : telling(guess)) {
     ask.push_back({{"key", key_of(trait)}, {"send", probe_text(trait, id)}});
   }
-  json["foreign"] = verdict.foreign;
+  json["foreign"] = guess.foreign;
   json["fits"] = std::move(fits);
-  json["nearest"] = generation_name(verdict.nearest);
+  json["nearest"] = generation_name(guess.nearest);
   json["quirks"] = std::move(quirks);
   json["generations"] = std::move(generations);
   json["findings"] = std::move(findings);
-  json["contradictory"] = keys(verdict.contradictory);
-  json["unknown"] = keys(verdict.unknown);
+  json["contradictory"] = keys(guess.contradictory);
+  json["unknown"] = keys(guess.unknown);
   json["ask"] = std::move(ask);
   json["odd_currents"] = drive.odd_currents();
   json["odd_states"] = drive.odd_states();

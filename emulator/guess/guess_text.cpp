@@ -96,9 +96,9 @@ std::string contradiction(Trait trait, const Evidence& evidence, std::optional<S
   return text;
 }
 
-std::string generation_lines(const Guess& verdict, Language language) {
+std::string generation_lines(const Guess& guess, Language language) {
   std::string text;
-  for (const GenerationFit& fit : verdict.generations) {
+  for (const GenerationFit& fit : guess.generations) {
     const bool fits = fit.against.empty();
     text += say({"    {:<12} {} (frames for it: {}, against: {})\n",
                  "    {:<12} {}（支持的帧：{}，反对的帧：{}）\n"},
@@ -110,8 +110,8 @@ std::string generation_lines(const Guess& verdict, Language language) {
   return text;
 }
 
-std::string summary_of(const Guess& verdict, Language language) {
-  if (verdict.foreign) {
+std::string summary_of(const Guess& guess, Language language) {
+  if (guess.foreign) {
     return std::string(
         Words{"replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
               "and are not "
@@ -119,23 +119,23 @@ std::string summary_of(const Guess& verdict, Language language) {
               "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"}
             .in(language));
   }
-  if (verdict.fits.empty()) {
+  if (guess.fits.empty()) {
     return say({"a mixture, nearest to {}", "混合型，最接近 {}"}, language,
-               generation_name(verdict.nearest));
+               generation_name(guess.nearest));
   }
-  if (verdict.fits.size() == verdict.generations.size()) {
+  if (guess.fits.size() == guess.generations.size()) {
     return std::string(
         Words{"nothing in the log tells the generations apart", "日志里没有能分辨固件代的内容"}.in(
             language));
   }
-  return names(verdict.fits, Words{" or ", " 或 "}.in(language));
+  return names(guess.fits, Words{" or ", " 或 "}.in(language));
 }
 
 /// What to send to know more: first what tells the generations that fit apart.
-std::string unknown_lines(const Guess& verdict, int drive, Language language) {
+std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   std::vector<Trait> others;
-  const std::vector<Trait> apart = telling(verdict);
+  const std::vector<Trait> apart = telling(guess);
   for (const Trait trait : apart) {
     const TraitRow& row = row_of(trait);
     if (row.probe.empty()) {
@@ -148,7 +148,7 @@ std::string unknown_lines(const Guess& verdict, int drive, Language language) {
             : Words{"    to tell them apart: {} ({}; {})\n", "    可以分辨：{}（{}；{}）\n"};
     text += say(words, language, probe_text(trait, drive), row.key, row.how.in(language));
   }
-  for (const Trait trait : verdict.unknown) {
+  for (const Trait trait : guess.unknown) {
     if (std::ranges::find(apart, trait) == apart.end()) others.push_back(trait);
   }
   const std::string rest = key_list(others);
@@ -165,13 +165,13 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
                       language, drive.queries());
   }
   const Evidence& evidence = drive.evidence();
-  const Guess verdict = judge(evidence);
-  text += summary_of(verdict, language) +
+  const Guess guess = guess_of(evidence);
+  text += summary_of(guess, language) +
           say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
               drive.queries(), drive.replies());
-  if (!verdict.foreign) text += generation_lines(verdict, language);
-  for (const Trait trait : verdict.decided) text += finding(trait, evidence, begin, language);
-  for (const Trait trait : verdict.contradictory) {
+  if (!guess.foreign) text += generation_lines(guess, language);
+  for (const Trait trait : guess.decided) text += finding(trait, evidence, begin, language);
+  for (const Trait trait : guess.contradictory) {
     text += contradiction(trait, evidence, begin, language);
   }
   if (drive.odd_currents() > 0) {
@@ -188,7 +188,7 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
              "    {} 个 0x9A、0x9B 回复帧不是瓴控的布局；较新的 MyActuator 驱动器电压在 [4:5]\n"},
             language, drive.odd_states());
   }
-  return text + (verdict.foreign ? "" : unknown_lines(verdict, id, language));
+  return text + (guess.foreign ? "" : unknown_lines(guess, id, language));
 }
 
 /// A name for a virtual bus: a real one's would be started on by whoever copies the line.
@@ -213,13 +213,13 @@ std::string probe_text(Trait trait, int drive) {
   return fmt::format("{:03X}#{}", protocol::kSingleDriveId + static_cast<unsigned>(drive), data);
 }
 
-std::vector<Trait> telling(const Guess& verdict) {
+std::vector<Trait> telling(const Guess& guess) {
   std::vector<Trait> traits;
-  for (const Trait trait : verdict.unknown) {
+  for (const Trait trait : guess.unknown) {
     const auto of = row_of(trait).of;
-    if (of == nullptr || verdict.fits.empty()) continue;
-    const std::size_t first = of(quirks_of(verdict.fits.front()));
-    const bool same = std::ranges::all_of(verdict.fits, [of, first](Generation generation) {
+    if (of == nullptr || guess.fits.empty()) continue;
+    const std::size_t first = of(quirks_of(guess.fits.front()));
+    const bool same = std::ranges::all_of(guess.fits, [of, first](Generation generation) {
       return of(quirks_of(generation)) == first;
     });
     if (!same) traits.push_back(trait);
@@ -237,8 +237,8 @@ std::vector<std::string> command_lines(const Guesser& guesser) {
     std::map<std::string, std::vector<int>> kinds;
     for (const auto& [id, drive] : bus.drives) {
       if (drive.replies() == 0) continue;
-      const Guess verdict = judge(drive.evidence());
-      if (!verdict.foreign) kinds[verdict.options()].push_back(id);
+      const Guess guess = guess_of(drive.evidence());
+      if (!guess.foreign) kinds[guess.options()].push_back(id);
     }
     for (const auto& [options, ids] : kinds) {
       lines.push_back(fmt::format("lk-emu --bus {} --ids {} {}", virtual_name(interface, place),

@@ -17,7 +17,7 @@ std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence)
 /// The query that would tell, as cansend takes it; empty: there is none.
 std::string probe_text(Trait trait, int drive);
 /// The unknown traits that tell the generations that fit apart.
-std::vector<Trait> telling(const Guess& verdict);
+std::vector<Trait> telling(const Guess& guess);
 /// Lines that start emulators of the drives, those of one kind together.
 std::vector<std::string> command_lines(const Guesser& guesser);
 

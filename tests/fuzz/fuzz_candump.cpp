@@ -146,12 +146,12 @@ void guess(std::uint8_t settings, std::string_view text) {
   for (const auto& [interface, bus] : guesser.buses()) {
     require(bus.drives.size() <= 32);
     for (const auto& [id, drive] : bus.drives) {
-      const Guess verdict = judge(drive.evidence());
-      for (const Trait trait : verdict.decided) {
+      const Guess guess = guess_of(drive.evidence());
+      for (const Trait trait : guess.decided) {
         const ValueSet open = drive.evidence().open(trait);
         require(open != 0 && open != all_of(trait));
       }
-      require(verdict.fits.empty() == !verdict.quirks.empty());
+      require(guess.fits.empty() == !guess.quirks.empty());
     }
   }
 }

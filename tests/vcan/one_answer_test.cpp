@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <net/if.h>
 #include <poll.h>
 #include <stdlib.h>  // NOLINT(modernize-deprecated-headers): posix_openpt is POSIX
 #include <sys/ioctl.h>
@@ -9,6 +10,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <filesystem>
 
@@ -145,7 +147,10 @@ class RealBus : public OneAnswer {
     ASSERT_EQ(::tcsetattr(line_, TCSANOW, &raw), 0);
     const int discipline = 17;  // N_SLCAN of linux/tty.h
     if (::ioctl(line_, TIOCSETD, &discipline) != 0) GTEST_SKIP() << "no slcan in this kernel";
-    ASSERT_TRUE(run("ip link set slcan0 up"));
+    std::array<char, IFNAMSIZ> name{};  // slcan0, and can0 from Linux 6.0 on
+    ASSERT_EQ(::ioctl(line_, SIOCGIFNAME, name.data()), 0);
+    ASSERT_TRUE(
+        run(std::string("ip link set ") + name.data() + " name slcan0 && ip link set slcan0 up"));
   }
   ~RealBus() override {
     ::close(line_);
