@@ -231,16 +231,19 @@ Told Conversation::unclear(int id, const HeardFrame& heard) {
   const auto fits = fitting(id, heard.frame);
   const auto open = std::ranges::find_if(
       fits, [&own](std::size_t place) { return !own.pending[place].maybe_answered; });
+  Told told{.role = Role::kUnclear,
+            .sure = false,
+            .drive = id,
+            .asked = heard.frame.data[0],
+            .frame = heard.frame};
   if (open != fits.end()) {
-    own.pending[*open].maybe_answered = true;
+    Pending& query = own.pending[*open];
+    query.maybe_answered = true;
+    if (heard.at && query.at) told.latency = *heard.at - *query.at;
   } else {
     ask(id, heard, true);
   }
-  return {.role = Role::kUnclear,
-          .sure = false,
-          .drive = id,
-          .asked = heard.frame.data[0],
-          .frame = heard.frame};
+  return told;
 }
 
 Told Conversation::query(int id, const HeardFrame& heard, bool sure) {

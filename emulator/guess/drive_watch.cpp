@@ -158,6 +158,12 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   motion_.reply({told.frame, at}, evidence_);
 }
 
+/// An angle of 0 has the bytes of its query: right after 0x95, where the drive was to count from 0.
+void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
+  const bool angle = told.frame.data[0] == static_cast<std::uint8_t>(Opcode::kReadMultiTurnAngle);
+  if (angle && paced(told)) motion_.reply({told.frame, at}, evidence_);
+}
+
 /// That there is a reply, and what its DATA[0] is.
 void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   if (told.asked > 0xFF) {
@@ -173,7 +179,9 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   }
   const auto trait = trait_of(told.asked);
   if (!trait) return;
-  const Weight weight = told.sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
+  // The reply to a read of the brake has the bytes of a command to it.
+  const bool sure = told.sure && *trait != Trait::kBrake;
+  const Weight weight = sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
   evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
   if (told.sure && *trait == Trait::kOpenLoop) {
     evidence_.see(Trait::kSeries, only(kMs), Weight::kSure, sighting);

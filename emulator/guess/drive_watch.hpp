@@ -18,6 +18,8 @@ class DriveWatch {
   void query(const Told& told, std::optional<SimTime> at);
   /// A reply of the drive; `heard` as it was on the bus.
   void reply(const Told& told, const protocol::Frame& heard, std::optional<SimTime> at);
+  /// What may be the query again.
+  void unclear(const Told& told, std::optional<SimTime> at);
   /// What has become of a query. To be told before the reply that settled it.
   void settle(const Settled& settled);
 

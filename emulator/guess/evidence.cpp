@@ -73,10 +73,12 @@ bool Evidence::excluded(Trait trait, std::size_t value) const {
     if (!contains(static_cast<ValueSet>(set), value)) add(against, frames);
   }
   const auto tell = [](const Frames& frames) { return frames.sure > 0 || frames.likely > 1; };
-  // One reply is worth more than any silence.
-  if (!tell(all)) {
-    return against.silent >= enough_silence() && against.silent > kSilencePerHint * all.hints;
-  }
+  // One sure reply is worth more than any silence. What was only likely to be a reply is not: a
+  // host that repeats itself at the pace of the drive looks like one.
+  const std::uint64_t doubtful = all.hints + all.likely;
+  const bool silence =
+      all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;
+  if (silence || !tell(all)) return silence && against.silent > 0;
   return tell(against) && (against.sure + against.likely) * kBelievedOneIn > all.sure + all.likely;
 }
 

@@ -71,6 +71,8 @@ void Guesser::hear(GuessedBus& bus, const HeardFrame& heard) {
     bus.drives[told.drive].query(told, heard.at);
   } else if (told.role == Role::kReply) {
     bus.drives[told.drive].reply(told, heard.frame, heard.at);
+  } else if (told.role == Role::kUnclear) {
+    bus.drives[told.drive].unclear(told, heard.at);
   } else if (told.role == Role::kOther) {
     ++bus.others;
   }

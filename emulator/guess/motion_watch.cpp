@@ -99,8 +99,12 @@ void MotionWatch::reply(const Sighting& reply, Evidence& evidence) {
 void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
   const double speed_dps = get_le<std::int16_t>(reply.frame.data, 4);
   const double iq_lsb = std::abs(static_cast<double>(get_le<std::int16_t>(reply.frame.data, 2)));
-  if (limit_lsb_ > 0 && *reply.at - limited_since_ >= kLimitActsAfter && ++held_ >= kLimitReplies &&
-      iq_lsb > kBeyond * limit_lsb_ + kBeyondBy_lsb && ++beyond_ >= kLimitReplies) {
+  // What a load drives beyond the speed asked for, or backwards, may be out of the drive's hands.
+  const bool driven =
+      speed_dps * speed_dps_ < 0 || std::abs(speed_dps) > kBeyond * std::abs(speed_dps_);
+  if (limit_lsb_ > 0 && !driven && *reply.at - limited_since_ >= kLimitActsAfter &&
+      ++held_ >= kLimitReplies && iq_lsb > kBeyond * limit_lsb_ + kBeyondBy_lsb &&
+      ++beyond_ >= kLimitReplies) {
     evidence.see(Trait::kSpeedLimit, only(kSwitchedOff), Weight::kLikely, reply);
   }
   const bool turns =
@@ -130,7 +134,7 @@ void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
       // It obeys the next command, so it was not off for an error.
       if (turns) {
         evidence.see(Trait::kRunResumes, only(kSwitchedOff), Weight::kLikely, stayed_);
-        forget_run();
+        run_ = Run::kTurning;
       }
       break;
     case Run::kNone:

@@ -72,7 +72,8 @@ void interview(Logged& log) {
   const double ratio = log.bus().servo(1).config().profile.drive.mechanics.gear_ratio;
   for (int round = 0; round < 3; ++round) {
     ask(log, {"80", "9A", "88"});
-    log.apply({1, TurnShaft{100 / ratio}});
+    // Far from 0 and from what is sent, also where the drive counts within one turn.
+    log.apply({1, TurnShaft{180 / ratio}});
     log.run(100ms);
     ask(log, {"92", "9500000050460000", "92"});
   }
