@@ -42,7 +42,7 @@ def test_the_bench_shows_what_applies_now(page, bench):
     assert page.run(TELL, {"id": 3, "ambient_C": 33}) == 200
     assert page.run(TELL, {"id": 3, "load": {"tau_Nm": 0.05}}) == 200
     settle(page, lambda: page.one(supply).get_attribute("value") == "20")
-    settle(page, lambda: "20 V, 33 °C" in page.text("#supply-now"))
+    settle(page, lambda: "20 V, ambient 33 °C" in page.text("#supply-now"))
     settle(page, lambda: "torque 0.05 Nm" in page.text("#load-now"))
     page.fill(supply, 21)
     assert page.run(TELL, {"id": 3, "supply_V": 24}) == 200
