@@ -20,7 +20,7 @@ count_listeners() { cat /proc/net/can/rcvlist_* | grep -c vcan0; }
 
 # On a bus: with a CAN in the kernel, and no interface yet.
 talk() {
-  local start conversation expected listeners line query reply
+  local start conversation expected listeners line frame lines=0 frames=()
   ip link del vcan0
   bash -exc "$(block 'Install and run' 2)"
   start=$(block 'Install and run' 3)
@@ -36,15 +36,13 @@ talk() {
     trap '[[ $BASH_COMMAND != cansend* ]] || until (($(count_listeners) > listeners)); do sleep 0.1; done' DEBUG
     eval "$conversation"
   )
-  for ((; expected > 0; --expected)); do
-    if ! read -t 30 -r query <&4 || ! read -t 30 -r reply <&4; then
-      echo "bare: no reply to: $query" >&2
-      return 1
-    fi
-    printf '%s\n%s\n' "$query" "$reply"
-    # Interface, identifier, length and command byte of the query come back in the reply.
-    [[ $(awk '{ print $1, $2, $3, $4 }' <<<"$query") == $(awk '{ print $1, $2, $3, $4 }' <<<"$reply") ]] || return 1
+  # Each query, and a reply with its interface, identifier, length and command byte.
+  for ((; lines < 2 * expected; ++lines)); do
+    read -t 30 -r frame <&4 || { echo "bare: no more frames after $lines" >&2 && return 1; }
+    echo "$frame"
+    frames+=("$(awk '{ print $1, $2, $3, $4 }' <<<"$frame")")
   done
+  [[ -z $(printf '%s\n' "${frames[@]}" | sort | uniq -c | awk '$1 != 2') ]]
 }
 
 if [[ ${1:-} == --talk ]]; then
