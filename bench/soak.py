@@ -255,8 +255,8 @@ def main(program="build/release/emulator/lk-emu", seconds="600", seed="1"):
           f"{1e3 * (end.total - begin.total - (end.before + end.after - begin.before - begin.after) / 2):.1f} ms")
     print(f"{traffic.sent} frames of hosts = {bus['queries']} queries + {sum(dropped.values())} not answered {dropped}"
           f" + {bus['interface']['kernel_drops']} dropped by the kernel")
-    print(f"{traffic.seen - traffic.sent} frames of drives, {bus['replies_lost']} lost, {bus['extra_frames']} that nobody"
-          f" asked for, {bus['error_frames']} error frames; {bus['rom_writes']} writes to ROM")
+    print(f"{traffic.seen - traffic.sent} frames of drives, {bus['replies_lost']} lost, {bus['extra_frames']} unrequested,"
+          f" {bus['error_frames']} error frames; {bus['rom_writes']} writes to ROM")
     print(f"{faults} faults, {refused} directives refused; {checks} looks at all states; memory {memory[0]} kB, in the end {memory[1]} kB")
     emulator.terminate()
     emulator.communicate()

@@ -11,7 +11,7 @@ macro(lkemu_require name)
   endif()
 endmacro()
 
-# Ends with one line for all that is missing.
+# One line for all that is missing, and the end.
 function(lkemu_report_missing)
   if(NOT LKEMU_MISSING)
     return()
@@ -28,9 +28,12 @@ function(lkemu_report_missing)
     list(APPEND packages ${found})
   endforeach()
   list(JOIN packages " " packages)
-  string(CONCAT hint "not installed: ${packages}\n"
-    "scripts/packages installs all that is needed; -DLKEMU_TESTS=OFF -DLKEMU_BENCH=OFF builds lk-emu alone.")
-  message(FATAL_ERROR "${hint}")
+  set(hint "scripts/packages installs what is needed")
+  if(LKEMU_TESTS OR LKEMU_BENCH)
+    string(APPEND hint "; -DLKEMU_TESTS=OFF -DLKEMU_BENCH=OFF builds lk-emu alone")
+  endif()
+  message(NOTICE "lk-emu: not installed: ${packages} (${hint})")
+  message(FATAL_ERROR "packages are missing")  # CMake wraps this one
 endfunction()
 
 # lkemu_require_headers(NAME HEADER DEFINITION...): a library that the distribution has to share only, but whose headers

@@ -4,7 +4,7 @@ add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
   -Wnull-dereference -Wdouble-promotion -Wcast-align -Wimplicit-fallthrough -Wswitch-enum
   $<$<BOOL:${LKEMU_WERROR}>:-Werror>)
-# GCC 12 takes `"text" + std::string` for overlapping memory when it optimises (its bug 105329, mended in 13).
+# GCC 12 takes `"text" + std::string` for overlapping memory when it optimises (its bug 105329, fixed in 13).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   add_compile_options(-Wno-restrict)
 endif()

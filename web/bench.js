@@ -24,13 +24,13 @@ function panel(title, content, {acts = true, wide = false} = {}) {
 
 function build() {
   fieldsets = [];
-  const hint = el('p', {id: 'bench-hint', class: 'panel'}, t('may_only_look'));
+  const hint = el('p', {id: 'bench-hint', class: 'panel'}, t('page_read_only'));
   byId('view-bench').replaceChildren(hint, chooser(), el('div', {class: 'bench'},
     panel(t('shaft'), shaftPanel()),
     panel(t('supply_and_ambient'), supplyPanel()),
     panel(t('load'), loadPanel()),
     panel(t('clock_title'), clockPanel()),
-    panel(t('break_something'), faultPanel()),
+    panel(t('inject_fault'), faultPanel()),
     panel(t('scenario'), scenarioPanel()),
     panel(t('evidence'), evidencePanel(), {wide: true})));
   built = true;

@@ -35,7 +35,7 @@ export function faultPanel() {
     ...store.kinds.filter((kind) => kind.group === group).map((kind) => el('option', {value: kind.kind, text: words(kind.kind)})))));
   const about = el('p', {class: 'dim about'});
   const form = el('div', {class: 'pairs', id: 'fault-parameters'});
-  const inject = el('button', {type: 'button', class: 'main', id: 'fault-inject'}, t('break_it'));
+  const inject = el('button', {type: 'button', class: 'main', id: 'fault-inject'}, t('inject'));
   let controls = [];
   const pair = (name, control) => el('div', {class: 'pair'}, el('label', {}, words(name).replace(/ (s|ms|V|A|C|deg|Nm|Hz|dps)$/, ', $1'), control));
   const choose = () => {
@@ -47,7 +47,7 @@ export function faultPanel() {
   };
   select.addEventListener('change', choose);
   choose();
-  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => t('fault_set', {names: names.join(', ')})));
+  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => t('fault_injected', {names: names.join(', ')})));
   return [el('div', {class: 'row'}, labelled(t('fault'), select), inject), about, form];
 }
 
@@ -106,7 +106,7 @@ export function evidencePanel() {
   const heads = ['name', 'state', 'of', 'parameters', 'began', 'first', 'effects', 'first_on'].map((head) => t(`fault_${head}`));
   const all = el('button', {type: 'button', onclick: () => attempt(async () => {
     for (const {bus} of buses()) await post('/directives', {bus, clear: 'all'});
-  }, t('all_whole'))}, t('clear_all'));
+  }, t('all_cleared'))}, t('clear_all'));
   const rows = new Map();  // by bus and name
   const show = (faults) => {
     const there = new Set(faults.map((fault) => `${fault.bus} ${fault.name}`));

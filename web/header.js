@@ -53,7 +53,7 @@ function showConnection() {
 function showAccess() {
   const chip = byId('access');
   chip.hidden = store.status === null || store.mayWrite;
-  setText(chip, t('only_looking'));
+  setText(chip, t('read_only'));
   chip.title = t('may_act_with');
 }
 

@@ -64,5 +64,5 @@ export function scenarioPanel() {
       result.replaceChildren(verdict(report));
     } catch { /* the next time */ }
   }, head);
-  return [el('div', {class: 'row'}, labelled(t('delivered'), select), labelled(t('or_file'), file)), about, el('div', {class: 'row'}, start, stop), head, result];
+  return [el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file)), about, el('div', {class: 'row'}, start, stop), head, result];
 }

@@ -88,7 +88,7 @@ export class ScopeControls {
   }
 
   showHeld(held) {
-    setText(this.pause, held ? t('go_on') : t('pause'));
+    setText(this.pause, held ? t('resume') : t('pause'));
     this.pause.setAttribute('aria-pressed', held);
   }
 

@@ -100,7 +100,7 @@ const run = drawing((at) => {
 
 function setPaused(yes) {
   paused = yes;
-  setText(parts.pause, yes ? t('go_on') : t('pause'));
+  setText(parts.pause, yes ? t('resume') : t('pause'));
   parts.pause.setAttribute('aria-pressed', yes);
   if (!yes) parts.follow = true;
   stale = true;

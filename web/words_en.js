@@ -1,4 +1,4 @@
-// All words of the page in English; words_zh.js has the same keys.
+// All words of the page in English; words_zh.js translates them, and what it lacks is shown in English.
 
 export const kEnglish = {
   // the frame
@@ -6,10 +6,10 @@ export const kEnglish = {
   simulated: 'simulated', clock: 'clock', of_real_time: 'of real time', slipped: 'slipped', theme: 'Dark or light',
   other_language: '中文', other_language_label: '中文（切换语言）',
   token: 'Token', token_why: 'This lk-emu can be reached from other machines and requires its token.', enter: 'Enter',
-  only_looking: 'read-only', may_act_with: 'start lk-emu with --http-write to allow changes',
+  read_only: 'read-only', may_act_with: 'start lk-emu with --http-write to allow changes',
   lost: 'No answer from lk-emu: what is shown is old. Trying again every second.',
   load_of: 'load of {bus}', bus_rate: '{bus}, {rate} kbit/s', bus_no_time: '{bus}: frames take no time', down: 'down',
-  drive: 'Drive {name}', drives: 'drives', all: 'all', none: 'none', set: 'Set', stop: 'Stop', start: 'Start', clear: 'Clear', go_on: 'Resume', pause: 'Pause',
+  drive: 'Drive {name}', drives: 'drives', all: 'all', none: 'none', set: 'Set', stop: 'Stop', start: 'Start', clear: 'Clear', resume: 'Resume', pause: 'Pause',
   // clock modes
   realtime: 'realtime', stepped: 'stepped',
 
@@ -53,9 +53,9 @@ export const kEnglish = {
   frame_gone: 'The frame at {time} s is not here: it is too old, or from before this view was opened.',
 
   // the bench
-  may_only_look: 'This page is read-only. Start lk-emu with --http-write to allow changes.',
+  page_read_only: 'This page is read-only. Start lk-emu with --http-write to allow changes.',
   for_drives: 'for drives', drives_meant: 'selected drives', choose_first: 'choose a drive first', needs_number: '{name}: enter a number within its range',
-  shaft: 'Shaft', clock_title: 'Clock', supply_and_ambient: 'Supply and ambient', load: 'Load', break_something: 'Inject a fault', scenario: 'Scenario', evidence: 'Faults and their evidence',
+  shaft: 'Shaft', clock_title: 'Clock', supply_and_ambient: 'Supply and ambient', load: 'Load', inject_fault: 'Inject a fault', scenario: 'Scenario', evidence: 'Faults and their evidence',
   shaft_by_hand: 'Shaft, turned by hand', turn_hint: 'Turn the shaft by hand: drag, or arrow keys', drag_hint: 'Drag the dial, or arrow keys.',
   no_drive: 'no drive', shaft_angle: 'shaft', target_angle: 'target', supply_current: 'from supply', page_only_looks: 'this page is read-only',
   power: 'power', power_on: 'Power on', power_off: 'Power off', cycle: 'Cycle', off_for: 'off for', off_for_label: 'off for, s',
@@ -70,10 +70,10 @@ export const kEnglish = {
   clock_is: 'the clock is {mode}', time_is: 'time: {s} s', real_time: 'Real time', time_stands: 'time is stopped', scale: 'Scale', step: 'Step', by: 'by',
   end: 'End', end_about: 'stop the advance in progress',
   clock_says: '{time} of simulated time, {mode}', clock_advancing: ', advancing', clock_slipped: '; {s} s slipped: the machine was too busy',
-  fault: 'fault', break_it: 'Inject', of_whole_bus: '(of the whole bus)', needed: 'required', until_cleared: 'until cleared', once: 'once', no_end: 'no end',
-  from_to: '{min} to {max}', fault_set: '{names} set', fault_cleared: '{name} cleared', clear_fault: 'clear {name}', clear_all: 'Clear all', all_whole: 'all faults cleared',
+  fault: 'fault', inject: 'Inject', of_whole_bus: '(of the whole bus)', needed: 'required', until_cleared: 'until cleared', once: 'once', no_end: 'no end',
+  from_to: '{min} to {max}', fault_injected: '{names} injected', fault_cleared: '{name} cleared', clear_fault: 'clear {name}', clear_all: 'Clear all', all_cleared: 'all faults cleared',
   fault_name: 'name', fault_state: 'state', fault_of: 'of', fault_parameters: 'parameters', fault_began: 'began', fault_first: 'first effect', fault_effects: 'effects',
   fault_first_on: 'first on', nothing_yet: 'nothing yet', no_faults: 'No faults so far.',
-  choose_one: 'choose one', delivered: 'delivered', or_file: 'or a file', has_begun: '{name} started', ended: 'ended',
+  choose_one: 'choose one', shipped: 'shipped', or_file: 'or a file', has_begun: '{name} started', ended: 'ended',
   scenario_at: '{name}, {time} of {all} s', took_effect: 'took effect', no_effect: 'no effect',
 };

@@ -1,4 +1,4 @@
-// 页面上的全部中文；键与 words_en.js 相同，用词见 docs/zh-CN/terms.md。
+// 页面上的全部中文；没有译的显示英文，用词见 docs/zh-CN/terms.md。
 
 export const kChinese = {
   // 页面框架
@@ -6,10 +6,10 @@ export const kChinese = {
   simulated: '仿真时间', clock: '时钟', of_real_time: '与真实时间之比', slipped: '滑移', theme: '深色或浅色',
   other_language: 'English', other_language_label: 'English (switch language)',
   token: '令牌', token_why: '这个 lk-emu 可以从别的机器访问，需要出示令牌。', enter: '确定',
-  only_looking: '只能查看', may_act_with: 'lk-emu --http-write 允许本页面操作',
+  read_only: '只能查看', may_act_with: 'lk-emu --http-write 允许本页面操作',
   lost: 'lk-emu 没有应答。现在显示的是断开前的内容；每秒重试一次。',
   load_of: '{bus} 的负载率', bus_rate: '{bus}，{rate} kbit/s', bus_no_time: '{bus}：帧不占时间', down: '断开',
-  drive: '驱动器 {name}', drives: '驱动器', all: '全部', none: '都不选', set: '设定', stop: '停止', start: '开始', clear: '清除', go_on: '继续', pause: '暂停',
+  drive: '驱动器 {name}', drives: '驱动器', all: '全部', none: '都不选', set: '设定', stop: '停止', start: '开始', clear: '清除', resume: '继续', pause: '暂停',
   realtime: '实时', stepped: '步进',
 
   // 总线
@@ -52,9 +52,9 @@ export const kChinese = {
   frame_gone: '{time} s 的那一帧不在这里：已经太旧，或者那时还没有打开过本视图。',
 
   // 试验台
-  may_only_look: '本页面只能查看。启动 lk-emu 时加上 --http-write 才能操作。',
+  page_read_only: '本页面只能查看。启动 lk-emu 时加上 --http-write 才能操作。',
   for_drives: '作用于驱动器', drives_meant: '作用于哪些驱动器', choose_first: '先选一个驱动器', needs_number: '{name}：请填一个允许的数值',
-  shaft: '输出轴', clock_title: '时钟', supply_and_ambient: '供电与环境', load: '负载', break_something: '注入故障', scenario: '场景', evidence: '故障及其证据',
+  shaft: '输出轴', clock_title: '时钟', supply_and_ambient: '供电与环境', load: '负载', inject_fault: '注入故障', scenario: '场景', evidence: '故障及其证据',
   shaft_by_hand: '用手转动的输出轴', turn_hint: '用手转动输出轴：拖动，或用方向键', drag_hint: '拖动表盘，或用方向键。',
   no_drive: '没有选驱动器', shaft_angle: '输出轴', target_angle: '给定', supply_current: '供电电流', page_only_looks: '本页面只能查看',
   power: '电源', power_on: '通电', power_off: '断电', cycle: '断电重启', off_for: '断电', off_for_label: '断电多久，s',
@@ -69,10 +69,10 @@ export const kChinese = {
   clock_is: '时钟：{mode}', time_is: '现在是 {s} s', real_time: '实时', time_stands: '时间静止', scale: '变速', step: '推进', by: '推进',
   end: '结束', end_about: '结束正在进行的推进',
   clock_says: '仿真时间 {time}，{mode}', clock_advancing: '，正在推进', clock_slipped: '；滑移了 {s} s：机器太忙',
-  fault: '故障', break_it: '注入', of_whole_bus: '（整条总线）', needed: '必填', until_cleared: '直到清除', once: '一次', no_end: '不限',
-  from_to: '{min} 到 {max}', fault_set: '已注入 {names}', fault_cleared: '已清除 {name}', clear_fault: '清除 {name}', clear_all: '全部清除', all_whole: '一切恢复正常',
+  fault: '故障', inject: '注入', of_whole_bus: '（整条总线）', needed: '必填', until_cleared: '直到清除', once: '一次', no_end: '不限',
+  from_to: '{min} 到 {max}', fault_injected: '已注入 {names}', fault_cleared: '已清除 {name}', clear_fault: '清除 {name}', clear_all: '全部清除', all_cleared: '一切恢复正常',
   fault_name: '名称', fault_state: '状态', fault_of: '对象', fault_parameters: '参数', fault_began: '开始', fault_first: '首次生效', fault_effects: '生效次数',
   fault_first_on: '首次作用于', nothing_yet: '还没有', no_faults: '还没有注入过故障。',
-  choose_one: '请选择', delivered: '自带的', or_file: '或用文件', has_begun: '{name} 已开始', ended: '已结束',
+  choose_one: '请选择', shipped: '自带的', or_file: '或用文件', has_begun: '{name} 已开始', ended: '已结束',
   scenario_at: '{name}，{time} / {all} s', took_effect: '已生效', no_effect: '未生效',
 };

@@ -13,36 +13,74 @@ using protocol::Opcode;
 // clang-format off
 constexpr Words kReply{"{1} °C where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
                        "命令帧该为 0 的位置是 {1} °C：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
+constexpr Words kReadReply{"a value where a query has 0: the reply of another drive with this ID; the two answer each other's replies",
+                           "命令帧该为 0 的位置有数值：这是另一台同 ID 驱动器的回复，两台驱动器会互相回复"};
 // clang-format on
 
 /// Commands whose reply has a temperature in DATA[1], and the bytes that their queries leave 0, bit
-/// n for DATA[n]. Not those with a max speed: what follows DATA[1] is all the host's to choose.
+/// n for DATA[n]. Where there is a max speed, all that follows DATA[1] is the host's to choose.
 struct Row {
   Opcode command;
   unsigned unused;
+  unsigned steady = 0;  // of a reply without temperature: bytes that do not change within 4 ms
 };
+constexpr unsigned kAll = 0b1111'1110;
+constexpr unsigned kTemperature = 0b0000'0010;
 constexpr std::array kRows = std::to_array<Row>({
-    {Opcode::kReadState1, 0b1111'1110},
-    {Opcode::kClearErrors, 0b1111'1110},
-    {Opcode::kReadState2, 0b1111'1110},
-    {Opcode::kReadState3, 0b1111'1110},
+    {Opcode::kReadState1, kAll},
+    {Opcode::kClearErrors, kAll},
+    {Opcode::kReadState2, kAll},
+    {Opcode::kReadState3, kAll},
     {Opcode::kOpenLoop, 0b1100'1110},
     {Opcode::kTorque, 0b1100'1110},
     {Opcode::kSpeed, 0b0000'1110},
     {Opcode::kPosition1, 0b0000'1110},
+    {Opcode::kPosition2, kTemperature},
     {Opcode::kPosition3, 0b0000'1110},
+    {Opcode::kPosition4, kTemperature},
     {Opcode::kPosition5, 0b0000'1110},
+    {Opcode::kPosition6, kTemperature},
+    {Opcode::kReadPid, kAll, kAll},
+    {Opcode::kReadAcceleration, kAll, kAll},
+    {Opcode::kReadEncoder, kAll, 0b1100'0010},
+    {Opcode::kReadMultiTurnAngle, kAll, 0b1111'0000},
+    {Opcode::kReadSingleTurnAngle, kAll, 0b0000'1110},
 });
+
+/// Of a drive. Not 0 or 1, which a query may have, and not -1: bytes of 0xFF are left over.
+bool is_temperature(int C) { return (C > 1 || C < -1) && C >= -40; }
+
+bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask) {
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    if ((mask >> n & 1U) != 0 && a[n] != b[n]) return false;
+  }
+  return true;
+}
+
+int temperature_C(const protocol::Payload& data) { return static_cast<std::int8_t>(data[1]); }
+
+/// As a host that clears its frames sends it.
+bool is_clear(const protocol::Payload& data, const Row& row) {
+  if (row.steady != 0) return same(data, {}, kAll);
+  return data[1] == 0 || data[1] == 1;
+}
+
+bool may_be_reply(const protocol::Payload& data, const Row& row) {
+  return row.steady != 0 ? !is_clear(data, row) : is_temperature(temperature_C(data));
+}
 
 }  // namespace
 
 bool RecentFrames::have(const protocol::Payload& data, unsigned mask) const {
-  return std::ranges::any_of(kept_, [&](const protocol::Payload& kept) {
-    for (std::size_t n = 0; n < data.size(); ++n) {
-      if ((mask >> n & 1U) != 0 && kept[n] != data[n]) return false;
-    }
-    return true;
-  });
+  return std::ranges::any_of(kept_,
+                             [&](const protocol::Payload& kept) { return same(kept, data, mask); });
+}
+
+int DuplicateWatch::Streak::add(const TimedFrame& in, bool alike) {
+  times = alike && in.at - at <= kApart ? std::min(times + 1, kTimes) : 1;
+  at = in.at;
+  data = in.frame.data;
+  return times;
 }
 
 std::optional<Finding> DuplicateWatch::hear(const TimedFrame& in, const RecentFrames& recent) {
@@ -50,18 +88,19 @@ std::optional<Finding> DuplicateWatch::hear(const TimedFrame& in, const RecentFr
   const auto row = std::ranges::find(kRows, static_cast<Opcode>(data[0]), &Row::command);
   if (row == kRows.end()) return std::nullopt;
   const std::uint32_t bit = 1U << (row - kRows.begin());
-  const auto temperature_C = static_cast<std::int8_t>(data[1]);
-  if (temperature_C == 0 || temperature_C == 1) asked_ |= bit;
-  if (temperature_C <= 1 || (asked_ & bit) == 0 || recent.have(data, row->unused)) {
+  if (is_clear(data, *row)) asked_ |= bit;
+  if (!may_be_reply(data, *row) || (asked_ & bit) == 0 || recent.have(data, row->unused)) {
     return std::nullopt;
   }
-  const bool again =
-      in.at - last_ <= kApart && std::abs(temperature_C - temperature_C_) <= kSteady_C;
-  times_ = again ? std::min(times_ + 1, kTimes) : 1;
-  last_ = in.at;
-  temperature_C_ = temperature_C;
-  if (times_ < kTimes) return std::nullopt;
-  return Finding{AdviceKind::kDuplicateId, &kReply, {static_cast<double>(temperature_C)}};
+  if (row->steady != 0) {
+    const bool alike = data[0] == reads_.data[0] && same(data, reads_.data, row->steady);
+    if (reads_.add(in, alike) < kTimes) return std::nullopt;
+    return Finding{AdviceKind::kDuplicateId, &kReadReply};
+  }
+  const int now_C = temperature_C(data);
+  const bool alike = std::abs(now_C - temperature_C(warm_.data)) <= kSteady_C;
+  if (warm_.add(in, alike) < kTimes) return std::nullopt;
+  return Finding{AdviceKind::kDuplicateId, &kReply, {static_cast<double>(now_C)}};
 }
 
 }  // namespace lk::emulator

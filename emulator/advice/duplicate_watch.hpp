@@ -28,7 +28,8 @@ class RecentFrames {
 
 /// Another drive with the ID of this one. Its replies have this drive's identifier, as queries do,
 /// but a temperature where a query has 0 or a direction; and since each drive takes the other's
-/// replies for queries, they do not stop. A host that does not clear unused bytes always has
+/// replies for queries, they do not stop. Replies to reads have values where a query has nothing
+/// but 0. A host that does not clear unused bytes always has
 /// something there, or what it has received before.
 class DuplicateWatch {
  public:
@@ -41,10 +42,19 @@ class DuplicateWatch {
   std::optional<Finding> hear(const TimedFrame& in, const RecentFrames& recent);
 
  private:
+  /// What may be replies, in a row.
+  struct Streak {
+    /// How many there are, with this one; it is the first if not `alike` to the last.
+    int add(const TimedFrame& in, bool alike);
+
+    int times = 0;
+    SimTime at{0};  // the last, and what it said
+    protocol::Payload data{};
+  };
+
   std::uint32_t asked_ = 0;  // commands that came as hosts send them, a bit for each row
-  int times_ = 0;
-  SimTime last_{0};
-  int temperature_C_ = 0;
+  Streak warm_;              // with a temperature
+  Streak reads_;             // with what was read
 };
 
 }  // namespace lk::emulator

@@ -88,8 +88,8 @@ constexpr std::array<AdviceRow, kAdviceKinds> kTable = {{
      {"read state 1 (0x9A) every now and then: no other reply tells of errors",
       "要不时读取状态 1（0x9A）：其他回复都不带错误标志"}},
     {AdviceKind::kDuplicateId, "duplicate-id",
-     {"8 frames, 4 ms apart at most, with a temperature, 2 °C apart at most, where a query has 0 or a direction and where queries with this command had that before; not counting frames whose bytes there are those of one of the last 16 replies on the bus",
-      "8 帧，相邻不超过 4 ms，在命令帧该为 0 或转向的位置上（此前同一命令在该处确实如此）是温度，前后相差不超过 2 °C；该处各字节与总线上最近 16 个回复之一相同的帧不计"},
+     {"8 frames, 4 ms apart at most, with a temperature from −40 °C, 2 °C apart at most, where a query has 0 or a direction (not −1, 0 or 1 °C), or with values where a query to read has 0; only where queries with this command had that before, and not counting frames whose bytes there are those of one of the last 16 replies on the bus",
+      "8 帧，相邻不超过 4 ms，在命令帧该为 0 或转向的位置上是 −40 °C 以上的温度（−1、0、1 °C 除外），前后相差不超过 2 °C，或者在读取命令该为 0 的位置上有值；此前同一命令在该处须确实如此，该处各字节与总线上最近 16 个回复之一相同的帧不计"},
      {"give every drive on the bus an ID of its own: other --ids here, or take the other drive or emulator off the bus",
       "让总线上每台驱动器的 ID 各不相同：在这里换用别的 --ids，或者把另一台驱动器（仿真器）从总线上移走"}},
 }};

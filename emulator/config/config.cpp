@@ -27,17 +27,22 @@ FirmwareRequest merge(FirmwareRequest all, const FirmwareRequest& of_bus) {
   return all;
 }
 
+AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
+  return {request.interface, request.ids, merge(overrides.firmware, request.firmware)};
+}
+
 // --- the configuration file
 // ---------------------------------------------------------------------------
 
 /// What the command line says of the drives of a bus of the file.
-FirmwareRequest firmware_of(const Overrides& overrides, const std::string& interface,
-                            std::size_t buses_in_file) {
+AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
+                    std::size_t buses_in_file) {
   const bool one_in_each = overrides.buses.size() == 1 && buses_in_file == 1;
   for (const BusRequest& request : overrides.buses) {
-    if (means(request, interface, one_in_each)) return merge(overrides.firmware, request.firmware);
+    if (means(request, interface, one_in_each)) return asked_by(request, overrides);
   }
-  return overrides.firmware;
+  if (overrides.buses.empty()) return {interface, std::nullopt, overrides.firmware};
+  return {interface, std::vector<int>{}};  // the bus does not run
 }
 
 BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t buses_in_file,
@@ -54,7 +59,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   } else {
     reader.note_missing("interface");
   }
-  const FirmwareRequest asked = firmware_of(overrides, bus.interface, buses_in_file);
+  const AskedOfBus asked = asked_of(overrides, bus.interface, buses_in_file);
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {
     for (auto& servo : read_drive(drive, overrides, asked, find)) {
@@ -113,7 +118,7 @@ std::optional<std::size_t> place_of(const BusRequest& request,
 void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& overrides,
                 const FindProfile& find) {
   const std::vector<int>& ids = *request.ids;
-  const FirmwareRequest asked = merge(overrides.firmware, request.firmware);
+  const AskedOfBus asked = asked_by(request, overrides);
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
     const auto known = std::find_if(bus.servos.begin(), bus.servos.end(),

@@ -1,5 +1,6 @@
 #include "emulator/config/config_drive.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "emulator/config/config_checks.hpp"
@@ -51,19 +52,32 @@ ServoConfig as_delivered(const Profile& profile) {
   return servo;
 }
 
-}  // namespace
-
-ServoConfig make_servo(int id, const Profile& profile, const FirmwareRequest& asked) {
-  ServoConfig servo = as_delivered(profile);
-  servo.id = id;
-  const toml::table nothing;
-  TableReader reader(nothing, "", "");
-  read_generation(reader, asked, servo);
-  return servo;
+std::string name_of(const AskedOfBus& asked, int id) {
+  return asked.interface + " drive " + std::to_string(id);
 }
 
-std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const FirmwareRequest& asked, const FindProfile& find) {
+/// The first of `ids` that runs.
+std::optional<int> first_running(const std::vector<int>& ids, const AskedOfBus& asked) {
+  const auto runs = [&](int id) {
+    return !asked.ids || std::ranges::find(*asked.ids, id) != asked.ids->end();
+  };
+  const auto found = std::ranges::find_if(ids, runs);
+  return found == ids.end() ? std::nullopt : std::optional(*found);
+}
+
+/// The options that `firmware` comes from.
+std::string options_of(const FirmwareRequest& firmware) {
+  std::string all;
+  if (firmware.generation) all = "--generation " + *firmware.generation;
+  for (const auto& [key, value] : firmware.quirks) {
+    all += (all.empty() ? "--quirk " : " --quirk ") + key + "=" + value;
+  }
+  return all;
+}
+
+/// With the firmware `asked` for on the command line.
+std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrides,
+                                   const AskedOfBus& asked, const FindProfile& find) {
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
   ServoConfig servo = as_delivered(read_motor(reader, overrides, find));
@@ -77,7 +91,10 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
   servo.boot_angle_deg = reader.number("boot_angle_deg", -turn_deg, turn_deg);
-  read_generation(reader, asked, servo);
+  // What is asked for is not for drives that do not run: they may not have it.
+  const auto running = first_running(ids, asked);
+  read_generation(reader, running ? asked.firmware : FirmwareRequest{},
+                  name_of(asked, running.value_or(0)), servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
   read_load(reader, servo.profile.drive.load);
@@ -90,6 +107,50 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
     servos.push_back(servo);
   }
   return servos;
+}
+
+/// Whether the drive can be read, but for what is asked of its firmware.
+bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const AskedOfBus& asked,
+                          const FindProfile& find) {
+  try {
+    read_with(reader, overrides, {asked.interface, asked.ids}, find);
+    return true;
+  } catch (const ConfigError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) {
+  ServoConfig servo = as_delivered(profile);
+  servo.id = id;
+  const toml::table nothing;
+  TableReader reader(nothing, "--motor", "");
+  read_generation(reader, asked.firmware, name_of(asked, id), servo);
+  try {
+    check_drive(reader, servo);
+  } catch (const ConfigError& problem) {
+    throw std::invalid_argument("--motor: " + on_one_line(profile.name) + ": " + problem.reason);
+  }
+  return servo;
+}
+
+std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
+                                    const AskedOfBus& asked, const FindProfile& find) {
+  const TableReader unread = reader;
+  try {
+    return read_with(reader, overrides, asked, find);
+  } catch (const ConfigError& problem) {
+    const std::string options = options_of(asked.firmware);
+    // Of a wrong --quirk the error names the option in place of the file.
+    if (options.empty() || problem.file != reader.file() ||
+        !is_good_as_it_stands(unread, overrides, asked, find)) {
+      throw;
+    }
+    throw ConfigError(problem.file, problem.line, problem.key,
+                      problem.reason + " (with " + options + " of the command line)");
+  }
 }
 
 }  // namespace lk::emulator

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "emulator/config/config.hpp"
@@ -7,11 +9,18 @@
 
 namespace lk::emulator {
 
-/// A drive of which no file says anything.
-ServoConfig make_servo(int id, const Profile& profile, const FirmwareRequest& asked);
+/// What the command line says of the drives of one bus.
+struct AskedOfBus {
+  std::string interface;                // as it is called there
+  std::optional<std::vector<int>> ids;  // of the drives that run; absent: all of the file
+  FirmwareRequest firmware{};           // of those
+};
 
-/// The servos of one [[bus.drive]]; `asked` is what the command line says of this bus.
+/// A drive of which no file says anything. Throws std::invalid_argument, ConfigError.
+ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked);
+
+/// The servos of one [[bus.drive]].
 std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overrides,
-                                    const FirmwareRequest& asked, const FindProfile& find);
+                                    const AskedOfBus& asked, const FindProfile& find);
 
 }  // namespace lk::emulator

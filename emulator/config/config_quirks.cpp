@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cstddef>
+#include <iterator>
 #include <optional>
-#include <stdexcept>
+#include <string_view>
 #include <system_error>
 
+#include "emulator/config/words.hpp"
 #include "emulator/core/generation.hpp"
 
 namespace lk::emulator {
@@ -39,6 +41,9 @@ const Words kClearAngle{"ignored", "implemented", "sets_angle"};
 const Words kScales{"manual", "series"};
 const Words kBootWraps{"half_circle", "half_turn"};
 const Words kSpans{"rotor_turn", "output_turn"};
+/// The switches that have one of these words.
+constexpr std::string_view kWordKeys[] = {
+    "state_1", "clear_angle", "iq_scale", "phase_current_scale", "boot_wrap", "encoder_span"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
@@ -50,10 +55,10 @@ void read_word(TableReader& reader, const char* key, const Words& words, Enum& v
 /// A number that has two values; `words` names them to a person.
 std::optional<std::int64_t> read_either(TableReader& reader, const char* key, std::int64_t one,
                                         std::int64_t other, const char* words) {
+  const std::string reason = std::string("must be ") + words;
+  if (reader.has(key) && !reader.is_integer(key)) reader.fail(key, reason);
   const auto value = reader.integer(key, INT64_MIN, INT64_MAX);
-  if (value && *value != one && *value != other) {
-    reader.fail(key, std::string("must be ") + words);
-  }
+  if (value && *value != one && *value != other) reader.fail(key, reason);
   return value;
 }
 
@@ -134,14 +139,17 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 // --- what the command line says
 // -----------------------------------------------------------------------
 
-/// As TOML would have it; a word needs no quotes there.
-void insert_value(toml::table& table, const std::string& key, const std::string& value) {
+/// As TOML would have it; a word needs no quotes there, and case does not count.
+void insert_value(toml::table& table, const std::string& key, const std::string& given) {
+  const std::string value = small_letters(given);
   const bool hexadecimal = value.starts_with("0x");
   const char* const last = value.data() + value.size();
   std::int64_t number = 0;
   const auto [end, error] =
       std::from_chars(value.data() + (hexadecimal ? 2 : 0), last, number, hexadecimal ? 16 : 10);
-  if (value == "true" || value == "false") {
+  if (std::ranges::find(kWordKeys, key) != std::end(kWordKeys)) {
+    table.insert(key, value);
+  } else if (value == "true" || value == "false") {
     table.insert(key, value == "true");
   } else if (error == std::errc() && end == last) {
     table.insert(key, number);
@@ -164,12 +172,30 @@ void ask_quirks(const std::map<std::string, std::string>& asked, ServoConfig& se
   reader.finish();
 }
 
-Generation ask_generation(const std::string& word, const Profile& profile) {
+Generation ask_generation(const std::string& word, const std::string& drive,
+                          const Profile& profile) {
   try {
     return chosen_generation(word, profile);
+  } catch (const NeverSeen& problem) {
+    throw std::invalid_argument("--generation: " + drive + " (" + profile.name +
+                                "): " + problem.what());
   } catch (const std::invalid_argument& problem) {
     throw std::invalid_argument(on_one_line(std::string("--generation: ") + problem.what()));
   }
+}
+
+/// Without what is written in several ways: "v2.35" and "235" are the same.
+std::string letters_and_digits(std::string word) {
+  std::erase_if(word, [](char c) { return c == '.' || c == '-' || c == '_' || c == ' '; });
+  return word.starts_with('v') ? word.substr(1) : word;
+}
+
+/// V237 is not V235 misspelt, so that only what is the same counts.
+std::string suggestion(const std::string& word) {
+  for (const std::string& name : generation_words()) {
+    if (letters_and_digits(name) == letters_and_digits(word)) return ", did you mean " + name + "?";
+  }
+  return "";
 }
 
 Generation read_choice(const TableReader& reader, const std::string& word, const Profile& profile) {
@@ -199,21 +225,26 @@ std::vector<std::string> generation_words() {
 }
 
 Generation chosen_generation(const std::string& word, const Profile& profile) {
-  if (const auto named = generation_of(word)) return *named;
-  if (word != kSeen) {
-    throw std::invalid_argument("\"" + word + "\" is not one of " + comma_list(generation_words()));
+  const std::string wanted = small_letters(word);
+  if (const auto named = generation_of(wanted)) return *named;
+  if (wanted != kSeen) {
+    throw std::invalid_argument("\"" + word + "\" is not one of " + comma_list(generation_words()) +
+                                suggestion(wanted));
   }
   if (profile.seen_generation) return *profile.seen_generation;
-  throw std::invalid_argument("it is not known what " + profile.name +
-                              " drives speak; lk-emu motors lists of which motors it is");
+  throw NeverSeen(
+      "no generation was seen of such drives; lk-emu motors lists the motors that have one");
 }
 
-void read_generation(TableReader& reader, const FirmwareRequest& asked, ServoConfig& servo) {
+void read_generation(TableReader& reader, const FirmwareRequest& asked, const std::string& drive,
+                     ServoConfig& servo) {
   const auto in_file = reader.text("generation");
   if (asked.generation) {
-    servo.generation = ask_generation(*asked.generation, servo.profile);
+    servo.generation = ask_generation(*asked.generation, drive, servo.profile);
+    servo.generation_given = true;
   } else if (in_file) {
     servo.generation = read_choice(reader, *in_file, servo.profile);
+    servo.generation_given = true;
   }
   servo.quirks = quirks_of(servo.generation);
   if (auto quirks = reader.table("quirks")) {

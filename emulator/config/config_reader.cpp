@@ -103,6 +103,11 @@ bool TableReader::is_text(const std::string& key) const {
   return node != nullptr && node->is_string();
 }
 
+bool TableReader::is_integer(const std::string& key) const {
+  const toml::node* node = table_->get(key);
+  return node != nullptr && node->is_integer();
+}
+
 std::string TableReader::as_json(const std::vector<std::string>& without) const {
   toml::table table = *table_;
   for (const std::string& key : without) table.erase(key);

@@ -49,6 +49,7 @@ class TableReader {
   /// The keys that were asked for so far.
   const std::vector<std::string>& asked() const { return asked_; }
   bool is_text(const std::string& key) const;
+  bool is_integer(const std::string& key) const;
   /// The table as JSON, on one line, without some of its keys.
   std::string as_json(const std::vector<std::string>& without) const;
   /// `finish()` will complain that `key` is missing.

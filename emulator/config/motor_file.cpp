@@ -10,10 +10,17 @@
 namespace lk::emulator {
 namespace {
 
-/// As paths are compared: "a/./b/../c" is "a/c".
+/// "./a/./b" as "a/b". A ".." stays: behind a symbolic link it leads elsewhere than back.
 std::string plain(const std::string& path) {
-  return std::filesystem::path(path).lexically_normal().string();
+  std::filesystem::path kept;
+  for (const auto& part : std::filesystem::path(path)) {
+    if (part != ".") kept /= part;
+  }
+  return kept.string();
 }
+
+/// What is not taken over: how the other motor is sold, and what is known of that one alone.
+constexpr const char* kOfOneMotor[] = {"extends", "aliases", "rating", "seen_generation"};
 
 /// The motor that `document` extends; nothing: none.
 std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
@@ -36,7 +43,7 @@ std::optional<MotorFile> base_of(const toml::table& document, const std::string&
   }
   if (files.size() >= kMostMotorFiles) {
     reader.fail("extends", "more than " + std::to_string(kMostMotorFiles) +
-                               " motor files, each extending the next");
+                               " motor files, each extending the next, or a loop of them");
   }
   return base;
 }
@@ -93,7 +100,7 @@ MotorDocument read_motor_document(const MotorFile& motor, const FindMotorFile& f
   }
   for (std::size_t n = tables.size() - 1; n > 0; --n) {
     check_series(tables[n - 1], files[n - 1], tables[n]);
-    for (const char* own : {"extends", "aliases"}) tables[n].erase(own);
+    for (const char* own : kOfOneMotor) tables[n].erase(own);
     take_over(tables[n - 1], tables[n]);
   }
   return {std::move(tables.front()), std::move(files)};

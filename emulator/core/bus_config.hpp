@@ -69,6 +69,7 @@ struct ServoConfig {
   int id = 1;  // 1..32
   Profile profile;
   Generation generation = Generation::kLegacy;  // what `quirks` started from
+  bool generation_given = false;                // and not the default
   Quirks quirks;
   Registers rom;    // what power-up finds there; profile.factory unless something else is said
   RomWear wear{};   // the writes it has seen

@@ -236,9 +236,9 @@ void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
   }
   if (word == "advice") add_language_option(sub, raw.language);
   if (word == "set") {
-    sub.add_option("KEY=VALUE", raw.words, "what to change, and its value")->required();
+    sub.add_option("ASSIGNMENT", raw.words, "what to change: KEY=VALUE")->required();
   }
-  if (word == "fault") sub.add_option("KEY=VALUE", raw.words, "its parameters");
+  if (word == "fault") sub.add_option("ASSIGNMENT", raw.words, "its parameters: KEY=VALUE");
   if (word == "set" || word == "fault" || word == "power") {
     sub.add_option("--ids", raw.ids, "drives, e.g. 1-2 (default all)")->type_name("LIST");
   }

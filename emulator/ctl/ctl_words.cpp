@@ -43,7 +43,7 @@ Json value_of(const std::string& key, const std::string& text) {
 void put_word(Json& object, const std::string& word) {
   const std::size_t equals = word.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw StartError("ctl: \"" + word + "\" is no KEY=VALUE");
+    throw StartError("ctl: \"" + word + "\" is not KEY=VALUE, like supply_V=18");
   }
   Json* place = &object;
   std::string key = word.substr(0, equals);

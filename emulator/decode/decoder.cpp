@@ -48,7 +48,7 @@ std::string Decoder::take(std::string_view line) {
   if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
   const auto& shown = std::get<ShownFrame>(parsed);
   if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
-    return refuse("one interface more than can be told apart, 32");
+    return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
   }
   BusTally& tally = summary_.buses[shown.line.interface];
   Conversation& talk = conversations_.try_emplace(shown.line.interface, reader_).first->second;

@@ -156,7 +156,7 @@ std::string summary_text(const DecodeSummary& summary, const DecodeOptions& opti
   if (summary.bad_lines > 0) {
     text += fmt::format(
         fmt::runtime(
-            Words{"\nLines that are no frames: {}\n", "\n不是帧的行：{}\n"}.in(options.language)),
+            Words{"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}.in(options.language)),
         summary.bad_lines);
   }
   return text;

@@ -1,6 +1,7 @@
 #include "emulator/guess/guess.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <optional>
 
 #include "emulator/core/generation.hpp"
@@ -53,6 +54,17 @@ std::size_t likeliest(Trait trait, const Evidence& evidence) {
   return best.value_or(0);
 }
 
+/// The generations that fit; where none does, those with the least against them.
+std::vector<Generation> candidates_of(const Guess& guess) {
+  std::size_t least = SIZE_MAX;
+  for (const GenerationFit& fit : guess.generations) least = std::min(least, fit.against.size());
+  std::vector<Generation> candidates;
+  for (const GenerationFit& fit : guess.generations) {
+    if (fit.against.size() == least) candidates.push_back(fit.generation);
+  }
+  return candidates;
+}
+
 }  // namespace
 
 Guess guess_of(const Evidence& evidence) {
@@ -77,17 +89,56 @@ Guess guess_of(const Evidence& evidence) {
     } else if (open != all_of(trait)) {
       guess.decided.push_back(trait);
     }
-    const bool relevant =
-        trait != Trait::kOpenLoop || evidence.open(Trait::kSeries) != only(kNotMs);
+    const ValueSet series = evidence.open(Trait::kSeries);
+    const bool relevant = (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
+                          (trait != Trait::kSpeedLimit || series != only(kMs));
     if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
   }
   guess.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
+  guess.ms = evidence.open(Trait::kSeries) == only(kMs);
+  if (evidence.decided(Trait::kEncoderSpan)) {
+    guess.encoder_span =
+        row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));
+  }
   return guess;
+}
+
+std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence) {
+  std::vector<std::string_view> values;
+  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
+    if (contains(evidence.open(trait), value)) values.push_back(row_of(trait).values.at(value));
+  }
+  return values;
+}
+
+std::vector<Trait> telling(const Guess& guess) {
+  const std::vector<Generation> candidates = candidates_of(guess);
+  std::vector<Trait> traits;
+  for (const Trait trait : guess.unknown) {
+    const auto of = row_of(trait).of;
+    if (of == nullptr) continue;
+    const std::size_t first = of(quirks_of(candidates.front()));
+    const bool same = std::ranges::all_of(candidates, [of, first](Generation generation) {
+      return of(quirks_of(generation)) == first;
+    });
+    if (!same) traits.push_back(trait);
+  }
+  // A query is easier to send than something to wait for.
+  std::stable_partition(traits.begin(), traits.end(),
+                        [](Trait trait) { return !row_of(trait).probe.empty(); });
+  return traits;
+}
+
+std::vector<QuirkOption> Guess::all_quirks() const {
+  std::vector<QuirkOption> all = quirks;
+  if (!encoder_span.empty()) all.push_back({row_of(Trait::kEncoderSpan).key, encoder_span});
+  return all;
 }
 
 std::string Guess::options() const {
   std::string text = "--generation " + std::string(generation_name(nearest));
-  for (const QuirkOption& one : quirks) {
+  if (ms) text.append(" --motor ").append(kMsStandIn);
+  for (const QuirkOption& one : all_quirks()) {
     text.append(" --quirk ").append(one.key).append("=").append(one.value);
   }
   return text;

@@ -63,7 +63,7 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
                            {"frames_against", fit.frames_against}});
   }
   Json quirks = Json::object();
-  for (const QuirkOption& one : guess.quirks) quirks[std::string(one.key)] = one.value;
+  for (const QuirkOption& one : guess.all_quirks()) quirks[std::string(one.key)] = one.value;
   Json findings = Json::array();
   for (const auto& traits : {guess.decided, guess.contradictory}) {
     for (const Trait trait : traits) findings.push_back(finding(trait, evidence));
@@ -93,11 +93,17 @@ std::string guess_json(const Guesser& guesser) {
   for (const auto& [interface, bus] : guesser.buses()) {
     for (const auto& [id, drive] : bus.drives) text += line(drive_json(interface, id, drive));
   }
-  return text + line({{"type", "guess"},
-                      {"frames", guesser.frames()},
-                      {"bad_lines", guesser.bad_lines()},
-                      {"never_shown", kNeverShown},
-                      {"commands", command_lines(guesser)}});
+  const Starts starts = starts_of(guesser, Language::kEnglish);
+  Json commands = Json::array();
+  for (const StartCommand& one : starts.commands) commands.push_back(one.line);
+  Json summary = {{"type", "guess"},
+                  {"frames", guesser.frames()},
+                  {"bad_lines", guesser.bad_lines()},
+                  {"unread_frames", guesser.unread_frames()},
+                  {"never_shown", kNeverShown},
+                  {"commands", std::move(commands)}};
+  if (!starts.robot.empty()) summary["robot"] = starts.robot;
+  return text + line(summary);
 }
 
 }  // namespace lk::emulator

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "emulator/core/frame_text.hpp"
@@ -12,6 +14,8 @@
 
 namespace lk::emulator {
 namespace {
+
+constexpr std::size_t kLongestName = 15;  // IFNAMSIZ - 1
 
 template <class... Args>
 std::string say(const Words& words, Language language, const Args&... args) {
@@ -131,37 +135,63 @@ std::string summary_of(const Guess& guess, Language language) {
   return names(guess.fits, Words{" or ", " 或 "}.in(language));
 }
 
-/// What to send to know more: first what tells the generations that fit apart.
+/// What to send to know more, or to wait for.
+std::string probe_line(Trait trait, int drive, Language language) {
+  const TraitRow& row = row_of(trait);
+  if (row.probe.empty()) {
+    return say({"    to distinguish them: {} ({})\n", "    要分辨它们：{}（{}）\n"}, language,
+               row.how.in(language), row.key);
+  }
+  const Words words = row.how.en.empty() ? Words{"    to distinguish them, send: {} ({})\n",
+                                                 "    要分辨它们，请发送：{}（{}）\n"}
+                                         : Words{"    to distinguish them, send: {} ({}; {})\n",
+                                                 "    要分辨它们，请发送：{}（{}；{}）\n"};
+  return say(words, language, probe_text(trait, drive), row.key, row.how.in(language));
+}
+
+/// First what tells the generations apart, then the traits that nothing has been said of.
 std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
-  std::vector<Trait> others;
   const std::vector<Trait> apart = telling(guess);
-  for (const Trait trait : apart) {
-    const TraitRow& row = row_of(trait);
-    if (row.probe.empty()) {
-      others.push_back(trait);
-      continue;
-    }
-    const Words words =
-        row.how.en.empty()
-            ? Words{"    to tell them apart: {} ({})\n", "    可以分辨：{}（{}）\n"}
-            : Words{"    to tell them apart: {} ({}; {})\n", "    可以分辨：{}（{}；{}）\n"};
-    text += say(words, language, probe_text(trait, drive), row.key, row.how.in(language));
-  }
+  for (const Trait trait : apart) text += probe_line(trait, drive, language);
+  const auto said = [](const std::vector<Trait>& traits, Trait trait) {
+    return std::ranges::find(traits, trait) != traits.end();
+  };
+  std::vector<Trait> others;
   for (const Trait trait : guess.unknown) {
-    if (std::ranges::find(apart, trait) == apart.end()) others.push_back(trait);
+    if (!said(apart, trait) && !said(guess.decided, trait)) others.push_back(trait);
   }
   const std::string rest = key_list(others);
   return rest.empty() ? text
-                      : text + say({"    not told: {}\n", "    看不出：{}\n"}, language, rest);
+                      : text + say({"    the log does not show: {}\n", "    日志里看不出：{}\n"},
+                                   language, rest);
+}
+
+/// What drives of LK-TECH do not have.
+std::string oddities(const DriveWatch& drive, Language language) {
+  std::string text;
+  if (drive.odd_currents() > 0) {
+    text += say({"    iq beyond ±2048 (replies: {}): LK-TECH drives do not have it; MyActuator's "
+                 "count 0.01 A\n",
+                 "    转矩电流超过 ±2048（回复帧：{}）：瓴控驱动器没有；MyActuator 以 0.01 A 计\n"},
+                language, drive.odd_currents());
+  }
+  if (drive.odd_states() > 0 && drive.evidence().open(Trait::kState1) == all_of(Trait::kState1)) {
+    text += say({"    0x9A and 0x9B without a layout of LK-TECH (replies: {}); MyActuator's newer "
+                 "drives have the voltage at [4:5]\n",
+                 "    0x9A、0x9B 不是瓴控的布局（回复帧：{}）；较新的 MyActuator 驱动器电压在 "
+                 "[4:5]\n"},
+                language, drive.odd_states());
+  }
+  return text;
 }
 
 std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> begin,
                        Language language) {
   std::string text = say({"\n  drive {}: ", "\n  驱动器 {}："}, language, id);
   if (drive.replies() == 0) {
-    return text + say({"no reply to {} queries, so nothing can be told of it\n",
-                       "{} 个命令帧都没有回复，无法判断\n"},
+    return text + say({"no reply (queries: {}): no conclusion possible\n",
+                       "没有回复（命令帧：{}）：无法判断\n"},
                       language, drive.queries());
   }
   const Evidence& evidence = drive.evidence();
@@ -174,86 +204,173 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
   for (const Trait trait : guess.contradictory) {
     text += contradiction(trait, evidence, begin, language);
   }
-  if (drive.odd_currents() > 0) {
-    text += say({"    iq beyond ±2048 in {} replies: LK-TECH drives do not have it; MyActuator's "
-                 "count 0.01 A\n",
-                 "    {} 个回复帧的转矩电流超过 ±2048：瓴控驱动器没有；MyActuator 以 0.01 A 计\n"},
-                language, drive.odd_currents());
-  }
-  if (drive.odd_states() > 0 && evidence.open(Trait::kState1) == all_of(Trait::kState1)) {
-    text +=
-        say({"    0x9A and 0x9B in {} replies have no layout of LK-TECH; MyActuator's newer drives "
-             "have the "
-             "voltage at [4:5]\n",
-             "    {} 个 0x9A、0x9B 回复帧不是瓴控的布局；较新的 MyActuator 驱动器电压在 [4:5]\n"},
-            language, drive.odd_states());
-  }
-  return text + (guess.foreign ? "" : unknown_lines(guess, id, language));
+  if (guess.foreign) return text;
+  return text + oddities(drive, language) + unknown_lines(guess, id, language);
 }
 
-/// A name for a virtual bus: a real one's would be started on by whoever copies the line.
-std::string virtual_name(const std::string& interface, std::size_t place) {
-  const bool is_virtual = interface.starts_with("vcan") || interface.starts_with("vxcan");
-  return is_virtual ? interface : "vcan" + std::to_string(place);
+// --- how to emulate them
+// -------------------------------------------------------------------------------
+
+/// A virtual bus, and nothing in its name that a shell or a file takes for something else.
+bool is_virtual(std::string_view name) {
+  for (const std::string_view prefix : {"vcan", "vxcan"}) {
+    if (!name.starts_with(prefix) || name.size() > kLongestName) continue;
+    const std::string_view number = name.substr(prefix.size());
+    if (!number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Names of virtual buses for those of the log: a real one's would be started on by whoever copies
+/// the line.
+class BusNames {
+ public:
+  explicit BusNames(const Guesser& guesser) {
+    for (const auto& [interface, bus] : guesser.buses()) {
+      if (is_virtual(interface)) taken_.insert(interface);
+    }
+  }
+  std::string name_for(const std::string& interface) {
+    if (is_virtual(interface)) return interface;
+    int number = 0;
+    while (!taken_.insert("vcan" + std::to_string(number)).second) ++number;
+    return "vcan" + std::to_string(number);
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+/// Drives of a bus that are emulated alike.
+struct Kind {
+  Guess guess;  // of the first; `fits` holds for all of them
+  std::vector<int> ids;
+};
+
+/// By their options.
+std::map<std::string, Kind> kinds_of(const GuessedBus& bus) {
+  std::map<std::string, Kind> kinds;
+  for (const auto& [id, drive] : bus.drives) {
+    if (drive.replies() == 0) continue;
+    const Guess guess = guess_of(drive.evidence());
+    if (guess.foreign) continue;
+    Kind& kind = kinds.try_emplace(guess.options(), Kind{guess, {}}).first->second;
+    kind.ids.push_back(id);
+    std::erase_if(kind.guess.fits, [&guess](Generation one) {
+      return std::ranges::find(guess.fits, one) == guess.fits.end();
+    });
+  }
+  return kinds;
+}
+
+/// What is not as sure as the command looks.
+std::vector<std::string> doubts(const Guess& guess, Language language) {
+  std::vector<std::string> notes;
+  if (guess.fits.size() == guess.generations.size()) {
+    notes.push_back(say({"nothing in the log tells the generation: {} is the default",
+                         "日志里看不出固件代：{} 是默认值"},
+                        language, generation_name(guess.nearest)));
+  } else if (guess.fits.size() > 1) {
+    const std::vector<Generation> others(guess.fits.begin() + 1, guess.fits.end());
+    notes.push_back(say({"or generation {}", "或固件代 {}"}, language,
+                        names(others, Words{" or ", " 或 "}.in(language))));
+  }
+  if (guess.ms) {
+    notes.push_back(say({"{} is a stand-in: the log does not show which MS motor it is",
+                         "{} 只是代替：日志里看不出是哪种 MS 电机"},
+                        language, kMsStandIn));
+  }
+  return notes;
+}
+
+/// Words in quotes; true, 16 and 0x180 without.
+std::string toml_value(std::string_view value) {
+  const bool bare = value == "true" || value == "false" ||
+                    std::isdigit(static_cast<unsigned char>(value.front())) != 0;
+  return bare ? std::string(value) : fmt::format("\"{}\"", value);
+}
+
+std::string toml_drive(const Kind& kind, Language language) {
+  std::string text = fmt::format("\n[[bus.drive]]\nids = \"{}\"\n", id_list(kind.ids));
+  for (const std::string& note : doubts(kind.guess, language)) text += "# " + note + "\n";
+  if (kind.guess.ms) text += fmt::format("motor = \"{}\"\n", kMsStandIn);
+  text += fmt::format("generation = \"{}\"\n", generation_name(kind.guess.nearest));
+  std::vector<std::string> quirks;
+  for (const QuirkOption& one : kind.guess.all_quirks()) {
+    quirks.push_back(fmt::format("{} = {}", one.key, toml_value(one.value)));
+  }
+  if (!quirks.empty()) text += fmt::format("quirks = {{ {} }}\n", fmt::join(quirks, ", "));
+  return text;
+}
+
+std::string command_text(const std::vector<StartCommand>& commands, Language language) {
+  if (commands.empty()) return "";
+  std::string text(Words{"To emulate them (--motor takes the motor by its label):\n",
+                         "仿真它们（--motor 给出电机型号）：\n"}
+                       .in(language));
+  for (const StartCommand& command : commands) {
+    text += "  " + command.line + "\n";
+    for (const std::string& doubt : command.doubts) text += "    " + doubt + "\n";
+  }
+  return text;
+}
+
+std::string robot_text(const std::string& robot, Language language) {
+  if (robot.empty()) return "";
+  return std::string(Words{"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the "
+                           "motor by its label):\n\n",
+                           "存为 robot.toml，用 lk-emu --config ./robot.toml 启动（motor = "
+                           "给出电机型号）：\n\n"}
+                         .in(language)) +
+         robot;
+}
+
+std::string left_out(const Guesser& guesser, Language language) {
+  std::string text;
+  if (guesser.bad_lines() > 0) {
+    text +=
+        say({"Lines that are not frames: {}\n", "不是帧的行：{}\n"}, language, guesser.bad_lines());
+  }
+  if (guesser.unread_frames() > 0) {
+    text += say({"Frames of further interfaces, not read (max {}): {}\n",
+                 "更多接口的帧，未读取（最多 {} 个接口）：{}\n"},
+                language, Guesser::kMostInterfaces, guesser.unread_frames());
+  }
+  return text;
 }
 
 }  // namespace
 
-std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence) {
-  std::vector<std::string_view> values;
-  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
-    if (contains(evidence.open(trait), value)) values.push_back(row_of(trait).values.at(value));
-  }
-  return values;
-}
-
-std::string probe_text(Trait trait, int drive) {
-  const std::string_view data = row_of(trait).probe;
-  if (data.empty()) return "";
-  return fmt::format("{:03X}#{}", protocol::kSingleDriveId + static_cast<unsigned>(drive), data);
-}
-
-std::vector<Trait> telling(const Guess& guess) {
-  std::vector<Trait> traits;
-  for (const Trait trait : guess.unknown) {
-    const auto of = row_of(trait).of;
-    if (of == nullptr || guess.fits.empty()) continue;
-    const std::size_t first = of(quirks_of(guess.fits.front()));
-    const bool same = std::ranges::all_of(guess.fits, [of, first](Generation generation) {
-      return of(quirks_of(generation)) == first;
-    });
-    if (!same) traits.push_back(trait);
-  }
-  // A query is easier to send than something to wait for.
-  std::stable_partition(traits.begin(), traits.end(),
-                        [](Trait trait) { return !row_of(trait).probe.empty(); });
-  return traits;
-}
-
-std::vector<std::string> command_lines(const Guesser& guesser) {
-  std::vector<std::string> lines;
-  std::size_t place = 0;
+Starts starts_of(const Guesser& guesser, Language language) {
+  Starts starts;
+  BusNames bus_names(guesser);
   for (const auto& [interface, bus] : guesser.buses()) {
-    std::map<std::string, std::vector<int>> kinds;
-    for (const auto& [id, drive] : bus.drives) {
-      if (drive.replies() == 0) continue;
-      const Guess guess = guess_of(drive.evidence());
-      if (!guess.foreign) kinds[guess.options()].push_back(id);
+    const std::map<std::string, Kind> kinds = kinds_of(bus);
+    if (kinds.empty()) continue;
+    const std::string name = bus_names.name_for(interface);
+    if (kinds.size() == 1) {
+      const auto& [options, kind] = *kinds.begin();
+      starts.commands.push_back(
+          {fmt::format("lk-emu --bus {} --ids {} {}", name, id_list(kind.ids), options),
+           doubts(kind.guess, language)});
+      continue;
     }
-    for (const auto& [options, ids] : kinds) {
-      lines.push_back(fmt::format("lk-emu --bus {} --ids {} {}", virtual_name(interface, place),
-                                  id_list(ids), options));
-    }
-    if (!kinds.empty()) ++place;
+    if (!starts.robot.empty()) starts.robot += "\n";
+    starts.robot += fmt::format("[[bus]]\ninterface = \"{}\"\n", name);
+    for (const auto& [options, kind] : kinds) starts.robot += toml_drive(kind, language);
   }
-  return lines;
+  return starts;
 }
 
 std::string guess_text(const Guesser& guesser, Language language) {
   std::string text;
   bool any = false;
   for (const auto& [interface, bus] : guesser.buses()) {
-    text += say({"{}: {} frames", "{}：{} 帧"}, language, interface, bus.frames);
+    const Words frames =
+        bus.frames == 1 ? Words{"{}: {} frame", "{}：{} 帧"} : Words{"{}: {} frames", "{}：{} 帧"};
+    text += say(frames, language, interface, bus.frames);
     if (bus.others > 0)
       text += say({", {} of no drive", "，其中 {} 帧不属于驱动器"}, language, bus.others);
     text += "\n";
@@ -267,21 +384,12 @@ std::string guess_text(const Guesser& guesser, Language language) {
     text += "\n";
   }
   if (any) {
-    text += say({"Bytes never tell: {}.\n", "字节本身永远看不出：{}。\n"}, language,
+    text += say({"Never visible in frames: {}.\n", "帧里永远看不出：{}。\n"}, language,
                 fmt::format("{}", fmt::join(kNeverShown, ", ")));
   }
-  const auto lines = command_lines(guesser);
-  if (!lines.empty()) {
-    text += Words{"To emulate them (--motor takes the motor by its label):\n",
-                  "仿真它们（--motor 给出电机型号）：\n"}
-                .in(language);
-    for (const std::string& line : lines) text += "  " + line + "\n";
-  }
-  if (guesser.bad_lines() > 0) {
-    text +=
-        say({"Lines that are no frames: {}\n", "不是帧的行：{}\n"}, language, guesser.bad_lines());
-  }
-  return text;
+  const Starts starts = starts_of(guesser, language);
+  return text + left_out(guesser, language) + command_text(starts.commands, language) +
+         robot_text(starts.robot, language);
 }
 
 }  // namespace lk::emulator

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "emulator/core/language.hpp"
@@ -12,13 +11,18 @@ namespace lk::emulator {
 /// What was found, for people.
 std::string guess_text(const Guesser& guesser, Language language);
 
-/// The values of a trait that are open, by name: "centivolt", "centivolt_and_bus_current".
-std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence);
-/// The query that would tell, as cansend takes it; empty: there is none.
-std::string probe_text(Trait trait, int drive);
-/// The unknown traits that tell the generations that fit apart.
-std::vector<Trait> telling(const Guess& guess);
-/// Lines that start emulators of the drives, those of one kind together.
-std::vector<std::string> command_lines(const Guesser& guesser);
+/// A command that emulates a bus, and what is not as sure as it looks.
+struct StartCommand {
+  std::string line;
+  std::vector<std::string> doubts;
+};
+
+/// What emulates the drives. A command cannot say several kinds of drive, and a bus can be started
+/// once, so a bus with several kinds is in `robot`.
+struct Starts {
+  std::vector<StartCommand> commands;
+  std::string robot;  // a configuration file; empty: no bus needs it
+};
+Starts starts_of(const Guesser& guesser, Language language);
 
 }  // namespace lk::emulator

@@ -41,14 +41,16 @@ class Guesser {
 
   std::uint64_t frames() const { return frames_; }
   std::uint64_t bad_lines() const { return bad_lines_; }
+  /// Frames of interfaces beyond kMostInterfaces: they are not read.
+  std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
   const std::map<std::string, GuessedBus, std::less<>>& buses() const { return buses_; }
   /// When the first frame was; none without time stamps.
   std::optional<SimTime> begin() const { return begin_; }
 
- private:
   static constexpr std::size_t kMostInterfaces = 32;
 
+ private:
   void refuse(const std::string& problem);
   void hear(GuessedBus& bus, const HeardFrame& heard);
 
@@ -60,6 +62,7 @@ class Guesser {
   std::uint64_t frames_ = 0;
   std::uint64_t lines_ = 0;
   std::uint64_t bad_lines_ = 0;
+  std::uint64_t unread_frames_ = 0;
   std::string first_problem_;
   std::optional<SimTime> begin_;
   bool steps_ = false;

@@ -1,5 +1,7 @@
 #include "emulator/guess/traits.hpp"
 
+#include <fmt/format.h>
+
 namespace lk::emulator {
 namespace {
 
@@ -17,14 +19,14 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
        {"replies on 0x180 + ID", "回复帧标识符为 0x180 + ID"},
        {"replies on 0x240 + ID", "回复帧标识符为 0x240 + ID"}}},
      [](const Quirks& q) -> std::size_t { return q.dialect.reply_id_base == protocol::kSingleDriveId ? 0 : 1; },
-     "9A00000000000000", {}},
+     "9A00000000000000", {"twice", "两次"}},
     {"state_1", 3, {"decivolt", "centivolt", "centivolt_and_bus_current"},
      {{{"0x9A: voltage 0.1 V at [3:4]", "0x9A：电压在 [3:4]，0.1 V"},
        {"0x9A: voltage 0.01 V at [2:3], [4:6] are 0", "0x9A：电压在 [2:3]，0.01 V，[4:6] 为 0"},
        {"0x9A: voltage 0.01 V at [2:3], bus current at [4:5], on or off at [6]",
         "0x9A：电压在 [2:3]，0.01 V，母线电流在 [4:5]，[6] 为开关状态"}}},
      [](const Quirks& q) { return static_cast<std::size_t>(q.dialect.state_1); },
-     "9A00000000000000", {"once after 0x80 within a second, too", "再在 0x80 之后一秒内问一次"}},
+     "9A00000000000000", {"then 80 and 9A within a second, twice; 80 switches the motor off", "再发 80 并在一秒内问 9A，两遍；80 会关闭电机"}},
     {"single_turn_bits", 2, {"16", "32"},
      {{{"0x94: angle in 16 bits at [6:7]", "0x94：角度为 [6:7] 的 16 位"},
        {"0x94: angle in 32 bits at [4:7]", "0x94：角度为 [4:7] 的 32 位"}}},
@@ -37,7 +39,7 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
     {"offset_command", 2, {kFlags[0], kFlags[1]},
      {{{"0x91 unanswered", "0x91 无应答"}, {"0x91 answered", "0x91 有应答"}}},
      [](const Quirks& q) { return flag(q.dialect.offset_command); },
-     "", {"0x91 tells, but writes the ROM: better not", "0x91 能分辨，但会写 ROM，最好不用"}},
+     "", {"0x91, but it writes the ROM: better not", "0x91，但会写 ROM，最好不用"}},
     {"brake_command", 2, {kFlags[0], kFlags[1]},
      {{{"0x8C unanswered", "0x8C 无应答"}, {"0x8C answered", "0x8C 有应答"}}},
      [](const Quirks& q) { return flag(q.dialect.brake_command); },
@@ -54,22 +56,23 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
      {{{"0x281, 0x282 unanswered where 0x280 is answered", "应答 0x280，但不应答 0x281、0x282"},
        {"0x281, 0x282, 0x288 answered", "0x281、0x282、0x288 有应答"}}},
      [](const Quirks& q) { return flag(q.dialect.multi_drive_more); },
-     "", {"shows only in multi-drive mode", "只在多电机模式下看得出"}},
+     "", {"0x280 and 0x281 in turns, three times, in multi-drive mode", "在多电机模式下轮流发 0x280 和 0x281，三遍"}},
     {"all_error_bits", 2, {kFlags[0], kFlags[1]},
      {{{"errors in bits 0 and 3", "错误只用位 0 和 3"}, {"errors in other bits than 0 and 3", "错误用到位 0 和 3 以外的位"}}},
      [](const Quirks& q) { return flag(q.dialect.all_error_bits); },
-     "", {"shows only while such an error is latched", "只在锁存了这样的错误时看得出"}},
+     "", {"0x9A while an error is latched in another bit than 0 and 3", "在位 0 和 3 以外的错误锁存时发 0x9A"}},
     {"manual_reply_bytes", 2, {kFlags[0], kFlags[1]},
      {{{"replies to 0x9B, 0xA7, 0xA8 repeat the command", "0x9B、0xA7、0xA8 的回复重复命令字节"},
        {"replies to 0x9B, 0xA7, 0xA8 have DATA[0] 0x9A, 0xA5, 0xA6", "0x9B、0xA7、0xA8 的回复 DATA[0] 为 0x9A、0xA5、0xA6"}}},
      [](const Quirks& q) { return flag(q.manual_reply_bytes); },
-     "9B00000000000000", {}},
+     "9B00000000000000", {"twice; it clears errors", "两次；会清除错误"}},
     {"clear_angle", 3, {"ignored", "implemented", "sets_angle"},
      {{{"0x95 leaves the multi-turn angle", "0x95 不改变多圈角度"},
        {"0x95 sets the multi-turn angle to 0", "0x95 把多圈角度清零"},
        {"0x95 sets the multi-turn angle to [4:7]", "0x95 把多圈角度设为 [4:7]"}}},
      [](const Quirks& q) { return static_cast<std::size_t>(q.dialect.clear_angle); },
-     "9200000000000000", {"then 9500000050460000 and 92 again, twice, with the shaft at rest; it renames the position", "再发 9500000050460000 和 92，两遍，轴静止；位置会被重新命名"}},
+     "9200000000000000", {"then 9500000050460000 and 92 within a second; turn the shaft by 90°; 92, 95000000A08C0000, 92; each time with the shaft at rest and more than 50° from 0, 180 and 360; it renames the position",
+      "再在一秒内发 9500000050460000 和 92；把轴转过 90°；92、95000000A08C0000、92；每次轴静止，离 0、180 和 360 超过 50°；位置会被重新命名"}},
     {"run_resumes", 2, {kFlags[0], kFlags[1]},
      {{{"0x88 after 0x81: nothing moves until the next command", "0x81 之后的 0x88：到下一条命令之前不动"},
        {"0x88 after 0x81: the command resumes", "0x81 之后的 0x88：恢复原命令"}}},
@@ -96,6 +99,12 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
 const TraitRow& row_of(Trait trait) { return kRows.at(static_cast<std::size_t>(trait)); }
 
 ValueSet all_of(Trait trait) { return static_cast<ValueSet>((1U << row_of(trait).count) - 1U); }
+
+std::string probe_text(Trait trait, int drive) {
+  const std::string_view data = row_of(trait).probe;
+  if (data.empty()) return "";
+  return fmt::format("{:03X}#{}", protocol::kSingleDriveId + static_cast<unsigned>(drive), data);
+}
 
 std::optional<Trait> trait_behind(Opcode opcode) {
   switch (opcode) {

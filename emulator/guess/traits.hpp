@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "emulator/core/bus_config.hpp"
@@ -59,12 +60,14 @@ struct TraitRow {
   /// Which value a drive with these switches has; null where they do not say.
   std::size_t (*of)(const Quirks& quirks);
   std::string_view probe;  // DATA of a query that would tell, or of the first of them
-  Words how;               // what else it takes to tell
+  Words how;               // what else it takes to tell; without a probe, all of it
 };
 
 const TraitRow& row_of(Trait trait);
 /// All values of a trait.
 ValueSet all_of(Trait trait);
+/// The query that would tell, as cansend takes it; empty: there is none.
+std::string probe_text(Trait trait, int drive);
 
 /// The trait that decides whether a drive answers the command; none: all drives do.
 std::optional<Trait> trait_behind(protocol::Opcode opcode);

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "emulator/config/config_quirks.hpp"
+#include "emulator/config/words.hpp"
 #include "emulator/program/argument_problem.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"
@@ -70,8 +72,8 @@ void add_options(CLI::App& app, Raw& raw) {
                      kDefaultMotor + ")")
       ->type_name("MOTOR");
   app.add_option("--generation", raw.generations,
-                 "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
-                 "drives of their motor were seen to speak")
+                 "firmware of the drives, one of " + comma_list(generation_words()) +
+                     " (default legacy); seen: what drives of their motor were seen to speak")
       ->type_name("NAME")
       ->allow_extra_args(false);
   app.add_option("--quirk", raw.quirks,
@@ -173,11 +175,11 @@ void set_generation(const std::string& word, FirmwareRequest& firmware) {
 
 void set_quirk(const std::string& text, FirmwareRequest& firmware) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) {
+  const std::string key = small_letters(trimmed(text.substr(0, equals)));
+  if (equals == std::string::npos || key.empty()) {
     throw StartError("--quirk: \"" + text + "\" is not NAME=VALUE, like pid_commands=true");
   }
-  const std::string key = text.substr(0, equals);
-  if (!firmware.quirks.emplace(key, text.substr(equals + 1)).second) {
+  if (!firmware.quirks.emplace(key, trimmed(text.substr(equals + 1))).second) {
     throw StartError("--quirk: " + key + " is given twice for the same drives");
   }
 }
@@ -228,16 +230,20 @@ HttpAddress parse_http_address(const std::string& text) {
   std::string address = text.substr(0, colon);
   const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
   if (bracketed) address = address.substr(1, address.size() - 2);
+  // Brackets are for IPv6, whose addresses have colons of their own.
   if (colon == std::string::npos || address.empty() ||
-      (!bracketed && address.find(':') != std::string::npos)) {
+      bracketed != (address.find(':') != std::string::npos)) {
     throw StartError("--http: \"" + text +
                      "\" is not ADDR:PORT, like 127.0.0.1:8474 or localhost:8474");
+  }
+  if (colon + 1 == text.size()) {
+    throw StartError("--http: " + text + " needs a port, like " + text + "8474");
   }
   const std::int64_t port = parse_number("--http", text.substr(colon + 1));
   if (port < 0 || port > 65535) {
     throw StartError("--http: port " + std::to_string(port) + " is out of range");
   }
-  if (address == "localhost") address = "127.0.0.1";
+  if (small_letters(address) == "localhost") address = "127.0.0.1";
   return {address, static_cast<std::uint16_t>(port)};
 }
 

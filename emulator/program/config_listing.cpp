@@ -179,10 +179,12 @@ std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses) {
   for (const auto& bus : buses) {
     for (const auto& servo : bus.servos) {
       const auto seen = servo.profile.seen_generation;
-      const bool plain = servo.quirks.dialect == protocol::kLegacyDialect;
+      const bool plain =
+          !servo.generation_given && servo.quirks.dialect == protocol::kLegacyDialect;
       if (!plain || !seen || *seen == Generation::kLegacy) continue;
       std::string line = fmt::format(
-          "{}: such drives were seen to speak {}; this one speaks legacy (--generation seen)",
+          "{}: such drives were seen to speak {}, this one speaks legacy (--generation seen "
+          "changes that)",
           servo.profile.name, generation_name(*seen));
       if (std::ranges::find(lines, line) == lines.end()) lines.push_back(std::move(line));
     }

@@ -321,8 +321,8 @@ void Daemon::print_summary() const {
     print_bus(line->bus().stats(), line->name() + ":" + line->ids());
     print_gate(line->gate());
     print_port(line->port()->stats());
-    print_nonzero("frames lost while time stood still", line->backlog_lost());
-    print_nonzero("frames that still waited for time to move", line->backlog());
+    print_nonzero("frames lost while time was stopped", line->backlog_lost());
+    print_nonzero("frames still waiting for the stepped clock", line->backlog());
   }
   const SimClock& clock = world_.clock();
   if (clock.slips() > 0) {

@@ -20,16 +20,18 @@ constexpr int kBacklog = 64;
 /// The name of a lock, in a namespace of its own that no file is in.
 class Address {
  public:
-  Address(const std::string& interface, int id) {
-    const std::string name = "lk-emu/" + interface + "/" + std::to_string(id);
+  Address(const std::string& interface, int id)
+      : name_("lk-emu/" + interface + "/" + std::to_string(id)) {
     address_.sun_family = AF_UNIX;
-    std::memcpy(address_.sun_path + 1, name.data(), name.size());
-    size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+    std::memcpy(address_.sun_path + 1, name_.data(), name_.size());
+    size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name_.size());
   }
+  const std::string& name() const { return name_; }
   const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address_); }
   socklen_t size() const { return size_; }
 
  private:
+  std::string name_;
   sockaddr_un address_{};
   socklen_t size_;
 };
@@ -40,18 +42,32 @@ Descriptor open_socket() {
   return socket;
 }
 
-/// 0: it does not say, or belongs to another PID namespace. Never waits for it.
-pid_t holder(const Address& address) {
+struct Holder {
+  pid_t pid = 0;  // 0: it does not say, or belongs to another PID namespace
+  bool responds = true;
+};
+
+/// Never waits for it.
+Holder holder_of(const Address& address) {
   const Descriptor socket = open_socket();
-  if (::connect(socket.get(), address.get(), address.size()) < 0) return 0;
+  if (::connect(socket.get(), address.get(), address.size()) < 0) {
+    // Its queue is full: it has not hung up on anybody for a while.
+    return {.responds = errno != EAGAIN};
+  }
   ucred who{};
   socklen_t size = sizeof who;
-  if (::getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) < 0) return 0;
-  return who.pid;
+  if (::getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) < 0) return {};
+  return {.pid = who.pid};
 }
 
-[[noreturn]] void refuse(const std::string& interface, int id, pid_t pid) {
+[[noreturn]] void refuse(const std::string& interface, int id, const Address& address) {
   const std::string drive = interface + ": ID " + std::to_string(id);
+  const Holder holder = holder_of(address);
+  if (!holder.responds) {
+    throw StartError(drive + " is held by a program that does not respond; ss -xlp | grep " +
+                     address.name() + " shows it: stop it, or give other --ids");
+  }
+  const pid_t pid = holder.pid;
   if (pid == ::getpid()) {
     throw StartError(drive +
                      " is given twice: another of the buses is the other end of this vxcan pair, "
@@ -59,7 +75,7 @@ pid_t holder(const Address& address) {
   }
   const std::string who = pid != 0 ? "lk-emu (pid " + std::to_string(pid) + ")"
                                    : "another program (of another container, perhaps)";
-  throw StartError(drive + " is answered by " + who + " already; end that, or give other --ids");
+  throw StartError(drive + " is answered by " + who + " already; stop it, or give other --ids");
 }
 
 }  // namespace
@@ -73,7 +89,7 @@ void IdLocks::take(const std::string& interface, const LinkState& link, int id) 
     const Address address(name, id);
     Descriptor socket = open_socket();
     if (::bind(socket.get(), address.get(), address.size()) < 0) {
-      if (errno == EADDRINUSE) refuse(interface, id, holder(address));
+      if (errno == EADDRINUSE) refuse(interface, id, address);
       throw std::system_error(errno, std::generic_category(), "bind");
     }
     if (::listen(socket.get(), kBacklog) < 0) {

@@ -93,7 +93,7 @@ void SocketCanPort::enter(Link link) {
     case Link::kClosed:  // the reason has been told
       break;
     case Link::kUp:
-      if (before != Link::kUnknown) spdlog::info("{} is up: going on", interface_);
+      if (before != Link::kUnknown) spdlog::info("{} is up: continuing", interface_);
       break;
     case Link::kDown:
       spdlog::warn("{} is down: waiting for it (sudo ip link set {} up)", interface_, interface_);

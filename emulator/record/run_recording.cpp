@@ -68,7 +68,7 @@ Activity RunRecording::for_clients() {
     // Its end would wait for the disk, and the buses with it.
     if (previous_ && !previous_->done()) {
       throw ApiError(409, "recording",
-                     "the disk has not taken all of an earlier one; wait, or mend the disk");
+                     "an earlier recording is still being written; wait, or check the disk");
     }
     const toml::table table = to_table(request);
     TableReader reader(table, "request", "");

@@ -75,7 +75,7 @@ void RomDirectory::lock() {
   if (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) {
       throw StartError(path_.string() + " is in use by " + holder(lock_.get()) +
-                       "; end that, or give another --rom DIR");
+                       "; stop it, or give another --rom DIR");
     }
     throw StartError("cannot lock " + path_.string() + ": " + reason(errno));
   }

@@ -87,7 +87,7 @@ class Client:
         try:
             return json.loads(answer) if answer else None
         except ValueError:
-            raise Error(f"{what}: the answer is no JSON: {answer[:80]!r}") from None
+            raise Error(f"{what}: the answer is not JSON: {answer[:80]!r}") from None
 
     def close(self) -> None:
         with self._lock:

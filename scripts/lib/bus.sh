@@ -8,7 +8,7 @@ may_use_bus() {
   shift
   "$root/scripts/with-vcan" true </dev/null 2>/dev/null || status=$?
   if ((status == 125 && EUID != 0)) && command -v sudo >/dev/null; then
-    echo "the CAN interfaces of this kernel need root: going on through sudo" >&2
+    echo "the CAN interfaces of this kernel need root: continuing with sudo" >&2
     sudo -E env "PATH=$PATH" "$@" </dev/null
   else
     "$@" </dev/null

@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # Installs what is missing of the distribution packages in packages.txt.
-# Sourced by scripts/packages, scripts/demo, scripts/test and tests/bare.
+# Sourced by scripts/packages, scripts/demo and scripts/test.
 
 packages_list=$(dirname -- "${BASH_SOURCE[0]}")/packages.txt
 

@@ -23,6 +23,7 @@ talk() {
   local start conversation expected listeners line frame lines=0 frames=()
   ip link del vcan0
   bash -exc "$(block 'Install and run' 2)"
+  eval "$(block 'Install and run' 1 | grep '^export ')" # the same terminal
   start=$(block 'Install and run' 3)
   exec 3< <(eval "exec $start")
   read -r line <&3
@@ -42,7 +43,8 @@ talk() {
     echo "$frame"
     frames+=("$(awk '{ print $1, $2, $3, $4 }' <<<"$frame")")
   done
-  [[ -z $(printf '%s\n' "${frames[@]}" | sort | uniq -c | awk '$1 != 2') ]]
+  [[ -z $(printf '%s\n' "${frames[@]}" | sort | uniq -c | awk '$1 != 2') ]] ||
+    { echo "bare: a query without its reply" >&2 && return 1; }
 }
 
 if [[ ${1:-} == --talk ]]; then

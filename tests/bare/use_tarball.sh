@@ -38,6 +38,6 @@ with lkemu.Emulator(ids="1-2", clock="stepped") as emu:
 command = ["lk-emu", "--bus", "vcan0", "--ids", "1", "--http", "localhost:8474"]
 with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
     print(program.stdout.readline())
-    print(urllib.request.urlopen("http://localhost:8474/drives").read(100))
+    print(urllib.request.urlopen("http://localhost:8474/api/v1/drives").read(100))
     program.terminate()
 '

@@ -67,8 +67,13 @@ TEST(DuplicateId, IsToldWithinAFewFramesOfOneQuery) {
                                          Torque{0.5},
                                          Speed{.speed_dps = 30},
                                          Position1{.target_cdeg = 9000},
+                                         Position2{.max_speed_dps = 90, .target_cdeg = 9000},
                                          Position3{},
-                                         Position5{.increment_cdeg = 500}};
+                                         Position5{.increment_cdeg = 500},
+                                         Position6{.max_speed_dps = 90, .increment_cdeg = 500},
+                                         ReadEncoder{},
+                                         ReadMultiTurnAngle{},
+                                         ReadSingleTurnAngle{}};
   for (const Command& command : commands) {
     Rivals rivals(other_drive());
     rivals.say(query(command));
@@ -76,6 +81,38 @@ TEST(DuplicateId, IsToldWithinAFewFramesOfOneQuery) {
     EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone) << command.index();
     EXPECT_LT(rivals.here.get(AdviceKind::kDuplicateId).first, 10ms) << command.index();
   }
+}
+
+/// What does not change is told when it is not what the drive here says.
+TEST(DuplicateId, IsToldByRegistersThatDiffer) {
+  ServoConfig there = other_drive();
+  there.rom.gains.speed_kp = 77;
+  there.rom.acceleration_dps_s = 1234;
+  for (const Command& command : std::vector<Command>{ReadPid{}, ReadAcceleration{}}) {
+    Rivals rivals(there);
+    rivals.say(query(command));
+    rivals.wait(20ms);
+    EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone) << command.index();
+  }
+}
+
+TEST(DuplicateId, IsToldOfADriveInTheCold) {
+  ServoConfig there = other_drive();
+  there.profile.drive.thermal.temp_ambient = -20;
+  Rivals rivals(there);
+  rivals.say(query(ReadState2{}));
+  rivals.wait(20ms);
+  EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
+}
+
+/// A drive does not take a temperature for a direction: there is one reply for each query.
+TEST(DuplicateId, IsToldOfADriveThatIsMovedWithADirection) {
+  Rivals rivals(other_drive());
+  for (int n = 0; n < 20; ++n) {
+    rivals.say(query(Position4{.max_speed_dps = 90, .target_cdeg = 9000}));
+    rivals.wait(2ms);
+  }
+  EXPECT_GT(rivals.here.count(AdviceKind::kDuplicateId), kNone);
 }
 
 /// Two programs with the same configuration, apart from what chance makes of it.
@@ -155,7 +192,8 @@ TEST_F(Hosts, TwoThatClearTheirFramesAreNoDrive) {
 
 TEST_F(Hosts, OneThatSendsItsReceiveBufferAgainIsNoDrive) {
   for (const std::uint8_t command :
-       std::to_array<std::uint8_t>({0x9A, 0x9B, 0x9C, 0x9D, 0xA1, 0xA2, 0xA3, 0xA5, 0xA7})) {
+       std::to_array<std::uint8_t>({0x30, 0x33, 0x90, 0x92, 0x94, 0x9A, 0x9B, 0x9C, 0x9D, 0xA1,
+                                    0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8})) {
     Payload buffer{command};
     for (std::uint8_t n = 0; n < 100; ++n) {
       if (command > 0xA0) buffer[4] = n;
@@ -187,14 +225,25 @@ TEST_F(Hosts, OneWhoseFramesAlwaysHaveSomethingThereIsNoDrive) {
   expect_nothing();
 }
 
+TEST_F(Hosts, OneThatFillsUpWithOnesIsNoDrive) {
+  for (std::uint8_t n = 0; n < 250; ++n) {
+    ask({kTorqueByte, 0, 0, 0, n});
+    ask({kTorqueByte, 0xFF, 0xFF, 0xFF, n, 0, 0xFF, 0xFF});
+  }
+  expect_nothing();
+}
+
 TEST_F(Hosts, OneThatLeavesRubbishThereIsNoDrive) {
   std::uint32_t random = 1;
-  for (int n = 0; n < 20'000; ++n) {
-    Payload data{kRead};
-    for (std::size_t k = 1; k < 8; ++k) {
-      data[k] = static_cast<std::uint8_t>((random = random * 1664525 + 1013904223) >> 24U);
+  for (const std::uint8_t command : std::to_array<std::uint8_t>({kRead, 0x33, 0x90, 0x92, 0x94})) {
+    ask({command});
+    for (int n = 0; n < 5000; ++n) {
+      Payload data{command};
+      for (std::size_t k = 1; k < 8; ++k) {
+        data[k] = static_cast<std::uint8_t>((random = random * 1664525 + 1013904223) >> 24U);
+      }
+      ask(data);
     }
-    ask(data);
   }
   expect_nothing();
 }

@@ -138,5 +138,20 @@ TEST(ConfigChecks, WhatOnlyLooksLikeOneIsAccepted) {
   }
 }
 
+/// No file says anything of the drive, but its motor may be anybody's.
+TEST(ConfigChecks, AMotorOfTheCommandLineIsCheckedToo) {
+  Overrides overrides;
+  overrides.motor = "braked";
+  overrides.buses.push_back({"vcan0", std::vector{1}});
+  const auto problem = [&] {
+    return config_error([&] { default_config(overrides, find_test_profile); });
+  };
+  EXPECT_EQ(problem(),
+            "--motor: braked: has a brake, and nothing could release it: the drive has no brake "
+            "command (generation v236 has, or quirks.brake_command)");
+  overrides.firmware.generation = "v236";
+  EXPECT_EQ(problem(), "accepted");
+}
+
 }  // namespace config_checks_test
 }  // namespace lk::emulator

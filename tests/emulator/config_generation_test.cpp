@@ -144,8 +144,8 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   EXPECT_EQ(drive.generation, Generation::kV236);
   EXPECT_EQ(drive.quirks, quirks_of(Generation::kV236));
   EXPECT_EQ(parse_error(kDrive + "generation = \"seen\""),
-            "robot.toml:5: bus.drive.generation: it is not known what mf7015 drives speak; lk-emu "
-            "motors lists of which motors it is");
+            "robot.toml:5: bus.drive.generation: no generation was seen of such drives; lk-emu "
+            "motors lists the motors that have one");
 }
 
 Overrides asked(FirmwareRequest firmware) {
@@ -222,8 +222,17 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
                 "--generation: \"v300\" is not one of legacy, late-legacy, v235, v236, seen"},
            Case{{"", {}}, "--generation: \"\" is not one of legacy, late-legacy, v235, v236, seen"},
            Case{{"seen", {}},
-                "--generation: it is not known what mf7015 drives speak; lk-emu motors lists of "
-                "which motors it is"},
+                "--generation: vcan0 drive 1 (mf7015): no generation was seen of such drives; "
+                "lk-emu motors lists the motors that have one"},
+           Case{{"v2.35", {}},
+                "--generation: \"v2.35\" is not one of legacy, late-legacy, v235, v236, seen, did "
+                "you mean v235?"},
+           Case{
+               {"late_legacy", {}},
+               "--generation: \"late_legacy\" is not one of legacy, late-legacy, v235, v236, seen, "
+               "did you mean late-legacy?"},
+           Case{{"v237", {}},
+                "--generation: \"v237\" is not one of legacy, late-legacy, v235, v236, seen"},
            Case{{std::nullopt, {{"pid_command", "true"}}},
                 "--quirk: pid_command: unknown key, did you mean pid_commands?"},
            Case{{std::nullopt, {{"pid_commands", "yes"}}},
@@ -238,7 +247,18 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
            Case{{std::nullopt, {{"reply_id_base", "0x280"}}},
                 "--quirk: reply_id_base: must be 0x140 or 0x180"},
            Case{{std::nullopt, {{"reply_id_base", "0x"}}},
-                "--quirk: reply_id_base: must be a whole number"},
+                "--quirk: reply_id_base: must be 0x140 or 0x180"},
+           Case{{std::nullopt, {{"state_1", "1"}}},
+                "--quirk: state_1: \"1\" is not one of decivolt, centivolt, "
+                "centivolt_and_bus_current"},
+           Case{{std::nullopt, {{"iq_scale", "true"}}},
+                "--quirk: iq_scale: \"true\" is not one of manual, series"},
+           Case{{std::nullopt, {{"single_turn_bits", "abc"}}},
+                "--quirk: single_turn_bits: must be 16 or 32"},
+           Case{{std::nullopt, {{"single_turn_bits", "true"}}},
+                "--quirk: single_turn_bits: must be 16 or 32"},
+           Case{{std::nullopt, {{"stop_holds", "1"}}},
+                "--quirk: stop_holds: must be true or false"},
            Case{{std::nullopt, {{"open_loop_command", "true"}}},
                 "--quirk: open_loop_command: MS drives only"},
            Case{{std::nullopt, {{"encoder_span\n", "1"}}},
@@ -250,6 +270,63 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
               parse(kDrive, asked({std::nullopt, {{"gear", "10"}}}));
             }).rfind("--quirk: gear: unknown; there are: manual_reply_bytes, ", 0),
             0U);
+}
+
+TEST(AskedFirmware, IsTakenInCapitalLetters) {
+  const Quirks quirks =
+      parse(kDrive, asked({"V235", {{"reply_id_base", "0X180"}, {"stop_holds", "True"}}}))[0]
+          .servos[0]
+          .quirks;
+  Quirks expected = quirks_of(Generation::kV235);
+  expected.dialect.reply_id_base = 0x180;
+  expected.stop_holds = true;
+  EXPECT_EQ(quirks, expected);
+  EXPECT_EQ(drive_of("generation = \"Late-Legacy\"").generation, Generation::kLateLegacy);
+}
+
+/// A robot of whose first drives it is not known what they speak.
+const std::string kMixed =
+    kDrive + "[[bus.drive]]\nid = 4\nmotor = \"mg4005\"\n[[bus]]\ninterface = \"vcan1\"\n" +
+    "[[bus.drive]]\nid = 1\n";
+
+TEST(AskedFirmware, IsNotAskedOfDrivesThatDoNotRun) {
+  Overrides overrides = asked({"seen", {}});
+  overrides.buses.push_back({"vcan0", std::vector{4}});
+  const auto buses = parse(kMixed, overrides);
+  ASSERT_EQ(buses.size(), 1U);
+  ASSERT_EQ(buses[0].servos.size(), 1U);
+  EXPECT_EQ(buses[0].servos[0].generation, Generation::kV236);
+  overrides.buses[0].ids = std::vector{1, 4};
+  EXPECT_EQ(config_error([&] { parse(kMixed, overrides); }),
+            "--generation: vcan0 drive 1 (mf7015): no generation was seen of such drives; lk-emu "
+            "motors lists the motors that have one");
+}
+
+TEST(AskedFirmware, IsNotTakenForAMistakeOfTheFile) {
+  const std::string text = kDrive + "generation = \"v236\"\nsettings.gains.speed_kd = 1\n";
+  EXPECT_EQ(parse_error(text), "accepted");
+  const std::string problem =
+      "robot.toml:6: bus.drive.settings.gains.speed_kd: only drives with parameter_commands have "
+      "it";
+  EXPECT_EQ(config_error([&] {
+              parse(text, asked({"legacy", {}}));
+            }),
+            problem + " (with --generation legacy of the command line)");
+  EXPECT_EQ(config_error([&] {
+              parse(text, asked({std::nullopt, {{"parameter_commands", "false"}}}));
+            }),
+            problem + " (with --quirk parameter_commands=false of the command line)");
+  EXPECT_EQ(config_error([&] {
+              parse(kDrive + "reply_time_us = -1\n", asked({"v235", {}}));
+            }),
+            "robot.toml:5: bus.drive.reply_time_us: -1 is out of range (0 to 100000)")
+      << "it is the file's";
+}
+
+TEST(AskedFirmware, OnlyWhatWasAskedForCountsAsGiven) {
+  EXPECT_FALSE(drive_of("").generation_given);
+  EXPECT_TRUE(drive_of("generation = \"legacy\"").generation_given);
+  EXPECT_TRUE(parse(kDrive, asked({"legacy", {}}))[0].servos[0].generation_given);
 }
 
 TEST(AskedFirmware, TakesWhatAFileTakes) {
@@ -397,7 +474,7 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
       {"quirks.single_turn_bits = 24",
        "robot.toml:5: bus.drive.quirks.single_turn_bits: must be 16 or 32"},
       {"quirks.single_turn_target_bits = \"32\"",
-       "robot.toml:5: bus.drive.quirks.single_turn_target_bits: must be a whole number"},
+       "robot.toml:5: bus.drive.quirks.single_turn_target_bits: must be 16 or 32"},
       {"quirks.iq_command_limit_lsb = 2049",
        "robot.toml:5: bus.drive.quirks.iq_command_limit_lsb: must be 2000 or 2048"},
       {"quirks.reply_id_base = 0x141",

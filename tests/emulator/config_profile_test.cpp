@@ -26,9 +26,20 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-Profile shipped(const std::string& name) {
+MotorFile shipped_file(const std::string& name) {
   const auto file = kMotors / (name + ".toml");
-  return parse_profile(text_of(file), file.string(), name);
+  return {name, file.string(), text_of(file)};
+}
+
+Profile shipped(const std::string& name) { return parse_profile(shipped_file(name), shipped_file); }
+
+std::vector<std::string> shipped_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(kMotors)) {
+    names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
 }
 
 TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
@@ -42,7 +53,7 @@ TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
   EXPECT_EQ(buses[1].servos.size(), 3U);
 }
 
-class ShippedMotor : public testing::TestWithParam<const char*> {};
+class ShippedMotor : public testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedMotor, Parses) {
   const Profile profile = shipped(GetParam());
@@ -53,7 +64,7 @@ TEST_P(ShippedMotor, Parses) {
 TEST_P(ShippedMotor, EveryNumberHasAQualityLetter) {
   const std::regex value(R"(^[A-Za-z_0-9]+ = .*)");
   const std::regex lettered(R"(^[^#]+# [SEDGHh](:|;|$).*)");
-  std::istringstream lines(text_of(kMotors / (std::string(GetParam()) + ".toml")));
+  std::istringstream lines(text_of(kMotors / (GetParam() + ".toml")));
   for (std::string line; std::getline(lines, line);) {
     if (!std::regex_match(line, value)) continue;
     EXPECT_TRUE(std::regex_match(line, lettered)) << line;
@@ -109,11 +120,7 @@ TEST_P(ShippedMotor, ProtectionsAreWithinWhatItsSensorsSee) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor,
-                         testing::Values("ms3506", "ms4010", "ms4015", "mf4005", "mf5010", "mf7015",
-                                         "mf7015-23t", "mf9025", "mh9025", "mg4005", "mg4010",
-                                         "mg5010", "mg5210", "mg6010", "mg6012-i8", "mg6012-i36",
-                                         "mg8008", "mg8016"),
+INSTANTIATE_TEST_SUITE_P(Config, ShippedMotor, testing::ValuesIn(shipped_names()),
                          [](const auto& motor) {
                            return std::regex_replace(motor.param, std::regex("-"), "_");
                          });
@@ -241,6 +248,10 @@ stall = { enabled = true }
   EXPECT_EQ(mine.name, "my.toml");
   EXPECT_EQ(mine.model, "the one in the lab");
   EXPECT_EQ(mine.aliases, std::vector<std::string>{}) << "it is not what the other is sold as";
+  EXPECT_EQ(mine.rating.torque_rated_Nm, 0) << "printed of the other";
+  EXPECT_GT(base.rating.torque_rated_Nm, 0);
+  EXPECT_EQ(mine.seen_generation, std::nullopt) << "seen of the other";
+  EXPECT_NE(base.seen_generation, std::nullopt);
   EXPECT_EQ(mine.files, (std::vector<std::string>{"my.toml", (kMotors / "mf7015.toml").string()}));
   EXPECT_EQ(mine.drive.motor.pole_pairs, 21);
   EXPECT_EQ(mine.drive.motor.R_s, base.drive.motor.R_s);
@@ -267,8 +278,9 @@ TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
 
 TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
   files_["robot/left.toml"] = "extends = \"../lab/my.toml\"\nmotor.R_s_ohm = 0.2\n";
-  files_["lab/my.toml"] = "extends = \"./base.toml\"\nmotor.R_s_ohm = 0.3\nmotor.L_d_mH = 0.5\n";
-  files_["lab/base.toml"] = "extends = \"mf7015\"\nmotor.L_q_mH = 0.5\n";
+  files_["robot/../lab/my.toml"] =
+      "extends = \"./base.toml\"\nmotor.R_s_ohm = 0.3\nmotor.L_d_mH = 0.5\n";
+  files_["robot/../lab/base.toml"] = "extends = \"mf7015\"\nmotor.L_q_mH = 0.5\n";
   const Profile left = load("robot/left.toml");
   EXPECT_DOUBLE_EQ(left.drive.motor.R_s, 0.2);
   EXPECT_DOUBLE_EQ(left.drive.motor.L_d, 0.5e-3);
@@ -277,12 +289,12 @@ TEST_F(Extending, GoesOnInTheDirectoryOfTheFile) {
 }
 
 TEST_F(Extending, AFileNeedNotBeWholeByItself) {
-  files_["common.toml"] = "rating.voltage_max_V = 30\n";
+  files_["common.toml"] = "encoder_span = \"output_turn\"\n";
   std::string rest = text_of(kMotors / "mf7015.toml");
-  rest.erase(rest.find("voltage_max_V"),
-             rest.find('\n', rest.find("voltage_max_V")) - rest.find("voltage_max_V"));
+  const std::size_t span = rest.find("encoder_span");
+  rest.erase(span, rest.find('\n', span) - span);
   files_["my.toml"] = "extends = \"common.toml\"\n" + rest;
-  EXPECT_DOUBLE_EQ(load("my.toml").rating.voltage_max_V, 30);
+  EXPECT_EQ(load("my.toml").encoder_span, EncoderSpan::kOutputTurn);
   EXPECT_EQ(error("extends = \"common.toml\"\n"), "my.toml:1: model: missing");
 }
 
@@ -297,7 +309,7 @@ TEST_F(Extending, AMistakeIsNamedWhereItStands) {
   EXPECT_EQ(error("extends = \"mf7015\"\n\n[mechanics]\ntau_coulomb_mNm = 20\n"),
             "my.toml:4: mechanics.tau_static_mNm: must not be below tau_coulomb_mNm")
       << "what the other file says is right by itself";
-  EXPECT_EQ(error("extends = \"mf7015\"\nrating.voltage_max_V = 5\n"),
+  EXPECT_EQ(error("extends = \"mf7015\"\nrating = { voltage_min_V = 7, voltage_max_V = 5 }\n"),
             "my.toml:2: rating.voltage_min_V: must not be above voltage_max_V");
   EXPECT_EQ(error("extends = \"mf7015\"\nseries = \"MS\"\n"),
             "my.toml:2: series: the motor that it extends is an MF");
@@ -319,7 +331,8 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
   files_["9.toml"] = "";
   // my.toml is the first of eight, 6.toml the last.
   EXPECT_EQ(error("extends = \"0.toml\"\n"),
-            "6.toml:1: extends: more than 8 motor files, each extending the next");
+            "6.toml:1: extends: more than 8 motor files, each extending the next, or a loop of "
+            "them");
   EXPECT_EQ(config_error([] { parse_profile("extends = \"mf7015\"", "m.toml", "m"); }),
             "m.toml:1: extends: no other motor files are at hand here");
 }
@@ -347,8 +360,10 @@ TEST(MotorNames, AreUnique) {
 TEST(MotorNames, APathInAFileStartsAtItsDirectory) {
   EXPECT_EQ(motor_of("robot.toml", "./my.toml"), "./my.toml");
   EXPECT_EQ(motor_of("a/robot.toml", "./my.toml"), "a/my.toml");
-  EXPECT_EQ(motor_of("a/robot.toml", "../b/my.toml"), "b/my.toml");
-  EXPECT_EQ(motor_of("a/robot.toml", "../my"), "./my") << "still a path, and no name";
+  EXPECT_EQ(motor_of("a/robot.toml", "../b/my.toml"), "a/../b/my.toml")
+      << "a may be a symbolic link, and ../b stand elsewhere";
+  EXPECT_EQ(motor_of("a/robot.toml", "../my"), "a/../my");
+  EXPECT_EQ(motor_of("./robot.toml", "./my"), "./my") << "still a path, and no name";
   EXPECT_EQ(motor_of("/a/robot.toml", "/b/my.toml"), "/b/my.toml");
   EXPECT_EQ(motor_of("a/robot.toml", "mf7015"), "mf7015");
   EXPECT_EQ(motor_of("a/robot.toml", ""), "");

@@ -236,7 +236,7 @@ TEST(Config, APathOfAMotorStartsAtTheDirectoryOfTheFile) {
   Overrides overrides;
   overrides.motor = "../my.toml";
   parse_config(text, "robots/arm/robot.toml", overrides, find);
-  EXPECT_EQ(asked, (std::vector<std::string>{"robots/my.toml", "../my.toml"}))
+  EXPECT_EQ(asked, (std::vector<std::string>{"robots/arm/../my.toml", "../my.toml"}))
       << "of the command line: from where the command is given";
 }
 

@@ -5,15 +5,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/guess/guesser.hpp"
+#include "emulator/program/cli.hpp"
 #include "protocol/wire.hpp"
+#include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::test {
@@ -98,6 +102,17 @@ inline std::vector<std::string> open_values(const Json& drive, std::string_view 
     }
   }
   return values;
+}
+
+/// The drives that a printed command starts, read as the program reads it.
+inline std::vector<emulator::BusConfig> started(const std::string& command) {
+  std::istringstream stream(command);
+  const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+  std::vector<const char*> arguments;
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  const auto line =
+      emulator::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
+  return emulator::default_config(line.value().overrides, profile);
 }
 
 }  // namespace lk::test

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <set>
+#include <sstream>
+
 #include "emulator/core/generation.hpp"
 #include "emulator/guess/traits.hpp"
 #include "tests/emulator/guess_support.hpp"
@@ -196,6 +200,107 @@ TEST(Guess, PrintsFindingsWithTheirFrames) {
   }
   EXPECT_NE(guessed_text(lines, Language::kChinese).find("驱动器 1：late-legacy"),
             std::string::npos);
+}
+
+// --- how to emulate them
+// -------------------------------------------------------------------------------
+
+/// 23.88 V at [2:3] and 98.10° in 16 bits at [6:7]: v235 or v236 but for its angle.
+const Keys kMixture{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1F540900000000",
+                    "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000000005226"};
+
+TEST(GuessStarts, AreAFileWhereABusHasSeveralKinds) {
+  Keys lines = kMixture;
+  // MS, by its reply to 0xA0; 3 and 4 are late-legacy, by 24.0 V at [3:4] and 180° at [4:7].
+  for (const char* const line :
+       {"can0 142#A000000000000000", "can0 142#A019020003002108", "can0 143#9A1900F000000000",
+        "can0 143#9400000050460000", "can0 144#9A1900F000000000", "can0 144#9400000050460000"}) {
+    lines.push_back("(" + std::to_string(1.1 + 0.01 * static_cast<double>(lines.size())) + ") " +
+                    line);
+  }
+  const Json summary = guessed(lines).back();
+  EXPECT_EQ(summary["commands"], Json::array());
+  const std::string robot = summary["robot"];
+  EXPECT_NE(guessed_text(lines).find("As robot.toml, for lk-emu --config ./robot.toml"),
+            std::string::npos);
+  EXPECT_NE(guessed_text(lines).find(robot), std::string::npos);
+  const auto buses = parse_config(robot, "robot.toml", {}, test::profile);
+  ASSERT_EQ(buses.size(), 1U);
+  EXPECT_EQ(buses[0].interface, "vcan0");
+  const auto& servos = buses[0].servos;
+  ASSERT_EQ(servos.size(), 4U) << robot;
+  EXPECT_EQ(servos[0].generation, Generation::kV235);
+  EXPECT_FALSE(servos[0].quirks.dialect.wide_single_turn);
+  EXPECT_EQ(servos[1].profile.series, Series::kMs);
+  EXPECT_TRUE(servos[1].quirks.dialect.open_loop_command);
+  EXPECT_EQ(servos[2].generation, Generation::kLateLegacy);
+  EXPECT_EQ(servos[3].quirks, quirks_of(Generation::kLateLegacy));
+}
+
+TEST(GuessStarts, HaveTheSpanOfTheEncoderFieldAndAnMsMotor) {
+  const auto wide = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"});
+  EXPECT_EQ(wide[0]["quirks"], (Json{{"encoder_span", "output_turn"}}));
+  const auto servo = test::started(wide[1]["commands"][0])[0].servos[0];
+  EXPECT_EQ(servo.quirks.encoder_span, EncoderSpan::kOutputTurn);
+
+  const Keys ms{"(1.000000) can0 141#A000000000000000", "(1.000300) can0 141#A019020003002108"};
+  EXPECT_EQ(test::started(guessed(ms)[1]["commands"][0])[0].servos[0].profile.series, Series::kMs);
+  EXPECT_NE(guessed_text(ms).find("ms4010 is a stand-in"), std::string::npos);
+}
+
+/// What a log calls its interfaces goes into a line that is copied to a shell.
+TEST(GuessStarts, HaveNamesThatAreVirtualFreeAndPlain) {
+  const std::string reply = " 141 [8] 9A 19 00 F0 00 00 00 00";
+  const Json summary = guessed({"can0" + reply, "vcan0" + reply, "vcan$(reboot)" + reply,
+                                "vxcan12" + reply, "vcan2;a" + reply})
+                           .back();
+  std::set<std::string> names;
+  for (const std::string command : summary["commands"]) {
+    EXPECT_EQ(command.find_first_of("$();"), std::string::npos) << command;
+    names.insert(test::started(command)[0].interface);
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"vcan0", "vcan1", "vcan2", "vcan3", "vxcan12"}));
+}
+
+TEST(GuessStarts, SayWhatIsNotSure) {
+  EXPECT_NE(guessed_text({"can0 141 [8] 9C 19 02 00 03 00 21 08"})
+                .find("    nothing in the log tells the generation: legacy is the default\n"),
+            std::string::npos);
+  EXPECT_NE(guessed_text({"can0 141 [8] 9A 1F 54 09 00 00 00 00"})
+                .find("--generation v235\n    or generation v236\n"),
+            std::string::npos);
+}
+
+TEST(Guess, AsksAboutAMixtureToo) {
+  const auto drive = guessed(kMixture)[0];
+  EXPECT_EQ(drive["fits"], Json::array());
+  const Json brake{{"key", "brake_command"}, {"send", "141#8C10000000000000"}};
+  EXPECT_NE(std::ranges::find(drive["ask"], brake), drive["ask"].end());
+}
+
+TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
+  Keys lines;
+  for (int n = 0; n < 34; ++n) {
+    lines.push_back("can" + std::to_string(n) + " 141 [8] 9C 19 02 00 03 00 21 08");
+  }
+  EXPECT_EQ(guessed(lines).back()["unread_frames"], 2);
+  EXPECT_EQ(guessed(lines).back()["bad_lines"], 0);
+  EXPECT_NE(guessed_text(lines).find("Frames of further interfaces, not read (max 32): 2\n"),
+            std::string::npos);
+}
+
+/// docs/decode.md prints what comes out for this log.
+TEST(Guess, IsInTheDocumentsAsItIs) {
+  std::ostringstream page;
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/decode.md").rdbuf();
+  // 48.72 V at [2:3], and 180° in 32 bits.
+  std::istringstream out(guessed_text(
+      {"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",
+       "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000050460000"}));
+  std::string sample;
+  for (std::string line; std::getline(out, line);)
+    sample += line.empty() ? "\n" : "    " + line + "\n";
+  EXPECT_NE(page.str().find(sample), std::string::npos) << sample;
 }
 
 // --- the tables

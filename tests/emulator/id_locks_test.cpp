@@ -83,7 +83,7 @@ TEST(IdLocks, AnotherProcessIsToldWhoHasTheIdUntilThatIsKilled) {
   Other other([&] { theirs.take(here, {}, 3); });
   IdLocks locks;
   EXPECT_EQ(taken(locks, here, 3), here + ": ID 3 is answered by lk-emu (pid " + other.pid() +
-                                       ") already; end that, or give other --ids");
+                                       ") already; stop it, or give other --ids");
   EXPECT_EQ(taken(locks, here, 4), "") << "another drive";
   EXPECT_EQ(taken(locks, bus("b"), 3), "") << "another bus";
   other.kill();
@@ -122,6 +122,7 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
       holder.hang_up();
       try {
         locks.take(here, {}, 3);
+        ::_exit(1);
       } catch (const StartError& problem) {
         const std::string who = "lk-emu (pid " + std::to_string(::getppid()) + ")";
         if (std::string(problem.what()).find(who) == std::string::npos) ::_exit(1);
@@ -134,7 +135,7 @@ TEST(IdLocks, EveryRefusedProgramIsToldAsLongAsTheHolderHangsUp) {
 TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   const std::string refusal = bus() +
                               ": ID 3 is answered by another program (of another container, "
-                              "perhaps) already; end that, or give other --ids";
+                              "perhaps) already; stop it, or give other --ids";
   IdLocks locks;
   const int stranger = named_socket(bus(), 3);
   EXPECT_EQ(taken(locks, bus(), 3), refusal) << "it does not listen";
@@ -142,7 +143,10 @@ TEST(IdLocks, AStrangerThatHoldsTheNameIsNotWaitedFor) {
   const int deaf = named_socket(bus(), 3);
   ASSERT_EQ(::listen(deaf, 0), 0);
   for (int n = 0; n < 10; ++n) EXPECT_NE(taken(locks, bus(), 3), "") << "it never accepts";
-  EXPECT_EQ(taken(locks, bus(), 3), refusal) << "no more places in its queue";
+  EXPECT_EQ(taken(locks, bus(), 3),
+            bus() + ": ID 3 is held by a program that does not respond; ss -xlp | grep lk-emu/" +
+                bus() + "/3 shows it: stop it, or give other --ids")
+      << "no more places in its queue";
   ::close(deaf);
   EXPECT_EQ(taken(locks, bus(), 3), "");
 }

@@ -274,7 +274,7 @@ void print(const LongRun& run, SimTime duration, double wall_s) {
   const auto n = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
   std::printf(
       "%lld simulated s in %.1f s: %llu frames of hosts = %llu queries + %llu not answered + %llu "
-      "waiting;\n%llu frames of drives, %llu lost, %llu that nobody asked for; %llu error frames; "
+      "waiting;\n%llu frames of drives, %llu lost, %llu unrequested; %llu error frames; "
       "%d faults, %llu of them with effect;\n%llu writes to ROM, %llu refused; %llu checks; at "
       "most "
       "%lld bytes of memory beyond the faults'; hash %016llx\n",

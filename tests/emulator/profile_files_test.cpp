@@ -49,5 +49,54 @@ TEST(RegularFile, NothingElseIsRead) {
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");
 }
 
+// --- motors by their path; tests/vcan/cli_test.cpp has names, as no shipped files are beside a
+// test
+// ------------------------------------------------------------------------------------------------
+
+/// What is said of a motor that is not found, up to the list of those that there are.
+std::string unknown_motor(const std::string& motor) {
+  try {
+    return "found " + find_motor_file(motor).name;
+  } catch (const UnknownMotor& problem) {
+    const std::string text = problem.what();
+    return text.substr(0, text.find(" (in "));
+  }
+}
+
+TEST(FindMotorFile, OfAPathSaysWhatIsWrong) {
+  EXPECT_EQ(unknown_motor("nowhere.toml"), "cannot read nowhere.toml: No such file or directory");
+  EXPECT_EQ(unknown_motor(std::string("./a\0.toml", 9)),
+            "\"./a?.toml\" has control characters; give a path without them");
+}
+
+/// The kernel's ".." and not that of the text.
+TEST(FindMotorFile, APathGoesThroughASymbolicLink) {
+  const test::TempDirectory directory;
+  std::filesystem::create_directories(directory.path("real/sub"));
+  std::filesystem::create_directory_symlink("real/sub", directory.path("s"));
+  directory.put("base.toml", "motor.pole_pairs = 65\n");
+  directory.put("real/base.toml", "motor.pole_pairs = 0\n");
+  directory.put("real/sub/x.toml", "extends = \"../base.toml\"\n");
+  try {
+    load_profile(directory.path("s/x.toml"));
+    ADD_FAILURE() << "accepted";
+  } catch (const ConfigError& problem) {
+    EXPECT_EQ(problem.reason, "0 is out of range (1 to 64)") << problem.what();
+  }
+}
+
+TEST(FindMotorFile, ALoopEnds) {
+  const test::TempDirectory directory;
+  std::filesystem::create_directory(directory.path("a"));
+  const std::string file = directory.put("a/my.toml", "extends = \"../a/my.toml\"\n");
+  try {
+    load_profile(file);
+    ADD_FAILURE() << "accepted";
+  } catch (const ConfigError& problem) {
+    EXPECT_EQ(problem.reason, "more than 8 motor files, each extending the next, or a loop of them")
+        << "by another path each time";
+  }
+}
+
 }  // namespace profile_files_test
 }  // namespace lk::emulator

@@ -112,7 +112,7 @@ TEST(RomStore, ADirectoryHasOneHolder) {
   std::optional<RomStore> store(std::in_place, in(directory.path()), buses);
   EXPECT_EQ(refusal(in(directory.path())),
             directory.path().string() + " is in use by lk-emu (pid " + std::to_string(::getpid()) +
-                "); end that, or give another --rom DIR");
+                "); stop it, or give another --rom DIR");
   store.reset();
   EXPECT_EQ(refusal(in(directory.path())), "accepted") << "the file stays, the lock does not";
 }

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "emulator/config/profile.hpp"
 #include "emulator/core/registers.hpp"
 #include "tests/model/support.hpp"
+#include "tests/support/profile.hpp"
 
 namespace lk::model::test {
 
@@ -27,12 +25,8 @@ inline std::vector<NamedDrive> all_profiles() {
     if (entry.path().extension() != ".toml") {
       continue;
     }
-    std::ifstream file(entry.path());
-    std::stringstream text;
-    text << file.rdbuf();
     const std::string name = entry.path().stem().string();
-    const emulator::Profile profile =
-        emulator::parse_profile(text.str(), entry.path().string(), name);
+    const emulator::Profile profile = lk::test::profile(name);
     drives.push_back(
         {name,
          {profile.drive, emulator::control_settings(profile.factory), drives.size() + 1, 0.0}});

@@ -10,12 +10,16 @@
 
 namespace lk::test {
 
-/// The profile configs/motors/<name>.toml.
-inline emulator::Profile profile(const std::string& name) {
+/// The file configs/motors/<name>.toml.
+inline emulator::MotorFile motor_file(const std::string& name) {
   const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/motors/" + name + ".toml";
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
-  return emulator::parse_profile(text.str(), file, name);
+  return {name, file, text.str()};
+}
+
+inline emulator::Profile profile(const std::string& name) {
+  return emulator::parse_profile(motor_file(name), motor_file);
 }
 
 }  // namespace lk::test

@@ -223,7 +223,7 @@ TEST(Interface, GoesDownAndUp) {
     bus.down();
     ASSERT_TRUE(emulator.wait_for_log("vcandown is down: waiting for it", round));
     bus.up();
-    ASSERT_TRUE(emulator.wait_for_log("vcandown is up: going on", round));
+    ASSERT_TRUE(emulator.wait_for_log("vcandown is up: continuing", round));
     Host host("vcandown");
     EXPECT_TRUE(host.query(1, kReadState2));
   }
@@ -237,7 +237,7 @@ TEST(Interface, IsDeletedAndMadeAgain) {
   bus.remove();
   ASSERT_TRUE(emulator.wait_for_log("vcangone is gone: waiting"));
   bus.make_again();
-  ASSERT_TRUE(emulator.wait_for_log("vcangone is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("vcangone is up: continuing"));
   Host host("vcangone");
   EXPECT_TRUE(host.query(1, kReadState2));
   const auto result = emulator.stop();

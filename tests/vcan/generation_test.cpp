@@ -105,8 +105,8 @@ TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
   const std::vector<std::string> plain = {"--bus",   "vcan0",  "--ids", "1",
                                           "--motor", "mg4010", "--rom", ":memory:"};
   const std::string note =
-      "mg4010: such drives were seen to speak late-legacy; this one speaks legacy (--generation "
-      "seen)\n";
+      "mg4010: such drives were seen to speak late-legacy, this one speaks legacy (--generation "
+      "seen changes that)\n";
   {
     EmulatorProcess emulator(plain);
     ASSERT_TRUE(emulator.wait_ready());
@@ -116,7 +116,14 @@ TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
     EXPECT_NE(result.err.find(note), std::string::npos) << result.err;
   }
   auto asked = plain;
-  asked.insert(asked.end(), {"--generation", "seen"});
+  asked.insert(asked.end(), {"--generation", "legacy"});
+  {
+    EmulatorProcess emulator(asked);
+    ASSERT_TRUE(emulator.wait_ready());
+    const auto result = emulator.stop();
+    EXPECT_EQ(result.err.find("were seen to speak"), std::string::npos) << result.err;
+  }
+  asked.back() = "seen";
   EmulatorProcess emulator(asked);
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");

@@ -64,7 +64,7 @@ TEST_F(Interface, RenamedItIsAnotherOne) {
     EXPECT_FALSE(stranger.receive(0)) << "nobody expects drives there";
   }
   make("vcanold");
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
   EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
   EXPECT_EQ(emulator.stop().status, 0);
 }
@@ -76,7 +76,7 @@ TEST_F(Interface, RenamedBackItGoesOn) {
   rename("vcanold", "vcannew");
   ASSERT_TRUE(emulator.wait_for_log("vcanold is called vcannew now"));
   rename("vcannew", "vcanold");
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
   EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
   EXPECT_EQ(count_of(emulator.stop().err, "is called vcannew now"), 1);
 }
@@ -94,7 +94,7 @@ TEST_F(Interface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   make("vcanold");
   EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
   ASSERT_EQ(::prlimit(emulator.pid(), RLIMIT_NOFILE, &before, nullptr), 0);
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
   EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
   const auto result = emulator.stop();
   EXPECT_EQ(result.status, 0);
@@ -114,7 +114,7 @@ TEST_F(Interface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
   make("vcanold");
   EXPECT_TRUE(emulator.wait_for_log("vcanold: cannot open: "));
   ASSERT_TRUE(run("echo " + before.substr(0, before.find('\n')) + " >" + limit));
-  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("vcanold is up: continuing"));
   EXPECT_TRUE(Host("vcanold").query(1, kReadState2));
   const auto result = emulator.stop();
   EXPECT_EQ(result.status, 0);

@@ -25,7 +25,7 @@ std::vector<std::string> on(const std::string& bus, const std::string& ids) {
 
 std::string refusal(const std::string& bus, int id, const EmulatorProcess& holder) {
   return "lk-emu: " + bus + ": ID " + std::to_string(id) + " is answered by lk-emu (pid " +
-         std::to_string(holder.pid()) + ") already; end that, or give other --ids\n";
+         std::to_string(holder.pid()) + ") already; stop it, or give other --ids\n";
 }
 
 void expect_refused(const std::vector<std::string>& arguments, const std::string& message,
@@ -104,7 +104,7 @@ TEST_F(OneAnswer, ThePlaceIsKeptForTheName) {
   EXPECT_TRUE(second.wait_ready()) << "the first has left it";
   ASSERT_TRUE(run("ip link add onebus type vcan && ip link set onebus up"));
   expect_refused(on("onebus", "3"), refusal("onebus", 3, first));
-  EXPECT_TRUE(first.wait_for_log("onebus is up: going on"));
+  EXPECT_TRUE(first.wait_for_log("onebus is up: continuing"));
 }
 
 TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
@@ -203,7 +203,7 @@ TEST_F(RealBus, InThePlaceOfAVirtualOneItIsLeftAlone) {
   ASSERT_TRUE(
       run("ip link set onebus down && ip link set onebus name slcan0 && "
           "ip link add onebus type vcan && ip link set onebus up"));
-  ASSERT_TRUE(emulator.wait_for_log("onebus is up: going on"));
+  ASSERT_TRUE(emulator.wait_for_log("onebus is up: continuing"));
   EXPECT_TRUE(Host("onebus").query(3, kReadState2));
   EXPECT_EQ(count_of(emulator.stop().err, "not a virtual interface"), 1);
 }

@@ -202,7 +202,7 @@ TEST_F(Record, ADiskThatHangsHoldsUpNothingElse) {
   ASSERT_EQ(ask(socket, "DELETE /recording").status, 200);
   const Answer third = begin("3");
   EXPECT_EQ(third.status, 409);
-  EXPECT_NE(third.body.find("the disk has not taken all of an earlier one"), std::string::npos);
+  EXPECT_NE(third.body.find("an earlier recording is still being written"), std::string::npos);
   EXPECT_FALSE(fs::exists(scratch_ + "/3"));
   EXPECT_TRUE(host.query(1, {0x9C}));
   std::ofstream(fifo) << std::string(100, '.');

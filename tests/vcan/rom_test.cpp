@@ -144,7 +144,7 @@ TEST_F(Rom, ASecondProgramIsToldWhoHasTheDirectory) {
   EXPECT_EQ(second.status, 2);
   EXPECT_EQ(second.err, "lk-emu: " + directory_ + " is in use by lk-emu (pid " +
                             std::to_string(first.pid()) +
-                            "); end that, or give another --rom DIR\n");
+                            "); stop it, or give another --rom DIR\n");
   first.signal(SIGKILL);
   first.wait();
   EmulatorProcess third(arguments());

@@ -21,7 +21,7 @@ def reload(page, theme, language):
     page.until(lambda: page.all(".card"))
 
 
-def break_something(page, drive, kind, **parameters):
+def inject_fault(page, drive, kind, **parameters):
     page.go("bench")
     page.for_drives(drive)
     page.choose("#fault-kind", kind)
@@ -92,8 +92,8 @@ def main():
 
     try:
         reload(page, "dark", "en")
-        break_something(page, 7, "cut")
-        break_something(page, 4, "temperature_stuck", value_C=140)
+        inject_fault(page, 7, "cut")
+        inject_fault(page, 4, "temperature_stuck", value_C=140)
         bench.tell("move 1,2,3,4,5,6")
         nap(3)
         page.go("bus")
