@@ -29,4 +29,5 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 without a bus, without sockets and threads, as fast as can be computed.")
 
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/packaging/debian/finish.cmake)
+set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/packaging/debian/anonymous.cmake)
 include(CPack)

@@ -1,0 +1,13 @@
+# Runs once a .deb is made: its archive names user and mode of the files that it was put together of.
+find_program(AR ar REQUIRED)
+foreach(deb ${CPACK_PACKAGE_FILES})
+  set(parts ${deb}.parts)
+  file(REMOVE_RECURSE ${parts})
+  file(MAKE_DIRECTORY ${parts})
+  execute_process(COMMAND ${AR} t ${deb} OUTPUT_VARIABLE names COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCHALL "[^\n]+" names "${names}")
+  execute_process(COMMAND ${AR} x ${deb} WORKING_DIRECTORY ${parts} COMMAND_ERROR_IS_FATAL ANY)
+  file(REMOVE ${deb})
+  execute_process(COMMAND ${AR} qcDS ${deb} ${names} WORKING_DIRECTORY ${parts} COMMAND_ERROR_IS_FATAL ANY)
+  file(REMOVE_RECURSE ${parts})
+endforeach()
