@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "protocol/wire_format.hpp"
+#include "protocol/codec.hpp"
 #include "tests/vcan/emulator_process.hpp"
 #include "tests/vcan/host.hpp"
 
@@ -58,37 +58,37 @@ EmulatorProcess* Command::emulator_ = nullptr;
 
 bool is_echo(Opcode opcode) {
   switch (opcode) {
-    case Opcode::kWritePidToRam:
-    case Opcode::kWritePidToRom:
-    case Opcode::kWriteAccelerationToRam:
-    case Opcode::kOff:
-    case Opcode::kStop:
-    case Opcode::kRun:
-    case Opcode::kWriteOffsetToRom:
-    case Opcode::kClearAngle:
+    case protocol::WritePidToRam::kOpcode:
+    case protocol::WritePidToRom::kOpcode:
+    case protocol::WriteAccelerationToRam::kOpcode:
+    case protocol::Off::kOpcode:
+    case protocol::Stop::kOpcode:
+    case protocol::Run::kOpcode:
+    case protocol::WriteOffsetToRom::kOpcode:
+    case protocol::ClearAngle::kOpcode:
       return true;
-    case Opcode::kWriteZeroToRom:
-    case Opcode::kReadPid:
-    case Opcode::kReadAcceleration:
-    case Opcode::kReadEncoder:
-    case Opcode::kReadMultiTurnAngle:
-    case Opcode::kReadSingleTurnAngle:
-    case Opcode::kReadState1:
-    case Opcode::kClearErrors:
-    case Opcode::kReadState2:
-    case Opcode::kReadState3:
-    case Opcode::kTorque:
-    case Opcode::kSpeed:
-    case Opcode::kPosition1:
-    case Opcode::kPosition2:
-    case Opcode::kPosition3:
-    case Opcode::kPosition4:
-    case Opcode::kPosition5:
-    case Opcode::kPosition6:
-    case Opcode::kBrake:
-    case Opcode::kOpenLoop:
-    case Opcode::kReadParameter:
-    case Opcode::kWriteParameter:
+    case protocol::WriteZeroToRom::kOpcode:
+    case protocol::ReadPid::kOpcode:
+    case protocol::ReadAcceleration::kOpcode:
+    case protocol::ReadEncoder::kOpcode:
+    case protocol::ReadMultiTurnAngle::kOpcode:
+    case protocol::ReadSingleTurnAngle::kOpcode:
+    case protocol::ReadState1::kOpcode:
+    case protocol::ClearErrors::kOpcode:
+    case protocol::ReadState2::kOpcode:
+    case protocol::ReadState3::kOpcode:
+    case protocol::Torque::kOpcode:
+    case protocol::Speed::kOpcode:
+    case protocol::Position1::kOpcode:
+    case protocol::Position2::kOpcode:
+    case protocol::Position3::kOpcode:
+    case protocol::Position4::kOpcode:
+    case protocol::Position5::kOpcode:
+    case protocol::Position6::kOpcode:
+    case protocol::Brake::kOpcode:
+    case protocol::OpenLoop::kOpcode:
+    case protocol::ReadParameter::kOpcode:
+    case protocol::WriteParameter::kOpcode:
       return false;
   }
   return false;
@@ -96,7 +96,7 @@ bool is_echo(Opcode opcode) {
 
 TEST_F(Command, EveryOneOfTheTableIsAnsweredOnceOnItsOwnIdentifier) {
   int answered = 0;
-  for (const auto& row : protocol::kOpcodes) {
+  for (const auto& row : protocol::commands()) {
     if (!protocol::answers(protocol::kLegacyFormat, row.opcode)) continue;
     ++answered;
     const Payload query = {static_cast<std::uint8_t>(row.opcode)};
@@ -113,7 +113,7 @@ TEST_F(Command, EveryOneOfTheTableIsAnsweredOnceOnItsOwnIdentifier) {
 TEST_F(Command, OthersAreNotAnswered) {
   std::size_t unknown = 0;
   for (unsigned byte = 0; byte < 256; ++byte) {
-    const auto* row = protocol::find_opcode(static_cast<std::uint8_t>(byte));
+    const auto* row = protocol::find_command(static_cast<std::uint8_t>(byte));
     if (row != nullptr && protocol::answers(protocol::kLegacyFormat, row->opcode)) continue;
     host_.send(0x144, {static_cast<std::uint8_t>(byte)});
     ++unknown;
