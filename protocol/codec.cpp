@@ -36,9 +36,15 @@ void put(Payload& data, std::size_t at, std::int64_t number) {
   }
 }
 
-/// Does the codec hold the field in its range, or the drive, or nobody?
-constexpr RawRange held_to(const Field& field, const WireFormat& format) {
-  return field.beyond == Beyond::kClamped ? raw_range(field, format) : width(field.wire);
+/// Where the codec holds a number: in its range, or, if that is the drive's to know, in its width.
+template <Range kRange, Beyond kBeyond, Wire kWire>
+RawRange held_to(const WireFormat& format) {
+  constexpr bool kHeld = kBeyond == Beyond::kClamped && kRange != Range::kWidth;
+  if constexpr (kHeld) {
+    return raw_range(kRange, kWire, format);
+  } else {
+    return width(kWire);
+  }
 }
 
 /// The value of a member, of the number on the wire.
@@ -54,10 +60,12 @@ Member value_of(std::int64_t number, const WireFormat& format) {
 }
 
 /// The number on the wire of a member's value.
-template <Scale kScale, class Member>
+template <Wire kWire, Scale kScale, class Member>
 std::int64_t number_of(Member value, const RawRange& range, const WireFormat& format) {
   if constexpr (std::is_floating_point_v<Member>) {
-    return quantize<std::int64_t>(value, lsb(kScale, format), range.min, range.max);
+    using Number = Integer<kWire>;
+    return quantize<Number>(value, lsb(kScale, format), static_cast<Number>(range.min),
+                            static_cast<Number>(range.max));
   } else if constexpr (kScale == Scale::kBridge) {
     return value ? 0 : kBridgeOff;
   } else {
@@ -96,7 +104,10 @@ void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
     if (!present(field, data[1], format)) return;
     std::int64_t number = get<field.wire>(data, field.byte);
     // Drives clamp what they are told; what they say they have clamped themselves.
-    if constexpr (kSide == Side::kQuery) number = taken(field, number, format);
+    if constexpr (kSide == Side::kQuery) {
+      const RawRange range = held_to<field.range, field.beyond, field.wire>(format);
+      number = std::clamp(number, range.min, range.max);
+    }
     auto& member = std::invoke(row.member, owner);
     member = value_of<std::remove_cvref_t<decltype(member)>, field.scale>(number, format);
   });
@@ -108,9 +119,10 @@ void write_fields(Payload& data, const Owner& owner, const WireFormat& format) {
     constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
     constexpr const Field& field = row.field;
     if (!present(field, data[1], format)) return;
-    put<field.wire>(
-        data, field.byte,
-        number_of<field.scale>(std::invoke(row.member, owner), held_to(field, format), format));
+    put<field.wire>(data, field.byte,
+                    number_of<field.wire, field.scale>(
+                        std::invoke(row.member, owner),
+                        held_to<field.range, field.beyond, field.wire>(format), format));
   });
 }
 

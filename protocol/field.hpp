@@ -159,9 +159,9 @@ constexpr RawRange width(Wire wire) {
 }
 
 /// The range of a field on the wire; its width where the drive's settings decide.
-constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
+constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
   const std::int64_t iq = format.dialect.iq_command_limit_lsb;
-  switch (field.range) {
+  switch (range) {
     case Range::kIqCommand:
       return {-iq, iq};
     case Range::kIqLimit:
@@ -185,9 +185,13 @@ constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
     case Range::kSpeedSetting:
     case Range::kAngleSetting:
     case Range::kCurrentRamp:
-      return width(field.wire);
+      return width(wire);
   }
-  return width(field.wire);
+  return width(wire);
+}
+
+constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
+  return raw_range(field.range, field.wire, format);
 }
 
 /// Is the field in frames whose DATA[1] is `second`?

@@ -126,27 +126,9 @@ std::optional<Trait> trait_behind(Opcode opcode) {
     case protocol::Torque::kOpcode:
     case protocol::ReadState3::kOpcode:
       return Trait::kSeries;
-    case protocol::WriteZeroToRom::kOpcode:
-    case protocol::Off::kOpcode:
-    case protocol::Stop::kOpcode:
-    case protocol::Run::kOpcode:
-    case protocol::ReadEncoder::kOpcode:
-    case protocol::ReadMultiTurnAngle::kOpcode:
-    case protocol::ReadSingleTurnAngle::kOpcode:
-    case protocol::ClearAngle::kOpcode:
-    case protocol::ReadState1::kOpcode:
-    case protocol::ClearErrors::kOpcode:
-    case protocol::ReadState2::kOpcode:
-    case protocol::Speed::kOpcode:
-    case protocol::Position1::kOpcode:
-    case protocol::Position2::kOpcode:
-    case protocol::Position3::kOpcode:
-    case protocol::Position4::kOpcode:
-    case protocol::Position5::kOpcode:
-    case protocol::Position6::kOpcode:
+    default:  // every drive answers it
       return std::nullopt;
   }
-  return std::nullopt;
 }
 
 }  // namespace lk::emulator
