@@ -14,7 +14,7 @@ namespace {
 /// One query of each kind that `legacy` knows.
 std::vector<Frame> queries() {
   std::vector<Frame> frames;
-  for (const auto& row : kOpcodes) {
+  for (const auto& row : commands()) {
     if (!answers(kLegacyFormat, row.opcode)) {
       continue;
     }
@@ -38,7 +38,7 @@ void BM_DecodeQuery(benchmark::State& state) {
 BENCHMARK(BM_DecodeQuery);
 
 void BM_EncodeReply(benchmark::State& state) {
-  const Reply reply = State2{Opcode::kReadState2, 35, 1.6, -500, 0x1234};
+  const Reply reply = State2{ReadState2::kOpcode, 35, 1.6, -500, 0x1234};
   for (auto _ : state) {
     benchmark::DoNotOptimize(encode_reply(1, reply, kLegacyFormat));
   }
@@ -57,7 +57,7 @@ BENCHMARK(BM_EncodeQuery);
 
 void BM_DecodeReply(benchmark::State& state) {
   const Frame frame =
-      encode_reply(1, State2{Opcode::kReadState2, 35, 1.6, -500, 0x1234}, kLegacyFormat);
+      encode_reply(1, State2{ReadState2::kOpcode, 35, 1.6, -500, 0x1234}, kLegacyFormat);
   for (auto _ : state) {
     benchmark::DoNotOptimize(decode_reply(frame, kLegacyFormat));
   }

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <variant>
 
-#include "protocol/commands.hpp"
+#include "protocol/command_table.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/replies.hpp"
 #include "protocol/wire_format.hpp"
@@ -37,6 +37,11 @@ struct ReplyFrame {
   int id = kMinId;  // 1..32
   Reply reply;
 };
+
+/// The row of a command.
+const CommandInfo& info_of(const Command& command);
+/// Is it one for several drives?
+bool is_multi_drive(const Command& command);
 
 /// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all, whatever the
 /// drive. Does not look at DATA, so never gives kUnknownCommand.

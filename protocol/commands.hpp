@@ -1,7 +1,6 @@
 #pragma once
 
-/// @file What a host can ask of a drive. Drawn above each struct: DATA[0]..DATA[7] of the query;
-/// "–" is a byte the drive ignores, which hosts leave full of rubbish.
+/// @file What a host can ask of a drive. Where its bytes are: command_table.hpp.
 ///
 /// Angles, counts, gains and the limits in whole dps stay the integers of the wire: their LSB is
 /// the same for all drives, the drive computes with them, and 0.01° has no exact binary fraction.
@@ -9,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <variant>
 
 #include "protocol/opcodes.hpp"
 
@@ -20,55 +18,55 @@ struct PidGains {
   std::uint8_t angle_kp = 0, angle_ki = 0;
   std::uint8_t speed_kp = 0, speed_ki = 0;
   std::uint8_t iq_kp = 0, iq_ki = 0;
-  friend bool operator==(const PidGains&, const PidGains&) = default;
+  bool operator==(const PidGains&) const = default;
 };
 
-// | 19 | – | – | – | – | – | – | – |
 struct WriteZeroToRom {
-  friend bool operator==(const WriteZeroToRom&, const WriteZeroToRom&) = default;
+  static constexpr Opcode kOpcode{0x19};
+  bool operator==(const WriteZeroToRom&) const = default;
 };
 
-// | 30 | – | – | – | – | – | – | – |
 struct ReadPid {
-  friend bool operator==(const ReadPid&, const ReadPid&) = default;
+  static constexpr Opcode kOpcode{0x30};
+  bool operator==(const ReadPid&) const = default;
 };
 
-// | 31 | – | angle Kp | angle Ki | speed Kp | speed Ki | iq Kp | iq Ki |
 struct WritePidToRam {
+  static constexpr Opcode kOpcode{0x31};
   PidGains gains;
-  friend bool operator==(const WritePidToRam&, const WritePidToRam&) = default;
+  bool operator==(const WritePidToRam&) const = default;
 };
 
-// | 32 | – | angle Kp | angle Ki | speed Kp | speed Ki | iq Kp | iq Ki |
 struct WritePidToRom {
+  static constexpr Opcode kOpcode{0x32};
   PidGains gains;
-  friend bool operator==(const WritePidToRom&, const WritePidToRom&) = default;
+  bool operator==(const WritePidToRom&) const = default;
 };
 
-// | 33 | – | – | – | – | – | – | – |
 struct ReadAcceleration {
-  friend bool operator==(const ReadAcceleration&, const ReadAcceleration&) = default;
+  static constexpr Opcode kOpcode{0x33};
+  bool operator==(const ReadAcceleration&) const = default;
 };
 
-// | 34 | – | – | – | acceleration int32, 1 dps/s |
 struct WriteAccelerationToRam {
+  static constexpr Opcode kOpcode{0x34};
   std::int32_t acceleration_dps_s = 0;
-  friend bool operator==(const WriteAccelerationToRam&, const WriteAccelerationToRam&) = default;
+  bool operator==(const WriteAccelerationToRam&) const = default;
 };
 
-// | 80 | – | – | – | – | – | – | – |
 struct Off {
-  friend bool operator==(const Off&, const Off&) = default;
+  static constexpr Opcode kOpcode{0x80};
+  bool operator==(const Off&) const = default;
 };
 
-// | 81 | – | – | – | – | – | – | – |
 struct Stop {
-  friend bool operator==(const Stop&, const Stop&) = default;
+  static constexpr Opcode kOpcode{0x81};
+  bool operator==(const Stop&) const = default;
 };
 
-// | 88 | – | – | – | – | – | – | – |
 struct Run {
-  friend bool operator==(const Run&, const Run&) = default;
+  static constexpr Opcode kOpcode{0x88};
+  bool operator==(const Run&) const = default;
 };
 
 // What 0x8C asks for. The drive judges the byte, so it comes through as sent.
@@ -76,129 +74,122 @@ inline constexpr std::uint8_t kBrakeEngage = 0x00;
 inline constexpr std::uint8_t kBrakeRelease = 0x01;
 inline constexpr std::uint8_t kBrakeRead = 0x10;
 
-// | 8C | action | – | – | – | – | – | – |
 struct Brake {
+  static constexpr Opcode kOpcode{0x8C};
   std::uint8_t action = kBrakeRead;
-  friend bool operator==(const Brake&, const Brake&) = default;
+  bool operator==(const Brake&) const = default;
 };
 
-// | 90 | – | – | – | – | – | – | – |
 struct ReadEncoder {
-  friend bool operator==(const ReadEncoder&, const ReadEncoder&) = default;
+  static constexpr Opcode kOpcode{0x90};
+  bool operator==(const ReadEncoder&) const = default;
 };
 
-// | 91 | – | – | – | – | – | offset uint16, counts |
 struct WriteOffsetToRom {
+  static constexpr Opcode kOpcode{0x91};
   std::uint16_t offset_counts = 0;
-  friend bool operator==(const WriteOffsetToRom&, const WriteOffsetToRom&) = default;
+  bool operator==(const WriteOffsetToRom&) const = default;
 };
 
-// | 92 | – | – | – | – | – | – | – |
 struct ReadMultiTurnAngle {
-  friend bool operator==(const ReadMultiTurnAngle&, const ReadMultiTurnAngle&) = default;
+  static constexpr Opcode kOpcode{0x92};
+  bool operator==(const ReadMultiTurnAngle&) const = default;
 };
 
-// | 94 | – | – | – | – | – | – | – |
 struct ReadSingleTurnAngle {
-  friend bool operator==(const ReadSingleTurnAngle&, const ReadSingleTurnAngle&) = default;
+  static constexpr Opcode kOpcode{0x94};
+  bool operator==(const ReadSingleTurnAngle&) const = default;
 };
 
-// | 95 | – | – | – | – | – | – | – |
-// | 95 | – | – | – | multi-turn angle int32, 0.01° |   where 0x95 sets the angle
 struct ClearAngle {
+  static constexpr Opcode kOpcode{0x95};
   std::int32_t angle_cdeg = 0;
-  friend bool operator==(const ClearAngle&, const ClearAngle&) = default;
+  bool operator==(const ClearAngle&) const = default;
 };
 
-// | 9A | – | – | – | – | – | – | – |
 struct ReadState1 {
-  friend bool operator==(const ReadState1&, const ReadState1&) = default;
+  static constexpr Opcode kOpcode{0x9A};
+  bool operator==(const ReadState1&) const = default;
 };
 
-// | 9B | – | – | – | – | – | – | – |
 struct ClearErrors {
-  friend bool operator==(const ClearErrors&, const ClearErrors&) = default;
+  static constexpr Opcode kOpcode{0x9B};
+  bool operator==(const ClearErrors&) const = default;
 };
 
-// | 9C | – | – | – | – | – | – | – |
 struct ReadState2 {
-  friend bool operator==(const ReadState2&, const ReadState2&) = default;
+  static constexpr Opcode kOpcode{0x9C};
+  bool operator==(const ReadState2&) const = default;
 };
 
-// | 9D | – | – | – | – | – | – | – |
 struct ReadState3 {
-  friend bool operator==(const ReadState3&, const ReadState3&) = default;
+  static constexpr Opcode kOpcode{0x9D};
+  bool operator==(const ReadState3&) const = default;
 };
 
-// | A0 | – | – | – | power int16, per mille of the largest voltage, ±850 | – | – |
 struct OpenLoop {
+  static constexpr Opcode kOpcode{0xA0};
   std::int16_t power_permille = 0;
-  friend bool operator==(const OpenLoop&, const OpenLoop&) = default;
+  bool operator==(const OpenLoop&) const = default;
 };
 
-// | A1 | – | – | – | iq int16, ±2000 of 16 mA; ±2048 where the series sets the scale | – | – |
 struct Torque {
+  static constexpr Opcode kOpcode{0xA1};
   double iq_A = 0;
-  friend bool operator==(const Torque&, const Torque&) = default;
+  bool operator==(const Torque&) const = default;
 };
 
-// | A2 | – | – | – | speed int32, 0.01 dps |
-// | A2 | – | iq limit int16, as A1 | speed int32, 0.01 dps |   where 0xA2 has a limit
 struct Speed {
+  static constexpr Opcode kOpcode{0xA2};
   double speed_dps = 0;
   double iq_limit_A = 0;  // >= 0; 0 = no limit beyond the setting
-  friend bool operator==(const Speed&, const Speed&) = default;
+  bool operator==(const Speed&) const = default;
 };
 
-// | A3 | – | – | – | multi-turn angle int32, 0.01° |
 struct Position1 {
+  static constexpr Opcode kOpcode{0xA3};
   std::int32_t target_cdeg = 0;
-  friend bool operator==(const Position1&, const Position1&) = default;
+  bool operator==(const Position1&) const = default;
 };
 
-// | A4 | – | max speed uint16, 1 dps | multi-turn angle int32, 0.01° |
 struct Position2 {
+  static constexpr Opcode kOpcode{0xA4};
   std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
   std::int32_t target_cdeg = 0;
-  friend bool operator==(const Position2&, const Position2&) = default;
+  bool operator==(const Position2&) const = default;
 };
 
 // The direction of travel to a single-turn target. The drive judges the byte, so it comes through
 // as sent.
 inline constexpr std::uint8_t kClockwise = 0;
 inline constexpr std::uint8_t kCounterClockwise = 1;
-/// One turn in 0.01°; single-turn targets lie below, unless the turn is that of an output.
-inline constexpr std::uint16_t kTurn_cdeg = 36000;
 
-// | A5 | direction | – | – | single-turn angle uint16, 0.01° | – | – |
-// | A5 | direction | – | – | single-turn angle uint32, 0.01° |   where targets are wide
 struct Position3 {
+  static constexpr Opcode kOpcode{0xA5};
   std::uint8_t direction = kClockwise;
   std::uint32_t target_cdeg = 0;  // valid: what 0x94 can read
-  friend bool operator==(const Position3&, const Position3&) = default;
+  bool operator==(const Position3&) const = default;
 };
 
-// | A6 | direction | max speed uint16, 1 dps | single-turn angle uint16, 0.01° | – | – |
-// | A6 | direction | max speed uint16, 1 dps | single-turn angle uint32, 0.01° |   where targets
-// are wide
 struct Position4 {
+  static constexpr Opcode kOpcode{0xA6};
   std::uint8_t direction = kClockwise;
   std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
   std::uint32_t target_cdeg = 0;    // valid: what 0x94 can read
-  friend bool operator==(const Position4&, const Position4&) = default;
+  bool operator==(const Position4&) const = default;
 };
 
-// | A7 | – | – | – | increment int32, 0.01°, its sign is the direction |
 struct Position5 {
+  static constexpr Opcode kOpcode{0xA7};
   std::int32_t increment_cdeg = 0;
-  friend bool operator==(const Position5&, const Position5&) = default;
+  bool operator==(const Position5&) const = default;
 };
 
-// | A8 | – | max speed uint16, 1 dps | increment int32, 0.01° |
 struct Position6 {
+  static constexpr Opcode kOpcode{0xA8};
   std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
   std::int32_t increment_cdeg = 0;
-  friend bool operator==(const Position6&, const Position6&) = default;
+  bool operator==(const Position6&) const = default;
 };
 
 /// What 0xC0 and 0xC1 can name.
@@ -212,75 +203,53 @@ enum class ParameterId : std::uint8_t {
   kCurrentRamp = 0x24,
   kSpeedRamp = 0x26,
 };
-inline constexpr std::array kParameterIds{
-    ParameterId::kAngleGains,       ParameterId::kSpeedGains, ParameterId::kCurrentGains,
-    ParameterId::kMaxTorqueCurrent, ParameterId::kMaxSpeed,   ParameterId::kMaxAngle,
-    ParameterId::kCurrentRamp,      ParameterId::kSpeedRamp};
-
 /// The gains of one loop; 16 bits on the scale of the bytes of 0x30.
 struct LoopGains {
   std::uint16_t kp = 0, ki = 0, kd = 0;
-  friend bool operator==(const LoopGains&, const LoopGains&) = default;
+  bool operator==(const LoopGains&) const = default;
 };
 
-// DATA[1..7] of 0xC1 and of the reply to 0xC0:
-// | .. | 0A 0B 0C | Kp uint16 | Ki uint16 | Kd uint16 |
-// | .. | 1E | – | – | max torque current int16, as A1; MS: max power int16, per mille | – | – |
-// | .. | 20 | – | – | max speed int32, 0.01 dps |
-// | .. | 22 | – | – | max angle int32, 0.01° |
-// | .. | 24 | – | – | current ramp int32, 1 mA/s |
-// | .. | 26 | – | – | speed ramp int32, 1 dps/s |
 struct Parameter {
   ParameterId id = ParameterId::kAngleGains;
   LoopGains gains;          // 0x0A, 0x0B, 0x0C
   std::int32_t number = 0;  // the others
-  friend bool operator==(const Parameter&, const Parameter&) = default;
+  bool operator==(const Parameter&) const = default;
 };
 
-// | C0 | id | – | – | – | – | – | – |
 struct ReadParameter {
+  static constexpr Opcode kOpcode{0xC0};
   ParameterId id = ParameterId::kAngleGains;
-  friend bool operator==(const ReadParameter&, const ReadParameter&) = default;
+  bool operator==(const ReadParameter&) const = default;
 };
 
-// | C1 | id | value, see Parameter |
 struct WriteParameter {
+  static constexpr Opcode kOpcode{0xC1};
   Parameter parameter;
-  friend bool operator==(const WriteParameter&, const WriteParameter&) = default;
+  bool operator==(const WriteParameter&) const = default;
 };
 
-// Identifier 0x280: | iq of ID 1, int16 | iq of ID 2 | iq of ID 3 | iq of ID 4 |
 struct MultiTorque {
+  static constexpr std::uint32_t kIdentifier = 0x280;
   std::array<double, kMultiDriveSlots> iq_A{};
-  friend bool operator==(const MultiTorque&, const MultiTorque&) = default;
+  bool operator==(const MultiTorque&) const = default;
 };
 
-// Identifier 0x281: | speed of ID 1, int16, 1 dps | of ID 2 | of ID 3 | of ID 4 |
 struct MultiSpeed {
+  static constexpr std::uint32_t kIdentifier = 0x281;
   std::array<std::int16_t, kMultiDriveSlots> speed_dps{};
-  friend bool operator==(const MultiSpeed&, const MultiSpeed&) = default;
+  bool operator==(const MultiSpeed&) const = default;
 };
 
-// Identifier 0x282: | multi-turn angle of ID 1, int16, 1° | of ID 2 | of ID 3 | of ID 4 |
 struct MultiPosition {
+  static constexpr std::uint32_t kIdentifier = 0x282;
   std::array<std::int16_t, kMultiDriveSlots> target_deg{};
-  friend bool operator==(const MultiPosition&, const MultiPosition&) = default;
+  bool operator==(const MultiPosition&) const = default;
 };
 
-// Identifier 0x288: | command byte for ID 1 | – | for ID 2 | – | for ID 3 | – | for ID 4 | – |
 struct MultiCommand {
+  static constexpr std::uint32_t kIdentifier = 0x288;
   std::array<std::uint8_t, kMultiDriveSlots> opcodes{};
-  friend bool operator==(const MultiCommand&, const MultiCommand&) = default;
+  bool operator==(const MultiCommand&) const = default;
 };
-
-/// One alternative for each row of kOpcodes, then one for each of kMultiDriveRows.
-using Command =
-    std::variant<WriteZeroToRom, ReadPid, WritePidToRam, WritePidToRom, ReadAcceleration,
-                 WriteAccelerationToRam, Off, Stop, Run, Brake, ReadEncoder, WriteOffsetToRom,
-                 ReadMultiTurnAngle, ReadSingleTurnAngle, ClearAngle, ReadState1, ClearErrors,
-                 ReadState2, ReadState3, OpenLoop, Torque, Speed, Position1, Position2, Position3,
-                 Position4, Position5, Position6, ReadParameter, WriteParameter, MultiTorque,
-                 MultiSpeed, MultiPosition, MultiCommand>;
-static_assert(std::variant_size_v<Command> == kOpcodes.size() + kMultiDriveRows.size());
 
 }  // namespace lk::protocol

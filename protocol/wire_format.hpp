@@ -79,15 +79,14 @@ inline constexpr Dialect kV236Dialect{
 /// A generation of firmware: its name for people, and what it makes of the switches.
 struct GenerationRow {
   std::string_view name;
-  Generations bit;
   Dialect dialect;
 };
 /// All of them, from old to new (docs/protocol.md §10.1).
 inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
-    {"legacy", kLegacy, kLegacyDialect},
-    {"late-legacy", kLateLegacy, kLateLegacyDialect},
-    {"v235", kV235, kV235Dialect},
-    {"v236", kV236, kV236Dialect},
+    {"legacy", kLegacyDialect},
+    {"late-legacy", kLateLegacyDialect},
+    {"v235", kV235Dialect},
+    {"v236", kV236Dialect},
 });
 
 /// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on
@@ -103,6 +102,8 @@ struct WireFormat {
   friend bool operator==(const WireFormat&, const WireFormat&) = default;
 };
 
+/// One turn in 0.01°; single-turn targets lie below, unless the turn is that of an output.
+inline constexpr std::uint16_t kTurn_cdeg = 36000;
 inline constexpr std::int16_t kIqReplyLimit_lsb = 2048;
 inline constexpr std::int16_t kPowerReplyLimit_permille = 1000;  // MS
 inline constexpr std::int16_t kOpenLoopLimit_permille = 850;     // 0xA0 and Max Power
@@ -128,23 +129,5 @@ constexpr WireFormat wire_format(const Dialect& dialect, Series series) {
 }
 
 inline constexpr WireFormat kLegacyFormat = wire_format(kLegacyDialect, Series::kMf);
-
-/// Does a drive of this series know the command?
-constexpr bool fits(Fits which, Series series) {
-  switch (which) {
-    case Fits::kAllSeries:
-      return true;
-    case Fits::kMsOnly:
-      return series == Series::kMs;
-    case Fits::kAllButMs:
-      return series != Series::kMs;
-  }
-  return false;
-}
-
-/// Does this drive answer the command byte?
-bool answers(const WireFormat& format, Opcode opcode);
-/// Does this drive, in multi-drive mode, know the identifier?
-bool knows_multi_drive(const WireFormat& format, std::uint32_t id);
 
 }  // namespace lk::protocol

@@ -1,16 +1,15 @@
 #include "emulator/advice/field_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <ranges>
+#include <span>
 
 #include "emulator/core/registers.hpp"
-#include "protocol/wire.hpp"
+#include "protocol/command_info.hpp"
 
 namespace lk::emulator {
 namespace {
-
-using protocol::get_le;
-using protocol::ParameterId;
-using Found = std::optional<Finding>;
 
 constexpr Words kIq{"iq {1} is beyond {2} to {3}: the drive takes the nearest of them",
                     "iq {1} 超出 {2} 到 {3}：驱动器取最近的值"};
@@ -35,113 +34,101 @@ constexpr Words kParameter{"the value {1} is beyond {2} to {3}: the drive takes 
 constexpr Words kAction{"0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
                         "0x8C 没有动作 {1}（0 抱闸，1 松闸，16 读取）：不执行"};
 
-Found check(const Words& words, double value, double min, double max) {
-  if (value >= min && value <= max) return std::nullopt;
-  return Finding{AdviceKind::kFieldRange, &words, {value, min, max}};
+/// What a field is against what it can be.
+struct Against {
+  const Words* words;
+  double value, min, max;
+};
+
+/// Of a field whose range is fixed, in integers of the wire.
+Against on_wire(const Words& words, const protocol::Field& field, std::int64_t raw,
+                const KnownDrive& drive) {
+  const auto range = protocol::raw_range(field, drive.format);
+  return {&words, static_cast<double>(raw), static_cast<double>(range.min),
+          static_cast<double>(range.max)};
 }
 
-struct Ranges {
-  const protocol::Payload& data;
-  const KnownDrive& drive;
-  const std::optional<MotionCommand>& motion;  // of the drive's slot, where there are slots
+/// None where a field can be whatever its bits can.
+std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
+                               const KnownDrive& drive) {
+  using protocol::Range;
+  const auto number = static_cast<double>(raw);
+  const double value = protocol::quantity(field, raw, drive.format);
+  switch (field.range) {
+    case Range::kIqCommand:
+      return on_wire(kIq, field, raw, drive);
+    case Range::kIqLimit:
+      return on_wire(kIqLimit, field, raw, drive);
+    case Range::kOpenLoop:
+      return on_wire(kPower, field, raw, drive);
+    case Range::kMaxSpeed:
+      return Against{&kSpeed, value, -drive.max_speed_dps, drive.max_speed_dps};
+    case Range::kMaxAngle:
+      if (drive.max_angle_deg <= 0) return std::nullopt;
+      return Against{&kAngle, value, -drive.max_angle_deg, drive.max_angle_deg};
+    case Range::kCircle:
+      return Against{&kTarget, value, 0, (static_cast<double>(drive.circle_cdeg) - 1) / 100};
+    case Range::kEncoder:
+      return Against{&kOffset, number, 0, static_cast<double>(drive.max_offset_counts)};
+    case Range::kNotNegative:
+      return Against{&kAcceleration, number, 0, HUGE_VAL};
+    case Range::kMaxCurrent:
+      return Against{&kParameter, number, 0,
+                     static_cast<double>(drive.format.series == Series::kMs
+                                             ? protocol::kOpenLoopLimit_permille
+                                             : drive.format.dialect.iq_command_limit_lsb)};
+    case Range::kSpeedSetting:  // 0.01 dps
+      return Against{&kParameter, number, 100 * kMinSpeed_dps, 100 * kMaxSpeed_dps};
+    case Range::kAngleSetting:  // 0.01°
+      return Against{&kParameter, number, 0, 100 * kMaxAngle_deg};
+    case Range::kCurrentRamp:  // 1 mA/s
+      return Against{&kParameter, number, 0, 1000 * kMaxCurrentRamp_A_s};
+    case Range::kWords:
+    case Range::kWidth:
+    case Range::kIqReply:
+    case Range::kPowerReply:
+    case Range::kTurn:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
 
-  double iq_limit() const { return drive.format.dialect.iq_command_limit_lsb; }
-
-  Found operator()(const protocol::Torque&) const {
-    return check(kIq, get_le<std::int16_t>(data, 4), -iq_limit(), iq_limit());
-  }
-  Found operator()(const protocol::MultiTorque&) const {
-    const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
-    if (slot >= protocol::kMultiDriveSlots) return std::nullopt;
-    return check(kIq, get_le<std::int16_t>(data, 2 * slot), -iq_limit(), iq_limit());
-  }
-  Found operator()(const protocol::MultiSpeed&) const {
-    return motion ? speed(motion->value) : std::nullopt;
-  }
-  Found operator()(const protocol::MultiPosition&) const {
-    return motion ? angle(motion->value) : std::nullopt;
-  }
-  Found operator()(const protocol::OpenLoop&) const {
-    return check(kPower, get_le<std::int16_t>(data, 4), -protocol::kOpenLoopLimit_permille,
-                 protocol::kOpenLoopLimit_permille);
-  }
-  Found operator()(const protocol::Speed& command) const {
-    if (!drive.format.dialect.speed_iq_limit) return std::nullopt;
-    const Found limit = check(kIqLimit, get_le<std::int16_t>(data, 2), 0, iq_limit());
-    if (limit && drive.format.series != Series::kMs) return limit;
-    return speed(command.speed_dps);
-  }
-  Found operator()(const protocol::Position1& command) const {
-    return angle(command.target_cdeg * 0.01);
-  }
-  Found operator()(const protocol::Position2& command) const {
-    return angle(command.target_cdeg * 0.01);
-  }
-  Found operator()(const protocol::Position3& command) const {
-    return target(command.direction, command.target_cdeg);
-  }
-  Found operator()(const protocol::Position4& command) const {
-    return target(command.direction, command.target_cdeg);
-  }
-  Found operator()(const protocol::WriteOffsetToRom& command) const {
-    return check(kOffset, command.offset_counts, 0, drive.max_offset_counts);
-  }
-  Found operator()(const protocol::WriteAccelerationToRam& command) const {
-    return check(kAcceleration, command.acceleration_dps_s, 0, HUGE_VAL);
-  }
-  Found operator()(const protocol::Brake& command) const {
-    const bool known = command.action == protocol::kBrakeEngage ||
-                       command.action == protocol::kBrakeRelease ||
-                       command.action == protocol::kBrakeRead;
-    if (known) return std::nullopt;
-    return Finding{AdviceKind::kFieldRange, &kAction, {static_cast<double>(command.action)}};
-  }
-  Found operator()(const protocol::WriteParameter& command) const {
-    const double value = command.parameter.number;
-    switch (command.parameter.id) {
-      case ParameterId::kMaxTorqueCurrent:
-        return check(
-            kParameter, value, 0,
-            drive.format.series == Series::kMs ? protocol::kOpenLoopLimit_permille : iq_limit());
-      case ParameterId::kMaxSpeed:  // 0.01 dps
-        return check(kParameter, value, 100 * kMinSpeed_dps, 100 * kMaxSpeed_dps);
-      case ParameterId::kMaxAngle:  // 0.01°
-        return check(kParameter, value, 0, 100 * kMaxAngle_deg);
-      case ParameterId::kCurrentRamp:  // 1 mA/s
-        return check(kParameter, value, 0, 1000 * kMaxCurrentRamp_A_s);
-      case ParameterId::kSpeedRamp:
-        return check(kAcceleration, value, 0, HUGE_VAL);
-      case ParameterId::kAngleGains:
-      case ParameterId::kSpeedGains:
-      case ParameterId::kCurrentGains:
-        return std::nullopt;
-    }
+/// Of a field that has to be one of its words.
+std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
+  const auto is_raw = [raw](const protocol::Value& value) { return value.number == raw; };
+  if (field.range != protocol::Range::kWords || std::ranges::any_of(field.values, is_raw)) {
     return std::nullopt;
   }
-  template <class Other>
-  Found operator()(const Other&) const {
-    return std::nullopt;
-  }
+  const auto number = static_cast<double>(raw);
+  if (field.values.size() != 2) return Finding{AdviceKind::kFieldRange, &kAction, {number}};
+  return Finding{AdviceKind::kFieldRange,
+                 &kDirection,
+                 {number, static_cast<double>(field.values[0].number),
+                  static_cast<double>(field.values[1].number)}};
+}
 
-  Found speed(double dps) const {
-    return check(kSpeed, dps, -drive.max_speed_dps, drive.max_speed_dps);
-  }
-  Found angle(double target_deg) const {
-    if (drive.max_angle_deg <= 0) return std::nullopt;
-    return check(kAngle, target_deg, -drive.max_angle_deg, drive.max_angle_deg);
-  }
-  Found target(std::uint8_t direction, std::uint32_t target_cdeg) const {
-    const Found wrong_way =
-        check(kDirection, direction, protocol::kClockwise, protocol::kCounterClockwise);
-    const double last_deg = (static_cast<double>(drive.circle_cdeg) - 1) / 100;
-    return wrong_way ? wrong_way : check(kTarget, target_cdeg / 100.0, 0, last_deg);
-  }
-};
+/// The fields of a query that are for the drive: of one to several, its slot.
+std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive& drive) {
+  const auto fields = protocol::info_of(heard.command).query;
+  if (!protocol::is_multi_drive(heard.command)) return fields;
+  const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
+  return slot < fields.size() ? fields.subspan(slot, 1) : std::span<const protocol::Field>();
+}
 
 }  // namespace
 
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
-  return std::visit(Ranges{heard.data, drive, heard.motion}, heard.command);
+  // From the last one: what a target is reached with stands behind it, and is told first.
+  for (const protocol::Field& field : fields_for(heard, drive) | std::views::reverse) {
+    if (!protocol::present(field, heard.data[1], drive.format)) continue;
+    const std::int64_t raw = protocol::raw(field, heard.data);
+    if (const auto wrong = no_word(field, raw)) return wrong;
+    const auto held = against(field, raw, drive);
+    if (held && (held->value < held->min || held->value > held->max)) {
+      return Finding{AdviceKind::kFieldRange, held->words, {held->value, held->min, held->max}};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace lk::emulator

@@ -28,9 +28,9 @@ constexpr std::int32_t kMostAngle_cdeg = 1000 * 36000;
 
 std::optional<Finding> GenerationWatch::hear_unknown(const protocol::Frame& frame,
                                                      const KnownDrive& drive) {
-  const protocol::OpcodeRow* row = protocol::find_opcode(frame.data[0]);
+  const protocol::CommandInfo* row = protocol::find_command(frame.data[0]);
   // A command of no generation, or of another series of motors, is another mistake.
-  if (row == nullptr || !protocol::fits(row->fits, drive.format.series)) return std::nullopt;
+  if (row == nullptr || !protocol::fits(*row, drive.format.series)) return std::nullopt;
   if (++unknown_ < kUnknown) return std::nullopt;
   return Finding{AdviceKind::kOtherGeneration, &kCommand, {static_cast<double>(unknown_)}, true};
 }

@@ -45,43 +45,43 @@ struct MotionReader {
   using Motion = std::optional<MotionCommand>;
 
   Motion operator()(const protocol::OpenLoop& c) const {
-    return MotionCommand{Opcode::kOpenLoop, static_cast<double>(c.power_permille)};
+    return MotionCommand{protocol::OpenLoop::kOpcode, static_cast<double>(c.power_permille)};
   }
   Motion operator()(const protocol::Torque& c) const {
-    return MotionCommand{Opcode::kTorque, c.iq_A};
+    return MotionCommand{protocol::Torque::kOpcode, c.iq_A};
   }
   Motion operator()(const protocol::Speed& c) const {
-    return MotionCommand{Opcode::kSpeed, c.speed_dps};
+    return MotionCommand{protocol::Speed::kOpcode, c.speed_dps};
   }
   Motion operator()(const protocol::Position1& c) const {
-    return MotionCommand{Opcode::kPosition1, deg(c.target_cdeg)};
+    return MotionCommand{protocol::Position1::kOpcode, deg(c.target_cdeg)};
   }
   Motion operator()(const protocol::Position2& c) const {
-    return MotionCommand{Opcode::kPosition2, deg(c.target_cdeg),
+    return MotionCommand{protocol::Position2::kOpcode, deg(c.target_cdeg),
                          static_cast<double>(c.max_speed_dps)};
   }
   Motion operator()(const protocol::Position3& c) const {
-    return MotionCommand{Opcode::kPosition3, deg(c.target_cdeg)};
+    return MotionCommand{protocol::Position3::kOpcode, deg(c.target_cdeg)};
   }
   Motion operator()(const protocol::Position4& c) const {
-    return MotionCommand{Opcode::kPosition4, deg(c.target_cdeg),
+    return MotionCommand{protocol::Position4::kOpcode, deg(c.target_cdeg),
                          static_cast<double>(c.max_speed_dps)};
   }
   Motion operator()(const protocol::Position5& c) const {
-    return MotionCommand{Opcode::kPosition5, deg(c.increment_cdeg)};
+    return MotionCommand{protocol::Position5::kOpcode, deg(c.increment_cdeg)};
   }
   Motion operator()(const protocol::Position6& c) const {
-    return MotionCommand{Opcode::kPosition6, deg(c.increment_cdeg),
+    return MotionCommand{protocol::Position6::kOpcode, deg(c.increment_cdeg),
                          static_cast<double>(c.max_speed_dps)};
   }
   Motion operator()(const protocol::MultiTorque& c) const {
-    return of_slot(Opcode::kTorque, slot_of(id, c.iq_A));
+    return of_slot(protocol::Torque::kOpcode, slot_of(id, c.iq_A));
   }
   Motion operator()(const protocol::MultiSpeed& c) const {
-    return of_slot(Opcode::kSpeed, slot_of(id, c.speed_dps));
+    return of_slot(protocol::Speed::kOpcode, slot_of(id, c.speed_dps));
   }
   Motion operator()(const protocol::MultiPosition& c) const {
-    return of_slot(Opcode::kPosition1, slot_of(id, c.target_deg));
+    return of_slot(protocol::Position1::kOpcode, slot_of(id, c.target_deg));
   }
   template <class Other>
   Motion operator()(const Other&) const {
@@ -133,7 +133,7 @@ void KnownDrive::look_at(const Registers& ram) {
 }
 
 bool KnownDrive::can_be_asked() const {
-  return !multi_drive || protocol::knows_multi_drive(format, protocol::kMultiCommandId);
+  return !multi_drive || protocol::knows_multi_drive(format, protocol::MultiCommand::kIdentifier);
 }
 
 double KnownDrive::fastest_dps(double asked_dps) const {

@@ -50,15 +50,15 @@ struct KnownDrive {
 
 /// What makes a drive move, in degrees, dps, A or per mille of the rotor.
 struct MotionCommand {
-  protocol::Opcode opcode = protocol::Opcode::kTorque;
+  protocol::Opcode opcode = protocol::Torque::kOpcode;
   double value = 0;
   double max_speed_dps = 0;  // of the frame; 0: none
 
   bool absolute() const {
-    return opcode == protocol::Opcode::kPosition1 || opcode == protocol::Opcode::kPosition2;
+    return opcode == protocol::Position1::kOpcode || opcode == protocol::Position2::kOpcode;
   }
   bool increment() const {
-    return opcode == protocol::Opcode::kPosition5 || opcode == protocol::Opcode::kPosition6;
+    return opcode == protocol::Position5::kOpcode || opcode == protocol::Position6::kOpcode;
   }
 };
 /// None: `command` moves nothing; or there is no slot for the drive in it.

@@ -18,7 +18,9 @@ constexpr Words kKinds{"commands of two kinds take turns within 100 ms, again an
 constexpr double kNoticeable = 5;  // dps or degrees; less may be noise (assumed)
 
 /// One controller alone goes there and back with these: bang-bang, dither, noise of its sensors.
-bool is_force(Opcode opcode) { return opcode == Opcode::kTorque || opcode == Opcode::kOpenLoop; }
+bool is_force(Opcode opcode) {
+  return opcode == protocol::Torque::kOpcode || opcode == protocol::OpenLoop::kOpcode;
+}
 
 }  // namespace
 

@@ -21,7 +21,7 @@ std::optional<Finding> SpeedWatch::hear(const Heard& heard, const KnownDrive& dr
   }
   const bool ends = heard.is<protocol::Off>() || heard.is<protocol::Stop>();
   if (!heard.motion && !ends) return std::nullopt;
-  if (ends || heard.motion->opcode != protocol::Opcode::kSpeed) {
+  if (ends || heard.motion->opcode != protocol::Speed::kOpcode) {
     value_.reset();
     arrivals_ = 0;
     steps_.reset();

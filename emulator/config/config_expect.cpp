@@ -25,11 +25,11 @@ std::optional<Range> read_range(TableReader& reader, const char* min_key, const 
   return range;
 }
 
-const ReplyField* read_field(TableReader& reader) {
+std::string_view read_field(TableReader& reader) {
   std::vector<std::string> names;
-  for (const ReplyField& field : reply_fields()) names.emplace_back(field.name);
+  for (const std::string_view word : protocol::reply_words()) names.emplace_back(word);
   const auto place = reader.choice("field", names);
-  return place ? &reply_fields()[*place] : nullptr;
+  return place ? protocol::reply_words()[*place] : std::string_view();
 }
 
 void read_counts(TableReader& reader, Replies& replies) {
@@ -60,10 +60,10 @@ Replies read_replies(TableReader& reader, bool none) {
   replies.age = read_range(reader, "min_delay_ms", "max_delay_ms");
   if (!none) read_counts(reader, replies);
   reader.finish();
-  if (range && replies.field == nullptr) {
+  if (range && replies.field.empty()) {
     reader.fail("field", "missing: what are min and max of?");
   }
-  if (!range && replies.field != nullptr) reader.fail("field", "needs min, max or both");
+  if (!range && !replies.field.empty()) reader.fail("field", "needs min, max or both");
   if (range) replies.range = *range;
   return replies;
 }

@@ -219,7 +219,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
     return;
   }
   bool answered = false;
-  Drop cause = frame.id == protocol::kMultiDriveId ? Drop::kWrongMode : Drop::kForeignId;
+  Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
   for (std::size_t k = 0; k < servos_.size(); ++k) {
     if (!timelines_[k].alive) {
       continue;

@@ -14,7 +14,7 @@ const protocol::GenerationRow& row_of(Generation generation) {
 Quirks quirks_of(Generation generation) {
   Quirks quirks;
   quirks.dialect = row_of(generation).dialect;
-  quirks.run_resumes = (row_of(generation).bit & protocol::kOlder) != 0;
+  quirks.run_resumes = generation == Generation::kLegacy || generation == Generation::kLateLegacy;
   return quirks;
 }
 

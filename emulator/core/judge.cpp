@@ -56,9 +56,9 @@ std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
     return slot < any->opcodes.size() ? std::optional(any->opcodes[slot]) : std::nullopt;
   }
   const protocol::Opcode opcode =
-      std::holds_alternative<protocol::MultiTorque>(query->command)  ? protocol::Opcode::kTorque
-      : std::holds_alternative<protocol::MultiSpeed>(query->command) ? protocol::Opcode::kSpeed
-                                                                     : protocol::Opcode::kPosition1;
+      std::holds_alternative<protocol::MultiTorque>(query->command)  ? protocol::Torque::kOpcode
+      : std::holds_alternative<protocol::MultiSpeed>(query->command) ? protocol::Speed::kOpcode
+                                                                     : protocol::Position1::kOpcode;
   return static_cast<std::uint8_t>(opcode);
 }
 
@@ -158,16 +158,20 @@ bool Judge::matches(const Replies& replies, const Speaker& speaker, const TimedF
     const std::chrono::duration<double, std::milli> age = reply.at - *asked;
     if (!replies.age->has(age.count())) return false;
   }
-  if (!replies.error && replies.field == nullptr) return true;
+  if (!replies.error && replies.field.empty()) return true;
   const auto decoded = protocol::decode_reply(frame, speaker.format);
-  const auto* said = std::get_if<protocol::ReplyFrame>(&decoded);
-  if (said == nullptr) return false;
+  if (std::holds_alternative<protocol::Reject>(decoded)) return false;
+  const auto quantity = [&](std::string_view word) {
+    return protocol::reply_quantity(word, frame.data, speaker.format);
+  };
   if (replies.error) {
-    const auto errors = reply_errors(said->reply);
-    if (!errors || (*errors & model::bit(*replies.error)) == 0) return false;
+    const auto errors = quantity("errors");
+    const bool set =
+        errors && (static_cast<model::ErrorBits>(*errors) & model::bit(*replies.error)) != 0;
+    if (!set) return false;
   }
-  if (replies.field != nullptr) {
-    const auto value = replies.field->read(said->reply);
+  if (!replies.field.empty()) {
+    const auto value = quantity(replies.field);
     if (!value || !replies.range.has(*value)) return false;
   }
   return true;

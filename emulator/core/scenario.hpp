@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "emulator/core/bus_config.hpp"
-#include "emulator/core/reply_fields.hpp"
 #include "emulator/core/servo.hpp"
 #include "emulator/core/signals.hpp"
 
@@ -49,7 +48,7 @@ struct StateIs {
 struct Replies {
   std::optional<std::uint8_t> command;  // DATA[0]
   std::optional<model::Error> error;    // the bit is set in what it says
-  const ReplyField* field = nullptr;
+  std::string_view field;    // a quantity of the reply, protocol::reply_words(); empty: any
   Range range;               // of the field
   std::optional<Range> age;  // ms since the latest query with this command to this drive
   std::uint64_t min_count = 1;

@@ -35,8 +35,8 @@ std::string count_text(const Replies& replies) {
 std::string replies_text(const Replies& replies) {
   std::string text = count_text(replies);
   if (replies.error) text += " with error " + std::string(error_word(*replies.error));
-  if (replies.field != nullptr) {
-    text += " with " + std::string(replies.field->name) + ' ' + range_text(replies.range);
+  if (!replies.field.empty()) {
+    text += " with " + std::string(replies.field) + ' ' + range_text(replies.range);
   }
   if (replies.age) text += ", " + range_text(*replies.age) + " ms after the query";
   return text;

@@ -163,16 +163,16 @@ Reply Servo::on(const protocol::Brake& command, const Context& context) {
 // -----------------------------------------------------------------------------------------------
 
 Reply Servo::on(const protocol::ReadState1&, const Context& context) const {
-  return state_1(Opcode::kReadState1, context.before);
+  return state_1(protocol::ReadState1::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::ClearErrors&, const Context& context) {
   context.lane.clear_errors();
-  return state_1(Opcode::kClearErrors, context.lane.telemetry());
+  return state_1(protocol::ClearErrors::kOpcode, context.lane.telemetry());
 }
 
 Reply Servo::on(const protocol::ReadState2&, const Context& context) const {
-  return state_2(Opcode::kReadState2, context.before);
+  return state_2(protocol::ReadState2::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::ReadState3&, const Context& context) const {
@@ -198,20 +198,20 @@ Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
       .iq_A = telemetry.i_q,
       .speed_dps = dps_from_rad_s(telemetry.omega),
       .encoder_counts = angles_.encoder(angles_.position(telemetry), ram_.encoder_offset),
-      .power = telemetry.power};
+      .power_permille = protocol::quantize<std::int16_t>(telemetry.power, 1e-3)};
 }
 
 /// DATA[0] of the reply: that of the query, or what the manual misprints.
 Opcode Servo::reply_opcode(Opcode command) const {
   if (config_.quirks.manual_reply_bytes) {
-    if (command == Opcode::kClearErrors) {
-      return Opcode::kReadState1;
+    if (command == protocol::ClearErrors::kOpcode) {
+      return protocol::ReadState1::kOpcode;
     }
-    if (command == Opcode::kPosition5) {
-      return Opcode::kPosition3;
+    if (command == protocol::Position5::kOpcode) {
+      return protocol::Position3::kOpcode;
     }
-    if (command == Opcode::kPosition6) {
-      return Opcode::kPosition4;
+    if (command == protocol::Position6::kOpcode) {
+      return protocol::Position4::kOpcode;
     }
   }
   return command;

@@ -13,48 +13,47 @@ using protocol::Opcode;
 using protocol::Reply;
 
 Reply Servo::on(const protocol::OpenLoop& command, const Context& context) {
-  return execute(Opcode::kOpenLoop, loop_motion(model::OpenLoop{command.power_permille * 1e-3}),
-                 context);
+  return execute(protocol::OpenLoop::kOpcode,
+                 loop_motion(model::OpenLoop{command.power_permille * 1e-3}), context);
 }
 
 Reply Servo::on(const protocol::Torque& command, const Context& context) {
-  return execute(Opcode::kTorque, loop_motion(model::Torque{command.iq_A}), context);
+  return execute(protocol::Torque::kOpcode, loop_motion(model::Torque{command.iq_A}), context);
 }
 
 Reply Servo::on(const protocol::Speed& command, const Context& context) {
-  // MS drives know no current; their limit is Max Power.
-  const double iq_limit_A = format_.series == Series::kMs ? 0 : command.iq_limit_A;
   const double omega = rad_s_from_dps(within_max_speed(command.speed_dps));
-  Motion motion = loop_motion(model::Speed{omega, iq_limit_A});
+  Motion motion = loop_motion(model::Speed{omega, command.iq_limit_A});
   motion.speed_dps = command.speed_dps;
-  return execute(Opcode::kSpeed, motion, context);
+  return execute(protocol::Speed::kOpcode, motion, context);
 }
 
 Reply Servo::on(const protocol::Position1& command, const Context& context) {
-  return execute(Opcode::kPosition1, to_multi_turn(command.target_cdeg, 0), context);
+  return execute(protocol::Position1::kOpcode, to_multi_turn(command.target_cdeg, 0), context);
 }
 
 Reply Servo::on(const protocol::Position2& command, const Context& context) {
-  return execute(Opcode::kPosition2, to_multi_turn(command.target_cdeg, command.max_speed_dps),
-                 context);
+  return execute(protocol::Position2::kOpcode,
+                 to_multi_turn(command.target_cdeg, command.max_speed_dps), context);
 }
 
 Reply Servo::on(const protocol::Position3& command, const Context& context) {
-  return execute(Opcode::kPosition3, to_single_turn(command, 0, context), context);
+  return execute(protocol::Position3::kOpcode, to_single_turn(command, 0, context), context);
 }
 
 Reply Servo::on(const protocol::Position4& command, const Context& context) {
   const protocol::Position3 request{command.direction, command.target_cdeg};
-  return execute(Opcode::kPosition4, to_single_turn(request, command.max_speed_dps, context),
-                 context);
+  return execute(protocol::Position4::kOpcode,
+                 to_single_turn(request, command.max_speed_dps, context), context);
 }
 
 Reply Servo::on(const protocol::Position5& command, const Context& context) {
-  return execute(Opcode::kPosition5, by_increment(command.increment_cdeg, 0, context), context);
+  return execute(protocol::Position5::kOpcode, by_increment(command.increment_cdeg, 0, context),
+                 context);
 }
 
 Reply Servo::on(const protocol::Position6& command, const Context& context) {
-  return execute(Opcode::kPosition6,
+  return execute(protocol::Position6::kOpcode,
                  by_increment(command.increment_cdeg, command.max_speed_dps, context), context);
 }
 
@@ -69,24 +68,24 @@ std::optional<std::size_t> Servo::slot() const {
 Reply Servo::on(const protocol::MultiTorque& command, const Context& context) {
   const auto own = slot();
   return own ? on(protocol::Torque{command.iq_A[*own]}, context)
-             : state_2(Opcode::kTorque, context.before);
+             : state_2(protocol::Torque::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::MultiSpeed& command, const Context& context) {
   const auto own = slot();
   return own ? on(protocol::Speed{static_cast<double>(command.speed_dps[*own]), 0}, context)
-             : state_2(Opcode::kSpeed, context.before);
+             : state_2(protocol::Speed::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::MultiPosition& command, const Context& context) {
   const auto own = slot();
   return own ? on(protocol::Position1{100 * command.target_deg[*own]}, context)
-             : state_2(Opcode::kPosition1, context.before);
+             : state_2(protocol::Position1::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::MultiCommand&, const Context& context) {
   assert(false && "understand() has put the slot's command in its place");
-  return state_2(Opcode::kReadState2, context.before);
+  return state_2(protocol::ReadState2::kOpcode, context.before);
 }
 
 Servo::Motion Servo::loop_motion(const model::Setpoint& setpoint) {

@@ -37,19 +37,19 @@ bool all_zero(const Frame& frame, std::size_t from) {
 
 /// Of queries that carry nothing, and replies that carry a value which is hardly ever 0.
 bool zero_is_a_query(std::uint8_t command) {
-  return command == static_cast<std::uint8_t>(Opcode::kReadPid) ||
-         command == static_cast<std::uint8_t>(Opcode::kReadEncoder) ||
-         command == static_cast<std::uint8_t>(Opcode::kReadMultiTurnAngle) ||
-         command == static_cast<std::uint8_t>(Opcode::kReadSingleTurnAngle);
+  return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
 }
 
 /// Carries what a host hardly puts into it: a state's temperature, or the value that is asked for.
 bool looks_like_a_reply(const Frame& frame) {
   if (looks_like_a_state(frame)) return true;
   const auto command = static_cast<Opcode>(frame.data[0]);
-  if (command == Opcode::kReadParameter) return !all_zero(frame, 2);
-  return (zero_is_a_query(frame.data[0]) || command == Opcode::kReadAcceleration ||
-          command == Opcode::kWriteZeroToRom) &&
+  if (command == protocol::ReadParameter::kOpcode) return !all_zero(frame, 2);
+  return (zero_is_a_query(frame.data[0]) || command == protocol::ReadAcceleration::kOpcode ||
+          command == protocol::WriteZeroToRom::kOpcode) &&
          !all_zero(frame, 1);
 }
 
@@ -58,15 +58,16 @@ bool looks_like_a_query(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
   const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
   if (state) return frame.data[1] <= 1;
-  if (static_cast<Opcode>(command) == Opcode::kBrake) return frame.data[1] > 1;
+  if (static_cast<Opcode>(command) == protocol::Brake::kOpcode) return frame.data[1] > 1;
   return zero_is_a_query(command) && all_zero(frame, 1);
 }
 
 /// These take as long as the memory does.
 bool writes_rom(const Frame& query) {
   const auto command = static_cast<Opcode>(query.data[0]);
-  return command == Opcode::kWriteZeroToRom || command == Opcode::kWritePidToRom ||
-         command == Opcode::kWriteOffsetToRom;
+  return command == protocol::WriteZeroToRom::kOpcode ||
+         command == protocol::WritePidToRom::kOpcode ||
+         command == protocol::WriteOffsetToRom::kOpcode;
 }
 
 }  // namespace
@@ -74,7 +75,7 @@ bool writes_rom(const Frame& query) {
 /// Who reads a frame of the drive.
 const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   const ReplyReader& first = *reader_->reader_of(id);
-  const auto* row = protocol::find_opcode(frame.data[0]);
+  const auto* row = protocol::find_command(frame.data[0]);
   const bool known = row == nullptr || protocol::answers(first.format, row->opcode);
   return known || other_ == nullptr ? first : *other_->reader_of(id);
 }

@@ -166,16 +166,16 @@ std::string with_unit(double value, std::string_view unit) {
 std::string slot_text(const ReplyValue& slot, std::uint32_t asked, Language language) {
   const std::string drive = fmt::format(
       fmt::runtime(language == Language::kChinese ? "{} 号 " : "drive {}: "), slot.name);
-  if (asked == protocol::kMultiCommandId) {
+  if (asked == protocol::MultiCommand::kIdentifier) {
     const auto command = static_cast<std::uint32_t>(slot.value);
     return drive + (command == protocol::kNoCommand
                         ? "–"
                         : fmt::format("{} {}", asked_text(command),
                                       in_language(asked_name(command), language)));
   }
-  const std::string_view unit = asked == protocol::kMultiDriveId   ? "A"
-                                : asked == protocol::kMultiSpeedId ? "°/s"
-                                                                   : "°";
+  const std::string_view unit = asked == protocol::MultiTorque::kIdentifier  ? "A"
+                                : asked == protocol::MultiSpeed::kIdentifier ? "°/s"
+                                                                             : "°";
   return drive + with_unit(slot.value, unit);
 }
 

@@ -69,7 +69,7 @@ std::string_view asked_name(std::uint32_t asked) {
     const auto* several = protocol::find_multi_drive(asked);
     return several != nullptr ? several->name : std::string_view();
   }
-  const auto* row = protocol::find_opcode(static_cast<std::uint8_t>(asked));
+  const auto* row = protocol::find_command(static_cast<std::uint8_t>(asked));
   return row != nullptr ? row->name : std::string_view();
 }
 

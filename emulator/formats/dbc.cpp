@@ -10,7 +10,6 @@
 namespace lk::formats {
 namespace {
 
-using protocol::Opcode;
 using protocol::WireFormat;
 
 /// A field and the commands whose frames have it.
@@ -51,24 +50,27 @@ std::string hex(unsigned byte) {
 }
 
 Field command_field(const WireFormat& format) {
-  return {
-      .name = "command", .label = "DATA[0]", .bits = 8, .raw_max = 255, .values = commands(format)};
+  return {.name = "command",
+          .label = "DATA[0]",
+          .bits = 8,
+          .raw_max = 255,
+          .values = command_values(format)};
 }
 
 /// What DATA[1..7] can be, each name once.
 std::vector<Signal> signals_of(Direction direction, const WireFormat& format) {
   std::vector<Signal> signals;
-  for (const Value& command : commands(format)) {
-    const auto opcode = static_cast<Opcode>(command.number);
-    auto fields = direction == Direction::kQueries ? query_fields(opcode, format)
-                                                   : reply_fields(opcode, format);
-    for (Field& field : fields) {
+  for (const auto& command : protocol::commands()) {
+    if (!protocol::knows(format, command)) continue;
+    const auto byte = static_cast<unsigned>(command.opcode);
+    for (Field& field :
+         fields_of(direction == Direction::kQueries ? command.query : command.reply, format)) {
       const auto known = std::ranges::find_if(
           signals, [&field](const Signal& one) { return one.field.name == field.name; });
       if (known == signals.end()) {
-        signals.push_back({std::move(field), {command.number}});
+        signals.push_back({std::move(field), {byte}});
       } else {
-        known->commands.push_back(command.number);
+        known->commands.push_back(byte);
       }
     }
   }
@@ -125,8 +127,8 @@ class File {
       : queries_(direction == Direction::kQueries), generation_(generation), format_(format) {
     const auto signals = signals_of(direction, format);
     for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) add_drive(id, signals);
-    for (const auto& row : protocol::kMultiDriveRows) {
-      if (knows_multi_drive(format, row.id)) add_several(row);
+    for (const auto& row : protocol::multi_drive_commands()) {
+      if (protocol::knows(format, row)) add_several(row);
     }
   }
 
@@ -180,17 +182,17 @@ class File {
         signals);
   }
 
-  void add_several(const protocol::MultiDriveRow& row) {
+  void add_several(const protocol::CommandInfo& row) {
     std::vector<Signal> signals;
-    for (Field& field : multi_drive_fields(row.id, format_)) {
+    for (Field& field : multi_drive_fields(row, format_)) {
       signals.push_back({std::move(field), {}});
     }
     std::ostringstream name;
     std::ostringstream comment;
-    name << "Several_" << std::hex << row.id << "_Query";
+    name << "Several_" << std::hex << row.identifier << "_Query";
     comment << row.name
             << " of the drives 1 to 4 in multi-drive mode; source: " << source_words(row.source);
-    add({.id = row.id,
+    add({.id = row.identifier,
          .name = name.str(),
          .sender = "Host",
          .receivers = "Drive1,Drive2,Drive3,Drive4",
@@ -217,8 +219,8 @@ class File {
     }
     out << ". Written by lk-emu-formats of lk-emu; docs/dbc.md tells how to use it, "
            "docs/protocol.md has the bytes. Where the commands come from:";
-    for (const auto& row : protocol::kOpcodes) {
-      if (!answers(format_, row.opcode)) continue;
+    for (const auto& row : protocol::commands()) {
+      if (!protocol::knows(format_, row)) continue;
       out << "\n"
           << hex(static_cast<unsigned>(row.opcode)) << " " << row.name << ": "
           << source_words(row.source);

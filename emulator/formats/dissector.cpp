@@ -15,7 +15,6 @@
 namespace lk::formats {
 namespace {
 
-using protocol::Opcode;
 using protocol::Series;
 using protocol::WireFormat;
 
@@ -93,14 +92,14 @@ class Tables {
 
   static void put_commands(std::ostream& out) {
     out << "local commands = {\n";
-    for (const auto& row : protocol::kOpcodes) {
+    for (const auto& row : protocol::commands()) {
       out << "  [" << lua_hex(static_cast<unsigned>(row.opcode))
           << "] = { name = " << lua_string(row.name)
-          << ", echo = " << (is_echo(row.opcode) ? "true" : "false") << " },\n";
+          << ", echo = " << (row.echoed ? "true" : "false") << " },\n";
     }
     out << "}\n\nlocal several = {\n";
-    for (const auto& row : protocol::kMultiDriveRows) {
-      out << "  [" << lua_hex(row.id) << "] = { name = " << lua_string(row.name) << " },\n";
+    for (const auto& row : protocol::multi_drive_commands()) {
+      out << "  [" << lua_hex(row.identifier) << "] = { name = " << lua_string(row.name) << " },\n";
     }
     out << "}\n";
   }
@@ -144,16 +143,16 @@ class Tables {
     std::ostringstream queries;
     std::ostringstream replies;
     std::ostringstream several;
-    for (const Value& command : commands(format)) {
-      const auto opcode = static_cast<Opcode>(command.number);
-      const std::string byte = lua_hex(command.number);
-      queries << " [" << byte << "] = " << layout(query_fields(opcode, format)) << ",";
-      replies << " [" << byte << "] = " << layout(reply_fields(opcode, format)) << ",";
+    for (const auto& command : protocol::commands()) {
+      if (!protocol::knows(format, command)) continue;
+      const std::string byte = lua_hex(static_cast<unsigned>(command.opcode));
+      queries << " [" << byte << "] = " << layout(fields_of(command.query, format)) << ",";
+      replies << " [" << byte << "] = " << layout(fields_of(command.reply, format)) << ",";
     }
-    for (const auto& row : protocol::kMultiDriveRows) {
-      if (!knows_multi_drive(format, row.id)) continue;
-      several << " [" << lua_hex(row.id) << "] = " << layout(multi_drive_fields(row.id, format))
-              << ",";
+    for (const auto& row : protocol::multi_drive_commands()) {
+      if (!protocol::knows(format, row)) continue;
+      several << " [" << lua_hex(row.identifier)
+              << "] = " << layout(multi_drive_fields(row, format)) << ",";
     }
     out << "      queries = {" << queries.str() << " },\n      replies = {" << replies.str()
         << " },\n      several = {" << several.str() << " },\n";

@@ -1,22 +1,17 @@
 #pragma once
 
-/// @file The fields of all commands and replies as data, for those who read the bus with programs
-/// of other people. The codec of protocol/ is what counts; a test holds this table to it, bit for
-/// bit.
+/// @file The fields of the wire as one generation of one series has them, for those who read the
+/// bus with programs of other people.
 
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
-#include "protocol/codec.hpp"
+#include "protocol/command_info.hpp"
 
 namespace lk::formats {
 
-/// What a number stands for.
-struct Value {
-  unsigned number = 0;
-  std::string_view word;
-};
+using protocol::Value;
 
 /// A little-endian integer, which stands for `lsb` times itself. The same name is the same bits in
 /// all queries of a generation, and in all replies.
@@ -34,17 +29,14 @@ struct Field {
   int parameter = -1;  // >= 0: only where the field `parameter` is this (0xC0, 0xC1)
 };
 
-/// DATA[1..7] of a query to one drive.
-std::vector<Field> query_fields(protocol::Opcode opcode, const protocol::WireFormat& format);
-/// DATA[1..7] of the reply to it.
-std::vector<Field> reply_fields(protocol::Opcode opcode, const protocol::WireFormat& format);
-/// DATA[0..7] of a query to several drives.
-std::vector<Field> multi_drive_fields(std::uint32_t id, const protocol::WireFormat& format);
-
-/// Is the reply a copy of the query?
-bool is_echo(protocol::Opcode opcode);
+/// Those of `rows` that `format` has; a byte of flags is a field for each.
+std::vector<Field> fields_of(std::span<const protocol::Field> rows,
+                             const protocol::WireFormat& format);
+/// DATA[0..7] of a query to several drives; a slot for any command has the words of all.
+std::vector<Field> multi_drive_fields(const protocol::CommandInfo& command,
+                                      const protocol::WireFormat& format);
 
 /// The command bytes that a drive knows, by name.
-std::vector<Value> commands(const protocol::WireFormat& format);
+std::vector<Value> command_values(const protocol::WireFormat& format);
 
 }  // namespace lk::formats

@@ -37,7 +37,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
 void write_dbc(const std::filesystem::path& directory, const lk::protocol::GenerationRow& row) {
   const auto format = lk::protocol::wire_format(row.dialect, lk::protocol::Series::kMf);
   std::string name = "lk-motor";
-  if (row.bit != lk::protocol::kLegacy) name.append("-").append(row.name);
+  if (row.dialect != lk::protocol::kLegacyDialect) name.append("-").append(row.name);
   write(directory / (name + ".dbc"), lk::formats::dbc(Direction::kReplies, row.name, format));
   write(directory / (name + "-queries.dbc"),
         lk::formats::dbc(Direction::kQueries, row.name, format));

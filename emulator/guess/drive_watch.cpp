@@ -53,14 +53,14 @@ ValueSet state_1_layouts(const Payload& data) {
 }
 
 bool is_state_2(std::uint8_t command) {
-  return command == static_cast<std::uint8_t>(Opcode::kReadState2) ||
-         (command >= static_cast<std::uint8_t>(Opcode::kOpenLoop) &&
-          command <= static_cast<std::uint8_t>(Opcode::kPosition6));
+  return command == static_cast<std::uint8_t>(protocol::ReadState2::kOpcode) ||
+         (command >= static_cast<std::uint8_t>(protocol::OpenLoop::kOpcode) &&
+          command <= static_cast<std::uint8_t>(protocol::Position6::kOpcode));
 }
 
 std::optional<Trait> trait_of(std::uint32_t asked) {
   const auto* row =
-      asked <= 0xFF ? protocol::find_opcode(static_cast<std::uint8_t>(asked)) : nullptr;
+      asked <= 0xFF ? protocol::find_command(static_cast<std::uint8_t>(asked)) : nullptr;
   return row != nullptr ? trait_behind(row->opcode) : std::nullopt;
 }
 
@@ -81,14 +81,14 @@ void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
   const Sighting sighting{told.frame, at};
   const bool several = protocol::find_multi_drive(told.frame.id) != nullptr;
   if (several) {
-    const bool counts = several_known_ && (told.frame.id == protocol::kMultiSpeedId ||
-                                           told.frame.id == protocol::kMultiPositionId);
+    const bool counts = several_known_ && (told.frame.id == protocol::MultiSpeed::kIdentifier ||
+                                           told.frame.id == protocol::MultiPosition::kIdentifier);
     if (counts) {
       ++several_.silent;
       if (several_.first.empty()) several_.first.push_back(sighting);
     }
-  } else if (told.frame.data[0] == static_cast<std::uint8_t>(Opcode::kRun) ||
-             told.frame.data[0] == static_cast<std::uint8_t>(Opcode::kClearErrors)) {
+  } else if (told.frame.data[0] == static_cast<std::uint8_t>(protocol::Run::kOpcode) ||
+             told.frame.data[0] == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     off_at_.reset();
   }
   motion_.query(sighting);
@@ -147,12 +147,13 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
     }
   }
   if (told.choices == 1) see_answer(told, sighting);
-  if (command == static_cast<std::uint8_t>(Opcode::kReadState1) ||
-      command == static_cast<std::uint8_t>(Opcode::kClearErrors)) {
+  if (command == static_cast<std::uint8_t>(protocol::ReadState1::kOpcode) ||
+      command == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     see_state_1(sighting);
   }
-  if (command == static_cast<std::uint8_t>(Opcode::kReadSingleTurnAngle)) see_single_turn(sighting);
-  if (command == static_cast<std::uint8_t>(Opcode::kOff)) off_at_ = at;
+  if (command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode))
+    see_single_turn(sighting);
+  if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
   const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
   if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
   motion_.reply({told.frame, at}, evidence_);
@@ -160,7 +161,8 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
 
 /// An angle of 0 has the bytes of its query: right after 0x95, where the drive was to count from 0.
 void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
-  const bool angle = told.frame.data[0] == static_cast<std::uint8_t>(Opcode::kReadMultiTurnAngle);
+  const bool angle =
+      told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
   if (angle && paced(told)) motion_.reply({told.frame, at}, evidence_);
 }
 
@@ -170,7 +172,8 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
     see_several(told, sighting);
     return;
   }
-  const auto misprinted = {Opcode::kClearErrors, Opcode::kPosition5, Opcode::kPosition6};
+  const auto misprinted = {protocol::ClearErrors::kOpcode, protocol::Position5::kOpcode,
+                           protocol::Position6::kOpcode};
   if (told.sure &&
       std::ranges::find(misprinted, static_cast<Opcode>(told.asked)) != misprinted.end()) {
     const bool repeats = told.frame.data[0] == told.asked;
@@ -189,7 +192,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
 }
 
 void DriveWatch::see_several(const Told& told, const Sighting& sighting) {
-  if (told.asked == protocol::kMultiDriveId) {
+  if (told.asked == protocol::MultiTorque::kIdentifier) {
     evidence_.see(Trait::kSeries, only(kNotMs), Weight::kLikely, sighting);
     evidence_.see(Trait::kSeveral, only(kSwitchedOff), several_);
     several_known_ = true;

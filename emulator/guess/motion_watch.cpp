@@ -31,8 +31,8 @@ constexpr std::int64_t kOtherAngle_cdeg = 5000;
 
 bool is_motion(const protocol::Frame& frame) {
   return protocol::find_multi_drive(frame.id) != nullptr ||
-         (frame.data[0] >= static_cast<std::uint8_t>(Opcode::kOpenLoop) &&
-          frame.data[0] <= static_cast<std::uint8_t>(Opcode::kPosition6));
+         (frame.data[0] >= static_cast<std::uint8_t>(protocol::OpenLoop::kOpcode) &&
+          frame.data[0] <= static_cast<std::uint8_t>(protocol::Position6::kOpcode));
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ void MotionWatch::query(const Sighting& query) {
   const auto& data = query.frame.data;
   const auto command = static_cast<Opcode>(data[0]);
   const bool several = protocol::find_multi_drive(query.frame.id) != nullptr;
-  if (!several && command == Opcode::kSpeed) {
+  if (!several && command == protocol::Speed::kOpcode) {
     const double speed_dps = get_le<std::int32_t>(data, 4) / 100.0;
     const bool enough = std::abs(speed_dps) >= kTurningFrom_dps;
     const int limit_lsb = get_le<std::int16_t>(data, 2);
@@ -71,18 +71,18 @@ void MotionWatch::query(const Sighting& query) {
     limit_lsb_ = 0;
     return;
   }
-  if (command == Opcode::kStop) {
+  if (command == protocol::Stop::kOpcode) {
     if (run_ != Run::kStopping) run_ = run_ == Run::kTurning ? Run::kStopping : Run::kNone;
     limit_lsb_ = 0;
-  } else if (command == Opcode::kRun) {
+  } else if (command == protocol::Run::kOpcode) {
     run_ = run_ == Run::kResting ? Run::kTold : Run::kNone;
     told_ = *query.at;
-  } else if (command == Opcode::kClearAngle) {
+  } else if (command == protocol::ClearAngle::kOpcode) {
     cleared_to_cdeg_ = {*query.at, get_le<std::int32_t>(data, 4)};
-  } else if (command == Opcode::kOff || command == Opcode::kClearErrors) {
+  } else if (command == protocol::Off::kOpcode || command == protocol::ClearErrors::kOpcode) {
     forget_run();
     limit_lsb_ = 0;
-    if (command == Opcode::kClearErrors) return;
+    if (command == protocol::ClearErrors::kOpcode) return;
     angle_cdeg_.reset();  // the turn count is lost
     cleared_to_cdeg_.reset();
   }
@@ -91,9 +91,11 @@ void MotionWatch::query(const Sighting& query) {
 void MotionWatch::reply(const Sighting& reply, Evidence& evidence) {
   if (!reply.at) return;
   const std::uint8_t command = reply.frame.data[0];
-  if (command == static_cast<std::uint8_t>(Opcode::kReadMultiTurnAngle)) angle(reply, evidence);
+  if (command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode))
+    angle(reply, evidence);
   const bool moves = is_motion(reply.frame) && reply.frame.data[1] > 1;
-  if (moves || command == static_cast<std::uint8_t>(Opcode::kReadState2)) state_2(reply, evidence);
+  if (moves || command == static_cast<std::uint8_t>(protocol::ReadState2::kOpcode))
+    state_2(reply, evidence);
 }
 
 void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {

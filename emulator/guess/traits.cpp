@@ -108,45 +108,27 @@ std::string probe_text(Trait trait, int drive) {
 
 std::optional<Trait> trait_behind(Opcode opcode) {
   switch (opcode) {
-    case Opcode::kReadPid:
-    case Opcode::kWritePidToRam:
-    case Opcode::kWritePidToRom:
-    case Opcode::kReadAcceleration:
-    case Opcode::kWriteAccelerationToRam:
+    case protocol::ReadPid::kOpcode:
+    case protocol::WritePidToRam::kOpcode:
+    case protocol::WritePidToRom::kOpcode:
+    case protocol::ReadAcceleration::kOpcode:
+    case protocol::WriteAccelerationToRam::kOpcode:
       return Trait::kPid;
-    case Opcode::kWriteOffsetToRom:
+    case protocol::WriteOffsetToRom::kOpcode:
       return Trait::kOffset;
-    case Opcode::kBrake:
+    case protocol::Brake::kOpcode:
       return Trait::kBrake;
-    case Opcode::kReadParameter:
-    case Opcode::kWriteParameter:
+    case protocol::ReadParameter::kOpcode:
+    case protocol::WriteParameter::kOpcode:
       return Trait::kParameters;
-    case Opcode::kOpenLoop:
+    case protocol::OpenLoop::kOpcode:
       return Trait::kOpenLoop;
-    case Opcode::kTorque:
-    case Opcode::kReadState3:
+    case protocol::Torque::kOpcode:
+    case protocol::ReadState3::kOpcode:
       return Trait::kSeries;
-    case Opcode::kWriteZeroToRom:
-    case Opcode::kOff:
-    case Opcode::kStop:
-    case Opcode::kRun:
-    case Opcode::kReadEncoder:
-    case Opcode::kReadMultiTurnAngle:
-    case Opcode::kReadSingleTurnAngle:
-    case Opcode::kClearAngle:
-    case Opcode::kReadState1:
-    case Opcode::kClearErrors:
-    case Opcode::kReadState2:
-    case Opcode::kSpeed:
-    case Opcode::kPosition1:
-    case Opcode::kPosition2:
-    case Opcode::kPosition3:
-    case Opcode::kPosition4:
-    case Opcode::kPosition5:
-    case Opcode::kPosition6:
+    default:  // every drive answers it
       return std::nullopt;
   }
-  return std::nullopt;
 }
 
 }  // namespace lk::emulator

@@ -180,7 +180,7 @@ std::string comparison_text(const LogComparison& comparison) {
     const auto latency_text = [](const Latency& of) {
       return fmt::format("{:.3f} ({:.3f})", in_ms(of.median), in_ms(of.most));
     };
-    const auto* row = protocol::find_opcode(one.command);
+    const auto* row = protocol::find_command(one.command);
     text += fmt::format("| {:02X} {} | {} | {} | {} | {} | {} | {} | {} |\n", one.command,
                         row != nullptr ? row->name : "", one.queries, one.in_log, one.emulated,
                         one.missing, one.extra, latency_text(one.latency_in_log),

@@ -8,17 +8,17 @@ using protocol::Opcode;
 
 std::optional<std::uint8_t> reply_command(const protocol::Command& command) {
   const std::size_t kind = command.index();
-  if (kind < protocol::kOpcodes.size()) {
-    return static_cast<std::uint8_t>(protocol::kOpcodes[kind].opcode);
+  if (kind < protocol::commands().size()) {
+    return static_cast<std::uint8_t>(protocol::commands()[kind].opcode);
   }
   if (std::holds_alternative<protocol::MultiTorque>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kTorque);
+    return static_cast<std::uint8_t>(protocol::Torque::kOpcode);
   }
   if (std::holds_alternative<protocol::MultiSpeed>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kSpeed);
+    return static_cast<std::uint8_t>(protocol::Speed::kOpcode);
   }
   if (std::holds_alternative<protocol::MultiPosition>(command)) {
-    return static_cast<std::uint8_t>(Opcode::kPosition1);
+    return static_cast<std::uint8_t>(protocol::Position1::kOpcode);
   }
   return std::nullopt;
 }
@@ -27,7 +27,7 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
               const protocol::Frame& reply) {
   if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
   // The reply repeats which parameter it is about.
-  const bool of_parameter = command == static_cast<std::uint8_t>(Opcode::kReadParameter);
+  const bool of_parameter = command == static_cast<std::uint8_t>(protocol::ReadParameter::kOpcode);
   if (of_parameter && protocol::find_multi_drive(query.id) == nullptr &&
       reply.data[1] != query.data[1]) {
     return Fit::kNo;

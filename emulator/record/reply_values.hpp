@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,10 @@ struct ReplyReader {
   explicit ReplyReader(const ServoConfig& servo);
   /// The quantities of a frame that the servo has sent; none when it is no reply of its kind.
   std::vector<ReplyValue> values(const protocol::Frame& frame) const;
+  /// The quantities of `fields` in DATA, by their keys: what a host writes as the drive takes it.
+  enum class By : std::uint8_t { kHost, kDrive };
+  std::vector<ReplyValue> values(std::span<const protocol::Field> fields,
+                                 const protocol::Payload& data, By by) const;
   /// A query with the command byte `asked` can have a reply with `said` in its place.
   bool answers_with(std::uint8_t asked, std::uint8_t said) const;
 

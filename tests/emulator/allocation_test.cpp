@@ -35,7 +35,7 @@ std::size_t allocations_while_polling(std::int64_t bitrate) {
   std::vector<RomWrite> rom_writes;
   const auto poll = [&](int cycles) {
     for (int k = 0; k < cycles; ++k) {
-      for (const auto& row : protocol::kOpcodes) {
+      for (const auto& row : protocol::commands()) {
         protocol::Frame query;
         query.id = 0x141U + static_cast<std::uint32_t>(k % 4);
         query.data[0] = static_cast<std::uint8_t>(row.opcode);
@@ -68,7 +68,7 @@ std::size_t allocations_of_advice(Adviser& adviser, int frames) {
     protocol::Frame frame;
     frame.id = next() % 8 == 0 ? 0x280 : 0x140 + next() % 4;
     frame.dlc = next() % 7 == 0 ? 3 : 8;
-    const auto& known = protocol::kOpcodes[(next() >> 16U) % protocol::kOpcodes.size()];
+    const auto& known = protocol::commands()[(next() >> 16U) % protocol::commands().size()];
     for (std::size_t k = 0; k < 8; ++k) frame.data[k] = static_cast<std::uint8_t>(next() >> 24U);
     if (n % 2 == 0) frame.data[0] = static_cast<std::uint8_t>(known.opcode);
     adviser.hear({adviser.heard() * 100us, frame});

@@ -82,7 +82,8 @@ TEST(ScenarioFile, MistakesOfSends) {
   EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"sped\"\n"),
             "dir/kick.toml:6: send.command: \"sped\" is unknown, did you mean speed?");
   EXPECT_EQ(send("at_s = 1\nid = 1\ncommand = \"speed\"\nspeed_dps = 1\niq_limit_A = 1\n"),
-            "dir/kick.toml:8: send.iq_limit_A: this drive's 0xA2 has no limit of iq (v236 has)");
+            "dir/kick.toml:8: send.iq_limit_A: this drive has it only with speed_iq_limit = true, "
+            "not on MS");
   EXPECT_EQ(
       send("at_s = 1\nframe = \"14#\"\nbus = \"vcan0\"\n"),
       "dir/kick.toml:5: send.frame: \"14\" is not an identifier of 3 or 8 hexadecimal digits");
@@ -111,8 +112,9 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
   EXPECT_EQ(command("\"brake\"\n"), place + "brake: missing");
   EXPECT_EQ(command("\"torque\"\niq_A = 1\niq_lsb = 1\n"),
             "dir/kick.toml:8: send.iq_lsb: does not go together with iq_A");
-  EXPECT_EQ(command("\"clear_angle\"\nangle_deg = 1\n"),
-            "dir/kick.toml:7: send.angle_deg: unknown key");
+  EXPECT_EQ(
+      command("\"clear_angle\"\nangle_deg = 1\n"),
+      "dir/kick.toml:7: send.angle_deg: this drive has it only with clear_angle = \"sets_angle\"");
   EXPECT_EQ(command("\"\"\n"),
             "dir/kick.toml:6: send.command: \"\" is not a command byte; write 0xA4 or \"0xA4\"");
   EXPECT_EQ(command("\"-off\"\n"),

@@ -185,8 +185,8 @@ TEST(DecodeText, EveryWordIsThereInChinese) {
   const auto known = [](std::string_view word) {
     return in_language(word, Language::kChinese) != word;
   };
-  for (const auto& row : protocol::kOpcodes) EXPECT_TRUE(known(row.name)) << row.name;
-  for (const auto& row : protocol::kMultiDriveRows) EXPECT_TRUE(known(row.name)) << row.name;
+  for (const auto& row : protocol::commands()) EXPECT_TRUE(known(row.name)) << row.name;
+  for (const auto& row : protocol::multi_drive_commands()) EXPECT_TRUE(known(row.name)) << row.name;
   for (const std::string_view word : error_words(0xFF)) EXPECT_TRUE(known(word)) << word;
   for (const std::string_view word : error_frame_words(0x1FF)) EXPECT_TRUE(known(word)) << word;
   EXPECT_EQ(error_words(0xFF).size(), 8U);

@@ -46,7 +46,7 @@ std::vector<TimedFrame> traffic(std::uint32_t seed, int count) {
       byte = static_cast<std::uint8_t>(below(4) == 0 ? below(256) : 0);
     }
     if (below(20) != 0) {
-      in.frame.data[0] = static_cast<std::uint8_t>(protocol::kOpcodes[below(26)].opcode);
+      in.frame.data[0] = static_cast<std::uint8_t>(protocol::commands()[below(26)].opcode);
     }
     in.frame.dlc = below(50) == 0 ? static_cast<std::uint8_t>(below(8)) : 8;
     in.frame.extended = below(50) == 0;

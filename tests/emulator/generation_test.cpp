@@ -373,12 +373,12 @@ TEST(Generation, OpenLoopPowerOfMsDrives) {
   EXPECT_EQ(host.ask("141#A0000000FA000000"), frame("141#A019000000000008"));  // 250, state before
   host.wait(200ms);
   const auto state = host.state_2();
-  EXPECT_NEAR(state.power, 0.25, 0.002);
+  EXPECT_NEAR(state.power_permille, 250, 2);
   EXPECT_EQ(state.iq_A, 0);
   EXPECT_GT(state.speed_dps, 100);
   host.ask("141#A0000000FF7F0000");  // beyond 850
   host.wait(200ms);
-  EXPECT_NEAR(host.state_2().power, 0.85, 0.002);
+  EXPECT_NEAR(host.state_2().power_permille, 850, 2);
   host.ask("141#8000000000000000");
   host.ask("141#A0000000FA000000");
   EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 1U);

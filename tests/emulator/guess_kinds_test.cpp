@@ -282,8 +282,8 @@ class RandomHost {
   protocol::Frame frame() {
     protocol::Frame frame;
     frame.id = protocol::kSingleDriveId + 1;
-    frame.data[0] =
-        static_cast<std::uint8_t>(protocol::kOpcodes[random_() % protocol::kOpcodes.size()].opcode);
+    frame.data[0] = static_cast<std::uint8_t>(
+        protocol::commands()[random_() % protocol::commands().size()].opcode);
     switch (frame.data[0]) {
       case 0x31:
       case 0x32:

@@ -321,12 +321,12 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
     auto off = on;
     on.dialect.*c.member = true;
     off.dialect.*c.member = false;
-    for (const auto& row : protocol::kOpcodes) {
+    for (const auto& row : protocol::commands()) {
       const bool depends = protocol::answers(on, row.opcode) != protocol::answers(off, row.opcode);
       EXPECT_EQ(depends, trait_behind(row.opcode) == c.trait) << row.name;
     }
   }
-  for (const auto& row : protocol::kOpcodes) {
+  for (const auto& row : protocol::commands()) {
     EXPECT_EQ(row.fits == protocol::Fits::kAllButMs, trait_behind(row.opcode) == Trait::kSeries)
         << row.name;
   }

@@ -318,9 +318,7 @@ TEST(Judge, ReadsWhatARepliesSays) {
   EXPECT_EQ(set.status(), Status::kPassed);
 
   Replies voltage;
-  for (const ReplyField& field : reply_fields()) {
-    if (field.name == "voltage_V") voltage.field = &field;
-  }
+  voltage.field = "voltage_V";
   voltage.range = {23.95, 24.05};
   Ear volts(voltage);
   volts.reply(1s, "141#9C19000000000000");  // says no voltage

@@ -140,7 +140,8 @@ class LongRun {
     const protocol::Frame frame = life_.frame();
     bus_.receive({at, frame});
     ++sent_;
-    if (frame.id >= protocol::kMultiDriveId && frame.id <= protocol::kMultiCommandId) {
+    if (frame.id >= protocol::MultiTorque::kIdentifier &&
+        frame.id <= protocol::MultiCommand::kIdentifier) {
       for_several_until_ = on_the_wire(bus_.stats(), 0);
     }
   }

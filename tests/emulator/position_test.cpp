@@ -40,7 +40,7 @@ TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
   EXPECT_EQ(first, frame("141#A1 19 0000 0000 0008"));  // still at rest
   host.wait(20ms);
   const auto second = host.get<protocol::State2>(protocol::Speed{0.0});
-  EXPECT_EQ(second.command, protocol::Opcode::kSpeed);
+  EXPECT_EQ(second.command, protocol::Speed::kOpcode);
   EXPECT_NEAR(second.iq_A, 3.2, 0.1);
   EXPECT_GT(second.speed_dps, 100);
 }

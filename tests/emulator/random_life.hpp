@@ -41,11 +41,13 @@ class RandomLife {
     for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random_());
     if (one_in(2)) std::fill(frame.data.begin() + 1, frame.data.end(), std::uint8_t{0});
     frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(drive());
-    const auto command = static_cast<std::size_t>(below(protocol::kOpcodes.size()));
-    frame.data[0] = static_cast<std::uint8_t>(protocol::kOpcodes[command].opcode);
+    const auto command =
+        static_cast<std::size_t>(below(static_cast<unsigned>(protocol::commands().size())));
+    frame.data[0] = static_cast<std::uint8_t>(protocol::commands()[command].opcode);
     if (one_in(200)) {
-      const auto row = static_cast<std::size_t>(below(protocol::kMultiDriveRows.size()));
-      frame.id = protocol::kMultiDriveRows[row].id;
+      const auto row = static_cast<std::size_t>(
+          below(static_cast<unsigned>(protocol::multi_drive_commands().size())));
+      frame.id = protocol::multi_drive_commands()[row].identifier;
     } else if (one_in(20)) {
       spoil(frame);
     }

@@ -175,16 +175,16 @@ TEST(RealMs4015, ChangesItsSpeedLikeTheLog) {
 
   host.get<protocol::State2>(protocol::Speed{.speed_dps = -44});
   host.wait(milliseconds(500));
-  double most = host.get<protocol::State2>(protocol::Speed{.speed_dps = 720}).power;
+  double most = host.get<protocol::State2>(protocol::Speed{.speed_dps = 720}).power_permille / 1000.0;
   for (int n = 0; n < 20; ++n) {
     host.wait(std::chrono::microseconds(500));
-    most = std::max(most, host.state_2().power);
+    most = std::max(most, host.state_2().power_permille / 1000.0);
   }
   EXPECT_NEAR(most, 0.164, 0.2 * 0.164);
   std::vector<double> cruise;
   for (int n = 0; n < 100; ++n) {
     host.wait(milliseconds(7));
-    cruise.push_back(host.state_2().power);
+    cruise.push_back(host.state_2().power_permille / 1000.0);
   }
   EXPECT_GE(mean(cruise), 0.094);
   EXPECT_LE(mean(cruise), 0.120);

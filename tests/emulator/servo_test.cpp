@@ -22,8 +22,8 @@ using test::servo_config;
 
 /// Each command once, with rubbish in the unused bytes.
 void ask_everything(Host& host) {
-  for (const auto& row : protocol::kOpcodes) {
-    if ((row.generations & protocol::kLegacy) == 0) {
+  for (const auto& row : protocol::commands()) {
+    if (!protocol::knows(protocol::kLegacyFormat, row)) {
       continue;
     }
     protocol::Frame query = frame("141#00 00 34 12 78 56 00 00");

@@ -76,7 +76,8 @@ struct Reader {
   Values operator()(const Torque& query) const { return {{"iq_target", query.iq_A}}; }
   Values operator()(const Speed& query) const {
     Values values = {{"speed_target", query.speed_dps}};
-    if (format.dialect.speed_iq_limit) values["iq_limit"] = query.iq_limit_A;
+    if (format.dialect.speed_iq_limit && format.series != Series::kMs)
+      values["iq_limit"] = query.iq_limit_A;
     return values;
   }
   Values operator()(const Position1& query) const {
@@ -154,7 +155,7 @@ struct Reader {
                      {"speed", reply.speed_dps},
                      {"encoder", reply.encoder_counts}};
     if (format.series == Series::kMs) {
-      values["power"] = 100 * reply.power;
+      values["power"] = reply.power_permille / 10.0;
     } else {
       values["iq"] = reply.iq_A;
     }

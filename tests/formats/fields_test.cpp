@@ -14,6 +14,7 @@
 namespace lk::formats {
 namespace fields_test {
 
+using protocol::CommandInfo;
 using protocol::Frame;
 using protocol::Opcode;
 using protocol::Payload;
@@ -77,12 +78,13 @@ class Payloads {
     Payload data;
     for (auto& byte : data) byte = static_cast<std::uint8_t>(random_() & 0xFFU);
     data[0] = static_cast<std::uint8_t>(opcode);
-    if (opcode == Opcode::kReadParameter || opcode == Opcode::kWriteParameter) {
-      data[1] = static_cast<std::uint8_t>(
-          protocol::kParameterIds[random_() % protocol::kParameterIds.size()]);
+    if (opcode == protocol::ReadParameter::kOpcode || opcode == protocol::WriteParameter::kOpcode) {
+      constexpr std::uint8_t kIds[] = {0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26};
+      data[1] = kIds[random_() % std::size(kIds)];
     }
-    if (reply && opcode == Opcode::kBrake) data[1] &= 1U;
-    const bool state_1 = opcode == Opcode::kReadState1 || opcode == Opcode::kClearErrors;
+    if (reply && opcode == protocol::Brake::kOpcode) data[1] &= 1U;
+    const bool state_1 =
+        opcode == protocol::ReadState1::kOpcode || opcode == protocol::ClearErrors::kOpcode;
     if (reply && state_1 &&
         format.dialect.state_1 == protocol::State1Layout::kCentiVoltAndBusCurrent) {
       data[6] &= 0x10U;
@@ -96,31 +98,33 @@ class Payloads {
 
 constexpr int kTries = 200;
 
-/// Calls check(format, opcode, payload) for all there is.
+/// Calls check(format, command, payload) for all there is.
 template <class Check>
 void for_all(bool reply, Check check) {
   Payloads payloads;
   for (const WireFormat& format : all_formats()) {
-    for (const Value& command : commands(format)) {
-      SCOPED_TRACE(testing::Message() << std::hex << "command " << command.number << " series "
-                                      << static_cast<int>(format.series));
-      const auto opcode = static_cast<Opcode>(command.number);
-      for (int n = 0; n < kTries; ++n) check(format, opcode, payloads.next(opcode, reply, format));
+    for (const CommandInfo& command : protocol::commands()) {
+      if (!protocol::knows(format, command)) continue;
+      SCOPED_TRACE(testing::Message()
+                   << command.name << " series " << static_cast<int>(format.series));
+      for (int n = 0; n < kTries; ++n) {
+        check(format, command, payloads.next(command.opcode, reply, format));
+      }
       if (testing::Test::HasFailure()) return;
     }
   }
 }
 
 TEST(Fields, QueriesDecodeAsTheCodecDoes) {
-  for_all(false, [](const WireFormat& format, Opcode opcode, const Payload& data) {
-    expect_same(table_values(query_fields(opcode, format), data, Clamp::kYes),
+  for_all(false, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
+    expect_same(table_values(fields_of(command.query, format), data, Clamp::kYes),
                 test::query_values(Frame{.id = 0x141, .data = data}, format));
   });
 }
 
 TEST(Fields, RepliesDecodeAsTheCodecDoes) {
-  for_all(true, [](const WireFormat& format, Opcode opcode, const Payload& data) {
-    expect_same(table_values(reply_fields(opcode, format), data, Clamp::kNo),
+  for_all(true, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
+    expect_same(table_values(fields_of(command.reply, format), data, Clamp::kNo),
                 test::reply_values(Frame{.id = 0x141, .data = data}, format));
   });
 }
@@ -129,12 +133,12 @@ TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
   std::mt19937 random(2);
   int seen = 0;
   for (const WireFormat& format : all_formats()) {
-    for (const auto& row : protocol::kMultiDriveRows) {
-      if (!knows_multi_drive(format, row.id)) continue;
+    for (const auto& row : protocol::multi_drive_commands()) {
+      if (!protocol::knows(format, row)) continue;
       for (int n = 0; n < kTries; ++n) {
-        Frame frame{.id = row.id};
+        Frame frame{.id = row.identifier};
         for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random() & 0xFFU);
-        expect_same(table_values(multi_drive_fields(row.id, format), frame.data, Clamp::kYes),
+        expect_same(table_values(multi_drive_fields(row, format), frame.data, Clamp::kYes),
                     test::query_values(frame, format));
       }
       ++seen;
@@ -156,19 +160,19 @@ Payload unnamed(const std::vector<Field>& fields, Payload data) {
 }
 
 TEST(Fields, NothingElseIsInWhatTheCodecWrites) {
-  for_all(true, [](const WireFormat& format, Opcode opcode, const Payload& data) {
-    if (is_echo(opcode)) return;
+  for_all(true, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
+    if (command.echoed) return;
     const auto reply = decode_reply(Frame{.id = 0x141, .data = data}, format);
     const auto written = encode_reply(1, std::get<protocol::ReplyFrame>(reply).reply, format);
     // The parameter comes first, and what hangs on it is told by it.
-    auto fields = reply_fields(opcode, format);
+    auto fields = fields_of(command.reply, format);
     std::ranges::reverse(fields);
     EXPECT_EQ(unnamed(fields, written.data), Payload{});
   });
-  for_all(false, [](const WireFormat& format, Opcode opcode, const Payload& data) {
+  for_all(false, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
     const auto query = decode_query(Frame{.id = 0x141, .data = data}, format);
     const auto written = encode_query(1, std::get<protocol::Query>(query).command, format);
-    auto fields = query_fields(opcode, format);
+    auto fields = fields_of(command.query, format);
     std::ranges::reverse(fields);
     EXPECT_EQ(unnamed(fields, written.data), Payload{});
   });
@@ -176,13 +180,15 @@ TEST(Fields, NothingElseIsInWhatTheCodecWrites) {
 
 TEST(Fields, AnEchoIsWhatTheCodecTakesForOne) {
   for (const WireFormat& format : all_formats()) {
-    for (const Value& command : commands(format)) {
-      const auto opcode = static_cast<Opcode>(command.number);
+    for (const CommandInfo& command : protocol::commands()) {
+      if (!protocol::knows(format, command)) continue;
+      const auto opcode = command.opcode;
       Payload data{static_cast<std::uint8_t>(opcode)};
-      if (opcode == Opcode::kReadParameter || opcode == Opcode::kWriteParameter) data[1] = 0x0A;
+      if (opcode == protocol::ReadParameter::kOpcode || opcode == protocol::WriteParameter::kOpcode)
+        data[1] = 0x0A;
       const auto reply = decode_reply(Frame{.id = 0x141, .data = data}, format);
       const auto& content = std::get<protocol::ReplyFrame>(reply).reply;
-      EXPECT_EQ(is_echo(opcode), std::holds_alternative<protocol::Echo>(content)) << command.word;
+      EXPECT_EQ(command.echoed, std::holds_alternative<protocol::Echo>(content)) << command.name;
     }
   }
 }
@@ -192,9 +198,9 @@ TEST(Fields, BitsHaveOneMeaningAndNamesToo) {
   for (const WireFormat& format : all_formats()) {
     for (const bool reply : {false, true}) {
       std::map<std::string_view, Field> known;
-      for (const Value& command : commands(format)) {
-        const auto opcode = static_cast<Opcode>(command.number);
-        const auto fields = reply ? reply_fields(opcode, format) : query_fields(opcode, format);
+      for (const CommandInfo& command : protocol::commands()) {
+        if (!protocol::knows(format, command)) continue;
+        const auto fields = fields_of(reply ? command.reply : command.query, format);
         for (const Field& field : fields) {
           const Field& first = known.emplace(field.name, field).first->second;
           EXPECT_EQ(first.first_bit, field.first_bit) << field.name;

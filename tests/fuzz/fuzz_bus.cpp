@@ -180,7 +180,8 @@ class Player {
     const std::uint16_t head = input.word();
     in.frame.id = (what & 4U) != 0 ? head & 0x7FFU : 0x141U + head % 5U;
     if ((what & 24U) == 24U) {
-      in.frame.id = protocol::kMultiDriveRows[head % protocol::kMultiDriveRows.size()].id;
+      in.frame.id = protocol::multi_drive_commands()[head % protocol::multi_drive_commands().size()]
+                        .identifier;
     }
     if ((what & 8U) != 0) {
       in.frame.kind = static_cast<protocol::FrameKind>(head >> 14U);

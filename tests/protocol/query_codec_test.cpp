@@ -70,8 +70,8 @@ TEST(QueryCodec, GoldenBothDirections) {
 }
 
 TEST(QueryCodec, GoldenCoversEveryRow) {
-  for (const auto& row : kOpcodes) {
-    if ((row.generations & kLegacy) == 0) {
+  for (const auto& row : commands()) {
+    if (!knows(kLegacyFormat, row)) {
       continue;  // dialect_test
     }
     EXPECT_TRUE(std::ranges::any_of(kGolden, [&](const Golden& golden) {
@@ -87,8 +87,8 @@ TEST(QueryCodec, DecodedSetEqualsTable) {
     Frame query = frame("141#0000000000000000");
     query.data[0] = static_cast<std::uint8_t>(byte);
     const auto result = decode_query(query, kLegacyFormat);
-    const bool in_table = std::ranges::any_of(kOpcodes, [&](const OpcodeRow& row) {
-      return static_cast<unsigned>(row.opcode) == byte && (row.generations & kLegacy) != 0;
+    const bool in_table = std::ranges::any_of(commands(), [&](const CommandInfo& row) {
+      return static_cast<unsigned>(row.opcode) == byte && knows(kLegacyFormat, row);
     });
     if (in_table) {
       ++known;

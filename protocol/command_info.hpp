@@ -1,0 +1,69 @@
+#pragma once
+
+/// @file The rows of command_table.hpp as plain data, for all who go through them.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "protocol/field.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::protocol {
+
+/// Which series know a command. MS drives set voltages and have no current sensors.
+enum class Fits : std::uint8_t { kAllSeries, kMsOnly, kAllButMs };
+
+/// Where the knowledge of a command comes from.
+enum class Source : std::uint8_t {
+  kManual,             // the vendor's CAN manual
+  kManualAndHardware,  // the manual, and its effect confirmed on real drives
+  kHardware,           // the manual prints another DATA[0]; real drives use this one
+  kNewerManuals,       // V2.35 and V2.36
+};
+
+/// What a row says besides its fields.
+struct CommandTraits {
+  std::string_view name;       // for people
+  std::string_view word = {};  // of scenarios
+  Source source = Source::kManual;
+  Fits fits = Fits::kAllSeries;
+  When when = kAlways;
+};
+
+struct CommandInfo : CommandTraits {
+  Opcode opcode{};               // of one to a drive
+  std::uint32_t identifier = 0;  // of one to several
+  bool echoed = false;           // the reply repeats the query
+  std::span<const Field> query = {};
+  std::span<const Field> reply = {};  // those of the query, where it is echoed
+};
+
+/// Commands to one drive, their bytes ascending.
+std::span<const CommandInfo> commands();
+/// Commands to several, their identifiers ascending.
+std::span<const CommandInfo> multi_drive_commands();
+
+/// The command of a byte; null when no drive knows it.
+const CommandInfo* find_command(std::uint8_t byte);
+/// The command of an identifier; null when it is not one for several drives.
+const CommandInfo* find_multi_drive(std::uint32_t identifier);
+
+/// The quantities that replies of their own have, by their words, each once.
+std::vector<std::string_view> reply_words();
+/// What a reply says of one; nothing where it does not.
+std::optional<double> reply_quantity(std::string_view word, const Payload& data,
+                                     const WireFormat& format);
+
+/// Do drives of the series know it, those with the firmware for it?
+bool fits(const CommandInfo& command, Series series);
+/// Does a drive know the command? Those to several it knows in multi-drive mode only.
+bool knows(const WireFormat& format, const CommandInfo& command);
+/// Does it answer the byte?
+bool answers(const WireFormat& format, Opcode opcode);
+/// Does it know the identifier, in multi-drive mode?
+bool knows_multi_drive(const WireFormat& format, std::uint32_t identifier);
+
+}  // namespace lk::protocol
