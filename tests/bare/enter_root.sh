@@ -7,6 +7,7 @@ shift 3
 
 root=$scratch/root
 mkdir "$root"
+mount --bind "$root" "$root"
 tar -xf "$base" --exclude='./dev/*' -C "$root"
 mv "$scratch/apt.conf" "$root/etc/apt/apt.conf.d/90machine"
 mv "$scratch/lk-emu" "$root/root/lk-emu"
@@ -26,6 +27,10 @@ mount --rbind /dev "$root/dev"
 mount --make-rslave "$root/dev"
 cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(hostname)" >"$root/etc/hosts"
+# Not chroot alone, in which there can be no namespaces: a root within a root, as scripts/test makes one.
+cd "$root"
+pivot_root . .
+umount --lazy .
 # shellcheck disable=SC2016 # the inner shell's to expand
-chroot "$root" env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
+exec chroot / env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
   bash -c 'cd /root/lk-emu && exec "$@"' bash "$@" </dev/null
