@@ -211,6 +211,12 @@ const CommandInfo& info_of(const Command& command) {
                                  : commands()[place];
 }
 
+std::optional<std::uint8_t> reply_command(const Command& command) {
+  if (std::holds_alternative<MultiCommand>(command)) return std::nullopt;
+  const CommandInfo& info = info_of(command);
+  return static_cast<std::uint8_t>(is_multi_drive(command) ? info.each : info.opcode);
+}
+
 std::variant<int, Reject> address(const Frame& frame) {
   switch (frame.kind) {
     case FrameKind::kError:
@@ -225,14 +231,14 @@ std::variant<int, Reject> address(const Frame& frame) {
   if (frame.extended) {
     return Reject::kExtended;
   }
-  const bool single = frame.id >= kSingleDriveId + kMinId && frame.id <= kSingleDriveId + kMaxId;
-  if (!single && find_multi_drive(frame.id) == nullptr) {
+  const int id = drive_at(frame.id, kSingleDriveId);
+  if (id == 0 && find_multi_drive(frame.id) == nullptr) {
     return Reject::kForeignId;
   }
   if (frame.dlc != frame.data.size()) {
     return Reject::kWrongLength;
   }
-  return single ? static_cast<int>(frame.id - kSingleDriveId) : kMultiDrive;
+  return id;  // 0 is kMultiDrive
 }
 
 std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& format) {

@@ -4,6 +4,7 @@
 /// comes back as the reason, nothing throws.
 
 #include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "protocol/command_table.hpp"
@@ -42,6 +43,10 @@ struct ReplyFrame {
 const CommandInfo& info_of(const Command& command);
 /// Is it one for several drives?
 bool is_multi_drive(const Command& command);
+
+/// DATA[0] of the reply to a command: a command to several asks each for that of one. None where
+/// each drive is asked for something else.
+std::optional<std::uint8_t> reply_command(const Command& command);
 
 /// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all, whatever the
 /// drive. Does not look at DATA, so never gives kUnknownCommand.

@@ -31,6 +31,7 @@ struct CommandTraits {
   Source source = Source::kManual;
   Fits fits = Fits::kAllSeries;
   When when = kAlways;
+  Opcode each{};  // of a command to several: what it is to each, where that is the same
 };
 
 struct CommandInfo : CommandTraits {

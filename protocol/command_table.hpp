@@ -78,14 +78,14 @@ inline constexpr When kNarrowAngle{"single_turn_bits = 16",
                                    [](const WireFormat& f) { return !f.dialect.wide_single_turn; }};
 inline constexpr When kWideAngle{"single_turn_bits = 32",
                                  [](const WireFormat& f) { return f.dialect.wide_single_turn; }};
-inline constexpr When kDeciVolt{"state_1 = \"0.1V\"", [](const WireFormat& f) {
+inline constexpr When kDeciVolt{"state_1 = \"decivolt\"", [](const WireFormat& f) {
                                   return f.dialect.state_1 == State1Layout::kDeciVolt;
                                 }};
-inline constexpr When kCentiVolt{"other state_1", [](const WireFormat& f) {
-                                   return f.dialect.state_1 != State1Layout::kDeciVolt;
-                                 }};
+inline constexpr When kCentiVolt{
+    "state_1 = \"centivolt\" or with bus current",
+    [](const WireFormat& f) { return f.dialect.state_1 != State1Layout::kDeciVolt; }};
 inline constexpr When kBusCurrent{
-    "state_1 with bus current",
+    "state_1 = \"centivolt_and_bus_current\"",
     [](const WireFormat& f) { return f.dialect.state_1 == State1Layout::kCentiVoltAndBusCurrent; }};
 inline constexpr When kOnMs{"MS", [](const WireFormat& f) { return f.series == Series::kMs; }};
 inline constexpr When kNotOnMs{"not MS",
@@ -270,11 +270,11 @@ inline constexpr auto kCommandRows = [] {
 inline constexpr auto kMultiDriveRows = [] {
   using namespace table;
   return rows(
-    command<MultiTorque, State2>({.name = "torque", .fits = Fits::kAllButMs},
+    command<MultiTorque, State2>({.name = "torque", .fits = Fits::kAllButMs, .each = Torque::kOpcode},
       slots(&MultiTorque::iq_A, {.wire = Wire::kI16, .scale = Scale::kIqCommand, .unit = Unit::kAmpere, .range = Range::kIqCommand}, {"iq_target_1", "iq_target_2", "iq_target_3", "iq_target_4"}), kState2),
-    command<MultiSpeed, State2>({.name = "speed", .source = Source::kNewerManuals, .when = kMultiDriveMore},
+    command<MultiSpeed, State2>({.name = "speed", .source = Source::kNewerManuals, .when = kMultiDriveMore, .each = Speed::kOpcode},
       slots(&MultiSpeed::speed_dps, {.wire = Wire::kI16, .unit = Unit::kDegreePerSecond, .range = Range::kMaxSpeed, .beyond = Beyond::kDriveClamps}, {"speed_target_1", "speed_target_2", "speed_target_3", "speed_target_4"}), kState2),
-    command<MultiPosition, State2>({.name = "position, multi-turn", .source = Source::kNewerManuals, .when = kMultiDriveMore},
+    command<MultiPosition, State2>({.name = "position, multi-turn", .source = Source::kNewerManuals, .when = kMultiDriveMore, .each = Position1::kOpcode},
       slots(&MultiPosition::target_deg, {.wire = Wire::kI16, .unit = Unit::kDegree, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}, {"angle_target_1", "angle_target_2", "angle_target_3", "angle_target_4"}), kState2),
     command<MultiCommand, State2>({.name = "any single command", .source = Source::kNewerManuals, .when = kMultiDriveMore},
       slots(&MultiCommand::opcodes, {.wire = Wire::kU8}, {"command_1", "command_2", "command_3", "command_4"}), kState2));

@@ -61,8 +61,9 @@ class Adviser::Desk {
       hear_several(in);
       return;
     }
-    const std::uint32_t id = in.frame.id - protocol::kSingleDriveId;  // far away when it is below
-    if (id >= seat_of_id_.size() || seat_of_id_[id] < 0) {
+    const auto id =
+        static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
+    if (id == 0 || id >= seat_of_id_.size() || seat_of_id_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <span>
 
 #include "emulator/core/registers.hpp"
@@ -119,7 +118,9 @@ std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive
 
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
   // From the last one: what a target is reached with stands behind it, and is told first.
-  for (const protocol::Field& field : fields_for(heard, drive) | std::views::reverse) {
+  const auto fields = fields_for(heard, drive);
+  for (std::size_t n = fields.size(); n-- > 0;) {
+    const protocol::Field& field = fields[n];
     if (!protocol::present(field, heard.data[1], drive.format)) continue;
     const std::int64_t raw = protocol::raw(field, heard.data);
     if (const auto wrong = no_word(field, raw)) return wrong;

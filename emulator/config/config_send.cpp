@@ -70,7 +70,7 @@ HostSend read_raw(TableReader& reader, const Scenario& scenario) {
   if (const auto* problem = std::get_if<std::string>(&parsed)) reader.fail("frame", *problem);
   HostSend send;
   send.frame = std::get<protocol::Frame>(parsed);
-  const int id = static_cast<int>(send.frame.id) - static_cast<int>(protocol::kSingleDriveId);
+  const int id = protocol::drive_at(send.frame.id, protocol::kSingleDriveId);
   const bool of_drive =
       !send.frame.extended && std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
         return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();

@@ -55,11 +55,7 @@ std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
     const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
     return slot < any->opcodes.size() ? std::optional(any->opcodes[slot]) : std::nullopt;
   }
-  const protocol::Opcode opcode =
-      std::holds_alternative<protocol::MultiTorque>(query->command)  ? protocol::Torque::kOpcode
-      : std::holds_alternative<protocol::MultiSpeed>(query->command) ? protocol::Speed::kOpcode
-                                                                     : protocol::Position1::kOpcode;
-  return static_cast<std::uint8_t>(opcode);
+  return protocol::reply_command(query->command);
 }
 
 }  // namespace

@@ -11,8 +11,6 @@ namespace {
 using protocol::Frame;
 using protocol::Opcode;
 
-/// Where drives reply on identifiers of their own: these plus the ID (docs/protocol.md §10.1).
-constexpr std::uint32_t kOwnReplyIds[] = {0x180, 0x240};
 /// A drive holds 16 replies, and a host waits for few of them.
 constexpr std::size_t kMostPending = 64;
 /// An echo that takes longer than the drive has taken so far by this factor, and so much more, is
@@ -22,12 +20,6 @@ constexpr SimTime kSlowerBy = std::chrono::milliseconds(1);
 
 bool is_data(const Frame& frame) {
   return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
-}
-
-/// The drive that `base` plus an ID stands for; 0 = none.
-int drive_at(const Frame& frame, std::uint32_t base) {
-  const std::int64_t id = std::int64_t{frame.id} - base;
-  return id >= protocol::kMinId && id <= protocol::kMaxId ? static_cast<int>(id) : 0;
 }
 
 bool all_zero(const Frame& frame, std::size_t from) {
@@ -85,12 +77,12 @@ Told Conversation::hear(const HeardFrame& heard) {
   const Frame& frame = heard.frame;
   if (!is_data(frame)) return {.frame = frame};
   if (protocol::find_multi_drive(frame.id) != nullptr) return hear_several(heard);
-  if (const int id = drive_at(frame, protocol::kSingleDriveId)) {
+  if (const int id = protocol::drive_at(frame.id, protocol::kSingleDriveId)) {
     note_direction(heard);
     return hear_drive(id, heard);
   }
-  for (const std::uint32_t base : kOwnReplyIds) {
-    if (const int id = drive_at(frame, base)) return hear_own(id, base, heard);
+  for (const std::uint32_t base : protocol::kReplyIdBases) {
+    if (const int id = protocol::drive_at(frame.id, base)) return hear_own(id, base, heard);
   }
   return {.frame = frame};
 }
@@ -104,7 +96,7 @@ Told Conversation::hear_several(const HeardFrame& heard) {
     if (id > protocol::kMultiDriveSlots && !drive(id).seen) continue;
     const auto own = protocol::for_drive(id, std::get<protocol::Query>(query), any.format);
     if (!std::holds_alternative<protocol::Query>(own)) continue;
-    const auto command = reply_command(std::get<protocol::Query>(own).command);
+    const auto command = protocol::reply_command(std::get<protocol::Query>(own).command);
     if (!command) continue;
     expire(id, heard.at);
     settle_run(id);
@@ -273,7 +265,7 @@ void Conversation::ask(int id, const HeardFrame& heard, bool unclear) {
   const auto decoded = protocol::decode_query(heard.frame, reader.format);
   const auto* known = std::get_if<protocol::Query>(&decoded);
   if (known == nullptr) return;  // it will not be answered
-  const auto command = reply_command(known->command);
+  const auto command = protocol::reply_command(known->command);
   if (!command) return;
   Drive& own = drive(id);
   if (own.pending.size() >= kMostPending) drop_first(id, Settled::How::kUnanswered);

@@ -64,10 +64,9 @@ Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
 
 /// A frame of a wrong length was meant for a drive all the same; 0: for none, or for several.
 int drive_meant(const protocol::Frame& frame, protocol::Reject reject) {
-  const std::int64_t id = std::int64_t{frame.id} - protocol::kSingleDriveId;
-  const bool is_for_one = id >= protocol::kMinId && id <= protocol::kMaxId;
-  return reject == protocol::Reject::kWrongLength && is_for_one ? static_cast<int>(id)
-                                                                : protocol::kMultiDrive;
+  return reject == protocol::Reject::kWrongLength
+             ? protocol::drive_at(frame.id, protocol::kSingleDriveId)
+             : protocol::kMultiDrive;
 }
 
 std::string in_a_row(const std::vector<std::string_view>& words) {

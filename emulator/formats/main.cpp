@@ -1,5 +1,6 @@
 // Writes the files by which programs of other people read the bus:
-// lk-emu-formats DISSECTOR DIRECTORY, which is configs/ of the source tree.
+// lk-emu-formats DISSECTOR DIRECTORY, which is configs/ of the source tree. Alone it prints the
+// generated part of docs/protocol.md.
 
 #include <cstdio>
 #include <exception>
@@ -8,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "emulator/formats/command_page.hpp"
 #include "emulator/formats/dbc.hpp"
 #include "emulator/formats/dissector.hpp"
 
@@ -46,6 +48,7 @@ void write_dbc(const std::filesystem::path& directory, const lk::protocol::Gener
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 1) return std::fputs(lk::formats::command_page().c_str(), stdout) < 0 ? 1 : 0;
   if (argc != 3) return 2;
   try {
     const std::filesystem::path directory = argv[2];

@@ -138,7 +138,8 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   const bool fits = told.choices > 0;
   if (told.sure && fits) {
     const std::uint32_t base = heard.id - static_cast<std::uint32_t>(told.drive);
-    const std::size_t value = base == protocol::kSingleDriveId ? 0 : base == 0x180 ? 1 : 2;
+    const std::size_t value = static_cast<std::size_t>(
+        std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
     evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
     if (told.latency && *told.latency > SimTime{0}) {
       fastest_ = timed_ == 0 ? *told.latency : std::min(fastest_, *told.latency);

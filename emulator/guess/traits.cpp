@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "protocol/codec.hpp"
+
 namespace lk::emulator {
 namespace {
 

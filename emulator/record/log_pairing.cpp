@@ -15,18 +15,17 @@ namespace {
 
 using protocol::Frame;
 
-/// Replies of newer drives: this plus the ID (docs/protocol.md).
-constexpr std::uint32_t kOwnReplyId = 0x240;
-
 bool is_data(const Frame& frame) {
   return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
 }
 
-/// The drive that `base` plus an ID stands for; 0 = none.
-int drive_at(const Frame& frame, std::uint32_t base) {
-  const std::int64_t id = std::int64_t{frame.id} - base;
-  return is_data(frame) && id >= protocol::kMinId && id <= protocol::kMaxId ? static_cast<int>(id)
-                                                                            : 0;
+/// The drive on whose identifier a frame is, of queries and of most replies; 0: none.
+int drive_of(const Frame& frame) {
+  return is_data(frame) ? protocol::drive_at(frame.id, protocol::kSingleDriveId) : 0;
+}
+/// The drive that has an identifier of its own for replies; 0: none.
+int own_reply_of(const Frame& frame) {
+  return is_data(frame) ? protocol::drive_at_own(frame.id) : 0;
 }
 
 /// One drive and what the log has of it.
@@ -42,7 +41,7 @@ class Drive {
   void pair(std::vector<bool>& is_query, PairedLog& out, bool directions_count) {
     directions_count_ = directions_count;
     own_replies_ = std::ranges::any_of(
-        own_, [this](std::size_t place) { return drive_at(frame(place), kOwnReplyId) != 0; });
+        own_, [this](std::size_t place) { return own_reply_of(frame(place)) != 0; });
     for (std::size_t n = 0; n < own_.size(); ++n) take(n, is_query, out);
   }
   std::vector<Exchange> exchanges;  // `query` is a place in the log
@@ -72,8 +71,8 @@ class Drive {
   }
 
   std::optional<bool> surely_from_host(std::size_t place) const {
-    if (drive_at(frame(place), protocol::kSingleDriveId) == 0) {
-      return drive_at(frame(place), kOwnReplyId) == 0;
+    if (drive_of(frame(place)) == 0) {
+      return own_reply_of(frame(place)) == 0;
     }
     if (own_replies_) return true;
     return directions_count_ ? (*log_)[place].from_host : std::nullopt;
@@ -83,11 +82,11 @@ class Drive {
     is_query[place] = true;
     const auto query = protocol::decode_query(frame(place), reader_.format);
     if (!std::holds_alternative<protocol::Query>(query)) return;  // it will not be answered
-    const bool single = drive_at(frame(place), protocol::kSingleDriveId) != 0;
+    const bool single = drive_of(frame(place)) != 0;
     if (single == several_) return;
     const auto own = protocol::for_drive(id(), std::get<protocol::Query>(query), reader_.format);
     if (!std::holds_alternative<protocol::Query>(own)) return;
-    if (const auto command = reply_command(std::get<protocol::Query>(own).command)) {
+    if (const auto command = protocol::reply_command(std::get<protocol::Query>(own).command)) {
       pending_.push_back(exchanges.size());
       exchanges.push_back({id(), place, *command, std::nullopt});
     }
@@ -136,7 +135,7 @@ class Drive {
 bool directions_tell(const std::vector<LoggedFrame>& log) {
   const auto any = [&log](bool from_host) {
     return std::ranges::any_of(log, [from_host](const LoggedFrame& one) {
-      return one.from_host == from_host && drive_at(one.timed.frame, protocol::kSingleDriveId) != 0;
+      return one.from_host == from_host && drive_of(one.timed.frame) != 0;
     });
   };
   return any(true) && any(false);
@@ -151,7 +150,7 @@ PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
   std::vector<bool> is_query(log.size(), false);
   for (std::size_t n = 0; n < log.size(); ++n) {
     const Frame& frame = log[n].timed.frame;
-    const int single = drive_at(frame, protocol::kSingleDriveId) + drive_at(frame, kOwnReplyId);
+    const int single = drive_of(frame) + own_reply_of(frame);
     if (single != 0) {
       const auto drive = drives.find(single);
       drive != drives.end() ? drive->second.add(n) : void(++out.strangers);

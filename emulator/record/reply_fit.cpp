@@ -4,25 +4,6 @@
 
 namespace lk::emulator {
 
-using protocol::Opcode;
-
-std::optional<std::uint8_t> reply_command(const protocol::Command& command) {
-  const std::size_t kind = command.index();
-  if (kind < protocol::commands().size()) {
-    return static_cast<std::uint8_t>(protocol::commands()[kind].opcode);
-  }
-  if (std::holds_alternative<protocol::MultiTorque>(command)) {
-    return static_cast<std::uint8_t>(protocol::Torque::kOpcode);
-  }
-  if (std::holds_alternative<protocol::MultiSpeed>(command)) {
-    return static_cast<std::uint8_t>(protocol::Speed::kOpcode);
-  }
-  if (std::holds_alternative<protocol::MultiPosition>(command)) {
-    return static_cast<std::uint8_t>(protocol::Position1::kOpcode);
-  }
-  return std::nullopt;
-}
-
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply) {
   if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;

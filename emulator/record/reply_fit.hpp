@@ -8,10 +8,6 @@
 
 namespace lk::emulator {
 
-/// DATA[0] of the reply to a command; the commands to several drives ask for those of one. None
-/// where each drive is asked for something else.
-std::optional<std::uint8_t> reply_command(const protocol::Command& command);
-
 /// Whether a frame can be the reply to a query; kEither: it could be a query just as well.
 enum class Fit : std::uint8_t { kNo, kEither, kYes };
 

@@ -175,7 +175,8 @@ TEST(RealMs4015, ChangesItsSpeedLikeTheLog) {
 
   host.get<protocol::State2>(protocol::Speed{.speed_dps = -44});
   host.wait(milliseconds(500));
-  double most = host.get<protocol::State2>(protocol::Speed{.speed_dps = 720}).power_permille / 1000.0;
+  double most =
+      host.get<protocol::State2>(protocol::Speed{.speed_dps = 720}).power_permille / 1000.0;
   for (int n = 0; n < 20; ++n) {
     host.wait(std::chrono::microseconds(500));
     most = std::max(most, host.state_2().power_permille / 1000.0);

@@ -13,7 +13,6 @@
 namespace lk::vcan {
 namespace command_test {
 
-
 std::int16_t int16_at(const Payload& data, std::size_t at) {
   return static_cast<std::int16_t>(data[at] | (data[at + 1] << 8));
 }
