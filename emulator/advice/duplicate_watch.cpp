@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "protocol/opcodes.hpp"
+#include "protocol/codec.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "protocol/wire.hpp"
+#include "protocol/codec.hpp"
 
 namespace lk::emulator {
 namespace {
