@@ -11,36 +11,37 @@ namespace lk::formats {
 namespace {
 
 using protocol::CommandInfo;
-using protocol::Field;
+using WireField = protocol::Field;
 
-std::string hex(unsigned number) {
+std::string hex_text(unsigned number) {
   char buffer[16];
   std::snprintf(buffer, sizeof buffer, "0x%02X", number);
   return buffer;
 }
 
 /// "`[4:7]`", or "`[1]`".
-std::string place(const Field& field) {
+std::string place_text(const WireField& field) {
   const int last = field.byte + protocol::bytes_of(field.wire) - 1;
   std::string text = "`[" + std::to_string(field.byte);
   if (last > field.byte) text += ":" + std::to_string(last);
   return text + "]`";
 }
 
-std::string_view type(protocol::Wire wire) {
+std::string_view type_text(protocol::Wire wire) {
   constexpr std::string_view kTypes[] = {"uint8",  "int8",  "uint16",       "int16",
                                          "uint32", "int32", "signed 56 bit"};
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
-std::string fields_text(std::span<const Field> fields) {
+std::string fields_text(std::span<const WireField> fields) {
   std::string text;
   int parameter = -1;
-  for (const Field& field : fields) {
+  for (const WireField& field : fields) {
     if (!text.empty()) text += field.parameter != parameter ? "; " : ", ";
-    if (field.parameter != parameter) text += hex(static_cast<unsigned>(field.parameter)) + ": ";
+    if (field.parameter != parameter)
+      text += hex_text(static_cast<unsigned>(field.parameter)) + ": ";
     parameter = field.parameter;
-    text.append(place(field)).append(" ").append(field.key);
+    text.append(place_text(field)).append(" ").append(field.key);
     if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
   }
   return text.empty() ? "–" : text;
@@ -52,8 +53,8 @@ std::string reply_text(const CommandInfo& command) {
   for (const CommandInfo& first : protocol::commands()) {
     if (&first == &command) break;
     if (!first.echoed &&
-        std::ranges::equal(first.reply, command.reply, {}, &Field::name, &Field::name)) {
-      return "as " + hex(static_cast<unsigned>(first.opcode));
+        std::ranges::equal(first.reply, command.reply, {}, &WireField::name, &WireField::name)) {
+      return "as " + hex_text(static_cast<unsigned>(first.opcode));
     }
   }
   return fields_text(command.reply);
@@ -69,20 +70,20 @@ std::string exists(const CommandInfo& command) {
 std::string command_rows() {
   std::string text = "| DATA[0] | name | query | reply | only with |\n|---|---|---|---|---|\n";
   for (const CommandInfo& command : protocol::commands()) {
-    text += "| " + hex(static_cast<unsigned>(command.opcode)) + " | " + std::string(command.name) +
-            " | " + fields_text(command.query) + " | " + reply_text(command) + " | " +
-            exists(command) + " |\n";
+    text += "| " + hex_text(static_cast<unsigned>(command.opcode)) + " | " +
+            std::string(command.name) + " | " + fields_text(command.query) + " | " +
+            reply_text(command) + " | " + exists(command) + " |\n";
   }
   text += "\n| identifier | name | query, for the drives 1 to 4 | only with |\n|---|---|---|---|\n";
   for (const CommandInfo& command : protocol::multi_drive_commands()) {
-    text += "| " + hex(command.identifier) + " | " + std::string(command.name) + " | ";
-    for (const Field& field : command.query) text += place(field) + " ";
+    text += "| " + hex_text(command.identifier) + " | " + std::string(command.name) + " | ";
+    for (const WireField& field : command.query) text += place_text(field) + " ";
     text += "| " + exists(command) + " |\n";
   }
   return text;
 }
 
-std::string_view lsb(protocol::Scale scale) {
+std::string_view lsb_text(protocol::Scale scale) {
   using protocol::Scale;
   switch (scale) {
     case Scale::kOne:
@@ -104,13 +105,13 @@ std::string_view lsb(protocol::Scale scale) {
   return "";
 }
 
-std::string_view unit(protocol::Unit unit) {
+std::string_view unit_text(protocol::Unit unit) {
   constexpr std::string_view kUnits[] = {"",     " count", " °C", " V",   " A",
                                          " A/s", " ‰",     "°",   " °/s", " °/s²"};
   return kUnits[static_cast<std::size_t>(unit)];
 }
 
-std::string range(const Field& field) {
+std::string range_text(const WireField& field) {
   using protocol::Range;
   switch (field.range) {
     case Range::kWidth:
@@ -155,7 +156,7 @@ std::string range(const Field& field) {
   return "";
 }
 
-std::string_view beyond(const Field& field) {
+std::string_view beyond_text(const WireField& field) {
   if (field.range == protocol::Range::kWidth) return "";
   switch (field.beyond) {
     case protocol::Beyond::kClamped:
@@ -169,11 +170,11 @@ std::string_view beyond(const Field& field) {
   return "";
 }
 
-std::string field_row(const Field& field) {
+std::string field_row(const WireField& field) {
   return "| " + std::string(field.key) + " | " + std::string(field.label) + " | " +
-         std::string(type(field.wire)) + " | " + std::string(lsb(field.scale)) +
-         std::string(unit(field.unit)) + " | " + range(field) + " | " + std::string(beyond(field)) +
-         " |\n";
+         std::string(type_text(field.wire)) + " | " + std::string(lsb_text(field.scale)) +
+         std::string(unit_text(field.unit)) + " | " + range_text(field) + " | " +
+         std::string(beyond_text(field)) + " |\n";
 }
 
 std::string field_rows() {
@@ -182,7 +183,7 @@ std::string field_rows() {
   std::vector<std::string> rows;
   for (const CommandInfo& command : protocol::commands()) {
     for (const auto fields : {command.query, command.reply}) {
-      for (const Field& field : fields) {
+      for (const WireField& field : fields) {
         const std::string row = field_row(field);
         if (std::ranges::find(rows, row) == rows.end()) rows.push_back(row);
       }
