@@ -67,20 +67,9 @@ std::string exists(const CommandInfo& command) {
   return text + (command.fits == protocol::Fits::kMsOnly ? "MS" : "not MS");
 }
 
-std::string command_rows() {
-  std::string text = "| DATA[0] | name | query | reply | only with |\n|---|---|---|---|---|\n";
-  for (const CommandInfo& command : protocol::commands()) {
-    text += "| " + hex_text(static_cast<unsigned>(command.opcode)) + " | " +
-            std::string(command.name) + " | " + fields_text(command.query) + " | " +
-            reply_text(command) + " | " + exists(command) + " |\n";
-  }
-  text += "\n| identifier | name | query, for the drives 1 to 4 | only with |\n|---|---|---|---|\n";
-  for (const CommandInfo& command : protocol::multi_drive_commands()) {
-    text += "| " + hex_text(command.identifier) + " | " + std::string(command.name) + " | ";
-    for (const WireField& field : command.query) text += place_text(field) + " ";
-    text += "| " + exists(command) + " |\n";
-  }
-  return text;
+std::string_view letters(protocol::Source source) {
+  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]"};
+  return kLetters[static_cast<std::size_t>(source)];
 }
 
 std::string_view lsb_text(protocol::Scale scale) {
@@ -109,6 +98,30 @@ std::string_view unit_text(protocol::Unit unit) {
   constexpr std::string_view kUnits[] = {"",     " count", " °C", " V",   " A",
                                          " A/s", " ‰",     "°",   " °/s", " °/s²"};
   return kUnits[static_cast<std::size_t>(unit)];
+}
+
+std::string command_rows() {
+  std::string text =
+      "| DATA[0] | name | query | reply | only with | |\n|---|---|---|---|---|---|\n";
+  for (const CommandInfo& command : protocol::commands()) {
+    text += "| " + hex_text(static_cast<unsigned>(command.opcode)) + " | " +
+            std::string(command.name) + " | " + fields_text(command.query) + " | " +
+            reply_text(command) + " | " + exists(command) + " | " +
+            std::string(letters(command.source)) + " |\n";
+  }
+  text +=
+      "\n| identifier | name | for the drives 1 to 4 | one LSB | only with | "
+      "|\n|---|---|---|---|---|---|\n";
+  for (const CommandInfo& command : protocol::multi_drive_commands()) {
+    text += "| " + hex_text(command.identifier) + " | " + std::string(command.name) + " | ";
+    for (const WireField& field : command.query) text += place_text(field) + " ";
+    const WireField& first = command.query.front();
+    text.append(type_text(first.wire)).append(" | ");
+    if (first.unit != protocol::Unit::kNone) text.append(lsb_text(first.scale));
+    text.append(unit_text(first.unit)).append(" | ");
+    text += exists(command) + " | " + std::string(letters(command.source)) + " |\n";
+  }
+  return text;
 }
 
 std::string range_text(const WireField& field) {
