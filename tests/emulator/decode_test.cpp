@@ -192,6 +192,22 @@ TEST(DecodeText, EveryWordIsThereInChinese) {
   EXPECT_EQ(error_words(0xFF).size(), 8U);
 }
 
+// Without a word of its own a quantity is told by its key, "bus_current_A 1".
+TEST(DecodeText, EveryFieldHasAWord) {
+  for (const auto& command : protocol::commands()) {
+    for (const auto fields : {command.query, command.reply}) {
+      for (const protocol::Field& field : fields) {
+        const std::int64_t raw = field.values.empty() ? 1 : field.values.back().number;
+        const double value = protocol::quantity(field, raw, protocol::kLegacyFormat);
+        for (const Language language : {Language::kEnglish, Language::kChinese}) {
+          const std::string said = quantities_text({{field.key, value}}, 0x9C, language);
+          EXPECT_NE(said, std::string(field.key) + " " + three_decimals(value)) << command.name;
+        }
+      }
+    }
+  }
+}
+
 /// 16 mA and 33/2048 A = 16.113 mA; with the motor's own scale 66/4096 A for both.
 TEST(DecodeText, SaysWhatItAssumesOnce) {
   DecodeOptions options = json_options();
