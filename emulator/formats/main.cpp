@@ -1,5 +1,5 @@
 // Writes the files by which programs of other people read the bus:
-// lk-emu-formats DISSECTOR DIRECTORY, which is configs/ of the source tree. Alone it prints the
+// lk-emu-formats DISSECTOR DIRECTORY. Alone it prints the
 // generated part of docs/protocol.md.
 
 #include <cstdio>

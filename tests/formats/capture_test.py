@@ -68,13 +68,12 @@ def check(name, frames, frame_values, dissector, scratch):
     return said
 
 
-def main(program, frame_values, source, scratch):
+def main(program, frame_values, source, dissector, scratch):
     source, scratch = pathlib.Path(source), pathlib.Path(scratch)
     scratch.mkdir(parents=True, exist_ok=True)
     host = pathlib.Path(__file__).with_name("capture_host.py")
     subprocess.run([source / "scripts/with-vcan", "--timeout", "300", "/usr/bin/python3", "-B", host, program, scratch], check=True)
     runs = json.loads((scratch / "runs.json").read_text())
-    dissector = source / "configs/wireshark/lk-motor.lua"
     said = {name: check(name, runs[name], frame_values, dissector, scratch) for name in RUNS}
 
     # What came off the bus is what was meant to: an error, a drive that is not there, a query to several.
