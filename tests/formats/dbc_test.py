@@ -2,7 +2,7 @@
 """The DBC files in a reader that we did not write, canmatrix: it takes them without a word, and what it makes of frames
 is what the codec makes of them.
 
-usage: dbc_test.py FRAME_VALUES CONFIGS
+usage: dbc_test.py FRAME_VALUES FORMATS
 """
 
 import json
@@ -17,7 +17,7 @@ import unittest
 import canmatrix
 import canmatrix.formats
 
-FRAME_VALUES, CONFIGS = sys.argv[1], pathlib.Path(sys.argv.pop())
+FRAME_VALUES, FORMATS = sys.argv[1], pathlib.Path(sys.argv.pop())
 sys.argv.pop()
 
 GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236"}
@@ -46,7 +46,7 @@ def load(generation, direction):
     words = Words()
     logging.getLogger().addHandler(words)
     try:
-        matrix = canmatrix.formats.loadp_flat(str(CONFIGS / name))
+        matrix = canmatrix.formats.loadp_flat(str(FORMATS / name))
     finally:
         logging.getLogger().removeHandler(words)
     assert not words.said and not matrix.load_errors, (name, words.said, matrix.load_errors)
@@ -149,7 +149,7 @@ class Dbc(unittest.TestCase):
                 self.assertEqual(known[0x9A], "read state 1")
 
     def test_the_document_names_all_signals(self):
-        text = (CONFIGS.parent / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
+        text = (FORMATS.parent / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
         named = {name for row in re.findall(r"^\| (`[^|]*) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
         known = {signal.name for matrix in MATRICES.values() for frame in matrix.frames for signal in frame.signals}
         only_on_ms = {"power", "power_target", "register_max_power"}
@@ -187,7 +187,7 @@ class Dbc(unittest.TestCase):
             self.assertEqual(frame.signals_to_bytes(raw).hex().upper(), expected)
 
     def test_the_text_is_such_as_every_reader_takes(self):
-        for file in CONFIGS.glob("*.dbc"):
+        for file in FORMATS.glob("*.dbc"):
             text = file.read_bytes().decode("ascii")
             for name in re.findall(r"^ ?(?:BO_ \d+|SG_) (\S+)", text, re.M):
                 self.assertLessEqual(len(name.rstrip(":")), 32, "names in DBC files have 32 characters at most")
