@@ -228,7 +228,7 @@ class Bus {
   /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
   /// it as another.
   bool hears(std::size_t seat, protocol::Frame& frame);
-  bool spoil_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
+  bool corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
   void delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
   void hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
   void copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
@@ -242,7 +242,7 @@ class Bus {
   void add_double(std::size_t fault, std::size_t seat);
   void bring_doubles_to(SimTime t);
   void doubles_hear(SimTime at, const protocol::Frame& frame);
-  void answer_as_double(SimTime at, Double& second, const protocol::Query& query);
+  void answer_as_duplicate(SimTime at, DuplicateDrive& second, const protocol::Query& query);
   LiveFault* destroyer(const CanWire::Candidate& next);
   int& transmit_errors(const CanWire::Candidate& next);
   bool destroy_next();
@@ -261,7 +261,7 @@ class Bus {
   std::vector<Timeline> timelines_;  // by seat
   std::vector<DriveLink> links_;     // by seat
   HostLink host_link_;
-  std::vector<Double> doubles_;
+  std::vector<DuplicateDrive> duplicates_;
   bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
   Agenda agenda_;
   std::uint64_t seed_;

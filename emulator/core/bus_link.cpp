@@ -66,7 +66,7 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
   bool stale = false;
   for (LiveFault& live : faults_) {
     if (live.active() && live.is_of(servos_[seat].id())) {
-      stale = spoil_words(live, seat, out) || stale;
+      stale = corrupt_replies(live, seat, out) || stale;
     }
   }
   if (!stale) {
@@ -90,7 +90,7 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
 
 /// What one fault makes of what a drive is about to say. Returns true when that is what it said
 /// before.
-bool Bus::spoil_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
+bool Bus::corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
   const int id = servos_[seat].id();
   DriveLink& link = links_[seat];
   const auto lose_if = [&](const auto& lost) {
@@ -247,7 +247,7 @@ void Bus::begin_link_fault(std::size_t index) {
 
 void Bus::end_link_fault(std::size_t index) {
   agenda_.forget_babble(index);
-  std::erase_if(doubles_, [&](const Double& second) {
+  std::erase_if(duplicates_, [&](const DuplicateDrive& second) {
     if (second.fault != index) return false;
     stats_.replies_lost += wire_.forget_replies(second.owner, time_);
     return true;
@@ -288,19 +288,19 @@ void Bus::add_double(std::size_t fault, std::size_t seat) {
   const std::int64_t f_pwm_Hz = banks_[places_[seat].bank].f_pwm_Hz;
   model::DriveBank motor({&init, 1});
   Servo servo(config, motor.telemetry(0));
-  doubles_.push_back({fault, seat, double_owner(fault, config.id), f_pwm_Hz,
-                      ticks_until(time_, f_pwm_Hz), std::move(motor), std::move(servo)});
+  duplicates_.push_back({fault, seat, double_owner(fault, config.id), f_pwm_Hz,
+                         ticks_until(time_, f_pwm_Hz), std::move(motor), std::move(servo)});
 }
 
 void Bus::bring_doubles_to(SimTime t) {
-  for (Double& second : doubles_) {
+  for (DuplicateDrive& second : duplicates_) {
     const std::int64_t tick = ticks_until(t, second.f_pwm_Hz) - second.first_tick;
     second.motor.advance(std::max<std::int64_t>(tick - second.motor.ticks(), 0));
   }
 }
 
 void Bus::doubles_hear(SimTime at, const protocol::Frame& frame) {
-  for (Double& second : doubles_) {
+  for (DuplicateDrive& second : duplicates_) {
     Servo& servo = second.servo;
     const auto addressed = protocol::address(frame);
     const int* const id = std::get_if<int>(&addressed);
@@ -311,12 +311,12 @@ void Bus::doubles_hear(SimTime at, const protocol::Frame& frame) {
     }
     const auto understood = servo.understand(frame);
     if (const auto* query = std::get_if<protocol::Query>(&understood)) {
-      answer_as_double(at, second, *query);
+      answer_as_duplicate(at, second, *query);
     }
   }
 }
 
-void Bus::answer_as_double(SimTime at, Double& second, const protocol::Query& query) {
+void Bus::answer_as_duplicate(SimTime at, DuplicateDrive& second, const protocol::Query& query) {
   Servo& servo = second.servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Frame frame = servo.encode(servo.handle(query, Lane{second.motor, 0}));

@@ -36,7 +36,7 @@ int& Bus::transmit_errors(const CanWire::Candidate& next) {
     return host_link_.transmit_errors;
   }
   if (is_double(next.owner)) {
-    return std::ranges::find(doubles_, next.owner, &Double::owner)->errors;
+    return std::ranges::find(duplicates_, next.owner, &DuplicateDrive::owner)->errors;
   }
   return links_[seat(id_of(next.owner))].errors;
 }

@@ -58,7 +58,7 @@ bool Bus::bring_motors_to(SimTime t) {
     // A command that arrives at `t` acts at the first tick after it.
     edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
   }
-  if (!doubles_.empty()) {
+  if (!duplicates_.empty()) {
     bring_doubles_to(t);
   }
   if (edge) {

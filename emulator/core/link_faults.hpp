@@ -49,7 +49,7 @@ struct HostLink {
 
 /// A second drive with the ID of a seat, there because of a fault. It has the supply that the drive
 /// was configured with; what happens to the drive's own does not reach it, nor do other faults.
-struct Double {
+struct DuplicateDrive {
   std::size_t fault;
   std::size_t seat;
   std::uint32_t owner;  // of its frames

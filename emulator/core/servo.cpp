@@ -88,7 +88,7 @@ std::variant<protocol::Query, protocol::Reject> Servo::understand(
 
 Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
   const model::Telemetry before = lane.telemetry();
-  lay_down_after_trip(before);
+  turn_off_after_trip(before);
   lane.feed_input();
   ++stats_.queries;
   const Context context{query.data, before, lane};
@@ -100,7 +100,7 @@ Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
 
 /// A protection that tripped has turned the bridge off and dropped the command; only 0x9B and then
 /// 0x88 bring the drive back.
-void Servo::lay_down_after_trip(const model::Telemetry& telemetry) {
+void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
   if (telemetry.errors != 0) {
     run_state_ = RunState::kOff;
     motion_ = {};

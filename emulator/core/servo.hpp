@@ -173,7 +173,7 @@ class Servo {
   protocol::Reply on(const protocol::MultiPosition& command, const Context& context);
   protocol::Reply on(const protocol::MultiCommand& command, const Context& context);
 
-  void lay_down_after_trip(const model::Telemetry& telemetry);
+  void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
   void forget_what_faults_forget();
   /// The place of this drive in the commands for several; none above ID 4.

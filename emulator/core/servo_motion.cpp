@@ -109,7 +109,7 @@ std::int64_t Servo::within_max_angle(std::int64_t target_cdeg) const {
 }
 
 void Servo::limit_anew(const Lane& lane) {
-  lay_down_after_trip(lane.telemetry());  // no query may have come since
+  turn_off_after_trip(lane.telemetry());  // no query may have come since
   if (motion_.speed_dps) {
     std::get<model::Speed>(motion_.setpoint).omega =
         rad_s_from_dps(within_max_speed(*motion_.speed_dps));

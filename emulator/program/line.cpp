@@ -88,7 +88,7 @@ void Line::put_on_bus(const TimedFrame& in) {
   effective.at = frame_instant(in.at, bus_.time());
   if (!listeners_.empty()) {  // nothing that came before the frame is heard behind it
     bus_.advance_to(effective.at);
-    let_out();
+    send_replies();
   }
   adviser_.hear(effective);
   for (const Listener& listener : listeners_) {
@@ -117,7 +117,7 @@ void Line::take_from_backlog() {
 void Line::advance_to(SimTime until) {
   AllWatchers all{watchers_};
   deliver_watched(bus_, until, all);
-  let_out();  // replies do not wait for motors that they do not depend on
+  send_replies();  // replies do not wait for motors that they do not depend on
   bus_.settle();
   look_after_hosts();
 }
@@ -159,7 +159,7 @@ bool Line::perform(const TimedDirective& directive) {
                                                       : bus_.apply(directive.directive);
 }
 
-void Line::let_out() {
+void Line::send_replies() {
   keep_rom();
   replies_.clear();
   bus_.take_replies(replies_);

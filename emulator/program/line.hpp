@@ -119,7 +119,7 @@ class Line {
   void keep_rom();
   void tell_of_rom(int id, int error);
   void look_after_hosts();
-  void let_out();
+  void send_replies();
   void send(const std::vector<protocol::Frame>& frames);
   bool crowded() const;
 
