@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "model/block_access.hpp"
+#include "model/control/current_loop_params.hpp"
 #include "model/drive_bank_state.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
@@ -216,8 +217,8 @@ void DriveBank::State::run_motion_loops(std::size_t drive) {
                           unit.slow.temp_motor,
                           unit.slow.temp_driver,
                           i_peak,
-                          pushes(unit.motion_params, unit.motion, unit.slow.v_bus,
-                                 lane_of(block.loop.i_q, lane), lane_of(block.loop.v_q, lane)),
+                          near_limit(unit.motion_params, unit.motion, unit.slow.v_bus,
+                                     lane_of(block.loop.i_q, lane), lane_of(block.loop.v_q, lane)),
                           unit.motion.omega_report};
     watch(unit.settings.protections, watched, unit.motion_params.T_m, unit.protection);
     if (unit.protection.latched != 0) {

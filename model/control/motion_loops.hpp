@@ -13,8 +13,6 @@ namespace lk::model {
 
 // Of the fast tick, which is heavy (model/control/current_loop.hpp).
 template <class T>
-struct CurrentLoopParams;
-template <class T>
 struct CurrentOrders;
 
 /// rad. Closer than this to its target the shaft is there: two steps of the wire's 0.01°, less than
@@ -51,16 +49,11 @@ struct MotionState {
   double i_limit = 1e9;                                    // A, in force for i_q_ref
 };
 
-/// Largest |v| as a fraction of v_bus: the circle inside the hexagon, less what the legs keep back.
-double modulation(const InverterParams& inverter);
-
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);
-CurrentLoopParams<double> current_loop_params(const DriveParams& drive,
-                                              const ControlSettings& settings);
 
-/// The drive pushes with about all it has: with more than 0.8 (assumed) of the limit in force, of
+/// The drive does about all it may: with more than 0.8 (assumed) of the limit in force, of
 /// the current or, without current sensors, of the voltage.
-bool pushes(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
+bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, double i_q, double v_q);
 
 /// The observer's start: at rest where the encoder stands.
 MotionState motion_state_at(double encoder_counts);

@@ -35,7 +35,7 @@ double excess(Error error, const Protection& p, const Watched& w, const Protecti
 bool watch(const std::array<Protection, kErrorKinds>& settings, const Watched& watched, double T_m,
            ProtectionState& s) {
   s.silent_for += T_m;
-  const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.pushes;
+  const bool stalled = std::abs(watched.omega) < kStallSpeed && watched.near_limit;
   s.stalled_for = stalled ? s.stalled_for + T_m : 0.0;
   const ErrorBits before = s.latched;
   for (unsigned left = s.enabled; left != 0; left &= left - 1) {

@@ -11,12 +11,12 @@ namespace lk::model {
 
 /// What the firmware measures for its protections, once per motion-loop period.
 struct Watched {
-  double v_bus = 0;        // V
-  double temp_motor = 0;   // °C
-  double temp_driver = 0;  // °C
-  double i_peak = 0;       // A, largest of the three phases
-  bool pushes = false;     // with about all the limit in force allows
-  double omega = 0;        // rad/s
+  double v_bus = 0;         // V
+  double temp_motor = 0;    // °C
+  double temp_driver = 0;   // °C
+  double i_peak = 0;        // A, largest of the three phases
+  bool near_limit = false;  // with about all the limit in force allows
+  double omega = 0;         // rad/s
 };
 
 struct ProtectionState {

@@ -1,6 +1,7 @@
 // The loops as built against what they were designed for (docs/model.md §10, §11).
 #include <complex>
 
+#include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 #include "tests/model/support.hpp"
 

@@ -1,3 +1,4 @@
+#include "model/control/current_loop_params.hpp"
 #include "model/control/life.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/plant/brake.hpp"

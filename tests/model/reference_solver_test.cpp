@@ -1,6 +1,7 @@
 // The same motion computed by an independent solver at tight tolerance.
 #include "tests/model/reference_solver.hpp"
 
+#include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/plant/slow_sensors.hpp"
 #include "tests/model/support.hpp"

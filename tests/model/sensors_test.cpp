@@ -1,6 +1,7 @@
 // Encoder and current converter: what the firmware gets to see (docs/model.md §7).
 #include "model/plant/sensors.hpp"
 
+#include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/plant/slow_sensors.hpp"
 #include "tests/model/support.hpp"
