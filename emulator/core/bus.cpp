@@ -34,21 +34,19 @@ Drop drop_cause(protocol::Reject reject) {
 Bus::Bus(const BusConfig& config)
     : bitrate_(config.bitrate), wire_(config.bitrate), seed_(config.seed) {
   seat_of_id_.fill(-1);
-  build_motors(config);
-  servos_.reserve(config.servos.size());
+  const std::vector<MotorPlace> motors = build_motors(config);
+  nodes_.reserve(config.servos.size());
   rom_writes_.reserve(config.servos.size());
   for (std::size_t k = 0; k < config.servos.size(); ++k) {
     const ServoConfig& servo = config.servos[k];
     assert(servo.id >= protocol::kMinId && servo.id <= protocol::kMaxId && !has(servo.id));
     assert(k == 0 || servo.id > config.servos[k - 1].id);
     seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
-    servos_.emplace_back(servo, lane(k).telemetry());
-    Timeline timeline;
-    timeline.supply_V = servo.profile.drive.supply.v_source;
-    timeline.alive = banks_[places_[k].bank].drives.alive(places_[k].lane);
-    timelines_.push_back(timeline);
+    const model::DriveBank& drives = banks_[motors[k].bank].drives;
+    nodes_.push_back({Servo(servo, drives.telemetry(motors[k].lane)), motors[k]});
+    nodes_.back().timeline.supply_V = servo.profile.drive.supply.v_source;
+    nodes_.back().timeline.alive = drives.alive(motors[k].lane);
   }
-  links_.resize(config.servos.size());
   for (const TimedDirective& event : config.events) {
     plan(event);
   }
@@ -128,9 +126,9 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
     return;  // whoever takes that one will hear whether it is durable
   }
-  std::vector<Timeline::Writing>& writing = timelines_[seat(id)].writing;
+  std::vector<Timeline::Writing>& writing = nodes_[seat(id)].timeline.writing;
   if (writing.empty()) {
-    servos_[seat(id)].restore_rom(rom, wear);
+    nodes_[seat(id)].servo.restore_rom(rom, wear);
   } else {
     // It brings what the failed one brought; only if the power cuts it short is that gone.
     writing.front().rom_before = rom;
@@ -181,11 +179,11 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     return;
   }
   count_command(id, frame);
-  if (!timelines_[seat(id)].alive) {
+  if (!nodes_[seat(id)].timeline.alive) {
     drop(Drop::kNoPower);
     return;
   }
-  Servo& servo = servos_[seat(id)];
+  Servo& servo = nodes_[seat(id)].servo;
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     drop(Drop::kWrongMode);
@@ -214,17 +212,18 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
-  if (!servos_.empty() && std::ranges::none_of(timelines_, &Timeline::alive)) {
+  if (!nodes_.empty() &&
+      std::ranges::none_of(nodes_, [](const Node& node) { return node.timeline.alive; })) {
     drop(Drop::kNoPower);
     return;
   }
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
-  for (std::size_t k = 0; k < servos_.size(); ++k) {
-    if (!timelines_[k].alive) {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (!nodes_[k].timeline.alive) {
       continue;
     }
-    Servo& servo = servos_[k];
+    Servo& servo = nodes_[k].servo;
     protocol::Frame heard = frame;
     if (!hears(k, heard)) {
       cause = Drop::kFault;
@@ -259,7 +258,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
 }
 
 void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
-  Servo& servo = servos_[seat];
+  Servo& servo = nodes_[seat].servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(seat));
   // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
@@ -287,13 +286,11 @@ BusStats Bus::stats() const {
   sum.wire_busy = wire_.busy();
   sum.frames_waiting = wire_.host_queue_size();
   sum.replies_waiting = wire_.drive_frames();
-  for (const DriveLink& link : links_) {
-    sum.replies_waiting += link.held_back ? 1U : 0U;
-  }
-  for (const Servo& servo : servos_) {
-    sum.refused_motion += servo.stats().refused_motion;
-    sum.invalid_targets += servo.stats().invalid_targets;
-    sum.rom_writes += servo.stats().rom_writes;
+  for (const Node& node : nodes_) {
+    sum.replies_waiting += node.link.held_back ? 1U : 0U;
+    sum.refused_motion += node.servo.stats().refused_motion;
+    sum.invalid_targets += node.servo.stats().invalid_targets;
+    sum.rom_writes += node.servo.stats().rom_writes;
   }
   return sum;
 }

@@ -12,9 +12,8 @@
 #include "emulator/core/bus_config.hpp"
 #include "emulator/core/bus_stats.hpp"
 #include "emulator/core/can_wire.hpp"
-#include "emulator/core/link_faults.hpp"
 #include "emulator/core/live_fault.hpp"
-#include "emulator/core/rom_write.hpp"
+#include "emulator/core/node.hpp"
 #include "emulator/core/servo.hpp"
 #include "emulator/core/signals.hpp"
 #include "emulator/core/sim_time.hpp"
@@ -86,16 +85,16 @@ class Bus {
   SimTime time() const { return time_; }
 
   /// The number of drives.
-  std::size_t size() const { return servos_.size(); }
+  std::size_t size() const { return nodes_.size(); }
   BusStats stats() const;  // like what follows, of a settled bus
 
   bool has(int id) const;
   /// Whether the drive `id` answers commands for several drives, and those only. At any time.
-  bool multi_drive_mode(int id) const { return servos_[seat(id)].multi_drive_mode(); }
+  bool multi_drive_mode(int id) const { return nodes_[seat(id)].servo.multi_drive_mode(); }
   // Of the drive `id`, which must be on the bus.
   const Servo& servo(int id) const {
     assert(settled());
-    return servos_[seat(id)];
+    return nodes_[seat(id)].servo;
   }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
@@ -117,35 +116,7 @@ class Bus {
     std::int64_t f_pwm_Hz;
     model::DriveBank drives;
   };
-  /// Where a servo's motor is.
-  struct Place {
-    std::size_t bank;
-    std::size_t lane;
-  };
-
-  /// What a servo does over time besides answering.
-  struct Timeline {
-    SimTime last_reply{0};  // a drive answers in order
-    /// Writes to its memory that are not done yet, and what stood there before each.
-    struct Writing {
-      SimTime done;
-      RomWrite after;
-      Registers rom_before;
-      RomWear wear_before;
-    };
-    std::vector<Writing> writing;
-    /// Where the supply's voltage is going.
-    struct Ramp {
-      double from_V, to_V;
-      SimTime begin, end;
-    };
-    double supply_V = 0;
-    std::optional<Ramp> ramp;
-    std::optional<double> before_sag_V;  // during a sag: what it ends at
-    bool alive = true;
-  };
-
-  void build_motors(const BusConfig& config);
+  std::vector<MotorPlace> build_motors(const BusConfig& config);
   std::size_t seat(int id) const;
   Lane lane(std::size_t seat);
 
@@ -218,7 +189,8 @@ class Bus {
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// It does not take in another query: what waits for its flash or the wire has to go first.
   bool busy(std::size_t seat) const {
-    return wire_.drive_queue_full(servos_[seat].reply_id(), links_[seat].held_back ? 1 : 0);
+    return wire_.drive_queue_full(nodes_[seat].servo.reply_id(),
+                                  nodes_[seat].link.held_back ? 1 : 0);
   }
   void answer(SimTime at, std::size_t seat, const protocol::Query& query);
   /// Every frame that a query brings forth leaves the drive here.
@@ -256,10 +228,7 @@ class Bus {
   SimTime motors_at_{0};  // where all of them are at least
   CanWire wire_;
   std::vector<Bank> banks_;
-  std::vector<Place> places_;        // by seat
-  std::vector<Servo> servos_;        // by seat; ascending IDs
-  std::vector<Timeline> timelines_;  // by seat
-  std::vector<DriveLink> links_;     // by seat
+  std::vector<Node> nodes_;  // ascending IDs
   HostLink host_link_;
   std::vector<DuplicateDrive> duplicates_;
   bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0

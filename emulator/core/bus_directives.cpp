@@ -43,7 +43,7 @@ void Bus::perform(const Task& task) {
   } else if (const auto* step = std::get_if<SupplyStep>(&task)) {
     step_supply(step->seat);
   } else if (const auto* sag = std::get_if<SagEnd>(&task)) {
-    act(sag->seat, SupplyVoltage{*timelines_[sag->seat].before_sag_V});
+    act(sag->seat, SupplyVoltage{*nodes_[sag->seat].timeline.before_sag_V});
   } else if (const auto* written = std::get_if<RomWritten>(&task)) {
     finish_rom_write(written->seat);
   } else if (const auto* begin = std::get_if<FaultBegin>(&task)) {
@@ -53,7 +53,7 @@ void Bus::perform(const Task& task) {
   } else if (const auto* babbling = std::get_if<Babble>(&task)) {
     babble(*babbling);
   } else if (const auto* off = std::get_if<BusOffEnd>(&task)) {
-    links_[off->seat].bus_off = false;
+    nodes_[off->seat].link.bus_off = false;
   } else if (std::holds_alternative<Look>(task)) {
     look();
   } else {
@@ -79,7 +79,7 @@ void Bus::act(std::size_t seat, const PowerCycle& cycle) {
 }
 
 void Bus::reconnect(std::size_t seat) {
-  if (timelines_[seat].alive) {
+  if (nodes_[seat].timeline.alive) {
     agenda_.enter(time_ + kDeathWatch, Reconnect{seat});
   } else {
     act(seat, PowerOn{});
@@ -87,12 +87,12 @@ void Bus::reconnect(std::size_t seat) {
 }
 
 void Bus::act(std::size_t seat, const SupplyVoltage& supply) {
-  timelines_[seat].before_sag_V.reset();
+  nodes_[seat].timeline.before_sag_V.reset();
   move_supply(seat, supply.supply_V, supply.ramp);
 }
 
 void Bus::act(std::size_t seat, const Sag& sag) {
-  Timeline& timeline = timelines_[seat];
+  Timeline& timeline = nodes_[seat].timeline;
   const double now_V = timeline.ramp ? timeline.ramp->to_V : timeline.supply_V;
   timeline.before_sag_V = timeline.before_sag_V.value_or(now_V);
   move_supply(seat, sag.to_V, SimTime{0});
@@ -101,7 +101,7 @@ void Bus::act(std::size_t seat, const Sag& sag) {
 
 /// From now on; whatever the supply was about to do is void.
 void Bus::move_supply(std::size_t seat, double to_V, SimTime within) {
-  Timeline& timeline = timelines_[seat];
+  Timeline& timeline = nodes_[seat].timeline;
   agenda_.forget<SupplyStep>(seat);
   agenda_.forget<SagEnd>(seat);
   timeline.ramp = {timeline.supply_V, to_V, time_, time_ + within};
@@ -109,7 +109,7 @@ void Bus::move_supply(std::size_t seat, double to_V, SimTime within) {
 }
 
 void Bus::step_supply(std::size_t seat) {
-  Timeline& timeline = timelines_[seat];
+  Timeline& timeline = nodes_[seat].timeline;
   const Timeline::Ramp ramp = *timeline.ramp;
   if (time_ >= ramp.end) {
     timeline.supply_V = ramp.to_V;
@@ -139,24 +139,24 @@ void Bus::act(std::size_t seat, const TurnShaft& turn) {
 }
 
 void Bus::act(std::size_t seat, const Setting& setting) {
-  write_setting(servos_[seat].id(), setting.parameter, setting.value);
+  write_setting(nodes_[seat].servo.id(), setting.parameter, setting.value);
 }
 
 bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
   settle();
   const std::size_t k = seat(id);
-  if (!timelines_[k].alive || timelines_[k].writing.size() >= CanWire::kDriveQueue) {
+  if (!nodes_[k].timeline.alive || nodes_[k].timeline.writing.size() >= CanWire::kDriveQueue) {
     return false;
   }
-  servos_[k].write_setting(parameter, value, lane(k));
+  nodes_[k].servo.write_setting(parameter, value, lane(k));
   begin_rom_write(k, time_);
   book_firmware(k);
   return true;
 }
 
 SimTime Bus::begin_rom_write(std::size_t seat, SimTime at) {
-  const Servo& servo = servos_[seat];
-  std::vector<Timeline::Writing>& writing = timelines_[seat].writing;
+  const Servo& servo = nodes_[seat].servo;
+  std::vector<Timeline::Writing>& writing = nodes_[seat].timeline.writing;
   const SimTime begin = writing.empty() ? at : writing.back().done;
   const SimTime done = begin + servo.config().flash.write_time;
   writing.push_back({done,
@@ -168,7 +168,7 @@ SimTime Bus::begin_rom_write(std::size_t seat, SimTime at) {
 }
 
 void Bus::finish_rom_write(std::size_t seat) {
-  auto& writing = timelines_[seat].writing;
+  auto& writing = nodes_[seat].timeline.writing;
   rom_writes_.push_back(writing.front().after);
   writing.erase(writing.begin());
 }
@@ -183,9 +183,9 @@ void Bus::set_ambient_temperature(int id, double ambient_C) {
 void Bus::power_cycle(int id) {
   settle();
   const std::size_t k = seat(id);
-  if (timelines_[k].alive) {
+  if (nodes_[k].timeline.alive) {
     lose_power(k, time_);
-    servos_[k].power_cycle(lane(k));
+    nodes_[k].servo.power_cycle(lane(k));
     book_firmware(k);
   }
 }

@@ -218,13 +218,13 @@ LiveFault* Bus::active_fault(std::size_t seat, FaultKind kind) {
     return nullptr;
   }
   const auto found = std::ranges::find_if(faults_, [&](const LiveFault& live) {
-    return live.fault.kind == kind && live.active() && live.is_of(servos_[seat].id());
+    return live.fault.kind == kind && live.active() && live.is_of(nodes_[seat].servo.id());
   });
   return found != faults_.end() ? &*found : nullptr;
 }
 
 void Bus::pass_on_faults(std::size_t seat) {
-  const Servo& servo = servos_[seat];
+  const Servo& servo = nodes_[seat].servo;
   model::Faults physical;
   FirmwareFaults firmware;
   for (const LiveFault& live : faults_) {
@@ -237,7 +237,7 @@ void Bus::pass_on_faults(std::size_t seat) {
     firmware.forgets_broadcast |= live.fault.kind == FaultKind::kForgetsBroadcast;
     firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
   }
-  servos_[seat].set_faults(firmware);
+  nodes_[seat].servo.set_faults(firmware);
   pass_on_link_faults(seat);
   const Lane motor = lane(seat);
   if (!(motor.bank.faults(motor.index) == physical)) {
@@ -247,7 +247,7 @@ void Bus::pass_on_faults(std::size_t seat) {
 
 void Bus::strike(LiveFault& live, std::size_t seat) {
   const Lane motor = lane(seat);
-  Servo& servo = servos_[seat];
+  Servo& servo = nodes_[seat].servo;
   bool struck = false;
   if (live.fault.kind == FaultKind::kKick) {
     const model::Truth before = truth(servo.id());
@@ -255,12 +255,12 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
     const model::Truth after = truth(servo.id());
     struck = before.omega_m != after.omega_m || before.omega_out != after.omega_out;
   } else if (live.fault.kind == FaultKind::kReset) {
-    struck = timelines_[seat].alive;
+    struck = nodes_[seat].timeline.alive;
     power_cycle(servo.id());
   } else if (live.fault.kind == FaultKind::kRamFlipped) {
     live.draw();
     const auto parameter = static_cast<RomParameter>(live.value(0));
-    struck = timelines_[seat].alive && servo.flip_ram(parameter, live.random, motor);
+    struck = nodes_[seat].timeline.alive && servo.flip_ram(parameter, live.random, motor);
   } else {
     assert(live.fault.kind == FaultKind::kRomDamaged);
     const auto parameter = static_cast<std::size_t>(live.value(0));
@@ -277,11 +277,11 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
 
 /// Whoever keeps the ROM is told like of a write, or by the writes that are under way.
 bool Bus::damage_rom(std::size_t seat, RomParameter parameter) {
-  Servo& servo = servos_[seat];
+  Servo& servo = nodes_[seat].servo;
   if (!servo.damage_rom(parameter)) {
     return false;
   }
-  std::vector<Timeline::Writing>& writing = timelines_[seat].writing;
+  std::vector<Timeline::Writing>& writing = nodes_[seat].timeline.writing;
   for (Timeline::Writing& one : writing) {
     copy_parameter(parameter, servo.rom(), one.rom_before);
     copy_parameter(parameter, servo.rom(), one.after.rom);
@@ -305,7 +305,7 @@ void Bus::look_at_faults() {
       const std::size_t k = seat(id);
       const Lane motor = lane(k);
       model::Faults alone;
-      add_physical_fault(live, servos_[k].config(), time_, alone);
+      add_physical_fault(live, nodes_[k].servo.config(), time_, alone);
       if (motor.bank.takes_effect(motor.index, alone)) {
         took_effect(live, id);
       }
@@ -320,8 +320,8 @@ void Bus::book_firmware(std::size_t seat) {
   if (active_faults_ == 0) {
     return;
   }
-  const FirmwareFaults shown = servos_[seat].take_shown_faults();
-  const int id = servos_[seat].id();
+  const FirmwareFaults shown = nodes_[seat].servo.take_shown_faults();
+  const int id = nodes_[seat].servo.id();
   const auto book = [&](bool happened, FaultKind kind) {
     if (!happened) return;
     for (LiveFault& live : faults_) {

@@ -13,13 +13,13 @@ namespace lk::emulator {
 // ------------------------------------------------------------------------------------
 
 bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
-  if (links_[seat].bus_off) {
+  if (nodes_[seat].link.bus_off) {
     return false;
   }
   if (active_faults_ == 0) {
     return true;
   }
-  const Servo& servo = servos_[seat];
+  const Servo& servo = nodes_[seat].servo;
   const int id = servo.id();
   // What the drive would not have answered anyway cannot be lost.
   const bool for_several = protocol::find_multi_drive(frame.id) != nullptr;
@@ -55,7 +55,7 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
 
 void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
               std::uint64_t rom_write) {
-  DriveLink& link = links_[seat];
+  DriveLink& link = nodes_[seat].link;
   const Outgoing said{ready, frame, rom_write};
   if (active_faults_ == 0) {
     link.last_said = said;
@@ -65,7 +65,7 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
   std::vector<Outgoing> out{said};
   bool stale = false;
   for (LiveFault& live : faults_) {
-    if (live.active() && live.is_of(servos_[seat].id())) {
+    if (live.active() && live.is_of(nodes_[seat].servo.id())) {
       stale = corrupt_replies(live, seat, out) || stale;
     }
   }
@@ -91,8 +91,8 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
 /// What one fault makes of what a drive is about to say. Returns true when that is what it said
 /// before.
 bool Bus::corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
-  const int id = servos_[seat].id();
-  DriveLink& link = links_[seat];
+  const int id = nodes_[seat].servo.id();
+  DriveLink& link = nodes_[seat].link;
   const auto lose_if = [&](const auto& lost) {
     stats_.replies_lost += std::erase_if(out, [&](const Outgoing& one) {
       if (!lost()) return false;
@@ -151,17 +151,17 @@ void Bus::delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& 
     const double jitter_ms = live.value(1) > 0 ? live.value(1) * live.draw() : 0;
     const SimTime delay = from_ms(live.value(0) + jitter_ms);
     one.ready += delay;
-    if (delay > SimTime{0}) took_effect(live, servos_[seat].id(), &one.frame);
+    if (delay > SimTime{0}) took_effect(live, nodes_[seat].servo.id(), &one.frame);
   }
 }
 
 /// One at a time. Acknowledgements of ROM writes keep their order: whoever lets them out counts on
 /// it.
 void Bus::hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
-  const bool taken = links_[seat].held_back || out.empty() || out.front().held_back;
+  const bool taken = nodes_[seat].link.held_back || out.empty() || out.front().held_back;
   if (!taken && out.front().after_rom_write == 0 && live.hits()) {
     out.front().held_back = true;
-    took_effect(live, servos_[seat].id(), &out.front().frame);
+    took_effect(live, nodes_[seat].servo.id(), &out.front().frame);
   }
 }
 
@@ -173,7 +173,7 @@ void Bus::copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& o
     all.push_back(one);
     one.held_back = false;
     if (!live.hits()) continue;
-    took_effect(live, servos_[seat].id(), &one.frame);
+    took_effect(live, nodes_[seat].servo.id(), &one.frame);
     stats_.extra_frames += copies;
     all.insert(all.end(), copies, one);
   }
@@ -190,26 +190,26 @@ void Bus::put_on_wire(std::size_t seat, const Outgoing& out) {
     ++stats_.replies_lost;
     return;
   }
-  Timeline& timeline = timelines_[seat];
+  Timeline& timeline = nodes_[seat].timeline;
   timeline.last_reply = std::max(out.ready, timeline.last_reply);
   wire_.send_from_drive(timeline.last_reply, out.frame, out.after_rom_write,
-                        servos_[seat].reply_id(), links_[seat].blocked);
+                        nodes_[seat].servo.reply_id(), nodes_[seat].link.blocked);
 }
 
 /// Everything that has not left is gone.
 void Bus::forget_words(std::size_t seat, SimTime at) {
-  DriveLink& link = links_[seat];
-  stats_.replies_lost += wire_.forget_replies(servos_[seat].reply_id(), at);
+  DriveLink& link = nodes_[seat].link;
+  stats_.replies_lost += wire_.forget_replies(nodes_[seat].servo.reply_id(), at);
   stats_.replies_lost += link.held_back ? 1U : 0U;
   link.held_back.reset();
   link.last_said.reset();
-  timelines_[seat].last_reply = SimTime{0};
+  nodes_[seat].timeline.last_reply = SimTime{0};
 }
 
 /// A query came while the queue was full.
 void Bus::ignored_for_full_queue(std::size_t seat, const protocol::Frame& query) {
   if (LiveFault* const full = active_fault(seat, FaultKind::kQueueFull)) {
-    took_effect(*full, servos_[seat].id(), &query);
+    took_effect(*full, nodes_[seat].servo.id(), &query);
   }
 }
 
@@ -218,17 +218,17 @@ void Bus::babble(const Babble& babble) {
   const SimTime period = from_ms(live.value(0) * 1e-3);
   agenda_.enter(time_ + period, babble);
   const std::size_t seat = babble.seat;
-  const std::uint32_t owner = servos_[seat].reply_id();
+  const std::uint32_t owner = nodes_[seat].servo.reply_id();
   protocol::Frame frame;
   frame.id = static_cast<std::uint32_t>(live.value(1));
   // One may wait behind the one on the wire: so it has the wire to itself when it is fast enough.
-  if (!timelines_[seat].alive || links_[seat].bus_off || busy(seat) ||
+  if (!nodes_[seat].timeline.alive || nodes_[seat].link.bus_off || busy(seat) ||
       wire_.copies(owner, frame) >= 2 || active_fault(seat, FaultKind::kSilent) != nullptr) {
     return;
   }
   ++stats_.extra_frames;
-  took_effect(live, servos_[seat].id(), &frame);
-  wire_.send_from_drive(time_, frame, 0, owner, links_[seat].blocked);
+  took_effect(live, nodes_[seat].servo.id(), &frame);
+  wire_.send_from_drive(time_, frame, 0, owner, nodes_[seat].link.blocked);
 }
 
 // --- a fault begins or ends
@@ -256,15 +256,15 @@ void Bus::end_link_fault(std::size_t index) {
 
 /// What lasts as long as some fault of its kind does.
 void Bus::pass_on_link_faults(std::size_t seat) {
-  DriveLink& link = links_[seat];
+  DriveLink& link = nodes_[seat].link;
   LiveFault* const full = active_fault(seat, FaultKind::kQueueFull);
   if ((full != nullptr) != link.blocked) {
     link.blocked = full != nullptr;
     if (full == nullptr) {
-      wire_.release(servos_[seat].reply_id(), time_);
+      wire_.release(nodes_[seat].servo.reply_id(), time_);
     } else {
-      const std::size_t caught = wire_.block(servos_[seat].reply_id(), time_);
-      for (std::size_t n = 0; n < caught; ++n) took_effect(*full, servos_[seat].id());
+      const std::size_t caught = wire_.block(nodes_[seat].servo.reply_id(), time_);
+      for (std::size_t n = 0; n < caught; ++n) took_effect(*full, nodes_[seat].servo.id());
     }
   }
   if (link.held_back && active_fault(seat, FaultKind::kReorder) == nullptr) {
@@ -278,14 +278,14 @@ void Bus::pass_on_link_faults(std::size_t seat) {
 // ------------------------------------------------------------------------
 
 void Bus::add_double(std::size_t fault, std::size_t seat) {
-  ServoConfig config = servos_[seat].config();
+  ServoConfig config = nodes_[seat].servo.config();
   // A zero that was written since moves no shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
-  config.rom = servos_[seat].rom();
+  config.rom = nodes_[seat].servo.rom();
   model::DriveInit init = make_drive(config, seed_);
   init.theta_m += faults_[fault].value(0) * kRadPerDeg;
   init.seed = mix(faults_[fault].random + static_cast<std::uint64_t>(config.id));
-  const std::int64_t f_pwm_Hz = banks_[places_[seat].bank].f_pwm_Hz;
+  const std::int64_t f_pwm_Hz = banks_[nodes_[seat].motor.bank].f_pwm_Hz;
   model::DriveBank motor({&init, 1});
   Servo servo(config, motor.telemetry(0));
   duplicates_.push_back({fault, seat, double_owner(fault, config.id), f_pwm_Hz,

@@ -38,7 +38,7 @@ int& Bus::transmit_errors(const CanWire::Candidate& next) {
   if (is_double(next.owner)) {
     return std::ranges::find(duplicates_, next.owner, &DuplicateDrive::owner)->errors;
   }
-  return links_[seat(id_of(next.owner))].errors;
+  return nodes_[seat(id_of(next.owner))].link.errors;
 }
 
 /// A fault destroys the frame whose last bit is due. Returns false when none does.
@@ -88,7 +88,7 @@ void Bus::leave_bus(const CanWire::Candidate& given_up) {
     recovery += from_ms(fault->value(0));
   }
   if (recovery > SimTime{0}) {
-    links_[k].bus_off = true;
+    nodes_[k].link.bus_off = true;
     agenda_.enter(time_ + recovery, BusOffEnd{k});
   }
 }

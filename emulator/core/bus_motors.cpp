@@ -27,7 +27,8 @@ bool starts_without_power(const BusConfig& config, int id) {
 }  // namespace
 
 /// One bank for each PWM rate, filled in the order of the seats.
-void Bus::build_motors(const BusConfig& config) {
+std::vector<MotorPlace> Bus::build_motors(const BusConfig& config) {
+  std::vector<MotorPlace> places;
   std::vector<std::int64_t> rates_Hz;
   std::vector<std::vector<model::DriveInit>> motors;
   for (const ServoConfig& servo : config.servos) {
@@ -37,13 +38,14 @@ void Bus::build_motors(const BusConfig& config) {
       rates_Hz.push_back(f_pwm_Hz(servo));
       motors.emplace_back();
     }
-    places_.push_back({bank, motors[bank].size()});
+    places.push_back({bank, motors[bank].size()});
     motors[bank].push_back(make_drive(servo, config.seed));
     motors[bank].back().connected = !starts_without_power(config, servo.id);
   }
   for (std::size_t k = 0; k < rates_Hz.size(); ++k) {
     banks_.push_back({rates_Hz[k], model::DriveBank(motors[k])});
   }
+  return places;
 }
 
 void Bus::settle() {
@@ -70,7 +72,7 @@ bool Bus::bring_motors_to(SimTime t) {
 }
 
 bool Bus::bring_motor_to(SimTime t, std::size_t seat) {
-  const Place& place = places_[seat];
+  const MotorPlace& place = nodes_[seat].motor;
   Bank& bank = banks_[place.bank];
   const bool edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz), place.lane);
   if (edge) {
@@ -94,7 +96,7 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
     return false;
   }
-  if (servos_.size() == 1) {
+  if (nodes_.size() == 1) {
     return bring_motors_to(t);
   }
   if (replies && bring_motor_to(t, seat(static_cast<int>(wire_.next().owner & 0x3FU)))) {
@@ -114,56 +116,59 @@ bool Bus::bring_concerned_to(SimTime t) {
 /// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
 /// nothing of a drive's happens there before it has been brought to it.
 void Bus::follow_lives() {
-  for (std::size_t k = 0; k < servos_.size(); ++k) {
-    const Bank& bank = banks_[places_[k].bank];
-    const bool alive = bank.drives.alive(places_[k].lane);
-    if (alive == timelines_[k].alive) {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const Bank& bank = banks_[nodes_[k].motor.bank];
+    const bool alive = bank.drives.alive(nodes_[k].motor.lane);
+    if (alive == nodes_[k].timeline.alive) {
       continue;
     }
-    timelines_[k].alive = alive;
+    nodes_[k].timeline.alive = alive;
     if (alive) {
-      servos_[k].power_cycle(lane(k));
+      nodes_[k].servo.power_cycle(lane(k));
       book_firmware(k);
     } else {
       // A frame that starts as the tick ends does not start.
-      lose_power(k, time_of_tick(bank.drives.ticks(places_[k].lane), bank.f_pwm_Hz) - SimTime{1});
+      lose_power(k,
+                 time_of_tick(bank.drives.ticks(nodes_[k].motor.lane), bank.f_pwm_Hz) - SimTime{1});
     }
   }
 }
 
 /// What it was about to say is lost, and so is what its memory had not taken yet.
 void Bus::lose_power(std::size_t seat, SimTime at) {
-  Timeline& timeline = timelines_[seat];
+  Timeline& timeline = nodes_[seat].timeline;
   forget_words(seat, at);
-  links_[seat].errors = 0;
-  if (std::exchange(links_[seat].bus_off, false)) {
+  nodes_[seat].link.errors = 0;
+  if (std::exchange(nodes_[seat].link.bus_off, false)) {
     agenda_.forget<BusOffEnd>(seat);
   }
   if (!timeline.writing.empty()) {
-    servos_[seat].restore_rom(timeline.writing.front().rom_before,
-                              timeline.writing.front().wear_before);
+    nodes_[seat].servo.restore_rom(timeline.writing.front().rom_before,
+                                   timeline.writing.front().wear_before);
     timeline.writing.clear();
     agenda_.forget<RomWritten>(seat);
   }
 }
 
-Lane Bus::lane(std::size_t seat) { return {banks_[places_[seat].bank].drives, places_[seat].lane}; }
+Lane Bus::lane(std::size_t seat) {
+  return {banks_[nodes_[seat].motor.bank].drives, nodes_[seat].motor.lane};
+}
 
 model::Telemetry Bus::telemetry(int id) const {
   assert(settled());
-  const Place& place = places_[seat(id)];
+  const MotorPlace& place = nodes_[seat(id)].motor;
   return banks_[place.bank].drives.telemetry(place.lane);
 }
 
 model::Truth Bus::truth(int id) const {
   assert(settled());
-  const Place& place = places_[seat(id)];
+  const MotorPlace& place = nodes_[seat(id)].motor;
   return banks_[place.bank].drives.truth(place.lane);
 }
 
 Surroundings Bus::surroundings(int id) const {
   assert(settled());
-  const Place& place = places_[seat(id)];
+  const MotorPlace& place = nodes_[seat(id)].motor;
   const model::DriveBank& drives = banks_[place.bank].drives;
   const model::DriveParams& params = drives.params(place.lane);
   return {drives.connected(place.lane), params.supply.v_source, params.thermal.temp_ambient,
@@ -172,7 +177,7 @@ Surroundings Bus::surroundings(int id) const {
 
 model::Setpoint Bus::setpoint(int id) const {
   assert(settled());
-  const Place& place = places_[seat(id)];
+  const MotorPlace& place = nodes_[seat(id)].motor;
   return banks_[place.bank].drives.setpoint(place.lane);
 }
 
