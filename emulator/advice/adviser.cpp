@@ -46,9 +46,9 @@ bool slot_is_empty(const protocol::Frame& frame, int id) {
 class Adviser::Desk {
  public:
   explicit Desk(const BusConfig& config) {
-    seat_of_id_.fill(-1);
+    index_of_id_.fill(-1);
     for (const ServoConfig& servo : config.servos) {
-      seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
+      index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
       drives_.emplace_back(KnownDrive(servo, config.bitrate));
     }
   }
@@ -63,11 +63,11 @@ class Adviser::Desk {
     }
     const auto id =
         static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
-    if (id == 0 || id >= seat_of_id_.size() || seat_of_id_[id] < 0) {
+    if (id == 0 || id >= index_of_id_.size() || index_of_id_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
     }
-    hear_single(drives_[static_cast<std::size_t>(seat_of_id_[id])], in);
+    hear_single(drives_[static_cast<std::size_t>(index_of_id_[id])], in);
   }
 
   void hear_reply(const protocol::Frame& reply) { recent_.keep(reply); }
@@ -223,8 +223,8 @@ class Adviser::Desk {
     }
     if (most != nullptr) most_ = most->drive.id;
     if (const auto busy = busy_.look(stats); busy && most_ != 0) {
-      const auto seat = static_cast<std::size_t>(seat_of_id_[static_cast<std::size_t>(most_)]);
-      given_.note(most_, busy->finding, drives_[seat].last, busy->times);
+      const auto index = static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(most_)]);
+      given_.note(most_, busy->finding, drives_[index].last, busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
   }
@@ -249,7 +249,7 @@ class Adviser::Desk {
   }
 
   std::vector<Watched> drives_;
-  std::array<int, protocol::kMaxId + 1> seat_of_id_{};  // -1: no such drive
+  std::array<int, protocol::kMaxId + 1> index_of_id_{};  // -1: no such drive
   std::uint64_t heard_ = 0;
   SimTime next_look_{0};
   std::size_t turn_ = 0;  // whose it is to be looked at anyway

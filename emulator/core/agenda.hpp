@@ -14,19 +14,19 @@ namespace lk::emulator {
 
 /// The next step of a supply's way to its new voltage.
 struct SupplyStep {
-  std::size_t seat;
+  std::size_t index;
 };
 /// The end of a sag.
 struct SagEnd {
-  std::size_t seat;
+  std::size_t index;
 };
 /// A drive's memory has taken the write it began first.
 struct RomWritten {
-  std::size_t seat;
+  std::size_t index;
 };
 /// The end of a power cycle.
 struct Reconnect {
-  std::size_t seat;
+  std::size_t index;
 };
 /// A fault begins; its present time is over. By its place among the bus's faults.
 struct FaultBegin {
@@ -40,11 +40,11 @@ struct Look {};
 /// A drive sends the next frame that nobody asked for, because of a fault.
 struct Babble {
   std::size_t fault;
-  std::size_t seat;
+  std::size_t index;
 };
 /// A drive's controller has counted out its time off the bus.
 struct BusOffEnd {
-  std::size_t seat;
+  std::size_t index;
 };
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin,
                           FaultEnd, Look, Babble, BusOffEnd>;
@@ -69,10 +69,10 @@ class Agenda {
   }
   /// Forgets what of this kind is to happen to a drive.
   template <class Kind>
-  void forget(std::size_t seat) {
-    std::erase_if(entries_, [seat](const Entry& entry) {
+  void forget(std::size_t index) {
+    std::erase_if(entries_, [index](const Entry& entry) {
       const auto* task = std::get_if<Kind>(&entry.task);
-      return task != nullptr && task->seat == seat;
+      return task != nullptr && task->index == index;
     });
   }
   /// Forgets the coming beginnings and the end of a fault.

@@ -33,7 +33,7 @@ Drop drop_cause(protocol::Reject reject) {
 
 Bus::Bus(const BusConfig& config)
     : bitrate_(config.bitrate), wire_(config.bitrate), seed_(config.seed) {
-  seat_of_id_.fill(-1);
+  index_of_id_.fill(-1);
   const std::vector<MotorPlace> motors = build_motors(config);
   nodes_.reserve(config.servos.size());
   rom_writes_.reserve(config.servos.size());
@@ -41,7 +41,7 @@ Bus::Bus(const BusConfig& config)
     const ServoConfig& servo = config.servos[k];
     assert(servo.id >= protocol::kMinId && servo.id <= protocol::kMaxId && !has(servo.id));
     assert(k == 0 || servo.id > config.servos[k - 1].id);
-    seat_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
+    index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
     const model::DriveBank& drives = banks_[motors[k].bank].drives;
     nodes_.push_back({Servo(servo, drives.telemetry(motors[k].lane)), motors[k]});
     nodes_.back().timeline.supply_V = servo.profile.drive.supply.v_source;
@@ -126,9 +126,9 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
     return;  // whoever takes that one will hear whether it is durable
   }
-  std::vector<Timeline::Writing>& writing = nodes_[seat(id)].timeline.writing;
+  std::vector<Timeline::Writing>& writing = nodes_[index_of(id)].timeline.writing;
   if (writing.empty()) {
-    nodes_[seat(id)].servo.restore_rom(rom, wear);
+    nodes_[index_of(id)].servo.restore_rom(rom, wear);
   } else {
     // It brings what the failed one brought; only if the power cuts it short is that gone.
     writing.front().rom_before = rom;
@@ -153,7 +153,7 @@ void Bus::deliver_next() {
   }
   if (delivery->from_host) {
     process_query(delivery->at, delivery->frame);
-    doubles_hear(delivery->at, delivery->frame);
+    duplicates_hear(delivery->at, delivery->frame);
   } else {
     const std::uint32_t id = delivery->owner & 0x3FU;
     const bool tells = (delivery->frame.id & 0x3FU) == id;
@@ -179,30 +179,30 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     return;
   }
   count_command(id, frame);
-  if (!nodes_[seat(id)].timeline.alive) {
+  if (!nodes_[index_of(id)].timeline.alive) {
     drop(Drop::kNoPower);
     return;
   }
-  Servo& servo = nodes_[seat(id)].servo;
+  Servo& servo = nodes_[index_of(id)].servo;
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
     drop(Drop::kWrongMode);
     return;
   }
   protocol::Frame heard = frame;
-  if (!hears(seat(id), heard)) {
+  if (!hears(index_of(id), heard)) {
     drop(Drop::kFault);
     return;
   }
   const auto understood = servo.understand(heard);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
-    if (busy(seat(id))) {
-      ignored_for_full_queue(seat(id), heard);
+    if (busy(index_of(id))) {
+      ignored_for_full_queue(index_of(id), heard);
       drop(Drop::kDriveBusy);
       return;
     }
     ++stats_.queries;
-    answer(at, seat(id), *query);
+    answer(at, index_of(id), *query);
   } else {
     servo.count_unknown_command();
     drop(Drop::kUnknownCommand);
@@ -257,19 +257,19 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   }
 }
 
-void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
-  Servo& servo = nodes_[seat].servo;
+void Bus::answer(SimTime at, std::size_t index, const protocol::Query& query) {
+  Servo& servo = nodes_[index].servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
-  const protocol::Reply reply = servo.handle(query, lane(seat));
+  const protocol::Reply reply = servo.handle(query, lane(index));
   // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
   SimTime ready = bitrate_ > 0 ? at + servo.reply_time() : at;
   std::uint64_t rom_write = 0;
   if (servo.stats().rom_writes != writes_before) {
     rom_write = servo.stats().rom_writes;
-    ready = std::max(ready, begin_rom_write(seat, at));
+    ready = std::max(ready, begin_rom_write(index, at));
   }
-  book_firmware(seat);
-  if (active_fault(seat, FaultKind::kSlowReplies) != nullptr) {
+  book_firmware(index);
+  if (active_fault(index, FaultKind::kSlowReplies) != nullptr) {
     for (LiveFault& live : faults_) {
       if (live.fault.kind == FaultKind::kSlowReplies && live.active() && live.is_of(servo.id())) {
         ready += from_ms(live.value(0));
@@ -277,7 +277,7 @@ void Bus::answer(SimTime at, std::size_t seat, const protocol::Query& query) {
       }
     }
   }
-  say(seat, ready, servo.encode(reply), rom_write);
+  say(index, ready, servo.encode(reply), rom_write);
 }
 
 BusStats Bus::stats() const {
@@ -297,12 +297,12 @@ BusStats Bus::stats() const {
 
 bool Bus::has(int id) const {
   return id >= protocol::kMinId && id <= protocol::kMaxId &&
-         seat_of_id_[static_cast<std::size_t>(id)] >= 0;
+         index_of_id_[static_cast<std::size_t>(id)] >= 0;
 }
 
-std::size_t Bus::seat(int id) const {
+std::size_t Bus::index_of(int id) const {
   assert(has(id));
-  return static_cast<std::size_t>(seat_of_id_[static_cast<std::size_t>(id)]);
+  return static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(id)]);
 }
 
 }  // namespace lk::emulator

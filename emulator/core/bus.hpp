@@ -90,11 +90,11 @@ class Bus {
 
   bool has(int id) const;
   /// Whether the drive `id` answers commands for several drives, and those only. At any time.
-  bool multi_drive_mode(int id) const { return nodes_[seat(id)].servo.multi_drive_mode(); }
+  bool multi_drive_mode(int id) const { return nodes_[index_of(id)].servo.multi_drive_mode(); }
   // Of the drive `id`, which must be on the bus.
   const Servo& servo(int id) const {
     assert(settled());
-    return nodes_[seat(id)].servo;
+    return nodes_[index_of(id)].servo;
   }
   model::Telemetry telemetry(int id) const;
   model::Truth truth(int id) const;
@@ -117,31 +117,31 @@ class Bus {
     model::DriveBank drives;
   };
   std::vector<MotorPlace> build_motors(const BusConfig& config);
-  std::size_t seat(int id) const;
-  Lane lane(std::size_t seat);
+  std::size_t index_of(int id) const;
+  Lane lane(std::size_t index);
 
   bool settled() const { return motors_at_ == time_; }
   /// All motors to `t`, or to the first instant before at which a drive dies or wakes; true then.
   bool bring_motors_to(SimTime t);
   /// The same of one motor, and those that are computed with it.
-  bool bring_motor_to(SimTime t, std::size_t seat);
+  bool bring_motor_to(SimTime t, std::size_t index);
   /// The same of those that what is due by `t` is about.
   bool bring_concerned_to(SimTime t);
   /// They look at drives when they like.
   bool faults_or_conditions() const { return active_faults_ > 0 || !waiting_.empty(); }
   void follow_lives();
   /// `at`: the last instant at which it had power.
-  void lose_power(std::size_t seat, SimTime at);
+  void lose_power(std::size_t index, SimTime at);
 
-  void act(std::size_t seat, const PowerOn& power);
-  void act(std::size_t seat, const PowerOff& power);
-  void act(std::size_t seat, const PowerCycle& cycle);
-  void act(std::size_t seat, const SupplyVoltage& supply);
-  void act(std::size_t seat, const Sag& sag);
-  void act(std::size_t seat, const AmbientTemperature& ambient);
-  void act(std::size_t seat, const Load& load);
-  void act(std::size_t seat, const TurnShaft& turn);
-  void act(std::size_t seat, const Setting& setting);
+  void act(std::size_t index, const PowerOn& power);
+  void act(std::size_t index, const PowerOff& power);
+  void act(std::size_t index, const PowerCycle& cycle);
+  void act(std::size_t index, const SupplyVoltage& supply);
+  void act(std::size_t index, const Sag& sag);
+  void act(std::size_t index, const AmbientTemperature& ambient);
+  void act(std::size_t index, const Load& load);
+  void act(std::size_t index, const TurnShaft& turn);
+  void act(std::size_t index, const Setting& setting);
 
   /// A directive that waits for its condition, or the beginning of a fault that does.
   struct Waiting {
@@ -154,15 +154,15 @@ class Bus {
   };
   std::size_t arm(Fault fault);
   std::string free_name(const Fault& fault) const;
-  void begin_fault(std::size_t index);
-  void end_fault(std::size_t index);
+  void begin_fault(std::size_t fault_index);
+  void end_fault(std::size_t fault_index);
   void clear_faults(const std::string& which);
   /// Does at once what a fault of the moment does, to one of its drives.
-  void strike(LiveFault& live, std::size_t seat);
+  void strike(LiveFault& live, std::size_t index);
   /// Returns false when ROM held that already.
-  bool damage_rom(std::size_t seat, RomParameter parameter);
+  bool damage_rom(std::size_t index, RomParameter parameter);
   /// What the motor, the supply and the firmware of a drive have to know of its faults.
-  void pass_on_faults(std::size_t seat);
+  void pass_on_faults(std::size_t index);
   void look();
   void look_at_faults();
   void look_again_by(SimTime at);
@@ -170,50 +170,50 @@ class Bus {
   bool holds(Waiting& waiting) const;
   void count_command(int id, const protocol::Frame& frame);
   /// The first active fault of this kind that the drive has; null when there is none.
-  LiveFault* active_fault(std::size_t seat, FaultKind kind);
+  LiveFault* active_fault(std::size_t index, FaultKind kind);
   void took_effect(LiveFault& live, int id, const protocol::Frame* frame = nullptr);
   /// Books what the drive's firmware did because of a fault.
-  void book_firmware(std::size_t seat);
+  void book_firmware(std::size_t index);
 
   void happen();
   void perform(const Task& task);
-  void move_supply(std::size_t seat, double to_V, SimTime within);
-  void step_supply(std::size_t seat);
-  void reconnect(std::size_t seat);
+  void move_supply(std::size_t index, double to_V, SimTime within);
+  void step_supply(std::size_t index);
+  void reconnect(std::size_t index);
   /// The servo has written its ROM; gives when the flash will have it.
-  SimTime begin_rom_write(std::size_t seat, SimTime at);
-  void finish_rom_write(std::size_t seat);
+  SimTime begin_rom_write(std::size_t index, SimTime at);
+  void finish_rom_write(std::size_t index);
 
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// It does not take in another query: what waits for its flash or the wire has to go first.
-  bool busy(std::size_t seat) const {
-    return wire_.drive_queue_full(nodes_[seat].servo.reply_id(),
-                                  nodes_[seat].link.held_back ? 1 : 0);
+  bool busy(std::size_t index) const {
+    return wire_.drive_queue_full(nodes_[index].servo.reply_id(),
+                                  nodes_[index].link.held_back ? 1 : 0);
   }
-  void answer(SimTime at, std::size_t seat, const protocol::Query& query);
+  void answer(SimTime at, std::size_t index, const protocol::Query& query);
   /// Every frame that a query brings forth leaves the drive here.
-  void say(std::size_t seat, SimTime ready, const protocol::Frame& frame, std::uint64_t rom_write);
+  void say(std::size_t index, SimTime ready, const protocol::Frame& frame, std::uint64_t rom_write);
 
   // Faults of the link (bus_link.cpp, bus_link_errors.cpp).
   /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
   /// it as another.
-  bool hears(std::size_t seat, protocol::Frame& frame);
-  bool corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
-  void delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
-  void hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
-  void copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out);
-  void put_on_wire(std::size_t seat, const Outgoing& out);
-  void forget_words(std::size_t seat, SimTime at);
-  void ignored_for_full_queue(std::size_t seat, const protocol::Frame& query);
+  bool hears(std::size_t index, protocol::Frame& frame);
+  bool corrupt_replies(LiveFault& live, std::size_t index, std::vector<Outgoing>& out);
+  void delay_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out);
+  void hold_back_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out);
+  void copy_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out);
+  void put_on_wire(std::size_t index, const Outgoing& out);
+  void forget_words(std::size_t index, SimTime at);
+  void ignored_for_full_queue(std::size_t index, const protocol::Frame& query);
   void babble(const Babble& babble);
-  void begin_link_fault(std::size_t index);
-  void end_link_fault(std::size_t index);
-  void pass_on_link_faults(std::size_t seat);
-  void add_double(std::size_t fault, std::size_t seat);
-  void bring_doubles_to(SimTime t);
-  void doubles_hear(SimTime at, const protocol::Frame& frame);
+  void begin_link_fault(std::size_t fault_index);
+  void end_link_fault(std::size_t fault_index);
+  void pass_on_link_faults(std::size_t index);
+  void add_duplicate(std::size_t fault, std::size_t index);
+  void bring_duplicates_to(SimTime t);
+  void duplicates_hear(SimTime at, const protocol::Frame& frame);
   void answer_as_duplicate(SimTime at, DuplicateDrive& second, const protocol::Query& query);
   LiveFault* destroyer(const CanWire::Candidate& next);
   int& transmit_errors(const CanWire::Candidate& next);
@@ -238,9 +238,9 @@ class Bus {
   std::size_t active_faults_ = 0;
   std::vector<Waiting> waiting_;
   std::optional<SimTime> next_look_;
-  std::array<std::int8_t, protocol::kMaxId + 1> seat_of_id_{};  // −1 = not on the bus
-  std::vector<TimedFrame> replies_;                             // left the wire, not yet taken
-  std::vector<RomWrite> rom_writes_;                            // not yet taken
+  std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};  // −1 = not on the bus
+  std::vector<TimedFrame> replies_;                              // left the wire, not yet taken
+  std::vector<RomWrite> rom_writes_;                             // not yet taken
   BusStats stats_;  // sums over the drives are made on reading
 };
 

@@ -133,8 +133,8 @@ std::size_t Bus::arm(Fault fault) {
   return faults_.size() - 1;
 }
 
-void Bus::begin_fault(std::size_t index) {
-  LiveFault& live = faults_[index];
+void Bus::begin_fault(std::size_t fault_index) {
+  LiveFault& live = faults_[fault_index];
   const Fault& fault = live.fault;
   if (live.evidence.state == State::kCleared) {
     return;  // by what its condition set off before it
@@ -143,53 +143,53 @@ void Bus::begin_fault(std::size_t index) {
   live.since = time_;
   live.evidence.began_at = live.evidence.began_at.value_or(time_);
   if (live.comes_again()) {
-    agenda_.enter(time_ + *fault.every, FaultBegin{index});
+    agenda_.enter(time_ + *fault.every, FaultBegin{fault_index});
   }
   if (fault_row(fault.kind).momentary) {
-    for (const int id : fault.ids) strike(live, seat(id));
+    for (const int id : fault.ids) strike(live, index_of(id));
     live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
     return;
   }
   live.evidence.state = State::kActive;
   ++active_faults_;
   if (fault.duration) {
-    agenda_.enter(time_ + *fault.duration, FaultEnd{index});
+    agenda_.enter(time_ + *fault.duration, FaultEnd{fault_index});
   }
   for (std::size_t n = 0; n < fault.ids.size(); ++n) {
     live.anchors[n] = truth(fault.ids[n]).theta_out;
-    pass_on_faults(seat(fault.ids[n]));
+    pass_on_faults(index_of(fault.ids[n]));
   }
-  begin_link_fault(index);
+  begin_link_fault(fault_index);
   look_again_by(time_ + kLookStep);
 }
 
-void Bus::end_fault(std::size_t index) {
+void Bus::end_fault(std::size_t fault_index) {
   look_at_faults();  // what has not been looked at yet
-  LiveFault& live = faults_[index];
+  LiveFault& live = faults_[fault_index];
   live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
   --active_faults_;
-  end_link_fault(index);
+  end_link_fault(fault_index);
   for (const int id : live.fault.ids) {
-    pass_on_faults(seat(id));
+    pass_on_faults(index_of(id));
   }
 }
 
 void Bus::clear_faults(const std::string& which) {
-  for (std::size_t index = 0; index < faults_.size(); ++index) {
-    LiveFault& live = faults_[index];
+  for (std::size_t fault_index = 0; fault_index < faults_.size(); ++fault_index) {
+    LiveFault& live = faults_[fault_index];
     const bool meant =
         which == "all" || which == live.fault.name || which == fault_row(live.fault.kind).word;
     const bool done = live.evidence.state == State::kOver || live.evidence.state == State::kCleared;
     if (!meant || done) {
       continue;
     }
-    agenda_.forget_fault(index);
-    std::erase_if(waiting_, [index](const Waiting& waiting) {
+    agenda_.forget_fault(fault_index);
+    std::erase_if(waiting_, [fault_index](const Waiting& waiting) {
       const auto* begin = std::get_if<FaultBegin>(&waiting.task);
-      return begin != nullptr && begin->fault == index;
+      return begin != nullptr && begin->fault == fault_index;
     });
     if (live.active()) {
-      end_fault(index);
+      end_fault(fault_index);
     }
     live.evidence.state = State::kCleared;
   }
@@ -213,18 +213,18 @@ std::size_t Bus::unmet_directives() const {
 // --- what they do
 // -----------------------------------------------------------------------------------
 
-LiveFault* Bus::active_fault(std::size_t seat, FaultKind kind) {
+LiveFault* Bus::active_fault(std::size_t index, FaultKind kind) {
   if (active_faults_ == 0) {
     return nullptr;
   }
   const auto found = std::ranges::find_if(faults_, [&](const LiveFault& live) {
-    return live.fault.kind == kind && live.active() && live.is_of(nodes_[seat].servo.id());
+    return live.fault.kind == kind && live.active() && live.is_of(nodes_[index].servo.id());
   });
   return found != faults_.end() ? &*found : nullptr;
 }
 
-void Bus::pass_on_faults(std::size_t seat) {
-  const Servo& servo = nodes_[seat].servo;
+void Bus::pass_on_faults(std::size_t index) {
+  const Servo& servo = nodes_[index].servo;
   model::Faults physical;
   FirmwareFaults firmware;
   for (const LiveFault& live : faults_) {
@@ -237,17 +237,17 @@ void Bus::pass_on_faults(std::size_t seat) {
     firmware.forgets_broadcast |= live.fault.kind == FaultKind::kForgetsBroadcast;
     firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
   }
-  nodes_[seat].servo.set_faults(firmware);
-  pass_on_link_faults(seat);
-  const Lane motor = lane(seat);
+  nodes_[index].servo.set_faults(firmware);
+  pass_on_link_faults(index);
+  const Lane motor = lane(index);
   if (!(motor.bank.faults(motor.index) == physical)) {
     motor.bank.set_faults(motor.index, physical);
   }
 }
 
-void Bus::strike(LiveFault& live, std::size_t seat) {
-  const Lane motor = lane(seat);
-  Servo& servo = nodes_[seat].servo;
+void Bus::strike(LiveFault& live, std::size_t index) {
+  const Lane motor = lane(index);
+  Servo& servo = nodes_[index].servo;
   bool struck = false;
   if (live.fault.kind == FaultKind::kKick) {
     const model::Truth before = truth(servo.id());
@@ -255,18 +255,18 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
     const model::Truth after = truth(servo.id());
     struck = before.omega_m != after.omega_m || before.omega_out != after.omega_out;
   } else if (live.fault.kind == FaultKind::kReset) {
-    struck = nodes_[seat].timeline.alive;
+    struck = nodes_[index].timeline.alive;
     power_cycle(servo.id());
   } else if (live.fault.kind == FaultKind::kRamFlipped) {
     live.draw();
     const auto parameter = static_cast<RomParameter>(live.value(0));
-    struck = nodes_[seat].timeline.alive && servo.flip_ram(parameter, live.random, motor);
+    struck = nodes_[index].timeline.alive && servo.flip_ram(parameter, live.random, motor);
   } else {
     assert(live.fault.kind == FaultKind::kRomDamaged);
     const auto parameter = static_cast<std::size_t>(live.value(0));
     for (std::size_t n = 0; n < kRomParameters; ++n) {
       if (parameter == n || parameter == kRomParameters) {
-        struck = damage_rom(seat, static_cast<RomParameter>(n)) || struck;
+        struck = damage_rom(index, static_cast<RomParameter>(n)) || struck;
       }
     }
   }
@@ -276,12 +276,12 @@ void Bus::strike(LiveFault& live, std::size_t seat) {
 }
 
 /// Whoever keeps the ROM is told like of a write, or by the writes that are under way.
-bool Bus::damage_rom(std::size_t seat, RomParameter parameter) {
-  Servo& servo = nodes_[seat].servo;
+bool Bus::damage_rom(std::size_t index, RomParameter parameter) {
+  Servo& servo = nodes_[index].servo;
   if (!servo.damage_rom(parameter)) {
     return false;
   }
-  std::vector<Timeline::Writing>& writing = nodes_[seat].timeline.writing;
+  std::vector<Timeline::Writing>& writing = nodes_[index].timeline.writing;
   for (Timeline::Writing& one : writing) {
     copy_parameter(parameter, servo.rom(), one.rom_before);
     copy_parameter(parameter, servo.rom(), one.after.rom);
@@ -302,7 +302,7 @@ void Bus::look_at_faults() {
     const bool moves =
         live.fault.kind == FaultKind::kEncoderDrift || live.fault.kind == FaultKind::kRebootLoop;
     for (const int id : live.fault.ids) {
-      const std::size_t k = seat(id);
+      const std::size_t k = index_of(id);
       const Lane motor = lane(k);
       model::Faults alone;
       add_physical_fault(live, nodes_[k].servo.config(), time_, alone);
@@ -316,12 +316,12 @@ void Bus::look_at_faults() {
   }
 }
 
-void Bus::book_firmware(std::size_t seat) {
+void Bus::book_firmware(std::size_t index) {
   if (active_faults_ == 0) {
     return;
   }
-  const FirmwareFaults shown = nodes_[seat].servo.take_shown_faults();
-  const int id = nodes_[seat].servo.id();
+  const FirmwareFaults shown = nodes_[index].servo.take_shown_faults();
+  const int id = nodes_[index].servo.id();
   const auto book = [&](bool happened, FaultKind kind) {
     if (!happened) return;
     for (LiveFault& live : faults_) {

@@ -12,14 +12,14 @@ namespace lk::emulator {
 // --- what a drive hears
 // ------------------------------------------------------------------------------------
 
-bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
-  if (nodes_[seat].link.bus_off) {
+bool Bus::hears(std::size_t index, protocol::Frame& frame) {
+  if (nodes_[index].link.bus_off) {
     return false;
   }
   if (active_faults_ == 0) {
     return true;
   }
-  const Servo& servo = nodes_[seat].servo;
+  const Servo& servo = nodes_[index].servo;
   const int id = servo.id();
   // What the drive would not have answered anyway cannot be lost.
   const bool for_several = protocol::find_multi_drive(frame.id) != nullptr;
@@ -53,20 +53,20 @@ bool Bus::hears(std::size_t seat, protocol::Frame& frame) {
 // --- what a drive says
 // -------------------------------------------------------------------------------------
 
-void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
+void Bus::say(std::size_t index, SimTime ready, const protocol::Frame& frame,
               std::uint64_t rom_write) {
-  DriveLink& link = nodes_[seat].link;
+  DriveLink& link = nodes_[index].link;
   const Outgoing said{ready, frame, rom_write};
   if (active_faults_ == 0) {
     link.last_said = said;
-    put_on_wire(seat, said);
+    put_on_wire(index, said);
     return;
   }
   std::vector<Outgoing> out{said};
   bool stale = false;
   for (LiveFault& live : faults_) {
-    if (live.active() && live.is_of(nodes_[seat].servo.id())) {
-      stale = corrupt_replies(live, seat, out) || stale;
+    if (live.active() && live.is_of(nodes_[index].servo.id())) {
+      stale = corrupt_replies(live, index, out) || stale;
     }
   }
   if (!stale) {
@@ -78,9 +78,9 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
       link.held_back = one;
       continue;
     }
-    put_on_wire(seat, one);
+    put_on_wire(index, one);
     if (behind) {
-      put_on_wire(seat, *std::exchange(behind, std::nullopt));
+      put_on_wire(index, *std::exchange(behind, std::nullopt));
     }
   }
   if (behind) {
@@ -90,9 +90,9 @@ void Bus::say(std::size_t seat, SimTime ready, const protocol::Frame& frame,
 
 /// What one fault makes of what a drive is about to say. Returns true when that is what it said
 /// before.
-bool Bus::corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
-  const int id = nodes_[seat].servo.id();
-  DriveLink& link = nodes_[seat].link;
+bool Bus::corrupt_replies(LiveFault& live, std::size_t index, std::vector<Outgoing>& out) {
+  const int id = nodes_[index].servo.id();
+  DriveLink& link = nodes_[index].link;
   const auto lose_if = [&](const auto& lost) {
     stats_.replies_lost += std::erase_if(out, [&](const Outgoing& one) {
       if (!lost()) return false;
@@ -117,11 +117,11 @@ bool Bus::corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoin
   } else if (kind == FaultKind::kSilent) {
     lose_if([] { return true; });
   } else if (kind == FaultKind::kDelay) {
-    delay_words(live, seat, out);
+    delay_words(live, index, out);
   } else if (kind == FaultKind::kDuplicate) {
-    copy_words(live, seat, out);
+    copy_words(live, index, out);
   } else if (kind == FaultKind::kReorder) {
-    hold_back_words(live, seat, out);
+    hold_back_words(live, index, out);
   } else if (kind == FaultKind::kCorrupt && acts_on(live, 1, FrameChoice::kReplies)) {
     change([&](Outgoing& one) { flip_bits(live, static_cast<int>(live.value(0)), one.frame); });
   } else if (kind == FaultKind::kStale && link.last_said) {
@@ -145,35 +145,35 @@ bool Bus::corrupt_replies(LiveFault& live, std::size_t seat, std::vector<Outgoin
   return false;
 }
 
-void Bus::delay_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
+void Bus::delay_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out) {
   for (Outgoing& one : out) {
     if (!live.hits()) continue;
     const double jitter_ms = live.value(1) > 0 ? live.value(1) * live.draw() : 0;
     const SimTime delay = from_ms(live.value(0) + jitter_ms);
     one.ready += delay;
-    if (delay > SimTime{0}) took_effect(live, nodes_[seat].servo.id(), &one.frame);
+    if (delay > SimTime{0}) took_effect(live, nodes_[index].servo.id(), &one.frame);
   }
 }
 
 /// One at a time. Acknowledgements of ROM writes keep their order: whoever lets them out counts on
 /// it.
-void Bus::hold_back_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
-  const bool taken = nodes_[seat].link.held_back || out.empty() || out.front().held_back;
+void Bus::hold_back_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out) {
+  const bool taken = nodes_[index].link.held_back || out.empty() || out.front().held_back;
   if (!taken && out.front().after_rom_write == 0 && live.hits()) {
     out.front().held_back = true;
-    took_effect(live, nodes_[seat].servo.id(), &out.front().frame);
+    took_effect(live, nodes_[index].servo.id(), &out.front().frame);
   }
 }
 
 /// Copies follow their originals. More than a queue holds is not kept in the first place.
-void Bus::copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& out) {
+void Bus::copy_words(LiveFault& live, std::size_t index, std::vector<Outgoing>& out) {
   const auto copies = static_cast<std::size_t>(live.value(0));
   std::vector<Outgoing> all;
   for (Outgoing& one : out) {
     all.push_back(one);
     one.held_back = false;
     if (!live.hits()) continue;
-    took_effect(live, nodes_[seat].servo.id(), &one.frame);
+    took_effect(live, nodes_[index].servo.id(), &one.frame);
     stats_.extra_frames += copies;
     all.insert(all.end(), copies, one);
   }
@@ -185,31 +185,31 @@ void Bus::copy_words(LiveFault& live, std::size_t seat, std::vector<Outgoing>& o
 }
 
 /// In the order of calls, whatever waits how long. What does not fit is lost.
-void Bus::put_on_wire(std::size_t seat, const Outgoing& out) {
-  if (busy(seat)) {
+void Bus::put_on_wire(std::size_t index, const Outgoing& out) {
+  if (busy(index)) {
     ++stats_.replies_lost;
     return;
   }
-  Timeline& timeline = nodes_[seat].timeline;
+  Timeline& timeline = nodes_[index].timeline;
   timeline.last_reply = std::max(out.ready, timeline.last_reply);
   wire_.send_from_drive(timeline.last_reply, out.frame, out.after_rom_write,
-                        nodes_[seat].servo.reply_id(), nodes_[seat].link.blocked);
+                        nodes_[index].servo.reply_id(), nodes_[index].link.blocked);
 }
 
 /// Everything that has not left is gone.
-void Bus::forget_words(std::size_t seat, SimTime at) {
-  DriveLink& link = nodes_[seat].link;
-  stats_.replies_lost += wire_.forget_replies(nodes_[seat].servo.reply_id(), at);
+void Bus::forget_words(std::size_t index, SimTime at) {
+  DriveLink& link = nodes_[index].link;
+  stats_.replies_lost += wire_.forget_replies(nodes_[index].servo.reply_id(), at);
   stats_.replies_lost += link.held_back ? 1U : 0U;
   link.held_back.reset();
   link.last_said.reset();
-  nodes_[seat].timeline.last_reply = SimTime{0};
+  nodes_[index].timeline.last_reply = SimTime{0};
 }
 
 /// A query came while the queue was full.
-void Bus::ignored_for_full_queue(std::size_t seat, const protocol::Frame& query) {
-  if (LiveFault* const full = active_fault(seat, FaultKind::kQueueFull)) {
-    took_effect(*full, nodes_[seat].servo.id(), &query);
+void Bus::ignored_for_full_queue(std::size_t index, const protocol::Frame& query) {
+  if (LiveFault* const full = active_fault(index, FaultKind::kQueueFull)) {
+    took_effect(*full, nodes_[index].servo.id(), &query);
   }
 }
 
@@ -217,89 +217,89 @@ void Bus::babble(const Babble& babble) {
   LiveFault& live = faults_[babble.fault];
   const SimTime period = from_ms(live.value(0) * 1e-3);
   agenda_.enter(time_ + period, babble);
-  const std::size_t seat = babble.seat;
-  const std::uint32_t owner = nodes_[seat].servo.reply_id();
+  const std::size_t index = babble.index;
+  const std::uint32_t owner = nodes_[index].servo.reply_id();
   protocol::Frame frame;
   frame.id = static_cast<std::uint32_t>(live.value(1));
   // One may wait behind the one on the wire: so it has the wire to itself when it is fast enough.
-  if (!nodes_[seat].timeline.alive || nodes_[seat].link.bus_off || busy(seat) ||
-      wire_.copies(owner, frame) >= 2 || active_fault(seat, FaultKind::kSilent) != nullptr) {
+  if (!nodes_[index].timeline.alive || nodes_[index].link.bus_off || busy(index) ||
+      wire_.copies(owner, frame) >= 2 || active_fault(index, FaultKind::kSilent) != nullptr) {
     return;
   }
   ++stats_.extra_frames;
-  took_effect(live, nodes_[seat].servo.id(), &frame);
-  wire_.send_from_drive(time_, frame, 0, owner, nodes_[seat].link.blocked);
+  took_effect(live, nodes_[index].servo.id(), &frame);
+  wire_.send_from_drive(time_, frame, 0, owner, nodes_[index].link.blocked);
 }
 
 // --- a fault begins or ends
 // --------------------------------------------------------------------------------
 
-void Bus::begin_link_fault(std::size_t index) {
-  const Fault& fault = faults_[index].fault;
+void Bus::begin_link_fault(std::size_t fault_index) {
+  const Fault& fault = faults_[fault_index].fault;
   for (const int id : fault.ids) {
     if (fault.kind == FaultKind::kBabbling) {
-      agenda_.enter(time_, Babble{index, seat(id)});
+      agenda_.enter(time_, Babble{fault_index, index_of(id)});
     } else if (fault.kind == FaultKind::kDuplicateId) {
-      add_double(index, seat(id));
+      add_duplicate(fault_index, index_of(id));
     }
   }
 }
 
-void Bus::end_link_fault(std::size_t index) {
-  agenda_.forget_babble(index);
+void Bus::end_link_fault(std::size_t fault_index) {
+  agenda_.forget_babble(fault_index);
   std::erase_if(duplicates_, [&](const DuplicateDrive& second) {
-    if (second.fault != index) return false;
+    if (second.fault != fault_index) return false;
     stats_.replies_lost += wire_.forget_replies(second.owner, time_);
     return true;
   });
 }
 
 /// What lasts as long as some fault of its kind does.
-void Bus::pass_on_link_faults(std::size_t seat) {
-  DriveLink& link = nodes_[seat].link;
-  LiveFault* const full = active_fault(seat, FaultKind::kQueueFull);
+void Bus::pass_on_link_faults(std::size_t index) {
+  DriveLink& link = nodes_[index].link;
+  LiveFault* const full = active_fault(index, FaultKind::kQueueFull);
   if ((full != nullptr) != link.blocked) {
     link.blocked = full != nullptr;
     if (full == nullptr) {
-      wire_.release(nodes_[seat].servo.reply_id(), time_);
+      wire_.release(nodes_[index].servo.reply_id(), time_);
     } else {
-      const std::size_t caught = wire_.block(nodes_[seat].servo.reply_id(), time_);
-      for (std::size_t n = 0; n < caught; ++n) took_effect(*full, nodes_[seat].servo.id());
+      const std::size_t caught = wire_.block(nodes_[index].servo.reply_id(), time_);
+      for (std::size_t n = 0; n < caught; ++n) took_effect(*full, nodes_[index].servo.id());
     }
   }
-  if (link.held_back && active_fault(seat, FaultKind::kReorder) == nullptr) {
+  if (link.held_back && active_fault(index, FaultKind::kReorder) == nullptr) {
     Outgoing late = *std::exchange(link.held_back, std::nullopt);
     late.ready = std::max(late.ready, time_);
-    put_on_wire(seat, late);
+    put_on_wire(index, late);
   }
 }
 
 // --- a second drive with the same ID
 // ------------------------------------------------------------------------
 
-void Bus::add_double(std::size_t fault, std::size_t seat) {
-  ServoConfig config = nodes_[seat].servo.config();
+void Bus::add_duplicate(std::size_t fault, std::size_t index) {
+  ServoConfig config = nodes_[index].servo.config();
   // A zero that was written since moves no shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
-  config.rom = nodes_[seat].servo.rom();
+  config.rom = nodes_[index].servo.rom();
   model::DriveInit init = make_drive(config, seed_);
   init.theta_m += faults_[fault].value(0) * kRadPerDeg;
   init.seed = mix(faults_[fault].random + static_cast<std::uint64_t>(config.id));
-  const std::int64_t f_pwm_Hz = banks_[nodes_[seat].motor.bank].f_pwm_Hz;
+  const std::int64_t f_pwm_Hz = banks_[nodes_[index].motor.bank].f_pwm_Hz;
   model::DriveBank motor({&init, 1});
   Servo servo(config, motor.telemetry(0));
-  duplicates_.push_back({fault, seat, double_owner(fault, config.id), f_pwm_Hz,
+  duplicates_.push_back({fault, index, duplicate_owner(fault, config.id), f_pwm_Hz,
                          ticks_until(time_, f_pwm_Hz), std::move(motor), std::move(servo)});
 }
 
-void Bus::bring_doubles_to(SimTime t) {
+void Bus::bring_duplicates_to(SimTime t) {
   for (DuplicateDrive& second : duplicates_) {
     const std::int64_t tick = ticks_until(t, second.f_pwm_Hz) - second.first_tick;
     second.motor.advance(std::max<std::int64_t>(tick - second.motor.ticks(), 0));
   }
 }
 
-void Bus::doubles_hear(SimTime at, const protocol::Frame& frame) {
+void Bus::duplicates_hear(SimTime at, const protocol::Frame& frame) {
   for (DuplicateDrive& second : duplicates_) {
     Servo& servo = second.servo;
     const auto addressed = protocol::address(frame);
@@ -320,7 +320,7 @@ void Bus::answer_as_duplicate(SimTime at, DuplicateDrive& second, const protocol
   Servo& servo = second.servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Frame frame = servo.encode(servo.handle(query, Lane{second.motor, 0}));
-  SimTime ready = bitrate_ > 0 ? at + servo.reply_time() + kDoubleLag : at;
+  SimTime ready = bitrate_ > 0 ? at + servo.reply_time() + kDuplicateLag : at;
   if (servo.stats().rom_writes != writes_before) {
     ready = std::max(ready, at + servo.config().flash.write_time);  // kept nowhere else
   }

@@ -10,7 +10,7 @@ namespace {
 
 int id_of(std::uint32_t owner) { return static_cast<int>(owner & 0x3FU); }
 
-bool is_double(std::uint32_t owner) { return owner >= double_owner(0, 0); }
+bool is_double(std::uint32_t owner) { return owner >= duplicate_owner(0, 0); }
 
 }  // namespace
 
@@ -38,7 +38,7 @@ int& Bus::transmit_errors(const CanWire::Candidate& next) {
   if (is_double(next.owner)) {
     return std::ranges::find(duplicates_, next.owner, &DuplicateDrive::owner)->errors;
   }
-  return nodes_[seat(id_of(next.owner))].link.errors;
+  return nodes_[index_of(id_of(next.owner))].link.errors;
 }
 
 /// A fault destroys the frame whose last bit is due. Returns false when none does.
@@ -81,7 +81,7 @@ void Bus::leave_bus(const CanWire::Candidate& given_up) {
   if (is_double(given_up.owner)) {
     return;
   }
-  const std::size_t k = seat(id_of(given_up.owner));
+  const std::size_t k = index_of(id_of(given_up.owner));
   forget_words(k, time_);
   SimTime recovery = bitrate_ > 0 ? bits_duration(CanWire::kRecoveryBits, bitrate_) : SimTime{0};
   if (const LiveFault* const fault = active_fault(k, FaultKind::kBusOff)) {

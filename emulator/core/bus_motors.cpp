@@ -26,7 +26,7 @@ bool starts_without_power(const BusConfig& config, int id) {
 
 }  // namespace
 
-/// One bank for each PWM rate, filled in the order of the seats.
+/// One bank for each PWM rate, filled in the order of the drives.
 std::vector<MotorPlace> Bus::build_motors(const BusConfig& config) {
   std::vector<MotorPlace> places;
   std::vector<std::int64_t> rates_Hz;
@@ -61,7 +61,7 @@ bool Bus::bring_motors_to(SimTime t) {
     edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz)) || edge;
   }
   if (!duplicates_.empty()) {
-    bring_doubles_to(t);
+    bring_duplicates_to(t);
   }
   if (edge) {
     follow_lives();
@@ -71,8 +71,8 @@ bool Bus::bring_motors_to(SimTime t) {
   return edge;
 }
 
-bool Bus::bring_motor_to(SimTime t, std::size_t seat) {
-  const MotorPlace& place = nodes_[seat].motor;
+bool Bus::bring_motor_to(SimTime t, std::size_t index) {
+  const MotorPlace& place = nodes_[index].motor;
   Bank& bank = banks_[place.bank];
   const bool edge = bank.drives.advance_to_edge(ticks_until(t, bank.f_pwm_Hz), place.lane);
   if (edge) {
@@ -99,7 +99,7 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (nodes_.size() == 1) {
     return bring_motors_to(t);
   }
-  if (replies && bring_motor_to(t, seat(static_cast<int>(wire_.next().owner & 0x3FU)))) {
+  if (replies && bring_motor_to(t, index_of(static_cast<int>(wire_.next().owner & 0x3FU)))) {
     return true;
   }
   if (agenda_due || replies) {
@@ -110,7 +110,7 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (id != nullptr && *id == protocol::kMultiDrive) {
     return bring_motors_to(t);
   }
-  return id != nullptr && has(*id) && bring_motor_to(t, seat(*id));
+  return id != nullptr && has(*id) && bring_motor_to(t, index_of(*id));
 }
 
 /// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
@@ -135,40 +135,40 @@ void Bus::follow_lives() {
 }
 
 /// What it was about to say is lost, and so is what its memory had not taken yet.
-void Bus::lose_power(std::size_t seat, SimTime at) {
-  Timeline& timeline = nodes_[seat].timeline;
-  forget_words(seat, at);
-  nodes_[seat].link.errors = 0;
-  if (std::exchange(nodes_[seat].link.bus_off, false)) {
-    agenda_.forget<BusOffEnd>(seat);
+void Bus::lose_power(std::size_t index, SimTime at) {
+  Timeline& timeline = nodes_[index].timeline;
+  forget_words(index, at);
+  nodes_[index].link.errors = 0;
+  if (std::exchange(nodes_[index].link.bus_off, false)) {
+    agenda_.forget<BusOffEnd>(index);
   }
   if (!timeline.writing.empty()) {
-    nodes_[seat].servo.restore_rom(timeline.writing.front().rom_before,
-                                   timeline.writing.front().wear_before);
+    nodes_[index].servo.restore_rom(timeline.writing.front().rom_before,
+                                    timeline.writing.front().wear_before);
     timeline.writing.clear();
-    agenda_.forget<RomWritten>(seat);
+    agenda_.forget<RomWritten>(index);
   }
 }
 
-Lane Bus::lane(std::size_t seat) {
-  return {banks_[nodes_[seat].motor.bank].drives, nodes_[seat].motor.lane};
+Lane Bus::lane(std::size_t index) {
+  return {banks_[nodes_[index].motor.bank].drives, nodes_[index].motor.lane};
 }
 
 model::Telemetry Bus::telemetry(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_[seat(id)].motor;
+  const MotorPlace& place = nodes_[index_of(id)].motor;
   return banks_[place.bank].drives.telemetry(place.lane);
 }
 
 model::Truth Bus::truth(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_[seat(id)].motor;
+  const MotorPlace& place = nodes_[index_of(id)].motor;
   return banks_[place.bank].drives.truth(place.lane);
 }
 
 Surroundings Bus::surroundings(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_[seat(id)].motor;
+  const MotorPlace& place = nodes_[index_of(id)].motor;
   const model::DriveBank& drives = banks_[place.bank].drives;
   const model::DriveParams& params = drives.params(place.lane);
   return {drives.connected(place.lane), params.supply.v_source, params.thermal.temp_ambient,
@@ -177,7 +177,7 @@ Surroundings Bus::surroundings(int id) const {
 
 model::Setpoint Bus::setpoint(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_[seat(id)].motor;
+  const MotorPlace& place = nodes_[index_of(id)].motor;
   return banks_[place.bank].drives.setpoint(place.lane);
 }
 

@@ -47,11 +47,12 @@ struct HostLink {
   int receive_errors = 0;
 };
 
-/// A second drive with the ID of a seat, there because of a fault. It has the supply that the drive
-/// was configured with; what happens to the drive's own does not reach it, nor do other faults.
+/// A second drive with the ID of another, there because of a fault. It has the supply that the
+/// drive was configured with; what happens to the drive's own does not reach it, nor do other
+/// faults.
 struct DuplicateDrive {
   std::size_t fault;
-  std::size_t seat;
+  std::size_t index;
   std::uint32_t owner;  // of its frames
   std::int64_t f_pwm_Hz;
   std::int64_t first_tick;  // of the bus, at which its own clock began
@@ -61,13 +62,13 @@ struct DuplicateDrive {
   SimTime last_reply{0};
 };
 
-/// A double's answer starts so much later than the drive's: two crystals and two interrupts never
-/// agree to a bit (assumed). On a real bus both may still start together, when the wire was taken
-/// as they got ready, and destroy each other until one gives up; here they follow each other.
-inline constexpr SimTime kDoubleLag = std::chrono::microseconds(5);
+/// A duplicate's answer starts so much later than the drive's: two crystals and two interrupts
+/// never agree to a bit (assumed). On a real bus both may still start together, when the wire was
+/// taken as they got ready, and destroy each other until one gives up; here they follow each other.
+inline constexpr SimTime kDuplicateLag = std::chrono::microseconds(5);
 
 /// Of the ID and the fault; its low six bits are the ID, as those of every identifier of a drive.
-constexpr std::uint32_t double_owner(std::size_t fault, int id) {
+constexpr std::uint32_t duplicate_owner(std::size_t fault, int id) {
   return 0x10000U + static_cast<std::uint32_t>(fault) * 64U + static_cast<std::uint32_t>(id);
 }
 
