@@ -7,6 +7,7 @@
 #include "emulator/core/registers.hpp"
 #include "emulator/core/units.hpp"
 #include "model/control/current_loop.hpp"
+#include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 
 namespace lk::emulator {
