@@ -183,7 +183,7 @@ std::size_t place_of(const CommandInfo& command) {
       &command - (command.identifier != 0 ? multi_drive_commands().data() : commands().data()));
 }
 
-/// Is a value given that nobody knows?
+/// Is a value given that is not in the list of those that are known?
 bool has_unknown(std::span<const Field> fields, const Payload& data) {
   return std::ranges::any_of(fields, [&data](const Field& field) {
     return field.beyond == Beyond::kUnknownCommand &&

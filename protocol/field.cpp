@@ -1,15 +1,22 @@
 #include "protocol/field.hpp"
 
 namespace lk::protocol {
+namespace {
+
+/// How many counts are one of the unit, for scales that divide; 0 for those that multiply by an
+/// LSB.
+double parts(Scale scale) {
+  return scale == Scale::kHundredth ? 100 : scale == Scale::kThousandth ? 1000 : 0;
+}
+
+}  // namespace
 
 std::int64_t raw(const Field& field, const Payload& data) {
-  const int bits = 8 * bytes_of(field.wire);
-  std::uint64_t number = 0;
-  for (int k = bytes_of(field.wire); k-- > 0;) {
-    number = number << 8U | data[static_cast<std::size_t>(field.byte + k)];
-  }
-  const bool negative = is_signed(field.wire) && (number >> (bits - 1) & 1U) != 0;
-  return static_cast<std::int64_t>(negative ? number | ~std::uint64_t{0} << bits : number);
+  // The field comes to the top, and down again with its sign or without.
+  const int unused = 64 - 8 * bytes_of(field.wire);
+  const std::uint64_t top = get_le<std::uint64_t>(data, 0) >> (8 * field.byte) << unused;
+  return is_signed(field.wire) ? static_cast<std::int64_t>(top) >> unused
+                               : static_cast<std::int64_t>(top >> unused);
 }
 
 void put(const Field& field, std::int64_t raw, Payload& data) {
@@ -20,47 +27,19 @@ void put(const Field& field, std::int64_t raw, Payload& data) {
 }
 
 double quantity(const Field& field, std::int64_t raw, const WireFormat& format) {
+  if (field.scale == Scale::kFlag) return raw != 0 ? 1 : 0;
+  if (field.scale == Scale::kBridge) return raw != kBridgeOff ? 1 : 0;
   const auto number = static_cast<double>(raw);
-  switch (field.scale) {
-    case Scale::kHundredth:
-      return number / 100;
-    case Scale::kThousandth:
-      return number / 1000;
-    case Scale::kFlag:
-      return raw != 0 ? 1 : 0;
-    case Scale::kBridge:
-      return raw != kBridgeOff ? 1 : 0;
-    case Scale::kOne:
-    case Scale::kCenti:
-    case Scale::kIqCommand:
-    case Scale::kIqReply:
-    case Scale::kPhaseCurrent:
-    case Scale::kVoltage:
-      return number * lsb(field.scale, format);
-  }
-  return number;
+  const double shares = parts(field.scale);
+  return shares > 0 ? number / shares : number * lsb(field.scale, format);
 }
 
 std::int64_t raw_of(const Field& field, double quantity, const WireFormat& format) {
   const RawRange range = width(field.wire);
-  switch (field.scale) {
-    case Scale::kHundredth:
-      return quantize<std::int64_t>(quantity * 100, 1, range.min, range.max);
-    case Scale::kThousandth:
-      return quantize<std::int64_t>(quantity * 1000, 1, range.min, range.max);
-    case Scale::kFlag:
-      return quantity != 0 ? 1 : 0;
-    case Scale::kBridge:
-      return quantity != 0 ? 0 : kBridgeOff;
-    case Scale::kOne:
-    case Scale::kCenti:
-    case Scale::kIqCommand:
-    case Scale::kIqReply:
-    case Scale::kPhaseCurrent:
-    case Scale::kVoltage:
-      return quantize<std::int64_t>(quantity, lsb(field.scale, format), range.min, range.max);
-  }
-  return 0;
+  const double shares = parts(field.scale);
+  return shares > 0
+             ? quantize<std::int64_t>(quantity * shares, 1, range.min, range.max)
+             : quantize<std::int64_t>(quantity, lsb(field.scale, format), range.min, range.max);
 }
 
 }  // namespace lk::protocol

@@ -214,7 +214,8 @@ void put(const Field& field, std::int64_t raw, Payload& data);
 
 /// A number of the wire in the unit of the field's key.
 double quantity(const Field& field, std::int64_t raw, const WireFormat& format);
-/// The number of the wire that is nearest to a quantity, within the field's width.
+/// The number of the wire that is nearest to a quantity, within the field's width. Not for kFlag
+/// and kBridge, which replies alone have.
 std::int64_t raw_of(const Field& field, double quantity, const WireFormat& format);
 
 }  // namespace lk::protocol
