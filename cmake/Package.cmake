@@ -3,17 +3,18 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lk-emu)
 
-# The targets lk_NAME become lk::NAME, from an install by way of the file lk-emu-EXPORT.cmake.
+# The targets lk_NAME become lk::NAME, and the core lk::emulator; from an install by way of the file lk-emu-EXPORT.cmake.
 function(lk_package export)
   foreach(name ${ARGN})
-    add_library(lk::${name} ALIAS lk_${name})
-    set_target_properties(lk_${name} PROPERTIES EXPORT_NAME ${name})
+    string(REGEX REPLACE "^core$" "emulator" public ${name})
+    add_library(lk::${public} ALIAS lk_${name})
+    set_target_properties(lk_${name} PROPERTIES EXPORT_NAME ${public})
     install(TARGETS lk_${name} EXPORT lk-emu-${export} COMPONENT development)
   endforeach()
   install(EXPORT lk-emu-${export} NAMESPACE lk:: DESTINATION ${package_dir} COMPONENT development)
 endfunction()
 
-lk_package(core-targets options protocol model emulator)
+lk_package(core-targets options ground protocol model core)
 if(TARGET lk_config)
   lk_package(config-targets config)
 endif()

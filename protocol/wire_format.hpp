@@ -10,6 +10,10 @@ namespace lk::protocol {
 
 /// MS: voltage mode, no current sensors. MG: geared.
 enum class Series : std::uint8_t { kMs, kMf, kMg, kMh };
+inline constexpr const char* kSeriesNames[] = {"MS", "MF", "MG", "MH"};
+inline constexpr const char* name_of(Series series) {
+  return kSeriesNames[static_cast<std::size_t>(series)];
+}
 
 /// Replies to 0x9A and 0x9B (docs/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };

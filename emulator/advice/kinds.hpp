@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "emulator/core/language.hpp"
+#include "emulator/ground/language.hpp"
 
 namespace lk::emulator {
 

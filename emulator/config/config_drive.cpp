@@ -7,6 +7,7 @@
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -3,16 +3,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace lk::emulator {
+#include "emulator/ground/text.hpp"
 
-/// What a person's terminal or a log can show on one line: the control characters in `text`, which
-/// may be anybody's, become question marks.
-inline std::string on_one_line(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-  }
-  return text;
-}
+namespace lk::emulator {
 
 /// What is wrong with a configuration file and where. `what()` is the line a person reads:
 /// `file:line: key: reason`, without the key when the file is not even TOML, without the line when

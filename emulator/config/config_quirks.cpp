@@ -8,8 +8,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "emulator/config/words.hpp"
 #include "emulator/core/generation.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -157,7 +157,8 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   } else {
     reader.note_missing("model");
   }
-  if (const auto series = reader.choice("series", {"MS", "MF", "MG", "MH"})) {
+  if (const auto series = reader.choice(
+          "series", {std::begin(protocol::kSeriesNames), std::end(protocol::kSeriesNames)})) {
     profile.series = static_cast<Series>(*series);
   } else {
     reader.note_missing("series");

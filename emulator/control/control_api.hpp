@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/control/json_table.hpp"
 #include "emulator/core/telemetry.hpp"
-#include "emulator/program/world.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/live/world.hpp"
 
 namespace lk::emulator {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/control/json_table.hpp"
-#include "emulator/program/line.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/live/line.hpp"
 
 namespace lk::emulator {
 

@@ -16,8 +16,7 @@
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/signals.hpp"
 #include "emulator/core/units.hpp"
-#include "emulator/program/motor_listing.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -202,7 +201,7 @@ Json drive_json(const Line& line, int id) {
           {"id", id},
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
-          {"series", series_name(servo.profile.series)},
+          {"series", protocol::name_of(servo.profile.series)},
           {"generation", generation_name(servo.generation)},
           {"state", state_word(drive.servo.run_state(drive.telemetry))},
           {"alive", drive.telemetry.alive},

@@ -2,8 +2,8 @@
 
 /// @file What the control interface tells, as JSON: docs/control.md.
 
-#include "emulator/control/json_table.hpp"
-#include "emulator/program/line.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/live/line.hpp"
 
 namespace lk::emulator {
 

@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "emulator/control/runtime_dir.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/files/runtime_dir.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "emulator/control/control_json.hpp"
 #include "emulator/core/frame_text.hpp"
-#include "emulator/decode/decode_words.hpp"
-#include "emulator/decode/frame_words.hpp"
+#include "emulator/frames/decode_words.hpp"
+#include "emulator/frames/frame_words.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -17,6 +17,7 @@
 #include "emulator/control/http_target.hpp"
 #include "emulator/control/telemetry_stream.hpp"
 #include "emulator/control/web_files.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

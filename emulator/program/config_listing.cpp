@@ -9,7 +9,6 @@
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/units.hpp"
-#include "emulator/program/motor_listing.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -93,7 +92,7 @@ Row row_of(const ServoConfig& servo, const BusConfig& bus) {
   const Registers& rom = servo.rom;
   return {std::to_string(servo.id),
           servo.profile.name,
-          series_name(servo.profile.series),
+          protocol::name_of(servo.profile.series),
           generation_text(servo),
           number(servo.profile.drive.mechanics.gear_ratio),
           number(servo.profile.drive.supply.v_source),

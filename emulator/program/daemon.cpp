@@ -16,7 +16,7 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"

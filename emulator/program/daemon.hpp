@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "emulator/control/control_server.hpp"
-#include "emulator/program/id_locks.hpp"
-#include "emulator/program/netlink.hpp"
-#include "emulator/program/output_file.hpp"
-#include "emulator/program/world.hpp"
-#include "emulator/record/run_recording.hpp"
+#include "emulator/files/output_file.hpp"
+#include "emulator/live/world.hpp"
+#include "emulator/program/run_recording.hpp"
+#include "emulator/program/scenario_activity.hpp"
 #include "emulator/rom/rom_options.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/rom/rom_writer.hpp"
-#include "emulator/scenario/scenario_activity.hpp"
+#include "emulator/transports/id_locks.hpp"
+#include "emulator/transports/netlink.hpp"
 
 namespace lk::emulator {
 

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "emulator/core/bus.hpp"
-#include "emulator/record/reply_values.hpp"
+#include "emulator/frames/reply_values.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "emulator/core/bus_config.hpp"
-#include "emulator/record/log_pairing.hpp"
+#include "emulator/frames/log_pairing.hpp"
 
 namespace lk::emulator {
 

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/rom/signals_blocked.hpp"
+#include "emulator/files/signals_blocked.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <thread>
 
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
 
 namespace lk::emulator {
 

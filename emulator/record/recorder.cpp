@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
-#include "emulator/control/json_table.hpp"
-#include "emulator/program/cli.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "emulator/config/config.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
 
 namespace lk::emulator {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/program/output_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/record/replay.hpp"
 #include "emulator/scenario/csv_writer.hpp"
 

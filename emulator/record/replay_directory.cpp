@@ -8,8 +8,8 @@
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/config_directives.hpp"
-#include "emulator/control/json_table.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/files/json_table.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

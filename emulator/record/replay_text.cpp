@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "emulator/core/frame_text.hpp"
-#include "emulator/record/reply_values.hpp"
+#include "emulator/frames/reply_values.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "emulator/program/cli.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {

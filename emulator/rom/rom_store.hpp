@@ -9,7 +9,7 @@
 
 #include "emulator/config/rom_file.hpp"
 #include "emulator/core/bus_config.hpp"
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
 #include "emulator/rom/rom_options.hpp"
 #include "emulator/rom/rom_writer.hpp"
 

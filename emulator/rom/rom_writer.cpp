@@ -4,8 +4,8 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/rom/durable_file.hpp"
-#include "emulator/rom/signals_blocked.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/files/signals_blocked.hpp"
 
 namespace lk::emulator {
 /// A file is as durable as its directory: with the first one that is made sure of as well.

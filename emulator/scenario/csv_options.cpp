@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "emulator/control/json_table.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/core/scenario_text.hpp"
+#include "emulator/files/json_table.hpp"
 
 namespace lk::emulator {
 namespace {

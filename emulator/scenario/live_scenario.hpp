@@ -9,7 +9,7 @@
 #include "emulator/core/host_script.hpp"
 #include "emulator/core/judge.hpp"
 #include "emulator/core/scenario.hpp"
-#include "emulator/program/line.hpp"
+#include "emulator/live/line.hpp"
 #include "emulator/scenario/junit_writer.hpp"
 
 namespace lk::emulator {

@@ -5,8 +5,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "emulator/program/cli.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "emulator/advice/adviser.hpp"
 #include "emulator/config/candump_log.hpp"
-#include "emulator/program/cli.hpp"
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/scenario/csv_writer.hpp"
 #include "emulator/scenario/progress.hpp"

@@ -8,7 +8,7 @@
 
 #include "emulator/core/sampler.hpp"
 #include "emulator/core/scenario.hpp"
-#include "emulator/program/output_file.hpp"
+#include "emulator/files/output_file.hpp"
 #include "emulator/scenario/junit_writer.hpp"
 
 namespace lk::emulator {

@@ -1,12 +1,12 @@
 // The lines that candump prints, as can-utils 2020.11 printed them on a real bus, and the times
 // they have.
 
-#include "emulator/decode/candump_text.hpp"
+#include "emulator/frames/candump_text.hpp"
 
 #include <gtest/gtest.h>
 
-#include "emulator/decode/latency_histogram.hpp"
 #include "tests/support/frames.hpp"
+#include "tools/decode/latency_histogram.hpp"
 
 namespace lk::emulator {
 namespace candump_text_test {

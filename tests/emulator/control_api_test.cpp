@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "emulator/core/fault_table.hpp"
-#include "emulator/ctl/ctl_words.hpp"
-#include "emulator/decode/frame_words.hpp"
+#include "emulator/frames/frame_words.hpp"
 #include "tests/emulator/control_support.hpp"
+#include "tools/ctl/ctl_words.hpp"
 
 namespace lk::emulator {
 namespace control_api_test {

@@ -1,6 +1,6 @@
 // What lk-emu ctl makes of the answers of a running lk-emu (docs/openapi.json).
 
-#include "emulator/ctl/ctl_tables.hpp"
+#include "tools/ctl/ctl_tables.hpp"
 
 #include <gtest/gtest.h>
 

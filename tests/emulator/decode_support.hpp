@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "emulator/decode/decoder.hpp"
+#include "tools/decode/decoder.hpp"
 
 namespace lk::emulator {
 

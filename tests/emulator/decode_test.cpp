@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "emulator/core/signals.hpp"
-#include "emulator/decode/decode_words.hpp"
+#include "emulator/frames/decode_words.hpp"
 #include "tests/emulator/decode_support.hpp"
 
 namespace lk::emulator {

@@ -1,6 +1,6 @@
 // What is synced, and what happens when that fails: this program's fsync is its own.
 
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/rom/rom_writer.hpp"
 #include "emulator/scenario/scenario_runner.hpp"

@@ -1,6 +1,6 @@
 // The documents about directives and faults, against what the program knows of them.
 
-#include "emulator/program/fault_listing.hpp"
+#include "tools/commands/fault_listing.hpp"
 
 #include <gtest/gtest.h>
 

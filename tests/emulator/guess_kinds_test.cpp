@@ -11,9 +11,9 @@
 #include <string>
 
 #include "emulator/core/generation.hpp"
-#include "emulator/guess/traits.hpp"
 #include "tests/emulator/guess_support.hpp"
 #include "tests/support/profile.hpp"
+#include "tools/guess/traits.hpp"
 
 namespace lk::emulator {
 namespace guess_kinds_test {

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/guess/guesser.hpp"
-#include "emulator/program/cli.hpp"
 #include "protocol/wire.hpp"
 #include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/guess/guesser.hpp"
 
 namespace lk::test {
 

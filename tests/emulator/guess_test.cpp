@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "emulator/core/generation.hpp"
-#include "emulator/guess/traits.hpp"
 #include "tests/emulator/guess_support.hpp"
+#include "tools/guess/traits.hpp"
 
 namespace lk::emulator {
 namespace guess_test {

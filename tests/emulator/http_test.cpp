@@ -2,10 +2,10 @@
 // waits for a time: what is waited for is an answer or the end of the connection.
 
 #include "emulator/control/http_access.hpp"
-#include "emulator/control/runtime_dir.hpp"
-#include "emulator/ctl/ctl_client.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/files/runtime_dir.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/emulator/http_support.hpp"
+#include "tools/ctl/ctl_client.hpp"
 
 namespace lk::emulator {
 namespace http_test {

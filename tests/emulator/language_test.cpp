@@ -1,11 +1,11 @@
-#include "emulator/core/language.hpp"
+#include "emulator/ground/language.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
-#include "emulator/program/cli.hpp"
-#include "emulator/program/language_option.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "tools/commands/language_option.hpp"
 
 namespace lk::emulator {
 namespace language_test {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -1,4 +1,4 @@
-#include "emulator/program/netlink.hpp"
+#include "emulator/transports/netlink.hpp"
 
 #include <gtest/gtest.h>
 #include <net/if.h>

@@ -1,4 +1,4 @@
-#include "emulator/program/output_file.hpp"
+#include "emulator/files/output_file.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
-#include "emulator/program/cli.hpp"
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

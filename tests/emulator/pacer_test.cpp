@@ -1,4 +1,4 @@
-#include "emulator/program/pacer.hpp"
+#include "emulator/live/pacer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,14 +7,14 @@
 #include <limits>
 
 #include "emulator/core/signals.hpp"
-#include "emulator/plot/axis.hpp"
-#include "emulator/plot/panel_table.hpp"
-#include "emulator/plot/run_picture.hpp"
-#include "emulator/plot/svg.hpp"
-#include "emulator/plot/svg_text.hpp"
-#include "emulator/plot/trace.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
+#include "tools/plot/axis.hpp"
+#include "tools/plot/panel_table.hpp"
+#include "tools/plot/run_picture.hpp"
+#include "tools/plot/svg.hpp"
+#include "tools/plot/svg_text.hpp"
+#include "tools/plot/trace.hpp"
 
 namespace lk::emulator {
 namespace plot_test {

@@ -1,4 +1,4 @@
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

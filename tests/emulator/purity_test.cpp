@@ -1,6 +1,6 @@
 // The emulator is a function of time and frames. So its pure rooms must not know a clock, a socket,
-// a thread, a random device, a log or a stream: this test reads their sources. The link graph is
-// read too: protocol links nothing, and protocol and model do not see each other.
+// a thread, a random device, a log or a stream: this test reads their sources. tests/rooms_test.py
+// sees to it that they know no other room either.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -32,7 +31,8 @@ std::vector<fs::path> sources_in(const fs::path& folder) {
 
 std::vector<fs::path> pure_sources() {
   std::vector<fs::path> files;
-  for (const char* room : {"protocol", "model", "emulator/core", "emulator/advice"}) {
+  for (const char* room :
+       {"protocol", "model", "emulator/ground", "emulator/core", "emulator/advice"}) {
     const auto more = sources_in(kRoot / room);
     files.insert(files.end(), more.begin(), more.end());
   }
@@ -79,57 +79,6 @@ TEST(Purity, NoClockSocketThreadRandomLogOrStream) {
       }
     }
   }
-}
-
-void expect_includes_nothing_of(std::string_view room, const std::set<std::string>& others) {
-  for (const auto& file : sources_in(kRoot / room)) {
-    for (const auto& line : code_lines(file)) {
-      for (const auto& other : others) {
-        EXPECT_EQ(line.find("#include \"" + other + "/"), std::string::npos)
-            << fs::relative(file, kRoot).string() << " includes " << other;
-      }
-    }
-  }
-}
-
-TEST(Purity, ProtocolAndModelDoNotSeeEachOther) {
-  expect_includes_nothing_of("protocol", {"model", "emulator", "tests"});
-  expect_includes_nothing_of("model", {"protocol", "emulator", "tests"});
-}
-
-TEST(Purity, CoreSeesNoOtherRoomOfTheEmulator) {
-  for (const auto& file : sources_in(kRoot / "emulator/core")) {
-    for (const auto& line : code_lines(file)) {
-      EXPECT_TRUE(line.find("#include \"emulator/") == std::string::npos ||
-                  line.find("#include \"emulator/core/") != std::string::npos)
-          << fs::relative(file, kRoot).string() << ": " << line;
-    }
-  }
-}
-
-/// The arguments of `target_link_libraries(<target> …)` in a CMakeLists.txt.
-std::set<std::string> links_of(const std::string& target, const fs::path& file) {
-  const std::string text = text_of(file);
-  const std::string call = "target_link_libraries(" + target + " ";
-  std::set<std::string> links;
-  for (auto at = text.find(call); at != std::string::npos; at = text.find(call, at + 1)) {
-    std::istringstream words(text.substr(at + call.size(), text.find(')', at) - at - call.size()));
-    for (std::string word; words >> word;) {
-      links.insert(word);
-    }
-  }
-  links.erase("PUBLIC");
-  links.erase("PRIVATE");
-  links.erase("lk_options");  // compiler flags only
-  return links;
-}
-
-TEST(Purity, LinkGraph) {
-  EXPECT_EQ(links_of("lk_protocol", kRoot / "protocol/CMakeLists.txt"), std::set<std::string>{});
-  const auto model = links_of("lk_model", kRoot / "model/CMakeLists.txt");
-  EXPECT_TRUE(model.empty() || model == std::set<std::string>{"Eigen3::Eigen"});
-  EXPECT_EQ(links_of("lk_emulator", kRoot / "emulator/CMakeLists.txt"),
-            (std::set<std::string>{"lk_protocol", "lk_model"}));
 }
 
 }  // namespace purity_test

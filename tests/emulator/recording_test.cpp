@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "emulator/program/cli.hpp"
-#include "emulator/program/profile_files.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {

@@ -11,7 +11,7 @@
 #include <semaphore>
 #include <sstream>
 
-#include "emulator/program/line.hpp"
+#include "emulator/live/line.hpp"
 #include "emulator/rom/rom_writer.hpp"
 #include "protocol/commands.hpp"
 #include "tests/emulator/rom_support.hpp"

@@ -8,7 +8,7 @@
 
 #include <optional>
 
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/emulator/rom_support.hpp"
 #include "tests/support/temp_directory.hpp"
 

@@ -8,7 +8,7 @@
 #include <csignal>
 #include <semaphore>
 
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
 #include "tests/emulator/rom_support.hpp"
 #include "tests/support/no_threads.hpp"
 #include "tests/support/temp_directory.hpp"

@@ -1,4 +1,4 @@
-#include "emulator/control/runtime_dir.hpp"
+#include "emulator/files/runtime_dir.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -11,10 +11,10 @@
 #include <iterator>
 #include <string>
 
-#include "emulator/ctl/ctl_client.hpp"
-#include "emulator/program/cli.hpp"
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
+#include "tools/ctl/ctl_client.hpp"
 
 namespace lk::emulator {
 namespace runtime_dir_test {

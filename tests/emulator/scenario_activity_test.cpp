@@ -1,6 +1,6 @@
 // Scenarios that clients begin on buses that run.
 
-#include "emulator/scenario/scenario_activity.hpp"
+#include "emulator/program/scenario_activity.hpp"
 
 #include <gtest/gtest.h>
 

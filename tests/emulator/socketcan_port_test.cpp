@@ -1,4 +1,4 @@
-#include "emulator/program/socketcan_port.hpp"
+#include "emulator/transports/socketcan_port.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <string>
 #include <system_error>
 
-#include "emulator/rom/durable_file.hpp"
+#include "emulator/files/durable_file.hpp"
 
 namespace lk::emulator {
 namespace socketcan_port_test {

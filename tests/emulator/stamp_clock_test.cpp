@@ -1,4 +1,4 @@
-#include "emulator/program/stamp_clock.hpp"
+#include "emulator/live/stamp_clock.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // docs/protocol.md §3 is what the table of the wire says.
 
-#include "emulator/formats/command_page.hpp"
+#include "tools/formats/command_page.hpp"
 
 #include <gtest/gtest.h>
 

@@ -149,7 +149,7 @@ class Dbc(unittest.TestCase):
                 self.assertEqual(known[0x9A], "read state 1")
 
     def test_the_document_names_all_signals(self):
-        text = (FORMATS.parent / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
+        text = (pathlib.Path(__file__).parents[2] / "docs/dbc.md").read_text("utf-8").split("\n## Names\n")[1].split("\n## ")[0]
         named = {name for row in re.findall(r"^\| (`[^|]*) \|", text, re.M) for name in re.findall(r"`(\w+)`", row)}
         known = {signal.name for matrix in MATRICES.values() for frame in matrix.frames for signal in frame.signals}
         only_on_ms = {"power", "power_target", "register_max_power"}

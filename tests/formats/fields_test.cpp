@@ -1,6 +1,6 @@
 // The table of fields against the codec, bit for bit: neither can change without the other.
 
-#include "emulator/formats/fields.hpp"
+#include "tools/formats/fields.hpp"
 
 #include <gtest/gtest.h>
 

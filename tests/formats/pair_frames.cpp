@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "emulator/record/log_pairing.hpp"
+#include "emulator/frames/log_pairing.hpp"
 #include "tests/support/frames.hpp"
 
 namespace {

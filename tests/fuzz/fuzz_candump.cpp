@@ -11,11 +11,11 @@
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/config_error.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/decode/decoder.hpp"
-#include "emulator/guess/guesser.hpp"
 #include "emulator/record/log_compare.hpp"
 #include "emulator/record/recording.hpp"
 #include "tests/fuzz/support.hpp"
+#include "tools/decode/decoder.hpp"
+#include "tools/guess/guesser.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <string>
 
-#include "emulator/scenario/scenario_activity.hpp"
+#include "emulator/program/scenario_activity.hpp"
 #include "tests/emulator/control_support.hpp"
 #include "tests/fuzz/support.hpp"
 

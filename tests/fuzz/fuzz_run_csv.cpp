@@ -5,10 +5,10 @@
 #include <sstream>
 #include <string>
 
-#include "emulator/plot/run_picture.hpp"
-#include "emulator/plot/svg.hpp"
-#include "emulator/program/cli.hpp"
+#include "emulator/ground/start_error.hpp"
 #include "tests/fuzz/support.hpp"
+#include "tools/plot/run_picture.hpp"
+#include "tools/plot/svg.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -119,7 +119,7 @@ class Page(unittest.TestCase):
             if len(path) == 1:
                 self.assertIn(f"lk-emu {path[0]}", status)
         environment = " ".join(text.split("ENVIRONMENT")[1].split("EXAMPLES")[0].split())
-        for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):  # emulator/program/language_option.cpp
+        for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):  # tools/commands/language_option.cpp
             self.assertIn(variable, environment)
         self.assertIn("lk-emu run and lk-emu decode print no colours", environment)
         self.assertIn("lk-emu ctl clock stepped && lk-emu ctl advance 10ms", text.split("EXAMPLES")[1])

@@ -1,0 +1,38 @@
+# lk_room(DIRECTORY [USES DIRECTORY...] [LIBRARIES TARGET...]): a directory of the source is one library, lk_ and its
+# name, made of all it holds. It may include what is in the rooms that it uses, and what is in those that they use;
+# tests/rooms_test.py holds every include against this.
+function(lk_room directory)
+  cmake_parse_arguments(PARSE_ARGV 1 room "" "" "USES;LIBRARIES")
+  cmake_path(GET directory FILENAME name)
+  lk_note_room(${directory} ${room_USES})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${directory}/*.cpp)
+  if(sources)
+    add_library(lk_${name} STATIC ${sources})
+    set(scope PUBLIC)
+    set_property(GLOBAL APPEND PROPERTY LK_ROOM_TARGETS lk_${name})
+  else()
+    add_library(lk_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  list(TRANSFORM room_USES REPLACE "^.*/" "")
+  list(TRANSFORM room_USES PREPEND lk_)
+  target_link_libraries(lk_${name} ${scope} lk_options ${room_USES} ${room_LIBRARIES})
+endfunction()
+
+# What tests/rooms_test.py reads: "emulator/config: emulator/core".
+function(lk_note_room directory)
+  list(JOIN ARGN " " uses)
+  set_property(GLOBAL APPEND_STRING PROPERTY LK_ROOMS "${directory}: ${uses}\n")
+endfunction()
+
+# A room of the program itself, which waits for the kernel and for people: most of it are templates of libraries, and
+# half of its build would go into optimising them. One unit of compilation.
+function(lk_program_room directory)
+  lk_room(${directory} ${ARGN})
+  cmake_path(GET directory FILENAME name)
+  set_target_properties(lk_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
+  target_compile_options(lk_${name} PRIVATE
+    -Wno-null-dereference  # GCC 12 sees null pointers in Asio's lists where there are none
+    $<$<CONFIG:Release>:-O1>)
+  target_compile_definitions(lk_${name} PRIVATE LKEMU_VERSION="${PROJECT_VERSION}")
+endfunction()

@@ -1,0 +1,90 @@
+#include "emulator/files/durable_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <string_view>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+int sync(int fd) { return ::fsync(fd) == 0 ? 0 : errno; }
+
+int sync_directory(const std::filesystem::path& path) {
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return directory ? sync(directory.get()) : errno;
+}
+
+int write_file(int directory_fd, const std::string& name, const std::string& text) {
+  const Descriptor file(::openat(directory_fd, name.c_str(),
+                                 O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644));
+  if (!file) return errno;
+  const int error = write_all(file.get(), text);
+  return error != 0 ? error : sync(file.get());
+}
+
+}  // namespace
+
+Descriptor::Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  return *this;
+}
+
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::string unfinished(const std::string& name) { return name + ".new"; }
+
+int write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+int write_durably(int directory_fd, const std::string& name, const std::string& text) {
+  const std::string fresh = unfinished(name);
+  int error = write_file(directory_fd, fresh, text);
+  if (error == 0 && ::renameat(directory_fd, fresh.c_str(), directory_fd, name.c_str()) != 0) {
+    error = errno;
+  }
+  if (error != 0) {
+    ::unlinkat(directory_fd, fresh.c_str(), 0);
+    return error;
+  }
+  return sync(directory_fd);
+}
+
+int sync_entry(int directory_fd) {
+  const Descriptor above(::openat(directory_fd, "..", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!above) {
+    // Above may be somebody else's and closed to us. The file system as a whole is not.
+    return errno == EACCES ? (::syncfs(directory_fd) == 0 ? 0 : errno) : errno;
+  }
+  const int error = sync(above.get());
+  // Read-only, or not on a disk: nothing there can be taken back.
+  return error == EROFS || error == EINVAL ? 0 : error;
+}
+
+int make_directories(const std::filesystem::path& path) {
+  if (::mkdir(path.c_str(), 0700) != 0) {
+    if (errno == EEXIST) return 0;  // opening it will tell whether it is a directory
+    if (errno != ENOENT || !path.has_relative_path()) return errno;
+    const int error = make_directories(path.parent_path());
+    if (error != 0) return error;
+    if (::mkdir(path.c_str(), 0700) != 0) return errno == EEXIST ? 0 : errno;
+  }
+  // A file in a directory that a power cut takes back would be gone as well.
+  return sync_directory(path.has_parent_path() ? path.parent_path() : ".");
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,162 @@
+#include "emulator/files/output_file.hpp"
+
+#include <fcntl.h>
+#include <linux/magic.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstring>
+#include <optional>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
+
+namespace lk::emulator {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Names of unfinished files, where a signal handler can read them; null: a free place.
+std::array<std::atomic<const char*>, 8> unfinished_files{};
+static_assert(std::atomic<const char*>::is_always_lock_free);
+
+extern "C" void remove_unfinished_and_end(int signal) {
+  for (const auto& file : unfinished_files) {
+    if (const char* const name = file.load()) ::unlink(name);
+  }
+  ::signal(signal, SIG_DFL);
+  ::raise(signal);
+}
+
+/// Only where nobody has said yet what a signal does.
+void watch_signals() {
+  for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
+    struct sigaction present {};
+    if (::sigaction(signal, nullptr, &present) != 0 || present.sa_handler != SIG_DFL) continue;
+    present.sa_handler = remove_unfinished_and_end;
+    ::sigaction(signal, &present, nullptr);
+  }
+}
+
+void replace_unfinished(const char* before, const char* after) {
+  for (auto& file : unfinished_files) {
+    const char* expected = before;
+    if (file.compare_exchange_strong(expected, after)) return;
+  }
+}
+
+bool is_link(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_symlink(fs::symlink_status(path, ignored));
+}
+
+/// The kernel's links in /proc stand for something open, and not for its name.
+bool is_in_proc(const fs::path& link) {
+  struct statfs system {};
+  const fs::path directory = link.has_parent_path() ? link.parent_path() : ".";
+  return ::statfs(directory.c_str(), &system) == 0 && system.f_type == PROC_SUPER_MAGIC;
+}
+
+/// As many as the kernel follows.
+constexpr int kMostLinks = 40;
+
+/// What `path` leads to: no link, or one of the kernel's.
+fs::path follow(fs::path path) {
+  std::error_code ignored;
+  for (int n = 0; n < kMostLinks && is_link(path) && !is_in_proc(path); ++n) {
+    path = path.parent_path() / fs::read_symlink(path, ignored);
+  }
+  return path;
+}
+
+/// The descriptor of this process that `link` stands for, if it is one.
+std::optional<int> own_descriptor(const fs::path& link) {
+  std::error_code error;
+  if (!is_link(link) || !fs::equivalent(link.parent_path(), "/proc/self/fd", error)) return {};
+  const std::string name = link.filename().string();
+  int descriptor = -1;
+  std::from_chars(name.data(), name.data() + name.size(), descriptor);
+  return descriptor;
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const fs::path& path, const std::string& option)
+    : path_(path), place_(follow(path)), unfinished_(place_), option_(option) {
+  if (path.empty()) throw StartError(option + ": needs a file");
+  std::error_code error;
+  const fs::file_status status = fs::status(place_, error);
+  if (fs::is_directory(status)) fail(EISDIR);
+  if (!fs::status_known(status)) fail(error.value());
+  if (!is_link(place_) && (!fs::exists(status) || fs::is_regular_file(status))) {
+    unfinished_ += ".part-" + std::to_string(::getpid());
+  }
+  if (unfinished_ != place_) {
+    watch_signals();
+    replace_unfinished(nullptr, unfinished_.c_str());
+  }
+  stream_ = open();
+  if (stream_ == nullptr) {
+    const int reason = errno;
+    forget_unfinished();
+    fail(reason);
+  }
+}
+
+/// What is open here already goes on where it is: opened anew, it would begin at its beginning, and
+/// a socket cannot be.
+std::FILE* OutputFile::open() {
+  const auto own = own_descriptor(unfinished_);
+  if (!own) return std::fopen(unfinished_.c_str(), "w");
+  const int copy = ::fcntl(*own, F_DUPFD_CLOEXEC, 0);
+  if (copy < 0) return nullptr;
+  std::FILE* const stream = ::fdopen(copy, "w");
+  const int reason = errno;
+  if (stream == nullptr) ::close(copy);
+  errno = reason;
+  return stream;
+}
+
+OutputFile::~OutputFile() {
+  if (stream_ != nullptr) {
+    std::fclose(stream_);
+    if (unfinished_ != place_) ::unlink(unfinished_.c_str());
+  }
+  forget_unfinished();
+}
+
+void OutputFile::forget_unfinished() const { replace_unfinished(unfinished_.c_str(), nullptr); }
+
+void OutputFile::write(const std::string& text) {
+  errno = 0;
+  if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), stream_) != text.size()) {
+    error_ = errno != 0 ? errno : EIO;
+  }
+}
+
+void OutputFile::commit() {
+  errno = 0;
+  const bool closed = std::fclose(stream_) == 0;
+  stream_ = nullptr;
+  if (!closed && error_ == 0) error_ = errno != 0 ? errno : EIO;
+  if (error_ == 0 && unfinished_ != place_ &&
+      std::rename(unfinished_.c_str(), place_.c_str()) != 0) {
+    error_ = errno;
+  }
+  if (error_ == 0) return;
+  if (unfinished_ != place_) ::unlink(unfinished_.c_str());
+  fail(error_);
+}
+
+void OutputFile::fail(int error) const {
+  throw StartError(option_ + ": cannot write " + on_one_line(path_.string()) + ": " +
+                   std::strerror(error));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,281 @@
+#include "emulator/files/profile_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_reader.hpp"
+#include "emulator/config/profile.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/ground/text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLongestMotorFile = 1'048'576;
+
+/// What the TOML files there are called, sorted.
+std::vector<std::string> names_in(const char* folder) {
+  std::vector<std::string> names;
+  std::error_code none_there;
+  for (const auto& entry : fs::directory_iterator(config_directory() / folder, none_there)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+fs::path shipped_motor(const std::string& name) {
+  return config_directory() / "motors" / (name + ".toml");
+}
+
+std::vector<std::string> labels_of(const std::string& name) {
+  const fs::path file = shipped_motor(name);
+  return motor_labels(read_file(file), file.string());
+}
+
+/// A shipped motor and what it can be called, in small letters.
+struct Called {
+  std::string name;
+  std::vector<std::string> words;
+};
+
+std::vector<Called> called_motors() {
+  std::vector<Called> motors;
+  for (const std::string& name : known_motors()) {
+    motors.push_back({name, {name}});
+    for (const std::string& label : labels_of(name)) {
+      motors.back().words.push_back(small_letters(label));
+    }
+  }
+  return motors;
+}
+
+/// The names of those that have a word of which `fits` is true.
+template <typename Fits>
+std::vector<std::string> names_with(const std::vector<Called>& motors, Fits fits) {
+  std::vector<std::string> names;
+  for (const Called& motor : motors) {
+    if (std::ranges::any_of(motor.words, fits)) names.push_back(motor.name);
+  }
+  return names;
+}
+
+/// A label without what tells versions of one motor apart: "mg4005e-i10v3" is "mg4005-i10".
+std::string without_version(const std::string& label) {
+  static const std::regex encoder("^([a-z]+[0-9]{4})e");
+  static const std::regex version("-?v[0-9]+(?=-|$)");
+  return std::regex_replace(std::regex_replace(label, encoder, "$1"), version, "");
+}
+
+/// The shipped motor of that name or label, or the only one of which it is another version.
+std::optional<std::string> shipped_name(const std::string& motor) {
+  const std::string wanted = small_letters(motor);
+  const auto motors = called_motors();
+  auto found = names_with(motors, [&](const std::string& word) { return word == wanted; });
+  if (found.empty()) {
+    const std::string plain = without_version(wanted);
+    found =
+        names_with(motors, [&](const std::string& word) { return without_version(word) == plain; });
+  }
+  return found.size() == 1 ? std::optional(found.front()) : std::nullopt;
+}
+
+/// Series and size: letters and four digits, "mg4005". The digits in any order: 4050 is a slip of
+/// the fingers, 4010 another motor. Empty when `word` begins otherwise.
+std::string size_of(const std::string& word) {
+  static const std::regex size("^[a-z]+[0-9]{4}");
+  std::smatch found;
+  if (!std::regex_search(word, found, size)) return "";
+  std::string text = found.str();
+  std::sort(text.end() - 4, text.end());
+  return text;
+}
+
+/// The motors that a person may have meant.
+std::vector<std::string> motors_meant(const std::string& given) {
+  constexpr std::size_t kShortest = 3;
+  const std::string wanted = small_letters(given);
+  const auto motors = called_motors();
+  auto found = names_with(motors, [&](const std::string& word) {
+    return wanted.size() >= kShortest && (word.starts_with(wanted) || wanted.starts_with(word));
+  });
+  const std::string size = size_of(wanted);
+  if (!found.empty() || size.empty()) return found;
+  std::vector<std::string> alike;
+  for (const Called& motor : motors) {
+    std::ranges::copy_if(motor.words, std::back_inserter(alike),
+                         [&](const std::string& word) { return size_of(word) == size; });
+  }
+  const std::string meant = nearest(wanted, alike);
+  return names_with(motors, [&](const std::string& word) { return word == meant; });
+}
+
+/// "mg6012-i36 or mg6012-i8"
+std::string either(const std::vector<std::string>& words) {
+  std::string all;
+  for (const auto& word : words) all += (all.empty() ? "" : " or ") + word;
+  return all;
+}
+
+std::string unknown(const char* what, const std::string& where, const std::string& name,
+                    const std::vector<std::string>& known, const std::string& meant) {
+  if (known.empty()) return "no " + std::string(what) + " files in " + where;
+  return "no " + std::string(what) + " \"" + name + "\"" +
+         (meant.empty() ? "" : ", did you mean " + meant + "?") + " (in " + where +
+         " there are: " + comma_list(known) + "; or give a path to a .toml file)";
+}
+
+/// Of `file`, which is not there, what a person may know better.
+std::string not_there(const fs::path& file, const std::optional<std::string>& shipped) {
+  return "cannot read " + file.string() + ": " + std::strerror(ENOENT) +
+         (shipped ? "; the shipped one is called " + *shipped : "");
+}
+
+bool is_missing(const fs::path& file) {
+  std::error_code error;
+  return fs::status(file, error).type() == fs::file_type::not_found;
+}
+
+/// The text of a motor file that a person names. Throws UnknownMotor.
+std::string read_motor_file(const std::string& path) {
+  if (on_one_line(path) != path) {
+    throw UnknownMotor("\"" + on_one_line(path) +
+                       "\" has control characters; give a path without them");
+  }
+  if (is_missing(path)) throw UnknownMotor(not_there(path, shipped_name(fs::path(path).stem())));
+  try {
+    return read_regular_file(path, kLongestMotorFile);
+  } catch (const std::invalid_argument& problem) {
+    throw UnknownMotor(problem.what());
+  }
+}
+
+[[noreturn]] void fail_to_read(const fs::path& file) {
+  throw std::invalid_argument("cannot read " + file.string() + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+fs::path config_directory() {
+  // LKEMU_CONFIG_DIR leads from the program's directory to its files; the build tree has the same
+  // shape. Whether the program still stands there does not count: an upgrade has put another one in
+  // its place.
+  return (fs::read_symlink("/proc/self/exe").parent_path() / LKEMU_CONFIG_DIR).lexically_normal();
+}
+
+std::vector<std::string> known_files(const Shelf& shelf) { return names_in(shelf.folder); }
+
+fs::path shipped_file(const Shelf& shelf, const std::string& name) {
+  const auto known = known_files(shelf);
+  const fs::path directory = config_directory() / shelf.folder;
+  if (std::ranges::find(known, name) == known.end()) {
+    throw std::invalid_argument(
+        unknown(shelf.what, directory.string(), name, known, nearest(small_letters(name), known)));
+  }
+  return directory / (name + ".toml");
+}
+
+fs::path meant_file(const Shelf& shelf, const std::string& given) {
+  std::error_code none_there;
+  const auto here = fs::status(given, none_there);
+  const std::string name = fs::path(given).stem();
+  const auto shipped = known_files(shelf);
+  if (is_path(given) && is_missing(given) && std::ranges::find(shipped, name) != shipped.end()) {
+    throw std::invalid_argument(not_there(given, name));
+  }
+  if (is_path(given) || (fs::exists(here) && !fs::is_directory(here))) return given;
+  return shipped_file(shelf, given);
+}
+
+std::vector<std::string> known_motors() { return names_in("motors"); }
+
+std::vector<std::string> motor_words() {
+  std::vector<std::string> words = known_motors();
+  for (const std::string& name : known_motors()) {
+    for (const std::string& label : labels_of(name)) words.push_back(label);
+  }
+  return words;
+}
+
+MotorFile find_motor_file(const std::string& motor) {
+  if (is_path(motor)) {
+    return {fs::path(motor).filename().string(), motor, read_motor_file(motor)};
+  }
+  const auto name = shipped_name(motor);
+  if (!name) {
+    throw UnknownMotor(unknown("motor", (config_directory() / "motors").string(), motor,
+                               known_motors(), either(motors_meant(motor))));
+  }
+  const fs::path file = shipped_motor(*name);
+  return {*name, file.string(), read_file(file)};
+}
+
+FindProfile profile_finder(MotorFiles& read) {
+  const FindMotorFile find_file = [&read](const std::string& motor) {
+    const auto found = read.find(motor);
+    return found != read.end() ? found->second
+                               : read.emplace(motor, find_motor_file(motor)).first->second;
+  };
+  return [find_file, known = std::map<std::string, Profile>()](const std::string& motor) mutable {
+    const auto found = known.find(motor);
+    return found != known.end()
+               ? found->second
+               : known.emplace(motor, parse_profile(find_file(motor), find_file)).first->second;
+  };
+}
+
+Profile load_profile(const std::string& motor) {
+  return parse_profile(find_motor_file(motor), find_motor_file);
+}
+
+std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
+  // By its name first, as opening a device may do something already; then what was opened, as the
+  // name may be another's by now.
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0) fail_to_read(file);
+  const auto check = [&] {
+    if (S_ISREG(found.st_mode)) return;
+    throw std::invalid_argument(file.string() + ": is not a regular file");
+  };
+  check();
+  const Descriptor open(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (!open || ::fstat(open.get(), &found) != 0) fail_to_read(file);
+  check();
+  // The size says nothing about a file of the kernel's, nor about one that grows.
+  std::string text;
+  std::array<char, 65'536> piece{};
+  while (text.size() <= longest) {
+    const ssize_t got = ::read(open.get(), piece.data(), piece.size());
+    if (got == 0) return text;
+    if (got < 0 && errno != EINTR) fail_to_read(file);
+    if (got > 0) text.append(piece.data(), static_cast<std::size_t>(got));
+  }
+  throw std::invalid_argument(file.string() + ": is longer than " + std::to_string(longest) +
+                              " bytes");
+}
+
+std::string read_file(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored))
+    throw std::invalid_argument(file.string() + ": is a directory");
+  std::ifstream stream(file, std::ios::binary);
+  std::stringstream text;
+  // An empty file puts nothing into `text`, which is no mistake of the stream's.
+  if (stream) text << stream.rdbuf();
+  if (!stream || stream.bad()) fail_to_read(file);
+  return text.str();
+}
+
+}  // namespace lk::emulator

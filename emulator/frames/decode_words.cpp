@@ -1,0 +1,257 @@
+#include "emulator/frames/decode_words.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace lk::emulator {
+namespace {
+
+constexpr Words kWords[] = {
+    // commands
+    {"write present position to ROM as zero", "写入当前位置到 ROM 作为零点"},
+    {"read PID", "读取 PID 参数"},
+    {"write PID to RAM", "写入 PID 参数到 RAM"},
+    {"write PID to ROM", "写入 PID 参数到 ROM"},
+    {"read acceleration", "读取加速度"},
+    {"write acceleration to RAM", "写入加速度到 RAM"},
+    {"off", "关闭"},
+    {"stop", "停止"},
+    {"run", "运行"},
+    {"brake", "抱闸"},
+    {"read encoder", "读取编码器"},
+    {"write encoder offset to ROM", "写入编码器零偏到 ROM"},
+    {"read multi-turn angle", "读取多圈角度"},
+    {"read single-turn angle", "读取单圈角度"},
+    {"clear angle", "清除电机角度"},
+    {"read state 1", "读取状态 1"},
+    {"clear errors", "清除错误标志"},
+    {"read state 2", "读取状态 2"},
+    {"read state 3", "读取状态 3"},
+    {"open-loop power", "开环输出功率"},
+    {"torque", "转矩"},
+    {"speed", "速度"},
+    {"position 1, multi-turn", "多圈位置 1"},
+    {"position 2, multi-turn, max speed", "多圈位置 2，限速"},
+    {"position 3, single-turn", "单圈位置 3"},
+    {"position 4, single-turn, max speed", "单圈位置 4，限速"},
+    {"position 5, increment", "增量位置 5"},
+    {"position 6, increment, max speed", "增量位置 6，限速"},
+    {"read parameter", "读取参数"},
+    {"write parameter to RAM", "写入参数到 RAM"},
+    {"position, multi-turn", "多圈位置"},
+    {"any single command", "任意单电机命令"},
+    // why a frame means nothing
+    {"error frame", "错误帧"},
+    {"CAN FD", "CAN FD 帧"},
+    {"remote request", "远程帧"},
+    {"29-bit identifier", "29 位标识符"},
+    {"no drive's identifier", "不是驱动器的标识符"},
+    {"wrong length", "长度不对"},
+    {"unknown command", "未知命令"},
+    {"no reply of this drive", "不是该驱动器的回复"},
+    // what error frames are about
+    {"transmission timed out", "发送超时"},
+    {"arbitration lost", "仲裁失败"},
+    {"controller", "控制器"},
+    {"protocol violation", "协议错误"},
+    {"transceiver", "收发器"},
+    {"no acknowledgement", "无应答"},
+    {"bus-off", "总线关闭"},
+    {"bus error", "总线错误"},
+    {"controller restarted", "控制器重启"},
+    // bits of errorState
+    {"under_voltage", "欠压"},
+    {"over_voltage", "过压"},
+    {"driver_temperature", "驱动过温"},
+    {"motor_temperature", "电机过温"},
+    {"over_current", "过流"},
+    {"short_circuit", "短路"},
+    {"stall", "堵转"},
+    {"lost_input", "输入丢失"},
+};
+
+// By the bits CAN_ERR_TX_TIMEOUT to CAN_ERR_RESTARTED of linux/can/error.h.
+constexpr std::string_view kErrorClasses[] = {"transmission timed out",
+                                              "arbitration lost",
+                                              "controller",
+                                              "protocol violation",
+                                              "transceiver",
+                                              "no acknowledgement",
+                                              "bus-off",
+                                              "bus error",
+                                              "controller restarted"};
+
+struct Quantity {
+  std::string_view key;
+  Words words;
+  std::string_view unit;
+};
+
+constexpr Quantity kQuantities[] = {
+    {"angle_kp", {"angle Kp", "角度环 Kp"}, ""},
+    {"angle_ki", {"angle Ki", "角度环 Ki"}, ""},
+    {"speed_kp", {"speed Kp", "速度环 Kp"}, ""},
+    {"speed_ki", {"speed Ki", "速度环 Ki"}, ""},
+    {"iq_kp", {"iq Kp", "电流环 Kp"}, ""},
+    {"iq_ki", {"iq Ki", "电流环 Ki"}, ""},
+    {"kp", {"Kp", "Kp"}, ""},
+    {"ki", {"Ki", "Ki"}, ""},
+    {"kd", {"Kd", "Kd"}, ""},
+    {"acceleration_dps_s", {"acceleration", "加速度"}, "°/s²"},
+    {"offset_counts", {"offset", "零偏"}, ""},
+    {"power_permille", {"power", "功率"}, "‰"},
+    {"iq_A", {"iq", "转矩电流"}, "A"},
+    {"iq_limit_A", {"iq limit", "转矩电流限值"}, "A"},
+    {"speed_dps", {"speed", "速度"}, "°/s"},
+    {"angle_deg", {"angle", "角度"}, "°"},
+    {"turn_deg", {"increment", "增量"}, "°"},
+    {"max_speed_dps", {"max speed", "最大速度"}, "°/s"},
+    {"max_angle_deg", {"max angle", "最大角度"}, "°"},
+    {"max_current_A", {"max torque current", "最大转矩电流"}, "A"},
+    {"max_power_permille", {"max power", "最大功率"}, "‰"},
+    {"current_ramp_A_s", {"current ramp", "电流斜坡"}, "A/s"},
+    {"encoder_counts", {"encoder", "编码器位置"}, ""},
+    {"raw_counts", {"raw", "原始位置"}, ""},
+    {"temperature_C", {"temperature", "温度"}, "°C"},
+    {"voltage_V", {"voltage", "电压"}, "V"},
+    {"bus_current_A", {"bus current", "母线电流"}, "A"},
+    {"i_a_A", {"ia", "A 相电流"}, "A"},
+    {"i_b_A", {"ib", "B 相电流"}, "A"},
+    {"i_c_A", {"ic", "C 相电流"}, "A"},
+};
+
+/// Values that are words.
+struct Choice {
+  std::string_view key;
+  int value;
+  Words words;
+};
+
+constexpr Choice kChoices[] = {
+    {"action", 0x00, {"engage", "抱紧"}},
+    {"action", 0x01, {"release", "释放"}},
+    {"action", 0x10, {"read", "读取"}},
+    {"direction", 0, {"clockwise", "顺时针"}},
+    {"direction", 1, {"counter-clockwise", "逆时针"}},
+    {"coil_powered", 0, {"coil unpowered", "线圈断电"}},
+    {"coil_powered", 1, {"coil powered", "线圈通电"}},
+    {"bridge_on", 0, {"off", "关闭"}},
+    {"bridge_on", 1, {"on", "开启"}},
+    {"parameter", 0x0A, {"gains of the angle loop", "角度环增益"}},
+    {"parameter", 0x0B, {"gains of the speed loop", "速度环增益"}},
+    {"parameter", 0x0C, {"gains of the current loop", "电流环增益"}},
+    {"parameter", 0x1E, {"0x1E", "0x1E"}},
+    {"parameter", 0x20, {"0x20", "0x20"}},
+    {"parameter", 0x22, {"0x22", "0x22"}},
+    {"parameter", 0x24, {"0x24", "0x24"}},
+    {"parameter", 0x26, {"0x26", "0x26"}},
+};
+
+std::string errors_text(unsigned errors, Language language) {
+  const Words none{"no errors", "无错误"};
+  return errors == 0 ? std::string(none.in(language)) : listed(error_words(errors), language);
+}
+
+std::string with_unit(double value, std::string_view unit) {
+  const bool close = unit.empty() || unit == "°";
+  return three_decimals(value) + (close ? "" : " ") + std::string(unit);
+}
+
+/// In a slot of a command for several drives: "drive 2: 1.5 A".
+std::string slot_text(const ReplyValue& slot, std::uint32_t asked, Language language) {
+  const std::string drive = fmt::format(
+      fmt::runtime(language == Language::kChinese ? "{} 号 " : "drive {}: "), slot.name);
+  if (asked == protocol::MultiCommand::kIdentifier) {
+    const auto command = static_cast<std::uint32_t>(slot.value);
+    return drive + (command == protocol::kNoCommand
+                        ? "–"
+                        : fmt::format("{} {}", asked_text(command),
+                                      in_language(asked_name(command), language)));
+  }
+  const std::string_view unit = asked == protocol::MultiTorque::kIdentifier  ? "A"
+                                : asked == protocol::MultiSpeed::kIdentifier ? "°/s"
+                                                                             : "°";
+  return drive + with_unit(slot.value, unit);
+}
+
+std::string quantity_text(const ReplyValue& one, std::uint32_t asked, Language language) {
+  if (one.name.size() == 1) return slot_text(one, asked, language);
+  if (one.name == "errors") return errors_text(static_cast<unsigned>(one.value), language);
+  for (const Choice& choice : kChoices) {
+    if (one.name == choice.key && one.value == choice.value) {
+      return std::string(choice.words.in(language));
+    }
+  }
+  const auto* const known = std::ranges::find(kQuantities, one.name, &Quantity::key);
+  if (known == std::end(kQuantities))
+    return fmt::format("{} {}", one.name, three_decimals(one.value));
+  return fmt::format("{} {}", known->words.in(language), with_unit(one.value, known->unit));
+}
+
+}  // namespace
+
+std::string_view in_language(std::string_view english, Language language) {
+  if (language == Language::kEnglish) return english;
+  const auto* const found = std::ranges::find(kWords, english, &Words::en);
+  return found != std::end(kWords) ? found->zh : english;
+}
+
+std::string quantities_text(const std::vector<ReplyValue>& quantities, std::uint32_t asked,
+                            Language language) {
+  const std::string_view between = language == Language::kChinese ? "，" : ", ";
+  std::string text;
+  for (const ReplyValue& one : quantities) {
+    text.append(text.empty() ? "" : between).append(quantity_text(one, asked, language));
+  }
+  return text;
+}
+
+std::vector<std::string_view> error_frame_words(std::uint32_t classes) {
+  std::vector<std::string_view> words;
+  for (std::size_t bit = 0; bit < std::size(kErrorClasses); ++bit) {
+    if ((classes >> bit & 1U) != 0) words.push_back(kErrorClasses[bit]);
+  }
+  return words;
+}
+
+std::string listed(const std::vector<std::string_view>& words, Language language) {
+  const std::string_view between = language == Language::kChinese ? "、" : ", ";
+  std::string text;
+  for (const std::string_view word : words) {
+    text.append(text.empty() ? "" : between).append(in_language(word, language));
+  }
+  return text;
+}
+
+std::string three_decimals(double value) {
+  std::string text = fmt::format("{:.3f}", value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+std::size_t display_width(std::string_view text) {
+  std::size_t width = 0;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if ((byte & 0xC0U) == 0x80U) continue;  // goes on
+    // From U+3000 on, as far as these words go, characters are wide.
+    width += byte >= 0xE3U ? 2 : 1;
+  }
+  return width;
+}
+
+std::string padded(std::string_view text, std::size_t width) {
+  const std::size_t taken = display_width(text);
+  return std::string(text) + std::string(width > taken ? width - taken : 0, ' ');
+}
+
+std::string right(std::string_view text, std::size_t width) {
+  const std::size_t taken = display_width(text);
+  return std::string(width > taken ? width - taken : 0, ' ') + std::string(text);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,43 @@
+#include "emulator/frames/reply_fit.hpp"
+
+#include <variant>
+
+namespace lk::emulator {
+
+Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
+              const protocol::Frame& reply) {
+  if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
+  // The reply repeats which parameter it is about.
+  const bool of_parameter = command == static_cast<std::uint8_t>(protocol::ReadParameter::kOpcode);
+  if (of_parameter && protocol::find_multi_drive(query.id) == nullptr &&
+      reply.data[1] != query.data[1]) {
+    return Fit::kNo;
+  }
+  protocol::Frame own = reply;
+  own.id = reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(reader.id);
+  const auto decoded = protocol::decode_reply(own, reader.format);
+  const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
+  if (content == nullptr) return Fit::kNo;
+  const bool same = reply.data == query.data;
+  if (std::holds_alternative<protocol::Echo>(content->reply)) {
+    return same ? Fit::kEither : Fit::kNo;
+  }
+  const bool state = std::holds_alternative<protocol::State1>(content->reply) ||
+                     std::holds_alternative<protocol::State2>(content->reply) ||
+                     std::holds_alternative<protocol::State3>(content->reply);
+  // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
+  if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
+  return same ? Fit::kEither : Fit::kYes;
+}
+
+bool looks_like_a_state(const protocol::Frame& frame) {
+  const std::uint8_t command = frame.data[0];
+  const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
+  return state && frame.data[1] > 1;
+}
+
+bool is_data(const protocol::Frame& frame) {
+  return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
+}
+
+}  // namespace lk::emulator

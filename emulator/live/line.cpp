@@ -1,0 +1,224 @@
+#include "emulator/live/line.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "emulator/core/sampler.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// A bus is brought on in steps this long at most, so that the loop gets a word in. Not shorter
+/// than the loop sleeps: every step but the last looks at the clock.
+constexpr SimTime kStep = std::chrono::milliseconds(5);
+/// Replies that may wait to leave before time waits for them, where it can: a quarter of what the
+/// port holds.
+constexpr std::size_t kMostLeaving = 256;
+
+SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
+
+/// "1-4,7"
+std::string print_ids(const std::vector<ServoConfig>& servos) {
+  std::string text;
+  for (std::size_t i = 0; i < servos.size();) {
+    std::size_t last = i;
+    while (last + 1 < servos.size() && servos[last + 1].id == servos[last].id + 1) ++last;
+    if (i > 0) text += ',';
+    text += std::to_string(servos[i].id);
+    if (last > i) text += '-';
+    if (last > i) text += std::to_string(servos[last].id);
+    i = last + 1;
+  }
+  return text;
+}
+
+Reception reception_for(const BusConfig& bus) {
+  return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
+}
+
+/// All of a line's watchers as one.
+struct AllWatchers {
+  std::list<Watcher>& watchers;
+
+  SimTime next_due() const {
+    SimTime due = SimTime::max();
+    for (const Watcher& watcher : watchers) due = std::min(due, watcher.next_due());
+    return due;
+  }
+  void look(const Bus& bus) const {
+    for (const Watcher& watcher : watchers) {
+      if (watcher.next_due() <= bus.time()) watcher.look(bus);
+    }
+  }
+};
+
+}  // namespace
+
+SimTime frame_instant(SimTime at, SimTime reached) { return whole_us(std::max(at, reached)); }
+
+Line::Line(const BusConfig& config)
+    : config_(config),
+      ids_(print_ids(config.servos)),
+      bus_(config),
+      gate_(config),
+      adviser_(config) {}
+
+void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
+                   std::function<void()> on_frames) {
+  port_.emplace(loop, config_.interface, allowed, reception_for(config_), std::move(on_frames));
+}
+
+void Line::take_in(const TimedFrame& in) {
+  if (!backlog_.empty()) {
+    keep_for_later(in);
+    return;
+  }
+  // The bus would look for room by itself, but nobody would watch it doing so.
+  if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
+    advance_to(in.at);
+  }
+  put_on_bus(in);
+}
+
+void Line::put_on_bus(const TimedFrame& in) {
+  TimedFrame effective = in;
+  effective.at = frame_instant(in.at, bus_.time());
+  if (!listeners_.empty()) {  // nothing that came before the frame is heard behind it
+    bus_.advance_to(effective.at);
+    send_replies();
+  }
+  adviser_.hear(effective);
+  for (const Listener& listener : listeners_) {
+    if (listener.query) listener.query(effective);
+  }
+  bus_.receive(effective);
+}
+
+void Line::keep_for_later(const TimedFrame& in) {
+  if (backlog_.size() < kMostBacklog) {
+    backlog_.push_back(in);
+    return;
+  }
+  if (backlog_lost_++ == 0) {
+    spdlog::warn("{}: {} frames wait for time to move; more are lost", name(), kMostBacklog);
+  }
+}
+
+void Line::take_from_backlog() {
+  while (!backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time()) {
+    put_on_bus(backlog_.front());
+    backlog_.pop_front();
+  }
+}
+
+void Line::advance_to(SimTime until) {
+  AllWatchers all{watchers_};
+  deliver_watched(bus_, until, all);
+  send_replies();  // replies do not wait for motors that they do not depend on
+  bus_.settle();
+  look_after_hosts();
+}
+
+void Line::look_after_hosts() {
+  adviser_.look(bus_);
+  for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
+    if (on_advice) on_advice(adviser_.given()[advice_told_]);
+  }
+}
+
+Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patience) {
+  for (;;) {
+    take_from_backlog();
+    SimTime target = std::min(until, bus_.time() + kStep);
+    if (!backlog_.empty()) {
+      // The next frame comes on as soon as there is room.
+      const SimTime frame =
+          bus_.host_queue_full() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
+      target = std::max(std::min(target, frame), bus_.time());
+    }
+    advance_to(target);
+    const bool more_is_due =
+        !backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time();
+    if (bus_.time() >= until && !more_is_due) return Progress::kThere;
+    if (patience == Patience::kForReplies && crowded()) return Progress::kBlocked;
+    if (monotonic_now() >= deadline) return Progress::kOutOfTime;
+  }
+}
+
+void Line::announce(const std::string& json) const {
+  for (const Listener& listener : listeners_) {
+    if (listener.directive) listener.directive(bus_.time(), json);
+  }
+}
+
+bool Line::perform(const TimedDirective& directive) {
+  return directive.when || directive.at > bus_.time() ? bus_.plan(directive)
+                                                      : bus_.apply(directive.directive);
+}
+
+void Line::send_replies() {
+  keep_rom();
+  replies_.clear();
+  bus_.take_replies(replies_);
+  leaving_.clear();
+  for (const TimedFrame& reply : replies_) {
+    adviser_.hear_reply(reply.frame);
+    for (const Listener& listener : listeners_) {
+      if (listener.reply) listener.reply(reply);
+    }
+    gate_.pass(reply, leaving_);
+  }
+  send(leaving_);
+}
+
+void Line::send(const std::vector<protocol::Frame>& frames) {
+  if (port_ && !frames.empty()) port_->send(frames);
+}
+
+void Line::keep_rom() {
+  rom_writes_.clear();
+  bus_.take_rom_writes(rom_writes_);
+  for (const RomWrite& write : rom_writes_) {
+    gate_.begin(write);
+    if (on_rom_write) {
+      on_rom_write(write);
+    } else {
+      settle_rom(write, 0);
+    }
+  }
+}
+
+/// Hosts may write hundreds of times a second: a disk that refuses is said once, and so is that it
+/// no longer does.
+void Line::tell_of_rom(int id, int error) {
+  std::uint64_t& refused = refused_[id];
+  if (error != 0) {
+    if (refused++ > 0) return;
+    spdlog::error("{}:{}: ROM not written: {}; the drive continues with RAM", name(), id,
+                  std::generic_category().message(error));
+  } else if (refused > 0) {
+    spdlog::info("{}:{}: ROM is written again; {} writes were refused", name(), id,
+                 std::exchange(refused, 0));
+  }
+}
+
+void Line::settle_rom(const RomWrite& write, int error) {
+  tell_of_rom(write.id, error);
+  leaving_.clear();
+  if (const auto* kept = gate_.settle(write, error == 0, leaving_)) {
+    bus_.restore_rom(write.id, kept->rom, kept->wear);
+    for (const Listener& listener : listeners_) {
+      if (listener.restored_rom) listener.restored_rom(bus_.time(), write.id, *kept);
+    }
+  }
+  send(leaving_);
+}
+
+bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }
+
+bool Line::crowded() const { return port_ && port_->pending() > kMostLeaving; }
+
+}  // namespace lk::emulator

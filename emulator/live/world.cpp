@@ -1,0 +1,289 @@
+#include "emulator/live/world.hpp"
+
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+/// While there is traffic the model is advanced at least this often, so that a query never finds
+/// much to catch up with.
+constexpr MonoTime kShortSleep = std::chrono::milliseconds(1);
+/// When there has been none for a while: what costs then is waking up. The first query finds more.
+constexpr MonoTime kLongSleep = std::chrono::milliseconds(5);
+constexpr MonoTime kTrafficEnds = std::chrono::milliseconds(200);
+/// How long all but frames has to wait while frame follows frame.
+constexpr MonoTime kLinger = std::chrono::milliseconds(3);
+/// A receive that waits may last as long as a tick of the kernel, and one more.
+constexpr MonoTime kLongestReceive = std::chrono::milliseconds(20);
+/// The loop has other things to do as well.
+constexpr MonoTime kSlice = std::chrono::milliseconds(10);
+/// All lines move together, this far at a time, so that an advance can end anywhere.
+constexpr SimTime kStride = std::chrono::milliseconds(1);
+constexpr auto kReplyPoll = std::chrono::milliseconds(1);
+
+}  // namespace
+
+World::World(boost::asio::io_context& loop, ClockMode mode)
+    : loop_(loop),
+      seen_(monotonic_now()),
+      last_frame_(seen_ - kTrafficEnds),
+      clock_(seen_, mode),
+      timer_(loop, [this] { wake(); }),
+      patience_(loop) {}
+
+Line& World::add(const BusConfig& bus) {
+  lines_.push_back(std::make_unique<Line>(bus));
+  return *lines_.back();
+}
+
+Line* World::find_line(const std::string& bus) {
+  for (const auto& line : lines_) {
+    if (line->name() == bus) return line.get();
+  }
+  return nullptr;
+}
+
+SimTime World::time() const {
+  SimTime time = SimTime::max();
+  for (const auto& line : lines_) time = std::min(time, line->bus().time());
+  return lines_.empty() ? SimTime{0} : time;
+}
+
+void World::start() {
+  // Else the kernel lets sleeps end up to 50 µs late, for fewer wake-ups.
+  ::prctl(PR_SET_TIMERSLACK, 1);
+  clock_ = SimClock(monotonic_now(), clock_.mode());
+  serve_all();
+}
+
+void World::stop() {
+  stopped_ = true;
+  end_advance(Advanced::kCancelled);
+}
+
+/// On some machines a system call takes as long as all the rest of an answer, so there are as few
+/// as can be on the way from a query to its reply: none for the time, as the kernel has stamped the
+/// frame, and none to set an alarm.
+void World::serve(std::size_t index) {
+  if (stopped_) return;
+  Line& line = *lines_[index];
+  take_in(line);
+  bring_to_now(line);
+  linger();
+  arm_timer();
+}
+
+void World::serve_all() {
+  if (stopped_) return;
+  seen_ = monotonic_now();
+  for (const auto& line : lines_) {
+    take_in(*line);
+    bring_to_now(*line);
+  }
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// The alarm has gone off.
+void World::wake() {
+  if (stopped_) return;
+  seen_ = monotonic_now();
+  for (const auto& line : lines_) {
+    if (busy()) take_in(*line);  // what came while the machine was busy was before now
+    bring_to_now(*line);
+  }
+  slip_reporter_.check(seen_);
+  arm_timer();
+}
+
+/// Where one frame was there will be others: waits for them here, which takes less than the loop
+/// does. Not for long, as the loop has other things to do.
+void World::linger() {
+  const MonoTime leave = seen_ + kLinger;
+  while (!stopped_ && !clock_.mode().stepped && seen_ < leave) {
+    sockets_.clear();
+    for (const auto& line : lines_) {
+      if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
+      sockets_.push_back({line->port() != nullptr ? line->port()->descriptor() : -1, POLLIN, 0});
+    }
+    if (only_frames_are_waited_for()) {
+      if (take_in(*lines_.front(), CanSocket::Wait::kForOne).any) {
+        bring_to_now(*lines_.front());
+        continue;
+      }
+      seen_ = monotonic_now();
+      bring_to_now(*lines_.front());
+      return;
+    }
+    const MonoTime due = next_due();
+    const MonoTime wake = std::min(due, seen_ + kShortSleep);
+    const bool frames = wait_for_frames(sockets_, wake - seen_);
+    if (!frames) seen_ = monotonic_now();
+    for (std::size_t n = 0; n < lines_.size(); ++n) {
+      if (frames && sockets_[n].revents == 0) continue;
+      if (frames) take_in(*lines_[n]);
+      bring_to_now(*lines_[n]);
+    }
+    if (!frames && due > seen_) return;
+  }
+}
+
+/// A receive that waits saves asking whether there is something to receive.
+bool World::only_frames_are_waited_for() const {
+  return lines_.size() == 1 && !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
+}
+
+/// Takes in what has arrived on a line.
+World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
+  Taken taken;
+  if (line.port() == nullptr) return taken;
+  const auto take = [&](std::span<const ReceivedFrame> frames) {
+    taken.any = true;
+    seen_ = stamps_.reached(frames.back().stamp, seen_);
+    // Without a wire a query is answered at its own instant; else by the clock, and some time has
+    // gone by since.
+    if (line.config().bitrate > 0) seen_ = std::max(seen_, monotonic_now());
+    last_frame_ = seen_;
+    follow_clock(line);
+    for (const ReceivedFrame& in : frames) {
+      const TimedFrame frame{clock_.shows(stamps_.arrival(in.stamp, seen_)), in.frame};
+      clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
+    }
+  };
+  taken.more = line.port()->receive(take, wait);
+  return taken;
+}
+
+/// Where the line should be. What is too far off slips.
+SimTime World::follow_clock(Line& line) {
+  const auto [now, slipped] = clock_.read(seen_, line.bus().time());
+  if (slipped > SimTime{0}) slip_reporter_.slipped(seen_, slipped);
+  return now;
+}
+
+void World::bring_to_now(Line& line) {
+  if (clock_.mode().stepped) return;
+  const SimTime now = std::max(follow_clock(line), line.bus().time());
+  // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
+  line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+}
+
+MonoTime World::next_due() const {
+  MonoTime first = MonoTime::max();
+  for (const auto& line : lines_) {
+    if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
+  }
+  return first;
+}
+
+/// Somebody looks, or asks every now and then.
+bool World::busy() const {
+  return seen_ - last_frame_ < kTrafficEnds ||
+         std::ranges::any_of(lines_, [](const auto& line) { return line->watched(); });
+}
+
+void World::arm_timer() {
+  if (clock_.mode().stepped) return;
+  const MonoTime sleep = busy() ? kShortSleep : kLongSleep;
+  timer_.wake_by(std::min(seen_ + sleep, next_due()), seen_);
+}
+
+void World::set_clock(ClockMode mode) {
+  if (stopped_) return;
+  serve_all();
+  end_advance(Advanced::kCancelled);
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  clock_.switch_to(mode, monotonic_now(), now);
+  serve_all();
+}
+
+// --- stepped
+// -----------------------------------------------------------------------------------
+
+void World::advance(SimTime to, OnAdvanced done) {
+  advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};
+  take_in_all();
+  go_on_soon();
+}
+
+/// What hosts sent before time was told to move is in the sockets by now: sending on a CAN socket
+/// hands the frame to all others of this machine. Bounded, as a host may go on sending.
+void World::take_in_all() {
+  constexpr int kMostRounds = 100;
+  for (const auto& line : lines_) {
+    for (int n = 0; n < kMostRounds && take_in(*line).more; ++n)
+      ;
+  }
+}
+
+void World::go_on_soon() {
+  boost::asio::post(loop_, [this, mine = advance_->number] {
+    if (advance_ && advance_->number == mine) go_on();
+  });
+}
+
+void World::go_on() {
+  const Line::Progress progress = move(monotonic_now() + kSlice);
+  if (progress == Line::Progress::kOutOfTime) {
+    go_on_soon();
+    return;
+  }
+  const bool left =
+      std::ranges::all_of(lines_, [](const auto& line) { return line->replies_have_left(); });
+  if (progress == Line::Progress::kThere && left) {
+    end_advance(Advanced::kThere);
+  } else {
+    wait_for_replies();
+  }
+}
+
+Line::Progress World::move(MonoTime deadline) {
+  for (;;) {
+    const SimTime next = std::min(advance_->to, time() + kStride);
+    for (const auto& line : lines_) {
+      const auto progress = line->bring_to(next, deadline, Line::Patience::kForReplies);
+      if (progress != Line::Progress::kThere) return progress;
+    }
+    clock_.step_to(next);
+    if (next >= advance_->to) return Line::Progress::kThere;
+    if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;
+  }
+}
+
+std::uint64_t World::replies_sent() const {
+  std::uint64_t sent = 0;
+  for (const auto& line : lines_) sent += line->port() != nullptr ? line->port()->stats().sent : 0;
+  return sent;
+}
+
+void World::wait_for_replies() {
+  const MonoTime now = monotonic_now();
+  const std::uint64_t sent = replies_sent();
+  if (!advance_->give_up || sent != advance_->sent) advance_->give_up = now + kMostPatience;
+  advance_->sent = sent;
+  if (now >= *advance_->give_up) {
+    end_advance(Advanced::kStuck);
+    return;
+  }
+  patience_.expires_after(kReplyPoll);
+  patience_.async_wait([this, mine = advance_->number](const auto& /*error*/) {
+    if (advance_ && advance_->number == mine) go_on();
+  });
+}
+
+void World::end_advance(Advanced how) {
+  if (!advance_) return;
+  const OnAdvanced done = std::move(advance_->done);
+  advance_.reset();
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  clock_.step_to(now);
+  done(how);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,162 @@
+#include "emulator/program/scenario_activity.hpp"
+
+#include <boost/asio/post.hpp>
+#include <filesystem>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/scenario/scenario_files.hpp"
+#include "emulator/scenario/scenario_report.hpp"
+
+namespace lk::emulator {
+namespace {
+
+const char* status_word(ExpectationResult::Status status) {
+  switch (status) {
+    case ExpectationResult::Status::kPassed:
+      return "passed";
+    case ExpectationResult::Status::kFailed:
+      return "failed";
+    case ExpectationResult::Status::kOpen:
+      return "open";
+  }
+  return "";
+}
+
+Json expectation_json(const ExpectationResult& result) {
+  return {{"status", status_word(result.status)},
+          {"expected", result.expected},
+          {"measured", result.measured},
+          {"says", result.says},
+          {"at_s", result.at ? Json(in_seconds(*result.at)) : Json(nullptr)}};
+}
+
+Json planned_json(const PlannedFault& fault) {
+  return {{"bus", fault.bus},
+          {"name", fault.report.fault.name},
+          {"took_effect", fault.took_effect()},
+          {"evidence", fault_sentence(fault)}};
+}
+
+std::vector<BusConfig> running(const World& world) {
+  std::vector<BusConfig> buses;
+  for (const auto& line : world.lines()) buses.push_back(line->config());
+  return buses;
+}
+
+}  // namespace
+
+std::vector<Line*> ScenarioActivity::lines() const {
+  std::vector<Line*> all;
+  for (const auto& line : world_.lines()) all.push_back(line.get());
+  return all;
+}
+
+void ScenarioActivity::check_room(const Scenario& scenario) const {
+  emulator::check_room(scenario, lines());
+}
+
+void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
+  check_room(scenario);  // the verdict of the last one stays otherwise
+  finish();
+  live_.reset();
+  const unsigned number = ++number_;
+  planned_ = static_cast<bool>(on_over);
+  live_.emplace(std::move(scenario), lines(), [this, number, over = std::move(on_over)] {
+    // Not from within a line, and only if it is still this one.
+    boost::asio::post(loop_, [this, number, over] {
+      if (number != number_ || !live_->running()) return;
+      finish();
+      if (over) over();
+    });
+  });
+}
+
+void ScenarioActivity::finish() {
+  if (live_) live_->finish();
+}
+
+std::optional<RunReport> ScenarioActivity::report() const {
+  return live_ ? std::optional(live_->report()) : std::nullopt;
+}
+
+Activity ScenarioActivity::for_clients() {
+  return {.start = [this](const Json& request) { return start_for_client(request); },
+          .stop =
+              [this] {
+                if (planned_) {
+                  throw ApiError(
+                      409, "scenario",
+                      "the program runs for this scenario (--scenario): stop the program");
+                }
+                finish();
+                return report_json();
+              },
+          .state = [this] { return state(); },
+          .report = [this] { return report_json(); }};
+}
+
+Json ScenarioActivity::start_for_client(const Json& request) {
+  if (planned_) {
+    throw ApiError(409, "scenario", "the program runs for a scenario of its own (--scenario)");
+  }
+  if (live_ && live_->running()) {
+    throw ApiError(409, "scenario", live_->scenario().name + " is running; stop it first");
+  }
+  const auto text_at = [&](const char* key) -> std::optional<std::string> {
+    if (!request.is_object() || !request.contains(key)) return std::nullopt;
+    if (!request[key].is_string()) throw ApiError(400, key, "must be a string");
+    return request[key].get<std::string>();
+  };
+  const auto file = text_at("file");
+  const auto toml = text_at("toml");
+  if (file.has_value() == toml.has_value() || request.size() != 1) {
+    throw ApiError(400, "scenario", R"(needs either "file" or "toml", and nothing else)");
+  }
+  std::error_code none_there;
+  const auto size = file ? std::filesystem::file_size(*file, none_there) : 0;
+  if (!none_there && size > kLongestFile) {
+    throw ApiError(400, "file",
+                   "is longer than " + std::to_string(kLongestFile) +
+                       " bytes; the drives would wait while it is read (--scenario takes it)");
+  }
+  try {
+    const std::vector<BusConfig> buses = running(world_);
+    // A log is one line of the scenario, and there is room for many lines.
+    const FileLimits limits{.each = kLongestFile, .played = kLongestFile};
+    start(file ? load_live_scenario(*file, buses, limits)
+               : parse_live_scenario(*toml, "request", buses, scenario_files("", limits)),
+          {});
+  } catch (const StartError& problem) {
+    throw ApiError(400, "file", problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw ApiError(409, "scenario", problem.what());
+  }
+  return state();
+}
+
+Json ScenarioActivity::state() const {
+  if (!live_) return nullptr;
+  const RunReport report = live_->report();
+  return {{"name", report.name},
+          {"state", live_->running() ? "running" : outcome_word(report.verdict.outcome)},
+          {"time_s", in_seconds(report.simulated)},
+          {"duration_s", in_seconds(live_->scenario().duration)}};
+}
+
+Json ScenarioActivity::report_json() const {
+  if (!live_) throw ApiError(404, "scenario", "none was started");
+  const RunReport report = live_->report();
+  Json json = state();
+  json["about"] = report.about;
+  json["expectations"] = Json::array();
+  json["faults"] = Json::array();
+  for (const auto& result : report.verdict.expectations) {
+    json["expectations"].push_back(expectation_json(result));
+  }
+  for (const auto& fault : report.verdict.faults) json["faults"].push_back(planned_json(fault));
+  json["invalid"] = report.verdict.invalid;
+  return json;
+}
+
+}  // namespace lk::emulator

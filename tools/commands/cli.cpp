@@ -1,0 +1,371 @@
+#include "tools/commands/cli.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+
+#include "emulator/config/config_quirks.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
+#include "emulator/record/recording.hpp"
+#include "tools/commands/argument_problem.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/language_option.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kFooter = R"(
+--ids, --generation and --quirk belong to the --bus before them; --generation and --quirk before
+any --bus are for all. Example, two buses:
+  lk-emu --bus vcan0 --ids 1-4 --bus vcan1 --ids 1,3,7-9 --generation v236
+
+Exit status: 0 stopped by SIGINT or SIGTERM, 1 failed while running (with --strict: or advice
+was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3 invalid.)";
+
+/// They have their own --help.
+std::string other_commands() {
+  std::string text = "\nOther commands, see lk-emu WORD --help:\n";
+  for (const Command& command : commands()) {
+    text += fmt::format("  {:<8} {}\n", command.word, command.about);
+  }
+  return text;
+}
+
+/// The values as CLI11 collects them; the first four may come several times.
+struct Raw {
+  std::vector<std::string> buses;
+  std::vector<std::string> ids;
+  std::vector<std::string> generations;
+  std::vector<std::string> quirks;
+  std::string motor;
+  std::string config;
+  std::string seed;
+  std::string bitrate;
+  std::string rom;
+  std::string clock = "realtime";
+  std::string control;
+  std::string scenario;
+  std::string junit;
+  std::string http;
+  std::string http_token;
+  bool http_write = false;
+  std::string record;
+  std::string language;
+  CommandLine line;
+};
+
+void add_options(CLI::App& app, Raw& raw) {
+  app.add_option("--bus", raw.buses, "CAN interface to answer on, e.g. vcan0 (repeatable)")
+      ->type_name("BUS")
+      ->allow_extra_args(false);
+  app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
+      ->type_name("LIST")
+      ->allow_extra_args(false);
+  app.add_option("--motor", raw.motor,
+                 std::string("motor of every drive: what it is sold as, or a motor file, as "
+                             "./my.toml (default ") +
+                     kDefaultMotor + ")")
+      ->type_name("MOTOR");
+  app.add_option("--generation", raw.generations,
+                 "firmware of the drives, one of " + comma_list(generation_words()) +
+                     " (default legacy); seen: what drives of their motor were seen to speak")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  app.add_option("--quirk", raw.quirks,
+                 "one switch of the firmware, e.g. pid_commands=true (repeatable; "
+                 "docs/configuration.md has them all)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--config", raw.config,
+                 "TOML file with buses, drives and settings, or the name of a shipped one")
+      ->type_name("ROBOT");
+  app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
+  app.add_option("--bitrate", raw.bitrate,
+                 "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
+      ->type_name("N");
+  app.add_option("--rom", raw.rom,
+                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
+                 "(default lk-emu/BUS in the user's state directory)")
+      ->type_name("DIR");
+  app.add_flag("--wipe-rom", raw.line.rom.wipe,
+               "remove the ROM files of these drives first: they start as configured");
+  app.add_option("--record", raw.record, "directory to record into, for lk-emu replay")
+      ->type_name("DIR");
+  app.add_flag("--create-bus", raw.line.create_bus,
+               "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
+  app.add_flag("--real-bus", raw.line.real_bus,
+               "answer on interfaces that are not virtual (vcan, vxcan): no real drive on them may "
+               "have one of the IDs");
+  app.add_flag("--check", raw.line.check,
+               "print what would run and start nothing; needs no CAN interface");
+  app.add_option(
+         "--clock", raw.clock,
+         "clock: realtime (default), a factor like x10 or x0.1, or stepped: moves only with "
+         "lk-emu ctl advance")
+      ->type_name("MODE");
+  app.add_option("--scenario", raw.scenario,
+                 "play this scenario, a file or the name of a shipped one, on the buses, judge it, "
+                 "and end with it (docs/scenarios.md)")
+      ->type_name("SCENARIO");
+  app.add_option("--junit", raw.junit, "write the scenario's verdict as JUnit XML")
+      ->type_name("FILE");
+  app.add_flag("--strict", raw.line.strict,
+               "advice about the host is a failure: exit status 1 (docs/advice.md)");
+  add_language_option(app, raw.language);
+  app.add_option("--control", raw.control,
+                 "Unix socket of the control interface, or none (default lk-emu/BUS-PID.sock in "
+                 "XDG_RUNTIME_DIR)")
+      ->type_name("PATH");
+  app.add_option("--http", raw.http,
+                 "control interface and dashboard over TCP, e.g. at localhost:8474 (port 0: any)")
+      ->type_name("ADDR:PORT");
+  app.add_flag("--http-write", raw.http_write,
+               "let the dashboard change things; without it, it is read-only");
+  app.add_option("--http-token", raw.http_token,
+                 "file with the token that clients have to show; required when other machines can "
+                 "reach the address")
+      ->type_name("FILE");
+  app.add_option("--log-level", raw.line.log_level,
+                 "trace, debug, info, warn, error or off (default info)")
+      ->type_name("LEVEL");
+}
+
+struct ProgramApp {
+  CLI::App app{"Virtual LK-TECH servo drives on a real CAN bus", "lk-emu"};
+  Raw raw;
+
+  ProgramApp() {
+    app.set_version_flag("--version", "lk-emu " LKEMU_VERSION);
+    app.footer(kFooter);
+    add_options(app, raw);
+  }
+};
+
+void add_bus(const std::string& interface, std::vector<BusRequest>& requests) {
+  const std::string problem = interface_name_problem(interface);
+  if (!problem.empty()) throw StartError("--bus: " + problem);
+  for (const auto& request : requests) {
+    if (request.interface == interface) throw StartError("--bus: " + interface + " is given twice");
+  }
+  requests.push_back({interface, std::nullopt});
+}
+
+void set_ids(const std::string& list, std::vector<BusRequest>& requests) {
+  if (requests.empty()) throw StartError("--ids " + list + " has no --bus before it");
+  if (requests.back().ids) {
+    throw StartError("--bus " + requests.back().interface +
+                     " has two --ids; write one list: 1,3,7-9");
+  }
+  try {
+    requests.back().ids = parse_ids(list);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--ids: ") + problem.what());
+  }
+}
+
+void set_generation(const std::string& word, FirmwareRequest& firmware) {
+  if (firmware.generation) throw StartError("--generation is given twice for the same drives");
+  firmware.generation = word;
+}
+
+void set_quirk(const std::string& text, FirmwareRequest& firmware) {
+  const std::size_t equals = text.find('=');
+  const std::string key = small_letters(trimmed(text.substr(0, equals)));
+  if (equals == std::string::npos || key.empty()) {
+    throw StartError("--quirk: \"" + text + "\" is not NAME=VALUE, like pid_commands=true");
+  }
+  if (!firmware.quirks.emplace(key, trimmed(text.substr(equals + 1))).second) {
+    throw StartError("--quirk: " + key + " is given twice for the same drives");
+  }
+}
+
+/// Gives each option that belongs to a bus to the --bus before it.
+void pair_up(const CLI::App& app, const Raw& raw, Overrides& overrides) {
+  auto next_bus = raw.buses.begin();
+  auto next_ids = raw.ids.begin();
+  auto next_generation = raw.generations.begin();
+  auto next_quirk = raw.quirks.begin();
+  std::vector<BusRequest>& requests = overrides.buses;
+  for (const CLI::Option* option : app.parse_order()) {
+    const std::string name = option->get_name();
+    auto& firmware = requests.empty() ? overrides.firmware : requests.back().firmware;
+    if (name == "--bus") add_bus(*next_bus++, requests);
+    if (name == "--ids") set_ids(*next_ids++, requests);
+    if (name == "--generation") set_generation(*next_generation++, firmware);
+    if (name == "--quirk") set_quirk(*next_quirk++, firmware);
+  }
+}
+
+void check_log_level(const std::string& level) {
+  for (const char* known : kLogLevels) {
+    if (level == known) return;
+  }
+  throw StartError("--log-level: \"" + level +
+                   "\" is not one of trace, debug, info, warn, error, off");
+}
+
+/// A plain decimal number: 010 is ten, and what does not fit is said so.
+std::int64_t parse_number(const char* option, const std::string& text) {
+  std::int64_t number = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error == std::errc::result_out_of_range) {
+    throw StartError(std::string(option) + ": " + text + " is out of range");
+  }
+  if (error != std::errc() || end != last) {
+    throw StartError(std::string(option) + ": \"" + text + "\" is not a whole number");
+  }
+  return number;
+}
+
+/// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
+/// where browsers go when nothing answers at ::1.
+HttpAddress parse_http_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::string address = text.substr(0, colon);
+  const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
+  if (bracketed) address = address.substr(1, address.size() - 2);
+  // Brackets are for IPv6, whose addresses have colons of their own.
+  if (colon == std::string::npos || address.empty() ||
+      bracketed != (address.find(':') != std::string::npos)) {
+    throw StartError("--http: \"" + text +
+                     "\" is not ADDR:PORT, like 127.0.0.1:8474 or localhost:8474");
+  }
+  if (colon + 1 == text.size()) {
+    throw StartError("--http: " + text + " needs a port, like " + text + "8474");
+  }
+  const std::int64_t port = parse_number("--http", text.substr(colon + 1));
+  if (port < 0 || port > 65535) {
+    throw StartError("--http: port " + std::to_string(port) + " is out of range");
+  }
+  if (small_letters(address) == "localhost") address = "127.0.0.1";
+  return {address, static_cast<std::uint16_t>(port)};
+}
+
+/// What the start would refuse as well, for --check.
+void check_reach(const ControlOptions& control) {
+  if (!control.http) return;
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(control.http->address, error);
+  if (error) {
+    throw StartError("--http: \"" + control.http->address + "\" is not an IP address or localhost");
+  }
+  if (!address.is_loopback() && control.token_file.empty()) {
+    throw StartError("--http: others can reach " + control.http->address +
+                     ": give a --http-token FILE");
+  }
+}
+
+void read_rom_option(const std::string& text, RomOptions& rom) {
+  if (text.empty()) throw StartError("--rom: needs a directory, or :memory:");
+  rom.in_memory = text == ":memory:";
+  if (!rom.in_memory) rom.directory = text;
+  if (rom.in_memory && rom.wipe) {
+    throw StartError("--wipe-rom: with --rom :memory: there is nothing to wipe");
+  }
+}
+
+CommandLine gather(const CLI::App& app, Raw& raw) {
+  CommandLine& line = raw.line;
+  pair_up(app, raw, line.overrides);
+  if (app.count("--motor") > 0) line.overrides.motor = raw.motor;
+  if (app.count("--config") > 0) line.config_file = raw.config;
+  if (app.count("--seed") > 0) {
+    const std::int64_t seed = parse_number("--seed", raw.seed);
+    if (seed < 0) throw StartError("--seed: " + raw.seed + " is negative");
+    line.overrides.seed = static_cast<std::uint64_t>(seed);
+  }
+  if (app.count("--bitrate") > 0) {
+    const std::int64_t bitrate = parse_number("--bitrate", raw.bitrate);
+    const std::string problem = bitrate_problem(bitrate);
+    if (!problem.empty()) throw StartError("--bitrate: " + problem);
+    line.overrides.bitrate = bitrate;
+  }
+  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
+  const auto clock = parse_clock_mode(raw.clock);
+  if (!clock) {
+    throw StartError("--clock: \"" + raw.clock +
+                     "\" is not one of realtime, stepped and x0.001 to x1000");
+  }
+  line.clock = *clock;
+  if (app.count("--scenario") > 0) line.scenario = raw.scenario;
+  if (app.count("--junit") > 0) {
+    if (!line.scenario) throw StartError("--junit: belongs to --scenario");
+    line.junit = raw.junit;
+  }
+  if (app.count("--control") > 0) line.control.socket = raw.control;
+  if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
+  if (app.count("--http-token") > 0) {
+    if (!line.control.http) throw StartError("--http-token: belongs to --http");
+    line.control.token_file = raw.http_token;
+  }
+  check_reach(line.control);
+  if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
+  line.control.pages_may_write = raw.http_write;
+  line.control.page_language = raw.language;
+  if (app.count("--record") > 0) {
+    if (raw.record.empty()) throw StartError("--record: needs a directory");
+    line.record = raw.record;
+  }
+  line.language = chosen_language(raw.language);
+  check_log_level(line.log_level);
+  return line;
+}
+
+}  // namespace
+
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
+                     const std::vector<std::string>& first_words) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& answer) {
+    app.exit(answer);
+    return false;
+  } catch (const CLI::ParseError& problem) {
+    // Of an argument without a place the library says less, or something else that is missing.
+    const std::string left_over = argument_problem(app, first_words);
+    throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
+                     " --help)");
+  }
+  return true;
+}
+
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv) {
+  ProgramApp given;
+  given.app.footer(other_commands() + kFooter);
+  std::vector<std::string> words;
+  for (const Command& command : commands()) words.emplace_back(command.word);
+  if (!parse_arguments(given.app, argc, argv, words)) return std::nullopt;
+  return gather(given.app, given.raw);
+}
+
+std::shared_ptr<CLI::App> program_app() {
+  const auto made = std::make_shared<ProgramApp>();
+  return {made, &made->app};
+}
+
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts) {
+  ConfigTexts unwanted;
+  ConfigTexts& read = texts != nullptr ? *texts : unwanted;
+  const FindProfile find_profile = profile_finder(read.motors);
+  try {
+    if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
+    read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
+    read.config = read_file(read.config_file);
+    return parse_config(*read.config, read.config_file, command_line.overrides, find_profile);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("--motor: ") + problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/config/config.hpp"
+#include "emulator/control/control_options.hpp"
+#include "emulator/ground/language.hpp"
+#include "emulator/live/pacer.hpp"
+#include "emulator/rom/rom_options.hpp"
+
+namespace CLI {  // NOLINT(readability-identifier-naming): the library's
+class App;
+}
+
+namespace lk::emulator {
+
+struct ConfigTexts;
+
+/// What the command line says.
+struct CommandLine {
+  Overrides overrides;
+  std::optional<std::filesystem::path> config_file;
+  bool create_bus = false;
+  bool real_bus = false;  // interfaces need not be virtual
+  bool check = false;     // say what would run, and start nothing
+  RomOptions rom;
+  ClockMode clock;
+  ControlOptions control;
+  std::optional<std::filesystem::path> scenario;
+  std::optional<std::filesystem::path> junit;   // of the scenario
+  std::optional<std::filesystem::path> record;  // directory that gets a recording
+  bool strict = false;                          // advice is a failure
+  Language language = Language::kEnglish;       // of advice
+  std::string log_level = "info";
+};
+
+/// Parses the arguments of a command. False when the answer was all there is to do (`--help`).
+/// `first_words` would have meant another command as the first argument. Throws StartError.
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
+                     const std::vector<std::string>& first_words = {});
+
+/// Nothing when the answer was all there is to do (`--help`, `--version`, printed on standard
+/// output). Throws StartError.
+std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
+
+/// The options of a run, for the manual and the completions; the words have theirs in commands().
+std::shared_ptr<CLI::App> program_app();
+
+inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
+
+/// The buses to run: configuration file, profiles and command line together. What was read goes
+/// into `texts`, if that is wanted. Throws StartError.
+std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts* texts = nullptr);
+
+}  // namespace lk::emulator

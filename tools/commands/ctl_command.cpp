@@ -1,0 +1,295 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "emulator/config/config.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/language_option.hpp"
+#include "tools/ctl/ctl_client.hpp"
+#include "tools/ctl/ctl_tables.hpp"
+#include "tools/ctl/ctl_watch.hpp"
+#include "tools/ctl/ctl_words.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kExitStatus =
+    "\nExit status: 0 done, 1 refused, or the answer could not be printed, 2 unusable input or "
+    "no answer.";
+
+struct RawCtl {
+  std::string socket;
+  std::string bus;
+  bool json = false;
+  std::string word;
+  std::vector<std::string> words;
+  std::string ids;
+  std::string at;
+  std::string lasts;
+  std::string language;
+};
+
+using Answer = CtlClient::Answer;
+
+class Ctl {
+ public:
+  explicit Ctl(const RawCtl& raw) : raw_(raw) {}
+
+  int status() { return show(client().ask("GET", "/status"), status_table); }
+  int drives() { return show(client().ask("GET", "/drives"), drives_table); }
+  int faults() { return show(client().ask("GET", "/faults"), faults_table); }
+  int advice() {
+    const bool chinese = chosen_language(raw_.language) == Language::kChinese;
+    return show(client().ask("GET", "/advice"), chinese ? advice_table_zh : advice_table_en);
+  }
+  int drive() {
+    const int id = drive_id();
+    return show(client().ask("GET", drive_path(id)), drive_page);
+  }
+  int watch() { return watch_drives(client()); }
+
+  int set() {
+    Json said = Json::object();
+    for (const std::string& word : raw_.words) put_word(said, word);
+    put_ids(said);
+    return direct(std::move(said));
+  }
+
+  int fault() {
+    Json said = Json::object();
+    Json fault = {{"kind", raw_.word}};  // not in its place yet: what is in `said` moves
+    for (const std::string& word : raw_.words) {
+      const bool of_event = word.starts_with("id=") || word.starts_with("ids=") ||
+                            word.starts_with("at_s=") || word.starts_with("when.");
+      put_word(of_event ? said : fault, word);
+    }
+    put_ids(said);
+    if (!raw_.at.empty()) said["at_s"] = parse_span_s(raw_.at);
+    if (!raw_.lasts.empty()) fault["for_s"] = parse_span_s(raw_.lasts);
+    said["fault"] = std::move(fault);
+    return direct(std::move(said));
+  }
+
+  int clear() { return direct({{"clear", raw_.word}}); }
+  int mark() { return direct({{"mark", raw_.word}}); }
+
+  int power() {
+    Json said = {{"power", raw_.word}};
+    put_ids(said);
+    return direct(std::move(said));
+  }
+
+  int clock() {
+    return show(raw_.word.empty() ? client().ask("GET", "/clock")
+                                  : client().ask("PUT", "/clock", {{"mode", raw_.word}}),
+                clock_line);
+  }
+
+  int advance() {
+    const double by_s = parse_span_s(raw_.word);
+    return show(client().ask("POST", "/clock/advance", {{"by_s", by_s}}), time_line);
+  }
+
+  int record() {
+    if (raw_.word == "stop") return show(client().ask("DELETE", "/recording"), recorded_line);
+    return show(client().ask("POST", "/recording", {{"directory", absolute(raw_.word)}}),
+                recording_line);
+  }
+
+  int scenario() {
+    if (raw_.word == "stop") return show(client().ask("DELETE", "/scenario"), scenario_page);
+    if (raw_.word == "verdict") return show(client().ask("GET", "/scenario"), scenario_page);
+    const std::string file = scenario_file(raw_.word);  // before the program is looked for
+    return show(client().ask("POST", "/scenario", {{"file", file}}), scenario_page);
+  }
+
+ private:
+  /// Looked for when something is asked: what was typed wrong is told first.
+  const CtlClient& client() {
+    if (!client_) client_.emplace(find_socket(raw_.socket, raw_.bus));
+    return *client_;
+  }
+  /// lk-emu stands somewhere else.
+  static std::string absolute(const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal().string();
+  }
+  static std::string scenario_file(const std::string& given) {
+    try {
+      return absolute(meant_file(kScenarios, given).string());
+    } catch (const std::invalid_argument& problem) {
+      throw StartError(std::string("ctl: ") + problem.what());
+    }
+  }
+  static std::string time_line(const Json& json) {
+    return std::to_string(json.value("time_s", 0.0)) + " s\n";
+  }
+  static std::string clock_line(const Json& json) {
+    return json.value("mode", std::string()) + ", " + time_line(json);
+  }
+  static std::string done_line(const Json& json) {
+    std::string text = "at " + time_line(json);
+    for (const Json& name : json.value("faults", Json::array())) {
+      text += "fault " + name.get<std::string>() + "\n";
+    }
+    return text;
+  }
+
+  int drive_id() const {
+    try {
+      const std::vector<int> ids = parse_ids(raw_.word);
+      if (ids.size() == 1) return ids.front();
+    } catch (const std::invalid_argument& problem) {
+      throw StartError(std::string("ctl: drive: ") + problem.what());
+    }
+    throw StartError("ctl: drive: one ID, not several");
+  }
+
+  std::string drive_path(int id) {
+    std::string bus = raw_.bus;
+    if (bus.empty()) {
+      const Json status = client().ask("GET", "/status").body;
+      if (status["buses"].size() > 1) throw StartError("ctl: there are several buses: give --bus");
+      bus = status["buses"][0].value("bus", "");
+    }
+    return "/drives/" + bus + "/" + std::to_string(id);
+  }
+
+  void put_ids(Json& said) const {
+    if (raw_.ids.empty()) return;
+    if (said.contains("id") || said.contains("ids")) throw StartError("ctl: two lists of IDs");
+    said["ids"] = raw_.ids;
+  }
+
+  int direct(Json said) {
+    if (!raw_.bus.empty() && !said.contains("bus")) said["bus"] = raw_.bus;
+    return show(client().ask("POST", "/directives", said), done_line);
+  }
+
+  int show(const Answer& answer, std::string (*table)(const Json&)) const {
+    if (answer.status >= 300) {
+      const Json error = answer.body.value("error", Json::object());
+      const std::string where = error.value("where", std::string("?"));
+      // Where in the address something is wrong nobody has asked who has not typed it.
+      std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : where.c_str(),
+                   error.value("reason", std::string("refused")).c_str());
+      return 1;
+    }
+    std::fputs((raw_.json ? answer.body.dump(2) + "\n" : table(answer.body)).c_str(), stdout);
+    return 0;
+  }
+
+  const RawCtl& raw_;
+  std::optional<CtlClient> client_;
+};
+
+/// What each word does, and the member that does it.
+struct Row {
+  const char* word;
+  const char* about;
+  int (Ctl::*run)();
+  const char* argument = nullptr;  // the one that follows
+  const char* argument_about = "";
+  bool needed = true;
+  const char* example = nullptr;
+};
+constexpr Row kRows[] = {
+    {"status", "buses, clock, counters", &Ctl::status},
+    {"drives", "all drives", &Ctl::drives},
+    {"drive", "everything about one drive", &Ctl::drive, "ID", "the drive's, 1 to 32"},
+    {"watch", "all drives, live; q leaves", &Ctl::watch},
+    {.word = "set",
+     .about = "change something about drives (docs/directives.md)",
+     .run = &Ctl::set,
+     .example = "  lk-emu ctl set supply_V=18 ramp_s=0.5 --ids 1-2\n"
+                "  lk-emu ctl set load.tau_gravity_Nm=2 --ids 1\n"},
+    {"fault", "inject a fault (lk-emu faults lists them)", &Ctl::fault, "FAULT", "its kind", true,
+     "  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2s\n"},
+    {"faults", "the faults so far, and their effects", &Ctl::faults},
+    {"advice", "what hosts do wrong, and what to do", &Ctl::advice},
+    {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
+     "of a fault, or its kind"},
+    {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
+    {"clock", "show or set the clock mode", &Ctl::clock, "MODE",
+     "to set: realtime, stepped, or a factor like x10", false},
+    {"advance", "advance a stepped clock", &Ctl::advance, "TIME", "10ms, 1.5s, 2min", true,
+     "  lk-emu ctl clock stepped && lk-emu ctl advance 10ms\n"},
+    {"record", "record into a directory, or stop", &Ctl::record, "DIR|stop",
+     "new or empty, for lk-emu replay"},
+    {"scenario", "run a scenario, stop it, or show its verdict", &Ctl::scenario,
+     "SCENARIO|stop|verdict", "what lk-emu run takes (docs/scenarios.md)"},
+    {"mark", "write a note into log and recording", &Ctl::mark, "TEXT", "the note"},
+};
+
+void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
+  const std::string_view word = row.word;
+  if (row.argument != nullptr) {
+    sub.add_option(row.argument, raw.word, row.argument_about)->required(row.needed);
+  }
+  if (word == "advice") add_language_option(sub, raw.language);
+  if (word == "set") {
+    sub.add_option("ASSIGNMENT", raw.words, "what to change: KEY=VALUE")->required();
+  }
+  if (word == "fault") sub.add_option("ASSIGNMENT", raw.words, "its parameters: KEY=VALUE");
+  if (word == "set" || word == "fault" || word == "power") {
+    sub.add_option("--ids", raw.ids, "drives, e.g. 1-2 (default all)")->type_name("LIST");
+  }
+  if (word == "fault") {
+    sub.add_option("--at", raw.at, "simulated time at which it begins: 1.5s (default now)")
+        ->type_name("TIME");
+    sub.add_option("--for", raw.lasts, "how long it lasts: 500ms, 2s, 1min")->type_name("TIME");
+  }
+}
+
+struct CtlApp {
+  CLI::App app{"Inspect and control a running lk-emu", "lk-emu ctl"};
+  RawCtl raw;
+  std::vector<CLI::App*> subs;  // for each row
+
+  CtlApp() {
+    app.require_subcommand(1);
+    app.fallthrough();
+    app.add_option("--socket", raw.socket, "its control socket (default: the only one there is)")
+        ->type_name("PATH");
+    app.add_option("--bus", raw.bus, "the bus, when there are several")->type_name("BUS");
+    app.add_flag("--json", raw.json, "print the answer as JSON");
+    std::string examples;
+    for (const Row& row : kRows) {
+      subs.push_back(app.add_subcommand(row.word, row.about));
+      add_arguments(*subs.back(), row, raw);
+      std::string notes = "\nTakes --socket, --bus and --json of lk-emu ctl too.\n";
+      if (row.example != nullptr) notes += std::string("\nExample:\n") + row.example;
+      subs.back()->footer(notes + kExitStatus);
+      if (row.example != nullptr) examples += row.example;
+    }
+    app.footer("\nExamples:\n" + examples + kExitStatus);
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<CLI::App> ctl_app() {
+  const auto made = std::make_shared<CtlApp>();
+  return {made, &made->app};
+}
+
+int run_ctl(int argc, const char* const* argv) {
+  CtlApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  Ctl ctl(given.raw);
+  for (std::size_t n = 0; n < given.subs.size(); ++n) {
+    if (given.subs[n]->parsed()) return (ctl.*kRows[n].run)();
+  }
+  return 2;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,241 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "emulator/config/config.hpp"
+#include "emulator/config/config_error.hpp"
+#include "emulator/config/config_quirks.hpp"
+#include "emulator/files/durable_file.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/language_option.hpp"
+#include "tools/decode/decoder.hpp"
+#include "tools/guess/guesser.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kDecodeFooter = R"(
+Example, live and of a file:
+  candump -t z can0 | lk-emu decode --generation v236 --motor mg4005
+  lk-emu decode candump-2026-11-21_233328.log --json
+  lk-emu decode --guess candump-2026-11-21_233328.log
+
+Exit status: 0 the log has ended, or SIGINT or SIGTERM came, 1 failed while running, 2 unusable
+input.)";
+
+struct DecodeApp {
+  CLI::App app{"Explain the frames of a bus, from candump's output", "lk-emu decode"};
+  std::string file;
+  std::string generation;
+  std::string motor;
+  bool guess = false;
+  bool json = false;
+  std::string language;
+
+  DecodeApp() {
+    app.footer(kDecodeFooter);
+    app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
+    app.add_option(
+           "--generation", generation,
+           "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
+           "drives of the motor were seen to speak")
+        ->type_name("GENERATION");
+    app.add_option("--motor", motor,
+                   std::string("motor of the drives, a name or a file, for the scales (default ") +
+                       kDefaultMotor + ")")
+        ->type_name("MOTOR");
+    app.add_flag("--guess", guess,
+                 "tell at the end which generation and which quirks the drives speak, and by which "
+                 "frames")
+        ->excludes("--generation")
+        ->excludes("--motor");
+    app.add_flag("--json", json, "one JSON object per line, for programs; the last is the summary");
+    add_language_option(app, language);
+  }
+};
+
+volatile std::sig_atomic_t g_asked_to_stop = 0;
+
+extern "C" void stop_decoding(int /*signal*/) { g_asked_to_stop = 1; }
+
+/// SIGINT and SIGTERM end the reading, and are seen nowhere else.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigset_t stops;
+    sigemptyset(&stops);
+    for (const int signal : {SIGINT, SIGTERM}) {
+      struct sigaction before {};
+      ::sigaction(signal, nullptr, &before);
+      if (before.sa_handler == SIG_IGN) continue;  // whoever started it wants that
+      struct sigaction action {};
+      action.sa_handler = stop_decoding;
+      ::sigaction(signal, &action, nullptr);
+      sigaddset(&stops, signal);
+    }
+    ::sigprocmask(SIG_BLOCK, &stops, &otherwise_);
+  }
+
+  /// False: nothing more is to be read.
+  bool wait_for(int fd) const {
+    // What is always ready is never waited for, and the signal would wait instead.
+    sigset_t arrived;
+    sigpending(&arrived);
+    if (sigismember(&arrived, SIGINT) == 1 || sigismember(&arrived, SIGTERM) == 1) return false;
+    pollfd input{fd, POLLIN, 0};
+    while (g_asked_to_stop == 0) {
+      if (::ppoll(&input, 1, nullptr, &otherwise_) > 0) return true;
+      if (errno != EINTR) return true;  // reading says what is wrong
+    }
+    return false;
+  }
+
+ private:
+  sigset_t otherwise_{};
+};
+
+bool wants_colour() {
+  const auto said = [](const char* name) {
+    const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before threads
+    return std::string(value != nullptr ? value : "");
+  };
+  return ::isatty(STDOUT_FILENO) != 0 && said("NO_COLOR").empty() && said("TERM") != "dumb";
+}
+
+DecodeOptions read_options(const DecodeApp& given) {
+  DecodeOptions options;
+  options.generation_given = given.app.count("--generation") > 0;
+  options.motor_given = given.app.count("--motor") > 0;
+  options.language = chosen_language(given.language);
+  options.json = given.json;
+  options.colour = !given.json && wants_colour();
+  try {
+    options.profile = load_profile(options.motor_given ? given.motor : kDefaultMotor);
+  } catch (const UnknownMotor& problem) {
+    throw StartError(std::string("--motor: ") + problem.what());
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+  if (!options.generation_given) return options;
+  try {
+    options.generation = chosen_generation(given.generation, options.profile);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--generation: ") + problem.what());
+  }
+  return options;
+}
+
+std::string because() { return std::strerror(errno); }  // NOLINT(concurrency-mt-unsafe): one thread
+
+/// From chunks, as they come, to what is printed.
+template <class Reader>
+class Lines {
+ public:
+  explicit Lines(Reader& reader) : reader_(reader) {}
+
+  std::string take(std::string_view chunk) {
+    std::string out;
+    while (!chunk.empty()) {
+      const std::size_t length = std::min(chunk.find('\n'), chunk.size());
+      // What is too long to be a line is not kept whole.
+      const std::size_t room = kLongestCandumpLine + 2 - begun_.size();
+      begun_ += chunk.substr(0, std::min(length, room));
+      if (length == chunk.size()) break;
+      out += reader_.take(begun_);
+      begun_.clear();
+      chunk.remove_prefix(length + 1);
+    }
+    return out;
+  }
+  std::string finish() {
+    std::string out = begun_.empty() ? "" : reader_.take(begun_);
+    return out + reader_.finish();
+  }
+
+ private:
+  Reader& reader_;
+  std::string begun_;
+};
+
+/// False: nobody reads any more.
+bool print(const std::string& text) {
+  const int error = text.empty() ? 0 : write_all(STDOUT_FILENO, text);
+  if (error == 0 || error == EPIPE) return error == 0;
+  errno = error;
+  throw std::runtime_error("standard output: " + because());
+}
+
+/// What has come is printed before more is read.
+template <class Reader>
+void decode(int fd, const std::string& name, Reader& reader) {
+  Lines lines(reader);
+  const StopSignals signals;
+  std::string chunk(std::size_t{64} * 1024, '\0');
+  while (signals.wait_for(fd)) {
+    const ssize_t length = ::read(fd, chunk.data(), chunk.size());
+    if (length < 0 && errno == EINTR) continue;
+    if (length < 0) throw StartError("decode: cannot read " + name + ": " + because());
+    if (length == 0) break;
+    if (!print(lines.take({chunk.data(), static_cast<std::size_t>(length)}))) return;
+  }
+  print(lines.finish());
+}
+
+/// Reads all that comes, and says where not a single frame did.
+template <class Reader>
+void read_log(const DecodeApp& given, Reader& reader) {
+  const bool from_input = given.file.empty() || given.file == "-";
+  const std::string name = from_input ? "standard input" : on_one_line(given.file);
+  Descriptor file;
+  if (!from_input) {
+    file = Descriptor(::open(given.file.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file) throw StartError("decode: cannot read " + name + ": " + because());
+  } else if (::isatty(STDIN_FILENO) != 0) {
+    std::fputs(
+        "lk-emu decode: reads what is typed; candump -t z can0 | lk-emu decode reads a bus\n",
+        stderr);
+  }
+  decode(from_input ? STDIN_FILENO : file.get(), name, reader);
+  if (reader.frames() == 0 && reader.bad_lines() > 0) {
+    throw StartError("decode: nothing in " + name + " is a frame of candump; " +
+                     reader.first_problem());
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> decode_app() {
+  const auto made = std::make_shared<DecodeApp>();
+  return {made, &made->app};
+}
+
+int run_decode(int argc, const char* const* argv) {
+  DecodeApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  if (given.guess) {
+    Guesser guesser({.json = given.json, .language = chosen_language(given.language)});
+    read_log(given, guesser);
+  } else {
+    Decoder decoder(read_options(given));
+    read_log(given, decoder);
+  }
+  return 0;
+}
+
+}  // namespace lk::emulator

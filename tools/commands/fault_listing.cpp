@@ -1,0 +1,104 @@
+#include "tools/commands/fault_listing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace lk::emulator {
+namespace {
+
+/// "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)"
+std::string param_text(const FaultParam& param) {
+  if (!param.choices.empty()) {
+    std::string words(param.choices);
+    std::ranges::replace(words, ' ', '|');
+    std::size_t begin = 0;
+    for (int n = 0; n < static_cast<int>(param.fallback); ++n) begin = words.find('|', begin) + 1;
+    const std::string fallback = words.substr(begin, words.find('|', begin) - begin);
+    return fmt::format("{} {} ({})", param.word, words, fallback);
+  }
+  const std::string range = fmt::format("{} {:.9g}..{:.9g}", param.word, param.min, param.max);
+  return param.required ? range : range + fmt::format(" ({:g})", param.fallback);
+}
+
+std::vector<std::string> params_of(const FaultRow& row) {
+  std::vector<std::string> texts;
+  for (const FaultParam& param : row.params) {
+    if (!param.word.empty()) texts.push_back(param_text(param));
+  }
+  return texts;
+}
+
+std::string scope_of(const FaultRow& row) {
+  std::string text = row.of_bus ? "bus" : "drives";
+  if (row.per_frame) text += ", each frame";
+  if (row.momentary) text += ", at once";
+  return text;
+}
+
+std::string example(const FaultRow& row) {
+  std::string inside = fmt::format("kind = \"{}\"", row.word);
+  for (const FaultParam& param : row.params) {
+    if (param.required) inside += fmt::format(", {} = {:g}", param.word, std::min(2.0, param.max));
+  }
+  if (row.kind == FaultKind::kEndStop) inside += ", max_deg = 30";  // it needs one of its ends
+  if (row.per_frame) inside += ", probability = 0.1";
+  if (!row.momentary) inside += ", for_s = 0.5";
+  return fmt::format("at_s = 2\n{}fault = {{ {} }}\n", row.of_bus ? "" : "id = 1\n", inside);
+}
+
+}  // namespace
+
+std::string list_faults() {
+  std::string text;
+  FaultGroup group{};
+  bool first = true;
+  for (const FaultRow& row : fault_table()) {
+    if (first || row.group != group)
+      text += fmt::format("{}{}\n", first ? "" : "\n", to_string(row.group));
+    group = row.group;
+    first = false;
+    text += fmt::format("  {:<20} {}\n", row.word, row.about);
+    for (const std::string& param : params_of(row))
+      text += fmt::format("  {:<20}   {}\n", "", param);
+  }
+  return text +
+         "\nA value in brackets is what holds when nothing is said. docs/faults.md says how faults "
+         "are set.\n";
+}
+
+std::string describe_fault(const FaultRow& row) {
+  std::string text = fmt::format("{} ({}; of: {})\n  {}\n", row.word, to_string(row.group),
+                                 scope_of(row), row.about);
+  for (const std::string& param : params_of(row)) text += fmt::format("  {}\n", param);
+  return text + "\nas an event of a configuration or scenario:\n" + example(row);
+}
+
+std::string fault_page() {
+  std::string text;
+  FaultGroup group{};
+  bool first = true;
+  for (const FaultRow& row : fault_table()) {
+    if (first || row.group != group) {
+      text += fmt::format(
+          "\n### {}\n\n| fault | does | parameters (default) | of |\n|---|---|---|---|\n",
+          to_string(row.group));
+    }
+    group = row.group;
+    first = false;
+    std::string params;
+    for (const std::string& param : params_of(row)) {
+      std::string cell = param;
+      for (std::size_t bar = cell.find('|'); bar != std::string::npos;
+           bar = cell.find('|', bar + 2)) {
+        cell.replace(bar, 1, "\\|");
+      }
+      params += (params.empty() ? "" : "<br>") + cell;
+    }
+    text += fmt::format("| `{}` | {} | {} | {} |\n", row.word, row.about, params, scope_of(row));
+  }
+  return text;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "emulator/core/bus_config.hpp"
+
+namespace lk::emulator {
+
+/// All shipped profiles as a table, one line each (`lk-emu motors`). Throws ConfigError.
+std::string list_motors();
+
+/// One profile with its derived figures (`lk-emu motors NAME`).
+std::string describe_motor(const Profile& profile);
+
+}  // namespace lk::emulator

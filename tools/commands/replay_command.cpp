@@ -1,0 +1,271 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "emulator/config/candump_log.hpp"
+#include "emulator/config/config_reader.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/record/log_compare.hpp"
+#include "emulator/record/replay_csv.hpp"
+#include "emulator/record/replay_directory.hpp"
+#include "emulator/record/replay_text.hpp"
+#include "emulator/scenario/csv_options.hpp"
+#include "emulator/scenario/progress.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kReplayFooter = R"(
+Exit status: 0 the replies are the recorded ones, or a log was compared; 1 they are not, or
+nothing could be printed; 2 unusable input.)";
+
+struct ReplayRequest {
+  std::string directory;
+  std::string candump;
+  std::string csv;
+  std::vector<std::string> signals = {"angle_deg", "speed_dps", "iq_A"};
+  double rate_Hz = 100;
+  std::string log;
+  std::string config;
+  std::string bus;
+  std::string report;
+};
+
+void add_options(CLI::App& app, ReplayRequest& request) {
+  app.add_option("DIR", request.directory, "recording to run again");
+  app.add_option("--candump", request.candump, "file that gets the frames of the replay")
+      ->type_name("FILE");
+  app.add_option("--csv", request.csv, "file that gets signals of the drives")->type_name("FILE");
+  app.add_option("--signals", request.signals, "what goes into it: angle_deg,speed_dps,…")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("SIGNALS");
+  app.add_option("--rate", request.rate_Hz, "rows per simulated second (default 100)")
+      ->type_name("HZ");
+  app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
+      ->type_name("FILE");
+  app.add_option("--config", request.config, "the robot that the log is of")->type_name("ROBOT");
+  app.add_option("--bus", request.bus, "the bus to look at, in the log and the configuration")
+      ->type_name("BUS");
+  app.add_option("--report", request.report, "file for the comparison (default: standard output)")
+      ->type_name("FILE");
+}
+
+struct ReplayApp {
+  CLI::App app{"Run a recording again and compare, or compare a real robot's log", "lk-emu replay"};
+  ReplayRequest request;
+
+  ReplayApp() {
+    app.footer(kReplayFooter);
+    add_options(app, request);
+  }
+};
+
+void check(const CLI::App& app, const ReplayRequest& request) {
+  const bool log = app.count("--log") > 0;
+  if (log == !request.directory.empty()) {
+    throw StartError(log ? "replay: a recording or a --log, not both"
+                         : "replay: needs the directory of a recording, or --log FILE");
+  }
+  for (const char* option : {"--config", "--bus", "--report"}) {
+    if (!log && app.count(option) > 0) {
+      throw StartError(std::string("replay: ") + option + " belongs to --log");
+    }
+  }
+  for (const char* option : {"--candump", "--csv"}) {
+    if (log && app.count(option) > 0) {
+      throw StartError(std::string("replay: ") + option + " belongs to a recording");
+    }
+  }
+  for (const char* option : {"--signals", "--rate"}) {
+    if (app.count(option) > 0 && request.csv.empty()) {
+      throw StartError(std::string("replay: ") + option + " belongs to --csv");
+    }
+  }
+  if (log && request.config.empty()) {
+    throw StartError("replay: --log needs --config, the robot that it is of");
+  }
+}
+
+// --- a recording
+// --------------------------------------------------------------------------------------------
+
+ReplayCsv read_csv(const ReplayRequest& request) {
+  const SimTime period = row_period(request.rate_Hz);
+  return {request.csv, find_signals(request.signals), period};
+}
+
+Recording open_recording(const std::string& directory) {
+  Recording recording = read_recording(directory);
+  if (!recording.info.replayable) {
+    throw StartError(fmt::format(
+        "{} cannot be replayed: it was begun {:.3f} s after the drives; start with --record DIR "
+        "to have one that can",
+        directory, std::chrono::duration<double>(recording.info.start).count()));
+  }
+  if (recording.info.version != LKEMU_VERSION) {
+    std::fprintf(stderr,
+                 "lk-emu: %s is of lk-emu %s, this is %s: differences may be the version's\n",
+                 directory.c_str(), recording.info.version.c_str(), LKEMU_VERSION);
+  }
+  return recording;
+}
+
+/// How far it goes, if it was ended in good order and says so; else 0.
+SimTime length(const Recording& recording) {
+  SimTime last{0};
+  for (const RecordedInput& input : recording.inputs) {
+    if (std::holds_alternative<RecordedInput::End>(input.what)) last = std::max(last, input.at);
+  }
+  return last;
+}
+
+ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& replay) {
+  std::optional<OutputFile> candump;
+  std::optional<ReplayCsvFile> csv;
+  if (!request.candump.empty()) {
+    candump.emplace(request.candump, "--candump");
+    replay.on_frame = [&](std::size_t bus, const ReplayedFrame& frame) {
+      using Direction = CandumpLine::Direction;
+      candump->write(candump_line(frame.timed.at, recording.buses[bus].interface, frame.timed.frame,
+                                  frame.from_host ? Direction::kSent : Direction::kReceived) +
+                     '\n');
+    };
+  }
+  if (!request.csv.empty()) csv.emplace(read_csv(request), recording.buses, replay);
+  const SimTime whole = length(recording);
+  Progress progress("replay", whole, whole > SimTime{0} && ::isatty(STDERR_FILENO) != 0);
+  const ReplayEnd end = replay_recording(request.directory, recording, replay,
+                                         [&](SimTime now) { progress.show(now); });
+  if (candump) candump->commit();
+  if (csv) csv->commit();
+  return end;
+}
+
+int replay_directory(const ReplayRequest& request) {
+  const Recording recording = open_recording(request.directory);
+  Replay replay(recording.buses);
+  const ReplayEnd end = run(request, recording, replay);
+  if (const auto& difference = replay.difference()) {
+    const auto bus = std::ranges::find(recording.buses, difference->bus, &BusConfig::interface);
+    std::fputs(difference_text(*difference, *bus).c_str(), stdout);
+    return 1;
+  }
+  std::string ending;
+  if (!end.complete) {
+    ending = fmt::format(" up to {:.6f} s, where the recording breaks off",
+                         std::chrono::duration<double>(end.until).count());
+  }
+  const auto frames = replay.host_frames();
+  const auto replies = replay.equal_replies();
+  std::printf("%s\n",
+              fmt::format("{} frame{}, {} repl{}, identical{}", frames, frames == 1 ? "" : "s",
+                          replies, replies == 1 ? "y" : "ies", ending)
+                  .c_str());
+  return 0;
+}
+
+// --- a log
+// ---------------------------------------------------------------------------------------------------
+
+BusConfig choose_bus(const ReplayRequest& request) {
+  CommandLine command_line;
+  command_line.config_file = request.config;
+  const auto buses = load_config(command_line);
+  if (request.bus.empty() && buses.size() == 1) return buses.front();
+  if (request.bus.empty()) {
+    throw StartError("replay: " + request.config + " has several buses; say which with --bus");
+  }
+  const auto found = std::ranges::find(buses, request.bus, &BusConfig::interface);
+  if (found == buses.end()) {
+    throw StartError("replay: " + request.config + " has no bus " + request.bus);
+  }
+  return *found;
+}
+
+/// What is longer is no silence but a clock that was set, from 1970 to the present for one: to
+/// emulate that would take for ever.
+constexpr SimTime kLongestSilence = std::chrono::hours(1);
+
+void check_silences(const std::vector<LoggedFrame>& frames, const std::string& file) {
+  for (std::size_t n = 1; n < frames.size(); ++n) {
+    const SimTime silence = frames[n].timed.at - frames[n - 1].timed.at;
+    if (silence <= kLongestSilence) continue;
+    throw StartError(fmt::format(
+        "replay: {}:{}: comes {:.0f} s after the frame before it, and no silence may be longer "
+        "than an hour: if the clock was set, cut the log there",
+        file, frames[n].line, std::chrono::duration<double>(silence).count()));
+  }
+}
+
+/// Of the log's interfaces the bus's own; any, when it has one only.
+std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const std::string& bus,
+                                   const std::string& file) {
+  const auto is_bus = [&bus](const CandumpLine& line) { return line.interface == bus; };
+  const bool known = std::ranges::any_of(lines, is_bus);
+  std::vector<LoggedFrame> frames;
+  for (const CandumpLine& line : lines) {
+    if (known && !is_bus(line)) continue;
+    if (line.interface != lines.front().interface && !known) {
+      throw StartError(fmt::format("replay: {} has several interfaces and none is {}", file, bus));
+    }
+    LoggedFrame frame{{line.at, line.frame}, std::nullopt, line.number};
+    if (line.direction != CandumpLine::Direction::kUnsaid) {
+      frame.from_host = line.direction == CandumpLine::Direction::kSent;
+    }
+    frames.push_back(frame);
+  }
+  if (frames.empty()) throw StartError("replay: " + file + " has no frames");
+  std::ranges::stable_sort(frames, {}, [](const LoggedFrame& frame) { return frame.timed.at; });
+  check_silences(frames, file);
+  return frames;
+}
+
+int compare(const ReplayRequest& request) {
+  const BusConfig bus = choose_bus(request);
+  std::vector<CandumpLine> lines;
+  try {
+    lines = parse_candump_log(read_file(request.log), request.log);
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+  const auto comparison = compare_log(frames_of(lines, bus.interface, request.log), bus);
+  const std::string text = comparison_text(comparison);
+  if (request.report.empty()) {
+    std::fputs(text.c_str(), stdout);
+  } else {
+    OutputFile report(request.report, "--report");
+    report.write(text);
+    report.commit();
+    std::printf("%s\n", text.substr(0, text.find('\n')).c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> replay_app() {
+  const auto made = std::make_shared<ReplayApp>();
+  return {made, &made->app};
+}
+
+int run_replay(int argc, const char* const* argv) {
+  ReplayApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  const ReplayRequest& request = given.request;
+  check(given.app, request);
+  return request.log.empty() ? replay_directory(request) : compare(request);
+}
+
+}  // namespace lk::emulator

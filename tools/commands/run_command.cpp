@@ -1,0 +1,168 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/core/signals.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/scenario/csv_options.hpp"
+#include "emulator/scenario/scenario_files.hpp"
+#include "emulator/scenario/scenario_report.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/language_option.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kRunFooter = R"(
+Exit status: 0 all passed, 1 an expectation failed (or advice was given, with --strict), or the report could not be printed, 2 unusable
+input, 3 invalid: a planned fault never took effect, so the run says nothing. Of several scenarios the worst counts: 2, 1, 3, 0.)";
+
+/// As CLI11 collects them.
+struct RawRun {
+  std::vector<std::string> files;
+  std::string seed;
+  std::string junit, csv, candump, rom, ids;
+  std::vector<std::string> signals;
+  double rate_Hz = 100;
+  bool quiet = false;
+  bool strict = false;
+  std::string language;
+};
+
+void add_options(CLI::App& app, RawRun& raw) {
+  app.add_option("SCENARIO", raw.files,
+                 "scenarios to run: files, or names of shipped ones (docs/scenarios.md)")
+      ->required();
+  app.add_option("--seed", raw.seed, "seed, in place of the scenario's")->type_name("N");
+  app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
+  app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
+  app.add_option("--signals", raw.signals, "what goes into the CSV file: angle_deg,speed_dps,…")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("SIGNALS");
+  app.add_option("--ids", raw.ids, "of which drives (default all): 1-4 or 1,3,7-9")
+      ->type_name("LIST");
+  app.add_option("--rate", raw.rate_Hz, "rows per simulated second (default 100)")->type_name("HZ");
+  app.add_option("--candump", raw.candump, "write all frames of one scenario as candump -L does")
+      ->type_name("FILE");
+  app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
+  app.add_flag("--strict", raw.strict, "advice about the host is a failure (docs/advice.md)");
+  add_language_option(app, raw.language);
+  app.add_flag("--quiet", raw.quiet, "print only what did not pass");
+}
+
+struct ScenariosApp {
+  CLI::App app{"Run scenarios in simulated time, without a CAN bus", "lk-emu run"};
+  RawRun raw;
+
+  ScenariosApp() {
+    app.footer(kRunFooter);
+    add_options(app, raw);
+  }
+};
+
+RunOutputs::Csv read_csv(const RawRun& raw) {
+  RunOutputs::Csv csv;
+  csv.file = raw.csv;
+  csv.period = row_period(raw.rate_Hz);
+  csv.signals =
+      find_signals(raw.signals.empty() ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
+                                       : raw.signals);
+  if (raw.ids.empty()) return csv;
+  try {
+    csv.ids = parse_ids(raw.ids);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("--ids: ") + problem.what());
+  }
+  return csv;
+}
+
+RunOutputs read_outputs(const CLI::App& app, const RawRun& raw) {
+  RunOutputs outputs;
+  for (const char* option : {"--signals", "--ids", "--rate"}) {
+    if (app.count(option) > 0 && raw.csv.empty()) {
+      throw StartError(std::string(option) + ": belongs to --csv");
+    }
+  }
+  for (const char* option : {"--csv", "--candump"}) {
+    if (app.count(option) > 0 && raw.files.size() > 1) {
+      throw StartError(std::string(option) + ": takes one scenario at a time");
+    }
+  }
+  if (app.count("--csv") > 0) outputs.csv = read_csv(raw);
+  if (app.count("--candump") > 0) outputs.candump = raw.candump;
+  if (app.count("--rom") > 0 && raw.rom != ":memory:") outputs.rom = raw.rom;
+  outputs.strict = raw.strict;
+  outputs.progress = !raw.quiet && ::isatty(STDERR_FILENO) != 0;
+  return outputs;
+}
+
+std::optional<std::uint64_t> read_seed(const CLI::App& app, const RawRun& raw) {
+  if (app.count("--seed") == 0) return std::nullopt;
+  std::int64_t seed = 0;
+  const char* const last = raw.seed.data() + raw.seed.size();
+  const auto [end, error] = std::from_chars(raw.seed.data(), last, seed);
+  if (seed < 0) throw StartError("--seed: must not be negative");
+  if (error != std::errc() || end != last) {
+    throw StartError("--seed: \"" + raw.seed + "\" is not a whole number from 0 to 2^63 - 1");
+  }
+  return static_cast<std::uint64_t>(seed);
+}
+
+/// Whoever reads a file does not want colours, nor does who says so (no-color.org).
+bool in_colour() {
+  const char* const refused = std::getenv("NO_COLOR");
+  return ::isatty(STDOUT_FILENO) != 0 && (refused == nullptr || *refused == '\0');
+}
+
+Outcome worse(Outcome a, Outcome b) {
+  if (a == Outcome::kFailed || b == Outcome::kFailed) return Outcome::kFailed;
+  return a == Outcome::kPassed ? b : a;
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> scenarios_app() {
+  const auto made = std::make_shared<ScenariosApp>();
+  return {made, &made->app};
+}
+
+int run_scenarios(int argc, const char* const* argv) {
+  ScenariosApp given;
+  CLI::App& app = given.app;
+  const RawRun& raw = given.raw;
+  if (!parse_arguments(app, argc, argv)) return 0;
+  const std::optional<std::uint64_t> seed = read_seed(app, raw);
+  const RunOutputs outputs = read_outputs(app, raw);
+  const Language language = chosen_language(raw.language);
+  // All that can be wrong is found before anything runs.
+  std::vector<Scenario> scenarios;
+  for (const std::string& file : raw.files) scenarios.push_back(load_scenario(file, seed));
+  std::optional<OutputFile> junit;
+  if (app.count("--junit") > 0) junit.emplace(raw.junit, "--junit");
+  std::vector<RunReport> reports;
+  Outcome outcome = Outcome::kPassed;
+  for (Scenario& scenario : scenarios) {
+    reports.push_back(run_scenario(std::move(scenario), outputs));
+    const RunReport& report = reports.back();
+    outcome = worse(outcome, report.outcome());
+    if (raw.quiet && report.outcome() == Outcome::kPassed) continue;
+    std::fputs(report_text(report, in_colour(), language).c_str(), stdout);
+    std::fflush(stdout);
+  }
+  if (junit) {
+    junit->write(junit_xml(reports));
+    junit->commit();
+  }
+  return exit_status(outcome);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,162 @@
+#include "tools/ctl/ctl_tables.hpp"
+
+#include <fmt/format.h>
+
+namespace lk::emulator {
+namespace {
+
+double number(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+std::string word(const Json& json, const char* key) { return json.value(key, std::string()); }
+
+std::string joined(const Json& list, const char* nothing) {
+  std::string all;
+  for (const Json& one : list) {
+    if (!all.empty()) all += ',';
+    all += one.is_string() ? one.get<std::string>() : one.dump();
+  }
+  return all.empty() ? nothing : all;
+}
+
+std::string when(const Json& fault, const char* key) {
+  const auto found = fault.find(key);
+  return found != fault.end() && found->is_number() ? fmt::format("{:.3f}", found->get<double>())
+                                                    : "-";
+}
+
+std::string activity(const Json& status, const char* key) {
+  const auto found = status.find(key);
+  return found == status.end() || found->is_null() ? ""
+                                                   : fmt::format("{}: {}\n", key, found->dump());
+}
+
+std::string values(const Json& object, const std::string& indent) {
+  std::string text;
+  for (const auto& [key, value] : object.items()) {
+    if (value.is_object()) {
+      text += fmt::format("{}{}\n", indent, key) + values(value, indent + "  ");
+    } else {
+      const std::string shown =
+          value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump();
+      text += fmt::format("{}{:<24} {}\n", indent, key, shown);
+    }
+  }
+  return text;
+}
+
+/// A block for each, with what to do below.
+std::string advice_blocks(const Json& advice, const char* what, const char* todo) {
+  std::string text;
+  for (const Json& one : advice) {
+    const auto drive = number(one, "drive");
+    text += fmt::format("{}{}  {}  {} x, {:.6g} s  {}\n  {}\n  -> {}\n", word(one, "bus"),
+                        drive > 0 ? fmt::format(":{}", drive) : "", word(one, "kind"),
+                        number(one, "count"), number(one, "first_s"), word(one, "frame"),
+                        word(one, what), word(one, todo));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string status_table(const Json& status) {
+  const Json& clock = status["clock"];
+  std::string text =
+      fmt::format("lk-emu {}, pid {}\nclock: {}, {:.6f} s, slipped {:.3f} s\n",
+                  word(status, "version"), number(status, "pid"), word(clock, "mode"),
+                  number(clock, "time_s"), number(clock, "slipped_s"));
+  text += activity(status, "recording") + activity(status, "scenario");
+  text += fmt::format("{:<10} {:<12} {:<5} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "bus", "ids", "up",
+                      "frames", "queries", "replies", "lost", "waiting");
+  for (const Json& bus : status["buses"]) {
+    const Json& counters = bus["counters"];
+    text += fmt::format("{:<10} {:<12} {:<5} {:>10} {:>10} {:>10} {:>8} {:>8}\n", word(bus, "bus"),
+                        joined(bus["ids"], "-"), bus.value("up", false) ? "yes" : "no",
+                        number(counters, "frames"), number(counters, "queries"),
+                        number(counters, "replies"), number(counters, "replies_lost"),
+                        number(counters, "waiting_for_time"));
+  }
+  return text;
+}
+
+std::string drives_table(const Json& drives) {
+  std::string text =
+      fmt::format("{:<10} {:>3} {:<8} {:<8} {:>11} {:>10} {:>8} {:>7} {:>6}  {}\n", "bus", "id",
+                  "motor", "state", "angle_deg", "speed_dps", "iq_A", "V", "C", "errors");
+  for (const Json& drive : drives) {
+    const Json& signals = drive["signals"];
+    const bool alive = drive.value("alive", false);
+    text += fmt::format(
+        "{:<10} {:>3} {:<8} {:<8} {:>11.2f} {:>10.1f} {:>8.3f} {:>7.1f} {:>6.1f}  {}\n",
+        word(drive, "bus"), number(drive, "id"), word(drive, "motor"),
+        alive ? word(drive, "state") : "no power", number(signals, "angle_deg"),
+        number(signals, "speed_dps"), number(signals, "iq_A"), number(signals, "voltage_V"),
+        number(signals, "temperature_C"), joined(drive["errors"], "-"));
+  }
+  return text;
+}
+
+std::string drive_page(const Json& drive) {
+  std::string text = fmt::format(
+      "{}:{} {} ({}, {}), {}, {}, errors: {}\n", word(drive, "bus"), number(drive, "id"),
+      word(drive, "model"), word(drive, "series"), word(drive, "generation"), word(drive, "state"),
+      drive.value("alive", false) ? "alive" : "no power", joined(drive["errors"], "none"));
+  return text + "signals\n" + values(drive["signals"], "  ") + "settings in RAM\n" +
+         values(drive["registers"]["ram"], "  ") + "counters\n" + values(drive["counters"], "  ");
+}
+
+std::string faults_table(const Json& faults) {
+  if (faults.empty()) return "no faults\n";
+  std::string text =
+      fmt::format("{:<10} {:<20} {:<20} {:<10} {:<8} {:>10} {:>10} {:>8}  {}\n", "bus", "name",
+                  "kind", "ids", "state", "began_s", "effect_s", "effects", "first on");
+  for (const Json& fault : faults) {
+    text += fmt::format("{:<10} {:<20} {:<20} {:<10} {:<8} {:>10} {:>10} {:>8}  {}\n",
+                        word(fault, "bus"), word(fault, "name"), word(fault, "kind"),
+                        joined(fault["ids"], "bus"), word(fault, "state"),
+                        when(fault, "began_at_s"), when(fault, "first_effect_at_s"),
+                        number(fault, "effects"), word(fault, "first_on"));
+  }
+  return text;
+}
+
+std::string recording_line(const Json& recording) {
+  return fmt::format("recording into {}\n", word(recording, "directory"));
+}
+
+std::string recorded_line(const Json& recording) {
+  const bool failed = recording.value("failed", false);
+  return fmt::format("recorded into {}{}\n", word(recording, "directory"),
+                     failed ? ", until the disk refused" : "");
+}
+
+std::string scenario_page(const Json& scenario) {
+  std::string text =
+      fmt::format("{}: {}, {:.3f} of {:.6g} s\n", word(scenario, "name"), word(scenario, "state"),
+                  number(scenario, "time_s"), number(scenario, "duration_s"));
+  for (const Json& one : scenario.value("expectations", Json::array())) {
+    text += fmt::format("  {:<6}  {} - {}\n", word(one, "status"), word(one, "expected"),
+                        word(one, "measured"));
+    if (!word(one, "says").empty()) text += fmt::format("          {}\n", word(one, "says"));
+  }
+  for (const Json& fault : scenario.value("faults", Json::array())) {
+    text += fmt::format("  fault   {}\n", word(fault, "evidence"));
+  }
+  for (const Json& reason : scenario.value("invalid", Json::array())) {
+    text += fmt::format("  invalid: {}\n", reason.get<std::string>());
+  }
+  return text;
+}
+
+std::string advice_table_en(const Json& advice) {
+  return advice.empty() ? "no advice\n" : advice_blocks(advice, "what", "todo");
+}
+
+std::string advice_table_zh(const Json& advice) {
+  return advice.empty() ? "没有建议\n" : advice_blocks(advice, "what_zh", "todo_zh");
+}
+
+}  // namespace lk::emulator

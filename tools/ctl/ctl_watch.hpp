@@ -1,0 +1,11 @@
+#pragma once
+
+#include "tools/ctl/ctl_client.hpp"
+
+namespace lk::emulator {
+
+/// Shows the drives, again and again, until q or Ctrl-C; once when standard output is no terminal.
+/// Returns the exit status.
+int watch_drives(const CtlClient& client);
+
+}  // namespace lk::emulator

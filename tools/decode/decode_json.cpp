@@ -1,0 +1,151 @@
+#include "tools/decode/decode_json.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/frames/decode_words.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string line(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+double seconds_of(SimTime time) { return std::chrono::duration<double>(time).count(); }
+double ms_of(SimTime time) { return static_cast<double>(time.count()) / 1e6; }
+
+/// Whole numbers without a point.
+Json number(double value) {
+  constexpr double kExact = 9007199254740992.0;  // 2^53
+  if (std::round(value) == value && std::abs(value) <= kExact) {
+    return static_cast<std::int64_t>(value);
+  }
+  return value;
+}
+
+const char* role_word(Role role) {
+  switch (role) {
+    case Role::kQuery:
+      return "query";
+    case Role::kReply:
+      return "reply";
+    case Role::kUnclear:
+      return "unclear";
+    case Role::kOther:
+      break;
+  }
+  return "other";
+}
+
+Json latency_json(const LatencyHistogram& latency) {
+  return {{"count", latency.count()},
+          {"min", ms_of(latency.min())},
+          {"median", ms_of(latency.quantile(0.5))},
+          {"p99", ms_of(latency.quantile(0.99))},
+          {"max", ms_of(latency.max())}};
+}
+
+Json command_json(int drive, std::uint32_t asked, const CommandTally& command,
+                  const BusTally& bus) {
+  Json json = {{"drive", drive},
+               {"command", asked_text(asked)},
+               {"name", asked_name(asked)},
+               {"queries", command.queries},
+               {"replies", command.replies},
+               {"unanswered", command.unanswered},
+               {"open", command.open},
+               {"unclear", command.unclear},
+               {"without_query", command.orphans}};
+  if (const auto rate = bus.rate_Hz(command)) json["rate_Hz"] = *rate;
+  if (command.latency.count() > 0) json["latency_ms"] = latency_json(command.latency);
+  return json;
+}
+
+Json bus_json(const std::string& interface, const BusTally& bus) {
+  Json json = {{"interface", interface}, {"frames", bus.frames}};
+  if (bus.first_at) json["first_time_s"] = seconds_of(*bus.first_at);
+  if (const auto duration = bus.duration_s()) json["duration_s"] = *duration;
+  Json commands = Json::array();
+  Json errors = Json::array();
+  Json meaningless = Json::object();
+  for (const auto& [key, command] : bus.commands) {
+    commands.push_back(command_json(key.first, key.second, command, bus));
+  }
+  for (const auto& [key, error] : bus.errors) {
+    Json one = {{"drive", key.first}, {"error", key.second}, {"replies", error.replies}};
+    if (error.first_at) one["first_time_s"] = seconds_of(*error.first_at);
+    errors.push_back(std::move(one));
+  }
+  for (const auto& [why, count] : bus.meaningless) meaningless[std::string(why)] = count;
+  json["commands"] = std::move(commands);
+  json["errors"] = std::move(errors);
+  json["meaningless"] = std::move(meaningless);
+  json["commands_of_other_generations"] = bus.of_newer_firmware;
+  return json;
+}
+
+}  // namespace
+
+std::string frame_json(const DecodedFrame& frame) {
+  const Told& told = frame.told;
+  const FrameWords& words = frame.words;
+  Json json = {{"type", "frame"}, {"line", frame.line}};
+  if (frame.at) json["time_s"] = seconds_of(*frame.at);
+  json["interface"] = frame.interface;
+  json["frame"] = frame_text(frame.frame);
+  json["role"] = role_word(told.role);
+  if (told.role != Role::kOther) {
+    json["sure"] = told.sure;
+    json["drive"] = told.drive;
+    json["command"] = words.command;
+    json["name"] = words.name;
+    Json values = Json::object();
+    for (const ReplyValue& one : words.quantities) {
+      values[std::string(one.name)] = number(one.value);
+      if (one.name == "errors") {
+        values["error_words"] = error_words(static_cast<unsigned>(one.value));
+      }
+    }
+    json["values"] = std::move(values);
+  }
+  if (told.role == Role::kReply) {
+    json["choices"] = told.choices;
+    if (told.latency) json["latency_ms"] = ms_of(*told.latency);
+  }
+  if (!words.mark.empty()) json["mark"] = words.mark;
+  if (!words.drawback.empty()) json["drawback"] = words.drawback;
+  if (frame.frame.kind == protocol::FrameKind::kError) {
+    json["error_words"] = error_frame_words(frame.frame.id);
+  }
+  return line(json);
+}
+
+std::string bad_line_json(std::uint64_t number_of_line, const std::string& problem) {
+  return line({{"type", "bad_line"}, {"line", number_of_line}, {"problem", problem}});
+}
+
+std::string steps_json(std::uint64_t number_of_line) {
+  return line({{"type", "stamps_are_steps"}, {"line", number_of_line}});
+}
+
+std::string summary_json(const DecodeSummary& summary, const DecodeOptions& options) {
+  Json buses = Json::array();
+  for (const auto& [interface, bus] : summary.buses) buses.push_back(bus_json(interface, bus));
+  return line({{"type", "summary"},
+               {"frames", summary.frames},
+               {"bad_lines", summary.bad_lines},
+               {"generation", generation_name(options.generation)},
+               {"generation_assumed", !options.generation_given},
+               {"motor", options.profile.name},
+               {"motor_assumed", !options.motor_given},
+               {"stamps_are_steps", summary.steps},
+               {"odd_states", summary.odd_states},
+               {"buses", std::move(buses)}});
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,151 @@
+#include "tools/decode/decode_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/frames/decode_words.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kDim = "2";
+constexpr const char* kRed = "1;31";
+constexpr const char* kGreen = "32";
+constexpr const char* kYellow = "33";
+constexpr const char* kCyan = "36";
+
+std::string paint(const std::string& text, const char* colour, const DecodeOptions& options) {
+  if (!options.colour || text.empty()) return text;
+  return fmt::format("\x1b[{}m{}\x1b[0m", colour, text);
+}
+
+std::string milliseconds(SimTime latency) {
+  return fmt::format("{:.3f} ms", static_cast<double>(latency.count()) / 1e6);
+}
+
+std::string time_text(SimTime since) {
+  const auto us = std::chrono::floor<std::chrono::microseconds>(since).count();
+  const auto size = std::abs(us);
+  return fmt::format("{}{}.{:06}", us < 0 ? "-" : "", size / 1'000'000, size % 1'000'000);
+}
+
+struct RoleWords {
+  Words words;
+  const char* colour;
+};
+
+RoleWords role_words(const Told& told) {
+  switch (told.role) {
+    case Role::kQuery:
+      return {{"query", "命令"}, kCyan};
+    case Role::kReply:
+      if (told.sure) return {{"reply", "回复"}, kGreen};
+      return {{"reply?", "回复？"}, kGreen};
+    case Role::kUnclear:
+      return {{"?", "？"}, kYellow};
+    case Role::kOther:
+      break;
+  }
+  return {{"", ""}, kYellow};
+}
+
+/// What a person has to know about the frame beside what it says.
+std::string remark(const DecodedFrame& frame, Language language) {
+  if (!frame.words.drawback.empty()) {
+    std::string text(in_language(frame.words.drawback, language));
+    if (frame.frame.kind == protocol::FrameKind::kError) {
+      const std::string about = listed(error_frame_words(frame.frame.id), language);
+      if (!about.empty()) text += (language == Language::kChinese ? "：" : ": ") + about;
+    }
+    return text;
+  }
+  if (frame.told.role == Role::kUnclear) {
+    return std::string(Words{"query or reply?", "命令帧还是回复帧？"}.in(language));
+  }
+  if (frame.told.role != Role::kReply) return "";
+  if (frame.told.choices == 0) {
+    return std::string(Words{"no query for it", "没有对应的命令帧"}.in(language));
+  }
+  if (frame.told.choices == 1) return "";
+  const std::string_view format =
+      Words{"to one of {} queries", "对应 {} 个命令帧之一"}.in(language);
+  return fmt::format(fmt::runtime(format), frame.told.choices);
+}
+
+std::string drive_text(const DecodedFrame& frame) {
+  if (frame.told.drive > 0) return std::to_string(frame.told.drive);
+  return frame.told.role == Role::kQuery ? "1-4" : "";
+}
+
+}  // namespace
+
+std::string frame_line(const DecodedFrame& frame, const DecodeOptions& options) {
+  const Language language = options.language;
+  const RoleWords role = role_words(frame.told);
+  const bool error = frame.words.mark == "error";
+  std::string line;
+  if (frame.since) line += paint(right(time_text(*frame.since), 12), kDim, options) + "  ";
+  line += padded(frame.interface, 6) + " " + right(drive_text(frame), 3) + "  ";
+  line += paint(padded(role.words.in(language), 6), role.colour, options) + " ";
+  line += right(frame.told.latency ? milliseconds(*frame.told.latency) : "", 10) + "  ";
+  const bool named = frame.told.role != Role::kOther && !frame.words.name.empty();
+  const std::string name =
+      named ? frame.words.command + " " + std::string(in_language(frame.words.name, language))
+            : frame_text(frame.frame);
+  line += paint(padded(name, 28), error ? kRed : role.colour, options) + "  ";
+  const std::string said = quantities_text(frame.words.quantities, frame.told.asked, language);
+  line += error ? paint(said, kRed, options) : said;
+  const std::string beside = remark(frame, language);
+  if (!beside.empty()) {
+    line += said.empty() ? "" : "  ";
+    const std::string in_brackets =
+        fmt::format(fmt::runtime(Words{"({})", "（{}）"}.in(language)), beside);
+    line += paint(in_brackets, error ? kRed : kYellow, options);
+  }
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
+}
+
+std::string note_line(const Words& words, const DecodeOptions& options) {
+  return paint("# " + std::string(words.in(options.language)), kDim, options) + "\n";
+}
+
+std::string assumption_line(const DecodeOptions& options) {
+  if (options.generation_given && options.motor_given) return "";
+  const bool chinese = options.language == Language::kChinese;
+  const auto format =
+      protocol::wire_format(quirks_of(options.generation).dialect, options.profile.series);
+  std::string what;
+  if (!options.generation_given) {
+    what += fmt::format(
+        fmt::runtime(chinese ? "固件代 {}（--generation）" : "firmware {} (--generation)"),
+        generation_name(options.generation));
+  }
+  if (!options.motor_given) {
+    what += what.empty() ? "" : chinese ? "，" : ", ";
+    what += fmt::format(fmt::runtime(chinese ? "电机 {}（--motor）" : "motor {} (--motor)"),
+                        options.profile.name);
+  }
+  const std::string scale =
+      options.profile.series == Series::kMs
+          ? ""
+          : fmt::format(
+                fmt::runtime(chinese ? "；转矩电流每计数：命令 {} mA，回复 {} mA"
+                                     : "; a count of iq is {} mA in commands, {} mA in replies"),
+                three_decimals(format.iq_command_lsb_A * 1000),
+                three_decimals(format.iq_reply_lsb_A * 1000));
+  const std::string text = (chinese ? "假定：" : "assumed: ") + what + scale;
+  return paint("# " + text, kDim, options) + "\n";
+}
+
+std::string bad_line(std::uint64_t line, const std::string& problem, const DecodeOptions& options) {
+  const std::string_view format = Words{"# line {} is not a frame of candump, skipped: {}",
+                                        "# 第 {} 行不是 candump 的帧，略过：{}"}
+                                      .in(options.language);
+  return paint(fmt::format(fmt::runtime(format), line, problem), kYellow, options) + "\n";
+}
+
+}  // namespace lk::emulator

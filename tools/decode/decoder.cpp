@@ -1,0 +1,132 @@
+#include "tools/decode/decoder.hpp"
+
+#include <utility>
+
+#include "emulator/core/generation.hpp"
+#include "tools/decode/decode_json.hpp"
+#include "tools/decode/decode_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// All the drives that there can be, of the same kind.
+BusConfig every_drive(const DecodeOptions& options) {
+  BusConfig bus;
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    ServoConfig servo;
+    servo.id = id;
+    servo.profile = options.profile;
+    servo.generation = options.generation;
+    servo.quirks = quirks_of(options.generation);
+    bus.servos.push_back(std::move(servo));
+  }
+  return bus;
+}
+
+/// Of a state 1: bytes that drives of the dialect leave 0 are not (docs/protocol.md §10.1).
+bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
+  switch (layout) {
+    case protocol::State1Layout::kDeciVolt:
+      return (data[2] | data[5] | data[6]) != 0;
+    case protocol::State1Layout::kCentiVolt:
+      return (data[4] | data[5] | data[6]) != 0;
+    case protocol::State1Layout::kCentiVoltAndBusCurrent:
+      return (data[6] & 0xEFU) != 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+Decoder::Decoder(DecodeOptions options)
+    : options_(std::move(options)), reader_(every_drive(options_)) {}
+
+std::string Decoder::take(std::string_view line) {
+  ++lines_;
+  const auto parsed = parse_candump_text(line);
+  if (std::holds_alternative<NothingShown>(parsed)) return "";
+  if (const auto* problem = std::get_if<std::string>(&parsed)) return refuse(*problem);
+  const auto& shown = std::get<ShownFrame>(parsed);
+  if (!summary_.buses.contains(shown.line.interface) && summary_.buses.size() >= kMostInterfaces) {
+    return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
+  }
+  BusTally& tally = summary_.buses[shown.line.interface];
+  Conversation& talk = conversations_.try_emplace(shown.line.interface, reader_).first->second;
+
+  DecodedFrame frame{.line = lines_,
+                     .interface = shown.line.interface,
+                     .frame = shown.line.frame,
+                     .at = stamps_.time_of(shown)};
+  const std::string found = stamps_.steps() && !summary_.steps ? steps_found() : "";
+  if (!first_at_) first_at_ = frame.at;
+  if (frame.at) frame.since = *frame.at - *first_at_;
+  frame.told = talk.hear({shown.line.frame, frame.at, from_host(shown.line.direction)});
+  frame.words = read(frame.told);
+  ++summary_.frames;
+  tally.count(frame.told, frame.words, frame.at);
+  for (const Settled& settled : talk.take_settled()) tally.count(settled);
+  const std::string odd = look_at_generation(frame.told);
+  if (options_.json) return found + frame_json(frame);
+  return notes(shown) + found + frame_line(frame, options_) + odd;
+}
+
+std::string Decoder::finish() {
+  for (auto& [interface, talk] : conversations_) {
+    talk.end();
+    for (const Settled& settled : talk.take_settled()) summary_.buses[interface].count(settled);
+  }
+  return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
+}
+
+/// The first is said, the others are counted.
+std::string Decoder::refuse(const std::string& problem) {
+  if (summary_.bad_lines++ > 0) return "";
+  first_problem_ = "line " + std::to_string(lines_) + ": " + problem;
+  return options_.json ? bad_line_json(lines_, problem) : bad_line(lines_, problem, options_);
+}
+
+/// What cannot be known is said once.
+std::string Decoder::notes(const ShownFrame& shown) {
+  std::string text;
+  if (!std::exchange(said_scale_, true)) text += assumption_line(options_);
+  if (!shown.has_stamp && !std::exchange(said_no_stamps_, true)) {
+    text +=
+        note_line({"no time stamps, so no latencies and no rates: candump -t a, or -L, has them",
+                   "没有时间戳，因此没有延迟和频率：candump -t a 或 -L 会给出时间戳"},
+                  options_);
+  }
+  return text;
+}
+
+/// What was told of times so far is not so.
+std::string Decoder::steps_found() {
+  summary_.steps = true;
+  for (auto& [interface, talk] : conversations_) talk.forget_times();
+  for (auto& [interface, tally] : summary_.buses) {
+    for (auto& [key, command] : tally.commands) command.latency = {};
+  }
+  if (options_.json) return steps_json(lines_);
+  return note_line({"time stamps are steps from line to line (candump -t d): the times above are "
+                    "wrong, those below are sums",
+                    "时间戳是相邻两行的间隔（candump -t d）：以上的时间不对，以下为累加所得"},
+                   options_);
+}
+
+/// A reply that another generation would give is counted, and the first is said.
+std::string Decoder::look_at_generation(const Told& told) {
+  const std::uint8_t command = told.frame.data[0];
+  const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
+  const auto layout = quirks_of(options_.generation).dialect.state_1;
+  if (!state_1 || !is_odd(told.frame.data, layout) || summary_.odd_states++ > 0) return "";
+  return note_line({"this state 1 does not look like the generation: its voltage may be wrong; try "
+                    "another --generation",
+                    "这个状态 1 看上去不属于该固件代，电压可能不对：换一个 --generation 试试"},
+                   options_);
+}
+
+FrameWords Decoder::read(const Told& told) const {
+  const bool error = told.frame.kind == protocol::FrameKind::kError;
+  return error || told.role == Role::kReply ? reader_.reply(told.frame) : reader_.query(told.frame);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/frames/candump_text.hpp"
+#include "emulator/ground/language.hpp"
+#include "tools/decode/summary.hpp"
+
+namespace lk::emulator {
+
+/// How the drives are read, and how that is shown.
+struct DecodeOptions {
+  Generation generation = Generation::kLegacy;
+  Profile profile;  // of the motor
+  bool generation_given = false;
+  bool motor_given = false;
+  bool json = false;
+  bool colour = false;
+  Language language = Language::kEnglish;
+};
+
+/// One frame with what is known of it.
+struct DecodedFrame {
+  std::uint64_t line = 0;  // from 1
+  std::string_view interface;
+  protocol::Frame frame;
+  std::optional<SimTime> at;       // as the log says
+  std::optional<SimTime> since{};  // the first frame of the log
+  Told told{};
+  FrameWords words{};
+};
+
+/// All that was read. Its size does not grow with time.
+struct DecodeSummary {
+  std::map<std::string, BusTally, std::less<>> buses;
+  std::uint64_t frames = 0;
+  std::uint64_t bad_lines = 0;   // that are no frames
+  bool steps = false;            // stamps were steps
+  std::uint64_t odd_states = 0;  // replies to 0x9A and 0x9B that do not look like the generation
+};
+
+/// Lines of candump to lines for people or programs.
+class Decoder {
+ public:
+  explicit Decoder(DecodeOptions options);
+
+  /// What is to be printed for a line without its end.
+  std::string take(std::string_view line);
+  /// Nothing comes any more: the summary.
+  std::string finish();
+
+  const DecodeSummary& summary() const { return summary_; }
+  std::uint64_t frames() const { return summary_.frames; }
+  std::uint64_t bad_lines() const { return summary_.bad_lines; }
+  const std::string& first_problem() const { return first_problem_; }
+
+ private:
+  /// More interfaces than any machine has do not get memory each.
+  static constexpr std::size_t kMostInterfaces = 32;
+
+  std::string refuse(const std::string& problem);
+  std::string notes(const ShownFrame& shown);
+  std::string steps_found();
+  FrameWords read(const Told& told) const;
+  std::string look_at_generation(const Told& told);
+
+  DecodeOptions options_;
+  FrameReader reader_;
+  StampReader stamps_;
+  std::map<std::string, Conversation, std::less<>> conversations_;
+  DecodeSummary summary_;
+  std::string first_problem_;
+  std::uint64_t lines_ = 0;
+  std::optional<SimTime> first_at_;
+  bool said_scale_ = false;
+  bool said_no_stamps_ = false;
+};
+
+}  // namespace lk::emulator

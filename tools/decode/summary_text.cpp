@@ -1,0 +1,165 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "emulator/core/generation.hpp"
+#include "emulator/frames/decode_words.hpp"
+#include "tools/decode/decode_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Row = std::vector<std::string>;
+
+constexpr std::size_t kLeft = 2;  // columns of text; the others are numbers
+
+const Words kHeads[] = {
+    {"drive", "驱动器"},  {"command", "命令"},      {"queries", "命令帧"}, {"replies", "回复帧"},
+    {"per s", "每秒"},    {"unanswered", "未应答"}, {"min ms", "最小 ms"}, {"median ms", "中位 ms"},
+    {"p99 ms", "p99 ms"}, {"max ms", "最大 ms"},
+};
+
+/// Rows below each other in columns.
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const Row& row : rows) {
+    for (std::size_t n = 0; n < row.size(); ++n) {
+      widths[n] = std::max(widths[n], display_width(row[n]));
+    }
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t n = 0; n < row.size(); ++n) {
+      line += "  " + (n < kLeft ? padded(row[n], widths[n]) : right(row[n], widths[n]));
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+std::string ms(SimTime time) {
+  return fmt::format("{:.3f}", static_cast<double>(time.count()) / 1e6);
+}
+
+std::string counted(std::uint64_t count) { return count > 0 ? std::to_string(count) : "–"; }
+
+Row command_row(int drive, std::uint32_t asked, const CommandTally& command, const BusTally& bus,
+                Language language) {
+  Row row{drive > 0 ? std::to_string(drive) : "1-4",
+          asked_text(asked) + " " + std::string(in_language(asked_name(asked), language)),
+          counted(command.queries), counted(command.replies)};
+  const auto rate = bus.rate_Hz(command);
+  row.push_back(rate ? fmt::format("{:.1f}", *rate) : "–");
+  row.push_back(counted(command.unanswered));
+  const LatencyHistogram& latency = command.latency;
+  for (const SimTime time :
+       {latency.min(), latency.quantile(0.5), latency.quantile(0.99), latency.max()}) {
+    row.push_back(latency.count() > 0 ? ms(time) : "–");
+  }
+  return row;
+}
+
+std::string instant(const std::optional<SimTime>& at, const BusTally& bus) {
+  if (!at || !bus.first_at) return "–";
+  return fmt::format("{:.6f} s", std::chrono::duration<double>(*at - *bus.first_at).count());
+}
+
+/// Formatted by what the language has for it.
+template <class... Values>
+std::string said(const Words& format, Language language, const Values&... values) {
+  return fmt::format("  {}\n", fmt::format(fmt::runtime(format.in(language)), values...));
+}
+
+std::string errors_of(const BusTally& bus, Language language) {
+  std::string text;
+  for (const auto& [key, error] : bus.errors) {
+    text += said({"drive {}: {}, replies with it: {}, first {} after the first frame",
+                  "驱动器 {}：{}，见于 {} 个回复帧，首次在第一帧之后 {}"},
+                 language, key.first, in_language(key.second, language), error.replies,
+                 instant(error.first_at, bus));
+  }
+  return text;
+}
+
+std::string doubts_of(const BusTally& bus, const DecodeOptions& options) {
+  const Language language = options.language;
+  CommandTally all;
+  for (const auto& [key, command] : bus.commands) {
+    all.unclear += command.unclear;
+    all.open += command.open;
+    all.orphans += command.orphans;
+  }
+  std::string text;
+  if (all.unclear > 0) {
+    text += said({"frames that could be query or reply: {}", "分不清是命令帧还是回复帧的帧：{}"},
+                 language, all.unclear);
+  }
+  if (all.open > 0) {
+    text += said({"queries of which it is unknown whether they were answered: {}",
+                  "不知道有没有得到应答的命令帧：{}"},
+                 language, all.open);
+  }
+  if (all.orphans > 0) {
+    text += said({"replies to no query in the log: {}", "日志里没有对应命令帧的回复帧：{}"},
+                 language, all.orphans);
+  }
+  for (const auto& [why, count] : bus.meaningless) {
+    text += said({"{}: {}", "{}：{}"}, language, in_language(why, language), count);
+  }
+  if (bus.of_newer_firmware > 0) {
+    text += said({"known commands that such a drive of {} firmware does not take (see "
+                  "--generation, --motor): {}",
+                  "这样的 {} 驱动器不接受的已知命令（见 --generation、--motor）：{}"},
+                 language, generation_name(options.generation), bus.of_newer_firmware);
+  }
+  return text;
+}
+
+std::string bus_text(const std::string& interface, const BusTally& bus,
+                     const DecodeOptions& options) {
+  const Language language = options.language;
+  const Words frames = bus.frames == 1 ? Words{"\n{}: {} frame", "\n{}：{} 帧"}
+                                       : Words{"\n{}: {} frames", "\n{}：{} 帧"};
+  std::string text = fmt::format(fmt::runtime(frames.in(language)), interface, bus.frames);
+  if (const auto duration = bus.duration_s()) {
+    text +=
+        fmt::format(fmt::runtime(Words{" in {:.6f} s", "，历时 {:.6f} s"}.in(language)), *duration);
+  }
+  text += "\n";
+  std::vector<Row> rows(1);
+  for (const Words& head : kHeads) rows.front().emplace_back(head.in(language));
+  for (const auto& [key, command] : bus.commands) {
+    if (command.queries + command.replies == 0) continue;
+    rows.push_back(command_row(key.first, key.second, command, bus, language));
+  }
+  if (rows.size() > 1) text += table(rows);
+  return text + errors_of(bus, language) + doubts_of(bus, options);
+}
+
+}  // namespace
+
+std::string summary_text(const DecodeSummary& summary, const DecodeOptions& options) {
+  std::string text;
+  bool latencies = false;
+  for (const auto& [interface, bus] : summary.buses) {
+    text += bus_text(interface, bus, options);
+    for (const auto& [key, command] : bus.commands) latencies |= command.latency.count() > 0;
+  }
+  if (latencies) {
+    text += fmt::format("\n{}\n", Words{"Latencies are from stamp to stamp; median and p99 are "
+                                        "right to 1.6 %.",
+                                        "延迟为两个时间戳之差；中位数和 p99 的误差不超过 1.6 %。"}
+                                      .in(options.language));
+  }
+  if (summary.bad_lines > 0) {
+    text += fmt::format(
+        fmt::runtime(
+            Words{"\nLines that are not frames: {}\n", "\n不是帧的行：{}\n"}.in(options.language)),
+        summary.bad_lines);
+  }
+  return text;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,213 @@
+#include "tools/formats/command_page.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <string_view>
+#include <vector>
+
+#include "protocol/command_info.hpp"
+
+namespace lk::formats {
+namespace {
+
+using protocol::CommandInfo;
+using WireField = protocol::Field;
+
+std::string hex_text(unsigned number) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof buffer, "0x%02X", number);
+  return buffer;
+}
+
+/// "`[4:7]`", or "`[1]`".
+std::string place_text(const WireField& field) {
+  const int last = field.byte + protocol::bytes_of(field.wire) - 1;
+  std::string text = "`[" + std::to_string(field.byte);
+  if (last > field.byte) text += ":" + std::to_string(last);
+  return text + "]`";
+}
+
+std::string_view type_text(protocol::Wire wire) {
+  constexpr std::string_view kTypes[] = {"uint8",  "int8",  "uint16",       "int16",
+                                         "uint32", "int32", "signed 56 bit"};
+  return kTypes[static_cast<std::size_t>(wire)];
+}
+
+std::string fields_text(std::span<const WireField> fields) {
+  std::string text;
+  int parameter = -1;
+  for (const WireField& field : fields) {
+    if (!text.empty()) text += field.parameter != parameter ? "; " : ", ";
+    if (field.parameter != parameter)
+      text += hex_text(static_cast<unsigned>(field.parameter)) + ": ";
+    parameter = field.parameter;
+    text.append(place_text(field)).append(" ").append(field.key);
+    if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
+  }
+  return text.empty() ? "–" : text;
+}
+
+/// The fields of a reply where they come first, and that command where they come again.
+std::string reply_text(const CommandInfo& command) {
+  if (command.echoed) return "echo";
+  for (const CommandInfo& first : protocol::commands()) {
+    if (&first == &command) break;
+    if (!first.echoed &&
+        std::ranges::equal(first.reply, command.reply, {}, &WireField::name, &WireField::name)) {
+      return "as " + hex_text(static_cast<unsigned>(first.opcode));
+    }
+  }
+  return fields_text(command.reply);
+}
+
+std::string exists(const CommandInfo& command) {
+  std::string text(command.when.words);
+  if (command.fits == protocol::Fits::kAllSeries) return text;
+  if (!text.empty()) text += ", ";
+  return text + (command.fits == protocol::Fits::kMsOnly ? "MS" : "not MS");
+}
+
+std::string_view letters(protocol::Source source) {
+  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]"};
+  return kLetters[static_cast<std::size_t>(source)];
+}
+
+std::string_view lsb_text(protocol::Scale scale) {
+  using protocol::Scale;
+  switch (scale) {
+    case Scale::kOne:
+      return "1";
+    case Scale::kHundredth:
+    case Scale::kCenti:
+      return "0.01";
+    case Scale::kThousandth:
+      return "0.001";
+    case Scale::kIqCommand:
+    case Scale::kIqReply:
+    case Scale::kPhaseCurrent:
+    case Scale::kVoltage:
+      return "by generation";
+    case Scale::kFlag:
+    case Scale::kBridge:
+      return "–";
+  }
+  return "";
+}
+
+std::string_view unit_text(protocol::Unit unit) {
+  constexpr std::string_view kUnits[] = {"",     " count", " °C", " V",   " A",
+                                         " A/s", " ‰",     "°",   " °/s", " °/s²"};
+  return kUnits[static_cast<std::size_t>(unit)];
+}
+
+std::string command_rows() {
+  std::string text =
+      "| DATA[0] | name | query | reply | only with | |\n|---|---|---|---|---|---|\n";
+  for (const CommandInfo& command : protocol::commands()) {
+    text += "| " + hex_text(static_cast<unsigned>(command.opcode)) + " | " +
+            std::string(command.name) + " | " + fields_text(command.query) + " | " +
+            reply_text(command) + " | " + exists(command) + " | " +
+            std::string(letters(command.source)) + " |\n";
+  }
+  text +=
+      "\n| identifier | name | for the drives 1 to 4 | one LSB | only with | "
+      "|\n|---|---|---|---|---|---|\n";
+  for (const CommandInfo& command : protocol::multi_drive_commands()) {
+    text += "| " + hex_text(command.identifier) + " | " + std::string(command.name) + " | ";
+    for (const WireField& field : command.query) text += place_text(field) + " ";
+    const WireField& first = command.query.front();
+    text.append(type_text(first.wire)).append(" | ");
+    if (first.unit != protocol::Unit::kNone) text.append(lsb_text(first.scale));
+    text.append(unit_text(first.unit)).append(" | ");
+    text += exists(command) + " | " + std::string(letters(command.source)) + " |\n";
+  }
+  return text;
+}
+
+std::string range_text(const WireField& field) {
+  using protocol::Range;
+  switch (field.range) {
+    case Range::kWidth:
+      return "";
+    case Range::kWords: {
+      std::string text;
+      for (const protocol::Value& value : field.values) {
+        text += (text.empty() ? "" : "; ") + std::to_string(value.number) + " " +
+                std::string(value.word);
+      }
+      return text;
+    }
+    case Range::kIqCommand:
+      return "±2000, ±2048 (`iq_command_limit_lsb`)";
+    case Range::kIqLimit:
+      return "0..`iq_command_limit_lsb`; 0: none";
+    case Range::kIqReply:
+      return "±2048";
+    case Range::kOpenLoop:
+      return "±850";
+    case Range::kPowerReply:
+      return "±1000";
+    case Range::kTurn:
+      return "0..35999";
+    case Range::kCircle:
+      return "0..what 0x94 can read";
+    case Range::kMaxSpeed:
+      return "± Max Speed";
+    case Range::kMaxAngle:
+      return "± Max Angle";
+    case Range::kEncoder:
+      return "0..the largest count";
+    case Range::kNotNegative:
+      return "from 0";
+    case Range::kMaxCurrent:
+      return "0..`iq_command_limit_lsb`; MS: 0..850";
+    case Range::kSpeedSetting:
+    case Range::kAngleSetting:
+    case Range::kCurrentRamp:
+      return "§10.5";
+  }
+  return "";
+}
+
+std::string_view beyond_text(const WireField& field) {
+  if (field.range == protocol::Range::kWidth) return "";
+  switch (field.beyond) {
+    case protocol::Beyond::kClamped:
+    case protocol::Beyond::kDriveClamps:
+      return "the nearest";
+    case protocol::Beyond::kNotExecuted:
+      return "answered, not executed";
+    case protocol::Beyond::kUnknownCommand:
+      return "no reply";
+  }
+  return "";
+}
+
+std::string field_row(const WireField& field) {
+  return "| " + std::string(field.key) + " | " + std::string(field.label) + " | " +
+         std::string(type_text(field.wire)) + " | " + std::string(lsb_text(field.scale)) +
+         std::string(unit_text(field.unit)) + " | " + range_text(field) + " | " +
+         std::string(beyond_text(field)) + " |\n";
+}
+
+std::string field_rows() {
+  std::string text =
+      "| field | | type | one LSB | range | beyond it |\n|---|---|---|---|---|---|\n";
+  std::vector<std::string> rows;
+  for (const CommandInfo& command : protocol::commands()) {
+    for (const auto fields : {command.query, command.reply}) {
+      for (const WireField& field : fields) {
+        const std::string row = field_row(field);
+        if (std::ranges::find(rows, row) == rows.end()) rows.push_back(row);
+      }
+    }
+  }
+  for (const std::string& row : rows) text += row;
+  return text;
+}
+
+}  // namespace
+
+std::string command_page() { return command_rows() + "\n" + field_rows(); }
+
+}  // namespace lk::formats

@@ -1,0 +1,96 @@
+#include "tools/formats/fields.hpp"
+
+#include "protocol/commands.hpp"
+
+namespace lk::formats {
+namespace {
+
+/// A unit in ASCII, and how many of it the table's unit is.
+struct AsciiUnit {
+  std::string_view text;
+  double factor = 1;
+};
+
+AsciiUnit ascii(protocol::Unit unit) {
+  using protocol::Unit;
+  switch (unit) {
+    case Unit::kNone:
+    case Unit::kCounts:
+      return {""};
+    case Unit::kCelsius:
+      return {"degC"};
+    case Unit::kVolt:
+      return {"V"};
+    case Unit::kAmpere:
+      return {"A"};
+    case Unit::kAmperePerSecond:
+      return {"A/s"};
+    case Unit::kPermille:
+      return {"%", 0.1};
+    case Unit::kDegree:
+      return {"deg"};
+    case Unit::kDegreePerSecond:
+      return {"deg/s"};
+    case Unit::kDegreePerSecond2:
+      return {"deg/s^2"};
+  }
+  return {""};
+}
+
+Field field_of(const protocol::Field& row, const protocol::WireFormat& format) {
+  const AsciiUnit unit = ascii(row.unit);
+  const auto range = protocol::raw_range(row, format);
+  return {.name = row.name,
+          .label = row.label,
+          .first_bit = 8U * row.byte,
+          .bits = 8U * static_cast<unsigned>(protocol::bytes_of(row.wire)),
+          .is_signed = protocol::is_signed(row.wire),
+          .lsb = protocol::lsb(row.scale, format) * unit.factor,
+          .unit = unit.text,
+          .raw_min = range.min,
+          .raw_max = range.max,
+          .values = {row.values.begin(), row.values.end()},
+          .parameter = row.parameter};
+}
+
+}  // namespace
+
+std::vector<Field> fields_of(std::span<const protocol::Field> rows,
+                             const protocol::WireFormat& format) {
+  std::vector<Field> fields;
+  for (const protocol::Field& row : rows) {
+    if (!row.when.on(format)) continue;
+    for (std::size_t bit = 0; bit < row.flags.size(); ++bit) {
+      fields.push_back({.name = row.flags[bit].name,
+                        .label = row.flags[bit].label,
+                        .first_bit = 8U * row.byte + static_cast<unsigned>(bit),
+                        .bits = 1,
+                        .raw_max = 1,
+                        .values = {{0, "no"}, {1, "yes"}}});
+    }
+    if (row.flags.empty()) fields.push_back(field_of(row, format));
+  }
+  return fields;
+}
+
+std::vector<Field> multi_drive_fields(const protocol::CommandInfo& command,
+                                      const protocol::WireFormat& format) {
+  std::vector<Field> fields = fields_of(command.query, format);
+  if (command.identifier != protocol::MultiCommand::kIdentifier) return fields;
+  for (Field& field : fields) {
+    field.values = {{protocol::kNoCommand, "nothing"}};
+    for (const Value& known : command_values(format)) field.values.push_back(known);
+  }
+  return fields;
+}
+
+std::vector<Value> command_values(const protocol::WireFormat& format) {
+  std::vector<Value> known;
+  for (const auto& command : protocol::commands()) {
+    if (!protocol::knows(format, command)) continue;
+    known.push_back({static_cast<unsigned>(command.opcode), command.name});
+  }
+  return known;
+}
+
+}  // namespace lk::formats

@@ -1,0 +1,243 @@
+#include "tools/guess/drive_watch.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "emulator/frames/reply_fit.hpp"
+#include "protocol/wire.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::get_le;
+using protocol::Opcode;
+using protocol::Payload;
+using namespace std::chrono_literals;
+
+// Of motors that LK-TECH sells (assumed): what is beyond is another layout.
+constexpr double kLeastVoltage_V = 7;
+constexpr double kMostVoltage_V = 60;
+constexpr int kColdest_C = -40;
+constexpr int kMostBusCurrent_lsb = 10000;  // 100 A
+constexpr std::uint32_t kMostSingleTurn_cdeg = 36000 * 100;
+constexpr std::uint32_t kTurn_cdeg = 36000;
+constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
+constexpr std::uint8_t kLegacyErrors = 0x09;
+constexpr std::uint8_t kBridgeOff = 0x10;
+
+/// Silence tells something where the drive answered so shortly before and after (assumed).
+constexpr SimTime kSilenceWithin = 10s;
+/// Nothing else happens to a drive so soon after it was told to be off (assumed).
+constexpr SimTime kStillOff = 1s;
+constexpr std::uint64_t kEnoughTimed = 3;
+
+bool plausible(double voltage_V) {
+  return voltage_V >= kLeastVoltage_V && voltage_V <= kMostVoltage_V;
+}
+
+/// The layouts of 0x9A that the frame can have, as a set of State1Layout.
+ValueSet state_1_layouts(const Payload& data) {
+  const bool deci = (data[2] | data[5] | data[6]) == 0;
+  const bool centi = (data[4] | data[5] | data[6]) == 0;
+  const int current_lsb = get_le<std::int16_t>(data, 4);
+  const bool with_current = (data[6] & 0xCFU) == 0 && std::abs(current_lsb) <= kMostBusCurrent_lsb;
+  // Without its voltage, a drive that says that it is wrong is told by the bytes that are 0.
+  const bool any_voltage = (data[7] & kUnderOrOverVoltage) != 0;
+  const bool deci_V = any_voltage || plausible(get_le<std::uint16_t>(data, 3) * 0.1);
+  const bool centi_V = any_voltage || plausible(get_le<std::uint16_t>(data, 2) * 0.01);
+  ValueSet layouts = 0;
+  if (deci && deci_V) layouts |= only(0);
+  if (centi && centi_V) layouts |= only(1);
+  if (with_current && centi_V) layouts |= only(2);
+  return layouts;
+}
+
+bool is_state_2(std::uint8_t command) {
+  return command == static_cast<std::uint8_t>(protocol::ReadState2::kOpcode) ||
+         (command >= static_cast<std::uint8_t>(protocol::OpenLoop::kOpcode) &&
+          command <= static_cast<std::uint8_t>(protocol::Position6::kOpcode));
+}
+
+std::optional<Trait> trait_of(std::uint32_t asked) {
+  const auto* row =
+      asked <= 0xFF ? protocol::find_command(static_cast<std::uint8_t>(asked)) : nullptr;
+  return row != nullptr ? trait_behind(row->opcode) : std::nullopt;
+}
+
+/// What an answer to a command behind the trait allows, or that there is none.
+ValueSet allowed_by(Trait trait, bool answered) {
+  if (trait == Trait::kSeries) return only(answered ? kNotMs : kMs);
+  return only(answered ? kSwitchedOn : kSwitchedOff);
+}
+
+bool in_order(const std::optional<SimTime>& a, const std::optional<SimTime>& b, SimTime most) {
+  return !a || !b || (*b >= *a && *b - *a <= most);
+}
+
+}  // namespace
+
+void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
+  ++queries_;
+  const Sighting sighting{told.frame, at};
+  const bool several = protocol::find_multi_drive(told.frame.id) != nullptr;
+  if (several) {
+    const bool counts = several_known_ && (told.frame.id == protocol::MultiSpeed::kIdentifier ||
+                                           told.frame.id == protocol::MultiPosition::kIdentifier);
+    if (counts) {
+      ++several_.silent;
+      if (several_.first.empty()) several_.first.push_back(sighting);
+    }
+  } else if (told.frame.data[0] == static_cast<std::uint8_t>(protocol::Run::kOpcode) ||
+             told.frame.data[0] == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
+    off_at_.reset();
+  }
+  motion_.query(sighting);
+}
+
+void DriveWatch::settle(const Settled& settled) {
+  if (settled.how == Settled::How::kOpen) return;
+  const bool answered = settled.how == Settled::How::kAnswered;
+  const auto trait = trait_of(settled.asked);
+  if (!trait && settled.asked <= 0xFF) evidence_.count_answer(answered);
+  if (answered) {
+    if (answered_before_ && in_order(answered_at_, silent_since_, kSilenceWithin) &&
+        in_order(silent_since_, settled.at, kSilenceWithin)) {
+      for (const auto& [behind, frames] : silent_) {
+        evidence_.see(behind, allowed_by(behind, false), frames);
+      }
+    }
+    silent_.clear();
+    silent_since_.reset();
+    answered_before_ = true;
+    answered_at_ = settled.at;
+  } else if (trait) {
+    Frames& frames = silent_[*trait];
+    ++frames.silent;
+    if (frames.first.size() < Evidence::kMostExamples) {
+      frames.first.push_back({settled.query, settled.at});
+    }
+    if (!silent_since_) silent_since_ = settled.at;
+  } else {
+    // Nothing is said of others by the silence of a drive that is not there.
+    silent_.clear();
+    silent_since_.reset();
+    answered_before_ = false;
+  }
+}
+
+/// Is an echo as late as a reply of this drive, and as early? Else it may be the query again.
+bool DriveWatch::paced(const Told& told) const {
+  if (!told.latency || timed_ < kEnoughTimed) return false;
+  return *told.latency * 5 >= fastest_ * 4 && *told.latency * 2 <= slowest_ * 3;
+}
+
+void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::optional<SimTime> at) {
+  ++replies_;
+  const Sighting sighting{heard, at};
+  const std::uint8_t command = told.frame.data[0];
+  const bool fits = told.choices > 0;
+  if (told.sure && fits) {
+    const std::uint32_t base = heard.id - static_cast<std::uint32_t>(told.drive);
+    const std::size_t value = static_cast<std::size_t>(
+        std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
+    evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
+    if (told.latency && *told.latency > SimTime{0}) {
+      fastest_ = timed_ == 0 ? *told.latency : std::min(fastest_, *told.latency);
+      slowest_ = std::max(slowest_, *told.latency);
+      ++timed_;
+    }
+  }
+  if (told.choices == 1) see_answer(told, sighting);
+  if (command == static_cast<std::uint8_t>(protocol::ReadState1::kOpcode) ||
+      command == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
+    see_state_1(sighting);
+  }
+  if (command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode))
+    see_single_turn(sighting);
+  if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
+  const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
+  if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
+  motion_.reply({told.frame, at}, evidence_);
+}
+
+/// An angle of 0 has the bytes of its query: right after 0x95, where the drive was to count from 0.
+void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
+  const bool angle =
+      told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
+  if (angle && paced(told)) motion_.reply({told.frame, at}, evidence_);
+}
+
+/// That there is a reply, and what its DATA[0] is.
+void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
+  if (told.asked > 0xFF) {
+    see_several(told, sighting);
+    return;
+  }
+  const auto misprinted = {protocol::ClearErrors::kOpcode, protocol::Position5::kOpcode,
+                           protocol::Position6::kOpcode};
+  if (told.sure &&
+      std::ranges::find(misprinted, static_cast<Opcode>(told.asked)) != misprinted.end()) {
+    const bool repeats = told.frame.data[0] == told.asked;
+    evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
+                  sighting);
+  }
+  const auto trait = trait_of(told.asked);
+  if (!trait) return;
+  // The reply to a read of the brake has the bytes of a command to it.
+  const bool sure = told.sure && *trait != Trait::kBrake;
+  const Weight weight = sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
+  evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
+  if (told.sure && *trait == Trait::kOpenLoop) {
+    evidence_.see(Trait::kSeries, only(kMs), Weight::kSure, sighting);
+  }
+}
+
+void DriveWatch::see_several(const Told& told, const Sighting& sighting) {
+  if (told.asked == protocol::MultiTorque::kIdentifier) {
+    evidence_.see(Trait::kSeries, only(kNotMs), Weight::kLikely, sighting);
+    evidence_.see(Trait::kSeveral, only(kSwitchedOff), several_);
+    several_known_ = true;
+  } else {
+    evidence_.see(Trait::kSeveral, only(kSwitchedOn), Weight::kLikely, sighting);
+  }
+  several_ = {};
+}
+
+void DriveWatch::see_state_1(const Sighting& sighting) {
+  const Payload& data = sighting.frame.data;
+  if (static_cast<std::int8_t>(data[1]) < kColdest_C) return;
+  ValueSet layouts = state_1_layouts(data);
+  if (layouts == 0) {
+    ++odd_states_;
+    return;
+  }
+  evidence_.see(Trait::kState1, layouts, Weight::kSure, sighting);
+  if ((data[7] & ~kLegacyErrors) != 0) {
+    evidence_.see(Trait::kErrorBits, only(kSwitchedOn), Weight::kSure, sighting);
+  }
+  // A drive that is off says so in byte 6, where it has such a byte.
+  const auto with_current =
+      static_cast<std::size_t>(protocol::State1Layout::kCentiVoltAndBusCurrent);
+  const bool off = off_at_ && in_order(off_at_, sighting.at, kStillOff) && sighting.at;
+  if (off && data[6] != kBridgeOff && contains(layouts, with_current)) {
+    layouts &= static_cast<ValueSet>(~only(with_current));
+    evidence_.see(Trait::kState1, layouts, Weight::kLikely, sighting);
+    off_at_.reset();
+  }
+}
+
+void DriveWatch::see_single_turn(const Sighting& sighting) {
+  const Payload& data = sighting.frame.data;
+  const auto wide_cdeg = get_le<std::uint32_t>(data, 4);
+  const auto narrow_cdeg = get_le<std::uint16_t>(data, 6);
+  if (wide_cdeg == 0 || (data[1] | data[2] | data[3]) != 0) return;
+  ValueSet widths = 0;
+  if ((data[4] | data[5]) == 0 && narrow_cdeg < kTurn_cdeg) widths |= only(kNarrow);
+  if (wide_cdeg < kMostSingleTurn_cdeg) widths |= only(kWide);
+  evidence_.see(Trait::kSingleTurn, widths, Weight::kSure, sighting);
+  if (widths == only(kWide) && wide_cdeg >= kTurn_cdeg) {
+    evidence_.see(Trait::kEncoderSpan, only(kOutputTurn), Weight::kSure, sighting);
+  }
+}
+
+}  // namespace lk::emulator

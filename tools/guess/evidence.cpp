@@ -1,0 +1,119 @@
+#include "tools/guess/evidence.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace lk::emulator {
+namespace {
+
+/// Frames that speak against a value are believed when they are more than this part of those that
+/// tell (assumed): a log of a drive that was exchanged has both.
+constexpr std::uint64_t kBelievedOneIn = 20;
+/// So many queries without a reply for one that may have had one (assumed).
+constexpr std::uint64_t kSilencePerHint = 4;
+/// Answers that a bus is taken to have given before the log began, and one loss (assumed).
+constexpr double kBefore = 20;
+/// That all the silence was lost frames, at most (assumed).
+constexpr double kMostLikelyLoss = 1.0 / 400;
+
+void add(Frames& to, const Frames& more) {
+  to.sure += more.sure;
+  to.likely += more.likely;
+  to.hints += more.hints;
+  to.silent += more.silent;
+  for (const Sighting& one : more.first) {
+    if (to.first.size() < Evidence::kMostExamples) to.first.push_back(one);
+  }
+}
+
+}  // namespace
+
+void Evidence::see(Trait trait, ValueSet allowed, Weight weight, const Sighting& sighting) {
+  Frames one;
+  one.sure = weight == Weight::kSure ? 1 : 0;
+  one.likely = weight == Weight::kLikely ? 1 : 0;
+  one.hints = weight == Weight::kHint ? 1 : 0;
+  one.silent = weight == Weight::kSilence ? 1 : 0;
+  if (weight != Weight::kHint) one.first.push_back(sighting);
+  see(trait, allowed, one);
+}
+
+void Evidence::see(Trait trait, ValueSet allowed, const Frames& frames) {
+  if (allowed == 0 || allowed == all_of(trait)) return;
+  add(seen_[trait].at(allowed), frames);
+}
+
+ValueSet Evidence::open(Trait trait) const {
+  ValueSet values = 0;
+  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
+    if (!excluded(trait, value)) values |= only(value);
+  }
+  return values;
+}
+
+bool Evidence::decided(Trait trait) const { return std::has_single_bit(open(trait)); }
+
+/// How many queries without a reply are no loss any more: at least two, and more where replies to
+/// commands that every drive answers are missing too.
+std::uint64_t Evidence::enough_silence() const {
+  const double loss = (static_cast<double>(lost_) + 1) /
+                      (static_cast<double>(answered_) + static_cast<double>(lost_) + kBefore);
+  std::uint64_t enough = 1;
+  for (double all = loss; all > kMostLikelyLoss && enough < 1000; all *= loss) ++enough;
+  return std::max<std::uint64_t>(enough, 2);
+}
+
+bool Evidence::excluded(Trait trait, std::size_t value) const {
+  const auto found = seen_.find(trait);
+  if (found == seen_.end()) return false;
+  Frames all, against;
+  for (std::size_t set = 1; set < found->second.size(); ++set) {
+    const Frames& frames = found->second.at(set);
+    add(all, frames);
+    if (!contains(static_cast<ValueSet>(set), value)) add(against, frames);
+  }
+  const auto tell = [](const Frames& frames) { return frames.sure > 0 || frames.likely > 1; };
+  // One sure reply is worth more than any silence. What was only likely to be a reply is not: a
+  // host that repeats itself at the pace of the drive looks like one.
+  const std::uint64_t doubtful = all.hints + all.likely;
+  const bool silence =
+      all.sure == 0 && all.silent >= enough_silence() && all.silent > kSilencePerHint * doubtful;
+  if (silence || !tell(all)) return silence && against.silent > 0;
+  return tell(against) && (against.sure + against.likely) * kBelievedOneIn > all.sure + all.likely;
+}
+
+std::uint64_t Evidence::frames_for(Trait trait, std::size_t value) const {
+  const auto found = seen_.find(trait);
+  if (found == seen_.end()) return 0;
+  std::uint64_t count = 0;
+  for (std::size_t set = 1; set < found->second.size(); ++set) {
+    if (contains(static_cast<ValueSet>(set), value)) count += found->second.at(set).count();
+  }
+  return count;
+}
+
+std::uint64_t Evidence::frames_against(Trait trait, std::size_t value) const {
+  const auto found = seen_.find(trait);
+  if (found == seen_.end()) return 0;
+  std::uint64_t count = 0;
+  for (std::size_t set = 1; set < found->second.size(); ++set) {
+    if (!contains(static_cast<ValueSet>(set), value)) count += found->second.at(set).count();
+  }
+  return count;
+}
+
+std::vector<Sighting> Evidence::examples(Trait trait, std::size_t value) const {
+  const auto found = seen_.find(trait);
+  std::vector<Sighting> some;
+  for (int wanted = 1; found != seen_.end() && wanted < static_cast<int>(kMostValues); ++wanted) {
+    for (std::size_t set = 1; set < found->second.size(); ++set) {
+      if (std::popcount(set) != wanted || !contains(static_cast<ValueSet>(set), value)) continue;
+      const auto& first = found->second.at(set).first;
+      some.insert(some.end(), first.begin(), first.end());
+    }
+  }
+  some.resize(std::min(some.size(), kMostExamples));
+  return some;
+}
+
+}  // namespace lk::emulator

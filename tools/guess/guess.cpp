@@ -1,0 +1,147 @@
+#include "tools/guess/guess.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "emulator/core/generation.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kForeignReplies = 2;  // of Trait::kReplyId: 0x240
+
+/// Does the trait say something about the generation of such a drive? 0xA0 is for MS drives, and
+/// they know no current.
+bool counts(Trait trait, const Evidence& evidence) {
+  if (row_of(trait).of == nullptr) return false;
+  const ValueSet series = evidence.open(Trait::kSeries);
+  if (trait == Trait::kOpenLoop) return series == only(kMs);
+  if (trait == Trait::kSpeedLimit) return series == only(kNotMs);
+  return true;
+}
+
+GenerationFit fit_of(Generation generation, const Evidence& evidence) {
+  GenerationFit fit{.generation = generation, .against = {}};
+  const Quirks quirks = quirks_of(generation);
+  for (std::size_t n = 0; n < kTraitCount; ++n) {
+    const auto trait = static_cast<Trait>(n);
+    if (!counts(trait, evidence)) continue;
+    const std::size_t value = row_of(trait).of(quirks);
+    const ValueSet open = evidence.open(trait);
+    if (open == all_of(trait)) continue;
+    fit.frames_for += evidence.frames_for(trait, value);
+    fit.frames_against += evidence.frames_against(trait, value);
+    if (open != 0 && !contains(open, value)) fit.against.push_back(trait);
+  }
+  return fit;
+}
+
+/// The one with less against it; of two with as much, the one that agrees in what shows most often.
+bool nearer(const GenerationFit& a, const GenerationFit& b) {
+  if (a.against.size() != b.against.size()) return a.against.size() < b.against.size();
+  return b.against < a.against;
+}
+
+/// Of the values that are open the one with the most frames for it.
+std::size_t likeliest(Trait trait, const Evidence& evidence) {
+  std::optional<std::size_t> best;
+  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
+    if (!contains(evidence.open(trait), value)) continue;
+    if (!best || evidence.frames_for(trait, value) > evidence.frames_for(trait, *best))
+      best = value;
+  }
+  return best.value_or(0);
+}
+
+/// The generations that fit; where none does, those with the least against them.
+std::vector<Generation> candidates_of(const Guess& guess) {
+  std::size_t least = SIZE_MAX;
+  for (const GenerationFit& fit : guess.generations) least = std::min(least, fit.against.size());
+  std::vector<Generation> candidates;
+  for (const GenerationFit& fit : guess.generations) {
+    if (fit.against.size() == least) candidates.push_back(fit.generation);
+  }
+  return candidates;
+}
+
+}  // namespace
+
+Guess guess_of(const Evidence& evidence) {
+  Guess guess;
+  for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+    guess.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
+    if (guess.generations.back().against.empty()) {
+      guess.fits.push_back(static_cast<Generation>(n));
+    }
+  }
+  const auto nearest = std::ranges::min_element(guess.generations, nearer);
+  guess.nearest = nearest->generation;
+  for (const Trait trait : nearest->against) {
+    guess.quirks.push_back(
+        {row_of(trait).key, row_of(trait).values.at(likeliest(trait, evidence))});
+  }
+  for (std::size_t n = 0; n < kTraitCount; ++n) {
+    const auto trait = static_cast<Trait>(n);
+    const ValueSet open = evidence.open(trait);
+    if (open == 0) {
+      guess.contradictory.push_back(trait);
+    } else if (open != all_of(trait)) {
+      guess.decided.push_back(trait);
+    }
+    const ValueSet series = evidence.open(Trait::kSeries);
+    const bool relevant = (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
+                          (trait != Trait::kSpeedLimit || series != only(kMs));
+    if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
+  }
+  guess.foreign = evidence.open(Trait::kReplyId) == only(kForeignReplies);
+  guess.ms = evidence.open(Trait::kSeries) == only(kMs);
+  if (evidence.decided(Trait::kEncoderSpan)) {
+    guess.encoder_span =
+        row_of(Trait::kEncoderSpan).values.at(likeliest(Trait::kEncoderSpan, evidence));
+  }
+  return guess;
+}
+
+std::vector<std::string_view> open_values(Trait trait, const Evidence& evidence) {
+  std::vector<std::string_view> values;
+  for (std::size_t value = 0; value < row_of(trait).count; ++value) {
+    if (contains(evidence.open(trait), value)) values.push_back(row_of(trait).values.at(value));
+  }
+  return values;
+}
+
+std::vector<Trait> telling(const Guess& guess) {
+  const std::vector<Generation> candidates = candidates_of(guess);
+  std::vector<Trait> traits;
+  for (const Trait trait : guess.unknown) {
+    const auto of = row_of(trait).of;
+    if (of == nullptr) continue;
+    const std::size_t first = of(quirks_of(candidates.front()));
+    const bool same = std::ranges::all_of(candidates, [of, first](Generation generation) {
+      return of(quirks_of(generation)) == first;
+    });
+    if (!same) traits.push_back(trait);
+  }
+  // A query is easier to send than something to wait for.
+  std::stable_partition(traits.begin(), traits.end(),
+                        [](Trait trait) { return !row_of(trait).probe.empty(); });
+  return traits;
+}
+
+std::vector<QuirkOption> Guess::all_quirks() const {
+  std::vector<QuirkOption> all = quirks;
+  if (!encoder_span.empty()) all.push_back({row_of(Trait::kEncoderSpan).key, encoder_span});
+  return all;
+}
+
+std::string Guess::options() const {
+  std::string text = "--generation " + std::string(generation_name(nearest));
+  if (ms) text.append(" --motor ").append(kMsStandIn);
+  for (const QuirkOption& one : all_quirks()) {
+    text.append(" --quirk ").append(one.key).append("=").append(one.value);
+  }
+  return text;
+}
+
+}  // namespace lk::emulator

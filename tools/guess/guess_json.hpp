@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "tools/guess/guesser.hpp"
+
+namespace lk::emulator {
+
+/// What was found, for programs: an object a line for each drive, then the summary.
+std::string guess_json(const Guesser& guesser);
+
+}  // namespace lk::emulator

@@ -1,0 +1,395 @@
+#include "tools/guess/guess_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "emulator/core/frame_text.hpp"
+#include "emulator/core/generation.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kLongestName = 15;  // IFNAMSIZ - 1
+
+template <class... Args>
+std::string say(const Words& words, Language language, const Args&... args) {
+  return fmt::format(fmt::runtime(words.in(language)), args...);
+}
+
+/// "v235, v236"
+std::string names(const std::vector<Generation>& generations, std::string_view separator) {
+  std::vector<std::string_view> all;
+  for (const Generation one : generations) all.push_back(generation_name(one));
+  return fmt::format("{}", fmt::join(all, separator));
+}
+
+std::string key_list(const std::vector<Trait>& traits) {
+  std::vector<std::string_view> all;
+  for (const Trait trait : traits) {
+    if (!row_of(trait).key.empty()) all.push_back(row_of(trait).key);
+  }
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
+/// "1-3,7"
+std::string id_list(const std::vector<int>& ids) {
+  std::string text;
+  for (std::size_t n = 0; n < ids.size(); ++n) {
+    std::size_t last = n;
+    while (last + 1 < ids.size() && ids[last + 1] == ids[last] + 1) ++last;
+    text += text.empty() ? "" : ",";
+    text += std::to_string(ids[n]);
+    if (last > n) text += (last > n + 1 ? "-" : ",") + std::to_string(ids[last]);
+    n = last;
+  }
+  return text;
+}
+
+std::string sighting_line(const Sighting& sighting, std::optional<SimTime> begin) {
+  const std::string at =
+      sighting.at && begin
+          ? fmt::format("{:12.6f}  ", std::chrono::duration<double>(*sighting.at - *begin).count())
+          : "";
+  return "      " + at + frame_text(sighting.frame) + "\n";
+}
+
+/// A trait of which something is known, and the frames that say so.
+std::string finding(Trait trait, const Evidence& evidence, std::optional<SimTime> begin,
+                    Language language) {
+  const TraitRow& row = row_of(trait);
+  std::string text = "    ";
+  if (!row.key.empty()) {
+    const std::string between(Words{" or ", " 或 "}.in(language));
+    text += fmt::format("{} = {}: ", row.key, fmt::join(open_values(trait, evidence), between));
+  }
+  std::uint64_t frames_for = 0;
+  std::uint64_t frames_against = 0;
+  std::vector<Sighting> examples;
+  std::string meaning;
+  for (std::size_t value = 0; value < row.count; ++value) {
+    if (!contains(evidence.open(trait), value)) continue;
+    meaning += meaning.empty() ? "" : Words{"; or ", "；或 "}.in(language);
+    meaning += row.meanings.at(value).in(language);
+    if (evidence.frames_for(trait, value) <= frames_for) continue;
+    frames_for = evidence.frames_for(trait, value);
+    frames_against = evidence.frames_against(trait, value);
+    examples = evidence.examples(trait, value);
+  }
+  text += meaning + say({" (frames for it: {}, against: {})\n", "（支持的帧：{}，反对的帧：{}）\n"},
+                        language, frames_for, frames_against);
+  for (const Sighting& one : examples) text += sighting_line(one, begin);
+  return text;
+}
+
+std::string contradiction(Trait trait, const Evidence& evidence, std::optional<SimTime> begin,
+                          Language language) {
+  const TraitRow& row = row_of(trait);
+  std::string text = say({"    {}: frames contradict each other; two drives with this ID, or one "
+                          "that was exchanged?\n",
+                          "    {}：帧互相矛盾；有两个驱动器用此 ID，或更换过驱动器？\n"},
+                         language, row.key.empty() ? "MS" : row.key);
+  for (std::size_t value = 0; value < row.count; ++value) {
+    for (const Sighting& one : evidence.examples(trait, value)) text += sighting_line(one, begin);
+  }
+  return text;
+}
+
+std::string generation_lines(const Guess& guess, Language language) {
+  std::string text;
+  for (const GenerationFit& fit : guess.generations) {
+    const bool fits = fit.against.empty();
+    text += say({"    {:<12} {} (frames for it: {}, against: {})\n",
+                 "    {:<12} {}（支持的帧：{}，反对的帧：{}）\n"},
+                language, generation_name(fit.generation),
+                fits ? std::string(Words{"fits", "符合"}.in(language))
+                     : say({"does not fit: {}", "不符：{}"}, language, key_list(fit.against)),
+                fit.frames_for, fit.frames_against);
+  }
+  return text;
+}
+
+std::string summary_of(const Guess& guess, Language language) {
+  if (guess.foreign) {
+    return std::string(
+        Words{"replies on 0x240 + ID: not an LK-TECH drive; MyActuator drives from V3 on do that, "
+              "and are not "
+              "emulated",
+              "回复帧标识符为 0x240 + ID：不是瓴控驱动器；MyActuator V3 起如此，本仿真器不支持"}
+            .in(language));
+  }
+  if (guess.fits.empty()) {
+    return say({"a mixture, nearest to {}", "混合型，最接近 {}"}, language,
+               generation_name(guess.nearest));
+  }
+  if (guess.fits.size() == guess.generations.size()) {
+    return std::string(
+        Words{"nothing in the log tells the generations apart", "日志里没有能分辨固件代的内容"}.in(
+            language));
+  }
+  return names(guess.fits, Words{" or ", " 或 "}.in(language));
+}
+
+/// What to send to know more, or to wait for.
+std::string probe_line(Trait trait, int drive, Language language) {
+  const TraitRow& row = row_of(trait);
+  if (row.probe.empty()) {
+    return say({"    to distinguish them: {} ({})\n", "    要分辨它们：{}（{}）\n"}, language,
+               row.how.in(language), row.key);
+  }
+  const Words words = row.how.en.empty() ? Words{"    to distinguish them, send: {} ({})\n",
+                                                 "    要分辨它们，请发送：{}（{}）\n"}
+                                         : Words{"    to distinguish them, send: {} ({}; {})\n",
+                                                 "    要分辨它们，请发送：{}（{}；{}）\n"};
+  return say(words, language, probe_text(trait, drive), row.key, row.how.in(language));
+}
+
+/// First what tells the generations apart, then the traits that nothing has been said of.
+std::string unknown_lines(const Guess& guess, int drive, Language language) {
+  std::string text;
+  const std::vector<Trait> apart = telling(guess);
+  for (const Trait trait : apart) text += probe_line(trait, drive, language);
+  const auto said = [](const std::vector<Trait>& traits, Trait trait) {
+    return std::ranges::find(traits, trait) != traits.end();
+  };
+  std::vector<Trait> others;
+  for (const Trait trait : guess.unknown) {
+    if (!said(apart, trait) && !said(guess.decided, trait)) others.push_back(trait);
+  }
+  const std::string rest = key_list(others);
+  return rest.empty() ? text
+                      : text + say({"    the log does not show: {}\n", "    日志里看不出：{}\n"},
+                                   language, rest);
+}
+
+/// What drives of LK-TECH do not have.
+std::string oddities(const DriveWatch& drive, Language language) {
+  std::string text;
+  if (drive.odd_currents() > 0) {
+    text += say({"    iq beyond ±2048 (replies: {}): LK-TECH drives do not have it; MyActuator's "
+                 "count 0.01 A\n",
+                 "    转矩电流超过 ±2048（回复帧：{}）：瓴控驱动器没有；MyActuator 以 0.01 A 计\n"},
+                language, drive.odd_currents());
+  }
+  if (drive.odd_states() > 0 && drive.evidence().open(Trait::kState1) == all_of(Trait::kState1)) {
+    text += say({"    0x9A and 0x9B without a layout of LK-TECH (replies: {}); MyActuator's newer "
+                 "drives have the voltage at [4:5]\n",
+                 "    0x9A、0x9B 不是瓴控的布局（回复帧：{}）；较新的 MyActuator 驱动器电压在 "
+                 "[4:5]\n"},
+                language, drive.odd_states());
+  }
+  return text;
+}
+
+std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> begin,
+                       Language language) {
+  std::string text = say({"\n  drive {}: ", "\n  驱动器 {}："}, language, id);
+  if (drive.replies() == 0) {
+    return text + say({"no reply (queries: {}): no conclusion possible\n",
+                       "没有回复（命令帧：{}）：无法判断\n"},
+                      language, drive.queries());
+  }
+  const Evidence& evidence = drive.evidence();
+  const Guess guess = guess_of(evidence);
+  text += summary_of(guess, language) +
+          say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
+              drive.queries(), drive.replies());
+  if (!guess.foreign) text += generation_lines(guess, language);
+  for (const Trait trait : guess.decided) text += finding(trait, evidence, begin, language);
+  for (const Trait trait : guess.contradictory) {
+    text += contradiction(trait, evidence, begin, language);
+  }
+  if (guess.foreign) return text;
+  return text + oddities(drive, language) + unknown_lines(guess, id, language);
+}
+
+// --- how to emulate them
+// -------------------------------------------------------------------------------
+
+/// A virtual bus, and nothing in its name that a shell or a file takes for something else.
+bool is_virtual(std::string_view name) {
+  for (const std::string_view prefix : {"vcan", "vxcan"}) {
+    if (!name.starts_with(prefix) || name.size() > kLongestName) continue;
+    const std::string_view number = name.substr(prefix.size());
+    if (!number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Names of virtual buses for those of the log: a real one's would be started on by whoever copies
+/// the line.
+class BusNames {
+ public:
+  explicit BusNames(const Guesser& guesser) {
+    for (const auto& [interface, bus] : guesser.buses()) {
+      if (is_virtual(interface)) taken_.insert(interface);
+    }
+  }
+  std::string name_for(const std::string& interface) {
+    if (is_virtual(interface)) return interface;
+    int number = 0;
+    while (!taken_.insert("vcan" + std::to_string(number)).second) ++number;
+    return "vcan" + std::to_string(number);
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+/// Drives of a bus that are emulated alike.
+struct Kind {
+  Guess guess;  // of the first; `fits` holds for all of them
+  std::vector<int> ids;
+};
+
+/// By their options.
+std::map<std::string, Kind> kinds_of(const GuessedBus& bus) {
+  std::map<std::string, Kind> kinds;
+  for (const auto& [id, drive] : bus.drives) {
+    if (drive.replies() == 0) continue;
+    const Guess guess = guess_of(drive.evidence());
+    if (guess.foreign) continue;
+    Kind& kind = kinds.try_emplace(guess.options(), Kind{guess, {}}).first->second;
+    kind.ids.push_back(id);
+    std::erase_if(kind.guess.fits, [&guess](Generation one) {
+      return std::ranges::find(guess.fits, one) == guess.fits.end();
+    });
+  }
+  return kinds;
+}
+
+/// What is not as sure as the command looks.
+std::vector<std::string> doubts(const Guess& guess, Language language) {
+  std::vector<std::string> notes;
+  if (guess.fits.size() == guess.generations.size()) {
+    notes.push_back(say({"nothing in the log tells the generation: {} is the default",
+                         "日志里看不出固件代：{} 是默认值"},
+                        language, generation_name(guess.nearest)));
+  } else if (guess.fits.size() > 1) {
+    const std::vector<Generation> others(guess.fits.begin() + 1, guess.fits.end());
+    notes.push_back(say({"or generation {}", "或固件代 {}"}, language,
+                        names(others, Words{" or ", " 或 "}.in(language))));
+  }
+  if (guess.ms) {
+    notes.push_back(say({"{} is a stand-in: the log does not show which MS motor it is",
+                         "{} 只是代替：日志里看不出是哪种 MS 电机"},
+                        language, kMsStandIn));
+  }
+  return notes;
+}
+
+/// Words in quotes; true, 16 and 0x180 without.
+std::string toml_value(std::string_view value) {
+  const bool bare = value == "true" || value == "false" ||
+                    std::isdigit(static_cast<unsigned char>(value.front())) != 0;
+  return bare ? std::string(value) : fmt::format("\"{}\"", value);
+}
+
+std::string toml_drive(const Kind& kind, Language language) {
+  std::string text = fmt::format("\n[[bus.drive]]\nids = \"{}\"\n", id_list(kind.ids));
+  for (const std::string& note : doubts(kind.guess, language)) text += "# " + note + "\n";
+  if (kind.guess.ms) text += fmt::format("motor = \"{}\"\n", kMsStandIn);
+  text += fmt::format("generation = \"{}\"\n", generation_name(kind.guess.nearest));
+  std::vector<std::string> quirks;
+  for (const QuirkOption& one : kind.guess.all_quirks()) {
+    quirks.push_back(fmt::format("{} = {}", one.key, toml_value(one.value)));
+  }
+  if (!quirks.empty()) text += fmt::format("quirks = {{ {} }}\n", fmt::join(quirks, ", "));
+  return text;
+}
+
+std::string command_text(const std::vector<StartCommand>& commands, Language language) {
+  if (commands.empty()) return "";
+  std::string text(Words{"To emulate them (--motor takes the motor by its label):\n",
+                         "仿真它们（--motor 给出电机型号）：\n"}
+                       .in(language));
+  for (const StartCommand& command : commands) {
+    text += "  " + command.line + "\n";
+    for (const std::string& doubt : command.doubts) text += "    " + doubt + "\n";
+  }
+  return text;
+}
+
+std::string robot_text(const std::string& robot, Language language) {
+  if (robot.empty()) return "";
+  return std::string(Words{"As robot.toml, for lk-emu --config ./robot.toml (motor = takes the "
+                           "motor by its label):\n\n",
+                           "存为 robot.toml，用 lk-emu --config ./robot.toml 启动（motor = "
+                           "给出电机型号）：\n\n"}
+                         .in(language)) +
+         robot;
+}
+
+std::string left_out(const Guesser& guesser, Language language) {
+  std::string text;
+  if (guesser.bad_lines() > 0) {
+    text +=
+        say({"Lines that are not frames: {}\n", "不是帧的行：{}\n"}, language, guesser.bad_lines());
+  }
+  if (guesser.unread_frames() > 0) {
+    text += say({"Frames of further interfaces, not read (max {}): {}\n",
+                 "更多接口的帧，未读取（最多 {} 个接口）：{}\n"},
+                language, Guesser::kMostInterfaces, guesser.unread_frames());
+  }
+  return text;
+}
+
+}  // namespace
+
+Starts starts_of(const Guesser& guesser, Language language) {
+  Starts starts;
+  BusNames bus_names(guesser);
+  for (const auto& [interface, bus] : guesser.buses()) {
+    const std::map<std::string, Kind> kinds = kinds_of(bus);
+    if (kinds.empty()) continue;
+    const std::string name = bus_names.name_for(interface);
+    if (kinds.size() == 1) {
+      const auto& [options, kind] = *kinds.begin();
+      starts.commands.push_back(
+          {fmt::format("lk-emu --bus {} --ids {} {}", name, id_list(kind.ids), options),
+           doubts(kind.guess, language)});
+      continue;
+    }
+    if (!starts.robot.empty()) starts.robot += "\n";
+    starts.robot += fmt::format("[[bus]]\ninterface = \"{}\"\n", name);
+    for (const auto& [options, kind] : kinds) starts.robot += toml_drive(kind, language);
+  }
+  return starts;
+}
+
+std::string guess_text(const Guesser& guesser, Language language) {
+  std::string text;
+  bool any = false;
+  for (const auto& [interface, bus] : guesser.buses()) {
+    const Words frames =
+        bus.frames == 1 ? Words{"{}: {} frame", "{}：{} 帧"} : Words{"{}: {} frames", "{}：{} 帧"};
+    text += say(frames, language, interface, bus.frames);
+    if (bus.others > 0)
+      text += say({", {} of no drive", "，其中 {} 帧不属于驱动器"}, language, bus.others);
+    text += "\n";
+    for (const auto& [id, drive] : bus.drives) {
+      text += drive_text(id, drive, guesser.begin(), language);
+      any = true;
+    }
+    if (bus.drives.empty()) {
+      text += Words{"  no drive's frames\n", "  没有驱动器的帧\n"}.in(language);
+    }
+    text += "\n";
+  }
+  if (any) {
+    text += say({"Never visible in frames: {}.\n", "帧里永远看不出：{}。\n"}, language,
+                fmt::format("{}", fmt::join(kNeverShown, ", ")));
+  }
+  const Starts starts = starts_of(guesser, language);
+  return text + left_out(guesser, language) + command_text(starts.commands, language) +
+         robot_text(starts.robot, language);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/frames/candump_text.hpp"
+#include "emulator/frames/conversation.hpp"
+#include "emulator/ground/language.hpp"
+#include "tools/guess/drive_watch.hpp"
+#include "tools/guess/guess.hpp"
+
+namespace lk::emulator {
+
+/// What was seen on one interface.
+struct GuessedBus {
+  GuessedBus(const FrameReader& reader, const FrameReader& ms) : conversation(reader, &ms) {}
+
+  Conversation conversation;
+  std::map<int, DriveWatch> drives;  // by ID
+  std::uint64_t frames = 0;
+  std::uint64_t others = 0;  // of no drive
+};
+
+/// Lines of candump to what kind of drives spoke. Presumes no generation.
+class Guesser {
+ public:
+  struct Options {
+    bool json = false;
+    Language language = Language::kEnglish;
+  };
+  explicit Guesser(Options options);
+
+  /// Takes a line without its end. Says nothing: what kind of drives they are is known at the end.
+  std::string take(std::string_view line);
+  /// Nothing comes any more: what was found.
+  std::string finish();
+
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bad_lines() const { return bad_lines_; }
+  /// Frames of interfaces beyond kMostInterfaces: they are not read.
+  std::uint64_t unread_frames() const { return unread_frames_; }
+  const std::string& first_problem() const { return first_problem_; }
+  const std::map<std::string, GuessedBus, std::less<>>& buses() const { return buses_; }
+  /// When the first frame was; none without time stamps.
+  std::optional<SimTime> begin() const { return begin_; }
+
+  static constexpr std::size_t kMostInterfaces = 32;
+
+ private:
+  void refuse(const std::string& problem);
+  void hear(GuessedBus& bus, const HeardFrame& heard);
+
+  Options options_;
+  FrameReader reader_;
+  FrameReader ms_reader_;
+  StampReader stamps_;
+  std::map<std::string, GuessedBus, std::less<>> buses_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t lines_ = 0;
+  std::uint64_t bad_lines_ = 0;
+  std::uint64_t unread_frames_ = 0;
+  std::string first_problem_;
+  std::optional<SimTime> begin_;
+  bool steps_ = false;
+};
+
+}  // namespace lk::emulator

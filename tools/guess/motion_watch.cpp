@@ -1,0 +1,168 @@
+#include "tools/guess/motion_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <utility>
+
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::get_le;
+using protocol::Opcode;
+using namespace std::chrono_literals;
+
+// All assumed: far enough from rest and from noise to tell one from the other.
+constexpr double kTurningFrom_dps = 100;
+constexpr double kTurns = 0.5;  // of what was asked for
+constexpr double kRests_dps = 3;
+constexpr SimTime kSlowestRise = 10s;
+constexpr SimTime kStaysFor = 300ms;
+constexpr SimTime kLimitActsAfter = 20ms;
+constexpr std::uint64_t kLimitReplies = 3;
+constexpr double kBeyond = 1.2;
+constexpr double kBeyondBy_lsb = 30;
+constexpr SimTime kAngleWithin = 1s;
+constexpr std::int64_t kSameAngle_cdeg = 500;
+constexpr std::int64_t kOtherAngle_cdeg = 5000;
+
+bool is_motion(const protocol::Frame& frame) {
+  return protocol::find_multi_drive(frame.id) != nullptr ||
+         (frame.data[0] >= static_cast<std::uint8_t>(protocol::OpenLoop::kOpcode) &&
+          frame.data[0] <= static_cast<std::uint8_t>(protocol::Position6::kOpcode));
+}
+
+}  // namespace
+
+void MotionWatch::forget_run() { run_ = Run::kNone; }
+
+void MotionWatch::query(const Sighting& query) {
+  if (!query.at) return;
+  const auto& data = query.frame.data;
+  const auto command = static_cast<Opcode>(data[0]);
+  const bool several = protocol::find_multi_drive(query.frame.id) != nullptr;
+  if (!several && command == protocol::Speed::kOpcode) {
+    const double speed_dps = get_le<std::int32_t>(data, 4) / 100.0;
+    const bool enough = std::abs(speed_dps) >= kTurningFrom_dps;
+    const int limit_lsb = get_le<std::int16_t>(data, 2);
+    if (limit_lsb != limit_lsb_) {
+      limit_lsb_ = limit_lsb;
+      limited_since_ = *query.at;
+      held_ = 0;
+    }
+    // The same again changes nothing while it turns; after a run that did not resume it is what
+    // shows that the drive obeys.
+    if (run_ == Run::kStayed && enough) {
+      speed_dps_ = speed_dps;
+    } else if (!enough) {
+      forget_run();
+    } else if (speed_dps != speed_dps_ || (run_ != Run::kAsked && run_ != Run::kTurning)) {
+      run_ = Run::kAsked;
+      speed_dps_ = speed_dps;
+      since_ = *query.at;
+    }
+    return;
+  }
+  if (several || is_motion(query.frame)) {
+    forget_run();
+    limit_lsb_ = 0;
+    return;
+  }
+  if (command == protocol::Stop::kOpcode) {
+    if (run_ != Run::kStopping) run_ = run_ == Run::kTurning ? Run::kStopping : Run::kNone;
+    limit_lsb_ = 0;
+  } else if (command == protocol::Run::kOpcode) {
+    run_ = run_ == Run::kResting ? Run::kTold : Run::kNone;
+    told_ = *query.at;
+  } else if (command == protocol::ClearAngle::kOpcode) {
+    cleared_to_cdeg_ = {*query.at, get_le<std::int32_t>(data, 4)};
+  } else if (command == protocol::Off::kOpcode || command == protocol::ClearErrors::kOpcode) {
+    forget_run();
+    limit_lsb_ = 0;
+    if (command == protocol::ClearErrors::kOpcode) return;
+    angle_cdeg_.reset();  // the turn count is lost
+    cleared_to_cdeg_.reset();
+  }
+}
+
+void MotionWatch::reply(const Sighting& reply, Evidence& evidence) {
+  if (!reply.at) return;
+  const std::uint8_t command = reply.frame.data[0];
+  if (command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode))
+    angle(reply, evidence);
+  const bool moves = is_motion(reply.frame) && reply.frame.data[1] > 1;
+  if (moves || command == static_cast<std::uint8_t>(protocol::ReadState2::kOpcode))
+    state_2(reply, evidence);
+}
+
+void MotionWatch::state_2(const Sighting& reply, Evidence& evidence) {
+  const double speed_dps = get_le<std::int16_t>(reply.frame.data, 4);
+  const double iq_lsb = std::abs(static_cast<double>(get_le<std::int16_t>(reply.frame.data, 2)));
+  // What a load drives beyond the speed asked for, or backwards, may be out of the drive's hands.
+  const bool driven =
+      speed_dps * speed_dps_ < 0 || std::abs(speed_dps) > kBeyond * std::abs(speed_dps_);
+  if (limit_lsb_ > 0 && !driven && *reply.at - limited_since_ >= kLimitActsAfter &&
+      ++held_ >= kLimitReplies && iq_lsb > kBeyond * limit_lsb_ + kBeyondBy_lsb &&
+      ++beyond_ >= kLimitReplies) {
+    evidence.see(Trait::kSpeedLimit, only(kSwitchedOff), Weight::kLikely, reply);
+  }
+  const bool turns =
+      speed_dps * speed_dps_ > 0 && std::abs(speed_dps) >= kTurns * std::abs(speed_dps_);
+  const bool rests = std::abs(speed_dps) <= kRests_dps;
+  switch (run_) {
+    case Run::kAsked:
+      if (turns) {
+        run_ = Run::kTurning;
+        rise_ = *reply.at - since_;
+        if (rise_ < SimTime{0} || rise_ > kSlowestRise) forget_run();
+      }
+      break;
+    case Run::kStopping:
+      if (rests) run_ = Run::kResting;
+      break;
+    case Run::kTold:
+      if (turns) {
+        evidence.see(Trait::kRunResumes, only(kSwitchedOn), Weight::kLikely, reply);
+        forget_run();
+      } else if (rests && *reply.at - told_ >= kStaysFor + 2 * rise_) {
+        run_ = Run::kStayed;
+        stayed_ = reply;
+      }
+      break;
+    case Run::kStayed:
+      // It obeys the next command, so it was not off for an error.
+      if (turns) {
+        evidence.see(Trait::kRunResumes, only(kSwitchedOff), Weight::kLikely, stayed_);
+        run_ = Run::kTurning;
+      }
+      break;
+    case Run::kNone:
+    case Run::kTurning:
+    case Run::kResting:
+      break;
+  }
+}
+
+void MotionWatch::angle(const Sighting& reply, Evidence& evidence) {
+  const std::int64_t now_cdeg = protocol::get_le56(reply.frame.data);
+  const auto before = std::exchange(angle_cdeg_, {{*reply.at, now_cdeg}});
+  const auto sent = std::exchange(cleared_to_cdeg_, {});
+  if (!before || !sent || before->first > sent->first) return;
+  if (*reply.at - before->first > kAngleWithin) return;
+  ValueSet allowed = 0;
+  const std::int64_t expected_cdeg[] = {before->second, 0, sent->second};
+  for (std::size_t value = 0; value < std::size(expected_cdeg); ++value) {
+    const std::int64_t off_cdeg = now_cdeg - expected_cdeg[value];
+    if (std::abs(off_cdeg) <= kSameAngle_cdeg) {
+      allowed |= only(value);
+    } else if (std::abs(off_cdeg) < kOtherAngle_cdeg) {
+      return;
+    }
+  }
+  evidence.see(Trait::kClearAngle, allowed, Weight::kLikely, reply);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,107 @@
+#include <fcntl.h>
+#include <poll.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/program/config_listing.hpp"
+#include "emulator/program/daemon.hpp"
+#include "emulator/scenario/scenario_files.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+
+namespace {
+
+void start_logging(const std::string& level) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("lk-emu"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  spdlog::set_level(spdlog::level::from_str(level));
+}
+
+int run(int argc, char** argv) {
+  for (const lk::emulator::Command& command : lk::emulator::commands()) {
+    if (argc > 1 && std::string_view(argv[1]) == command.word) {
+      return command.run(argc - 1, argv + 1);
+    }
+  }
+  const auto command_line = lk::emulator::parse_command_line(argc, argv);
+  if (!command_line) return 0;
+  start_logging(command_line->log_level);
+  lk::emulator::ConfigTexts texts;
+  auto buses = lk::emulator::load_config(*command_line, &texts);
+  std::optional<lk::emulator::Scenario> scenario;
+  if (command_line->scenario) {
+    scenario = lk::emulator::load_live_scenario(*command_line->scenario, buses);
+  }
+  if (command_line->check) {
+    std::fputs(lk::emulator::describe_run(buses).c_str(), stdout);
+    return 0;
+  }
+  lk::emulator::Daemon daemon(std::move(buses), {.create_buses = command_line->create_bus,
+                                                 .real_bus = command_line->real_bus,
+                                                 .rom = command_line->rom,
+                                                 .clock = command_line->clock,
+                                                 .control = command_line->control,
+                                                 .scenario = std::move(scenario),
+                                                 .junit = command_line->junit,
+                                                 .record = command_line->record,
+                                                 .language = command_line->language,
+                                                 .strict = command_line->strict,
+                                                 .overrides = command_line->overrides,
+                                                 .texts = std::move(texts)});
+  return daemon.run();
+}
+
+/// With one line for whatever is wrong.
+int run_and_tell(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const lk::emulator::StartError& problem) {
+    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    return 2;
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "lk-emu: failed: %s\n", problem.what());
+    return 1;
+  }
+}
+
+/// Whoever closed standard output, or input, wants nothing of it; no other file gets its number.
+void fill_standard_descriptors() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(number, F_GETFD) < 0) ::open("/dev/null", O_RDWR);
+  }
+}
+
+/// What was printed has left, or nobody reads any more.
+bool output_is_written() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  // Of a write in between the reason is not known any more.
+  const char* const reason = errno != 0 ? std::strerror(errno) : "not all of it could be written";
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  ::poll(&output, 1, 0);
+  if ((output.revents & (POLLERR | POLLHUP)) != 0) return true;
+  std::fprintf(stderr, "lk-emu: standard output: %s\n", reason);
+  return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  fill_standard_descriptors();
+  std::signal(SIGPIPE, SIG_IGN);  // whoever read our output may leave first
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is a write that failed, no more
+  const int status = run_and_tell(argc, argv);
+  if (output_is_written()) return status;
+  return status != 0 ? status : 1;
+}

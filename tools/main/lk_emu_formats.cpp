@@ -1,0 +1,62 @@
+// Writes the files by which programs of other people read the bus:
+// lk-emu-formats DISSECTOR DIRECTORY. Alone it prints the
+// generated part of docs/protocol.md.
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tools/formats/command_page.hpp"
+#include "tools/formats/dbc.hpp"
+#include "tools/formats/dissector.hpp"
+
+namespace {
+
+using lk::formats::Direction;
+
+std::string read(const std::filesystem::path& file) {
+  std::ifstream stream;
+  stream.exceptions(std::ios::badbit | std::ios::failbit);
+  stream.open(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream stream;
+  stream.exceptions(std::ios::badbit | std::ios::failbit);
+  stream.open(file, std::ios::binary);
+  stream << text;
+  stream.close();
+}
+
+/// The default generation has the plain names.
+void write_dbc(const std::filesystem::path& directory, const lk::protocol::GenerationRow& row) {
+  const auto format = lk::protocol::wire_format(row.dialect, lk::protocol::Series::kMf);
+  std::string name = "lk-motor";
+  if (row.dialect != lk::protocol::kLegacyDialect) name.append("-").append(row.name);
+  write(directory / (name + ".dbc"), lk::formats::dbc(Direction::kReplies, row.name, format));
+  write(directory / (name + "-queries.dbc"),
+        lk::formats::dbc(Direction::kQueries, row.name, format));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc == 1) return std::fputs(lk::formats::command_page().c_str(), stdout) < 0 ? 1 : 0;
+  if (argc != 3) return 2;
+  try {
+    const std::filesystem::path directory = argv[2];
+    for (const auto& row : lk::protocol::kGenerationRows) write_dbc(directory, row);
+    write(directory / "wireshark/lk-motor.lua", lk::formats::dissector(read(argv[1])));
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "lk-emu-formats: %s\n", problem.what());
+    return 1;
+  }
+  return 0;
+}
