@@ -19,20 +19,26 @@ if(TARGET lk_config)
   lk_package(config-targets config)
 endif()
 
-# What a user includes, and what that includes in turn; from the root of the project. All else stays at home: how the
-# tick stores a drive in vector registers, how TOML is taken apart, and the shell, which is no library.
-function(lk_install_headers directory)
-  install(FILES ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/${directory} COMPONENT development)
-endfunction()
-file(GLOB protocol_headers CONFIGURE_DEPENDS protocol/*.hpp)
-file(GLOB core_headers CONFIGURE_DEPENDS emulator/core/*.hpp)
-lk_install_headers(protocol ${protocol_headers})
-lk_install_headers(model
-  model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp)
-lk_install_headers(emulator/core ${core_headers})
-lk_install_headers(emulator/config
+# What a user includes, as <lk/...>, and what that includes in turn. All else stays at home: how the tick stores a drive
+# in vector registers, how TOML is taken apart, and the shell, which is no library.
+file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS
+  protocol/*.hpp emulator/ground/*.hpp emulator/core/*.hpp)
+list(APPEND headers
+  model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp
   emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp
   emulator/config/motor_figures.hpp emulator/config/motor_file.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp)
+foreach(header ${headers})
+  cmake_path(GET header PARENT_PATH directory)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk/${directory} COMPONENT development)
+endforeach()
+# At home they include each other from the root of the project, which users do not have.
+install(CODE "
+  file(GLOB_RECURSE headers \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/lk/*.hpp\")
+  foreach(header \${headers})
+    file(READ \${header} text)
+    string(REGEX REPLACE \"#include \\\"((protocol|model|emulator)/[^\\\"]+)\\\"\" \"#include <lk/\\\\1>\" text \"\${text}\")
+    file(WRITE \${header} \"\${text}\")
+  endforeach()" COMPONENT development)
 
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake

@@ -16,7 +16,13 @@ add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 add_library(lk_options INTERFACE)
 target_compile_features(lk_options INTERFACE cxx_std_20)
 target_include_directories(lk_options INTERFACE
-  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lk-emu>)
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+# Users write <lk/emulator/core/bus.hpp>, with an install and with add_subdirectory.
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/lk)
+foreach(directory protocol model emulator)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${directory} ${PROJECT_BINARY_DIR}/include/lk/${directory} SYMBOLIC)
+endforeach()
 # Same input, same bits: no fused multiply-add behind our back. The headers hold inline physics, of which the
 # linker keeps one copy, and that may be the user's: on ARM, or with -march=native, theirs would be fused.
 target_compile_options(lk_options INTERFACE -ffp-contract=off)

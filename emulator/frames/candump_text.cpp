@@ -15,12 +15,6 @@ using Direction = CandumpLine::Direction;
 constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
 constexpr std::size_t kMostFdBytes = 64;
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
-
 /// The next word, taken off the front of `rest`; empty at the end.
 std::string_view next_word(std::string_view& rest) {
   rest = trimmed(rest);

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <lk/emulator/config/config.hpp>
+#include <lk/emulator/config/profile.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
-#include "emulator/config/config.hpp"
-#include "emulator/config/profile.hpp"
 #include "host/shoulder_joint.hpp"
 #include "virtual_can.hpp"
 

@@ -35,7 +35,7 @@ endforeach()
 
 # The headers are complete, and bring nothing that takes a user's compiler long.
 file(GLOB_RECURSE headers ${SCRATCH}/moved/include/*.hpp)
-execute_process(COMMAND ${COMPILER} -std=c++20 -I ${SCRATCH}/moved/include/lk-emu -x c++ -M ${headers}
+execute_process(COMMAND ${COMPILER} -std=c++20 -I ${SCRATCH}/moved/include -x c++ -M ${headers}
   OUTPUT_VARIABLE included ERROR_QUIET COMMAND_ERROR_IS_FATAL ANY)
 foreach(heavy experimental/simd toml++ boost/ nlohmann/ spdlog/ CLI/)
   string(FIND "${included}" ${heavy} at)
@@ -53,7 +53,7 @@ run(${CMAKE_CTEST_COMMAND} --test-dir ${robot} --no-tests=error --output-on-fail
 
 # With add_subdirectory: the same names, no program, and no warnings for others either.
 set(in_tree ${SCRATCH}/in_tree)
-file(WRITE ${in_tree}/main.cpp "#include \"emulator/core/bus.hpp\"\nint main() {}\n")
+file(WRITE ${in_tree}/main.cpp "#include <lk/emulator/core/bus.hpp>\nint main() {}\n")
 file(WRITE ${in_tree}/CMakeLists.txt "
 cmake_minimum_required(VERSION 3.25)
 project(robot LANGUAGES CXX)

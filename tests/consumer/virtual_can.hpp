@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <lk/emulator/core/bus.hpp>
 #include <optional>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
 #include "host/can_port.hpp"
 
 namespace robot {

@@ -176,11 +176,12 @@ void set_generation(const std::string& word, FirmwareRequest& firmware) {
 
 void set_quirk(const std::string& text, FirmwareRequest& firmware) {
   const std::size_t equals = text.find('=');
-  const std::string key = small_letters(trimmed(text.substr(0, equals)));
+  const std::string key =
+      small_letters(std::string(trimmed(std::string_view(text).substr(0, equals))));
   if (equals == std::string::npos || key.empty()) {
     throw StartError("--quirk: \"" + text + "\" is not NAME=VALUE, like pid_commands=true");
   }
-  if (!firmware.quirks.emplace(key, trimmed(text.substr(equals + 1))).second) {
+  if (!firmware.quirks.emplace(key, trimmed(std::string_view(text).substr(equals + 1))).second) {
     throw StartError("--quirk: " + key + " is given twice for the same drives");
   }
 }
