@@ -88,7 +88,6 @@ bool ask(int bus, int n) {
 }
 
 // --- one at a time, many at a time
-// ---------------------------------------------------------------
 
 void trips(int bus, int count) {
   std::vector<double> took_us;
@@ -152,7 +151,6 @@ void hosts(const char* interface, int count) {
 }
 
 // --- the wire
-// ------------------------------------------------------------------------------------
 
 constexpr double kBit_us = 1;          // at 1 Mbit/s
 constexpr double kReplyTime_us = 100;  // of a drive, from the last bit of the query

@@ -32,7 +32,6 @@ AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
 }
 
 // --- the configuration file
-// ---------------------------------------------------------------------------
 
 /// What the command line says of the drives of a bus of the file.
 AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
@@ -104,7 +103,6 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
 }
 
 // --- what the command line says
-// -----------------------------------------------------------------------
 
 /// The place in the file of the bus that `request` means.
 std::optional<std::size_t> place_of(const BusRequest& request,

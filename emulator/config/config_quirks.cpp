@@ -137,7 +137,6 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
 }
 
 // --- what the command line says
-// -----------------------------------------------------------------------
 
 /// As TOML would have it; a word needs no quotes there, and case does not count.
 void insert_value(toml::table& table, const std::string& key, const std::string& given) {

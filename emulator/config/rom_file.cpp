@@ -50,7 +50,6 @@ std::span<const Field<Registers>> row_of(std::size_t parameter) {
 }
 
 // --- values to text
-// ---------------------------------------------------------------------------------------
 
 std::string quoted(const std::string& text) {
   std::string all = "\"";
@@ -112,7 +111,6 @@ std::string print_protections(const Registers& rom) {
 }
 
 // --- text to values
-// ---------------------------------------------------------------------------------------
 
 void check_owner(const TableReader& reader, const RomOwner& found, const RomOwner& drive) {
   const auto name = [](const RomOwner& owner) {

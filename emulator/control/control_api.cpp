@@ -158,7 +158,6 @@ Line& ControlApi::line_of(const std::string* bus) {
 }
 
 // --- what there is
-// -----------------------------------------------------------------------------------
 
 Json ControlApi::clock_json() const {
   return {{"mode", to_string(world_.clock().mode())},
@@ -242,7 +241,6 @@ void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts
 }
 
 // --- what can be done
-// -----------------------------------------------------------------------------------
 
 void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts*/,
                                  const Reply& reply) {

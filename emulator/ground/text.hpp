@@ -29,4 +29,26 @@ constexpr std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+/// For XML, between tags and in an attribute. What XML 1.0 cannot carry at all becomes a question
+/// mark.
+inline std::string xml_escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '"') {
+      out += "&quot;";
+    } else if (c == '\n' || c == '\t' || c == '\r') {
+      out += "&#" + std::to_string(static_cast<int>(c)) + ";";
+    } else {
+      out += c >= 0 && c < ' ' ? '?' : c;
+    }
+  }
+  return out;
+}
+
 }  // namespace lk::emulator

@@ -203,7 +203,6 @@ void World::set_clock(ClockMode mode) {
 }
 
 // --- stepped
-// -----------------------------------------------------------------------------------
 
 void World::advance(SimTime to, OnAdvanced done) {
   advance_ = Advance{to, std::move(done), ++advances_, std::nullopt, 0};

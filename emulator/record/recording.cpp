@@ -46,7 +46,6 @@ std::vector<int> read_ids(const Json& json) {
 std::string reason(int error) { return std::generic_category().message(error); }
 
 // --- recording.json
-// -----------------------------------------------------------------------------------------
 
 void print_firmware(const FirmwareRequest& firmware, Json& json) {
   if (firmware.generation) json["generation"] = *firmware.generation;
@@ -196,7 +195,6 @@ ParsedInfo parse_info(const std::string& text, const fs::path& file) {
 }
 
 // --- files
-// --------------------------------------------------------------------------------------------------
 
 /// What is made for a recording. It goes again unless all of it could be made: a directory that has
 /// been begun will not do for the next one.
@@ -320,7 +318,6 @@ std::vector<RecordedInput> read_inputs(const fs::path& file) {
 }  // namespace
 
 // --- directives.jsonl
-// ---------------------------------------------------------------------------------------
 
 std::string print_input(const RecordedInput& input) {
   Json json = {
@@ -378,7 +375,6 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 }
 
 // --- the directory
-// ------------------------------------------------------------------------------------------
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {

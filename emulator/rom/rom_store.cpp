@@ -51,7 +51,6 @@ fs::path state_directory(const char* xdg_state_home, const char* home) {
 }
 
 // --- the directory
-// ----------------------------------------------------------------------------------------
 
 RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : path_(path) {
   int error = make_directories(path);
@@ -87,7 +86,6 @@ void RomDirectory::lock() {
 }
 
 // --- the files
-// --------------------------------------------------------------------------------------------
 
 RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
   take_directories(options, buses);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "emulator/ground/text.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
 namespace lk::emulator {
@@ -11,31 +12,9 @@ namespace {
 
 using Status = ExpectationResult::Status;
 
-/// For an attribute. What XML 1.0 cannot carry at all becomes a question mark.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else if (c == '\n' || c == '\t' || c == '\r') {
-      out += fmt::format("&#{};", static_cast<int>(c));
-    } else if (c >= 0 && c < ' ') {
-      out += '?';
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
 std::string open_case(const std::string& name, const std::string& suite) {
-  return fmt::format(R"(    <testcase name="{}" classname="{}")", escaped(name), escaped(suite));
+  return fmt::format(R"(    <testcase name="{}" classname="{}")", xml_escaped(name),
+                     xml_escaped(suite));
 }
 
 std::string expectation_case(const ExpectationResult& result, const std::string& suite) {
@@ -45,15 +24,15 @@ std::string expectation_case(const ExpectationResult& result, const std::string&
   if (result.status == Status::kPassed) return text + "/>\n";
   const char* const kind = result.status == Status::kFailed ? "failure" : "error";
   const std::string message = "expected " + result.expected + ", measured " + result.measured;
-  return text +
-         fmt::format(">\n      <{} message=\"{}\"/>\n    </testcase>\n", kind, escaped(message));
+  return text + fmt::format(">\n      <{} message=\"{}\"/>\n    </testcase>\n", kind,
+                            xml_escaped(message));
 }
 
 std::string fault_case(const PlannedFault& fault, const std::string& suite) {
   std::string text = open_case(fault.bus + " fault " + fault.report.fault.name, suite);
   if (fault.took_effect()) return text + "/>\n";
   return text + fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
-                            escaped(fault_sentence(fault)));
+                            xml_escaped(fault_sentence(fault)));
 }
 
 std::string advice_case(const GivenAdvice& given, const std::string& suite) {
@@ -62,7 +41,7 @@ std::string advice_case(const GivenAdvice& given, const std::string& suite) {
                                        advice_row(advice.found.kind).word);
   return open_case(name, suite) +
          fmt::format(">\n      <failure message=\"{}\"/>\n    </testcase>\n",
-                     escaped(advice_line(given.bus, advice, Language::kEnglish)));
+                     xml_escaped(advice_line(given.bus, advice, Language::kEnglish)));
 }
 
 std::string advice_output(const RunReport& report) {
@@ -70,7 +49,7 @@ std::string advice_output(const RunReport& report) {
   for (const GivenAdvice& given : report.advice) {
     lines += "advice: " + advice_line(given.bus, given.advice, Language::kEnglish) + '\n';
   }
-  return "    <system-out>" + escaped(lines) + "</system-out>\n";
+  return "    <system-out>" + xml_escaped(lines) + "</system-out>\n";
 }
 
 std::string suite_of(const RunReport& report) {
@@ -93,7 +72,7 @@ std::string suite_of(const RunReport& report) {
       "      <property name=\"simulated_s\" value=\"{}\"/>\n"
       "      <property name=\"outcome\" value=\"{}\"/>\n"
       "    </properties>\n",
-      escaped(report.name),
+      xml_escaped(report.name),
       verdict.expectations.size() + verdict.faults.size() + strict + (reasons_apart ? 1 : 0),
       static_cast<std::size_t>(failed) + strict, open + idle + (reasons_apart ? 1 : 0),
       report.wall_s, report.seed, in_seconds(report.simulated), outcome_word(report.outcome()));
@@ -102,7 +81,7 @@ std::string suite_of(const RunReport& report) {
   if (reasons_apart) {
     text += open_case("the scenario is valid", report.name) +
             fmt::format(">\n      <error message=\"{}\"/>\n    </testcase>\n",
-                        escaped(verdict.invalid.front()));
+                        xml_escaped(verdict.invalid.front()));
   }
   if (report.strict) {
     for (const auto& given : report.advice) text += advice_case(given, report.name);
@@ -112,7 +91,7 @@ std::string suite_of(const RunReport& report) {
   if (!verdict.invalid.empty()) {
     std::string reasons;
     for (const std::string& reason : verdict.invalid) reasons += "invalid: " + reason + '\n';
-    text += "    <system-err>" + escaped(reasons) + "</system-err>\n";
+    text += "    <system-err>" + xml_escaped(reasons) + "</system-err>\n";
   }
   return text + "  </testsuite>\n";
 }

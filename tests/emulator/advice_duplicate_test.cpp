@@ -145,7 +145,6 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
 }
 
 // --- hosts
-// ----------------------------------------------------------------------------------------------
 
 constexpr std::uint8_t kRead = 0x9C;
 constexpr std::uint8_t kTorqueByte = 0xA1;

@@ -33,7 +33,6 @@ Condition only_condition(const std::string& keys) {
 }
 
 // --- what else is of the bus as a whole, and settings
-// ---------------------------------------------------------------------------------------------
 
 TEST(Vocabulary, ClearAndMark) {
   const auto clear_of = [](const std::string& which) {
@@ -132,7 +131,6 @@ TEST(Vocabulary, MistakesOfSettings) {
 }
 
 // --- conditions
-// ---------------------------------------------------------------------------------------------
 
 TEST(Vocabulary, EveryCondition) {
   for (const Signal& signal : signals()) {
@@ -241,7 +239,6 @@ TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
 }
 
 // --- tables that no text stands behind
-// ---------------------------------------------------------------------------------------------
 
 std::vector<TimedDirective> read(const toml::table& table, Timing timing) {
   static const BusConfig bus = parse(kBus + "at_s = 0\nmark = \"x\"")[0];

@@ -137,7 +137,6 @@ TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
 }
 
 // --- seen, and asked for on the command line
-// ------------------------------------------------------
 
 TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   const auto drive = drive_of("motor = \"mg4005\"\ngeneration = \"seen\"");
@@ -149,7 +148,6 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
 }
 
 // --- where the shaft starts
-// -----------------------------------------------------------------------
 
 /// An MG4005-i10, whose encoder field spans a turn of the output.
 const std::string kGeared = kDrive + "motor = \"mg4005\"\nquirks.encoder_span = \"output_turn\"\n";

@@ -211,7 +211,6 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
 }
 
 // --- one file extends another
-// ---------------------------------------------------------------------------------------------
 
 /// Motor files in memory, by their paths, and the shipped ones by their names.
 class Extending : public testing::Test {
@@ -338,7 +337,6 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
 }
 
 // --- names
-// ---------------------------------------------------------------------------------------------
 
 TEST(MotorNames, AreUnique) {
   std::map<std::string, std::string> taken;  // small letters to motor

@@ -134,7 +134,6 @@ TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
 }
 
 // --- memory
-// ---------------------------------------------------------------------------------------------
 
 void restart(Host& host) {
   host.bus.apply({1, PowerCycle{}});

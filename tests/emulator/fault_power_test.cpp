@@ -20,7 +20,6 @@ protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protoco
 double link_V(const Host& host) { return host.bus.truth(1).v_bus; }
 
 // --- the supply
-// ---------------------------------------------------------------------------------------------
 
 TEST(PowerFaults, ASagSetsTheErrorBit) {
   ServoConfig config = test::powered_drive();
@@ -126,7 +125,6 @@ TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
 }
 
 // --- the power stage
-// ---------------------------------------------------------------------------------------------
 
 enum Phase { kA, kB, kC };
 enum Side { kHigh, kLow };

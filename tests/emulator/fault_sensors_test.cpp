@@ -145,7 +145,6 @@ TEST(EncoderFaults, Slow) {
 }
 
 // --- current
-// ---------------------------------------------------------------------------------------------
 
 constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
 enum Channel { kA, kB, kBoth };
@@ -225,7 +224,6 @@ TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
 }
 
 // --- temperature and voltage
-// ---------------------------------------------------------------------------------------------
 
 enum Sensor { kMotor, kDriver };
 

@@ -108,7 +108,6 @@ TEST(Faults, OfTheMomentComeBackToo) {
 }
 
 // --- conditions
-// ---------------------------------------------------------------------------------------------
 
 TEST(FaultConditions, TheVeryFrameThatCompletesTheNumberIsHit) {
   Host host(test::bus_config({1, 2}));
@@ -207,7 +206,6 @@ TEST(FaultConditions, OtherDirectivesWaitForThemToo) {
 }
 
 // --- clearing and names
-// ---------------------------------------------------------------------------------------------
 
 TEST(Faults, AreClearedByNameByKindOrAll) {
   Host host(test::bus_config({1, 2, 3}));
@@ -264,7 +262,6 @@ TEST(Faults, HaveNamesOfTheirOwn) {
 }
 
 // --- several at once
-// ---------------------------------------------------------------------------------------------
 
 TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
   Host host(test::bus_config({1}));
@@ -343,7 +340,6 @@ TEST(Faults, ABusWaitsForSoManyConditions) {
 }
 
 // --- determinism
-// ---------------------------------------------------------------------------------------------
 
 /// Replies and evidence of a run with faults of many kinds, cut into about `slices` at random.
 std::pair<std::vector<TimedFrame>, std::vector<FaultReport>> sliced_run(int slices,

@@ -34,7 +34,6 @@ ServoConfig mg4005(Generation generation, double boot_angle_deg) {
 double truth_deg(const Host& host) { return host.bus.truth(1).theta_m * 180 / std::numbers::pi; }
 
 // --- what is answered
-// ------------------------------------------------------------------------------
 
 TEST(Generation, LegacyIsTheDefault) {
   EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{});
@@ -113,7 +112,6 @@ TEST(Generation, RepliesMayHaveIdentifiersOfTheirOwn) {
 }
 
 // --- captures of real drives
-// -----------------------------------------------------------------------
 
 TEST(Generation, StateOfRealDrivesAtRest) {
   struct Capture {
@@ -204,7 +202,6 @@ TEST(Generation, LateLegacyIsAMixture) {
 }
 
 // --- state 1
-// ---------------------------------------------------------------------------------------
 
 TEST(Generation, StateTellsOffAndAllErrors) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
@@ -250,7 +247,6 @@ TEST(Generation, CurrentsHaveTheScaleOfTheSeries) {
 }
 
 // --- angles
-// ----------------------------------------------------------------------------------------
 
 TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   Host host(mg4005(Generation::kV236, 3599.0));
@@ -314,7 +310,6 @@ TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
 }
 
 // --- run and speed
-// ---------------------------------------------------------------------------------
 
 TEST(Generation, RunAfterStopWaitsForACommand) {
   for (const Generation generation :
@@ -366,7 +361,6 @@ TEST(Generation, FrameLimitDoesNotRaiseMaxTorqueCurrent) {
 }
 
 // --- MS
-// --------------------------------------------------------------------------------------------
 
 TEST(Generation, OpenLoopPowerOfMsDrives) {
   Host host(drive(Generation::kV236, Series::kMs));
@@ -394,7 +388,6 @@ TEST(Generation, MsDrivesKnowNoTorque) {
 }
 
 // --- brake
-// -----------------------------------------------------------------------------------------
 
 TEST(Generation, BrakeTellsItsCoil) {
   Host host(drive(Generation::kV236));

@@ -270,7 +270,6 @@ TEST(WhichDrive, NamesEveryMotorAndGeneration) {
 }
 
 // --- any conversation
-// ----------------------------------------------------------------------------------
 
 /// What hosts say: reads, motion, rubbish in bytes that are not used, the same again, other
 /// traffic.

@@ -23,7 +23,6 @@ using test::open_values;
 using Keys = std::vector<std::string>;
 
 // --- captures of real drives
-// ---------------------------------------------------------------------------
 
 /// docs/protocol.md §10.7. 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
 TEST(Guess, TellsTheLayoutOfOneCapturedState) {
@@ -64,7 +63,6 @@ TEST(Guess, NeedsNoQueries) {
 }
 
 // --- what frames say
-// -----------------------------------------------------------------------------------
 
 /// 26.4 V as 264 = 0x0108 at [3:4] is 20.48 V at [2:3] with 0.01 A at [4:5] as well; 25.60 V with 1
 /// LSB of current the other way round.
@@ -203,7 +201,6 @@ TEST(Guess, PrintsFindingsWithTheirFrames) {
 }
 
 // --- how to emulate them
-// -------------------------------------------------------------------------------
 
 /// 23.88 V at [2:3] and 98.10° in 16 bits at [6:7]: v235 or v236 but for its angle.
 const Keys kMixture{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1F540900000000",
@@ -304,7 +301,6 @@ TEST(Guess, IsInTheDocumentsAsItIs) {
 }
 
 // --- the tables
-// ----------------------------------------------------------------------------------------
 
 /// Which command byte hangs on which switch: switched over, its answers change, and no others.
 TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {

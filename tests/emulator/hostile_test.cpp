@@ -58,7 +58,6 @@ class Hostile : public Served {
 };
 
 // --- crowds
-// ------------------------------------------------------------------------------------------------------
 
 TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
   listen_to_tcp();
@@ -118,7 +117,6 @@ TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
 }
 
 // --- time
-// --------------------------------------------------------------------------------------------------------
 
 TEST_F(Hostile, WhoTakesTooLongIsClosed) {
   options_.patience.request = std::chrono::milliseconds(1);
@@ -169,7 +167,6 @@ TEST_F(Hostile, WhoReadsNothingIsClosed) {
 }
 
 // --- requests
-// ----------------------------------------------------------------------------------------------------
 
 TEST_F(Hostile, NoPathClimbs) {
   start();
@@ -220,7 +217,6 @@ TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
 }
 
 // --- the log
-// -----------------------------------------------------------------------------------------------------
 
 /// What the log says while it exists.
 class Log {
@@ -328,7 +324,6 @@ TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {
 }
 
 // --- WebSocket
-// ---------------------------------------------------------------------------------------------------
 
 TEST_F(Hostile, AHalfHandshakeIsRefusedAsAnythingElse) {
   start();

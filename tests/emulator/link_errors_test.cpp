@@ -11,7 +11,6 @@ namespace lk::emulator {
 namespace link_errors_test {
 
 // --- silence and noise
-// --------------------------------------------------------------------------------------------
 
 TEST(LinkFaults, SilentDrivesObey) {
   Rig rig(bus_config({1}));
@@ -116,7 +115,6 @@ TEST(LinkFaults, AFrameThatHasBegunGoesToItsEnd) {
 }
 
 // --- error frames and bus-off
-// ------------------------------------------------------------------------------------
 
 // linux/can/error.h
 constexpr std::uint32_t kProtocolAndBusError = 0x08 | 0x80;

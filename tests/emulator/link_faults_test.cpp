@@ -12,7 +12,6 @@ namespace lk::emulator {
 namespace link_faults_test {
 
 // --- drop, corrupt
-// ----------------------------------------------------------------------------------------------
 
 std::vector<bool> lost_replies(std::uint64_t seed) {
   BusConfig config = bus_config({1});
@@ -111,7 +110,6 @@ TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
 }
 
 // --- delay, duplicate, stale, reorder
-// ---------------------------------------------------------------------------
 
 TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   Rig rig(bus_config({1}));
@@ -226,7 +224,6 @@ TEST(LinkFaults, ReorderSwapsNeighbours) {
 }
 
 // --- what stands in the frame
-// -----------------------------------------------------------------------------------
 
 TEST(LinkFaults, WrongLength) {
   Rig rig(bus_config({1}));
@@ -268,7 +265,6 @@ TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
 }
 
 // --- a second drive
-// -----------------------------------------------------------------------------------------------
 
 std::uint16_t encoder(const Frame& reply) {
   const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);

@@ -12,7 +12,6 @@ namespace lk::emulator {
 namespace link_soak_test {
 
 // --- all kinds
-// ----------------------------------------------------------------------------------------------------
 
 TEST(LinkFaults, WhatNeverFiresChangesNothing) {
   Rig plain(bus_config({1, 2}, kBitrate));

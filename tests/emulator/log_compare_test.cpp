@@ -52,7 +52,6 @@ const ComparedCommand* find(const LogComparison& comparison, int command) {
 }
 
 // --- telling them apart
-// -------------------------------------------------------------------------------------
 
 TEST(LogPairing, TheDirectionsOfTheLogAreFoundWithoutThem) {
   const auto bus = test::bus_config({1});
@@ -202,7 +201,6 @@ TEST(LogPairing, DrivesThatTheRobotDoesNotHaveAreLeftOut) {
 }
 
 // --- comparing
-// ---------------------------------------------------------------------------------------------
 
 TEST(LogComparison, TheGoldenLogIsWhatTheEmulatorSays) {
   const auto comparison = compare_log(golden(false), test::bus_config({1}));

@@ -198,7 +198,6 @@ TEST(Memory, ASettingIsNotWrittenByADeadDriveNorByOneWithoutTime) {
 }
 
 // --- when what keeps the ROM fails
-// -----------------------------------------------------------------------------------------------
 
 constexpr int kFirst = 0x0A, kSecond = 0x1A;  // angle Kp, as written
 const protocol::Frame kWriteFirst = test::frame("141#32000A0B0C0D0E0F");

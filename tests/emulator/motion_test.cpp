@@ -45,7 +45,6 @@ double k_t(const model::DriveParams& drive) {
 }
 
 // --- torque
-// ----------------------------------------------------------------------------------------
 
 // dω/dt = (k_t·iq − τ_coulomb − B·ω)/J. Cogging averages out over a turn; the magnets are at 25 °C.
 TEST(Torque, SpeedRisesWithTorqueOverInertia) {
@@ -108,7 +107,6 @@ TEST(Torque, ReplyShowsTheCurrentThatFlows) {
 }
 
 // --- speed
-// -----------------------------------------------------------------------------------------
 
 TEST(Speed, ReachedWithoutSteadyError) {
   for (const double wanted_dps : {720.0, -720.0, 90.0, 3600.0}) {
@@ -143,7 +141,6 @@ TEST(Speed, AccelerationIsARamp) {
 }
 
 // --- position
-// --------------------------------------------------------------------------------------
 
 struct Arrival {
   const char* name;
@@ -225,7 +222,6 @@ TEST(Hold, IncrementsAddUpWhileMoving) {
 }
 
 // --- stop, run, off
-// --------------------------------------------------------------------------------
 
 TEST(RunStates, StopEndsTheDriveRunResumesIt) {
   Host host(motor());
@@ -261,7 +257,6 @@ TEST(RunStates, IdleShaftStaysWhereItIs) {
 }
 
 // --- signs
-// -----------------------------------------------------------------------------------------
 
 // Clockwise is positive in everything: torque, speed, angles, encoder.
 TEST(Signs, ClockwiseIsPositiveEverywhere) {
@@ -280,7 +275,6 @@ TEST(Signs, ClockwiseIsPositiveEverywhere) {
 }
 
 // --- a geared motor
-// --------------------------------------------------------------------------------
 
 // The rotor's angles on the wire, the encoder field over one turn of the output: 65536 counts are
 // 3600°.

@@ -60,7 +60,6 @@ Picture picture(const std::string& text, const DriveChoice& choice = {}) {
 }
 
 // --- rows
-// --------------------------------------------------------------------------------------------------
 
 TEST(PlotCsv, ReadsWhatARunWrites) {
   const CsvFile file("time_s,vcan0.1.speed_dps,can0.5.32.iq_A\n0,1.5,-2e-3\n0.01,nan,\r\n");
@@ -125,7 +124,6 @@ TEST(PlotCsv, SaysWhereAFileIsNoneOfOurs) {
 }
 
 // --- traces
-// ------------------------------------------------------------------------------------------------
 
 TEST(PlotTrace, KeepsAShortRunAsItIs) {
   Trace trace;
@@ -205,7 +203,6 @@ TEST(PlotTrace, HoldsNothingOfNothing) {
 }
 
 // --- axes
-// --------------------------------------------------------------------------------------------------
 
 std::vector<std::string> labels(const PlotAxis& axis) {
   std::vector<std::string> all;
@@ -289,7 +286,6 @@ TEST(PlotAxis, CopesWithNumbersOfAnySize) {
 }
 
 // --- drives
-// ------------------------------------------------------------------------------------------------
 
 std::vector<RunColumn> columns_of(int drives, const std::string& bus = "") {
   std::vector<RunColumn> columns;
@@ -321,7 +317,6 @@ TEST(PlotDrives, AreOfTheBusThatIsNamed) {
 }
 
 // --- panels
-// ------------------------------------------------------------------------------------------------
 
 TEST(PlotPanels, AreOfSignalsThatThereAre) {
   for (const PlotSubject& subject : plot_subjects()) {
@@ -399,7 +394,6 @@ TEST(PlotPanels, SayWhichDrivesAreLeftOut) {
 }
 
 // --- words
-// -------------------------------------------------------------------------------------------------
 
 TEST(PlotWords, AreUtf8WithoutControlCharacters) {
   EXPECT_EQ(printable_text("a µ 电 😀"), "a µ 电 😀");

@@ -31,7 +31,6 @@ double top_speed_dps(Host& host, SimTime duration) {
 }
 
 // --- what the reply reports
-// ------------------------------------------------------------------------
 
 TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
   Host host(servo_config(1));
@@ -46,7 +45,6 @@ TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
 }
 
 // --- limits
-// ----------------------------------------------------------------------------------------
 
 TEST(Limits, TorqueCommandIgnoresMaxTorqueCurrent) {
   auto config = servo_config(1);
@@ -138,7 +136,6 @@ TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
 }
 
 // --- an encoder that is mounted the other way round: nothing of it shows on the wire
-// ------------------------------------------------------------------------------------
 
 ServoConfig mounted_the_other_way() {
   ServoConfig config = servo_config(1);
@@ -174,7 +171,6 @@ TEST(OtherWayRound, ArrivesAndStays) {
 }
 
 // --- multi-turn
-// ------------------------------------------------------------------------------------
 
 TEST(MultiTurn, BothDirections) {
   Host host(servo_config(1));
@@ -194,7 +190,6 @@ TEST(MultiTurn, CountsFromTheStoredOffset) {
 }
 
 // --- increments
-// ------------------------------------------------------------------------------------
 
 TEST(Increments, CountFromTheLastCommandedPosition) {
   Host host(servo_config(1));
@@ -258,7 +253,6 @@ TEST(Increments, StopKeepsTheBase) {
 }
 
 // --- clear angle, as it is meant
-// -------------------------------------------------------------------
 
 TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
   auto config = servo_config(1);

@@ -263,7 +263,6 @@ TEST_F(Record, NeedsEveryDirective) {
 }
 
 // --- tampered with
-// ------------------------------------------------------------------------------------------
 
 /// The place of the reply in the middle of the log.
 std::size_t middle_reply(const std::vector<std::string>& lines) {
@@ -355,7 +354,6 @@ TEST_F(Record, AChangedQueryIsFoundByItsReply) {
 }
 
 // --- cut short
-// ----------------------------------------------------------------------------------------------
 
 TEST_F(Record, KilledAnywhereItIsGoodUpToItsLastLine) {
   make(false);

@@ -170,7 +170,6 @@ TEST(RomGate, HoldsSoManyAndNoMore) {
 }
 
 // --- the whole way, from bus to disk and back
-// -------------------------------------------------------------
 
 /// A bus, its gate, and a disk that stands still until it is told to go on.
 class BlockedDisk : public testing::Test {
@@ -271,7 +270,6 @@ TEST_F(BlockedDisk, AFullOneLeavesRomAsItWasAndRamAsCommanded) {
 }
 
 // --- a later write in the flash while the disk refuses an earlier one
-// -------------------------------------------------------------
 
 /// One drive whose flash takes 20 ms, between its bus and a gate; the test is the disk.
 class LaterWrite : public testing::Test {
@@ -367,7 +365,6 @@ TEST_F(LaterWrite, ThatNobodyHasTakenYetIsNotUndone) {
 }
 
 // --- what is said of it
-// -----------------------------------------------------------------------------
 
 TEST(RefusedRom, IsSaidOnceForEachDriveUntilItIsWrittenAgain) {
   std::ostringstream log;

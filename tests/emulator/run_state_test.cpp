@@ -18,7 +18,6 @@ using test::Host;
 using test::servo_config;
 
 // --- off, stop, run
-// --------------------------------------------------------------------------------
 
 TEST(RunState, OnAndIdleAfterPowerUp) {
   Host host(servo_config(1));
@@ -153,7 +152,6 @@ TEST(RunState, PowerCycleStartsOver) {
 }
 
 // --- errors
-// ----------------------------------------------------------------------------------------
 
 ServoConfig protected_config() {
   auto config = servo_config(1);
@@ -311,7 +309,6 @@ TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
 }
 
 // --- misprints and modes
-// ---------------------------------------------------------------------------
 
 TEST(Quirks, ManualReplyBytes) {
   auto config = servo_config(1);

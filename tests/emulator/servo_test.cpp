@@ -18,7 +18,6 @@ using test::Host;
 using test::servo_config;
 
 // --- every query gets its reply
-// --------------------------------------------------------------------
 
 /// Each command once, with rubbish in the unused bytes.
 void ask_everything(Host& host) {
@@ -80,7 +79,6 @@ TEST(Servo, EchoesRepeatTheRequestAsReceived) {
 }
 
 // --- registers
-// -------------------------------------------------------------------------------------
 
 TEST(Registers, FactoryGains) {
   Host host(servo_config(1));
@@ -123,7 +121,6 @@ TEST(Registers, NegativeAccelerationIsClampedToNone) {
 }
 
 // --- angles
-// ----------------------------------------------------------------------------------------
 
 TEST(Angles, AtPowerUp) {
   Host host(servo_config(1));  // 45° = 2048 = 0x0800 counts = 4500 = 0x1194
@@ -230,7 +227,6 @@ TEST(Angles, BootAngleIsDrawnAndNeverZero) {
 }
 
 // --- state replies
-// ---------------------------------------------------------------------------------
 
 TEST(States, AtRest) {
   Host host(servo_config(1));

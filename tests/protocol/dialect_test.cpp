@@ -27,7 +27,6 @@ constexpr WireFormat kMsLegacy = wire_format(kLegacyDialect, Series::kMs);
 constexpr Series kAllOfSeries[] = {Series::kMs, Series::kMf, Series::kMg, Series::kMh};
 
 // --- who answers what
-// ------------------------------------------------------------------------------
 
 using Bytes = std::set<unsigned>;
 const Bytes kOfAll{0x19, 0x80, 0x81, 0x88, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
@@ -116,7 +115,6 @@ TEST(Dialect, UnknownParametersAreUnknownCommands) {
 }
 
 // --- bytes
-// -----------------------------------------------------------------------------------------
 
 struct GoldenQuery {
   const char* text;
@@ -278,7 +276,6 @@ TEST(Dialect, CurrentScaleFollowsTheSeries) {
 }
 
 // --- every value
-// -----------------------------------------------------------------------------------
 
 TEST(Dialect, EveryIqCommand) {
   for (const WireFormat& format : {kMgV236, kMfV236}) {
@@ -402,7 +399,6 @@ TEST(Dialect, LateLegacyReadsWhatLegacyDoesInTheScaleOfItsSeries) {
 }
 
 // --- identifiers
-// -----------------------------------------------------------------------------------
 
 TEST(Dialect, RepliesMayHaveIdentifiersOfTheirOwn) {
   Dialect dialect = kV236Dialect;

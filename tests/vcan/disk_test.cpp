@@ -51,7 +51,6 @@ std::vector<std::string> no_file_longer_than(const std::string& bytes) {
 }
 
 // --- lk-emu run
-// -------------------------------------------------------------------------------------------
 
 TEST_F(Disk, AFullOneIsSaidOnceByARunAndLeavesNothingHalf) {
   disk("size=32k");
@@ -97,7 +96,6 @@ TEST_F(Disk, ASignalLeavesNothingHalf) {
 }
 
 // --- the running program
-// ----------------------------------------------------------------------------------
 
 /// Keeps a drive answering until the log says `text`; false when it does not answer.
 bool talk_until_log(Host& host, const std::string& text, const std::string& log) {
@@ -213,7 +211,6 @@ TEST_F(RunningDisk, AReadOnlyDirectoryForRomIsRefusedAtTheStart) {
 }
 
 // --- what is left behind
-// ---------------------------------------------------------------------------------
 
 TEST_F(Disk, AStartThatFailsLeavesNothing) {
   for (const std::vector<std::string>& wrong :

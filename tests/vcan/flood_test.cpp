@@ -34,7 +34,6 @@ constexpr canid_t kAsked = 0x142;  // the flood leaves this drive alone
 constexpr int kQueries = 300;
 
 // --- the flood
-// ---------------------------------------------------------------------------------------------------
 
 /// Any frame: of any kind, with any identifier, length and data; half of them commands to drive 1.
 canfd_frame any_frame(std::mt19937& random) {
@@ -150,7 +149,6 @@ class Asker {
 };
 
 // --- the control interface
-// ---------------------------------------------------------------------------------------
 
 int connect_to(const std::string& path) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -196,7 +194,6 @@ std::uint64_t dropped(const std::string& text) {
 }
 
 // --- the tests
-// ---------------------------------------------------------------------------------------------------
 
 class Flooded : public testing::Test {
  protected:

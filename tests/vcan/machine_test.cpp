@@ -16,7 +16,6 @@ namespace lk::vcan {
 namespace machine_test {
 
 // --- interfaces
-// -----------------------------------------------------------------------------------------
 
 class Interface : public MachineTest {
  protected:
@@ -168,7 +167,6 @@ TEST_F(Interface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
 }
 
 // --- clocks
-// -----------------------------------------------------------------------------------------------
 
 /// The wall clock, put where it was in the end.
 class WallClock {
@@ -220,7 +218,6 @@ TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
 }
 
 // --- the processor
-// ---------------------------------------------------------------------------------------
 
 using Processor = MachineTest;
 

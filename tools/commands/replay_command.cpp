@@ -97,7 +97,6 @@ void check(const CLI::App& app, const ReplayRequest& request) {
 }
 
 // --- a recording
-// --------------------------------------------------------------------------------------------
 
 ReplayCsv read_csv(const ReplayRequest& request) {
   const SimTime period = row_period(request.rate_Hz);
@@ -175,7 +174,6 @@ int replay_directory(const ReplayRequest& request) {
 }
 
 // --- a log
-// ---------------------------------------------------------------------------------------------------
 
 BusConfig choose_bus(const ReplayRequest& request) {
   CommandLine command_line;

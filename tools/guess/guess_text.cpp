@@ -209,7 +209,6 @@ std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> b
 }
 
 // --- how to emulate them
-// -------------------------------------------------------------------------------
 
 /// A virtual bus, and nothing in its name that a shell or a file takes for something else.
 bool is_virtual(std::string_view name) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "emulator/ground/text.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -54,28 +56,7 @@ std::string printable_text(const std::string& text) {
   return out;
 }
 
-std::string xml_text(const std::string& text) {
-  std::string out;
-  for (const char c : printable_text(text)) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
+std::string xml_text(const std::string& text) { return xml_escaped(printable_text(text)); }
 
 double assumed_width_px(const std::string& text, double size_px) {
   double width = 0;
