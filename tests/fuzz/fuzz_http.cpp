@@ -17,7 +17,7 @@
 #include <string>
 
 #include "emulator/control/http_session.hpp"
-#include "tests/emulator/control_support.hpp"
+#include "tests/emulator/control/control_support.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::emulator {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "emulator/program/scenario_activity.hpp"
-#include "tests/emulator/control_support.hpp"
+#include "tests/emulator/control/control_support.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::emulator {

@@ -1,0 +1,315 @@
+// Advice that a frame alone, or the pace of frames, gives rise to.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/advice/advice_support.hpp"
+
+namespace lk::emulator {
+namespace advice_frames_test {
+
+using protocol::PidGains;
+
+/// What is heard at `at`, without a bus that does anything.
+void hear(AdvisedHost& host, SimTime at, const protocol::Frame& frame) {
+  host.adviser.hear({at, frame});
+}
+
+TEST(AdviceRom, TellsTheLifeThatIsLeft) {
+  AdvisedHost host(test::servo_config(1));
+  const auto write = query(protocol::WritePidToRom{PidGains{.angle_kp = 7}});
+  for (int n = 0; n < 9; ++n) hear(host, n * 36s, write);
+  EXPECT_EQ(host.count(AdviceKind::kRomWear), 0U) << "nine are not many";
+  hear(host, 9 * 36s, write);
+  ASSERT_GT(host.count(AdviceKind::kRomWear), 0U);
+  // One in 36 s, and a memory that is made for 10,000: 100 h.
+  EXPECT_NEAR(host.get(AdviceKind::kRomWear).found.numbers[2], 100, 1e-6);
+  hear(host, 10 * 36s, write);
+  const Advice advice = host.get(AdviceKind::kRomWear);
+  EXPECT_EQ(advice.count, 2U);
+  EXPECT_EQ(advice.first, 9 * 36s);
+  EXPECT_EQ(advice.found.numbers[0], 11) << "the numbers are the last ones";
+  EXPECT_EQ(host.adviser.given().size(), 1U);
+}
+
+TEST(AdviceRom, LetsAHostWriteNowAndThen) {
+  AdvisedHost host(test::servo_config(1));
+  // 10,000 writes in more than 365 days: 3153.6 s each.
+  for (int n = 0; n < 30; ++n) hear(host, n * 3154s, query(protocol::WriteOffsetToRom{100}));
+  EXPECT_EQ(host.all(), "");
+  for (int n = 0; n < 30; ++n) {  // RAM does not wear
+    hear(host, 100'000s + n * 1s, query(protocol::WritePidToRam{PidGains{.angle_kp = 7}}));
+  }
+  EXPECT_EQ(host.all(), "");
+  for (int n = 0; n < 10; ++n) hear(host, 200'000s + n * 3153s, query(protocol::WriteZeroToRom{}));
+  EXPECT_EQ(host.count(AdviceKind::kRomWear), 1U);
+}
+
+TEST(AdviceLength, IsOfDrivesOnly) {
+  AdvisedHost host(test::servo_config(1));
+  hear(host, 1ms, test::frame("7FF#01"));  // somebody else's
+  hear(host, 2ms, test::frame("142#9A"));  // no such drive
+  hear(host, 3ms, test::frame("141#9A00000000000000"));
+  EXPECT_EQ(host.all(), "");
+  hear(host, 4ms, test::frame("141#9A"));
+  EXPECT_NE(host.all().find("(1 time, first 141#9A at 0.004 s)"), std::string::npos) << host.all();
+  hear(host, 5ms, test::frame("141#9C00"));
+  ASSERT_EQ(host.count(AdviceKind::kWrongLength), 2U);
+  const Advice advice = host.get(AdviceKind::kWrongLength);
+  EXPECT_EQ(advice.first, 4ms);
+  EXPECT_EQ(advice_line("vcan0", advice, Language::kEnglish),
+            "vcan0:1: wrong-length: 1 of 8 bytes: the drive does not answer (2 times, "
+            "first 141#9A at 0.004 s): send all frames with 8 bytes, unused ones 0");
+  EXPECT_EQ(advice_line("vcan0", advice, Language::kChinese),
+            "vcan0:1: wrong-length: 1 个字节，应为 8 个：驱动器不回复（2 次，首次 141#9A，0.004 "
+            "s）：所有帧都发 8 个字节，不用的字节填 0");
+  EXPECT_EQ(host.adviser.mark_of(host.adviser.heard()), "wrong-length");
+  EXPECT_EQ(host.adviser.mark_of(3), "");
+}
+
+TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
+  AdvisedHost host(test::servo_config(1));
+  hear(host, 1ms, test::frame("141#A1000000D0070000"));  // 2000
+  hear(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
+  hear(host, 3ms, test::frame("141#A50100009F8C0000"));  // 359.99 deg
+  hear(host, 4ms, test::frame("141#34000000FFFFFF7F"));
+  hear(host, 5ms, test::frame("141#A3000000FFFFFF7F"));  // Max Angle is off
+  EXPECT_EQ(host.all(), "");
+  for (const char* wrong :
+       {"141#A1000000D1070000", "141#A10000002FF80000", "141#A5000000A08C0000",
+        "141#A502000000000000", "141#3400000000000080", "141#910000000000FFFF"}) {
+    const auto before = host.count(AdviceKind::kFieldRange);
+    hear(host, 6ms, test::frame(wrong));
+    EXPECT_EQ(host.count(AdviceKind::kFieldRange), before + 1) << wrong;
+  }
+  EXPECT_EQ(what_text(host.get(AdviceKind::kFieldRange), Language::kEnglish),
+            "iq 2001 is beyond -2000 to 2000: the drive takes the nearest of them");
+}
+
+TEST(AdviceField, KnowsTheRangesOfV236) {
+  AdvisedHost host(test::drive(Generation::kV236));
+  hear(host, 1ms, test::frame("141#A100000000080000"));  // 2048
+  hear(host, 2ms, test::frame("141#A200000880380100"));  // with the iq limit 2048, 800 dps
+  hear(host, 3ms, test::frame("141#C120000064000000"));  // Max Speed 1 dps
+  EXPECT_EQ(host.all(), "");
+  for (const char* wrong : {"141#A100000001080000", "141#A200010800000000", "141#8C02000000000000",
+                            "141#C120000063000000", "141#A200000000000070"}) {
+    const auto before = host.count(AdviceKind::kFieldRange);
+    hear(host, 4ms, test::frame(wrong));
+    EXPECT_EQ(host.count(AdviceKind::kFieldRange), before + 1) << wrong;
+  }
+}
+
+TEST(AdviceGeneration, RecognisesFieldsOfAnother) {
+  ServoConfig geared = test::servo_config(1);
+  geared.profile.drive.mechanics.gear_ratio = 10;
+  AdvisedHost host(geared);
+  // 0xA6 to 98,765 * 0.01 deg, which is below ten turns of the rotor but needs 32 bits: 0x181CD.
+  hear(host, 1ms, test::frame("141#A6006400CD810100"));
+  ASSERT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kOtherGeneration), Language::kEnglish),
+            "a target of 32 bits, 987.65°: this drive reads 16 bits of it, 332.29°");
+  hear(host, 2ms, test::frame("141#9500000028230000"));  // 90 deg
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 2U);
+}
+
+TEST(AdviceGeneration, RecognisesTheIqLimitOf0xA2) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 9; ++n) hear(host, n * 10ms, test::frame("141#A200F40110270000"));
+  EXPECT_EQ(host.all(), "");
+  hear(host, 90ms, test::frame("141#A200F40110270000"));
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
+}
+
+TEST(AdviceGeneration, LetsUnusedBytesBe) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 40; ++n) {
+    const SimTime at = n * 10ms;
+    hear(host, at + 1ms, test::frame("141#A50000001027CDAB"));  // rubbish behind the target
+    hear(host, at + 2ms, test::frame("141#95000000CCCCCCCC"));
+    hear(host, at + 3ms, test::frame("141#9500000000000000"));
+    hear(host, at + 4ms, test::frame("141#A200CDAB10270000"));  // -21555 is no limit
+  }
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 0U) << host.all();
+}
+
+TEST(AdviceGeneration, LetsAHostFindOutWhichItIs) {
+  AdvisedHost host(test::servo_config(1));
+  hear(host, 1ms, test::frame("141#C020000000000000"));
+  hear(host, 2ms, test::frame("141#C020000000000000"));
+  hear(host, 3ms, test::frame("141#EE00000000000000"));  // no drive has it
+  hear(host, 4ms, test::frame("141#EE00000000000000"));
+  EXPECT_EQ(host.all(), "");
+  hear(host, 5ms, test::frame("141#C020000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
+}
+
+TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  AdvisedHost none(config);
+  hear(none, 1ms, test::frame("280#0000000000000000"));
+  EXPECT_EQ(none.count(AdviceKind::kMultiWithoutMode, kWholeBus), 1U);
+
+  config.servos[0].rom.broadcast_mode = true;
+  AdvisedHost one(config);
+  hear(one, 1ms, test::frame("280#6400000000000000"));
+  EXPECT_EQ(one.all(), "") << "nothing for drive 2";
+  hear(one, 2ms, test::frame("280#6400640000000000"));
+  EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 2), 1U);
+  EXPECT_EQ(one.count(AdviceKind::kMultiWithoutMode, 1), 0U);
+}
+
+TEST(AdviceMulti, KnowsAModeThatOthersSwitch) {
+  AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
+  host.wait(100ms);
+  Registers switched;
+  switched.broadcast_mode = true;
+  for (const int id : {1, 2}) {
+    host.bus.apply({id, Setting{RomParameter::kBroadcastMode, switched}});
+  }
+  host.wait(100ms);
+  host.repeat(20, 1ms, test::frame("280#6400640000000000"));
+  EXPECT_EQ(host.all(), "");
+}
+
+/// An identifier of CANopen as well, so one alone says nothing.
+TEST(AdviceMulti, IsOfIdentifiersThatDrivesHereKnow) {
+  AdvisedHost host(test::bus_config({1, 2}, 1'000'000));
+  hear(host, 1ms, test::frame("281#6400000000000000"));
+  hear(host, 2ms, test::frame("282#6400000000000000"));
+  EXPECT_EQ(host.all(), "");
+  hear(host, 3ms, test::frame("288#9C00000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration, kWholeBus), 1U);
+  EXPECT_EQ(host.count(AdviceKind::kMultiWithoutMode, kWholeBus), 0U) << "the mode would not help";
+}
+
+TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  for (ServoConfig& servo : config.servos) {
+    servo.generation = Generation::kV236;
+    servo.quirks = quirks_of(servo.generation);
+    servo.rom.broadcast_mode = true;
+  }
+  config.servos[0].rom.max_speed_dps = 1000;
+  config.servos[0].rom.max_angle_deg = 90;
+  AdvisedHost host(config);
+  hear(host, 1ms, test::frame("281#E803E80300000000"));  // 1000 dps
+  hear(host, 2ms, test::frame("282#5A00C80000000000"));  // 90°, and 200° of drive 2
+  EXPECT_EQ(host.all(), "");
+  hear(host, 3ms, test::frame("281#E903000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 1U);
+  hear(host, 4ms, test::frame("282#A5FF000000000000"));  // -91°
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 2U);
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
+}
+
+TEST(AdviceMulti, IsOfDrivesThatAnswerNothingElse) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  config.servos[0].rom.broadcast_mode = true;
+  AdvisedHost host(config);
+  for (int n = 0; n < 9; ++n) hear(host, 1ms * n, test::frame("141#9C00000000000000"));
+  for (int n = 0; n < 30; ++n) hear(host, 10ms + 1ms * n, test::frame("142#9C00000000000000"));
+  for (int n = 0; n < 9; ++n) hear(host, 1100ms + 1ms * n, test::frame("141#9C00000000000000"));
+  EXPECT_EQ(host.all(), "") << "it tries how the drive is answered, and some time later again";
+  hear(host, 1200ms, test::frame("141#9C00000000000000"));
+  hear(host, 1201ms, test::frame("141#A100000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 1), 2U);
+  EXPECT_EQ(host.count(AdviceKind::kSingleInMultiMode, 2), 0U);
+}
+
+TEST(AdvicePace, IsOfQueriesThatCannotHaveBeenAnswered) {
+  AdvisedHost host(test::servo_config(1));
+  // 2 * 111 bits at 1 Mbit/s and the reply time of 100 µs: no reply is there before 322 µs.
+  for (int n = 0; n < 100; ++n) hear(host, n * 330us, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.all(), "");
+  for (int n = 0; n < 20; ++n) hear(host, 1s + n * 300us, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.all(), "") << "the first of them has waited";
+  hear(host, 1s + 20 * 300us, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kNotWaited), 1U);
+}
+
+TEST(AdvicePace, LetsAHandfulGoTogether) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 100; ++n) {
+    for (int k = 0; k < 6; ++k) hear(host, n * 10ms + k * 10us, query(protocol::ReadState2{}));
+  }
+  EXPECT_EQ(host.all(), "");
+  AdvisedHost no_wire(test::servo_config(1), 0);
+  for (int n = 0; n < 100; ++n) hear(no_wire, n * 1us, query(protocol::ReadState2{}));
+  EXPECT_EQ(no_wire.all(), "") << "replies come at once";
+  // The process stood, or simulated time did: whatever came meanwhile is handed over at one
+  // instant.
+  AdvisedHost stood(test::servo_config(1));
+  for (int n = 0; n < 50; ++n) {
+    hear(stood, 1s, query(protocol::Position2{100, 45'00 + 50 * n}));
+  }
+  hear(stood, 1s + 1ms, query(protocol::Position2{100, 45'00 + 50 * 50}));
+  EXPECT_EQ(stood.all(), "");
+}
+
+TEST(AdviceInput, IsOfPausesThatNearlyTrip) {
+  ServoConfig servo = test::servo_config(1);
+  auto& input = servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)];
+  input.threshold = 0.1;
+  AdvisedHost off(servo);
+  for (int n = 0; n < 10; ++n) hear(off, n * 90ms, query(protocol::ReadState2{}));
+  EXPECT_EQ(off.all(), "") << "the protection is off";
+  input.enabled = true;
+  AdvisedHost host(servo);
+  for (int n = 0; n < 20; ++n) hear(host, n * 79ms, query(protocol::ReadState2{}));
+  hear(host, 100s, query(protocol::ReadState2{}));  // the host was away
+  EXPECT_EQ(host.all(), "");
+  for (int n = 1; n <= 3; ++n) hear(host, 100s + n * 81ms, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kInputWindow), 1U);
+}
+
+TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
+  BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
+  AdvisedHost host(config);
+  for (int n = 0; n < 300;
+       ++n) {  // all four at 1 kHz: 8 frames a ms, of which 1 Mbit/s has 7 or so
+    for (int id = 1; id <= 4; ++id) {
+      host.send(query(protocol::ReadState2{}, id));
+      host.send(query(protocol::ReadMultiTurnAngle{}, id));
+    }
+    host.wait(1ms);
+  }
+  ASSERT_GT(host.count(AdviceKind::kFasterThanWire, kWholeBus), 0U);
+  EXPECT_GT(host.get(AdviceKind::kFasterThanWire, kWholeBus).first, 100ms);
+
+  AdvisedHost calm(config);  // the same in 5 ms
+  for (int n = 0; n < 100; ++n) {
+    for (int id = 1; id <= 4; ++id) {
+      calm.send(query(protocol::ReadState2{}, id));
+      calm.send(query(protocol::ReadMultiTurnAngle{}, id));
+    }
+    calm.wait(5ms);
+  }
+  EXPECT_EQ(calm.all(), "");
+}
+
+TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  AdvisedHost host(config);
+  Fault fault;
+  fault.kind = FaultKind::kBabbling;
+  fault.ids = {2};
+  fault.values = {130, 0x010};  // a frame every 130 us, as long as the frame is, before all others
+  ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{fault}}));
+  host.repeat(500, 2ms, query(protocol::ReadState2{}));
+  EXPECT_GT(host.bus.stats().frames_waiting, 64U);
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdvicePace, IsOfADriveThatIsBusyWritingRom) {
+  ServoConfig servo = test::servo_config(1);
+  servo.flash.write_time = 500ms;
+  AdvisedHost host(servo);
+  host.send(query(protocol::WriteOffsetToRom{5}));
+  host.repeat(15, 2ms, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.all(), "") << "16 replies find room";
+  host.repeat(3, 2ms, query(protocol::ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kFasterThanDrive), 3U);
+}
+
+}  // namespace advice_frames_test
+}  // namespace lk::emulator

@@ -1,0 +1,370 @@
+// Advice that what a host makes a drive do gives rise to.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/emulator/advice/advice_support.hpp"
+
+namespace lk::emulator {
+namespace advice_motion_test {
+
+using protocol::Position1;
+using protocol::Position2;
+using protocol::Position5;
+using protocol::ReadMultiTurnAngle;
+using protocol::ReadState1;
+using protocol::ReadState2;
+
+std::int32_t cdeg(double deg) { return static_cast<std::int32_t>(std::lround(100 * deg)); }
+protocol::Frame speed(double dps) { return query(protocol::Speed{dps, 0}); }
+
+// --- off, or with an error
+
+TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
+  AdvisedHost host(test::servo_config(1));
+  host.repeat(10, 2ms, query(protocol::Torque{0.1}));
+  host.repeat(1, 2ms, query(protocol::Off{}));
+  host.repeat(3, 2ms, query(protocol::Torque{0.1}));  // by a thread that has not heard of it yet
+  host.repeat(60, 2ms, query(ReadState2{}));
+  EXPECT_EQ(host.all(), "");
+  host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
+  ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
+  EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, query(Position2{100, cdeg(90)}));
+  EXPECT_EQ(what_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
+            "the drive is off: the command is answered and not executed");
+  host.repeat(1, 2ms, query(protocol::Run{}));
+  host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
+  EXPECT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
+}
+
+/// A drive that under-voltage trips as soon as its supply is at 5 V.
+ServoConfig delicate() {
+  ServoConfig servo = test::servo_config(1);
+  servo.rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {
+      .enabled = true, .threshold = 8, .hysteresis = 0.5, .delay = 0, .recoverable = true};
+  return servo;
+}
+
+AdvisedHost tripped() {
+  AdvisedHost host(delicate());
+  host.repeat(5, 2ms, query(protocol::Torque{0.1}));
+  host.bus.set_supply_voltage(1, 5);
+  host.repeat(200, 2ms, query(ReadState2{}));
+  EXPECT_NE(host.bus.telemetry(1).errors, 0);
+  return host;
+}
+
+TEST(AdviceRefused, GivesAHostTimeToSeeTheError) {
+  AdvisedHost host = tripped();
+  host.repeat(20, 2ms, query(protocol::Torque{0.1}));
+  EXPECT_EQ(host.all(), "") << "it cannot know";
+  host.repeat(1, 2ms, query(ReadState1{}));
+  host.repeat(40, 2ms, query(protocol::Torque{0.1}));
+  EXPECT_EQ(host.all(), "") << "it is about to react";
+  host.repeat(20, 2ms, query(protocol::Torque{0.1}));
+  EXPECT_GT(host.count(AdviceKind::kMotionRefused), 5U);
+}
+
+TEST(AdviceRefused, LetsAHostPutThingsRight) {
+  AdvisedHost host = tripped();
+  host.repeat(20, 2ms, query(protocol::Torque{0.1}));
+  host.repeat(1, 2ms, query(ReadState1{}));
+  host.bus.set_supply_voltage(1, 24);
+  host.wait(500ms);
+  host.repeat(1, 2ms, query(protocol::ClearErrors{}));
+  host.repeat(1, 2ms, query(protocol::Torque{0.1}));  // another thread's
+  host.repeat(1, 2ms, query(protocol::Run{}));
+  host.repeat(100, 2ms, query(protocol::Torque{0.1}));
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdviceError, IsOfAHostThatNeverAsks) {
+  AdvisedHost host = tripped();
+  host.repeat(1000, 2ms, query(ReadState2{}));
+  ASSERT_GT(host.count(AdviceKind::kErrorIgnored), 0U);
+  EXPECT_EQ(host.get(AdviceKind::kErrorIgnored).found.numbers[0], 1) << "under-voltage is bit 0";
+
+  AdvisedHost asks = tripped();
+  for (int n = 0; n < 10; ++n) {
+    asks.repeat(100, 2ms, query(ReadState2{}));
+    asks.repeat(1, 2ms, query(ReadState1{}));
+  }
+  EXPECT_EQ(asks.all(), "");
+}
+
+/// At 100 Hz, for so long, and the drive trips at the end.
+AdvisedHost tripped_after(SimTime duration) {
+  AdvisedHost host(delicate());
+  host.repeat(static_cast<int>(duration / 10ms), 10ms, query(protocol::Torque{0.1}));
+  host.bus.set_supply_voltage(1, 5);
+  return host;
+}
+
+TEST(AdviceError, IsOfAHostThatGoesSilent) {
+  AdvisedHost host = tripped_after(2500ms);
+  host.repeat(20, 10ms, query(ReadState2{}));
+  ASSERT_NE(host.bus.telemetry(1).errors, 0);
+  host.wait(4900ms);
+  EXPECT_EQ(host.all(), "") << "it may be thinking";
+  host.wait(200ms);
+  ASSERT_EQ(host.count(AdviceKind::kErrorIgnored), 1U) << host.all();
+  EXPECT_EQ(host.get(AdviceKind::kErrorIgnored).frame, query(ReadState2{})) << "its last";
+  EXPECT_EQ(what_text(host.get(AdviceKind::kErrorIgnored), Language::kEnglish),
+            "the drive has an error (errorState 1), and the host, which had spoken to it until "
+            "then, has been "
+            "silent for 5 s without having asked for its state");
+  host.wait(10s);
+  EXPECT_EQ(host.count(AdviceKind::kErrorIgnored), 1U);
+}
+
+TEST(AdviceError, IsNotOfAHostThatKnowsOrWasNotThere) {
+  AdvisedHost asked = tripped_after(2500ms);
+  asked.repeat(1, 10ms, query(ReadState2{}));
+  asked.repeat(1, 10ms, query(ReadState1{}));
+  asked.wait(10s);
+  EXPECT_EQ(asked.all(), "") << "it has seen the error, and ends";
+
+  AdvisedHost guest = tripped_after(1500ms);
+  guest.repeat(20, 10ms, query(ReadState2{}));
+  guest.wait(10s);
+  EXPECT_EQ(guest.all(), "") << "it looked in for a moment";
+
+  AdvisedHost slow(delicate());
+  slow.repeat(4, 1500ms, query(ReadState2{}));
+  slow.bus.set_supply_voltage(1, 5);
+  slow.repeat(1, 1500ms, query(ReadState2{}));
+  slow.wait(10s);
+  EXPECT_EQ(slow.all(), "") << "its next query is yet to come";
+
+  AdvisedHost regular(delicate());
+  for (int n = 0; n < 3; ++n) {
+    regular.repeat(1, 10ms, query(ReadState1{}));
+    regular.repeat(90, 10ms, query(ReadState2{}));
+  }
+  regular.bus.set_supply_voltage(1, 5);
+  regular.repeat(50, 10ms, query(ReadState2{}));
+  regular.wait(10s);
+  EXPECT_EQ(regular.all(), "") << "it ends before it would have asked again";
+
+  AdvisedHost quick(delicate());
+  quick.repeat(300, 10ms, query(ReadState1{}));
+  quick.bus.set_supply_voltage(1, 5);
+  quick.bus.advance_to(quick.bus.time() + 900us);  // nobody has looked yet
+  quick.repeat(1, 10ms, query(ReadState1{}));
+  quick.wait(10s);
+  EXPECT_EQ(quick.all(), "") << "the answer has shown the error";
+
+  AdvisedHost gone = tripped_after(2500ms);
+  gone.wait(10s);
+  EXPECT_EQ(gone.all(), "") << "the error came when it had left";
+
+  AdvisedHost healthy(test::servo_config(1));
+  healthy.repeat(250, 10ms, query(ReadState2{}));
+  healthy.wait(10s);
+  EXPECT_EQ(healthy.all(), "") << "there is no error";
+}
+
+TEST(AdviceError, IsNotOfADriveWithoutPower) {
+  ServoConfig servo = delicate();
+  servo.profile.drive.supply.i_logic = 0.05;  // A; empties the link
+  AdvisedHost host(servo);
+  host.repeat(300, 10ms, query(ReadState2{}));
+  host.bus.apply({1, PowerOff{}});
+  host.repeat(100, 10ms, query(ReadState2{}));
+  host.repeat(30, 300ms, query(ReadState1{}));
+  ASSERT_FALSE(host.bus.telemetry(1).alive);
+  host.wait(10s);
+  EXPECT_EQ(host.all(), "");
+}
+
+// --- several hosts
+
+TEST(AdviceHosts, AreSeveralWhenTargetsTakeTurns) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 12; ++n) {
+    host.repeat(1, 5ms, query(Position2{100, cdeg(90)}));
+    host.repeat(1, 5ms, query(Position2{100, cdeg(-20)}));
+  }
+  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
+}
+
+TEST(AdviceHosts, AreSeveralWhenOneBreaksIn) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 12; ++n) {  // 200 Hz and 20 Hz
+    host.repeat(10, 5ms, query(Position2{100, cdeg(50 + 0.1 * n)}));
+    host.repeat(1, 1ms, query(protocol::Torque{0}));
+  }
+  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
+}
+
+TEST(AdviceHosts, AreSeveralWhenOneIsTwiceAsFast) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 12; ++n) {
+    host.repeat(2, 5ms, query(Position2{100, cdeg(50 + 0.1 * n)}));
+    host.repeat(1, 5ms, query(Position2{100, cdeg(-20)}));
+  }
+  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
+}
+
+TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, said once or all the time
+    host.repeat(1, 200ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
+  }
+  for (int n = 0; n < 10; ++n) {
+    host.repeat(20, 10ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
+  }
+  for (int n = 0; n < 200; ++n) {  // shaken against friction
+    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.0 : -1.0}));
+  }
+  for (int n = 0; n < 500; ++n) {  // a sine
+    host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
+  }
+  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither on what gravity takes
+    host.repeat(1, 2ms, query(protocol::Torque{n % 4 < 2 ? 5.0 : 0.0}));
+  }
+  for (int n = 0; n < 200; ++n)
+    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.5 : 2.5}));
+  for (int n = 0; n < 400; ++n) {  // a differential term on a coarse encoder
+    host.repeat(1, 1ms, query(protocol::Torque{n % 10 == 0 ? 1.5 : 1.0}));
+  }
+  std::uint32_t random = 1;
+  for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, of 20 s
+    random = random * 1664525 + 1013904223;
+    const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
+    host.adviser.hear({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
+  }
+  EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << host.all();
+}
+
+// --- paths
+
+/// How fast the tests' motor can be: 24 V / sqrt(3) over 14 pole pairs and 4.99 mWb.
+const double kNoLoad_dps = 24 / std::sqrt(3.0) / (14 * 0.00499) * 180 / std::acos(-1.0);
+
+TEST(AdviceJump, IsAStepInAStreamThatNoMotorFollows) {
+  ServoConfig servo = test::servo_config(1);
+  AdvisedHost host(servo);
+  double target_deg = 45;
+  for (int n = 0; n < 100; ++n) {
+    host.repeat(1, 2ms, query(Position1{cdeg(target_deg)}));
+    target_deg += 0.5;
+  }
+  EXPECT_EQ(host.all(), "");
+  const double most_deg = 1.5 * kNoLoad_dps * 0.002;
+  host.repeat(1, 2ms, query(Position1{cdeg(target_deg + 1.1 * most_deg)}));
+  ASSERT_EQ(host.count(AdviceKind::kJump), 1U);
+  EXPECT_NEAR(host.get(AdviceKind::kJump).found.numbers[2], kNoLoad_dps, 1);
+}
+
+TEST(AdviceJump, LeavesTheWayToTheDrive) {
+  AdvisedHost host(test::servo_config(1));
+  for (int n = 0; n < 10; ++n) {  // a target, again and again, and then another
+    host.repeat(20, 2ms, query(Position1{cdeg(n % 2 == 0 ? 300 : -300)}));
+  }
+  for (int n = 0; n < 100; ++n) {  // a stream that loses a frame and then hurries
+    const double target_deg = 45 + 8.0 * n;
+    if (n % 10 != 0) host.send(query(Position1{cdeg(target_deg)}));
+    host.wait(n % 10 == 1 ? 400us : n % 10 == 2 ? 3600us : 2ms);
+  }
+  EXPECT_EQ(host.count(AdviceKind::kJump), 0U) << host.all();
+}
+
+TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
+  ServoConfig servo = test::servo_config(1);
+  servo.rom.max_speed_dps = 50;
+  AdvisedHost host(servo);
+  host.repeat(99, 10ms, query(Position5{cdeg(10)}));  // 1000 dps
+  EXPECT_EQ(host.count(AdviceKind::kWindUp), 0U);
+  host.repeat(50, 10ms, query(Position5{cdeg(10)}));
+  // After 1.5 s, 1500° were asked for, of which 75° can be done: 1.4 s behind.
+  EXPECT_GT(host.count(AdviceKind::kWindUp), 0U);
+}
+
+TEST(AdviceWindUp, IsNotOfIncrementsThatAreDone) {
+  AdvisedHost host(test::servo_config(1));
+  host.repeat(500, 10ms, query(Position5{cdeg(1)}));  // 100 dps
+  for (int n = 0; n < 10; ++n) host.repeat(1, 600ms, query(Position5{cdeg(90)}));
+  host.repeat(20, 1ms, query(Position5{cdeg(1)}));  // a quick hand at a jog wheel
+  host.wait(2s);
+  host.repeat(20, 1ms, query(Position5{cdeg(-1)}));
+  EXPECT_EQ(host.all().find("wind-up"), std::string::npos) << host.all();
+}
+
+// --- positions as speeds
+
+TEST(AdviceSpeed, IsAPathThatStartsAtTheShaft) {
+  AdvisedHost host(test::servo_config(1));  // stands at 45°
+  host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  for (int n = 0; n < 30; ++n) host.repeat(1, 10ms, speed(45 + 0.9 * n));
+  EXPECT_GT(host.count(AdviceKind::kSpeedAsPosition), 0U);
+}
+
+TEST(AdviceSpeed, IsATargetThatIsLeftOnArrival) {
+  AdvisedHost host(test::servo_config(1));
+  for (const double target_deg : {90.0, 180.0, 270.0}) {
+    for (int n = 0; n < 1000; ++n) {
+      host.repeat(1, 5ms, speed(target_deg));
+      if (host.bus.servo(1).multi_turn_deg(host.bus.telemetry(1)) > target_deg - 1) break;
+    }
+  }
+  host.repeat(1, 5ms, speed(360));
+  EXPECT_GT(host.count(AdviceKind::kSpeedAsPosition), 0U);
+}
+
+TEST(AdviceSpeed, IsNotASpeed) {
+  AdvisedHost host(test::servo_config(1));
+  host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  for (int n = 0; n <= 100; ++n) host.repeat(1, 10ms, speed(n));  // a ramp from rest
+  host.repeat(300, 10ms, speed(100));                             // a turntable
+  for (const double dps : {50.0, -200.0, 35.0}) host.repeat(100, 10ms, speed(dps));
+  for (int n = 0; n < 500; ++n) {  // a host with a position loop of its own, to 720°
+    host.send(query(ReadMultiTurnAngle{}));
+    host.wait(1ms);
+    const double angle_deg = host.bus.servo(1).multi_turn_deg(host.bus.telemetry(1));
+    host.repeat(1, 9ms, speed(5 * (720 - angle_deg)));
+  }
+  host.repeat(1, 10ms, speed(0));
+  EXPECT_EQ(host.all(), "");
+  AdvisedHost sweep(test::servo_config(1));  // turns back at ±90°, which it turns towards at 90 dps
+  double dps = 90;
+  for (int n = 0; n < 2000; ++n) {
+    sweep.repeat(1, 5ms, speed(dps));
+    const double angle_deg = sweep.bus.servo(1).multi_turn_deg(sweep.bus.telemetry(1));
+    if (angle_deg >= 90) dps = -90;
+    if (angle_deg <= -90) dps = 90;
+  }
+  EXPECT_EQ(sweep.all(), "");
+  // Stands at some angle, and turns as many dps from there: once is chance.
+  AdvisedHost chance(test::servo_config(1));
+  chance.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  chance.repeat(100, 10ms, speed(45));
+  EXPECT_EQ(chance.all(), "");
+}
+
+// --- as a whole
+
+TEST(Advice, IsNotGivenToAHostThatBehaves) {
+  BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
+  AdvisedHost host(config);
+  for (int id = 1; id <= 4; ++id) {  // set up
+    host.repeat(1, 5ms, query(protocol::WritePidToRom{{.angle_kp = 80}}, id));
+    host.repeat(1, 1ms, query(protocol::ClearErrors{}, id));
+    host.repeat(1, 1ms, query(protocol::Run{}, id));
+    host.repeat(1, 1ms, query(ReadMultiTurnAngle{}, id));
+  }
+  for (int n = 0; n < 1000; ++n) {  // 200 Hz, a smooth path from where the shaft stands
+    for (int id = 1; id <= 4; ++id) {
+      const double target_deg = 45 + 30 * (1 - std::cos(0.01 * n));
+      host.repeat(1, 500us, query(Position2{2000, cdeg(target_deg)}, id));
+      if (n % 50 == id) host.repeat(1, 500us, query(ReadState1{}, id));
+    }
+    host.wait(3ms);
+  }
+  for (int id = 1; id <= 4; ++id) host.repeat(1, 1ms, query(protocol::Off{}, id));
+  EXPECT_EQ(host.all(), "");
+}
+
+}  // namespace advice_motion_test
+}  // namespace lk::emulator

@@ -1,0 +1,233 @@
+// What a fault can say, and what is said of its mistakes.
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "emulator/core/fault_table.hpp"
+#include "tests/emulator/config/config_support.hpp"
+
+namespace lk::emulator {
+namespace config_faults_test {
+
+using namespace std::chrono_literals;
+
+// The line of what follows is 10.
+const std::string kBus =
+    "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"2,5\"\n[[bus.drive]]\nid = 7\nmotor = "
+    "\"ms3506\"\n\n[[bus.event]]\n";
+
+std::vector<TimedDirective> events_of(const std::string& keys) {
+  return parse(kBus + keys)[0].events;
+}
+
+std::string error_of(const std::string& keys) { return parse_error(kBus + keys); }
+
+Fault only_fault(const std::string& keys) {
+  const auto events = events_of("at_s = 1\n" + keys);
+  EXPECT_EQ(events.size(), 1U) << keys;
+  EXPECT_EQ(events[0].directive.id, kWholeBus);
+  return std::get<SetFault>(events[0].directive.what).fault;
+}
+
+TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
+  for (const FaultRow& row : fault_table()) {
+    std::string table = "{ kind = \"" + std::string(row.word) + R"(", name = "it")";
+    std::array<double, kMostFaultParams> expected{};
+    for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
+      const FaultParam& param = row.params[n];
+      table += ", " + std::string(param.word) + " = ";
+      if (param.choices.empty()) {
+        expected[n] = param.word == "max_deg" ? 5 : param.max;  // its largest is none
+        const auto whole = static_cast<long long>(expected[n]);
+        table += static_cast<double>(whole) == expected[n] ? std::to_string(whole)
+                                                           : std::to_string(expected[n]);
+      } else {  // the last of the words
+        const std::string words(param.choices);
+        expected[n] = static_cast<double>(std::count(words.begin(), words.end(), ' '));
+        table.append("\"").append(words, words.rfind(' ') + 1).append("\"");
+      }
+    }
+    if (row.per_frame) table += ", probability = 0.25";
+    table +=
+        row.momentary ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
+    // Play is of gears, which none of these drives has.
+    if (row.kind == FaultKind::kBacklash) continue;
+    const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table);
+    EXPECT_EQ(fault.kind, row.kind);
+    EXPECT_EQ(fault.name, "it");
+    EXPECT_EQ(fault.ids, row.of_bus ? std::vector<int>{} : std::vector{5}) << row.word;
+    EXPECT_EQ(fault.values, expected) << row.word;
+    EXPECT_EQ(fault.probability, row.per_frame ? 0.25 : 1.0);
+    EXPECT_EQ(fault.duration, row.momentary ? std::nullopt : std::optional<SimTime>(500ms));
+    EXPECT_EQ(fault.every, 2s);
+    EXPECT_EQ(fault.times, 3);
+  }
+}
+
+TEST(FaultVocabulary, WhatAFaultDoesNotSayIsAsTheTableHasIt) {
+  const Fault jam = only_fault("fault = \"jam\"");
+  EXPECT_EQ(jam.kind, FaultKind::kJam);
+  EXPECT_EQ(jam.ids, (std::vector{2, 5, 7}));
+  EXPECT_EQ(jam.values[0], 100);
+  EXPECT_EQ(jam.name, "");
+  EXPECT_EQ(jam.duration, std::nullopt);
+  EXPECT_EQ(jam.every, std::nullopt);
+  EXPECT_EQ(jam.times, 0);
+  EXPECT_EQ(only_fault("fault = { kind = \"reboot_loop\" }").values,
+            (std::array<double, kMostFaultParams>{1000, 200, 0}));
+  EXPECT_EQ(only_fault("fault = { kind = \"rom_damaged\" }").values[0], kRomParameters);
+  EXPECT_EQ(only_fault("ids = \"5,2\"\nfault = \"hang\"").ids, (std::vector{2, 5}));
+}
+
+TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
+  const std::map<std::string, RomParameter> words = {
+      {"gains", RomParameter::kGains},
+      {"acceleration", RomParameter::kAcceleration},
+      {"encoder_offset", RomParameter::kEncoderOffset},
+      {"max_torque_current", RomParameter::kMaxTorqueCurrent},
+      {"max_power", RomParameter::kMaxPower},
+      {"max_speed", RomParameter::kMaxSpeed},
+      {"max_angle", RomParameter::kMaxAngle},
+      {"current_ramp", RomParameter::kCurrentRamp},
+      {"broadcast_mode", RomParameter::kBroadcastMode},
+      {"protections", RomParameter::kProtections}};
+  for (const auto& [word, parameter] : words) {
+    for (const std::string kind : {"rom_damaged", "ram_flipped"}) {
+      if (kind == "ram_flipped" && parameter == RomParameter::kProtections) continue;
+      // MS drives only are limited by it.
+      if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
+      const Fault fault =
+          only_fault("id = 5\nfault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
+      EXPECT_EQ(fault.values[0], static_cast<double>(parameter)) << kind << ' ' << word;
+    }
+  }
+}
+
+TEST(FaultVocabulary, WhatIsCountedTakesNoFractions) {
+  for (const char* fault :
+       {"{ kind = \"wrong_dlc\", dlc = 2.5 }", "{ kind = \"duplicate\", copies = 1.5 }",
+        "{ kind = \"babbling\", can_id = 1.9 }"}) {
+    EXPECT_THROW(only_fault(std::string("id = 5\nfault = ") + fault), ConfigError) << fault;
+  }
+}
+
+TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
+  const auto geared = [](const std::string& mechanics) {
+    return "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\nmotor = \"mg4005\"\n"
+           "profile.mechanics = { " +
+           mechanics + " }\n[[bus.event]]\nat_s = 1\nfault = { kind = \"backlash\", factor = 3 }";
+  };
+  const auto events =
+      parse(geared("backlash_arcmin = 10, gear_stiffness_Nm_rad = 500, "
+                   "gear_damping_Nm_s_rad = 0.1, J_out_g_cm2 = 1000"))[0]
+          .events;
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], 3);
+  // A rigid gear has no play, whatever its figure says.
+  for (const char* none : {"backlash_arcmin = 10, gear_stiffness_Nm_rad = 0",
+                           "backlash_arcmin = 0, gear_stiffness_Nm_rad = 500, "
+                           "J_out_g_cm2 = 1000"}) {
+    EXPECT_EQ(parse_error(geared(none)),
+              "robot.toml:9: bus.event.fault: backlash: drive 1 has no gear with play")
+        << none;
+  }
+}
+
+TEST(FaultVocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
+  const auto flip = [](int id, const std::string& parameter) {
+    return error_of("at_s = 1\nid = " + std::to_string(id) +
+                    "\nfault = { kind = \"ram_flipped\", parameter = \"" + parameter + "\" }");
+  };
+  const std::string wrong = "robot.toml:12: bus.event.fault: ram_flipped: drive ";
+  EXPECT_EQ(flip(5, "max_torque_current"), "accepted");
+  EXPECT_EQ(flip(5, "max_power"),
+            wrong + "5 is limited by max_torque_current, not by this parameter");
+  EXPECT_EQ(flip(7, "max_power"), "accepted");
+  EXPECT_EQ(flip(7, "max_torque_current"),
+            wrong + "7 is limited by max_power, not by this parameter");
+}
+
+TEST(FaultVocabulary, AnEndStopMayStandOnOneSideOnly) {
+  const auto sides = [](const std::string& keys) {
+    const Fault fault = only_fault("id = 5\nfault = { kind = \"end_stop\", " + keys + " }");
+    return std::pair(fault.values[0], fault.values[1]);
+  };
+  EXPECT_EQ(sides("min_deg = -10"), std::pair(-10.0, 1e6));
+  EXPECT_EQ(sides("max_deg = 20"), std::pair(-1e6, 20.0));
+  EXPECT_EQ(sides("min_deg = 0, max_deg = 0"), std::pair(0.0, 0.0));
+}
+
+TEST(FaultVocabulary, TheWordOfItsOwnKindIsAName) {
+  EXPECT_EQ(only_fault("fault = { kind = \"jam\", name = \"jam\" }").name, "jam");
+}
+
+TEST(FaultVocabulary, MistakesOfFaults) {
+  const std::string wrong = "robot.toml:11: bus.event.fault";
+  const std::map<std::string, std::string> errors = {
+      {"fault = \"jamm\"", wrong + ": \"jamm\" is unknown, did you mean jam?"},
+      {"fault = { kind = \"encoder_stuk\" }",
+       wrong + ".kind: \"encoder_stuk\" is unknown, did you mean encoder_stuck?"},
+      {"fault = { kind = \"qqqqqqqq\" }", wrong + ".kind: \"qqqqqqqq\" is unknown"},
+      {"fault = {}", wrong + ".kind: missing"},
+      {"fault = { kid = \"jam\" }", wrong + ".kid: unknown key, did you mean kind?"},
+      {"fault = 3", wrong + ": must be a table"},
+      {"fault = \"end_stop\"", wrong + ": end_stop needs min_deg or max_deg"},
+      {"fault = { kind = \"end_stop\", for_s = 1 }", wrong + ": end_stop needs min_deg or max_deg"},
+      {"fault = \"sag\"", wrong + ": needs to_V: { kind = \"sag\", to_V = … }"},
+      {"fault = { kind = \"sag\" }", wrong + ".to_V: missing"},
+      {"fault = { kind = \"sag\", to_v = 3 }", wrong + ".to_v: unknown key, did you mean to_V?"},
+      {"fault = { kind = \"sag\", to_V = 101 }", wrong + ".to_V: 101 is out of range (0 to 100)"},
+      {"fault = { kind = \"sag\", to_V = nan }", wrong + ".to_V: nan is out of range (0 to 100)"},
+      {R"(fault = { kind = "phase_open", phase = "d" })",
+       wrong + ".phase: \"d\" is not one of a, b, c"},
+      {R"(fault = { kind = "phase_open", side = "high" })", wrong + ".side: unknown key"},
+      {"fault = { kind = \"jam\", probability = 0.5 }",
+       wrong + ".probability: jam does not act on frames"},
+      {"fault = { kind = \"drop\", probability = 1.5 }",
+       wrong + ".probability: 1.5 is out of range (0 to 1)"},
+      {"fault = { kind = \"reset\", for_s = 1 }",
+       wrong + ".for_s: reset is done at once and takes no time"},
+      {"fault = { kind = \"jam\", for_s = 0 }",
+       wrong + ".for_s: must be above 0; leave it out for a fault that stays"},
+      {"fault = { kind = \"jam\", for_s = 1e-10 }",
+       wrong + ".for_s: must be above 0; leave it out for a fault that stays"},
+      {"fault = { kind = \"jam\", for_s = -1 }",
+       wrong + ".for_s: -1 is out of range (0 to 100000000)"},
+      {"fault = { kind = \"jam\", every_s = 1 }",
+       wrong + ".every_s: needs for_s: how long it lasts each time"},
+      {"fault = { kind = \"jam\", for_s = 1, every_s = 1 }",
+       wrong + ".every_s: must be longer than it lasts each time"},
+      {"fault = { kind = \"reset\", every_s = 0.0001 }",
+       wrong + ".every_s: must be at least 0.001"},
+      {"fault = { kind = \"reset\", every_s = 0 }", wrong + ".every_s: must be at least 0.001"},
+      {"fault = { kind = \"jam\", for_s = 1, times = 3 }", wrong + ".times: belongs to every_s"},
+      {"fault = { kind = \"jam\", for_s = 1, every_s = 2, times = 0 }",
+       wrong + ".times: 0 is out of range (1 to 1000000000)"},
+      {"fault = { kind = \"jam\", for_s = 1, every_s = 2, times = 1.5 }",
+       wrong + ".times: must be a whole number"},
+      {R"(fault = { kind = "jam", name = "all" })", wrong + ".name: \"all\" means all faults"},
+      {R"(fault = { kind = "jam", name = "hang" })", wrong + ".name: is the word for another kind"},
+      {R"(fault = { kind = "jam", name = ")" + std::string(65, 'x') + "\" }",
+       wrong + ".name: is longer than 64 bytes"},
+      {R"(fault = { kind = "jam", name = "a\nb" })",
+       wrong + ".name: must be one line without control characters"},
+      {R"(fault = { kind = "jam", name = "a\u007Fb" })",
+       wrong + ".name: must be one line without control characters"},
+      {"ids = \"2,7\"\nfault = { kind = \"current_gain\", gain = 2 }",
+       "robot.toml:12: bus.event.fault: current_gain: drive 7 has no current sensors (MS series)"},
+      {"id = 7\nfault = \"current_stuck\"",
+       "robot.toml:12: bus.event.fault: current_stuck: drive 7 has no current sensors (MS series)"},
+      {"id = 2\nfault = { kind = \"backlash\", factor = 2 }",
+       "robot.toml:12: bus.event.fault: backlash: drive 2 has no gear with play"},
+      {"id = 2\nfault = \"error_frames\"",
+       "robot.toml:11: bus.event.id: error_frames is of the bus as a whole"},
+      {"ids = \"2,5\"\nfault = \"error_frames\"",
+       "robot.toml:11: bus.event.ids: error_frames is of the bus as a whole"},
+      {"id = 3\nfault = \"jam\"", "robot.toml:11: bus.event.id: no drive 3 on this bus"},
+  };
+  for (const auto& [keys, error] : errors) EXPECT_EQ(error_of("at_s = 1\n" + keys), error) << keys;
+}
+
+}  // namespace config_faults_test
+}  // namespace lk::emulator

@@ -1,0 +1,413 @@
+#include "emulator/control/control_api.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "emulator/core/fault_table.hpp"
+#include "emulator/frames/frame_words.hpp"
+#include "tests/emulator/control/control_support.hpp"
+
+namespace lk::emulator {
+namespace control_api_test {
+
+TEST(ControlApi, TellsWhatIsThere) {
+  TestWorld t;
+  const ApiResponse status = t.get("/status");
+  EXPECT_EQ(status.status, 200);
+  EXPECT_EQ(status.body["clock"]["mode"], "stepped");
+  EXPECT_EQ(status.body["clock"]["time_s"], 0);
+  EXPECT_EQ(status.body["buses"][0]["bus"], "vcan0");
+  EXPECT_EQ(status.body["buses"][0]["ids"], Json({1, 2}));
+  EXPECT_TRUE(status.body["recording"].is_null());
+  EXPECT_EQ(t.get("/drives").body.size(), 2U);
+  const ApiResponse drive = t.get("/drives/vcan0/2");
+  EXPECT_EQ(drive.body["id"], 2);
+  EXPECT_EQ(drive.body["state"], "running");
+  EXPECT_EQ(drive.body["signals"].size(), signals().size());
+  EXPECT_EQ(drive.body["registers"]["ram"], drive.body["registers"]["rom"]);
+  EXPECT_EQ(t.get("/faults/kinds").body.size(), fault_table().size());
+  EXPECT_EQ(t.get("/signals").body.size(), signals().size());
+}
+
+/// However many requests wait: the buses are served before each.
+TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
+  TestWorld t{ClockMode{}};
+  for (const char* path : {"/status", "/drives", "/drives/vcan0/1", "/advice", "/faults",
+                           "/faults/kinds", "/signals", "/scenarios", "/clock"}) {
+    const SimTime before = t.world.time();
+    // On a busy machine time may slip instead of going on, but not each time.
+    for (int n = 0; n < 1000 && t.world.time() == before; ++n) {
+      EXPECT_EQ(t.get(path).status, 200);
+    }
+    EXPECT_GT(t.world.time(), before) << path;
+  }
+}
+
+TEST(ControlApi, SaysWhatIsNotThere) {
+  TestWorld t;
+  for (const char* path : {"/", "/drives/vcan0", "/drives/vcan0/3", "/drives/vcan9/1",
+                           "/drives/vcan0/1x", "/drives/../status", "/status/", "//status"}) {
+    EXPECT_EQ(t.get(path).status, 404) << path;
+  }
+  for (const char* path : {"/", "/status", "/api/v1", "/api/v1status", "/../etc/passwd"}) {
+    EXPECT_EQ(t.ask({"GET", path, {}, "", ""}).status, 404) << path;
+  }
+  const ApiResponse wrong = t.send("DELETE", "/clock", "");
+  EXPECT_EQ(wrong.status, 405);
+  EXPECT_EQ(wrong.allow, "GET, PUT");
+  EXPECT_EQ(t.ask({"POST", "/api/v1/directives", {}, "text/plain", "{}"}).status, 415);
+  EXPECT_EQ(
+      t.ask(
+           {"PUT", "/api/v1/clock", {}, "application/json; charset=utf-8", R"({"mode":"stepped"})"})
+          .status,
+      200);
+}
+
+TEST(ControlApi, RefusesBodiesThatSayNothing) {
+  TestWorld t;
+  for (const char* body : {"", "{", "[]", "7", "null", "{\"a\":}", "{} {}", "\xff\xfe"}) {
+    EXPECT_EQ(t.post("/directives", body).status, 400) << body;
+  }
+  const ApiResponse null = t.post("/directives", R"({"supply_V": null})");
+  EXPECT_EQ(null.status, 400);
+  EXPECT_EQ(where(null), "supply_V");
+  const ApiResponse unknown = t.post("/directives", R"({"suply_V": 3})");
+  EXPECT_EQ(unknown.status, 400);
+  EXPECT_EQ(where(unknown), "suply_V");
+  EXPECT_EQ(t.post("/directives", R"({"id": 3, "supply_V": 3})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"supply_V": 18446744073709551615})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1, "to_s": 1})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": -1})").status, 400);
+}
+
+TEST(ControlApi, RefusesWhatIsSaidTwice) {
+  TestWorld t;
+  const ApiResponse twice = t.post("/directives", R"({"supply_V": 3, "id": 1, "supply_V": 30})");
+  EXPECT_EQ(twice.status, 400);
+  EXPECT_EQ(where(twice), "supply_V");
+  EXPECT_EQ(reason(twice), "is given twice");
+  EXPECT_EQ(where(t.post("/directives", R"({"id": 1, "load": {"J_g_cm2": 1, "J_g_cm2": 2}})")),
+            "J_g_cm2");
+  // The same word in two objects is no such thing.
+  EXPECT_EQ(
+      t.post("/directives", R"({"id": 1, "when": {"id": 2, "error": "stall"}, "power": "off"})")
+          .status,
+      200);
+}
+
+TEST(ControlApi, RefusesParametersThatNobodyAskedFor) {
+  TestWorld t;
+  const ApiResponse asked = t.ask({"GET", "/api/v1/status", {{"bus", "vcan0"}}, "", ""});
+  EXPECT_EQ(asked.status, 400);
+  EXPECT_EQ(where(asked), "bus");
+  EXPECT_EQ(t.ask({"PUT", "/api/v1/clock", {{"mode", "x1"}}, "application/json", "{}"}).status,
+            400);
+}
+
+TEST(ControlApi, RefusesWhatIsNestedTooDeeply) {
+  TestWorld t;
+  const auto nested = [](int levels) {
+    return std::string(R"({"a":)") + std::string(static_cast<std::size_t>(levels), '[') +
+           std::string(static_cast<std::size_t>(levels), ']') + "}";
+  };
+  EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson + 1))), "body");
+  EXPECT_EQ(where(t.post("/directives", nested(kDeepestJson - 2))), "a") << "an unknown key only";
+  EXPECT_EQ(where(t.post("/directives", nested(30'000))), "body");
+}
+
+TEST(ControlApi, DoesWhatADirectiveSays) {
+  TestWorld t;
+  const ApiResponse done = t.post("/directives", R"({"ids": "1", "supply_V": 18})");
+  EXPECT_EQ(done.status, 200) << done.body;
+  EXPECT_EQ(done.body["time_s"], 0);
+  EXPECT_TRUE(done.body["faults"].empty());
+  t.post("/directives", R"({"id": 2, "power": "off"})");
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 200);
+  EXPECT_NEAR(t.get("/drives/vcan0/1").body["signals"]["true_voltage_V"].get<double>(), 18, 0.1);
+  EXPECT_FALSE(t.get("/drives/vcan0/2").body["alive"]) << "its link is empty by now";
+  const ApiResponse dead = t.post("/directives", R"({"id": 2, "settings": {"max_speed_dps": 5}})");
+  EXPECT_EQ(dead.status, 409);
+}
+
+TEST(ControlApi, DoesNothingWhenPartOfItIsWrong) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "off_s": 1})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"fault": {"kind": "hang", "for": 1}})").status, 400);
+  t.post("/clock/advance", R"({"by_s": 1})");
+  EXPECT_TRUE(t.get("/drives/vcan0/1").body["alive"]);
+  EXPECT_TRUE(t.get("/faults").body.empty());
+}
+
+TEST(ControlApi, ASettingLeavesTheOthersAsTheyAreInRam) {
+  TestWorld t;
+  const auto gains = [&] { return t.get("/drives/vcan0/1").body["registers"]["ram"]["gains"]; };
+  t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_kp": 11}}})");
+  t.post("/directives", R"({"id": 1, "settings": {"gains": {"speed_ki": 12}}})");
+  EXPECT_EQ(gains()["speed_kp"], 11) << "not what the configuration says";
+  EXPECT_EQ(gains()["speed_ki"], 12);
+}
+
+/// Time stands still: the flash of a drive gets nothing done, and holds 16 writes (CanWire).
+TEST(ControlApi, ASettingThatTheFlashHasNoRoomForIsRefused) {
+  TestWorld t;
+  const auto set = [&](const char* ids, int kp) {
+    return t.post("/directives", R"({"ids": ")" + std::string(ids) +
+                                     R"(", "settings": {"gains": {"speed_kp": )" +
+                                     std::to_string(kp) + "}}}");
+  };
+  const auto kp_of = [&](int id) {
+    const Json drive = t.get("/drives/vcan0/" + std::to_string(id)).body;
+    return drive["registers"]["ram"]["gains"]["speed_kp"].get<int>();
+  };
+  for (int n = 1; n <= 16; ++n) ASSERT_EQ(set("2", n).status, 200) << n;
+  const int before = kp_of(1);
+  const ApiResponse full = set("1-2", 99);
+  EXPECT_EQ(full.status, 409);
+  EXPECT_EQ(where(full), "settings");
+  EXPECT_EQ(kp_of(1), before) << "all drives that are meant, or none";
+  EXPECT_EQ(kp_of(2), 16);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 10})").status, 200);
+  EXPECT_EQ(set("1-2", 99).status, 200) << "the flash is idle again";
+  EXPECT_EQ(kp_of(2), 99);
+}
+
+TEST(ControlApi, NamesFaultsAndClearsThem) {
+  TestWorld t;
+  const auto inject = [&] { return t.post("/directives", R"({"ids": "1-2", "fault": "hang"})"); };
+  EXPECT_EQ(inject().body["faults"], Json({"hang"}));
+  EXPECT_EQ(inject().body["faults"], Json({"hang-2"}));
+  const Json faults = t.get("/faults").body;
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[0]["state"], "active");
+  EXPECT_EQ(faults[0]["ids"], Json({1, 2}));
+  EXPECT_EQ(faults[0]["began_at_s"], 0);
+  EXPECT_TRUE(faults[0]["first_effect_at_s"].is_null());
+  EXPECT_EQ(t.post("/directives", R"({"clear": "hung"})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"clear": "hang-2"})").status, 200);
+  EXPECT_EQ(t.get("/faults").body[1]["state"], "cleared");
+  EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
+}
+
+TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
+  TestWorld t;
+  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+    ASSERT_EQ(t.post("/directives", R"({"id": 1, "fault": {"kind": "reset", "name": "r)" +
+                                        std::to_string(n) + "\"}}")
+                  .status,
+              200);
+  }
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 409);
+}
+
+TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
+  TestWorld t;
+  const std::string never = R"("when": {"id": 1, "signal": "speed_dps", "above": 1e9})";
+  for (std::size_t n = 0; n < Bus::kMostWaiting; ++n) {
+    ASSERT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 200) << n;
+  }
+  // Neither done, nor forgotten, nor answered with another one's name.
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1, )" + never + "}").status, 409);
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "jam", )" + never + "}").status, 409);
+  EXPECT_TRUE(t.get("/faults").body.empty());
+}
+
+TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
+  TestWorld t({.stepped = true}, 2);
+  EXPECT_EQ(where(t.post("/directives", R"({"power": "off"})")), "bus");
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": "vcan1"})").status, 200);
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": "vcan2"})").status, 400);
+  EXPECT_EQ(t.post("/directives", R"({"power": "off", "bus": 1})").status, 400);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.5})").body["time_s"], 0.5);
+  const Json status = t.get("/status").body;
+  for (const Json& bus : status["buses"]) EXPECT_EQ(bus["time_s"], 0.5);
+  EXPECT_TRUE(t.get("/drives/vcan0/1").body["alive"]);
+  EXPECT_FALSE(t.get("/drives/vcan1/1").body["alive"]);
+}
+
+TEST(ControlApi, MovesASteppedClockOnly) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.0015})").body["time_s"], 0.0015);
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.25})").body["time_s"], 0.25);
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.25})").status, 200) << "there already";
+  EXPECT_EQ(t.post("/clock/advance", R"({"to_s": 0.1})").status, 400);
+  EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "x0.001"})").status, 200);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 409);
+  EXPECT_EQ(t.send("PUT", "/clock", R"({"mode": "fast"})").status, 400);
+}
+
+TEST(ControlApi, TheClockIsADirectiveToo) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/directives", R"({"clock": "x10"})").status, 200);
+  EXPECT_EQ(t.get("/clock").body["mode"], "x10");
+  const ApiResponse unknown = t.post("/directives", R"({"clock": "backwards"})");
+  EXPECT_EQ(unknown.status, 400);
+  EXPECT_EQ(where(unknown), "clock");
+  EXPECT_EQ(t.post("/directives", R"({"clock": "stepped", "id": 1})").status, 400);
+  EXPECT_EQ(t.get("/clock").body["mode"], "x10");
+}
+
+TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
+  TestWorld t;
+  std::optional<ApiResponse> far;
+  t.api.handle({"POST", "/api/v1/clock/advance", {}, "application/json", R"({"by_s": 36000})"},
+               [&](const ApiResponse& answer) { far = answer; });
+  EXPECT_TRUE(t.world.advancing());
+  t.loop.run_one();
+  EXPECT_FALSE(far) << "one slice is not ten hours";
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 1})").status, 409) << "one at a time";
+  EXPECT_EQ(t.send("DELETE", "/clock/advance", "").status, 200);
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->status, 409);
+  const double reached = t.get("/status").body["clock"]["time_s"];
+  EXPECT_GT(reached, 0);
+  EXPECT_LT(reached, 36000);
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.001})").status, 200);
+}
+
+TEST(ControlApi, SaysThatItHasNoRecorder) {
+  TestWorld t;
+  EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
+  t.api.recording.start = [](const Json& said) -> Json { return said; };
+  EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
+}
+
+/// It may wait for the disk for seconds, and answers meanwhile.
+TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
+  TestWorld t;
+  int begun = 0;
+  const auto begin = [&begun](const Json&) -> Json { return ++begun; };
+  t.api.recording.start = t.api.scenario.start = begin;
+  t.world.stop();
+  for (const auto& [method, path] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"POST", "/recording"},
+                                                                  {"POST", "/scenario"},
+                                                                  {"POST", "/clock/advance"},
+                                                                  {"PUT", "/clock"},
+                                                                  {"POST", "/directives"}}) {
+    const ApiResponse answer = t.send(method, path, R"({"by_s": 1})");
+    EXPECT_EQ(answer.status, 503) << path;
+    EXPECT_EQ(reason(answer), "the program is ending") << path;
+  }
+  EXPECT_EQ(begun, 0);
+  EXPECT_EQ(t.get("/status").status, 200) << "it can be looked at";
+}
+
+TEST(Telemetry, IsAskedForWithinBounds) {
+  TestWorld t;
+  const auto ask = [&](std::map<std::string, std::string> query) {
+    return t.ask({"GET", "/api/v1/telemetry", std::move(query), "", ""}).status;
+  };
+  EXPECT_EQ(ask({}), 426);
+  EXPECT_EQ(ask({{"rate_Hz", "20000"}, {"signals", "speed_dps"}, {"ids", "2"}}), 426);
+  for (const char* rate : {"0", "-1", "0.09", "20001", "nan", "1e999", "x", ""}) {
+    EXPECT_EQ(ask({{"rate_Hz", rate}}), 400) << rate;
+  }
+  EXPECT_EQ(ask({{"ids", "3"}}), 400);
+  EXPECT_EQ(ask({{"ids", "0-99"}}), 400);
+  EXPECT_EQ(ask({{"signals", ""}}), 400);
+  EXPECT_EQ(ask({{"signals", "speed_dps,speed_dps"}}), 400);
+  EXPECT_EQ(ask({{"color", "red"}}), 400);
+  std::string all;
+  for (const Signal& signal : signals()) all += (all.empty() ? "" : ",") + std::string(signal.name);
+  EXPECT_EQ(ask({{"signals", all}, {"rate_Hz", "20000"}}), 400) << "too many values a second";
+}
+
+TEST(FrameWords, SayWhatIsWrongWithAFrame) {
+  const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
+  protocol::Frame frame;
+  frame.id = 0x141;
+  frame.dlc = 8;
+  frame.data[0] = 0x7E;
+  EXPECT_EQ(reader.query(frame).drawback, "unknown command");
+  EXPECT_EQ(reader.query(frame).mark, "unknown");
+  frame.data[0] = 0x9A;
+  EXPECT_EQ(reader.query(frame).name, "read state 1");
+  EXPECT_EQ(reader.query(frame).mark, "");
+  frame.id = 0x145;
+  EXPECT_EQ(reader.query(frame).drawback, "no such drive");
+  frame.dlc = 7;
+  EXPECT_EQ(reader.query(frame).drawback, "wrong length");
+  frame.id = 0x7DF;
+  EXPECT_EQ(reader.query(frame).drawback, "no drive's identifier");
+  EXPECT_EQ(reader.query(frame).id, 0);
+}
+
+/// docs/protocol.md: 0x280 carries four currents of 16 bits; a state 1 with an error bit.
+TEST(FrameWords, ReadWhatDrivesAndHostsSay) {
+  const FrameReader reader(test::bus_config({1, 2}, 1'000'000));
+  protocol::Frame frame;
+  frame.id = 0x280;
+  frame.dlc = 8;
+  EXPECT_EQ(reader.query(frame).command, "280");
+  EXPECT_EQ(reader.query(frame).values, "1 0, 2 0, 3 0, 4 0");
+  frame.id = 0x142;
+  frame.data = {0x9A, 25, 0, 240, 0, 0, 0, 0x01};
+  const FrameWords state = reader.reply(frame);
+  EXPECT_EQ(state.id, 2);
+  EXPECT_EQ(state.mark, "error");
+  EXPECT_EQ(state.values, "temperature_C 25, voltage_V 24, errors 1: under_voltage");
+}
+
+/// docs/protocol.md: MS knows no 0x280, and only v236 knows 0x281.
+TEST(FrameWords, AreThoseOfADriveThatKnowsTheCommand) {
+  BusConfig bus = test::bus_config({});
+  bus.servos = {test::drive(Generation::kLegacy, Series::kMs, 1),
+                test::drive(Generation::kV236, Series::kMf, 2)};
+  const FrameReader reader(bus);
+  EXPECT_EQ(reader.query(test::frame("280#0000000000000000")).values, "1 0, 2 0, 3 0, 4 0");
+  EXPECT_EQ(reader.query(test::frame("281#0100000000000000")).values, "1 1, 2 0, 3 0, 4 0");
+}
+
+TEST(ControlApi, TellsWhatHostsDoWrong) {
+  TestWorld t;
+  EXPECT_EQ(t.get("/advice").body, Json::array());
+  Line& line = *t.world.lines().front();
+  std::vector<std::string> told;
+  line.on_advice = [&](const Advice& advice) {
+    told.push_back(advice_line(line.name(), advice, Language::kEnglish));
+  };
+  line.keep_for_later({SimTime{0}, test::frame("142#9A")});
+  line.keep_for_later({SimTime{0}, test::frame("142#9A0000")});
+  line.keep_for_later({SimTime{0}, test::frame("141#9A00000000000000")});
+  EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.01})").status, 200);
+  const Json advice = t.get("/advice").body;
+  ASSERT_EQ(advice.size(), 1U);
+  EXPECT_EQ(advice[0]["kind"], "wrong-length");
+  EXPECT_EQ(advice[0]["drive"], 2);
+  EXPECT_EQ(advice[0]["bus"], "vcan0");
+  EXPECT_EQ(advice[0]["count"], 2);
+  EXPECT_EQ(advice[0]["first_s"], 0);
+  EXPECT_EQ(advice[0]["frame"], "142#9A");
+  EXPECT_EQ(advice[0]["what"], "1 of 8 bytes: the drive does not answer");
+  EXPECT_EQ(advice[0]["todo_zh"], "所有帧都发 8 个字节，不用的字节填 0");
+  ASSERT_EQ(told.size(), 1U) << "once, however often it happens";
+  EXPECT_EQ(line.adviser().mark_of(2), "wrong-length");
+  EXPECT_EQ(line.adviser().mark_of(3), "");
+}
+
+/// docs/openapi.json and the router's table name the same requests.
+TEST(OpenApi, HasEveryRouteAndNoOther) {
+  std::ostringstream text;
+  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/openapi.json").rdbuf();
+  const Json document = Json::parse(text.str());
+  EXPECT_EQ(document["openapi"], "3.1.0");
+  std::set<std::string> documented;
+  for (const auto& [path, methods] : document["paths"].items()) {
+    for (const auto& [method, details] : methods.items()) {
+      std::string upper = method;
+      for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+      documented.insert(upper + " " + path);
+    }
+  }
+  std::set<std::string> routed;
+  for (const auto& route : ControlApi::routes()) {
+    routed.insert(std::string(route.method) + " " + std::string(route.path));
+  }
+  EXPECT_EQ(documented, routed);
+}
+
+}  // namespace control_api_test
+}  // namespace lk::emulator

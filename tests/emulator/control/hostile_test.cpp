@@ -1,0 +1,382 @@
+// Clients of the control interface that mean no good: refused, bounded, told of once in the log,
+// and others do not notice. No test waits for a time.
+
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/post.hpp>
+#include <future>
+#include <sstream>
+#include <vector>
+
+#include "tests/emulator/control/http_support.hpp"
+
+namespace lk::emulator {
+namespace hostile_test {
+
+using namespace std::string_literals;
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t found = 0;
+  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++found;
+  return found;
+}
+
+/// A frame as a client sends it, masked with zeros.
+std::string websocket_frame(unsigned char first, const std::string& payload) {
+  std::string frame(1, static_cast<char>(first));
+  if (payload.size() < 126) {
+    frame += static_cast<char>(0x80U | payload.size());
+  } else {
+    frame += {static_cast<char>(0xFE), static_cast<char>(payload.size() >> 8U),
+              static_cast<char>(payload.size())};
+  }
+  return frame + std::string(4, '\0') + payload;
+}
+
+class Hostile : public Served {
+ protected:
+  Client tcp() const { return Client::tcp(server_->port()); }
+  /// Whether a well-behaved client is served.
+  void expect_others_served() const {
+    EXPECT_EQ(status(ask(kStatus)), 200);
+    if (server_->port() != 0) {
+      EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n")),
+                200);
+    }
+  }
+  /// The server has dealt with all that had come when this is called: between two things that it is
+  /// given to do it looks at its sockets.
+  void let_it_look() {
+    for (int n = 0; n < 3; ++n) {
+      const auto looked = std::make_shared<std::promise<void>>();
+      boost::asio::post(t_.loop, [looked] { looked->set_value(); });
+      looked->get_future().wait();
+    }
+  }
+  void listen_to_tcp() { options_.http = HttpAddress{"127.0.0.1", 0}; }
+};
+
+// --- crowds
+
+TEST_F(Hostile, ACrowdOverTcpKeepsNobodyOffTheUnixSocket) {
+  listen_to_tcp();
+  start();
+  std::vector<Client> crowd;
+  for (int n = 0; n < kMostConnections; ++n) {
+    crowd.push_back(tcp());
+    crowd.back().send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n");
+  }
+  EXPECT_EQ(tcp().receive_all(), "") << "all are busy, so that it is closed at once";
+  EXPECT_EQ(status(ask(kStatus)), 200);
+  crowd.back().send("\r\n");
+  EXPECT_EQ(status(crowd.back().receive_answer()), 200) << "those who were there stay";
+}
+
+TEST_F(Hostile, WhoComesLastGetsThePlaceOfTheIdlest) {
+  start();
+  std::vector<Client> idle;
+  for (int n = 0; n < kMostConnections; ++n) {
+    idle.push_back(client());
+    idle.back().send(kStatus);
+    ASSERT_EQ(status(idle.back().receive_answer()), 200) << n;
+  }
+  EXPECT_EQ(status(ask(kStatus)), 200);
+  EXPECT_EQ(idle[0].receive_all(), "");
+  idle[1].send(kStatus);
+  EXPECT_EQ(status(idle[1].receive_answer()), 200);
+}
+
+TEST_F(Hostile, ThousandsOfConnectionsComeAndGo) {
+  listen_to_tcp();
+  start();
+  for (int n = 0; n < 1000; ++n) client();
+  for (int n = 0; n < 1000; ++n) tcp();
+  std::vector<Client> many;
+  for (int n = 0; n < 200; ++n) many.push_back(n % 2 == 0 ? client() : tcp());
+  expect_others_served();
+}
+
+TEST_F(Hostile, WithoutDescriptorsBothEntrancesWaitForSome) {
+  if (kAddressSanitizer) GTEST_SKIP() << "the sanitizer needs descriptors of its own";
+  listen_to_tcp();
+  start();
+  const Client first(AF_UNIX);
+  const Client second(AF_INET);
+  {
+    const NoDescriptors none;
+    first.connect_to(fs::path(options_.socket));
+    let_it_look();
+    second.connect_to(server_->port());
+    let_it_look();
+  }
+  for (const Client* one : {&first, &second}) {
+    one->send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+    EXPECT_EQ(status(one->receive_answer()), 200);
+  }
+}
+
+// --- time
+
+TEST_F(Hostile, WhoTakesTooLongIsClosed) {
+  options_.patience.request = std::chrono::milliseconds(1);
+  start();
+  const Client header = client();
+  header.send("GET /api/v1/sta");
+  EXPECT_EQ(header.receive_all(), "");
+  const Client body = client();
+  body.send(
+      "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
+      "Content-Length: 100\r\n\r\n{");
+  EXPECT_EQ(body.receive_all(), "");
+}
+
+/// However often a part of it comes: one deadline is for all of it.
+TEST_F(Hostile, WhoDripsIsClosed) {
+  options_.patience.request = std::chrono::milliseconds(250);
+  start();
+  // If each byte had a deadline of its own, both would end after 8000 of them, with an answer.
+  for (const std::string& begun :
+       {"GET /api/v1/status HTTP/1.1\r\nX: "s,
+        "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
+        "Content-Length: 8000\r\n\r\n"s}) {
+    const Client one = client();
+    one.send(begun);
+    while (!one.hears_within(std::chrono::milliseconds(5)) && one.send("x")) {
+    }
+    EXPECT_EQ(one.receive_all(), "") << begun;
+  }
+}
+
+TEST_F(Hostile, WhoSaysNothingIsClosed) {
+  options_.patience.idle = std::chrono::milliseconds(1);
+  start();
+  EXPECT_EQ(client().receive_all(), "");
+}
+
+TEST_F(Hostile, WhoReadsNothingIsClosed) {
+  options_.patience.request = std::chrono::milliseconds(1);
+  start();
+  const Client one = client();
+  // Many times what sockets hold, and so are the answers: the server cannot get rid of them, and
+  // reads no more.
+  std::string many;
+  for (int n = 0; n < 100'000; ++n) many += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
+  EXPECT_FALSE(one.send(many)) << "not cut off";
+  EXPECT_EQ(status(ask("GET /nowhere HTTP/1.1\r\n\r\n")), 404);
+}
+
+// --- requests
+
+TEST_F(Hostile, NoPathClimbs) {
+  start();
+  for (const char* path :
+       {"/../../etc/passwd", "/api/v1/../../etc/passwd", "/api/v1/%2e%2e/%2e%2e/etc/passwd",
+        "/api/v1/drives/../status", "/api/v1/drives/%2e%2e/1", "/api/v1/status%00",
+        "//api/v1/status", "/api/v1/drives/vcan0/1/", "http://x/api/v1/status", "*",
+        "/api/v1/drives/vcan0/%31"}) {
+    const std::string answer = ask(std::string("GET ") + path + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    EXPECT_EQ(status(answer), 404) << path;
+  }
+}
+
+TEST_F(Hostile, NestingHasAnEnd) {
+  start();
+  EXPECT_EQ(status(ask(post("/directives", std::string(60'000, '[')))), 400);
+  EXPECT_EQ(status(ask(post("/directives", std::string(100'000, '[')))), 413);
+  std::string objects;
+  for (int n = 0; n < 10'000; ++n) objects += R"({"a":)";
+  EXPECT_EQ(status(ask(post("/directives", objects))), 400);
+  expect_others_served();
+}
+
+TEST_F(Hostile, EndlessChunksAndTrailersHaveAnEnd) {
+  start();
+  const std::string head =
+      "POST /api/v1/directives HTTP/1.1\r\nContent-Type: application/json\r\n"
+      "Transfer-Encoding: chunked\r\n\r\n";
+  const std::string many(1'000'000, 'x');
+  for (const std::string& endless :
+       {"1;" + many, "1\r\nx\r\n0\r\nX: " + many, "ffffffffffffffff\r\n" + many, many}) {
+    const Client one = client();
+    one.send(head + endless);
+    const int answer = status(one.receive_all());
+    EXPECT_TRUE(answer == 400 || answer == 413 || answer == 431) << answer;
+  }
+  expect_others_served();
+}
+
+TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
+  start();
+  const Client one = client();
+  one.send("HEAD /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n" + kStatus);
+  const std::string head = one.receive_until("\r\n\r\n");
+  EXPECT_EQ(status(head), 405);
+  EXPECT_NE(head.find("Content-Length: "), std::string::npos);
+  EXPECT_EQ(status(one.receive_answer()), 200) << "the next answer follows at once";
+}
+
+// --- the log
+
+/// What the log says while it exists.
+class Log {
+ public:
+  Log() {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log() { spdlog::set_default_logger(before_); }
+  std::string text() const { return text_.str(); }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+};
+
+TEST_F(Hostile, EachKindOfRefusalIsLoggedOnce) {
+  const Log log;
+  listen_to_tcp();
+  options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
+  start();
+  const auto from = [&](const std::string& origin) {
+    return "Host: " + host() + "\r\nOrigin: http://" + origin +
+           "\r\nAuthorization: Bearer correct-horse-battery\r\n";
+  };
+  for (int n = 0; n < 50; ++n) {
+    const std::string own = std::to_string(n);
+    ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+    ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: evil" + own + "\r\n\r\n");
+    ask_tcp("GET /api/v1/status HTTP/1.1\r\n" + from("evil" + own) + "\r\n");
+    ask_tcp("DELETE /api/v1/faults HTTP/1.1\r\n" + from(host()) + "\r\n");
+    ask_tcp("nonsense\r\n\r\n");
+    ask(post("/directives", std::string(static_cast<std::size_t>(60'000 + n), '[')));
+    ask(post("/directives", std::string(70'000, '[')));
+    ask("GET /../etc/" + own + " HTTP/1.1\r\n\r\n");
+    ask("GET /api/v1/advice?k" + own + "=1 HTTP/1.1\r\n\r\n");
+    ask("GET /api/v1/drives/" + own + "/1 HTTP/1.1\r\n\r\n");
+    ask("PUT / HTTP/1.1\r\n\r\n");
+  }
+  stop();
+  const char* const kinds[] = {"401 Authorization: ",
+                               "403 Host: ",
+                               "403 Origin: is not",
+                               "403 Origin: a page",
+                               "400 request: ",
+                               "400 body: ",
+                               "413 request: ",
+                               "404 path: there is nothing",
+                               "400 k0: ",
+                               "405 method: "};
+  for (const char* kind : kinds) EXPECT_EQ(count(log.text(), kind), 1U) << kind << log.text();
+  EXPECT_EQ(count(log.text(), "refused"), std::size(kinds)) << log.text();
+}
+
+TEST_F(Hostile, WhoSendsTooSlowlyIsLoggedOnce) {
+  const Log log;
+  options_.patience.request = std::chrono::milliseconds(1);
+  start();
+  for (int n = 0; n < 5; ++n) {
+    const Client one = client();
+    one.send("GET /api/v1/sta");
+    EXPECT_EQ(one.receive_all(), "");
+  }
+  stop();
+  EXPECT_EQ(count(log.text(), "refused"), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "request: took too long"), 1U) << log.text();
+}
+
+TEST_F(Hostile, WhoDoesNotTakeAnswersIsLoggedOnce) {
+  const Log log;
+  options_.patience.request = std::chrono::milliseconds(250);
+  start();
+  // All there at once, and answered with many times what the socket holds.
+  std::string requests;
+  for (int n = 0; n < 100; ++n) requests += "GET /api/v1/faults/kinds HTTP/1.1\r\nHost: x\r\n\r\n";
+  for (int n = 0; n < 2; ++n) {
+    const Client sleeper = client();
+    EXPECT_TRUE(sleeper.send(requests));
+    while (sleeper.send(kStatus)) {
+    }
+  }
+  stop();
+  EXPECT_EQ(count(log.text(), "refused"), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "answer: was not taken"), 1U) << log.text();
+}
+
+TEST_F(Hostile, WordsOfItsOwnNeitherFillTheLogNorSilenceIt) {
+  const Log log;
+  listen_to_tcp();
+  options_.token_file = token_file("correct-horse-battery", fs::perms::owner_read);
+  start();
+  for (int n = 0; n < 200; ++n) {
+    const std::string key = "%0Ak" + std::to_string(n);
+    ask_tcp("GET /api/v1/status?" + key + "=1&" + key + "=2 HTTP/1.1\r\nHost: " + host() +
+            "\r\nAuthorization: Bearer correct-horse-battery\r\n\r\n");
+  }
+  ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+  stop();
+  EXPECT_NE(log.text().find("400 ?k0: is given twice"), std::string::npos) << log.text();
+  EXPECT_EQ(count(log.text(), "401 Authorization: "), 1U) << log.text();
+  EXPECT_EQ(count(log.text(), "refused"), 2U) << log.text();
+  EXPECT_EQ(count(log.text(), "\nk"), 0U) << "nor break its lines";
+}
+
+// --- WebSocket
+
+TEST_F(Hostile, AHalfHandshakeIsRefusedAsAnythingElse) {
+  start();
+  const std::string good = upgrade("signals=alive");
+  for (const char* field : {"Host: x\r\n", "Sec-WebSocket-Version: 13\r\n",
+                            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"}) {
+    std::string request = good;
+    request.erase(request.find(field), std::string(field).size());
+    const std::string answer = ask(request);
+    EXPECT_EQ(status(answer), 400) << field;
+    EXPECT_NE(answer.find("{\"error\":"), std::string::npos) << answer;
+  }
+}
+
+TEST_F(Hostile, FramesThatNoClientMaySendEndTheStream) {
+  start();
+  const std::string fragment = websocket_frame(0x01, std::string(1000, 'x'));
+  const std::string more = websocket_frame(0x00, std::string(1000, 'x'));
+  std::string endless = fragment;
+  for (int n = 0; n < 100; ++n) endless += more;
+  const std::string unmasked("\x81\x05hello", 7);
+  const std::string huge("\x82\xFF\x40\0\0\0\0\0\0\0\0\0\0\0x", 15);
+  for (const std::string& frames :
+       {endless, unmasked, huge, websocket_frame(0x89, std::string(126, 'x')),
+        websocket_frame(0x83, "reserved"), websocket_frame(0x80, "continues nothing"),
+        websocket_frame(0xC1, "compressed")}) {
+    const Client one = client();
+    one.send(upgrade("signals=alive&rate_Hz=10"));
+    ASSERT_EQ(status(one.receive_until("\r\n\r\n")), 101);
+    one.send(frames);
+    // The last that is heard is why, in a close frame: 1002, or 1009 for what is too long.
+    const std::string rest = one.receive_all();
+    EXPECT_TRUE(rest.find("\x03\xEA") != std::string::npos ||
+                rest.find("\x03\xF1") != std::string::npos)
+        << testing::PrintToString(rest);
+  }
+  expect_others_served();
+}
+
+TEST_F(Hostile, WhoReadsNoTelemetryMissesSamplesAndHoldsUpNobody) {
+  start();
+  const Client sleeper = client();
+  // 10 kHz of more than 200 bytes: 2 MB in a second, more than is kept for it.
+  sleeper.send(upgrade("signals=angle_deg,speed_dps,iq_A,voltage_V,true_angle_deg&rate_Hz=10000"));
+  EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
+  ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
+  ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
+  auto awake = std::async(std::launch::async, [&] { return sleeper.receive_until("\"lost\":"); });
+  while (awake.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.001})"))), 200);
+  }
+  EXPECT_TRUE(awake.get().ends_with("\"lost\":"));
+}
+
+}  // namespace hostile_test
+}  // namespace lk::emulator

@@ -1,0 +1,388 @@
+// Every fault of firmware and memory, by what a host sees of it.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/core/faults/fault_support.hpp"
+
+namespace lk::emulator {
+namespace fault_firmware_test {
+
+using namespace std::chrono_literals;
+using test::answers;
+using test::clear;
+using test::evidence;
+using test::Host;
+using test::inject;
+using State = FaultEvidence::State;
+
+constexpr double parameter(RomParameter parameter) { return static_cast<double>(parameter); }
+constexpr double kAllParameters = 10;
+
+void expect_once(const FaultEvidence& evidence, SimTime at) {
+  EXPECT_EQ(evidence.began_at, at);
+  EXPECT_EQ(evidence.first_effect_at, at);
+  EXPECT_EQ(evidence.effects, 1U);
+  EXPECT_EQ(evidence.first_on, "drive 1");
+}
+
+TEST(FirmwareFaults, ResetForgetsWhatPowerOffForgetsAndIsNothingToADeadDrive) {
+  Host host(test::powered_drive());
+  host.ask("141#3400000068010000");  // acceleration 360 dps/s, RAM
+  host.ask("141#32000A0B0C0D0E0F");  // gains, ROM
+  host.get<protocol::State2>(protocol::Position2{720, 40500});
+  host.wait(2s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 40500.0, 300.0);
+  inject(host, FaultKind::kReset);
+  expect_once(evidence(host), 2s);
+  EXPECT_EQ(evidence(host).state, State::kOver);
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(host.ask("141#3300000000000000"), test::frame("141#3300000000000000"));
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0, 300.0);  // a turn is lost
+
+  host.bus.apply({1, SupplyVoltage{0.0}});
+  host.wait(50ms);
+  inject(host, FaultKind::kReset);
+  EXPECT_EQ(evidence(host, 1).state, State::kOver);
+  EXPECT_FALSE(evidence(host, 1).first_effect_at);
+  EXPECT_FALSE(answers(host));
+}
+
+TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
+  Host host(test::servo_config(1));
+  host.get<protocol::State2>(protocol::Speed{180, 0});
+  host.wait(300ms);
+  inject(host, FaultKind::kHang, {}, {.duration = 500ms});
+  EXPECT_TRUE(host.talk(test::frame("141#A200000000000000")).empty());  // stop
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  host.wait(400ms);
+  EXPECT_NEAR(host.bus.truth(1).omega_m / std::numbers::pi * 180, 180.0, 3.0);
+  EXPECT_EQ(evidence(host).effects, 1U);  // 0x280 would have got no answer anyway
+  EXPECT_EQ(evidence(host).first_effect_at, 300ms);
+  EXPECT_EQ(evidence(host).first_on, "drive 1, 141#A200000000000000");
+  host.wait(100ms);
+  EXPECT_NEAR(host.state_2().speed_dps, 180.0, 3.0);
+}
+
+TEST(FirmwareFaults, ADriveThatHangsMissesItsInput) {
+  ServoConfig config = test::servo_config(1);
+  config.quirks.dialect.all_error_bits = true;
+  config.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  Host host(config);
+  inject(host, FaultKind::kHang, {}, {.duration = 150ms});
+  for (int n = 0; n < 15; ++n) host.talk(test::frame("141#9C00000000000000"), 10ms);
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  const auto state = host.get<protocol::State1>(protocol::ReadState1{});
+  EXPECT_EQ(state.errors, model::bit(model::Error::kLostInput));
+}
+
+TEST(FirmwareFaults, SlowRepliesAreLateAndWhatWasAskedIsDoneAtOnce) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kSlowReplies, {5}, {.duration = 100ms});
+  host.bus.receive({0ns, test::frame("141#A1000000C8000000")});  // 3.2 A
+  std::vector<TimedFrame> replies;
+  host.wait(4999us);
+  host.bus.take_replies(replies);
+  EXPECT_TRUE(replies.empty());
+  EXPECT_NEAR(host.bus.truth(1).i_q, 3.2, 0.1);
+  host.wait(1us);
+  host.bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].at, 5ms);
+  EXPECT_EQ(evidence(host).effects, 1U);
+  EXPECT_EQ(evidence(host).first_effect_at, 0ns);
+  host.wait(100ms);
+  EXPECT_TRUE(answers(host));  // at once
+  EXPECT_EQ(evidence(host).effects, 1U);
+}
+
+TEST(FirmwareFaults, SlowRepliesAreThoseOfTheDriveAndOfTheTime) {
+  Host host(test::bus_config({1, 2}));
+  const auto slow = [&](int id, double delay_ms, test::Course course) {
+    const Fault made = test::fault(FaultKind::kSlowReplies, {delay_ms}, course, {id});
+    host.bus.apply({kWholeBus, SetFault{made}});
+  };
+  slow(1, 3, {.duration = 1ms});  // over when the query comes
+  slow(2, 7, {});
+  slow(1, 5, {});
+  host.wait(10ms);
+  host.bus.receive({10ms, test::frame("141#9C00000000000000")});
+  host.wait(50ms);
+  std::vector<TimedFrame> replies;
+  host.bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].at, 15ms);
+  EXPECT_EQ(evidence(host, 0).effects, 0U);
+  EXPECT_EQ(evidence(host, 1).effects, 0U);
+  EXPECT_EQ(evidence(host, 2).effects, 1U);
+}
+
+TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kClockDrift, {10});
+  host.wait(10ms);
+  EXPECT_FALSE(evidence(host).first_effect_at);  // it stands
+  host.get<protocol::State2>(protocol::Speed{360, 0});
+  host.wait(1s);
+  const auto true_dps = [&] { return host.bus.truth(1).omega_m / std::numbers::pi * 180; };
+  EXPECT_NEAR(host.state_2().speed_dps, 360.0, 2.0);
+  EXPECT_NEAR(true_dps(), 396.0, 2.0);
+  test::expect_shown(evidence(host), 10ms, 900);
+  clear(host);
+  host.wait(1s);
+  EXPECT_NEAR(true_dps(), 360.0, 2.0);
+}
+
+// --- memory
+
+void restart(Host& host) {
+  host.bus.apply({1, PowerCycle{}});
+  host.wait(1s);
+}
+
+class LostWrites : public testing::TestWithParam<FaultKind> {};
+
+TEST_P(LostWrites, AreAcknowledgedAndGoneAfterTheNextStart) {
+  Host host(test::powered_drive());
+  host.ask("141#3200010203040506");
+  const RomWear wear = host.bus.servo(1).wear();
+  std::vector<RomWrite> writes;
+  host.bus.take_rom_writes(writes);
+  writes.clear();
+
+  inject(host, GetParam());
+  EXPECT_FALSE(evidence(host).first_effect_at);
+  EXPECT_EQ(host.ask("141#32000A0B0C0D0E0F"), test::frame("141#32000A0B0C0D0E0F"));
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
+  expect_once(evidence(host), 0ns);
+  // Whoever keeps the ROM hears of a write and is given what is in the ROM.
+  host.bus.take_rom_writes(writes);
+  ASSERT_EQ(writes.size(), 1U);
+  EXPECT_EQ(writes[0].number, 2U);
+  EXPECT_EQ(writes[0].rom.gains.angle_kp, 1);
+  EXPECT_EQ(writes[0].wear, wear);
+  restart(host);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000010203040506"));
+
+  Registers wanted = host.bus.servo(1).rom();
+  wanted.max_speed_dps = 77;
+  EXPECT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));
+  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, 77);
+  EXPECT_NE(host.bus.servo(1).rom().max_speed_dps, 77);
+  EXPECT_EQ(evidence(host).effects, 2U);
+
+  clear(host);
+  host.ask("141#32000A0B0C0D0E0F");
+  restart(host);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));
+  EXPECT_EQ(evidence(host).effects, 2U);
+}
+INSTANTIATE_TEST_SUITE_P(MemoryFaults, LostWrites,
+                         testing::Values(FaultKind::kRomWriteFails, FaultKind::kRomWorn),
+                         [](const auto& test) { return std::string(fault_row(test.param).word); });
+
+TEST(MemoryFaults, TwoAlikeBothShow) {
+  Host host(test::powered_drive());
+  inject(host, FaultKind::kRomWriteFails);
+  inject(host, FaultKind::kRomWriteFails);
+  host.ask("141#32000A0B0C0D0E0F");
+  for (std::size_t n = 0; n < 2; ++n) expect_once(evidence(host, n), 0ns);
+}
+
+TEST(MemoryFaults, AWriteIsLostToTheFaultsOfItsDriveAndOfItsTime) {
+  Host host(test::bus_config({1, 2}));
+  const auto set = [&](int id, test::Course course) {
+    const Fault made = test::fault(FaultKind::kRomWriteFails, {}, course, {id});
+    host.bus.apply({kWholeBus, SetFault{made}});
+  };
+  set(1, {.duration = 1ms});  // over when the write comes
+  set(2, {});
+  set(1, {});
+  host.wait(10ms);
+  host.ask("141#32000A0B0C0D0E0F");
+  EXPECT_EQ(evidence(host, 0).effects, 0U);
+  EXPECT_EQ(evidence(host, 1).effects, 0U);
+  EXPECT_EQ(evidence(host, 2).effects, 1U);
+  EXPECT_EQ(evidence(host, 2).first_effect_at, 10ms);
+}
+
+TEST(MemoryFaults, ADamagedParameterIsAsDeliveredAtTheNextStart) {
+  Host host(test::powered_drive());
+  host.ask("141#32000A0B0C0D0E0F");
+  host.ask("141#9100000000000100");  // encoder offset 1 count
+  std::vector<RomWrite> writes;
+  host.bus.take_rom_writes(writes);
+  writes.clear();
+  inject(host, FaultKind::kRomDamaged, {parameter(RomParameter::kGains)});
+  expect_once(evidence(host), 0ns);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#30000A0B0C0D0E0F"));  // RAM
+  // It is damaged where it is kept, too.
+  host.bus.take_rom_writes(writes);
+  ASSERT_EQ(writes.size(), 1U);
+  EXPECT_EQ(writes[0].number, 3U);
+  EXPECT_EQ(writes[0].rom.gains, model::GainBytes{});
+  EXPECT_EQ(writes[0].rom.encoder_offset, 1);
+  restart(host);
+  EXPECT_EQ(host.ask("141#3000000000000000"), test::frame("141#3000646432283232"));  // factory
+  EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 1);
+  inject(host, FaultKind::kRomDamaged, {kAllParameters});
+  restart(host);
+  EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 0);
+  EXPECT_EQ(host.bus.servo(1).rom(), Profile{}.factory);
+  host.bus.take_rom_writes(writes);
+  EXPECT_EQ(writes.back().number, 4U);
+}
+
+TEST(MemoryFaults, DamageWhileTheFlashWritesIsNotUndoneByWhatTheWriteDoes) {
+  ServoConfig config = test::powered_drive();
+  config.rom.max_speed_dps = 500;
+  config.flash.write_time = 20ms;
+  for (const bool cut_short : {false, true}) {
+    Host host(config);
+    host.bus.receive({0ns, test::frame("141#32000A0B0C0D0E0F")});
+    host.wait(10ms);
+    inject(host, FaultKind::kRomDamaged, {parameter(RomParameter::kMaxSpeed)});
+    if (cut_short) host.bus.power_cycle(1);
+    host.wait(20ms);
+    std::vector<RomWrite> writes;
+    host.bus.take_rom_writes(writes);
+    ASSERT_EQ(writes.size(), cut_short ? 0U : 1U);
+    if (!cut_short) {
+      EXPECT_EQ(writes[0].rom.max_speed_dps, Registers{}.max_speed_dps);
+    }
+    EXPECT_EQ(host.bus.servo(1).rom().max_speed_dps, Registers{}.max_speed_dps);
+    EXPECT_EQ(host.bus.servo(1).rom().gains.angle_kp, cut_short ? 100 : 10);
+  }
+}
+
+/// How many bits of their whole parts two values differ by.
+int bits_apart(double a, double b) {
+  const auto whole = [](double value) { return static_cast<std::uint64_t>(value); };
+  return std::popcount(whole(a) ^ whole(b));
+}
+
+TEST(MemoryFaults, AFlippedBitLeavesWhatTheRegisterCanHold) {
+  for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
+    ServoConfig config = test::drive(generation);
+    config.rom.max_torque_current_lsb = config.quirks.dialect.iq_command_limit_lsb;
+    config.rom.encoder_offset = 16383;
+    config.rom.max_speed_dps = 1.25;
+    config.rom.max_angle_deg = 360.5;
+    for (std::uint64_t seed = 1; seed < 200; ++seed) {
+      BusConfig bus = test::bus_config({});
+      bus.servos.push_back(config);
+      bus.seed = seed;
+      Host host(bus);
+      for (int p = 0; p < 9; ++p) inject(host, FaultKind::kRamFlipped, {static_cast<double>(p)});
+      for (std::size_t p = 0; p < 9; ++p) expect_once(evidence(host, p), 0ns);
+      const Registers& ram = host.bus.servo(1).ram();
+      const int gain_bits =
+          bits_apart(ram.gains.angle_kp, 100) + bits_apart(ram.gains.angle_ki, 100) +
+          bits_apart(ram.gains.speed_kp, 50) + bits_apart(ram.gains.speed_ki, 40) +
+          bits_apart(ram.gains.current_kp, 50) + bits_apart(ram.gains.current_ki, 50);
+      EXPECT_EQ(gain_bits, 1);
+      const std::uint16_t most = generation == Generation::kLegacy ? 255 : 65535;
+      EXPECT_LE(std::max({ram.gains.angle_kp, ram.gains.angle_ki, ram.gains.speed_kp,
+                          ram.gains.speed_ki, ram.gains.current_kp, ram.gains.current_ki}),
+                most);
+      EXPECT_EQ(bits_apart(ram.acceleration_dps_s, 0), 1);
+      EXPECT_GT(ram.acceleration_dps_s, 0);
+      EXPECT_EQ(bits_apart(ram.encoder_offset, 16383), 1);
+      EXPECT_LT(ram.encoder_offset, 16384);
+      EXPECT_EQ(bits_apart(ram.max_torque_current_lsb, config.rom.max_torque_current_lsb), 1);
+      EXPECT_LE(ram.max_torque_current_lsb, config.quirks.dialect.iq_command_limit_lsb);
+      EXPECT_EQ(bits_apart(ram.max_power_permille, 850), 1);
+      EXPECT_LE(ram.max_power_permille, 850);
+      EXPECT_EQ(bits_apart(ram.max_speed_dps, 1), 1);
+      EXPECT_GE(ram.max_speed_dps, 1);
+      EXPECT_LE(ram.max_speed_dps, 72'000);
+      EXPECT_EQ(ram.max_speed_dps - std::floor(ram.max_speed_dps), 0.25);
+      EXPECT_EQ(bits_apart(ram.max_angle_deg, 360), 1);
+      EXPECT_LE(ram.max_angle_deg, 1e7);
+      EXPECT_EQ(bits_apart(ram.current_ramp_A_s, 0), 1);
+      EXPECT_LE(ram.current_ramp_A_s, 1e6);
+      EXPECT_TRUE(ram.broadcast_mode);
+      EXPECT_EQ(host.bus.servo(1).rom(), config.rom);
+      if (testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+/// The ROM of a newer firmware in a drive whose gains are bytes: no single bit makes one of 0x300.
+TEST(MemoryFaults, WhereNoBitCanFlipNoneDoes) {
+  ServoConfig config = test::drive(Generation::kLegacy);
+  config.rom.gains = {0x300, 0x300, 0x300, 0x300, 0x300, 0x300};
+  Host host(config);
+  inject(host, FaultKind::kRamFlipped, {0});
+  EXPECT_EQ(host.bus.servo(1).ram(), config.rom);
+  EXPECT_EQ(evidence(host).state, FaultEvidence::State::kOver);
+  EXPECT_EQ(evidence(host).effects, 0U);
+}
+
+TEST(MemoryFaults, AFlippedBitIsInForceUntilTheNextStart) {
+  Host host(test::powered_drive());
+  host.get<protocol::State2>(protocol::Position2{0, 36000});
+  inject(host, FaultKind::kRamFlipped, {parameter(RomParameter::kEncoderOffset)});
+  const auto now = host.get<protocol::Encoder>(protocol::ReadEncoder{});
+  EXPECT_EQ(std::popcount(now.offset_counts), 1);
+  EXPECT_EQ((now.encoder_counts + now.offset_counts) % 16384, 2048);
+  restart(host);
+  EXPECT_EQ(host.get<protocol::Encoder>(protocol::ReadEncoder{}).offset_counts, 0);
+  host.bus.apply({1, SupplyVoltage{0.0}});
+  host.wait(50ms);
+  inject(host, FaultKind::kRamFlipped, {parameter(RomParameter::kGains)});
+  EXPECT_FALSE(evidence(host, 1).first_effect_at) << "there is no RAM without power";
+}
+
+TEST(MemoryFaults, ADriveForgetsItsModeForSeveral) {
+  ServoConfig config = test::powered_drive();
+  config.rom.broadcast_mode = true;
+  Host host(config);
+  inject(host, FaultKind::kForgetsBroadcast);
+  EXPECT_FALSE(answers(host));  // it knows it still
+  EXPECT_FALSE(evidence(host).first_effect_at);
+  restart(host);
+  EXPECT_TRUE(answers(host));
+  EXPECT_TRUE(host.talk(test::frame("280#0000000000000000")).empty());
+  EXPECT_EQ(evidence(host).effects, 1U);
+  EXPECT_GT(evidence(host).first_effect_at, 500ms);
+  EXPECT_TRUE(host.bus.servo(1).rom().broadcast_mode);
+  clear(host);
+  restart(host);
+  EXPECT_FALSE(answers(host));
+}
+
+TEST(MemoryFaults, ADriveForgetsItsLimits) {
+  ServoConfig config = test::powered_drive();
+  config.rom.max_speed_dps = 90;
+  config.rom.gains.speed_kp = 60;
+  Host host(config);
+  const auto speed_dps = [&] {
+    host.get<protocol::State2>(protocol::Position1{1'000'000});
+    host.wait(500ms);
+    return host.state_2().speed_dps;
+  };
+  EXPECT_NEAR(speed_dps(), 90.0, 3.0);
+  inject(host, FaultKind::kForgetsLimits);
+  inject(host, FaultKind::kReset);
+  EXPECT_EQ(evidence(host).first_effect_at, host.bus.time());
+  EXPECT_EQ(evidence(host).effects, 1U);
+  EXPECT_EQ(host.bus.servo(1).ram().max_speed_dps, Registers{}.max_speed_dps);
+  EXPECT_EQ(host.bus.servo(1).ram().gains.speed_kp, 60);  // no limit
+  EXPECT_GT(speed_dps(), 500.0);
+  clear(host);
+  inject(host, FaultKind::kReset);
+  EXPECT_NEAR(speed_dps(), 90.0, 3.0);
+}
+
+TEST(MemoryFaults, WhoHasNothingToForgetForgetsNothing) {
+  Host host(test::powered_drive());
+  inject(host, FaultKind::kForgetsBroadcast);
+  inject(host, FaultKind::kForgetsLimits);
+  inject(host, FaultKind::kReset);
+  EXPECT_FALSE(evidence(host, 0).first_effect_at);
+  EXPECT_FALSE(evidence(host, 1).first_effect_at);
+}
+
+}  // namespace fault_firmware_test
+}  // namespace lk::emulator

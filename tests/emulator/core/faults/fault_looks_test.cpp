@@ -1,0 +1,74 @@
+// When a bus looks at conditions, and which of several then begin.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/core/faults/fault_support.hpp"
+
+namespace lk::emulator {
+namespace fault_looks_test {
+
+using namespace std::chrono_literals;
+using test::answers;
+using test::clear;
+using test::evidence;
+using test::Host;
+using State = FaultEvidence::State;
+
+void plan_hang(Host& host, SimTime at, const Condition& when) {
+  const Fault hang = test::fault(FaultKind::kHang, {}, {.duration = 5ms});
+  EXPECT_TRUE(host.bus.plan({at, {kWholeBus, SetFault{hang}}, when}));
+}
+
+Condition reaches(const char* signal, Edge edge, double level) {
+  return {1, SignalReaches{find_signal(signal), edge, level}};
+}
+
+// The frame that completes one number and not yet the other is hit by the one.
+TEST(FaultConditions, OnTheSameCommandEachCountsForItself) {
+  Host host(test::bus_config({1}));
+  plan_hang(host, 0ms, {1, CommandSeen{0x9C, 1}});
+  plan_hang(host, 0ms, {1, CommandSeen{0x9C, 3}});
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(evidence(host, 0).state, State::kActive);
+  EXPECT_EQ(evidence(host, 1).state, State::kArmed);
+  host.wait(10ms);
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(evidence(host, 1).state, State::kArmed);
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(evidence(host, 1).began_at, 10ms);
+}
+
+// Others are looked at every millisecond meanwhile.
+TEST(FaultConditions, WhatHoldsBeforeItsTimeBeginsAtItsTime) {
+  Host host(test::bus_config({1}));
+  plan_hang(host, 0ms, reaches("alive", Edge::kBelow, 0));  // never
+  plan_hang(host, 50ms, reaches("alive", Edge::kAbove, 1));
+  host.wait(49999us);
+  EXPECT_EQ(evidence(host, 1).state, State::kArmed);
+  host.wait(10ms);
+  EXPECT_EQ(evidence(host, 1).began_at, 50ms);
+  EXPECT_FALSE(evidence(host, 0).began_at);
+}
+
+// The look that was due for what is cleared finds nothing, or what came after it.
+TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
+  Host host(test::bus_config({1}));
+  plan_hang(host, 100ms, reaches("alive", Edge::kAbove, 1));
+  plan_hang(host, 50ms, reaches("alive", Edge::kBelow, 0));
+  host.wait(60ms);
+  clear(host);
+  host.wait(60ms);  // beyond 100 ms
+  EXPECT_FALSE(host.bus.next_due());
+  plan_hang(host, 150ms, reaches("alive", Edge::kAbove, 1));
+  host.wait(40ms);
+  EXPECT_EQ(evidence(host, 2).began_at, 150ms);
+  for (const std::size_t n : {0U, 1U}) {
+    EXPECT_EQ(evidence(host, n).state, State::kCleared);
+    EXPECT_FALSE(evidence(host, n).began_at);
+  }
+  host.wait(100ms);
+  EXPECT_FALSE(host.bus.next_due());
+}
+
+}  // namespace fault_looks_test
+}  // namespace lk::emulator

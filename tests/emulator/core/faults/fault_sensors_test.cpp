@@ -1,0 +1,302 @@
+// Every fault of the sensors, by what a host reads and what is so.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/core/faults/fault_support.hpp"
+
+namespace lk::emulator {
+namespace fault_sensors_test {
+
+using namespace std::chrono_literals;
+using model::Error;
+using test::clear;
+using test::evidence;
+using test::expect_shown;
+using test::Host;
+using test::inject;
+using test::statistics;
+
+constexpr double kCounts_deg = 16384.0 / 360.0;
+
+/// Stands at 45 degrees, count 2048; its bridge is off, so that what it measures moves nothing.
+Host undriven() {
+  Host host(test::servo_config(1));
+  host.ask("141#8000000000000000");
+  return host;
+}
+
+double encoder(Host& host) { return host.state_2().encoder_counts; }
+double true_counts(Host& host) {
+  return host.bus.truth(1).theta_m / (2 * std::numbers::pi) * 16384.0;
+}
+void turn(Host& host, double turn_deg) {
+  host.bus.apply({1, TurnShaft{turn_deg}});
+  host.wait(1ms);
+}
+
+TEST(EncoderFaults, Stuck) {
+  Host host = undriven();
+  inject(host, FaultKind::kEncoderStuck);
+  host.wait(10ms);
+  EXPECT_FALSE(evidence(host).first_effect_at);
+  turn(host, 30);
+  EXPECT_EQ(encoder(host), 2048);
+  EXPECT_EQ(host.multi_turn_cdeg(), 4500);
+  host.wait(10ms);
+  expect_shown(evidence(host), 10ms, 10);
+  clear(host);
+  host.wait(1ms);
+  EXPECT_NEAR(encoder(host), 2048 + 30 * kCounts_deg, 1.0);
+}
+
+TEST(EncoderFaults, Jump) {
+  Host host = undriven();
+  inject(host, FaultKind::kEncoderJump, {10}, {.duration = 10ms});
+  host.wait(5ms);
+  EXPECT_NEAR(encoder(host), 2048 + 10 * kCounts_deg, 1.0);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 5500.0, 3.0);
+  host.wait(10ms);
+  EXPECT_NEAR(encoder(host), 2048, 1.0);
+  expect_shown(evidence(host), 0ms, 9);
+}
+
+TEST(EncoderFaults, Drift) {
+  Host host = undriven();
+  inject(host, FaultKind::kEncoderDrift, {36}, {.duration = 1500ms});
+  const double rotor = true_counts(host);
+  host.wait(1s);
+  EXPECT_NEAR(encoder(host), 2048 + 36 * kCounts_deg, 3.0);  // moved on once a millisecond
+  EXPECT_EQ(true_counts(host), rotor);
+  EXPECT_NEAR(host.state_2().speed_dps, 36.0, 10.0);
+  host.wait(1s);
+  EXPECT_NEAR(encoder(host), 2048, 1.0);
+  expect_shown(evidence(host), 0ms, 1000);
+}
+
+TEST(EncoderFaults, Noise) {
+  Host host = undriven();
+  inject(host, FaultKind::kEncoderNoise, {1});
+  // Of 2000 samples the deviation is known to 1.6 %.
+  const auto [mean, deviation] = statistics(host, 2000, [&] { return encoder(host); });
+  EXPECT_NEAR(deviation, kCounts_deg, 0.06 * kCounts_deg);
+  EXPECT_NEAR(mean, 2048, 4 * kCounts_deg / std::sqrt(2000.0));
+  expect_shown(evidence(host), 0ms, 2000);
+  clear(host);
+  const auto [after, rest] = statistics(host, 100, [&] { return encoder(host); });
+  EXPECT_EQ(after, 2048);
+  EXPECT_EQ(rest, 0);
+}
+
+TEST(EncoderFaults, Garbage) {
+  Host host = undriven();
+  inject(host, FaultKind::kEncoderGarbage);
+  double least = 16384;
+  double most = 0;
+  const auto [mean, deviation] = statistics(host, 1000, [&] {
+    const double value = encoder(host);
+    least = std::min(least, value);
+    most = std::max(most, value);
+    return value;
+  });
+  // Evenly over the turn: the middle, a deviation of turn/√12; of 1000 samples, each known to 3 %.
+  EXPECT_NEAR(mean, 8192, 4 * 4730 / std::sqrt(1000.0));
+  EXPECT_NEAR(deviation, 4730, 0.1 * 4730);
+  EXPECT_LT(least, 164);
+  EXPECT_GT(most, 16220);
+  expect_shown(evidence(host), 0ms, 900);
+  clear(host);
+  host.wait(1ms);
+  EXPECT_EQ(encoder(host), 2048);
+}
+
+TEST(EncoderFaults, LostMagnet) {
+  Host host = undriven();
+  turn(host, 135);  // to the middle of the turn
+  inject(host, FaultKind::kEncoderLostMagnet);
+  turn(host, 170);
+  const auto [mean, deviation] = statistics(host, 1000, [&] { return encoder(host); });
+  // About where it was, not where it is; with the noise of stray fields (docs/model.md §14).
+  EXPECT_NEAR(mean, 8192, 0.2 * 16384);
+  EXPECT_GT(deviation, 0.01 * 16384);
+  expect_shown(evidence(host), 1ms, 900);
+  clear(host);
+  host.wait(1ms);
+  EXPECT_NEAR(encoder(host), 2048 + (135 + 170) * kCounts_deg, 2.0);
+}
+
+TEST(EncoderFaults, Slow) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kEncoderSlow, {10});
+  host.wait(10ms);
+  EXPECT_FALSE(evidence(host).first_effect_at);  // nothing moves
+  clear(host);
+  host.get<protocol::State2>(protocol::Speed{360, 0});
+  host.wait(500ms);
+  host.ask("141#8000000000000000");  // it coasts, without friction
+  inject(host, FaultKind::kEncoderSlow, {10});
+  host.wait(50ms);
+  // It shows where the rotor was 10 ms ago: 3.6 degrees.
+  const double lag = std::remainder(true_counts(host) - encoder(host), 16384.0);
+  EXPECT_NEAR(lag, 3.6 * kCounts_deg, 3.0);
+  expect_shown(evidence(host, 1), 510ms, 45);
+  clear(host);
+  host.wait(1ms);
+  EXPECT_NEAR(std::remainder(true_counts(host) - encoder(host), 16384.0), 0.0, 2.0);
+}
+
+// --- current
+
+constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
+enum Channel { kA, kB, kBoth };
+
+protocol::State3 currents(Host& host) { return host.get<protocol::State3>(protocol::ReadState3{}); }
+
+void expect_currents(Host& host, double a, double b) {
+  const protocol::State3 shown = currents(host);
+  EXPECT_NEAR(shown.i_a_A, a, 2 * kLsb_A);
+  EXPECT_NEAR(shown.i_b_A, b, 2 * kLsb_A);
+  EXPECT_NEAR(shown.i_c_A, -a - b, 4 * kLsb_A);
+}
+
+TEST(CurrentFaults, Offset) {
+  Host host = undriven();
+  inject(host, FaultKind::kCurrentOffset, {2, kA}, {.duration = 10ms});
+  host.wait(5ms);
+  expect_currents(host, 2, 0);
+  host.wait(10ms);
+  expect_currents(host, 0, 0);
+  expect_shown(evidence(host), 0ms, 9);
+  inject(host, FaultKind::kCurrentOffset, {-1, kBoth});
+  host.wait(1ms);
+  expect_currents(host, -1, -1);
+}
+
+TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
+  ServoConfig config = test::servo_config(1);
+  config.profile.drive.load.J = 1;  // it hardly moves
+  Host host(config);
+  inject(host, FaultKind::kCurrentGain, {0.5, kBoth});
+  host.wait(10ms);
+  EXPECT_FALSE(evidence(host).first_effect_at);  // half of nothing
+  host.get<protocol::State2>(protocol::Torque{3.2});
+  host.wait(20ms);
+  EXPECT_NEAR(host.state_2().iq_A, 3.2, 0.05);
+  EXPECT_NEAR(host.bus.truth(1).i_q, 6.4, 0.1);
+  expect_shown(evidence(host), 10ms, 15);
+  clear(host);
+  host.wait(20ms);
+  EXPECT_NEAR(host.bus.truth(1).i_q, 3.2, 0.05);
+}
+
+TEST(CurrentFaults, Noise) {
+  Host host = undriven();
+  inject(host, FaultKind::kCurrentNoise, {0.5});
+  const auto [mean, deviation] = statistics(host, 2000, [&] { return currents(host).i_b_A; });
+  EXPECT_NEAR(deviation, 0.5, 0.03);  // known to 1.6 %
+  EXPECT_NEAR(mean, 0.0, 0.05);
+  expect_shown(evidence(host), 0ms, 2000);
+  clear(host);
+  host.wait(1ms);
+  expect_currents(host, 0, 0);
+}
+
+TEST(CurrentFaults, Stuck) {
+  Host host = undriven();
+  inject(host, FaultKind::kCurrentStuck, {3, kB});
+  host.wait(10ms);
+  expect_currents(host, 0, 3);
+  expect_shown(evidence(host), 0ms, 9);
+  clear(host);
+  host.wait(1ms);
+  expect_currents(host, 0, 0);
+}
+
+TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
+  ServoConfig config = test::servo_config(1);
+  config.quirks.dialect.all_error_bits = true;
+  config.rom.protections[static_cast<std::size_t>(Error::kOverCurrent)] = {true, 20, 1, 0.001};
+  Host host(config);
+  inject(host, FaultKind::kCurrentStuck, {25, kA}, {.duration = 20ms});
+  host.wait(10ms);
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ReadState1{}).errors,
+            model::bit(Error::kOverCurrent));
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+}
+
+// --- temperature and voltage
+
+enum Sensor { kMotor, kDriver };
+
+protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}); }
+
+TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCold) {
+  ServoConfig config = test::servo_config(1);
+  config.rom.protections[static_cast<std::size_t>(Error::kMotorTemperature)] = {true, 100, 10, 0};
+  Host host(config);
+  inject(host, FaultKind::kTemperatureStuck, {120, kMotor}, {.duration = 100ms});
+  host.wait(10ms);
+  EXPECT_EQ(state_1(host).temperature_C, 120);
+  EXPECT_EQ(state_1(host).errors, model::bit(Error::kMotorTemperature));
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  EXPECT_NEAR(host.bus.truth(1).temp_winding, 25, 0.1);
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 8U);  // not over
+  host.wait(100ms);
+  EXPECT_EQ(state_1(host).temperature_C, 25);
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 0U);
+  expect_shown(evidence(host), 0ms, 99);
+}
+
+TEST(SlowSensorFaults, TheDriversTemperatureIsAnother) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kTemperatureStuck, {90, kDriver}, {.duration = 10ms});
+  host.wait(5ms);
+  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 90);
+  EXPECT_EQ(state_1(host).temperature_C, 25);
+  host.wait(10ms);
+  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 25);
+  expect_shown(evidence(host), 0ms, 9);
+}
+
+TEST(SlowSensorFaults, ATemperatureIsOff) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kTemperatureOff, {-40, kMotor}, {.duration = 10ms});
+  inject(host, FaultKind::kTemperatureOff, {15, kDriver}, {.duration = 10ms});
+  host.wait(5ms);
+  EXPECT_EQ(state_1(host).temperature_C, -15);
+  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 40);
+  host.wait(10ms);
+  EXPECT_EQ(state_1(host).temperature_C, 25);
+  EXPECT_EQ(host.bus.telemetry(1).temp_driver, 25);
+  for (std::size_t n = 0; n < 2; ++n) expect_shown(evidence(host, n), 0ms, 9);
+}
+
+TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
+  ServoConfig config = test::powered_drive();
+  config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
+  Host host(config);
+  inject(host, FaultKind::kVoltageStuck, {4}, {.duration = 100ms});  // reset is below 5 V
+  host.wait(10ms);
+  EXPECT_EQ(state_1(host).voltage_V, 4.0);
+  EXPECT_EQ(state_1(host).errors, model::bit(Error::kUnderVoltage));
+  EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+  EXPECT_TRUE(host.bus.telemetry(1).alive);
+  EXPECT_NEAR(host.bus.truth(1).v_bus, 24.0, 0.1);
+  host.wait(100ms);
+  EXPECT_NEAR(state_1(host).voltage_V, 24.0, 0.1);
+  EXPECT_EQ(host.get<protocol::State1>(protocol::ClearErrors{}).errors, 0U);
+  expect_shown(evidence(host), 0ms, 99);
+}
+
+TEST(SlowSensorFaults, AVoltageIsOff) {
+  Host host(test::servo_config(1));
+  inject(host, FaultKind::kVoltageOff, {3}, {.duration = 10ms});
+  host.wait(5ms);
+  EXPECT_NEAR(state_1(host).voltage_V, 27.0, 0.1);
+  EXPECT_NEAR(host.bus.truth(1).v_bus, 24.0, 0.1);
+  host.wait(10ms);
+  EXPECT_NEAR(state_1(host).voltage_V, 24.0, 0.1);
+  expect_shown(evidence(host), 0ms, 9);
+}
+
+}  // namespace fault_sensors_test
+}  // namespace lk::emulator

@@ -1,0 +1,411 @@
+// The life of a fault: when it begins, how often, when it ends, and what it says of itself.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "tests/emulator/core/faults/fault_support.hpp"
+
+namespace lk::emulator {
+namespace faults_test {
+
+using namespace std::chrono_literals;
+using test::answers;
+using test::clear;
+using test::evidence;
+using test::fault;
+using test::Host;
+using State = FaultEvidence::State;
+
+void plan(Host& host, SimTime at, const Fault& fault,
+          const std::optional<Condition>& when = std::nullopt) {
+  EXPECT_TRUE(host.bus.plan({at, {kWholeBus, SetFault{fault}}, when}));
+}
+
+TEST(Faults, BeginAtTheirTimeAndLastAsLongAsTheyAreToldTo) {
+  Host host(test::bus_config({1}));
+  host.wait(10ms);
+  plan(host, 100ms, fault(FaultKind::kHang, {}, {.duration = 50ms}));
+  EXPECT_EQ(evidence(host).state, State::kArmed);
+  EXPECT_EQ(evidence(host).armed_at, 10ms);
+  EXPECT_FALSE(evidence(host).began_at);
+  host.wait(89999us);
+  EXPECT_TRUE(answers(host));
+  host.wait(1us);
+  EXPECT_EQ(evidence(host).state, State::kActive);
+  EXPECT_EQ(evidence(host).began_at, 100ms);
+  EXPECT_FALSE(evidence(host).first_effect_at);
+  host.wait(20ms);
+  EXPECT_FALSE(answers(host));
+  host.wait(29999us);
+  EXPECT_FALSE(answers(host));
+  host.wait(1us);
+  EXPECT_TRUE(answers(host));
+  const FaultEvidence after = evidence(host);
+  EXPECT_EQ(after.state, State::kOver);
+  EXPECT_EQ(after.began_at, 100ms);
+  EXPECT_EQ(after.first_effect_at, 120ms);
+  EXPECT_EQ(after.effects, 2U);
+  EXPECT_EQ(after.first_on, "drive 1, 141#9C00000000000000");
+  EXPECT_EQ(host.bus.stats().count(Drop::kFault), 2U);
+}
+
+TEST(Faults, OneThatFoundNothingToDoHasNoEffect) {
+  Host host(test::bus_config({1}));
+  test::inject(host, FaultKind::kHang, {}, {.duration = 50ms});
+  test::inject(host, FaultKind::kEncoderStuck, {}, {.duration = 50ms});  // the shaft stands still
+  test::inject(host, FaultKind::kRomDamaged, {10});                      // ROM is as delivered
+  host.wait(100ms);
+  for (std::size_t n = 0; n < 3; ++n) {
+    EXPECT_EQ(evidence(host, n).state, State::kOver) << n;
+    EXPECT_FALSE(evidence(host, n).first_effect_at) << n;
+    EXPECT_EQ(evidence(host, n).effects, 0U) << n;
+    EXPECT_EQ(evidence(host, n).first_on, "") << n;
+  }
+}
+
+TEST(Faults, ComeBackSoManyTimes) {
+  Host host(test::bus_config({1}));
+  plan(host, 10ms, fault(FaultKind::kHang, {}, {.duration = 5ms, .every = 20ms, .times = 3}));
+  std::vector<int> deaf_ms;
+  for (int ms = 0; ms < 100; ++ms) {
+    if (!answers(host)) deaf_ms.push_back(ms);
+    if (ms == 12 || ms == 20) {
+      EXPECT_EQ(evidence(host).state, ms == 12 ? State::kActive : State::kPaused);
+    }
+    host.wait(1ms);
+  }
+  EXPECT_EQ(deaf_ms, (std::vector{10, 11, 12, 13, 14, 30, 31, 32, 33, 34, 50, 51, 52, 53, 54}));
+  EXPECT_EQ(evidence(host).state, State::kOver);
+  EXPECT_EQ(evidence(host).began_at, 10ms);
+  EXPECT_EQ(evidence(host).effects, 15U);
+  EXPECT_FALSE(host.bus.next_due());
+}
+
+TEST(Faults, ComeBackWithoutEndUnlessCleared) {
+  Host host(test::bus_config({1}));
+  test::inject(host, FaultKind::kHang, {}, {.duration = 5ms, .every = 20ms});
+  host.wait(10001ms);
+  EXPECT_FALSE(answers(host));
+  host.wait(10ms);
+  EXPECT_EQ(evidence(host).state, State::kPaused);
+  clear(host);
+  host.wait(10ms);
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(evidence(host).state, State::kCleared);
+  EXPECT_FALSE(host.bus.next_due());
+}
+
+TEST(Faults, OfTheMomentComeBackToo) {
+  Host host(test::bus_config({1}));
+  test::inject(host, FaultKind::kReset, {}, {.every = 10ms, .times = 3});
+  EXPECT_EQ(evidence(host).effects, 1U);
+  EXPECT_EQ(evidence(host).state, State::kPaused);
+  host.wait(100ms);
+  EXPECT_EQ(evidence(host).effects, 3U);
+  EXPECT_EQ(evidence(host).state, State::kOver);
+}
+
+// --- conditions
+
+TEST(FaultConditions, TheVeryFrameThatCompletesTheNumberIsHit) {
+  Host host(test::bus_config({1, 2}));
+  host.ask("141#9C00000000000000");  // before it was asked for
+  plan(host, 10ms, fault(FaultKind::kHang, {}, {.duration = 5ms}),
+       Condition{1, CommandSeen{0x9C, 3}});
+  EXPECT_TRUE(answers(host));  // before its time
+  host.wait(10ms);
+  EXPECT_TRUE(answers(host));
+  host.ask("141#9A00000000000000");  // another command
+  EXPECT_TRUE(answers(host, 2));     // another drive
+  host.wait(1ms);
+  EXPECT_TRUE(answers(host));
+  host.wait(1ms);
+  EXPECT_EQ(evidence(host).state, State::kArmed);
+  EXPECT_FALSE(answers(host));
+  EXPECT_EQ(evidence(host).began_at, 12ms);
+  EXPECT_EQ(evidence(host).first_effect_at, 12ms);
+  host.wait(5ms);
+  EXPECT_TRUE(answers(host));
+  for (int n = 0; n < 10; ++n) EXPECT_TRUE(answers(host));  // once
+}
+
+TEST(FaultConditions, AnAngleIsCrossedInEitherDirection) {
+  Host host(test::bus_config({1}));  // stands at 45 degrees
+  const Signal* const angle = find_signal("angle_deg");
+  const auto crossing = [&] {
+    plan(host, 0ms, fault(FaultKind::kHang, {}, {.duration = 1ms}),
+         Condition{1, SignalReaches{angle, Edge::kCrosses, 50}});
+  };
+  const auto turn = [&](double turn_deg) {
+    host.bus.apply({1, TurnShaft{turn_deg}});
+    host.wait(10ms);
+  };
+  crossing();
+  turn(4);
+  EXPECT_FALSE(evidence(host, 0).began_at);
+  turn(4);
+  EXPECT_EQ(evidence(host, 0).began_at, 11ms);
+  crossing();
+  turn(4);
+  EXPECT_FALSE(evidence(host, 1).began_at);
+  turn(-20);
+  EXPECT_EQ(evidence(host, 1).began_at, 31ms);
+}
+
+/// Begins at the first whole millisecond at which `holds`, and only then.
+void expect_begins_when(Host& host, const Condition& when, const std::function<bool()>& holds) {
+  plan(host, 0ms, fault(FaultKind::kHang, {}, {.duration = 1ms}), when);
+  SimTime first{0};
+  for (int ms = 0; ms < 5000 && first == 0ms; ++ms) {
+    EXPECT_FALSE(evidence(host).began_at);
+    host.wait(1ms);
+    if (holds()) first = host.bus.time();
+  }
+  ASSERT_GT(first, 1ms);
+  EXPECT_EQ(evidence(host).began_at, first);
+}
+
+TEST(FaultConditions, ASpeedIsReached) {
+  Host host(test::bus_config({1}));
+  host.ask("141#A200000050460000");  // 180 dps
+  expect_begins_when(host, {1, SignalReaches{find_signal("speed_dps"), Edge::kAbove, 90}},
+                     [&] { return host.bus.telemetry(1).omega >= 90 * std::numbers::pi / 180; });
+}
+
+TEST(FaultConditions, ATemperatureIsReached) {
+  ServoConfig config = test::servo_config(1);
+  model::ThermalParams& thermal = config.profile.drive.thermal;
+  thermal.C_winding = thermal.C_housing = 0.1;  // it follows the air
+  Host host(config);
+  host.bus.apply({1, AmbientTemperature{0}});
+  expect_begins_when(host, {1, SignalReaches{find_signal("temperature_C"), Edge::kBelow, 10}},
+                     [&] { return host.bus.telemetry(1).temp_motor <= 10; });
+}
+
+TEST(FaultConditions, AnErrorBitIsSet) {
+  ServoConfig config = test::servo_config(1);
+  config.rom.protections[0] = {true, 18.0, 1.0, 0.01};
+  Host host(config);
+  host.bus.apply({1, SupplyVoltage{12.0}});
+  expect_begins_when(host, {1, ErrorSet{model::Error::kUnderVoltage}},
+                     [&] { return host.bus.telemetry(1).errors != 0; });
+}
+
+TEST(FaultConditions, OtherDirectivesWaitForThemToo) {
+  Host host(test::bus_config({1, 2}));
+  ASSERT_TRUE(host.bus.plan({0ms, {2, TurnShaft{10}}, Condition{1, CommandSeen{0x9C, 2}}}));
+  answers(host);
+  host.wait(5ms);
+  EXPECT_EQ(host.single_turn_cdeg(2), 4500);
+  answers(host);
+  host.wait(1ms);
+  EXPECT_NEAR(host.single_turn_cdeg(2), 5500, 3);
+  EXPECT_FALSE(host.bus.next_due());
+}
+
+// --- clearing and names
+
+TEST(Faults, AreClearedByNameByKindOrAll) {
+  Host host(test::bus_config({1, 2, 3}));
+  const auto set = [&](FaultKind kind, int id, const char* name) {
+    host.bus.apply({kWholeBus, SetFault{fault(kind, {}, {}, {id}, name)}});
+  };
+  set(FaultKind::kHang, 1, "one");
+  set(FaultKind::kHang, 2, "two");
+  set(FaultKind::kHang, 3, "");
+  set(FaultKind::kBridgeDead, 1, "dead");
+  clear(host, "nobody");
+  EXPECT_FALSE(answers(host, 1) || answers(host, 2) || answers(host, 3));
+  clear(host, "two");
+  EXPECT_FALSE(answers(host, 1) || answers(host, 3));
+  EXPECT_TRUE(answers(host, 2));
+  clear(host, "hang");
+  EXPECT_TRUE(answers(host, 1) && answers(host, 3));
+  EXPECT_EQ(evidence(host, 3).state, State::kActive);
+  clear(host, "all");
+  EXPECT_EQ(evidence(host, 3).state, State::kCleared);
+}
+
+TEST(Faults, ThatAreClearedBeforeTheyBeginNeverDo) {
+  Host host(test::bus_config({1}));
+  plan(host, 50ms, fault(FaultKind::kHang, {}));
+  plan(host, 0ms, fault(FaultKind::kHang, {}), Condition{1, CommandSeen{0x9C, 1}});
+  clear(host);
+  host.wait(100ms);
+  EXPECT_TRUE(answers(host));
+  for (std::size_t n = 0; n < 2; ++n) {
+    EXPECT_EQ(evidence(host, n).state, State::kCleared);
+    EXPECT_FALSE(evidence(host, n).began_at);
+  }
+}
+
+TEST(Faults, ClearedByWhatSetsThemOffStayCleared) {
+  Host host(test::bus_config({1}));
+  const Condition seen{1, CommandSeen{0x9C, 1}};
+  ASSERT_TRUE(host.bus.plan({0ms, {kWholeBus, ClearFault{"all"}}, seen}));
+  plan(host, 0ms, fault(FaultKind::kHang, {}), seen);
+  EXPECT_TRUE(answers(host));
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(evidence(host).state, State::kCleared);
+}
+
+TEST(Faults, HaveNamesOfTheirOwn) {
+  Host host(test::bus_config({1}));
+  for (const char* name : {"", "", "x", "x", "hang", ""}) {
+    plan(host, 1s, fault(FaultKind::kHang, {}, {}, {1}, name));
+  }
+  std::vector<std::string> names;
+  for (const FaultReport& report : host.bus.faults()) names.push_back(report.fault.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"hang", "hang-2", "x", "x-2", "hang-3", "hang-4"}));
+}
+
+// --- several at once
+
+TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
+  Host host(test::bus_config({1}));
+  const auto temperature_C = [&] { return host.state_2().temperature_C; };
+  test::inject(host, FaultKind::kTemperatureOff, {5, 0}, {.duration = 30ms});
+  host.wait(10ms);
+  test::inject(host, FaultKind::kTemperatureOff, {7, 0}, {.duration = 30ms});
+  host.wait(10ms);
+  EXPECT_EQ(temperature_C(), 37);  // 25, 5 and 7
+  host.wait(15ms);
+  EXPECT_EQ(temperature_C(), 32);
+  host.wait(10ms);
+  EXPECT_EQ(temperature_C(), 25);
+  // One look a millisecond, and the last at its end, whoever else begins and ends meanwhile.
+  EXPECT_EQ(evidence(host, 0).effects, 30U);
+  EXPECT_EQ(evidence(host, 1).effects, 30U);
+}
+
+TEST(Faults, OfSeveralDrivesAreOfThoseOnly) {
+  Host host(test::bus_config({1, 2, 3, 4}));
+  host.bus.apply({kWholeBus, SetFault{fault(FaultKind::kHang, {}, {}, {2, 4})}});
+  EXPECT_TRUE(answers(host, 1));
+  EXPECT_FALSE(answers(host, 4));
+  EXPECT_TRUE(answers(host, 3));
+  EXPECT_FALSE(answers(host, 2));
+  EXPECT_EQ(evidence(host).effects, 2U);
+  EXPECT_EQ(evidence(host).first_on, "drive 4, 144#9C00000000000000");
+}
+
+TEST(Faults, OfTheConfigurationArePlannedAndABusIsCopiedWithThem) {
+  BusConfig config = test::bus_config({1});
+  config.events = {{10ms, {kWholeBus, SetFault{fault(FaultKind::kHang, {}, {.duration = 20ms})}}}};
+  Host host(config);
+  host.wait(15ms);
+  Host copy = host;
+  EXPECT_FALSE(answers(copy));
+  EXPECT_EQ(evidence(copy).effects, 1U);
+  EXPECT_EQ(evidence(host).effects, 0U);
+  for (Host* one : {&host, &copy}) {
+    one->wait(14999us);
+    EXPECT_FALSE(answers(*one));
+    one->wait(1us);
+    EXPECT_TRUE(answers(*one));
+  }
+}
+
+TEST(Faults, ABusKeepsSoManyAndDoesNothingOfMore) {
+  Host host(test::bus_config({1}));
+  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+    EXPECT_FALSE(host.bus.faults_full());
+    plan(host, 1s, fault(FaultKind::kBridgeDead, {}, {}, {1}, std::to_string(n)));
+  }
+  EXPECT_TRUE(host.bus.faults_full());
+  const Directive one_more{kWholeBus, SetFault{fault(FaultKind::kHang, {})}};
+  EXPECT_FALSE(host.bus.apply(one_more));
+  EXPECT_FALSE(host.bus.plan({0ms, one_more}));
+  host.wait(1ms);
+  EXPECT_TRUE(answers(host));
+  EXPECT_EQ(host.bus.faults().size(), Bus::kMostFaults);
+  EXPECT_TRUE(host.bus.apply({1, TurnShaft{10}}));
+}
+
+TEST(Faults, ABusWaitsForSoManyConditions) {
+  Host host(test::bus_config({1}));
+  const Condition seen{1, CommandSeen{0x9C, 1}};
+  const TimedDirective turn{0ms, {1, TurnShaft{10}}, seen};
+  EXPECT_TRUE(host.bus.plan(turn));
+  for (std::size_t n = 1; n < Bus::kMostWaiting; ++n) {
+    EXPECT_TRUE(host.bus.plan({0ms, {1, AmbientTemperature{25}}, seen}));
+  }
+  EXPECT_FALSE(host.bus.plan(turn));
+  answers(host);
+  EXPECT_TRUE(host.bus.plan(turn));  // there is room again
+  host.wait(1ms);
+  EXPECT_NEAR(host.single_turn_cdeg(), 5500, 3);
+}
+
+// --- determinism
+
+/// Replies and evidence of a run with faults of many kinds, cut into about `slices` at random.
+std::pair<std::vector<TimedFrame>, std::vector<FaultReport>> sliced_run(int slices,
+                                                                        std::uint64_t seed) {
+  BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
+  config.seed = seed;
+  config.servos[1].profile.drive.inverter.f_pwm = 20e3;
+  const auto add = [&](SimTime at, const Fault& fault, std::optional<Condition> when = {}) {
+    config.events.push_back({at, {kWholeBus, SetFault{fault}}, when});
+  };
+  add(5ms, fault(FaultKind::kEncoderNoise, {1}, {.duration = 30ms}, {1, 2}));
+  add(10ms, fault(FaultKind::kHang, {}, {.duration = 7ms, .every = 31ms}, {1, 3}));
+  add(12ms, fault(FaultKind::kRamFlipped, {0}, {.every = 13ms}, {1, 2, 3}));
+  add(20ms, fault(FaultKind::kEncoderDrift, {90}, {}, {2}));
+  add(20ms, fault(FaultKind::kDip, {1}, {.duration = 20ms, .every = 90ms, .times = 2}, {3}));
+  add(0ms, fault(FaultKind::kJam, {100}, {.duration = 40ms}, {2}),
+      Condition{1, SignalReaches{find_signal("speed_dps"), Edge::kAbove, 50}});
+  add(0ms, fault(FaultKind::kSlowReplies, {1.5}, {.duration = 40ms}, {1}),
+      Condition{1, CommandSeen{0x92, 4}});
+  Bus bus(config);
+  std::mt19937 generator(static_cast<unsigned>(slices));
+  std::uniform_int_distribution<std::int64_t> cut(0, 2 * 300'000'000 / slices);
+  const char* const kinds[] = {"#9C00000000000000", "#A200000050460000", "#32000A0B0C0D0E0F",
+                               "#9200000000000000"};
+  for (int n = 0; n < 400; ++n) {
+    const SimTime at = n * 700us;
+    while (bus.time() < at) bus.advance_to(std::min(at, bus.time() + SimTime(cut(generator))));
+    bus.receive({at, test::frame("14" + std::to_string(1 + n % 3) + kinds[n / 3 % 4])});
+  }
+  bus.advance_to(300ms);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  return {replies, bus.faults()};
+}
+
+void expect_same(const FaultEvidence& a, const FaultEvidence& b) {
+  EXPECT_EQ(a.state, b.state);
+  EXPECT_EQ(a.began_at, b.began_at);
+  EXPECT_EQ(a.first_effect_at, b.first_effect_at);
+  EXPECT_EQ(a.effects, b.effects);
+  EXPECT_EQ(a.first_on, b.first_on);
+}
+
+bool same_replies(const std::vector<TimedFrame>& a, const std::vector<TimedFrame>& b) {
+  return std::ranges::equal(a, b, [](const TimedFrame& x, const TimedFrame& y) {
+    return x.at == y.at && x.frame == y.frame;
+  });
+}
+
+TEST(Faults, HappenTheSameWhateverTheSlicing) {
+  const auto [replies, faults] = sliced_run(1, 7);
+  EXPECT_GT(replies.size(), 200U);
+  for (const FaultReport& report : faults) {
+    EXPECT_TRUE(report.evidence.first_effect_at) << report.fault.name;
+  }
+  for (const int slices : {300, 5000}) {
+    const auto [other_replies, other_faults] = sliced_run(slices, 7);
+    EXPECT_TRUE(same_replies(replies, other_replies)) << slices;
+    ASSERT_EQ(faults.size(), other_faults.size());
+    for (std::size_t n = 0; n < faults.size(); ++n) {
+      SCOPED_TRACE(faults[n].fault.name + ", slices " + std::to_string(slices));
+      expect_same(faults[n].evidence, other_faults[n].evidence);
+    }
+  }
+  EXPECT_FALSE(same_replies(replies, sliced_run(1, 8).first));  // another seed
+}
+
+}  // namespace faults_test
+}  // namespace lk::emulator

@@ -1,0 +1,238 @@
+// Silence, noise, error frames and bus-off, as a host sees them.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "tests/emulator/core/faults/link_support.hpp"
+
+namespace lk::emulator {
+namespace link_errors_test {
+
+// --- silence and noise
+
+TEST(LinkFaults, SilentDrivesObey) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kSilent, {1}));
+  EXPECT_TRUE(rig.talk(kTorque, 10ms).empty());
+  EXPECT_GT(rig.bus.truth(1).i_q_ref, 1);
+  EXPECT_EQ(rig.effects(), 1U);
+  EXPECT_EQ(rig.bus.stats().replies_lost, 1U);
+  rig.clear();
+  EXPECT_EQ(rig.talk(kState2).size(), 1U);
+}
+
+TEST(LinkFaults, BabbleComesEveryPeriod) {
+  Rig rig(bus_config({1}));
+  rig.wait(1ms);
+  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  const auto frames = rig.wait(100ms);
+  ASSERT_EQ(frames.size(), 101U);  // at 1, 2, … 101 ms
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    EXPECT_EQ(rig.seen[n].at, 1ms * (1 + n));
+    EXPECT_EQ(frames[n], frame("7FF#0000000000000000"));
+    EXPECT_EQ(rig.seen[n].said_by, 1);
+  }
+  EXPECT_EQ(rig.effects(), 101U);
+  rig.clear();
+  EXPECT_TRUE(rig.wait(100ms).empty());
+}
+
+TEST(LinkFaults, BabbleOfTheLowestIdentifierStarvesTheBus) {
+  Rig rig(bus_config({1, 2}, kBitrate));
+  rig.set(fault(K::kBabbling, {1}, {100, 0}));
+  rig.wait(1us);
+  rig.bus.receive({rig.bus.time(), frame("142#9A00000000000000")});
+  const auto frames = rig.wait(1s);
+  EXPECT_EQ(rig.bus.stats().queries, 0U);
+  EXPECT_LE(rig.bus.stats().replies_waiting, 2U);
+  // Nothing but it on the wire, to the last frame.
+  EXPECT_NEAR(std::chrono::duration<double>(rig.bus.stats().wire_busy).count(), 1, 200e-6);
+  EXPECT_EQ(rig.bus.stats().extra_frames, frames.size() + rig.bus.stats().replies_waiting);
+  rig.clear();
+  rig.wait(10ms);
+  EXPECT_EQ(rig.bus.stats().queries, 1U);
+  EXPECT_EQ(rig.seen.back().frame.id, 0x142U);
+}
+
+TEST(LinkFaults, ADeadDriveBabblesNotAndOneThatIsBackDoes) {
+  Rig rig(test::powered_bus({1}));
+  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  rig.bus.apply({1, PowerOff{}});
+  rig.wait(1s);
+  const auto before = rig.effects();
+  EXPECT_TRUE(rig.wait(100ms).empty());
+  EXPECT_EQ(rig.effects(), before);
+  rig.bus.apply({1, PowerOn{}});
+  rig.wait(100ms);
+  EXPECT_EQ(rig.wait(10ms).size(), 10U);
+  expect_balanced(rig.bus, rig.seen, "babble of a dead drive");
+}
+
+TEST(LinkFaults, ThereIsNoRoomForBabbleInAFullQueue) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kQueueFull, {1}));
+  for (int n = 0; n < 16; ++n) EXPECT_TRUE(rig.talk(kState2).empty());
+  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  EXPECT_TRUE(rig.wait(20ms).empty());
+  EXPECT_EQ(rig.effects(1), 0U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 0U);
+  rig.clear();
+  EXPECT_EQ(rig.wait(20ms), std::vector<Frame>(16, kState2Answer));
+  expect_balanced(rig.bus, rig.seen, "babble and a full queue");
+}
+
+TEST(LinkFaults, AFullQueueKeepsSixteenInOrder) {
+  for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
+    Rig rig(bus_config({1}, bitrate));
+    rig.set(fault(K::kQueueFull, {1}));
+    std::vector<std::uint8_t> asked;
+    for (int n = 0; n < 20; ++n) {
+      Frame query = kState2;
+      query.data[0] = n % 3 == 0 ? 0x9A : n % 3 == 1 ? 0x9C : 0x92;
+      if (n < 16) asked.push_back(query.data[0]);
+      EXPECT_TRUE(rig.talk(query, 1ms).empty());
+    }
+    EXPECT_EQ(rig.dropped(Drop::kDriveBusy), 4U);
+    EXPECT_EQ(rig.effects(), 20U);  // 16 held, 4 ignored
+    rig.clear();
+    std::vector<std::uint8_t> answered;
+    for (const Frame& reply : rig.wait(5ms)) answered.push_back(reply.data[0]);
+    EXPECT_EQ(answered, asked);
+    EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U);
+    expect_balanced(rig.bus, rig.seen, "full queue");
+  }
+}
+
+TEST(LinkFaults, AFrameThatHasBegunGoesToItsEnd) {
+  Rig rig(bus_config({1}, kBitrate));
+  EXPECT_TRUE(rig.talk(kAsk, 221us).empty());  // its reply begins at 220 µs
+  rig.set(fault(K::kQueueFull, {1}));
+  EXPECT_EQ(rig.wait(1ms).size(), 1U);
+  EXPECT_EQ(rig.seen[0].at, 338us);
+  EXPECT_EQ(rig.effects(), 0U);
+}
+
+// --- error frames and bus-off
+
+// linux/can/error.h
+constexpr std::uint32_t kProtocolAndBusError = 0x08 | 0x80;
+constexpr std::uint32_t kControllerState = 0x04;
+constexpr std::uint32_t kHostIsBusOff = 0x40;
+
+bool is_error(const Frame& frame) {
+  return frame.kind == FrameKind::kError && frame.dlc == 8 &&
+         (frame.id & kProtocolAndBusError) == kProtocolAndBusError;
+}
+
+TEST(LinkFaults, ADestroyedFrameIsSentAgain) {
+  Rig rig(bus_config({1}, kBitrate));
+  rig.set(fault(K::kErrorFrames, {}));
+  ASSERT_EQ(rig.talk(kAsk, 125us).size(), 1U);
+  EXPECT_TRUE(is_error(rig.seen[0].frame));
+  EXPECT_EQ(rig.seen[0].at, 120us);
+  EXPECT_EQ(rig.seen[0].frame.data[2], 0x80 | 0x10);  // on transmission: no recessive bit
+  EXPECT_EQ(rig.seen[0].frame.data[6], 8);            // its counter
+  EXPECT_EQ(rig.bus.stats().queries, 0U);
+  rig.clear();
+  EXPECT_EQ(rig.wait(1ms), std::vector<Frame>{kAnswer});
+  EXPECT_EQ(rig.seen[1].at, 120us + 11us + 120us + 100us + 118us);
+  EXPECT_EQ(rig.bus.stats().wire_busy, 131us + 123us + 121us);
+  EXPECT_EQ(rig.effects(), 1U);
+}
+
+TEST(LinkFaults, WithErrorFramesNowAndThenEverythingGetsThrough) {
+  for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
+    Rig rig(bus_config({1}, bitrate));
+    rig.set(fault(K::kErrorFrames, {}, {}, 0.05));
+    for (int n = 0; n < 1000; ++n) rig.talk(kState2, 2ms);
+    const BusStats stats = rig.bus.stats();
+    EXPECT_EQ(stats.replies, 1000U);
+    EXPECT_EQ(stats.error_frames, rig.effects());
+    // Failures before 2000 successes: mean 2000·p/(1−p), variance that over 1−p.
+    const double mean = 2000 * 0.05 / 0.95;
+    EXPECT_NEAR(static_cast<double>(stats.error_frames), mean, 5 * std::sqrt(mean / 0.95));
+    expect_balanced(rig.bus, rig.seen, "error frames");
+  }
+}
+
+TEST(LinkFaults, WhenNothingGetsThroughTheHostGivesUpAfter32Attempts) {
+  for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
+    Rig rig(bus_config({1}, bitrate));
+    rig.set(fault(K::kErrorFrames, {}));
+    const auto frames = rig.talk(kAsk, 10ms);
+    ASSERT_EQ(frames.size(), 32U);  // 256 / 8
+    for (int n = 1; n <= 32; ++n) {
+      const Frame& error = frames[static_cast<std::size_t>(n - 1)];
+      EXPECT_TRUE(is_error(error));
+      EXPECT_EQ(error.data[1], n == 12 ? 0x08 : n == 16 ? 0x20 : 0);  // warning 96, passive 128
+      EXPECT_EQ((error.id & kControllerState) != 0, n == 12 || n == 16);
+      EXPECT_EQ((error.id & kHostIsBusOff) != 0, n == 32);
+      const int passive = std::max(n - 16, 0);
+      EXPECT_EQ(rig.seen[static_cast<std::size_t>(n - 1)].at,
+                bitrate == 0 ? 0us : 131us * (n - 1) + 120us + 8us * passive);
+    }
+    EXPECT_EQ(rig.dropped(Drop::kFault), 1U);
+    EXPECT_EQ(rig.bus.stats().queries, 0U);
+    rig.clear();
+    EXPECT_EQ(rig.talk(kAsk, 1ms).size(), 1U);
+    expect_balanced(rig.bus, rig.seen, "nothing gets through");
+  }
+}
+
+TEST(LinkFaults, BusOffAfter32SpoiledRepliesAndBackAfterTheRecovery) {
+  Rig rig(bus_config({1, 2}, kBitrate));
+  rig.set(fault(K::kBusOff, {1}, {100}));
+  const auto frames = rig.talk(kAsk, 50ms);
+  ASSERT_EQ(frames.size(), 32U);
+  for (int n = 1; n <= 32; ++n) {
+    const TimedFrame& error = rig.seen[static_cast<std::size_t>(n - 1)];
+    EXPECT_TRUE(is_error(error.frame));
+    EXPECT_EQ(error.frame.id & kControllerState, 0U) << "a drive's state is not on the wire";
+    EXPECT_EQ(error.frame.data[7], n) << "the host's own receive error counter";
+    // The 17th attempt is the first of an error-passive sender: 8 bits more each.
+    EXPECT_EQ(error.at, 220us + 129us * (n - 1) + 118us + 8us * std::max(n - 16, 0));
+  }
+  EXPECT_EQ(rig.effects(), 32U);
+  EXPECT_EQ(rig.bus.stats().replies_lost, 1U);
+  rig.clear();  // it has to recover all the same
+  EXPECT_EQ(rig.talk(frame("142#9A00000000000000"), 1ms).size(), 1U) << "the other drive";
+  const SimTime back = 220us + 129us * 31 + 118us + 8us * 16 + 100ms + 1408us;  // 128 × 11 bits
+  // Two queries, the last bit of one before and of the other behind that instant.
+  rig.wait(back - 123us - rig.bus.time());
+  EXPECT_TRUE(rig.talk(kAsk, 122us).empty());
+  EXPECT_EQ(rig.dropped(Drop::kFault), 1U);
+  rig.wait(1us);
+  EXPECT_EQ(rig.talk(kAsk, 1ms), std::vector<Frame>{kAnswer});
+  expect_balanced(rig.bus, rig.seen, "bus off");
+}
+
+TEST(LinkFaults, BusOffBeginsAnewWhileItLasts) {
+  for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
+    Rig rig(bus_config({1}, bitrate));
+    rig.set(fault(K::kBusOff, {1}, {10}));
+    EXPECT_EQ(rig.talk(kAsk, 7ms).size(), 32U);
+    EXPECT_EQ(rig.talk(kAsk, 13ms).size(), 0U) << "deaf";
+    EXPECT_EQ(rig.talk(kAsk, 20ms).size(), 32U);
+    EXPECT_EQ(rig.dropped(Drop::kFault), 1U);
+    EXPECT_EQ(rig.bus.stats().replies, 0U);
+    EXPECT_EQ(rig.bus.stats().replies_lost, 2U);
+  }
+}
+
+TEST(LinkFaults, APowerCycleEndsBusOff) {
+  Rig rig(test::powered_bus({1}, kBitrate));
+  rig.set(fault(K::kBusOff, {1}, {10'000}));
+  EXPECT_EQ(rig.talk(kAsk, 50ms).size(), 32U);
+  rig.clear();
+  EXPECT_TRUE(rig.talk(kAsk, 10ms).empty()) << "it has to recover";
+  rig.bus.apply({1, PowerCycle{}});
+  rig.wait(2s);
+  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 1U) << "its controller started anew";
+  EXPECT_FALSE(rig.bus.next_due()) << "nothing is left to come back";
+  expect_balanced(rig.bus, rig.seen, "bus off and off");
+}
+
+}  // namespace link_errors_test
+}  // namespace lk::emulator

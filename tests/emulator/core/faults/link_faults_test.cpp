@@ -1,0 +1,353 @@
+// Faults of the link that act on what a drive hears and says, as a host sees them.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <set>
+
+#include "tests/emulator/core/faults/link_support.hpp"
+
+namespace lk::emulator {
+namespace link_faults_test {
+
+// --- drop, corrupt
+
+std::vector<bool> lost_replies(std::uint64_t seed) {
+  BusConfig config = bus_config({1});
+  config.seed = seed;
+  Rig rig(config);
+  rig.set(fault(K::kDrop, {1}, {kReplies}, 0.1));
+  std::vector<bool> lost;
+  for (int n = 0; n < 10'000; ++n) lost.push_back(rig.talk(kState2).empty());
+  const auto count = static_cast<std::uint64_t>(std::ranges::count(lost, true));
+  EXPECT_EQ(rig.effects(), count);
+  EXPECT_EQ(rig.bus.stats().replies_lost, count);
+  expect_balanced(rig.bus, rig.seen, "drop");
+  return lost;
+}
+
+TEST(LinkFaults, DropsAsOftenAsItsProbabilityAndTheSeedDecidesWhich) {
+  const auto lost = lost_replies(1);
+  const double sigma = std::sqrt(10'000 * 0.1 * 0.9);
+  EXPECT_NEAR(static_cast<double>(std::ranges::count(lost, true)), 1000, 5 * sigma);
+  EXPECT_EQ(lost_replies(1), lost);
+  EXPECT_NE(lost_replies(2), lost);
+}
+
+TEST(LinkFaults, ALostQueryMovesNothingAndALostReplyDoes) {
+  for (const double frames : {kReplies, kQueries, kBoth}) {
+    Rig rig(bus_config({1, 2}));
+    rig.set(fault(K::kDrop, {1}, {frames}));
+    EXPECT_TRUE(rig.talk(kTorque, 10ms).empty());
+    EXPECT_EQ(rig.bus.truth(1).i_q_ref != 0, frames == kReplies);
+    EXPECT_EQ(rig.dropped(Drop::kFault), frames == kReplies ? 0U : 1U);
+    EXPECT_EQ(rig.effects(), 1U);
+    EXPECT_EQ(rig.talk(frame("142#9C00000000000000")).size(), 1U) << "the other drive";
+    rig.clear();
+    EXPECT_EQ(rig.talk(kState2).size(), 1U);
+    EXPECT_EQ(rig.effects(), 1U);
+  }
+}
+
+TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
+  BusConfig config = bus_config({1, 2, 3});
+  for (auto& servo : config.servos) servo.rom.broadcast_mode = true;
+  Rig rig(config);
+  rig.set(fault(K::kDrop, {1}, {kQueries}));
+  rig.set(fault(K::kCorrupt, {2}, {64, kQueries}));
+  // 100 to each of four drives; drive 2 hears the complement, -101.
+  EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 2U);
+  EXPECT_EQ(rig.bus.truth(1).i_q_ref, 0);
+  EXPECT_LT(rig.bus.truth(2).i_q_ref, -1);
+  EXPECT_GT(rig.bus.truth(3).i_q_ref, 1);
+  EXPECT_EQ(rig.bus.stats().queries, 1U);
+}
+
+TEST(LinkFaults, AFrameForOthersCannotBeSpoiledForADriveThatDoesNotListen) {
+  BusConfig config = bus_config({1, 2});
+  config.servos[0].rom.broadcast_mode = true;
+  for (const K kind : {K::kDrop, K::kCorrupt}) {
+    Rig rig(config);
+    rig.set(fault(kind, {2}, {kind == K::kDrop ? kQueries : 64, kQueries}));
+    EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 1U);
+    EXPECT_EQ(rig.effects(), 0U);
+  }
+}
+
+int differing_bits(const Frame& a, const Frame& b) {
+  int bits = 0;
+  for (std::size_t n = 0; n < 8; ++n) {
+    bits += std::popcount(static_cast<unsigned>(a.data[n] ^ b.data[n]));
+  }
+  return bits;
+}
+
+TEST(LinkFaults, CorruptFlipsSoManyBits) {
+  for (const int bits : {1, 3, 63, 64}) {
+    Rig rig(bus_config({1}));
+    rig.set(fault(K::kCorrupt, {1}, {static_cast<double>(bits), kReplies}));
+    std::set<std::array<std::uint8_t, 8>> different;
+    for (int n = 0; n < 20; ++n) {
+      const auto replies = rig.talk(kState2);
+      ASSERT_EQ(replies.size(), 1U);
+      EXPECT_EQ(replies[0].id, 0x141U);
+      EXPECT_EQ(differing_bits(replies[0], kState2Answer), bits);
+      different.insert(replies[0].data);
+    }
+    EXPECT_EQ(different.size() > 1, bits < 64);
+    EXPECT_EQ(rig.effects(), 20U);
+  }
+}
+
+TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kCorrupt, {1}, {64, kQueries}));
+  EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is no command
+  EXPECT_EQ(rig.dropped(Drop::kUnknownCommand), 1U);
+  EXPECT_EQ(rig.talk(frame("141#63FFFFFFFFFFFFFF")).at(0),
+            kState2Answer);  // the complement of 9C00…
+}
+
+// --- delay, duplicate, stale, reorder
+
+TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDelay, {1}, {5, 4}));
+  double sum_ms = 0;
+  for (int n = 0; n < 200; ++n) {
+    const SimTime asked = rig.bus.time();
+    ASSERT_EQ(rig.talk(kState2, 20ms).size(), 1U);
+    const SimTime late = rig.seen.back().at - asked;
+    EXPECT_GE(late, 5ms);
+    EXPECT_LE(late, 9ms);
+    sum_ms += std::chrono::duration<double, std::milli>(late).count();
+  }
+  // The mean of 200 draws, each of a standard deviation of 4/√12 ms.
+  EXPECT_NEAR(sum_ms / 200, 7, 5 * 4 / std::sqrt(12.0 * 200));
+
+  std::vector<std::uint8_t> asked;
+  std::vector<std::uint8_t> answered;
+  const std::size_t before = rig.seen.size();
+  for (int n = 0; n < 200; ++n) {  // ten on their way at once
+    Frame query = kState2;
+    query.data[0] = n % 3 == 0 ? 0x9A : n % 3 == 1 ? 0x9C : 0x92;
+    asked.push_back(query.data[0]);
+    rig.talk(query, 1ms);
+  }
+  rig.wait(20ms);
+  for (std::size_t n = before; n < rig.seen.size(); ++n) {
+    answered.push_back(rig.seen[n].frame.data[0]);
+  }
+  EXPECT_EQ(answered, asked);
+  EXPECT_EQ(rig.effects(), 400U);
+  rig.clear();
+  EXPECT_EQ(rig.talk(kState2).size(), 1U);
+}
+
+TEST(LinkFaults, ADelayOfNothingIsNone) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDelay, {1}, {0, 0}));
+  EXPECT_EQ(rig.talk(kState2).size(), 1U);
+  EXPECT_EQ(rig.effects(), 0U);
+}
+
+TEST(LinkFaults, CopiesFollowOnTheWire) {
+  Rig rig(bus_config({1}, kBitrate));
+  rig.set(fault(K::kDuplicate, {1}, {2}));
+  EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer, kAnswer}));
+  EXPECT_EQ(rig.seen[0].at, 338us);
+  EXPECT_EQ(rig.seen[1].at, 338us + 121us);
+  EXPECT_EQ(rig.seen[2].at, 338us + 242us);
+  EXPECT_EQ(rig.bus.stats().wire_busy, 123us + 3 * 121us);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 2U);
+  EXPECT_EQ(rig.effects(), 1U);
+}
+
+TEST(LinkFaults, CopiesOfCopiesStayWithinTheQueue) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDuplicate, {1}, {15}));
+  rig.set(fault(K::kDuplicate, {1}, {15}));
+  EXPECT_EQ(rig.talk(kState2).size(), 16U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 15U + 16 * 15U);
+  EXPECT_EQ(rig.bus.stats().replies_lost, 16U * 15);
+  expect_balanced(rig.bus, rig.seen, "copies");
+}
+
+TEST(LinkFaults, FaultsActInTheOrderInWhichTheyWereSet) {
+  for (const bool copy_first : {true, false}) {
+    Rig rig(bus_config({1}));
+    const Fault corrupt = fault(K::kCorrupt, {1}, {3, kReplies});
+    const Fault copy = fault(K::kDuplicate, {1}, {1});
+    rig.set(copy_first ? copy : corrupt);
+    rig.set(copy_first ? corrupt : copy);
+    rig.set(fault(K::kDelay, {1}, {2, 0}));
+    EXPECT_TRUE(rig.talk(kState2, 2ms - 1ns).empty());
+    const auto replies = rig.wait(1ns);
+    ASSERT_EQ(replies.size(), 2U);
+    EXPECT_EQ(differing_bits(replies[0], kState2Answer), 3);
+    EXPECT_EQ(replies[0] == replies[1], !copy_first) << "a copy of its own, or of the damage";
+  }
+}
+
+TEST(LinkFaults, StaleRepeatsWhatWasSaidLast) {
+  Rig rig(bus_config({1, 2}));
+  rig.set(fault(K::kStale, {2}));
+  EXPECT_EQ(rig.talk(frame("142#9C00000000000000")).at(0).data[0], 0x9C) << "nothing to repeat";
+  EXPECT_EQ(rig.effects(0), 0U);
+  rig.talk(kAsk);
+  rig.set(fault(K::kStale, {1}));
+  EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
+  EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
+  EXPECT_EQ(rig.talk(kAsk).at(0), kAnswer);  // as it would have been without
+  EXPECT_EQ(rig.effects(1), 2U);
+  rig.clear();
+  EXPECT_EQ(rig.talk(kState2).at(0), kState2Answer);
+}
+
+TEST(LinkFaults, ReorderSwapsNeighbours) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kReorder, {1}));
+  std::string order;
+  for (const char* text : {"141#9A00000000000000", "141#9C00000000000000", "141#9000000000000000",
+                           "141#9200000000000000", "141#3000000000000000"}) {
+    for (const Frame& reply : rig.talk(frame(text))) {
+      order += std::to_string(reply.data[0]) + ' ';
+    }
+  }
+  EXPECT_EQ(order, "156 154 146 144 ");
+  EXPECT_EQ(rig.bus.stats().replies_waiting, 1U);
+  rig.clear();
+  EXPECT_EQ(rig.wait(0ns).at(0).data[0], 0x30) << "what is held back leaves at the end";
+  EXPECT_EQ(rig.effects(), 3U);
+  expect_balanced(rig.bus, rig.seen, "reorder");
+}
+
+// --- what stands in the frame
+
+TEST(LinkFaults, WrongLength) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kWrongDlc, {1}, {4}));
+  EXPECT_EQ(rig.talk(kState2).at(0), frame("141#9C190000"));
+  rig.set(fault(K::kWrongDlc, {1}, {0}));
+  EXPECT_EQ(rig.talk(kState2).at(0), frame("141#"));
+  EXPECT_EQ(rig.effects(0), 2U);
+}
+
+TEST(LinkFaults, WrongIdentifierIsModulo2048AndTellsWhoseItIs) {
+  Rig rig(bus_config({1, 2}));
+  rig.set(fault(K::kWrongId, {1}, {1}));
+  Frame expected = kState2Answer;
+  expected.id = 0x142;
+  EXPECT_EQ(rig.talk(kState2).at(0), expected);
+  EXPECT_EQ(rig.seen[0].said_by, 1);
+  rig.clear();
+  rig.set(fault(K::kWrongId, {1}, {-0x142}));
+  EXPECT_EQ(rig.talk(kState2).at(0).id, 0x7FFU);
+  rig.clear();
+  EXPECT_EQ(rig.talk(kState2).at(0), kState2Answer);
+  EXPECT_EQ(rig.seen.back().said_by, 0);
+}
+
+TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDuplicate, {1}, {1}));
+  rig.set(fault(K::kReorder, {1}));
+  rig.set(fault(K::kWrongId, {1}, {5}));
+  std::vector<std::uint64_t> tags;
+  for (const char* text :
+       {"141#9100000000000000", "141#9C00000000000000", "141#9100000000010000"}) {
+    rig.talk(frame(text));
+  }
+  for (const TimedFrame& one : rig.seen) tags.push_back(one.after_rom_write);
+  // The original of the second is held back, its copy leaves, and it follows the third.
+  EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 1, 0, 2, 0, 2}));
+}
+
+// --- a second drive
+
+std::uint16_t encoder(const Frame& reply) {
+  const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);
+  const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
+  const auto* read = content ? std::get_if<protocol::Encoder>(&content->reply) : nullptr;
+  return read ? read->encoder_counts : std::uint16_t{0xFFFF};
+}
+
+TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
+  const Frame ask = frame("141#9000000000000000");
+  Rig rig(bus_config({1}));
+  rig.wait(10ms);
+  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  auto replies = rig.talk(ask, 10ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].id, 0x141U);
+  EXPECT_EQ(replies[1].id, 0x141U);
+  EXPECT_NEAR(encoder(replies[0]), 16384.0 * 45 / 360, 1);  // a count covers [n, n + 1)
+  EXPECT_NEAR(encoder(replies[1]), 16384.0 * 135 / 360, 1);
+  EXPECT_EQ(rig.talk(frame("141#A2000000A0860100"), 500ms).size(), 2U);  // 1000 dps
+  replies = rig.talk(ask);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_GT(std::abs(encoder(replies[1]) - 6144), 100) << "it turns too";
+  EXPECT_EQ(rig.effects(), 3U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 3U);
+  rig.clear();
+  EXPECT_EQ(rig.talk(ask).size(), 1U);
+  expect_balanced(rig.bus, rig.seen, "second drive");
+}
+
+/// docs/faults.md: it boots so far from where the drive boots. Where that is is a matter of the
+/// shaft, also when another zero has been written since (docs/rom.md).
+TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
+  Rig rig(bus_config({1}));
+  const Frame ask = frame("141#9000000000000000");
+  const auto raw = [](const Frame& reply) { return reply.data[4] + 256 * reply.data[5]; };
+  const int before = raw(rig.talk(ask, 10ms).at(0));
+  rig.talk(frame("141#9100000000001027"), 10ms);
+  rig.set(fault(K::kDuplicateId, {1}, {0}));
+  const auto replies = rig.talk(ask, 10ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(raw(replies[0]), before);
+  EXPECT_EQ(raw(replies[1]), before);
+}
+
+TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
+  Rig rig(bus_config({1}));
+  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  for (const char* text :
+       {"7FF#9C00000000000000", "00000141#9C00000000000000", "141#R8", "141#9C",
+        "142#9C00000000000000", "280#0000000000000000", "141#0000000000000000"}) {
+    EXPECT_TRUE(rig.talk(frame(text), 1ms).empty()) << text;
+  }
+  EXPECT_EQ(rig.effects(), 0U);
+  EXPECT_EQ(rig.talk(kState2, 1ms).size(), 2U);
+  expect_balanced(rig.bus, rig.seen, "second drive");
+}
+
+/// Replies on identifiers above those of the queries: they wait until nobody asks any more.
+TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
+  BusConfig config = bus_config({1}, kBitrate);
+  config.servos[0].quirks.dialect.reply_id_base = 0x240;
+  Rig rig(config);
+  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  for (int n = 0; n < 40; ++n) rig.bus.receive({0ns, kState2});
+  EXPECT_EQ(rig.wait(100ms).size(), 32U);
+  EXPECT_EQ(rig.dropped(Drop::kDriveBusy), 24U);
+  EXPECT_EQ(rig.bus.stats().extra_frames, 16U);
+  EXPECT_EQ(rig.effects(), 16U);
+  EXPECT_EQ(rig.talk(kState2, 2ms).size(), 2U);
+  expect_balanced(rig.bus, rig.seen, "second drive's queue");
+}
+
+TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {
+  Rig rig(bus_config({1}, kBitrate));
+  rig.set(fault(K::kDuplicateId, {1}, {0}));
+  EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer}));
+  EXPECT_EQ(rig.seen[0].at, 338us);
+  EXPECT_EQ(rig.seen[1].at, 341us + 118us);
+  // Its own answers are all that is left when the drive is deaf.
+  rig.set(fault(K::kDrop, {1}, {kQueries}));
+  EXPECT_EQ(rig.talk(kAsk, 2ms).size(), 1U);
+}
+
+}  // namespace link_faults_test
+}  // namespace lk::emulator

@@ -1,0 +1,211 @@
+// What is synced, and what happens when that fails: this program's fsync is its own.
+
+#include "emulator/files/durable_file.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <semaphore>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/rom/rom_store.hpp"
+#include "emulator/rom/rom_writer.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
+#include "tests/emulator/rom/rom_support.hpp"
+#include "tests/support/frames.hpp"
+#include "tests/support/temp_directory.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace {
+
+/// A sync, and what a power cut just before it could have left of the watched file.
+struct Sync {
+  ino_t inode = 0;
+  std::string file;        // what is in it, by its name; empty: there is none
+  std::string unfinished;  // the same of what is to become it
+
+  friend bool operator==(const Sync&, const Sync&) = default;
+  friend void PrintTo(const Sync& sync, std::ostream* out) {
+    *out << sync.inode << " \"" << sync.file << "\" \"" << sync.unfinished << '"';
+  }
+};
+
+std::mutex mutex;               // of those below
+std::vector<Sync> synced;       // in order
+ino_t refused = 0;              // fsync of this one fails
+std::filesystem::path watched;  // a file
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+ino_t inode(const std::filesystem::path& path) {
+  struct stat status {};
+  EXPECT_EQ(::stat(path.c_str(), &status), 0) << path;
+  return status.st_ino;
+}
+
+std::ptrdiff_t times_synced(const std::filesystem::path& path) {
+  const ino_t wanted = inode(path);
+  const std::lock_guard lock(mutex);
+  return std::ranges::count(synced, wanted, &Sync::inode);
+}
+
+}  // namespace
+
+extern "C" int fsync(int fd) {
+  struct stat status {};
+  ::fstat(fd, &status);
+  const std::lock_guard lock(mutex);
+  synced.push_back(
+      {status.st_ino, text_of(watched), text_of(lk::emulator::unfinished(watched.string()))});
+  if (status.st_ino == refused) {
+    errno = EIO;
+    return -1;
+  }
+  return static_cast<int>(::syscall(SYS_fsync, fd));
+}
+
+namespace lk::emulator {
+namespace {
+
+class Synced : public testing::Test {
+ protected:
+  Synced() {
+    const std::lock_guard lock(mutex);
+    synced.clear();
+    refused = 0;
+    watched.clear();
+  }
+  std::filesystem::path make(const std::string& name) const {
+    std::filesystem::create_directory(directory_.path() / name);
+    return directory_.path() / name;
+  }
+  static void refuse(const std::filesystem::path& path) {
+    const ino_t number = inode(path);
+    const std::lock_guard lock(mutex);
+    refused = number;
+  }
+
+  /// The syncs from here on are told with what is in this file.
+  static void watch(const std::filesystem::path& path) {
+    const std::lock_guard lock(mutex);
+    synced.clear();
+    watched = path;
+  }
+  static std::vector<Sync> syncs() {
+    const std::lock_guard lock(mutex);
+    return synced;
+  }
+
+  test::TempDirectory directory_;
+};
+
+/// Writes one after the other; gives what became of the last.
+int write(const std::filesystem::path& path, int times) {
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const RomPlace place{directory.get(), "test-1.toml", 0, {"test", 1, "test"}};
+  std::binary_semaphore done(0);
+  int last = -1;
+  RomWriter writer([&](const RomPlace&, const RomWrite&, int error) {
+    last = error;
+    done.release();
+  });
+  for (int n = 1; n <= times; ++n) {
+    writer.write(place, rom_write(1, static_cast<std::uint64_t>(n)));
+    done.acquire();
+  }
+  return last;
+}
+
+TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
+  const auto path = make("rom");
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
+  watch(path / "a");
+  ASSERT_EQ(write_durably(directory.get(), "a", "after"), 0);
+  const ino_t file = inode(path / "a");  // the same under both names
+  EXPECT_EQ(syncs(), (std::vector<Sync>{{file, "before", "after"}, {inode(path), "after", ""}}));
+}
+
+TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
+  const auto path = make("rom");
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
+  directory_.put("rom/" + unfinished("a"), "");  // it keeps its inode when it is written
+  refuse(path / unfinished("a"));
+  EXPECT_EQ(write_durably(directory.get(), "a", "after"), EIO);
+  EXPECT_EQ(text_of(path / "a"), "before");
+  EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
+}
+
+TEST_F(Synced, TheEntriesOfAllDirectoriesThatAStoreMakes) {
+  const auto a = directory_.path() / "a";
+  std::vector<BusConfig> buses = {test::bus_config({1})};
+  const RomOptions options{.directory = a / "b" / "c", .wipe = false};
+  const RomStore store(options, buses);
+  for (const auto& holder : {directory_.path(), a, a / "b"}) {
+    EXPECT_GE(times_synced(holder), 1) << holder;
+  }
+}
+
+TEST_F(Synced, NoRomIsKeptInADirectoryThatMayBeGone) {
+  refuse(directory_.path());
+  std::vector<BusConfig> buses = {test::bus_config({1})};
+  const RomOptions options{.directory = directory_.path() / "a" / "b", .wipe = false};
+  EXPECT_THROW(RomStore(options, buses), StartError);
+}
+
+TEST_F(Synced, TheEntryOfADirectoryThatWasThereWithTheFirstFile) {
+  const auto path = make("rom");
+  EXPECT_EQ(write(path, 3), 0);
+  EXPECT_EQ(times_synced(directory_.path()), 1);
+  EXPECT_EQ(times_synced(path), 3);
+}
+
+TEST_F(Synced, NothingIsDurableInADirectoryThatIsNot) {
+  const auto path = make("rom");
+  refuse(directory_.path());
+  EXPECT_EQ(write(path, 2), EIO);
+  EXPECT_EQ(times_synced(directory_.path()), 2) << "it is tried again";
+}
+
+TEST_F(Synced, TheEntryOfADirectoryThatARunKeepsRomIn) {
+  const auto path = make("rom");
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1})};
+  scenario.duration = std::chrono::milliseconds(200);
+  scenario.sends = {{.frame = test::frame("141#3200010203040506"),
+                     .every = std::chrono::milliseconds(100),
+                     .times = 2}};
+  RunOutputs outputs;
+  outputs.rom = path;
+  run_scenario(scenario, outputs);
+  EXPECT_EQ(times_synced(path), 2);
+  EXPECT_EQ(times_synced(directory_.path()), 1);
+}
+
+TEST_F(Synced, AWipeThatMayComeBackIsNone) {
+  const auto path = make("rom");
+  refuse(path);
+  std::vector<BusConfig> buses = {test::bus_config({1})};
+  const RomOptions options{.directory = path, .wipe = true};
+  RomStore store(options, buses);
+  EXPECT_THROW(store.wipe(), StartError);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,86 @@
+// Scenarios that clients begin on buses that run.
+
+#include "emulator/program/scenario_activity.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/emulator/control/control_support.hpp"
+#include "tests/support/temp_directory.hpp"
+
+namespace lk::emulator {
+namespace scenario_activity_test {
+
+/// Reading a long one would keep the drives waiting.
+TEST(ScenarioActivity, AClientsScenarioIsShort) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const test::TempDirectory own;
+  const std::string text = R"(robot = "x"
+duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)";
+  const auto post = [&](std::size_t size) {
+    const std::string file = own.put("long.toml", text + std::string(size - text.size(), '\n'));
+    return t.post("/scenario", Json{{"file", file}}.dump());
+  };
+  EXPECT_EQ(where(post(ScenarioActivity::kLongestFile + 1)), "file");
+  EXPECT_EQ(post(ScenarioActivity::kLongestFile).status, 200);
+}
+
+/// A log costs one line of a scenario, and is read again for each.
+TEST(ScenarioActivity, WhatAClientsScenarioPlaysIsShortInAll) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const test::TempDirectory own;
+  std::string text = R"(duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)";
+  // A third of what is allowed, most of it empty lines.
+  const std::string line = "(1.0) vcan0 141#9C00000000000000\n";
+  const std::size_t third = ScenarioActivity::kLongestFile / 3;
+  const std::string log = own.put("p.log", line + std::string(third - line.size(), '\n'));
+  const std::string play = "[[send]]\nplay = \"" + log + "\"\n";
+  for (int n = 0; n < 3; ++n) text += play;
+  const auto post = [&] { return t.post("/scenario", Json{{"toml", text}}.dump()); };
+  EXPECT_EQ(post().status, 200);
+  EXPECT_EQ(t.send("DELETE", "/scenario", "").status, 200);
+  text += play;
+  EXPECT_EQ(where(post()), "send.play");
+  const std::string most = std::to_string(ScenarioActivity::kLongestFile);
+  EXPECT_NE(reason(post()).find("what is played is longer than " + most + " bytes in all"),
+            std::string::npos)
+      << reason(post());
+}
+
+TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const auto with = [](int faults) {
+    std::string text = R"(duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)";
+    for (int n = 0; n < faults; ++n) text += "[[event]]\nat_s=1\nid=1\nfault=\"hang\"\n";
+    return Json{{"toml", text}}.dump();
+  };
+  const auto most = static_cast<int>(Bus::kMostFaults);
+  ASSERT_EQ(t.post("/directives", R"({"id": 1, "fault": "hang"})").status, 200);
+  ASSERT_EQ(t.post("/scenario", with(0)).status, 200);
+  ASSERT_EQ(t.send("DELETE", "/scenario", "").status, 200);
+  const ApiResponse refused = t.post("/scenario", with(most));
+  EXPECT_EQ(refused.status, 409) << reason(refused);
+  EXPECT_EQ(t.get("/scenario").status, 200);
+}
+
+}  // namespace scenario_activity_test
+}  // namespace lk::emulator

@@ -1,0 +1,207 @@
+#include "emulator/rom/rom_writer.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cerrno>
+#include <csignal>
+#include <semaphore>
+
+#include "emulator/files/durable_file.hpp"
+#include "tests/emulator/rom/rom_support.hpp"
+#include "tests/support/no_threads.hpp"
+#include "tests/support/temp_directory.hpp"
+
+namespace lk::emulator {
+namespace rom_writer_test {
+
+/// Files must not become larger than so many bytes, as on a full disk.
+class SizeLimit {
+ public:
+  explicit SizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  SizeLimit(const SizeLimit&) = delete;
+  SizeLimit& operator=(const SizeLimit&) = delete;
+  ~SizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(WriteDurably, ReplacesAllOrNothing) {
+  const test::TempDirectory directory;
+  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  ASSERT_EQ(write_durably(fd.get(), "a.toml", "first"), 0);
+  ASSERT_EQ(write_durably(fd.get(), "a.toml", "2nd"), 0);
+  EXPECT_EQ(directory.text_of("a.toml"), "2nd");
+  {
+    const SizeLimit full(10);
+    EXPECT_EQ(write_durably(fd.get(), "a.toml", "longer than ten bytes"), EFBIG);
+  }
+  EXPECT_EQ(directory.text_of("a.toml"), "2nd");
+  EXPECT_EQ(directory.names(), std::set<std::string>{"a.toml"}) << "half a file is no use";
+}
+
+TEST(WriteDurably, AReaderNeverSeesHalfAFile) {
+  const test::TempDirectory directory;
+  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  const std::string a(100'000, 'a');
+  const std::string b(70'000, 'b');
+  ASSERT_EQ(write_durably(fd.get(), "x", a), 0);
+  std::thread writer([&] {
+    for (int i = 0; i < 50; ++i) EXPECT_EQ(write_durably(fd.get(), "x", i % 2 == 0 ? b : a), 0);
+  });
+  for (int i = 0; i < 200; ++i) {
+    const std::string seen = directory.text_of("x");
+    EXPECT_TRUE(seen == a || seen == b) << seen.size();
+  }
+  writer.join();
+}
+
+TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
+  const test::TempDirectory directory;
+  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  directory.put(unfinished("a"), "a much longer text than the one that follows");
+  ASSERT_EQ(write_durably(fd.get(), "a", "short"), 0);
+  EXPECT_EQ(directory.text_of("a"), "short");
+  EXPECT_EQ(directory.names(), std::set<std::string>{"a"});
+}
+
+TEST(WriteDurably, SaysWhyItCannot) {
+  EXPECT_EQ(write_durably(-1, "a", "text"), EBADF);
+  const Descriptor gone = [] {
+    const test::TempDirectory directory;
+    return Descriptor(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  }();
+  EXPECT_EQ(write_durably(gone.get(), "a", "text"), ENOENT);
+}
+
+/// A disk that does what the test lets it do.
+struct SlowDisk {
+  std::counting_semaphore<> started{0};
+  std::counting_semaphore<> may_go_on{0};
+  std::atomic<int> error = 0;
+  std::vector<std::string> texts;  // the writer's, to be read when it is done
+
+  RomWriter::WriteFile write() {
+    return [this](int, const std::string&, const std::string& text) {
+      started.release();
+      may_go_on.acquire();
+      texts.push_back(text);
+      return error.load();
+    };
+  }
+};
+
+struct Done {
+  int id;
+  std::uint64_t number;
+  int error;
+  friend bool operator==(const Done&, const Done&) = default;
+};
+
+TEST(RomWriter, WritesThatPileUpBecomeTheLast) {
+  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
+  const RomPlace two{-1, "two", 0, {"vcan0", 2, "m"}};
+  SlowDisk disk;
+  std::vector<Done> done;
+  {
+    std::counting_semaphore<> reported{0};
+    RomWriter writer(
+        [&](const RomPlace& place, const RomWrite& write, int error) {
+          done.push_back({place.owner.id, write.number, error});
+          reported.release();
+        },
+        disk.write());
+    writer.write(one, rom_write(1, 1));
+    disk.started.acquire();  // on its way: what comes now has to wait
+    writer.write(two, rom_write(2, 1));
+    writer.write(one, rom_write(1, 2));
+    writer.write(two, rom_write(2, 2));
+    writer.write(one, rom_write(1, 3));
+    disk.may_go_on.release(3);
+    for (int i = 0; i < 3; ++i) reported.acquire();
+  }
+  EXPECT_EQ(done, (std::vector<Done>{{1, 1, 0}, {2, 2, 0}, {1, 3, 0}}));
+  ASSERT_EQ(disk.texts.size(), 3U);
+  EXPECT_NE(disk.texts[2].find("encoder_offset = 3\n"), std::string::npos) << disk.texts[2];
+}
+
+TEST(RomWriter, EndsWithTheWriteThatIsOnItsWay) {
+  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
+  const RomPlace two{-1, "two", 0, {"vcan0", 2, "m"}};
+  SlowDisk disk;
+  disk.error = ENOSPC;
+  std::vector<Done> done;
+  {
+    RomWriter writer(
+        [&](const RomPlace& place, const RomWrite& write, int error) {
+          done.push_back({place.owner.id, write.number, error});
+        },
+        disk.write());
+    writer.write(one, rom_write(1, 1));
+    disk.started.acquire();
+    writer.write(two, rom_write(2, 1));
+    disk.may_go_on.release(2);
+  }
+  ASSERT_FALSE(done.empty());
+  EXPECT_EQ(done.front(), (Done{1, 1, ENOSPC}));
+}
+
+TEST(RomWriter, WithoutAThreadEachWriteIsRefusedUntilThereIsOne) {
+  const RomPlace one{-1, "one", 0, {"vcan0", 1, "m"}};
+  std::vector<Done> done;
+  {
+    std::counting_semaphore<> reported{0};
+    RomWriter writer(
+        [&](const RomPlace& place, const RomWrite& write, int error) {
+          done.push_back({place.owner.id, write.number, error});
+          reported.release();
+        },
+        [](int, const std::string&, const std::string&) { return 0; });
+    {
+      const test::NoThreads none;
+      writer.write(one, rom_write(1, 1));
+      writer.write(one, rom_write(1, 2));
+    }
+    writer.write(one, rom_write(1, 3));
+    for (int i = 0; i < 3; ++i) reported.acquire();
+  }
+  // EAGAIN is what pthread_create(3) gives then.
+  EXPECT_EQ(done, (std::vector<Done>{{1, 1, EAGAIN}, {1, 2, EAGAIN}, {1, 3, 0}}));
+}
+
+TEST(RomWriter, ManyWritesOfManyDrivesAllEndInTheirFiles) {
+  const test::TempDirectory directory;
+  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  std::vector<RomPlace> places;
+  for (int id = 1; id <= 8; ++id) {
+    places.push_back({fd.get(), std::to_string(id), 0, {"vcan0", id, "m"}});
+  }
+  constexpr int kWrites = 50;
+  std::atomic<int> finished = 0;
+  std::counting_semaphore<> all_done{0};
+  RomWriter writer([&](const RomPlace&, const RomWrite& write, int error) {
+    EXPECT_EQ(error, 0);
+    if (write.number == kWrites && ++finished == 8) all_done.release();
+  });
+  for (std::uint64_t n = 1; n <= kWrites; ++n) {
+    for (const RomPlace& place : places) writer.write(place, rom_write(place.owner.id, n));
+  }
+  all_done.acquire();
+  for (const RomPlace& place : places) {
+    ServoConfig servo;
+    servo.id = place.owner.id;
+    servo.profile.name = "m";
+    read_rom(directory.text_of(place.name), place.name, "vcan0", servo);
+    EXPECT_EQ(servo.rom.encoder_offset, kWrites);
+  }
+}
+
+}  // namespace rom_writer_test
+}  // namespace lk::emulator

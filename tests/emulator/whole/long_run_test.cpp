@@ -1,0 +1,320 @@
+// 32 drives for a long time under random commands and faults: the books balance, every state is
+// finite, memory stays where it is, and the same seed gives the same bytes. A program of its own,
+// for it counts every allocation there is. LK_LONG_RUN_S gives simulated seconds other than the few
+// of everyday (docs/testing.md).
+
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/bus.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/core/live_fault.hpp"
+#include "tests/emulator/whole/random_life.hpp"
+#include "tests/support/profile.hpp"
+
+namespace {
+/// Bytes that are allocated and not freed, as malloc counts them.
+std::int64_t live_bytes = 0;
+
+void* counted(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  live_bytes += static_cast<std::int64_t>(::malloc_usable_size(memory));
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(std::malloc(size > 0 ? size : 1)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  const auto step = static_cast<std::size_t>(alignment);
+  return counted(std::aligned_alloc(step, (size + step) / step * step));
+}
+void operator delete(void* memory) noexcept {
+  live_bytes -= static_cast<std::int64_t>(::malloc_usable_size(memory));  // 0 of none
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { operator delete(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  operator delete(memory);
+}
+
+namespace lk::emulator {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kDrives = 32;
+constexpr std::int64_t kBitrate = 1'000'000;
+constexpr SimTime kEveryday = 2s;
+constexpr SimTime kCheck = 10ms;
+/// What one more fault in the bus's list may hold: a list that grows has room for twice what is in
+/// it; and its name, its drives and where they stood, what it first acted on.
+constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
+/// Queues and lists that come and go with what happens at the moment (assumed: a leak of four bytes
+/// for each frame is more than that within five seconds).
+constexpr std::int64_t kMostBytesOfTheMoment = 131'072;
+
+/// All motors as they are delivered, of all generations, in turns.
+BusConfig all_kinds(std::uint64_t seed) {
+  constexpr std::array kMotors{"mf4005",    "mf5010",     "mf7015-23t", "mf7015", "mf9025",
+                               "mg4005",    "mg4010",     "mg5010",     "mg5210", "mg6010",
+                               "mg6012-i8", "mg6012-i36", "mg8008",     "mg8016", "mh9025",
+                               "ms3506",    "ms4010",     "ms4015"};
+  constexpr std::array kGenerations{Generation::kLegacy, Generation::kLateLegacy, Generation::kV235,
+                                    Generation::kV236};
+  BusConfig config;
+  config.interface = "long";
+  config.bitrate = kBitrate;
+  config.seed = seed;
+  for (int id = 1; id <= kDrives; ++id) {
+    const auto n = static_cast<std::size_t>(id);
+    ServoConfig servo;
+    servo.id = id;
+    servo.profile = test::profile(kMotors[n % kMotors.size()]);
+    servo.generation = kGenerations[n % kGenerations.size()];
+    servo.quirks = quirks_of(servo.generation);
+    servo.rom = servo.profile.factory;
+    servo.rom.broadcast_mode = id <= 2;
+    config.servos.push_back(servo);
+  }
+  return config;
+}
+
+class LongRun {
+ public:
+  LongRun(std::uint32_t seed, SimTime duration)
+      : duration_(duration),
+        life_(seed, kDrives, std::min<SimTime>(duration / 20, 20s)),
+        bus_(all_kinds(seed)) {
+    replies_.reserve(100'000);
+    rom_writes_.reserve(1000);
+  }
+
+  /// Returns what was wrong, and when; empty: nothing.
+  std::string run() {
+    for (SimTime at{0}; at < duration_; at += life_.up_to(700us)) {
+      const int frames = life_.one_in(1000) ? life_.below(1500) : 1;  // now and then, too many
+      for (int n = 0; n < frames; ++n) send(at);
+      if (life_.one_in(2)) advance(at);
+      if (life_.one_in(100)) act(at);
+      const auto due = static_cast<double>(at.count()) / static_cast<double>(duration_.count());
+      if (static_cast<double>(faults_) < due * 0.95 * Bus::kMostFaults) set_fault();
+      if (at < checked_ + kCheck) continue;
+      checked_ = at;
+      advance(at);
+      if (const auto wrong = check()) return *wrong + " at " + std::to_string(at / 1us) + " us";
+    }
+    return "";
+  }
+
+  struct Outcome {
+    std::uint64_t hash = 0;  // of every frame that drives sent, and when
+    BusStats stats;
+    std::vector<std::uint64_t> effects;
+
+    friend bool operator==(const Outcome&, const Outcome&) = default;
+  };
+  Outcome outcome() const {
+    Outcome outcome{hash_, bus_.stats(), {}};
+    for (const FaultReport& report : bus_.faults()) {
+      outcome.effects.push_back(report.evidence.effects);
+    }
+    return outcome;
+  }
+  std::uint64_t checks() const { return checks_; }
+  int faults() const { return faults_; }
+  std::uint64_t refused_writes() const { return refused_writes_; }
+  std::int64_t bytes_beyond_faults() const { return most_bytes_; }
+
+ private:
+  void send(SimTime at) {
+    const protocol::Frame frame = life_.frame();
+    bus_.receive({at, frame});
+    ++sent_;
+    if (frame.id >= protocol::MultiTorque::kIdentifier &&
+        frame.id <= protocol::MultiCommand::kIdentifier) {
+      for_several_until_ = on_the_wire(bus_.stats(), 0);
+    }
+  }
+
+  /// Frames of hosts that have been on the wire when `waiting` of them are still to come.
+  std::uint64_t on_the_wire(const BusStats& stats, std::uint64_t waiting) const {
+    return sent_ - stats.count(Drop::kErrorFrame) - stats.count(Drop::kCanFd) -
+           stats.count(Drop::kQueueFull) - waiting;
+  }
+
+  void act(SimTime at) {
+    TimedDirective planned{at + life_.up_to(5ms), life_.directive(), {}, {}};
+    if (life_.one_in(10)) {
+      const int times = 1 + life_.below(3);
+      planned.when = Condition{life_.drive(), CommandSeen{0x9C, times}};
+    }
+    bus_.plan(planned);
+    if (life_.one_in(3000)) bus_.apply({kWholeBus, ClearFault{"all"}});
+  }
+
+  void set_fault() {
+    if (bus_.apply({kWholeBus, SetFault{life_.fault()}})) ++faults_;
+  }
+
+  void advance(SimTime at) {
+    bus_.advance_to(at);
+    replies_.clear();
+    bus_.take_replies(replies_);
+    for (const TimedFrame& reply : replies_) {
+      const bool error = reply.frame.kind == protocol::FrameKind::kError;
+      ++(error ? seen_errors_ : seen_replies_);
+      note(static_cast<std::uint64_t>(reply.at.count()));
+      note(reply.frame.id);
+      for (const std::uint8_t byte : reply.frame.data) note(byte);
+    }
+    rom_writes_.clear();
+    bus_.take_rom_writes(rom_writes_);
+    for (const RomWrite& write : rom_writes_) {
+      if (!life_.one_in(20)) continue;  // the disk refuses
+      const Servo& servo = bus_.servo(write.id);
+      bus_.restore_rom(write.id, servo.rom_before(), servo.wear_before());
+      ++refused_writes_;
+    }
+  }
+
+  /// FNV-1a.
+  void note(std::uint64_t value) {
+    for (int n = 0; n < 8; ++n) hash_ = (hash_ ^ (value >> (8 * n) & 0xFFU)) * 0x100000001B3U;
+  }
+
+  std::optional<std::string> check() {
+    ++checks_;
+    if (auto wrong = check_books()) return wrong;
+    if (auto wrong = check_states()) return wrong;
+    return check_memory();
+  }
+
+  std::optional<std::string> check_books() {
+    const BusStats stats = bus_.stats();
+    std::uint64_t dropped = 0;
+    for (const std::uint64_t count : stats.dropped) dropped += count;
+    std::uint64_t accepted = 0;
+    std::uint64_t given = 0;
+    for (int id = 1; id <= kDrives; ++id) {
+      accepted += bus_.servo(id).stats().queries;
+      given += bus_.servo(id).stats().replies;
+    }
+    if (stats.frames != sent_) return "frames of hosts were lost";
+    if (sent_ != stats.queries + dropped + stats.frames_waiting) return "frames do not add up";
+    if (accepted != given) return "a query was accepted and not answered";
+    if (given + stats.extra_frames != stats.replies + stats.replies_lost + stats.replies_waiting) {
+      return "replies do not add up";
+    }
+    if (stats.replies != seen_replies_) return "replies counted are not those seen";
+    if (stats.error_frames != seen_errors_) return "error frames counted are not those seen";
+    // Each query has one reply, but for those to several drives: nothing changes without them.
+    const std::uint64_t beyond = given - stats.queries;
+    const bool none_for_several = for_several_until_ <= on_the_wire_;
+    if (none_for_several && beyond != beyond_) return "queries and replies do not add up";
+    beyond_ = beyond;
+    on_the_wire_ = on_the_wire(stats, stats.frames_waiting);
+    return {};
+  }
+
+  std::optional<std::string> check_states() const {
+    for (int id = 1; id <= kDrives; ++id) {
+      const DriveView view = bus_.view(id);
+      for (const Signal& signal : signals()) {
+        if (!std::isfinite(signal.read(view))) {
+          return std::string(signal.name) + " of drive " + std::to_string(id) + " is not finite";
+        }
+      }
+    }
+    return {};
+  }
+
+  std::optional<std::string> check_memory() {
+    if (checks_ == 1) bytes_ = live_bytes;  // it runs
+    const std::int64_t more = live_bytes - bytes_ - kBytesOfAFault * faults_;
+    most_bytes_ = std::max(most_bytes_, more);
+    if (more > kMostBytesOfTheMoment) return "memory grows";
+    return {};
+  }
+
+  SimTime duration_;
+  test::RandomLife life_;
+  Bus bus_;
+  std::vector<TimedFrame> replies_;
+  std::vector<RomWrite> rom_writes_;
+  SimTime checked_{0};
+  std::uint64_t checks_ = 0;
+  std::uint64_t sent_ = 0;
+  std::uint64_t seen_replies_ = 0;
+  std::uint64_t seen_errors_ = 0;
+  std::uint64_t for_several_until_ = 0;  // the last frame to several drives, by its number
+  std::uint64_t on_the_wire_ = 0;        // frames that had been there at the last check
+  std::uint64_t beyond_ = 0;             // replies beyond one for each query
+  std::uint64_t hash_ = 0xCBF29CE484222325U;
+  std::uint64_t refused_writes_ = 0;
+  int faults_ = 0;
+  std::int64_t bytes_ = 0;
+  std::int64_t most_bytes_ = 0;
+};
+
+void print(const LongRun& run, SimTime duration, double wall_s) {
+  const LongRun::Outcome outcome = run.outcome();
+  std::uint64_t dropped = 0;
+  std::uint64_t effective = 0;
+  for (const std::uint64_t count : outcome.stats.dropped) dropped += count;
+  for (const std::uint64_t effects : outcome.effects) effective += effects > 0 ? 1U : 0U;
+  const auto n = [](std::uint64_t count) { return static_cast<unsigned long long>(count); };
+  std::printf(
+      "%lld simulated s in %.1f s: %llu frames of hosts = %llu queries + %llu not answered + %llu "
+      "waiting;\n%llu frames of drives, %llu lost, %llu unrequested; %llu error frames; "
+      "%d faults, %llu of them with effect;\n%llu writes to ROM, %llu refused; %llu checks; at "
+      "most "
+      "%lld bytes of memory beyond the faults'; hash %016llx\n",
+      static_cast<long long>(duration / 1s), wall_s, n(outcome.stats.frames),
+      n(outcome.stats.queries), n(dropped), n(outcome.stats.frames_waiting),
+      n(outcome.stats.replies), n(outcome.stats.replies_lost), n(outcome.stats.extra_frames),
+      n(outcome.stats.error_frames), run.faults(), n(effective), n(outcome.stats.rom_writes),
+      n(run.refused_writes()), n(run.checks()), static_cast<long long>(run.bytes_beyond_faults()),
+      n(outcome.hash));
+}
+
+LongRun::Outcome live(std::uint32_t seed, SimTime duration) {
+  const auto begin = std::chrono::steady_clock::now();
+  LongRun run(seed, duration);
+  EXPECT_EQ(run.run(), "");
+  print(run, duration,
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  // Nothing of what this is about may have failed to happen.
+  LongRun::Outcome outcome = run.outcome();
+  EXPECT_GT(outcome.stats.replies, outcome.stats.frames / 10);
+  EXPECT_GT(outcome.stats.replies_lost, 0U);
+  EXPECT_GT(outcome.stats.extra_frames, 0U);
+  EXPECT_GT(outcome.stats.error_frames, 0U);
+  EXPECT_GT(outcome.stats.count(Drop::kQueueFull), 0U);
+  EXPECT_GT(run.refused_writes(), 0U);
+  EXPECT_GT(run.faults(), 900);
+  return outcome;
+}
+
+TEST(LongRun, BalancesStaysFiniteAndRepeats) {
+  const char* const seconds = std::getenv("LK_LONG_RUN_S");
+  if (seconds != nullptr) {
+    live(1, std::chrono::seconds(std::stoi(seconds)));
+    return;
+  }
+  const LongRun::Outcome first = live(1, kEveryday);
+  EXPECT_EQ(live(1, kEveryday), first);
+  EXPECT_NE(live(2, kEveryday).hash, first.hash);
+}
+
+}  // namespace
+}  // namespace lk::emulator

@@ -1,0 +1,110 @@
+// The documents about directives and faults, against what the program knows of them.
+
+#include "tools/commands/fault_listing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "emulator/core/fault_table.hpp"
+#include "emulator/core/signals.hpp"
+#include "emulator/program/config_listing.hpp"
+#include "tests/emulator/config/config_support.hpp"
+
+namespace lk::emulator {
+namespace fault_listing_test {
+
+std::string document(const std::string& name) {
+  std::ostringstream text;
+  text << std::ifstream(std::string(LKEMU_SOURCE_DIR) + "/docs/" + name).rdbuf();
+  EXPECT_FALSE(text.str().empty()) << name;
+  return text.str();
+}
+
+/// What stands between the markers of a generated part.
+std::string generated(const std::string& text, const std::string& what) {
+  const std::string begin = "<!-- begin " + what + " -->\n";
+  const std::size_t first = text.find(begin);
+  const std::size_t last = text.find("<!-- end " + what + " -->");
+  if (first == std::string::npos || last == std::string::npos) return "no markers";
+  return text.substr(first + begin.size(), last - first - begin.size());
+}
+
+/// The blocks of TOML of a document.
+std::vector<std::string> examples(const std::string& text) {
+  const std::string fence = "```toml\n";
+  std::vector<std::string> blocks;
+  for (std::size_t at = text.find(fence); at != std::string::npos; at = text.find(fence, at + 1)) {
+    const std::size_t begin = at + fence.size();
+    blocks.push_back(text.substr(begin, text.find("```", begin) - begin));
+  }
+  return blocks;
+}
+
+const std::string kBus = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n";
+
+TEST(Documents, TheFaultsAreThoseOfTheTable) {
+  EXPECT_EQ(generated(document("faults.md"), "faults"), fault_page())
+      << "put what `lk-emu faults --markdown` prints between the markers";
+}
+
+TEST(Documents, TheSignalsAreThoseOfTheTable) {
+  std::string table = "| signal | what |\n|---|---|\n";
+  for (const Signal& signal : signals()) {
+    table += "| `" + std::string(signal.name) + "` | " + std::string(signal.about) + " |\n";
+  }
+  EXPECT_EQ(generated(document("directives.md"), "signals"), table);
+}
+
+TEST(Documents, TheExamplesAreAccepted) {
+  for (const char* const name : {"faults.md", "directives.md"}) {
+    const auto blocks = examples(document(name));
+    EXPECT_FALSE(blocks.empty()) << name;
+    for (const std::string& block : blocks) {
+      EXPECT_NO_THROW({
+        try {
+          EXPECT_FALSE(parse(kBus + block)[0].events.empty()) << block;
+        } catch (const ConfigError& error) {
+          ADD_FAILURE() << name << ": " << error.what() << "\n" << block;
+        }
+      });
+    }
+  }
+}
+
+TEST(FaultListing, ShowsEveryKindWithAnExampleThatIsAccepted) {
+  const std::string list = list_faults();
+  for (const FaultRow& row : fault_table()) {
+    EXPECT_NE(list.find("  " + std::string(row.word) + " "), std::string::npos) << row.word;
+    const std::string page = describe_fault(row);
+    EXPECT_NE(page.find(row.about), std::string::npos);
+    const std::string marker = "as an event of a configuration or scenario:\n";
+    const std::string example = page.substr(page.find(marker) + marker.size());
+    if (row.kind == FaultKind::kBacklash) continue;  // these drives have no gear
+    EXPECT_NO_THROW(parse(kBus + "[[bus.event]]\n" + example)) << example;
+  }
+}
+
+TEST(ConfigListing, CountsTheFaultsOfADriveAmongItsEvents) {
+  const std::string listing = describe_run(
+      parse(kBus + "[[bus.event]]\nat_s = 1\nids = \"2,3\"\nfault = \"jam\"\n[[bus.event]]\nat_s = "
+                   "1\nid = 3\npower = \"cycle\"\n[[bus.event]]\nat_s = 2\nclear = \"jam\"\n"));
+  EXPECT_NE(listing.find("4 drives, 3 events"), std::string::npos) << listing;
+  // The column before the load, of which there is none.
+  const auto events_of = [&](int id) {
+    std::istringstream lines(listing);
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::vector<std::string> row{std::istream_iterator<std::string>(words), {}};
+      if (!row.empty() && row[0] == std::to_string(id)) return row[row.size() - 2];
+    }
+    return std::string("no row");
+  };
+  EXPECT_EQ(events_of(1), "-");
+  EXPECT_EQ(events_of(2), "1");
+  EXPECT_EQ(events_of(3), "2");
+}
+
+}  // namespace fault_listing_test
+}  // namespace lk::emulator

@@ -1,0 +1,234 @@
+// What frames say, told from what candump prints. The lines are as can-utils 2020.11 printed them
+// on a real bus; what the frames mean is worked out by hand from docs/protocol.md.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "emulator/core/signals.hpp"
+#include "emulator/frames/decode_words.hpp"
+#include "tests/tools/decode/decode_support.hpp"
+
+namespace lk::emulator {
+namespace decode_test {
+
+/// docs/protocol.md §2: iq of replies 33/2048 A in legacy; §10.2: 33/4096 A on MF from v235 on.
+TEST(Decode, ReadsValuesInTheScaleOfTheDrive) {
+  const std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
+                                          "(10.000338) a 141#9C19020003002108"};
+  const auto legacy = decode(lines);
+  EXPECT_EQ(roles(legacy), (Roles{"query", "reply"}));
+  EXPECT_EQ(legacy[1]["values"],
+            Json::parse(R"({"temperature_C":25,"iq_A":0.0322265625,"speed_dps":3,
+                            "encoder_counts":2081})"));
+  EXPECT_EQ(legacy[1]["drive"], 1);
+  EXPECT_EQ(legacy[1]["name"], "read state 2");
+  EXPECT_EQ(legacy[1]["time_s"], 10.000338);
+  EXPECT_NEAR(legacy[1]["latency_ms"].get<double>(), 0.338, 1e-9);
+  const auto v236 = decode(lines, json_options(Generation::kV236, Series::kMf));
+  EXPECT_EQ(v236[1]["values"]["iq_A"], 2 * 33.0 / 4096);
+  const auto ms = decode(lines, json_options(Generation::kV236, Series::kMs));
+  EXPECT_EQ(ms[1]["values"]["power_permille"], 2);
+}
+
+/// Lines of a drive that has shown how fast it is, and then of 0x81 at 50 Hz, each with its echo
+/// after 0.3 ms, but for those that are `lost`.
+std::vector<std::string> stops_with_echoes(int count, const std::vector<int>& lost) {
+  std::vector<std::string> lines = {"(10.000000) a 141#9C00000000000000",
+                                    "(10.000300) a 141#9C19020003002108"};
+  const auto say = [&lines](double at_s) {
+    std::string stamp = std::to_string(at_s);
+    lines.push_back("(" + stamp + ") a 141#8100000000000000");
+  };
+  for (int n = 0; n < count; ++n) {
+    const double at_s = 10.5 + 0.02 * n;
+    say(at_s);
+    if (std::ranges::find(lost, n) == lost.end()) say(at_s + 0.0003);
+  }
+  return lines;
+}
+
+/// The row of the summary about a command.
+Json row_of(const std::vector<Json>& out, std::string_view command) {
+  for (const Json& row : out.back()["buses"][0]["commands"]) {
+    if (row["command"] == command) return row;
+  }
+  return nullptr;
+}
+
+TEST(Decode, TakesAnEchoThatIsMuchTooLateForTheQueryAgain) {
+  const Json one_lost = row_of(decode(stops_with_echoes(20, {7})), "81");
+  EXPECT_EQ(one_lost["queries"], 20) << one_lost;
+  EXPECT_EQ(one_lost["replies"], 19);
+  EXPECT_EQ(one_lost["unanswered"], 1);
+
+  std::vector<int> all(20);
+  std::iota(all.begin(), all.end(), 0);
+  const Json dead = row_of(decode(stops_with_echoes(20, all)), "81");
+  EXPECT_EQ(dead["queries"], 20) << dead;
+  EXPECT_EQ(dead["replies"], 0);
+  EXPECT_EQ(dead["unanswered"], 19) << "the log ends while the last waits";
+}
+
+/// Captures of real drives, docs/protocol.md §10.7.
+TEST(Decode, ReadsCapturesOfRealDrives) {
+  const auto out = decode(
+      {"  can0  141   [8]  9A 00 00 00 00 00 00 00", "  can0  141   [8]  9A 24 08 13 00 00 00 00"},
+      json_options(Generation::kV236, Series::kMg));
+  EXPECT_EQ(roles(out), (Roles{"query", "reply"}));
+  EXPECT_EQ(out[1]["values"]["temperature_C"], 36);
+  EXPECT_NEAR(out[1]["values"]["voltage_V"].get<double>(), 48.72, 1e-9);
+  EXPECT_EQ(out[1]["values"]["bridge_on"], 1);
+  EXPECT_FALSE(out[1].contains("latency_ms")) << "there are no stamps";
+  EXPECT_FALSE(out[1].contains("time_s"));
+}
+
+TEST(Decode, SaysErrorsInWords) {
+  // 0x09: under-voltage and motor over-temperature; 18.5 V are 185 = 0xB9.
+  const std::vector<std::string> lines = {"(1.0) a 142#9A00000000000000",
+                                          "(1.0003) a 142#9A5000B900000009"};
+  const auto out = decode(lines);
+  EXPECT_EQ(out[1]["mark"], "error");
+  EXPECT_EQ(out[1]["values"]["errors"], 9);
+  EXPECT_EQ(out[1]["values"]["error_words"], Json({"under_voltage", "motor_temperature"}));
+  EXPECT_EQ(out[1]["values"]["voltage_V"], 18.5);
+  const Json errors = out.back()["buses"][0]["errors"];
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_EQ(errors[0]["drive"], 2);
+  EXPECT_EQ(errors[0]["first_time_s"], 1.0003);
+  DecodeOptions chinese = json_options();
+  chinese.language = Language::kChinese;
+  EXPECT_NE(text(lines, chinese).find("温度 80 °C，电压 18.5 V，欠压、电机过温"), std::string::npos)
+      << text(lines, chinese);
+}
+
+TEST(Decode, ReadsCommands) {
+  // 0x04B0 = 1200 of 0.01 deg behind 0x012C = 300 dps, counter-clockwise; 0x64 = 100 of 16 mA.
+  const auto out = decode({"(1.0) a 141#A6012C01B0040000", "(1.1) a 141#A100000064000000",
+                           "(1.2) a 280#640000009CFF0000"});
+  EXPECT_EQ(out[0]["values"], Json::parse(R"({"angle_deg":12,"direction":1,"max_speed_dps":300})"));
+  EXPECT_NEAR(out[1]["values"]["iq_A"].get<double>(), 1.6, 1e-12);
+  EXPECT_EQ(out[2]["role"], "query");
+  EXPECT_EQ(out[2]["drive"], 0);
+  EXPECT_NEAR(out[2]["values"]["1"].get<double>(), 1.6, 1e-12);
+  EXPECT_EQ(out[2]["values"]["2"], 0);
+  EXPECT_NEAR(out[2]["values"]["3"].get<double>(), -1.6, 1e-12);
+}
+
+/// §10.5: Max Torque Current in the LSB of 0xA1, which is 66/4096 A on MG; 0x320 = 800.
+TEST(Decode, GivesParametersTheirUnits) {
+  const auto out = decode({"(1.0) a 141#C11E000020030000", "(1.0003) a 141#C11E000020030000",
+                           "(1.1) a 141#C020000000000000", "(1.1003) a 141#C0200000A08C0000"},
+                          json_options(Generation::kV236, Series::kMg));
+  EXPECT_EQ(out[0]["values"]["max_current_A"], 800 * 66.0 / 4096);
+  EXPECT_EQ(out[3]["role"], "reply");
+  EXPECT_EQ(out[3]["values"]["max_speed_dps"], 360);  // 0x8CA0 = 36000 of 0.01 dps
+}
+
+TEST(Decode, SaysWhyAFrameMeansNothing) {
+  const auto out = decode({"(1.0) a 141#R", "(1.0) a 00000141#9C00000000000000", "(1.0) a 141##09C",
+                           "(1.0) a 7DF#0102", "(1.0) a 141#9C", "(1.0) a 141#7E00000000000000",
+                           "(1.0) a 141#8C00000000000000", "(1.0) a 20000060#0000000000000000"});
+  const std::vector<std::string> reasons = {
+      "remote request", "29-bit identifier", "CAN FD",          "no drive's identifier",
+      "wrong length",   "unknown command",   "unknown command", "error frame"};
+  for (std::size_t n = 0; n < reasons.size(); ++n) EXPECT_EQ(out[n]["drawback"], reasons[n]);
+  EXPECT_EQ(out[7]["mark"], "error");
+  EXPECT_EQ(out[7]["error_words"], Json({"no acknowledgement", "bus-off"}));
+  EXPECT_EQ(out.back()["buses"][0]["meaningless"]["unknown command"], 2);
+  EXPECT_EQ(out.back()["buses"][0]["commands_of_other_generations"], 1) << "0x8C, the brake";
+  EXPECT_TRUE(out.back()["generation_assumed"]);
+}
+
+/// §10.7: 48.72 V in 0.01 V at [2:3], which legacy drives leave 0 and 0.1 V at [3:4].
+TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
+  const std::vector<std::string> lines = {
+      "(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A24081300000000",
+      "(2.0) a 141#9A00000000000000", "(2.0003) a 141#9A24081300000000"};
+  EXPECT_EQ(decode(lines).back()["odd_states"], 2);
+  EXPECT_EQ(decode(lines, json_options(Generation::kV235)).back()["odd_states"], 0);
+  const std::string said = text(lines, json_options());
+  EXPECT_NE(said.find("does not look like the generation"), std::string::npos);
+  EXPECT_EQ(said.find("does not look like"), said.rfind("does not look like")) << "said once";
+  // 24.0 V of a legacy drive.
+  EXPECT_EQ(decode({"(1.0) a 141#9A00000000000000", "(1.0003) a 141#9A1900F000000000"})
+                .back()["odd_states"],
+            0);
+}
+
+const std::vector<std::string> kTalk = {"(10.000000) a 141#9C00000000000000",
+                                        "(10.000338) a 141#9C19020003002108"};
+
+TEST(DecodeText, IsInBothLanguages) {
+  DecodeOptions options = json_options();
+  const std::string english = text(kTalk, options);
+  EXPECT_NE(english.find("reply    0.338 ms  9C read state 2               temperature 25 °C, "
+                         "iq 0.032 A, speed 3 °/s, encoder 2081\n"),
+            std::string::npos)
+      << english;
+  options.language = Language::kChinese;
+  const std::string chinese = text(kTalk, options);
+  EXPECT_NE(chinese.find("9C 读取状态 2                 温度 25 °C，转矩电流 0.032 A，速度 3 °/s，"
+                         "编码器位置 2081\n"),
+            std::string::npos)
+      << chinese;
+  EXPECT_EQ(english.find('\x1b'), std::string::npos);
+  options.colour = true;
+  EXPECT_NE(text(kTalk, options).find('\x1b'), std::string::npos);
+  // What programs read is the same in every language.
+  options.json = true;
+  EXPECT_EQ(decode(kTalk, options), decode(kTalk));
+}
+
+TEST(DecodeText, EveryWordIsThereInChinese) {
+  const auto known = [](std::string_view word) {
+    return in_language(word, Language::kChinese) != word;
+  };
+  for (const auto& row : protocol::commands()) EXPECT_TRUE(known(row.name)) << row.name;
+  for (const auto& row : protocol::multi_drive_commands()) EXPECT_TRUE(known(row.name)) << row.name;
+  for (const std::string_view word : error_words(0xFF)) EXPECT_TRUE(known(word)) << word;
+  for (const std::string_view word : error_frame_words(0x1FF)) EXPECT_TRUE(known(word)) << word;
+  EXPECT_EQ(error_words(0xFF).size(), 8U);
+}
+
+// Without a word of its own a quantity is told by its key, "bus_current_A 1".
+TEST(DecodeText, EveryFieldHasAWord) {
+  for (const auto& command : protocol::commands()) {
+    for (const auto fields : {command.query, command.reply}) {
+      for (const protocol::Field& field : fields) {
+        const std::int64_t raw = field.values.empty() ? 1 : field.values.back().number;
+        const double value = protocol::quantity(field, raw, protocol::kLegacyFormat);
+        for (const Language language : {Language::kEnglish, Language::kChinese}) {
+          const std::string said = quantities_text({{field.key, value}}, 0x9C, language);
+          EXPECT_NE(said, std::string(field.key) + " " + three_decimals(value)) << command.name;
+        }
+      }
+    }
+  }
+}
+
+/// 16 mA and 33/2048 A = 16.113 mA; with the motor's own scale 66/4096 A for both.
+TEST(DecodeText, SaysWhatItAssumesOnce) {
+  DecodeOptions options = json_options();
+  const std::string said = text(kTalk, options);
+  const std::string note =
+      "# assumed: firmware legacy (--generation), motor test (--motor); a count of iq is 16 mA in "
+      "commands, 16.113 mA in replies\n";
+  EXPECT_EQ(said.find(note), 0U) << said;
+  EXPECT_EQ(said.find("assumed", note.size()), std::string::npos);
+  options.motor_given = options.generation_given = true;
+  EXPECT_EQ(text(kTalk, options).find("assumed"), std::string::npos);
+  EXPECT_NE(text({"  a  141   [0] ", "  a  141   [0] "}, options).find("# no time stamps"),
+            std::string::npos);
+}
+
+TEST(DecodeText, AlignsWideCharacters) {
+  EXPECT_EQ(display_width("25 °C"), 5U);
+  EXPECT_EQ(display_width("转矩，A"), 7U);
+  EXPECT_EQ(padded("转矩", 6), "转矩  ");
+  EXPECT_EQ(right("命令", 5), " 命令");
+}
+
+}  // namespace decode_test
+}  // namespace lk::emulator

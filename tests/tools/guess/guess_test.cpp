@@ -1,0 +1,332 @@
+// Which kind of drive speaks in a log: captures of real drives, and logs of emulated ones whose
+// kind is known.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "emulator/core/generation.hpp"
+#include "tests/tools/guess/guess_support.hpp"
+#include "tools/guess/traits.hpp"
+
+namespace lk::emulator {
+namespace guess_test {
+
+using namespace std::chrono_literals;
+using test::guessed;
+using test::guessed_text;
+using test::Json;
+using test::Logged;
+using test::open_values;
+using Keys = std::vector<std::string>;
+
+// --- captures of real drives
+
+/// docs/protocol.md §10.7. 48.72 V at [2:3], and bytes 4 to 6 that are 0 in both newer layouts.
+TEST(Guess, TellsTheLayoutOfOneCapturedState) {
+  const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
+                              "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"centivolt", "centivolt_and_bus_current"}));
+  EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
+}
+
+/// What an MF7015 is said to answer (docs/protocol.md §10): 24.0 V as 240 at [3:4], a state of 25
+/// °C; its angle of 180.00° is 0x4650 at [4:5], where a drive of 16 bits leaves zeros.
+TEST(Guess, NamesTheMixtureThatIsAGenerationOfItsOwn) {
+  const auto out =
+      guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
+               "(1.010000) can0 141#9400000000000000", "(1.010300) can0 141#9400000050460000"});
+  EXPECT_EQ(out[0]["fits"], Keys{"late-legacy"});
+  EXPECT_EQ(out[0]["quirks"], Json::object());
+  EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus vcan0 --ids 1 --generation late-legacy"});
+}
+
+TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
+  // Newer voltage, 23.88 V, and an angle of 98.10° = 0x2652 in 16 bits at [6:7].
+  const auto out =
+      guessed({"(1.000000) can0 142#9A00000000000000", "(1.000300) can0 142#9A1F540900000000",
+               "(1.010000) can0 142#9400000000000000", "(1.010300) can0 142#9400000000005226"});
+  EXPECT_EQ(out[0]["fits"], Json::array());
+  EXPECT_EQ(out[0]["nearest"], "v235");
+  EXPECT_EQ(out[0]["quirks"], (Json{{"single_turn_bits", "16"}}));
+  EXPECT_EQ(out[1]["commands"],
+            Keys{"lk-emu --bus vcan0 --ids 2 --generation v235 --quirk single_turn_bits=16"});
+}
+
+/// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.
+TEST(Guess, NeedsNoQueries) {
+  EXPECT_EQ(guessed({"can0  141   [8]  9A 1F 54 09 00 00 00 00"})[0]["fits"],
+            (Keys{"v235", "v236"}));
+}
+
+// --- what frames say
+
+/// 26.4 V as 264 = 0x0108 at [3:4] is 20.48 V at [2:3] with 0.01 A at [4:5] as well; 25.60 V with 1
+/// LSB of current the other way round.
+TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
+  const auto drive = guessed({"can0 141 [8] 9A 19 00 08 01 00 00 00"})[0];
+  EXPECT_EQ(open_values(drive, "state_1"), (Keys{"decivolt", "centivolt_and_bus_current"}));
+  // 0.01° at [6:7] is 655.36° at [4:7].
+  const auto angle = guessed({"can0 141 [8] 94 00 00 00 00 00 01 00"})[0];
+  EXPECT_EQ(angle["fits"].size(), protocol::kGenerationRows.size());
+}
+
+/// A drive that is off says 0x10 in byte 6, where it has that byte.
+TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
+  const Keys lines{"(1.000000) can0 141#8000000000000000", "(1.000300) can0 141#8000000000000000",
+                   "(1.010000) can0 141#9A00000000000000", "(1.010300) can0 141#9A24081300001000"};
+  EXPECT_EQ(guessed(lines)[0]["fits"], Keys{"v236"});
+}
+
+TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
+  // 359999 = 0x57E3F: 3599.99°, the last of an i10's.
+  const auto drive = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"})[0];
+  EXPECT_EQ(open_values(drive, "single_turn_bits"), Keys{"32"});
+  EXPECT_EQ(open_values(drive, "encoder_span"), Keys{"output_turn"});
+}
+
+/// Queries every 10 ms, each with its reply after 0.3 ms, but those of a command that has none.
+Keys dialogue(const Keys& commands, std::string_view silent) {
+  Keys lines;
+  double at_s = 1;
+  const auto say = [&lines](double time_s, const std::string& data) {
+    lines.push_back("(" + std::to_string(time_s) + ") can0 141#" + data);
+  };
+  for (const std::string& command : commands) {
+    say(at_s, command + std::string(16 - command.size(), '0'));
+    if (command != silent) say(at_s + 0.0003, command.substr(0, 2) + "19020003002108");
+    at_s += 0.01;
+  }
+  return lines;
+}
+
+TEST(Guess, TellsACommandThatIsNotThereByItsSilenceBetweenAnswers) {
+  const auto drive = guessed(dialogue({"9C", "30", "9C", "30", "9C"}, "30"))[0];
+  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{"false"});
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
+}
+
+TEST(Guess, ClaimsNothingByOneSilence) {
+  const auto drive = guessed(dialogue({"9C", "30", "9C", "9C", "9C"}, "30"))[0];
+  EXPECT_EQ(open_values(drive, "pid_commands"), Keys{});
+}
+
+/// Nothing before: it may not have had power then. Nothing after: it may have lost it.
+TEST(Guess, ClaimsNothingBySilenceAtTheEnds) {
+  EXPECT_EQ(open_values(guessed(dialogue({"30", "30", "30", "9C", "9C"}, "30"))[0], "pid_commands"),
+            Keys{});
+  EXPECT_EQ(open_values(guessed(dialogue({"9C", "9C", "30", "30", "30"}, "30"))[0], "pid_commands"),
+            Keys{});
+}
+
+/// Where every third reply is lost, two are nothing.
+TEST(Guess, ClaimsNothingBySilenceOfABusThatLosesReplies) {
+  Keys lines;
+  for (int n = 0; n < 30; ++n) {
+    const std::string at = std::to_string(1 + 0.01 * n);
+    lines.push_back("(" + at + ") can0 141#9C00000000000000");
+    if (n % 3 != 0)
+      lines.push_back("(" + std::to_string(1.0003 + 0.01 * n) + ") can0 141#9C19020003002108");
+    if (n == 10 || n == 20) {
+      lines.push_back("(" + std::to_string(1.005 + 0.01 * n) + ") can0 141#3000000000000000");
+    }
+  }
+  EXPECT_EQ(open_values(guessed(lines)[0], "pid_commands"), Keys{});
+}
+
+TEST(Guess, SaysWhatItCannotAnswerFor) {
+  const auto out =
+      guessed({"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",
+               "(1.100000) can0 145#9A00000000000000", "(1.300000) can0 145#9A00000000000000"});
+  const Json brake{{"key", "brake_command"}, {"send", "141#8C10000000000000"}};
+  EXPECT_NE(std::ranges::find(out[0]["ask"], brake), out[0]["ask"].end());
+  EXPECT_EQ(
+      out[1],
+      (Json{
+          {"type", "drive"}, {"interface", "can0"}, {"drive", 5}, {"queries", 2}, {"replies", 0}}));
+}
+
+TEST(Guess, TellsRepliesWithIdentifiersOfTheirOwn) {
+  Keys lines;
+  for (int n = 0; n < 3; ++n) {
+    lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9A00000000000000");
+    lines.push_back("(" + std::to_string(1 + n) + ".000300) can0 181#9A1900F000000000");
+  }
+  EXPECT_EQ(open_values(guessed(lines)[0], "reply_id_base"), Keys{"0x180"});
+}
+
+/// MyActuator from V3 on replies on 0x240 + ID.
+TEST(Guess, CallsADriveThatIsNotCoveredByItsName) {
+  Keys lines;
+  for (int n = 0; n < 3; ++n) {
+    lines.push_back("(" + std::to_string(1 + n) + ".000000) can0 141#9C00000000000000");
+    lines.push_back("(" + std::to_string(1 + n) + ".000300) can0 241#9C32640000002D00");
+  }
+  const auto out = guessed(lines);
+  EXPECT_EQ(out[0]["foreign"], true);
+  EXPECT_EQ(out[1]["commands"], Json::array());
+  EXPECT_NE(guessed_text(lines).find("MyActuator"), std::string::npos);
+}
+
+TEST(Guess, SaysThatTwoKindsSpeakWithOneId) {
+  const auto drive =
+      guessed({"can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00",
+               "can0 141 [8] 9A 1F 54 09 00 00 00 00", "can0 141 [8] 9A 19 00 F0 00 00 00 00"})[0];
+  EXPECT_EQ(drive["contradictory"], Keys{"state_1"});
+}
+
+/// A rare frame that says otherwise does not overthrow a hundred.
+TEST(Guess, IsNotLedAstrayByOneFrameInAHundred) {
+  Keys lines(100, "can0 141 [8] 9A 19 00 F0 00 00 00 00");
+  lines.push_back("can0 141 [8] 9A 1F 54 09 00 00 00 00");
+  EXPECT_EQ(open_values(guessed(lines)[0], "state_1"), Keys{"decivolt"});
+}
+
+TEST(Guess, PrintsFindingsWithTheirFrames) {
+  const Keys lines{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1900F000000000",
+                   "(1.010000) can0 141#9400000000000000", "(1.010300) can0 141#9400000050460000"};
+  const std::string text = guessed_text(lines);
+  for (const char* const words :
+       {"drive 1: late-legacy",
+        "state_1 = decivolt: 0x9A: voltage 0.1 V at [3:4] (frames for it: 1, against: 0)",
+        "0.000300  141#9A1900F000000000", "--generation late-legacy"}) {
+    EXPECT_NE(text.find(words), std::string::npos) << words << " in\n" << text;
+  }
+  EXPECT_NE(guessed_text(lines, Language::kChinese).find("驱动器 1：late-legacy"),
+            std::string::npos);
+}
+
+// --- how to emulate them
+
+/// 23.88 V at [2:3] and 98.10° in 16 bits at [6:7]: v235 or v236 but for its angle.
+const Keys kMixture{"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A1F540900000000",
+                    "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000000005226"};
+
+TEST(GuessStarts, AreAFileWhereABusHasSeveralKinds) {
+  Keys lines = kMixture;
+  // MS, by its reply to 0xA0; 3 and 4 are late-legacy, by 24.0 V at [3:4] and 180° at [4:7].
+  for (const char* const line :
+       {"can0 142#A000000000000000", "can0 142#A019020003002108", "can0 143#9A1900F000000000",
+        "can0 143#9400000050460000", "can0 144#9A1900F000000000", "can0 144#9400000050460000"}) {
+    lines.push_back("(" + std::to_string(1.1 + 0.01 * static_cast<double>(lines.size())) + ") " +
+                    line);
+  }
+  const Json summary = guessed(lines).back();
+  EXPECT_EQ(summary["commands"], Json::array());
+  const std::string robot = summary["robot"];
+  EXPECT_NE(guessed_text(lines).find("As robot.toml, for lk-emu --config ./robot.toml"),
+            std::string::npos);
+  EXPECT_NE(guessed_text(lines).find(robot), std::string::npos);
+  const auto buses = parse_config(robot, "robot.toml", {}, test::profile);
+  ASSERT_EQ(buses.size(), 1U);
+  EXPECT_EQ(buses[0].interface, "vcan0");
+  const auto& servos = buses[0].servos;
+  ASSERT_EQ(servos.size(), 4U) << robot;
+  EXPECT_EQ(servos[0].generation, Generation::kV235);
+  EXPECT_FALSE(servos[0].quirks.dialect.wide_single_turn);
+  EXPECT_EQ(servos[1].profile.series, Series::kMs);
+  EXPECT_TRUE(servos[1].quirks.dialect.open_loop_command);
+  EXPECT_EQ(servos[2].generation, Generation::kLateLegacy);
+  EXPECT_EQ(servos[3].quirks, quirks_of(Generation::kLateLegacy));
+}
+
+TEST(GuessStarts, HaveTheSpanOfTheEncoderFieldAndAnMsMotor) {
+  const auto wide = guessed({"can0 141 [8] 94 00 00 00 3F 7E 05 00"});
+  EXPECT_EQ(wide[0]["quirks"], (Json{{"encoder_span", "output_turn"}}));
+  const auto servo = test::started(wide[1]["commands"][0])[0].servos[0];
+  EXPECT_EQ(servo.quirks.encoder_span, EncoderSpan::kOutputTurn);
+
+  const Keys ms{"(1.000000) can0 141#A000000000000000", "(1.000300) can0 141#A019020003002108"};
+  EXPECT_EQ(test::started(guessed(ms)[1]["commands"][0])[0].servos[0].profile.series, Series::kMs);
+  EXPECT_NE(guessed_text(ms).find("ms4010 is a stand-in"), std::string::npos);
+}
+
+/// What a log calls its interfaces goes into a line that is copied to a shell.
+TEST(GuessStarts, HaveNamesThatAreVirtualFreeAndPlain) {
+  const std::string reply = " 141 [8] 9A 19 00 F0 00 00 00 00";
+  const Json summary = guessed({"can0" + reply, "vcan0" + reply, "vcan$(reboot)" + reply,
+                                "vxcan12" + reply, "vcan2;a" + reply})
+                           .back();
+  std::set<std::string> names;
+  for (const std::string command : summary["commands"]) {
+    EXPECT_EQ(command.find_first_of("$();"), std::string::npos) << command;
+    names.insert(test::started(command)[0].interface);
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"vcan0", "vcan1", "vcan2", "vcan3", "vxcan12"}));
+}
+
+TEST(GuessStarts, SayWhatIsNotSure) {
+  EXPECT_NE(guessed_text({"can0 141 [8] 9C 19 02 00 03 00 21 08"})
+                .find("    nothing in the log tells the generation: legacy is the default\n"),
+            std::string::npos);
+  EXPECT_NE(guessed_text({"can0 141 [8] 9A 1F 54 09 00 00 00 00"})
+                .find("--generation v235\n    or generation v236\n"),
+            std::string::npos);
+}
+
+TEST(Guess, AsksAboutAMixtureToo) {
+  const auto drive = guessed(kMixture)[0];
+  EXPECT_EQ(drive["fits"], Json::array());
+  const Json brake{{"key", "brake_command"}, {"send", "141#8C10000000000000"}};
+  EXPECT_NE(std::ranges::find(drive["ask"], brake), drive["ask"].end());
+}
+
+TEST(Guess, CountsFramesOfTooManyInterfacesByThemselves) {
+  Keys lines;
+  for (int n = 0; n < 34; ++n) {
+    lines.push_back("can" + std::to_string(n) + " 141 [8] 9C 19 02 00 03 00 21 08");
+  }
+  EXPECT_EQ(guessed(lines).back()["unread_frames"], 2);
+  EXPECT_EQ(guessed(lines).back()["bad_lines"], 0);
+  EXPECT_NE(guessed_text(lines).find("Frames of further interfaces, not read (max 32): 2\n"),
+            std::string::npos);
+}
+
+/// docs/decode.md prints what comes out for this log.
+TEST(Guess, IsInTheDocumentsAsItIs) {
+  std::ostringstream page;
+  page << std::ifstream(LKEMU_SOURCE_DIR "/docs/decode.md").rdbuf();
+  // 48.72 V at [2:3], and 180° in 32 bits.
+  std::istringstream out(guessed_text(
+      {"(1.000000) can0 141#9A00000000000000", "(1.000300) can0 141#9A24081300000000",
+       "(1.020000) can0 141#9400000000000000", "(1.020300) can0 141#9400000050460000"}));
+  std::string sample;
+  for (std::string line; std::getline(out, line);)
+    sample += line.empty() ? "\n" : "    " + line + "\n";
+  EXPECT_NE(page.str().find(sample), std::string::npos) << sample;
+}
+
+// --- the tables
+
+/// Which command byte hangs on which switch: switched over, its answers change, and no others.
+TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
+  struct Case {
+    Trait trait;
+    bool protocol::Dialect::*member;
+  };
+  for (const Case& c : {Case{Trait::kPid, &protocol::Dialect::pid_commands},
+                        Case{Trait::kOffset, &protocol::Dialect::offset_command},
+                        Case{Trait::kBrake, &protocol::Dialect::brake_command},
+                        Case{Trait::kParameters, &protocol::Dialect::parameter_commands},
+                        Case{Trait::kOpenLoop, &protocol::Dialect::open_loop_command}}) {
+    auto on = protocol::wire_format(protocol::kLegacyDialect, Series::kMs);
+    auto off = on;
+    on.dialect.*c.member = true;
+    off.dialect.*c.member = false;
+    for (const auto& row : protocol::commands()) {
+      const bool depends = protocol::answers(on, row.opcode) != protocol::answers(off, row.opcode);
+      EXPECT_EQ(depends, trait_behind(row.opcode) == c.trait) << row.name;
+    }
+  }
+  for (const auto& row : protocol::commands()) {
+    EXPECT_EQ(row.fits == protocol::Fits::kAllButMs, trait_behind(row.opcode) == Trait::kSeries)
+        << row.name;
+  }
+}
+
+}  // namespace guess_test
+}  // namespace lk::emulator
