@@ -2,6 +2,7 @@
 
 /// @file One drive's share of a block.
 
+#include "model/stored_real.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {

@@ -10,6 +10,8 @@
 #include "model/drive_bank_state.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
+#include "model/rounding.hpp"
+#include "model/stored_real.hpp"
 #include "model/trig.hpp"
 
 namespace lk::model {

@@ -6,6 +6,7 @@
 #include "model/fault_effects.hpp"
 #include "model/plant/faulty_params.hpp"
 #include "model/plant/stored_energy.hpp"
+#include "model/stored_real.hpp"
 
 namespace lk::model {
 namespace {

@@ -1,5 +1,6 @@
 #include "model/lane_kernel.hpp"
 
+#include "model/stored_real.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {

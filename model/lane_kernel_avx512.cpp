@@ -1,6 +1,7 @@
 // Compiled with the instruction set of its name; everything it instantiates lives in a namespace of
 // that name (see real.hpp).
 #define LKEMU_ISA isa_avx512
+#include "model/stored_real.hpp"
 #include "model/tick.hpp"
 
 namespace lk::model {

@@ -3,6 +3,8 @@
 /// @file Repeatable sensor noise: one generator a drive, the same bits on every machine.
 
 #include "model/real.hpp"
+#include "model/rounding.hpp"
+#include "model/stored_real.hpp"
 
 namespace lk::model {
 

@@ -162,70 +162,6 @@ inline Simd<Abi> clamp(const Simd<Abi>& x, const Simd<Abi>& low, const Simd<Abi>
   return min(high, max(low, x));
 }
 
-/// Nearest integer, ties to even, for |x| < 2^51, still carrying the 1.5·2^52 whose addition loses
-/// exactly the fraction bits: in this form the last bit says whether it is odd.
-template <class Real>
-inline Real shifted_nearest(const Real& x) {
-  return x + 0x1.8p52;
-}
-template <class Real>
-inline Real unshifted(const Real& x) {
-  return x - 0x1.8p52;
-}
-/// Nearest integer, ties to even, for |x| < 2^51.
-template <class Real>
-inline Real nearest(const Real& x) {
-  return unshifted(shifted_nearest(x));
-}
-/// Largest integer not above x, for |x| < 2^51.
-template <class Real>
-inline Real floored(const Real& x) {
-  const Real integer = nearest(x);
-  return select(x < integer, integer - 1.0, integer);
-}
-
-// Bits as numbers and numbers as bits.
-inline double as_number(std::uint64_t bits) { return std::bit_cast<double>(bits); }
-template <class Abi>
-inline auto as_number(const std::experimental::simd<std::uint64_t, Abi>& bits) {
-  using Number =
-      std::experimental::rebind_simd_t<double, std::experimental::simd<std::uint64_t, Abi>>;
-  return std::bit_cast<Number>(bits);
-}
-inline std::uint64_t as_bits(double x) { return std::bit_cast<std::uint64_t>(x); }
-template <class Abi>
-inline auto as_bits(const Simd<Abi>& x) {
-  return std::bit_cast<std::experimental::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
-}
-
-/// −x where `n`, from shifted_nearest(), is odd: its last bit moves to where the sign is.
-template <class Real>
-inline Real negate_if_odd(const Real& x, const Real& n) {
-  return as_number(as_bits(x) ^ (as_bits(n) << 63));
-}
-inline Pair negate_if_odd(const Pair& x, const Pair& n) {
-  return {negate_if_odd(x.low, n.low), negate_if_odd(x.high, n.high)};
-}
-
-/// A word beside every drive of a `Real`.
-struct WordPair {
-  Words low, high;
-};
-template <class Real>
-struct WordsBeside {
-  using type = std::experimental::rebind_simd_t<std::uint64_t, Real>;
-};
-template <>
-struct WordsBeside<Pair> {
-  using type = WordPair;
-};
-template <>
-struct WordsBeside<double> {
-  using type = std::uint64_t;
-};
-template <class Real>
-using WordsOf = typename WordsBeside<Real>::type;
-
 /// `a` where `mask` is set, else `b`, in a build of the tick for drives that `can` have it set;
 /// else `b` and nothing to compute.
 template <bool can, class Mask, class Real>
@@ -236,48 +172,6 @@ inline Real select_if(const Mask& mask, const Real& a, const Real& b) {
     return b;
   }
 }
-
-/// How many drives a `Real` holds.
-template <class Real>
-inline constexpr std::size_t kSizeOf = Real::size();
-template <>
-inline constexpr std::size_t kSizeOf<double> = 1;
-template <>
-inline constexpr std::size_t kSizeOf<Solo> = 1;
-
-// A `Real` from its stored form and back, beginning at drive `first` of the block.
-inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
-inline void load(Solo& value, const double& stored, std::size_t /*first*/) { value = stored; }
-inline void load(Lanes& value, const Wide& stored, std::size_t first) {
-  value.copy_from(stored.lane.data() + first, std::experimental::vector_aligned);
-}
-inline void store(double value, double& stored, std::size_t /*first*/) { stored = value; }
-inline void store(const Solo& value, double& stored, std::size_t /*first*/) { stored = value[0]; }
-inline void store(const Lanes& value, Wide& stored, std::size_t first) {
-  value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
-}
-
-// One drive's share of a value, for what is decided drive by drive.
-inline double get_lane(double x, std::size_t /*lane*/) { return x; }
-inline double get_lane(const Solo& x, std::size_t /*lane*/) { return x[0]; }
-inline double get_lane(const Lanes& x, std::size_t lane) { return x[lane]; }
-inline void set_lane(double& x, std::size_t /*lane*/, double value) { x = value; }
-inline void set_lane(Solo& x, std::size_t /*lane*/, double value) { x = value; }
-inline void set_lane(Lanes& x, std::size_t lane, double value) {
-  Wide all;
-  store(x, all, 0);
-  all.lane[lane] = value;
-  load(x, all, 0);
-}
-inline bool lane_set(bool mask, std::size_t /*lane*/) { return mask; }
-inline bool lane_set(const Solo::mask_type& mask, std::size_t /*lane*/) { return mask[0]; }
-inline bool lane_set(const Lanes::mask_type& mask, std::size_t lane) { return mask[lane]; }
 }  // namespace LKEMU_ISA
-
-// One drive's value in stored form.
-inline double& lane_of(double& stored, std::size_t /*lane*/) { return stored; }
-inline double& lane_of(Wide& stored, std::size_t lane) { return stored.lane[lane]; }
-inline double lane_of(const double& stored, std::size_t /*lane*/) { return stored; }
-inline double lane_of(const Wide& stored, std::size_t lane) { return stored.lane[lane]; }
 
 }  // namespace lk::model

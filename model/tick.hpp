@@ -12,6 +12,7 @@
 #include "model/plant/lane_faults.hpp"
 #include "model/plant/plant.hpp"
 #include "model/plant/sensors.hpp"
+#include "model/stored_real.hpp"
 
 namespace lk::model {
 

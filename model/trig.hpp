@@ -3,6 +3,7 @@
 /// @file Sine and cosine without libm, so that every machine and compiler gives the same bits.
 
 #include "model/real.hpp"
+#include "model/rounding.hpp"
 
 namespace lk::model {
 inline namespace LKEMU_ISA {

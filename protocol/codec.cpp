@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "protocol/field_values.hpp"
+
 namespace lk::protocol {
 namespace {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "protocol/command_table.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::protocol {
 namespace {
@@ -77,6 +78,12 @@ std::span<const CommandInfo> multi_drive_commands() { return kMultiDriveCommands
 const CommandInfo* find_command(std::uint8_t byte) {
   const std::size_t place = kPlaces[byte];
   return place < kCommands.size() ? &kCommands[place] : nullptr;
+}
+
+bool has_state(std::uint8_t byte) {
+  const CommandInfo* command = find_command(byte);
+  return command != nullptr && !command->reply.empty() &&
+         command->reply.front().unit == Unit::kCelsius;
 }
 
 const CommandInfo* find_multi_drive(std::uint32_t identifier) {

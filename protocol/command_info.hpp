@@ -31,7 +31,9 @@ struct CommandTraits {
   Source source = Source::kManual;
   Fits fits = Fits::kAllSeries;
   When when = kAlways;
-  Opcode each{};  // of a command to several: what it is to each, where that is the same
+  bool writes_rom = false;
+  Opcode printed{};  // DATA[0] of the reply that the manual misprints, if it does
+  Opcode each{};     // of a command to several: what it is to each, where that is the same
 };
 
 struct CommandInfo : CommandTraits {
@@ -47,6 +49,8 @@ std::span<const CommandInfo> commands();
 /// Commands to several, their identifiers ascending.
 std::span<const CommandInfo> multi_drive_commands();
 
+/// The reply to this byte is a state, whose DATA[1] is a temperature.
+bool has_state(std::uint8_t byte);
 /// The command of a byte; null when no drive knows it.
 const CommandInfo* find_command(std::uint8_t byte);
 /// The command of an identifier; null when it is not one for several drives.

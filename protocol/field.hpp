@@ -39,29 +39,6 @@ enum class Scale : std::uint8_t {
 };
 inline constexpr std::uint8_t kBridgeOff = 0x10;
 
-constexpr double lsb(Scale scale, const WireFormat& format) {
-  switch (scale) {
-    case Scale::kOne:
-    case Scale::kFlag:
-    case Scale::kBridge:
-      return 1;
-    case Scale::kHundredth:
-    case Scale::kCenti:
-      return 0.01;
-    case Scale::kThousandth:
-      return 0.001;
-    case Scale::kIqCommand:
-      return format.iq_command_lsb_A;
-    case Scale::kIqReply:
-      return format.iq_reply_lsb_A;
-    case Scale::kPhaseCurrent:
-      return format.phase_current_lsb_A;
-    case Scale::kVoltage:
-      return format.voltage_lsb_V;
-  }
-  return 1;
-}
-
 enum class Unit : std::uint8_t {
   kNone,
   kCounts,
@@ -74,6 +51,17 @@ enum class Unit : std::uint8_t {
   kDegreePerSecond,
   kDegreePerSecond2,
 };
+
+/// How a unit is written: in ASCII, and as people write it. Counts have no unit.
+struct UnitTexts {
+  std::string_view ascii, symbol;
+};
+constexpr UnitTexts texts_of(Unit unit) {
+  constexpr UnitTexts kTexts[] = {
+      {"", ""},       {"", ""},  {"degC", "°C"}, {"V", "V"},       {"A", "A"},
+      {"A/s", "A/s"}, {"", "‰"}, {"deg", "°"},   {"deg/s", "°/s"}, {"deg/s^2", "°/s²"}};
+  return kTexts[static_cast<std::size_t>(unit)];
+}
 
 /// What a field can be; most in integers of the wire.
 enum class Range : std::uint8_t {
@@ -146,76 +134,5 @@ struct Field {
   /// How scenarios call it.
   constexpr std::string_view spoken() const { return word.empty() ? key : word; }
 };
-
-struct RawRange {
-  std::int64_t min, max;
-};
-
-/// What the bits of a field can be.
-constexpr RawRange width(Wire wire) {
-  const int bits = 8 * bytes_of(wire) - (is_signed(wire) ? 1 : 0);
-  const std::int64_t max = (std::int64_t{1} << bits) - 1;
-  return {is_signed(wire) ? -max - 1 : 0, max};
-}
-
-/// The range of a field on the wire; its width where the drive's settings decide.
-constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
-  const std::int64_t iq = format.dialect.iq_command_limit_lsb;
-  switch (range) {
-    case Range::kIqCommand:
-      return {-iq, iq};
-    case Range::kIqLimit:
-      return {0, iq};
-    case Range::kIqReply:
-      return {-kIqReplyLimit_lsb, kIqReplyLimit_lsb};
-    case Range::kOpenLoop:
-      return {-kOpenLoopLimit_permille, kOpenLoopLimit_permille};
-    case Range::kPowerReply:
-      return {-kPowerReplyLimit_permille, kPowerReplyLimit_permille};
-    case Range::kTurn:
-      return {0, kTurn_cdeg - 1};
-    case Range::kWidth:
-    case Range::kWords:
-    case Range::kCircle:
-    case Range::kMaxSpeed:
-    case Range::kMaxAngle:
-    case Range::kEncoder:
-    case Range::kNotNegative:
-    case Range::kMaxCurrent:
-    case Range::kSpeedSetting:
-    case Range::kAngleSetting:
-    case Range::kCurrentRamp:
-      return width(wire);
-  }
-  return width(wire);
-}
-
-constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
-  return raw_range(field.range, field.wire, format);
-}
-
-/// Is the field in frames whose DATA[1] is `second`?
-constexpr bool present(const Field& field, std::uint8_t second, const WireFormat& format) {
-  return (field.parameter < 0 || field.parameter == second) && field.when.on(format);
-}
-
-/// The number that a drive takes for one that a host has written.
-constexpr std::int64_t taken(const Field& field, std::int64_t raw, const WireFormat& format) {
-  if (field.beyond != Beyond::kClamped) return raw;
-  const RawRange range = raw_range(field, format);
-  return std::clamp(raw, range.min, range.max);
-}
-
-/// The number of a field in DATA.
-std::int64_t raw(const Field& field, const Payload& data);
-
-/// Writes the number to DATA; it has to be within the field's width.
-void put(const Field& field, std::int64_t raw, Payload& data);
-
-/// A number of the wire in the unit of the field's key.
-double quantity(const Field& field, std::int64_t raw, const WireFormat& format);
-/// The number of the wire that is nearest to a quantity, within the field's width. Not for kFlag
-/// and kBridge, which replies alone have.
-std::int64_t raw_of(const Field& field, double quantity, const WireFormat& format);
 
 }  // namespace lk::protocol

@@ -6,6 +6,7 @@
 
 #include "emulator/core/registers.hpp"
 #include "protocol/command_info.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::emulator {
 namespace {

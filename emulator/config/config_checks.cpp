@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/servo.hpp"
 #include "emulator/core/shaft_angles.hpp"
 #include "emulator/core/units.hpp"

@@ -7,6 +7,7 @@
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/signals.hpp"
 
 namespace lk::emulator {

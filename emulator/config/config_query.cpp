@@ -6,6 +6,7 @@
 #include "emulator/config/config_directives.hpp"
 #include "emulator/config/config_send.hpp"
 #include "protocol/codec.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::emulator {
 namespace {

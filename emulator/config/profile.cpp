@@ -5,6 +5,7 @@
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/motor_document.hpp"
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
 
 namespace lk::emulator {

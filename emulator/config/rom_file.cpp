@@ -10,6 +10,7 @@
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/config/register_fields.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"

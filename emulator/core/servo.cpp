@@ -203,18 +203,9 @@ Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
 
 /// DATA[0] of the reply: that of the query, or what the manual misprints.
 Opcode Servo::reply_opcode(Opcode command) const {
-  if (config_.quirks.manual_reply_bytes) {
-    if (command == protocol::ClearErrors::kOpcode) {
-      return protocol::ReadState1::kOpcode;
-    }
-    if (command == protocol::Position5::kOpcode) {
-      return protocol::Position3::kOpcode;
-    }
-    if (command == protocol::Position6::kOpcode) {
-      return protocol::Position4::kOpcode;
-    }
-  }
-  return command;
+  if (!config_.quirks.manual_reply_bytes) return command;
+  const Opcode printed = protocol::find_command(static_cast<std::uint8_t>(command))->printed;
+  return printed != Opcode{} ? printed : command;
 }
 
 }  // namespace lk::emulator

@@ -44,18 +44,15 @@ bool looks_like_a_reply(const Frame& frame) {
 /// Looks like a query, whatever came before it.
 bool looks_like_a_query(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
-  const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
-  if (state) return frame.data[1] <= 1;
+  if (protocol::has_state(command)) return frame.data[1] <= 1;
   if (static_cast<Opcode>(command) == protocol::Brake::kOpcode) return frame.data[1] > 1;
   return zero_is_a_query(command) && all_zero(frame, 1);
 }
 
 /// These take as long as the memory does.
 bool writes_rom(const Frame& query) {
-  const auto command = static_cast<Opcode>(query.data[0]);
-  return command == protocol::WriteZeroToRom::kOpcode ||
-         command == protocol::WritePidToRom::kOpcode ||
-         command == protocol::WriteOffsetToRom::kOpcode;
+  const auto* const command = protocol::find_command(query.data[0]);
+  return command != nullptr && command->writes_rom;
 }
 
 }  // namespace

@@ -22,18 +22,14 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   if (std::holds_alternative<protocol::Echo>(content->reply)) {
     return same ? Fit::kEither : Fit::kNo;
   }
-  const bool state = std::holds_alternative<protocol::State1>(content->reply) ||
-                     std::holds_alternative<protocol::State2>(content->reply) ||
-                     std::holds_alternative<protocol::State3>(content->reply);
+  const bool state = protocol::has_state(reply.data[0]);
   // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
   return same ? Fit::kEither : Fit::kYes;
 }
 
 bool looks_like_a_state(const protocol::Frame& frame) {
-  const std::uint8_t command = frame.data[0];
-  const bool state = (command >= 0x9A && command <= 0x9D) || (command >= 0xA0 && command <= 0xA8);
-  return state && frame.data[1] > 1;
+  return protocol::has_state(frame.data[0]) && frame.data[1] > 1;
 }
 
 bool is_data(const protocol::Frame& frame) {

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "emulator/core/shaft_angles.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -62,10 +63,9 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
 
 bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t said) const {
   if (asked == said) return true;
-  constexpr std::pair<std::uint8_t, std::uint8_t> kMisprints[] = {
-      {0x9B, 0x9A}, {0xA7, 0xA5}, {0xA8, 0xA6}};
-  return manual_reply_bytes &&
-         std::ranges::find(kMisprints, std::pair(asked, said)) != std::end(kMisprints);
+  const auto* const command = protocol::find_command(asked);
+  return manual_reply_bytes && command != nullptr && said != 0 &&
+         static_cast<std::uint8_t>(command->printed) == said;
 }
 
 double value_difference(const ReplyValue& a, const ReplyValue& b) {

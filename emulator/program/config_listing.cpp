@@ -7,6 +7,7 @@
 
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/units.hpp"
 

@@ -5,6 +5,7 @@
 
 #include "model/control/current_loop.hpp"
 #include "model/control/current_loop_params.hpp"
+#include "model/rounding.hpp"
 #include "model/trig.hpp"
 
 namespace lk::model {

@@ -2,6 +2,7 @@
 
 /// @file Space-vector PWM by min–max injection (docs/model.md §9).
 
+#include "model/rounding.hpp"
 #include "model/transforms.hpp"
 
 namespace lk::model {

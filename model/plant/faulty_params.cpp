@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/noise.hpp"
+#include "model/rounding.hpp"
 
 namespace lk::model {
 namespace {

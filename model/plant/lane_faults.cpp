@@ -1,6 +1,7 @@
 #include "model/plant/lane_faults.hpp"
 
 #include "model/noise.hpp"
+#include "model/rounding.hpp"
 
 namespace lk::model {
 namespace {

@@ -6,6 +6,7 @@
 #include "model/faults.hpp"
 #include "model/measurement.hpp"
 #include "model/real.hpp"
+#include "model/stored_real.hpp"
 
 namespace lk::model {
 

@@ -12,6 +12,7 @@
 #include "model/plant/motor.hpp"
 #include "model/plant/supply.hpp"
 #include "model/plant/thermal.hpp"
+#include "model/stored_real.hpp"
 
 namespace lk::model {
 

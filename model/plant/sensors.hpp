@@ -5,6 +5,8 @@
 #include "model/measurement.hpp"
 #include "model/noise.hpp"
 #include "model/plant/plant_params.hpp"
+#include "model/rounding.hpp"
+#include "model/stored_real.hpp"
 #include "model/transforms.hpp"
 
 namespace lk::model {

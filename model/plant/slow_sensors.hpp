@@ -7,6 +7,7 @@
 #include "model/drive_params.hpp"
 #include "model/faults.hpp"
 #include "model/noise.hpp"
+#include "model/rounding.hpp"
 
 namespace lk::model {
 

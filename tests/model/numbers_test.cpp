@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "model/rounding.hpp"
 #include "model/trig.hpp"
 
 namespace lk::model {

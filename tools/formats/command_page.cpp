@@ -94,10 +94,11 @@ std::string_view lsb_text(protocol::Scale scale) {
   return "";
 }
 
-std::string_view unit_text(protocol::Unit unit) {
-  constexpr std::string_view kUnits[] = {"",     " count", " °C", " V",   " A",
-                                         " A/s", " ‰",     "°",   " °/s", " °/s²"};
-  return kUnits[static_cast<std::size_t>(unit)];
+/// After a number.
+std::string unit_text(protocol::Unit unit) {
+  const std::string_view symbol =
+      unit == protocol::Unit::kCounts ? "count" : protocol::texts_of(unit).symbol;
+  return (symbol.empty() || symbol == "°" ? "" : " ") + std::string(symbol);
 }
 
 std::string command_rows() {
@@ -186,7 +187,7 @@ std::string_view beyond_text(const WireField& field) {
 std::string field_row(const WireField& field) {
   return "| " + std::string(field.key) + " | " + std::string(field.label) + " | " +
          std::string(type_text(field.wire)) + " | " + std::string(lsb_text(field.scale)) +
-         std::string(unit_text(field.unit)) + " | " + range_text(field) + " | " +
+         unit_text(field.unit) + " | " + range_text(field) + " | " +
          std::string(beyond_text(field)) + " |\n";
 }
 

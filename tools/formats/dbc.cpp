@@ -80,7 +80,7 @@ std::vector<Signal> signals_of(Direction direction, const WireFormat& format) {
 void put_bits_and_scale(std::ostream& out, const Field& field, const std::string& receivers) {
   out << " : " << field.first_bit << "|" << field.bits << "@1" << (field.is_signed ? "-" : "+")
       << " (" << number(field.lsb) << ",0) [" << value(field, field.raw_min) << "|"
-      << value(field, field.raw_max) << "] \"" << field.unit << "\" " << receivers << "\n";
+      << value(field, field.raw_max) << "] \"" << field.unit.ascii << "\" " << receivers << "\n";
 }
 
 /// How a signal is multiplexed, as far as one number can say it: SG_MUL_VAL_ has the rest.

@@ -40,13 +40,6 @@ std::string lua_hex(unsigned value) {
 }
 
 /// DBC files are ASCII; here people read it.
-std::string unit(std::string_view ascii) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNicer = {
-      {{"degC", "°C"}, {"deg", "°"}, {"deg/s", "°/s"}, {"deg/s^2", "°/s²"}}};
-  const auto* const found =
-      std::ranges::find(kNicer, ascii, [](const auto& one) { return one.first; });
-  return std::string(found != kNicer.end() ? found->second : ascii);
-}
 
 /// What Wireshark takes a field for; a name has one kind in all generations.
 std::string_view kind(const Field& field) {
@@ -107,7 +100,7 @@ class Tables {
   void learn(const Field& field) {
     std::ostringstream about;
     about << "label = " << lua_string(field.label) << ", kind = " << lua_string(kind(field))
-          << ", unit = " << lua_string(unit(field.unit));
+          << ", unit = " << lua_string(field.unit.symbol);
     if (!field.values.empty() && field.bits > 1) {
       about << ", values = {";
       for (const Value& value : field.values) {

@@ -1,52 +1,25 @@
 #include "tools/formats/fields.hpp"
 
 #include "protocol/commands.hpp"
+#include "protocol/field_values.hpp"
+#include "protocol/multi_drive_commands.hpp"
 
 namespace lk::formats {
 namespace {
 
-/// A unit in ASCII, and how many of it the table's unit is.
-struct AsciiUnit {
-  std::string_view text;
-  double factor = 1;
-};
-
-AsciiUnit ascii(protocol::Unit unit) {
-  using protocol::Unit;
-  switch (unit) {
-    case Unit::kNone:
-    case Unit::kCounts:
-      return {""};
-    case Unit::kCelsius:
-      return {"degC"};
-    case Unit::kVolt:
-      return {"V"};
-    case Unit::kAmpere:
-      return {"A"};
-    case Unit::kAmperePerSecond:
-      return {"A/s"};
-    case Unit::kPermille:
-      return {"%", 0.1};
-    case Unit::kDegree:
-      return {"deg"};
-    case Unit::kDegreePerSecond:
-      return {"deg/s"};
-    case Unit::kDegreePerSecond2:
-      return {"deg/s^2"};
-  }
-  return {""};
-}
-
 Field field_of(const protocol::Field& row, const protocol::WireFormat& format) {
-  const AsciiUnit unit = ascii(row.unit);
+  // What reads these files knows percent.
+  const bool permille = row.unit == protocol::Unit::kPermille;
+  const protocol::UnitTexts unit =
+      permille ? protocol::UnitTexts{"%", "%"} : protocol::texts_of(row.unit);
   const auto range = protocol::raw_range(row, format);
   return {.name = row.name,
           .label = row.label,
           .first_bit = 8U * row.byte,
           .bits = 8U * static_cast<unsigned>(protocol::bytes_of(row.wire)),
           .is_signed = protocol::is_signed(row.wire),
-          .lsb = protocol::lsb(row.scale, format) * unit.factor,
-          .unit = unit.text,
+          .lsb = protocol::lsb(row.scale, format) * (permille ? 0.1 : 1),
+          .unit = unit,
           .raw_min = range.min,
           .raw_max = range.max,
           .values = {row.values.begin(), row.values.end()},

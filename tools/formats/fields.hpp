@@ -22,7 +22,7 @@ struct Field {
   unsigned bits = 0;
   bool is_signed = false;
   double lsb = 1;
-  std::string_view unit = {};  // ASCII, as DBC files want it
+  protocol::UnitTexts unit = {};
   std::int64_t raw_min = 0;
   std::int64_t raw_max = 0;  // where drives clamp a query they clamp it to these
   std::vector<Value> values = {};

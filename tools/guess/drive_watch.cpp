@@ -173,10 +173,8 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
     see_several(told, sighting);
     return;
   }
-  const auto misprinted = {protocol::ClearErrors::kOpcode, protocol::Position5::kOpcode,
-                           protocol::Position6::kOpcode};
-  if (told.sure &&
-      std::ranges::find(misprinted, static_cast<Opcode>(told.asked)) != misprinted.end()) {
+  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.asked));
+  if (told.sure && command != nullptr && command->printed != Opcode{}) {
     const bool repeats = told.frame.data[0] == told.asked;
     evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
                   sighting);

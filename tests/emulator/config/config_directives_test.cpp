@@ -6,6 +6,7 @@
 
 #include <map>
 
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/bus.hpp"
 #include "emulator/core/signals.hpp"
 #include "tests/emulator/config/config_support.hpp"

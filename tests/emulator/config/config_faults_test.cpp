@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "emulator/config/register_fields.hpp"
 #include "emulator/core/fault_table.hpp"
 #include "tests/emulator/config/config_support.hpp"
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <random>
 
+#include "protocol/field_values.hpp"
 #include "tests/tools/formats/codec_values.hpp"
 
 namespace lk::formats {

@@ -1,4 +1,4 @@
-#include "protocol/field.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::protocol {
 namespace {

@@ -1,0 +1,50 @@
+#pragma once
+
+/// @file Where commands and fields exist; the words are those of docs/configuration.md.
+
+#include "protocol/field.hpp"
+
+namespace lk::protocol::table {
+
+inline constexpr When kPidCommands{"pid_commands = true",
+                                   [](const WireFormat& f) { return f.dialect.pid_commands; }};
+inline constexpr When kOffsetCommand{"offset_command = true",
+                                     [](const WireFormat& f) { return f.dialect.offset_command; }};
+inline constexpr When kBrakeCommand{"brake_command = true",
+                                    [](const WireFormat& f) { return f.dialect.brake_command; }};
+inline constexpr When kOpenLoopCommand{
+    "open_loop_command = true", [](const WireFormat& f) { return f.dialect.open_loop_command; }};
+inline constexpr When kParameterCommands{
+    "parameter_commands = true", [](const WireFormat& f) { return f.dialect.parameter_commands; }};
+inline constexpr When kMultiDriveMore{
+    "multi_drive_more = true", [](const WireFormat& f) { return f.dialect.multi_drive_more; }};
+inline constexpr When kSetsAngle{"clear_angle = \"sets_angle\"", [](const WireFormat& f) {
+                                   return f.dialect.clear_angle == ClearAngleMeaning::kSetsAngle;
+                                 }};
+inline constexpr When kSpeedIqLimit{"speed_iq_limit = true, not on MS", [](const WireFormat& f) {
+                                      return f.dialect.speed_iq_limit && f.series != Series::kMs;
+                                    }};
+inline constexpr When kNarrowTarget{"single_turn_target_bits = 16", [](const WireFormat& f) {
+                                      return !f.dialect.wide_single_turn_target;
+                                    }};
+inline constexpr When kWideTarget{"single_turn_target_bits = 32", [](const WireFormat& f) {
+                                    return f.dialect.wide_single_turn_target;
+                                  }};
+inline constexpr When kNarrowAngle{"single_turn_bits = 16",
+                                   [](const WireFormat& f) { return !f.dialect.wide_single_turn; }};
+inline constexpr When kWideAngle{"single_turn_bits = 32",
+                                 [](const WireFormat& f) { return f.dialect.wide_single_turn; }};
+inline constexpr When kDeciVolt{"state_1 = \"decivolt\"", [](const WireFormat& f) {
+                                  return f.dialect.state_1 == State1Layout::kDeciVolt;
+                                }};
+inline constexpr When kCentiVolt{
+    "state_1 = \"centivolt\" or with bus current",
+    [](const WireFormat& f) { return f.dialect.state_1 != State1Layout::kDeciVolt; }};
+inline constexpr When kBusCurrent{
+    "state_1 = \"centivolt_and_bus_current\"",
+    [](const WireFormat& f) { return f.dialect.state_1 == State1Layout::kCentiVoltAndBusCurrent; }};
+inline constexpr When kOnMs{"MS", [](const WireFormat& f) { return f.series == Series::kMs; }};
+inline constexpr When kNotOnMs{"not MS",
+                               [](const WireFormat& f) { return f.series != Series::kMs; }};
+
+}  // namespace lk::protocol::table
