@@ -4,9 +4,9 @@
 #include <set>
 
 #include "emulator/config/config_drive.hpp"
-#include "emulator/config/config_events.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/events/config_events.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <charconv>
 
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/control/control_api.hpp"
 #include "emulator/core/fault_table.hpp"
 

@@ -7,7 +7,7 @@
 #include <system_error>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/files/json_table.hpp"
 #include "emulator/ground/start_error.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 
 namespace lk::emulator {
 

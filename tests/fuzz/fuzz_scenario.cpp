@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string>
 
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario_run.hpp"
 #include "emulator/scenario/live_scenario.hpp"
 #include "tests/fuzz/shipped.hpp"

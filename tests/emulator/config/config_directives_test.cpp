@@ -1,6 +1,6 @@
 // The vocabulary of directives, as files say it and as tables without a text do.
 
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 
 #include <gtest/gtest.h>
 

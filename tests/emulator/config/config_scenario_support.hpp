@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
 namespace lk::emulator {

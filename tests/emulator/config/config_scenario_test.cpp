@@ -1,6 +1,6 @@
 // Scenario files: what they mean.
 
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 
 #include <gtest/gtest.h>
 

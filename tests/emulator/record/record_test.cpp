@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/files/json_table.hpp"
 #include "emulator/ground/start_error.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <sstream>
 
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario_run.hpp"
 #include "emulator/core/scenario_text.hpp"
 #include "emulator/scenario/scenario_report.hpp"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "emulator/config/config_directives.hpp"
 #include "emulator/config/config_ids.hpp"
-#include "emulator/config/config_scenario.hpp"
-#include "emulator/config/config_send.hpp"
+#include "emulator/config/events/config_directives.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
+#include "emulator/config/scenario/config_send.hpp"
 
 namespace lk::emulator {
 namespace {

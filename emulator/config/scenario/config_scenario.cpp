@@ -1,9 +1,9 @@
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 
 #include <algorithm>
 
-#include "emulator/config/config_directives.hpp"
 #include "emulator/config/config_ids.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario_text.hpp"
 
 namespace lk::emulator {

@@ -1,9 +1,9 @@
-#include "emulator/config/config_events.hpp"
+#include "emulator/config/events/config_events.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 
 namespace lk::emulator {
 

@@ -1,13 +1,13 @@
 // [[send]]: what a scenario's host says.
 
-#include "emulator/config/config_send.hpp"
+#include "emulator/config/scenario/config_send.hpp"
 
 #include <algorithm>
 
 #include "emulator/config/candump_log.hpp"
-#include "emulator/config/config_directives.hpp"
 #include "emulator/config/config_ids.hpp"
-#include "emulator/config/config_scenario.hpp"
+#include "emulator/config/events/config_directives.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/frame_text.hpp"
 
 namespace lk::emulator {

@@ -2,7 +2,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/bus.hpp"
 #include "emulator/core/fault_table.hpp"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "emulator/config/config_directives.hpp"
-#include "emulator/config/config_send.hpp"
+#include "emulator/config/events/config_directives.hpp"
+#include "emulator/config/scenario/config_send.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/field_values.hpp"
 

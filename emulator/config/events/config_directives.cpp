@@ -1,4 +1,4 @@
-#include "emulator/config/config_directives.hpp"
+#include "emulator/config/events/config_directives.hpp"
 
 #include <algorithm>
 #include <charconv>
