@@ -26,7 +26,8 @@ enum class Source : std::uint8_t {
 
 /// What a row says besides its fields.
 struct CommandTraits {
-  std::string_view name;       // for people
+  std::string_view name;  // for people
+  std::string_view name_zh = {};
   std::string_view word = {};  // of scenarios
   Source source = Source::kManual;
   Fits fits = Fits::kAllSeries;

@@ -116,7 +116,7 @@ inline constexpr When kAlways{"", [](const WireFormat&) { return true; }};
 struct Field {
   std::string_view name = {};   // of DBC and Wireshark: the same name is the same bits
   std::string_view label = {};  // for people
-  std::string_view key = {};    // of decode and logs, its unit at the end
+  std::string_view key = {};    // of its quantity, which has the unit
   std::string_view word = {};   // of scenarios, where it is not the key
   std::uint8_t byte = 0;        // DATA[byte] is its lowest
   Wire wire = Wire::kU8;

@@ -8,6 +8,7 @@
 #include "protocol/commands.hpp"
 #include "protocol/field.hpp"
 #include "protocol/multi_drive_commands.hpp"
+#include "protocol/quantities.hpp"
 #include "protocol/replies.hpp"
 #include "protocol/rows.hpp"
 #include "protocol/switches.hpp"
@@ -24,7 +25,8 @@ struct FieldRow {
 namespace table {
 
 template <class Member>
-constexpr FieldRow<Member> row(Member member, const Field& field) {
+constexpr FieldRow<Member> row(Member member, Field field) {
+  field.unit = find_quantity(field.key)->unit;  // a key that quantities.hpp lacks does not compile
   return {member, field};
 }
 
@@ -67,56 +69,56 @@ inline constexpr auto kGains = rows(
     row([](auto& c) -> auto& { return c.gains.iq_ki; }, {.name = "iq_ki", .label = "Ki of the current loop", .key = "iq_ki", .byte = 7}));
 
 inline constexpr auto kAcceleration = rows(
-    row([](auto& c) -> auto& { return c.acceleration_dps_s; }, {.name = "acceleration", .label = "Acceleration", .key = "acceleration_dps_s", .byte = 4, .wire = Wire::kI32, .unit = Unit::kDegreePerSecond2, .range = Range::kNotNegative, .beyond = Beyond::kDriveClamps}));
+    row([](auto& c) -> auto& { return c.acceleration_dps_s; }, {.name = "acceleration", .label = "Acceleration", .key = "acceleration_dps_s", .byte = 4, .wire = Wire::kI32, .range = Range::kNotNegative, .beyond = Beyond::kDriveClamps}));
 
 inline constexpr auto kOffset = rows(
-    row([](auto& c) -> auto& { return c.offset_counts; }, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .unit = Unit::kCounts, .range = Range::kEncoder, .beyond = Beyond::kDriveClamps, .period = Period::kEncoder}));
+    row([](auto& c) -> auto& { return c.offset_counts; }, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .range = Range::kEncoder, .beyond = Beyond::kDriveClamps, .period = Period::kEncoder}));
 
 inline constexpr auto kTarget = rows(
-    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "angle_target", .label = "Target angle", .key = "angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}));
+    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "angle_target", .label = "Target angle", .key = "angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}));
 
 inline constexpr auto kSingleTurnTarget = rows(
-    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 4, .wire = Wire::kU16, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kNarrowTarget}),
-    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 4, .wire = Wire::kU32, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kWideTarget}));
+    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 4, .wire = Wire::kU16, .scale = Scale::kHundredth, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kNarrowTarget}),
+    row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "single_turn_target", .label = "Target angle, single-turn", .key = "angle_deg", .byte = 4, .wire = Wire::kU32, .scale = Scale::kHundredth, .range = Range::kCircle, .beyond = Beyond::kNotExecuted, .when = kWideTarget}));
 
 inline constexpr auto kDirection = rows(
     row([](auto& c) -> auto& { return c.direction; }, {.name = "direction", .label = "Direction", .key = "direction", .byte = 1, .range = Range::kWords, .beyond = Beyond::kNotExecuted, .values = kDirections}));
 
 inline constexpr auto kIncrement = rows(
-    row([](auto& c) -> auto& { return c.increment_cdeg; }, {.name = "increment", .label = "Increment", .key = "turn_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .unit = Unit::kDegree}));
+    row([](auto& c) -> auto& { return c.increment_cdeg; }, {.name = "increment", .label = "Increment", .key = "turn_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth}));
 
 inline constexpr auto kMaxSpeed = rows(
-    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .unit = Unit::kDegreePerSecond}));
+    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16}));
 
 inline constexpr auto kTemperature = rows(
-    row([](auto& c) -> auto& { return c.temperature_C; }, {.name = "temperature", .label = "Temperature", .key = "temperature_C", .byte = 1, .wire = Wire::kI8, .unit = Unit::kCelsius}));
+    row([](auto& c) -> auto& { return c.temperature_C; }, {.name = "temperature", .label = "Temperature", .key = "temperature_C", .byte = 1, .wire = Wire::kI8}));
 
 inline constexpr auto kState1 = joined(kTemperature, rows(
-    row(&State1::voltage_V, {.name = "voltage", .label = "Voltage", .key = "voltage_V", .byte = 3, .wire = Wire::kU16, .scale = Scale::kVoltage, .unit = Unit::kVolt, .when = kDeciVolt}),
-    row(&State1::voltage_V, {.name = "voltage", .label = "Voltage", .key = "voltage_V", .byte = 2, .wire = Wire::kU16, .scale = Scale::kVoltage, .unit = Unit::kVolt, .when = kCentiVolt}),
+    row(&State1::voltage_V, {.name = "voltage", .label = "Voltage", .key = "voltage_V", .byte = 3, .wire = Wire::kU16, .scale = Scale::kVoltage, .when = kDeciVolt}),
+    row(&State1::voltage_V, {.name = "voltage", .label = "Voltage", .key = "voltage_V", .byte = 2, .wire = Wire::kU16, .scale = Scale::kVoltage, .when = kCentiVolt}),
     row(&State1::errors, {.name = "errors", .label = "Errors", .key = "errors", .byte = 7, .flags = kErrors}),
-    row(&State1::bus_current_A, {.name = "bus_current", .label = "Bus current", .key = "bus_current_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kCenti, .unit = Unit::kAmpere, .when = kBusCurrent}),
+    row(&State1::bus_current_A, {.name = "bus_current", .label = "Bus current", .key = "bus_current_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kCenti, .when = kBusCurrent}),
     row(&State1::bridge_on, {.name = "bridge", .label = "Bridge", .key = "bridge_on", .byte = 6, .scale = Scale::kBridge, .when = kBusCurrent, .values = kBridge})));
 
 inline constexpr auto kState2 = joined(kTemperature, rows(
-    row(&State2::iq_A, {.name = "iq", .label = "Torque current", .key = "iq_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqReply, .unit = Unit::kAmpere, .range = Range::kIqReply, .when = kNotOnMs}),
-    row(&State2::power_permille, {.name = "power", .label = "Power", .key = "power_permille", .byte = 2, .wire = Wire::kI16, .unit = Unit::kPermille, .range = Range::kPowerReply, .when = kOnMs}),
-    row(&State2::speed_dps, {.name = "speed", .label = "Speed", .key = "speed_dps", .byte = 4, .wire = Wire::kI16, .unit = Unit::kDegreePerSecond}),
-    row(&State2::encoder_counts, {.name = "encoder", .label = "Encoder", .key = "encoder_counts", .word = "encoder", .byte = 6, .wire = Wire::kU16, .unit = Unit::kCounts, .period = Period::kEncoder})));
+    row(&State2::iq_A, {.name = "iq", .label = "Torque current", .key = "iq_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqReply, .range = Range::kIqReply, .when = kNotOnMs}),
+    row(&State2::power_permille, {.name = "power", .label = "Power", .key = "power_permille", .byte = 2, .wire = Wire::kI16, .range = Range::kPowerReply, .when = kOnMs}),
+    row(&State2::speed_dps, {.name = "speed", .label = "Speed", .key = "speed_dps", .byte = 4, .wire = Wire::kI16}),
+    row(&State2::encoder_counts, {.name = "encoder", .label = "Encoder", .key = "encoder_counts", .word = "encoder", .byte = 6, .wire = Wire::kU16, .period = Period::kEncoder})));
 
 inline constexpr auto kState3 = joined(kTemperature, rows(
-    row(&State3::i_a_A, {.name = "i_a", .label = "Current of phase a", .key = "i_a_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent, .unit = Unit::kAmpere}),
-    row(&State3::i_b_A, {.name = "i_b", .label = "Current of phase b", .key = "i_b_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent, .unit = Unit::kAmpere}),
-    row(&State3::i_c_A, {.name = "i_c", .label = "Current of phase c", .key = "i_c_A", .byte = 6, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent, .unit = Unit::kAmpere})));
+    row(&State3::i_a_A, {.name = "i_a", .label = "Current of phase a", .key = "i_a_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent}),
+    row(&State3::i_b_A, {.name = "i_b", .label = "Current of phase b", .key = "i_b_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent}),
+    row(&State3::i_c_A, {.name = "i_c", .label = "Current of phase c", .key = "i_c_A", .byte = 6, .wire = Wire::kI16, .scale = Scale::kPhaseCurrent})));
 
 inline constexpr auto kEncoderReply = rows(
-    row(&Encoder::encoder_counts, {.name = "encoder_position", .label = "Encoder", .key = "encoder_counts", .word = "encoder", .byte = 2, .wire = Wire::kU16, .unit = Unit::kCounts, .period = Period::kEncoder}),
-    row(&Encoder::raw_counts, {.name = "encoder_raw", .label = "Encoder, raw", .key = "raw_counts", .byte = 4, .wire = Wire::kU16, .unit = Unit::kCounts, .period = Period::kEncoder}),
-    row(&Encoder::offset_counts, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .unit = Unit::kCounts, .period = Period::kEncoder}));
+    row(&Encoder::encoder_counts, {.name = "encoder_position", .label = "Encoder", .key = "encoder_counts", .word = "encoder", .byte = 2, .wire = Wire::kU16, .period = Period::kEncoder}),
+    row(&Encoder::raw_counts, {.name = "encoder_raw", .label = "Encoder, raw", .key = "raw_counts", .byte = 4, .wire = Wire::kU16, .period = Period::kEncoder}),
+    row(&Encoder::offset_counts, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .period = Period::kEncoder}));
 
 inline constexpr auto kSingleTurnReply = rows(
-    row(&SingleTurnAngle::angle_cdeg, {.name = "single_turn_angle", .label = "Single-turn angle", .key = "angle_deg", .byte = 6, .wire = Wire::kU16, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kTurn, .beyond = Beyond::kDriveClamps, .when = kNarrowAngle, .period = Period::kCircle}),
-    row(&SingleTurnAngle::angle_cdeg, {.name = "single_turn_angle", .label = "Single-turn angle", .key = "angle_deg", .byte = 4, .wire = Wire::kU32, .scale = Scale::kHundredth, .unit = Unit::kDegree, .when = kWideAngle, .period = Period::kCircle}));
+    row(&SingleTurnAngle::angle_cdeg, {.name = "single_turn_angle", .label = "Single-turn angle", .key = "angle_deg", .byte = 6, .wire = Wire::kU16, .scale = Scale::kHundredth, .range = Range::kTurn, .beyond = Beyond::kDriveClamps, .when = kNarrowAngle, .period = Period::kCircle}),
+    row(&SingleTurnAngle::angle_cdeg, {.name = "single_turn_angle", .label = "Single-turn angle", .key = "angle_deg", .byte = 4, .wire = Wire::kU32, .scale = Scale::kHundredth, .when = kWideAngle, .period = Period::kCircle}));
 
 constexpr int number(ParameterId id) { return static_cast<int>(id); }
 inline constexpr auto kKp = [](auto& c) -> auto& { return c.parameter.gains.kp; };
@@ -134,12 +136,12 @@ inline constexpr auto kParameter = rows(
     row(kKp, {.name = "iq_kp", .label = "Kp of the current loop", .key = "kp", .byte = 2, .wire = Wire::kU16, .parameter = number(ParameterId::kCurrentGains)}),
     row(kKi, {.name = "iq_ki", .label = "Ki of the current loop", .key = "ki", .byte = 4, .wire = Wire::kU16, .parameter = number(ParameterId::kCurrentGains)}),
     row(kKd, {.name = "iq_kd", .label = "Kd of the current loop", .key = "kd", .byte = 6, .wire = Wire::kU16, .parameter = number(ParameterId::kCurrentGains)}),
-    row(kNumber, {.name = "register_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kIqCommand, .unit = Unit::kAmpere, .range = Range::kMaxCurrent, .beyond = Beyond::kDriveClamps, .when = kNotOnMs, .parameter = number(ParameterId::kMaxTorqueCurrent)}),
-    row(kNumber, {.name = "register_max_power", .label = "Max Power", .key = "max_power_permille", .byte = 4, .wire = Wire::kI16, .unit = Unit::kPermille, .range = Range::kMaxCurrent, .beyond = Beyond::kDriveClamps, .when = kOnMs, .parameter = number(ParameterId::kMaxTorqueCurrent)}),
-    row(kNumber, {.name = "register_max_speed", .label = "Max Speed", .key = "max_speed_dps", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .unit = Unit::kDegreePerSecond, .range = Range::kSpeedSetting, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kMaxSpeed)}),
-    row(kNumber, {.name = "register_max_angle", .label = "Max Angle", .key = "max_angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kAngleSetting, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kMaxAngle)}),
-    row(kNumber, {.name = "register_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .byte = 4, .wire = Wire::kI32, .scale = Scale::kThousandth, .unit = Unit::kAmperePerSecond, .range = Range::kCurrentRamp, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kCurrentRamp)}),
-    row(kNumber, {.name = "register_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .byte = 4, .wire = Wire::kI32, .unit = Unit::kDegreePerSecond2, .range = Range::kNotNegative, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kSpeedRamp)}));
+    row(kNumber, {.name = "register_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kIqCommand, .range = Range::kMaxCurrent, .beyond = Beyond::kDriveClamps, .when = kNotOnMs, .parameter = number(ParameterId::kMaxTorqueCurrent)}),
+    row(kNumber, {.name = "register_max_power", .label = "Max Power", .key = "max_power_permille", .byte = 4, .wire = Wire::kI16, .range = Range::kMaxCurrent, .beyond = Beyond::kDriveClamps, .when = kOnMs, .parameter = number(ParameterId::kMaxTorqueCurrent)}),
+    row(kNumber, {.name = "register_max_speed", .label = "Max Speed", .key = "max_speed_dps", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .range = Range::kSpeedSetting, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kMaxSpeed)}),
+    row(kNumber, {.name = "register_max_angle", .label = "Max Angle", .key = "max_angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .range = Range::kAngleSetting, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kMaxAngle)}),
+    row(kNumber, {.name = "register_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .byte = 4, .wire = Wire::kI32, .scale = Scale::kThousandth, .range = Range::kCurrentRamp, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kCurrentRamp)}),
+    row(kNumber, {.name = "register_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .byte = 4, .wire = Wire::kI32, .range = Range::kNotNegative, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kSpeedRamp)}));
 
 /// The same field for each of the drives 1..4: `member` is an array.
 template <class Member>
@@ -148,7 +150,8 @@ constexpr auto slots(Member member, Field field, const std::array<std::string_vi
   constexpr std::array<std::string_view, kMultiDriveSlots> kKeys = {"1", "2", "3", "4"};
   const auto slot = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
     field.name = names[N], field.label = kLabels[N], field.key = kKeys[N], field.byte = 2 * N;
-    return row([member](auto& c) -> auto& { return std::get<N>(c.*member); }, field);
+    const auto slot_member = [member](auto& c) -> auto& { return std::get<N>(c.*member); };
+    return FieldRow<std::remove_const_t<decltype(slot_member)>>{slot_member, field};
   };
   return rows(slot(std::integral_constant<std::size_t, 0>{}), slot(std::integral_constant<std::size_t, 1>{}),
                     slot(std::integral_constant<std::size_t, 2>{}), slot(std::integral_constant<std::size_t, 3>{}));

@@ -6,43 +6,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "protocol/command_info.hpp"
+#include "protocol/quantities.hpp"
+
 namespace lk::emulator {
 namespace {
 
 constexpr Words kWords[] = {
-    // commands
-    {"write present position to ROM as zero", "写入当前位置到 ROM 作为零点"},
-    {"read PID", "读取 PID 参数"},
-    {"write PID to RAM", "写入 PID 参数到 RAM"},
-    {"write PID to ROM", "写入 PID 参数到 ROM"},
-    {"read acceleration", "读取加速度"},
-    {"write acceleration to RAM", "写入加速度到 RAM"},
-    {"off", "关闭"},
-    {"stop", "停止"},
-    {"run", "运行"},
-    {"brake", "抱闸"},
-    {"read encoder", "读取编码器"},
-    {"write encoder offset to ROM", "写入编码器零偏到 ROM"},
-    {"read multi-turn angle", "读取多圈角度"},
-    {"read single-turn angle", "读取单圈角度"},
-    {"clear angle", "清除电机角度"},
-    {"read state 1", "读取状态 1"},
-    {"clear errors", "清除错误标志"},
-    {"read state 2", "读取状态 2"},
-    {"read state 3", "读取状态 3"},
-    {"open-loop power", "开环输出功率"},
-    {"torque", "转矩"},
-    {"speed", "速度"},
-    {"position 1, multi-turn", "多圈位置 1"},
-    {"position 2, multi-turn, max speed", "多圈位置 2，限速"},
-    {"position 3, single-turn", "单圈位置 3"},
-    {"position 4, single-turn, max speed", "单圈位置 4，限速"},
-    {"position 5, increment", "增量位置 5"},
-    {"position 6, increment, max speed", "增量位置 6，限速"},
-    {"read parameter", "读取参数"},
-    {"write parameter to RAM", "写入参数到 RAM"},
-    {"position, multi-turn", "多圈位置"},
-    {"any single command", "任意单电机命令"},
     // why a frame means nothing
     {"error frame", "错误帧"},
     {"CAN FD", "CAN FD 帧"},
@@ -83,45 +53,6 @@ constexpr std::string_view kErrorClasses[] = {"transmission timed out",
                                               "bus-off",
                                               "bus error",
                                               "controller restarted"};
-
-struct Quantity {
-  std::string_view key;
-  Words words;
-  std::string_view unit;
-};
-
-constexpr Quantity kQuantities[] = {
-    {"angle_kp", {"angle Kp", "角度环 Kp"}, ""},
-    {"angle_ki", {"angle Ki", "角度环 Ki"}, ""},
-    {"speed_kp", {"speed Kp", "速度环 Kp"}, ""},
-    {"speed_ki", {"speed Ki", "速度环 Ki"}, ""},
-    {"iq_kp", {"iq Kp", "电流环 Kp"}, ""},
-    {"iq_ki", {"iq Ki", "电流环 Ki"}, ""},
-    {"kp", {"Kp", "Kp"}, ""},
-    {"ki", {"Ki", "Ki"}, ""},
-    {"kd", {"Kd", "Kd"}, ""},
-    {"acceleration_dps_s", {"acceleration", "加速度"}, "°/s²"},
-    {"offset_counts", {"offset", "零偏"}, ""},
-    {"power_permille", {"power", "功率"}, "‰"},
-    {"iq_A", {"iq", "转矩电流"}, "A"},
-    {"iq_limit_A", {"iq limit", "转矩电流限值"}, "A"},
-    {"speed_dps", {"speed", "速度"}, "°/s"},
-    {"angle_deg", {"angle", "角度"}, "°"},
-    {"turn_deg", {"increment", "增量"}, "°"},
-    {"max_speed_dps", {"max speed", "最大速度"}, "°/s"},
-    {"max_angle_deg", {"max angle", "最大角度"}, "°"},
-    {"max_current_A", {"max torque current", "最大转矩电流"}, "A"},
-    {"max_power_permille", {"max power", "最大功率"}, "‰"},
-    {"current_ramp_A_s", {"current ramp", "电流斜坡"}, "A/s"},
-    {"encoder_counts", {"encoder", "编码器位置"}, ""},
-    {"raw_counts", {"raw", "原始位置"}, ""},
-    {"temperature_C", {"temperature", "温度"}, "°C"},
-    {"voltage_V", {"voltage", "电压"}, "V"},
-    {"bus_current_A", {"bus current", "母线电流"}, "A"},
-    {"i_a_A", {"ia", "A 相电流"}, "A"},
-    {"i_b_A", {"ib", "B 相电流"}, "A"},
-    {"i_c_A", {"ic", "C 相电流"}, "A"},
-};
 
 /// Values that are words.
 struct Choice {
@@ -185,16 +116,21 @@ std::string quantity_text(const ReplyValue& one, std::uint32_t asked, Language l
       return std::string(choice.words.in(language));
     }
   }
-  const auto* const known = std::ranges::find(kQuantities, one.name, &Quantity::key);
-  if (known == std::end(kQuantities))
+  const auto* const known = protocol::find_quantity(one.name);
+  if (known == nullptr || known->en.empty())
     return fmt::format("{} {}", one.name, three_decimals(one.value));
-  return fmt::format("{} {}", known->words.in(language), with_unit(one.value, known->unit));
+  return fmt::format("{} {}", Words{known->en, known->zh}.in(language),
+                     with_unit(one.value, protocol::texts_of(known->unit).symbol));
 }
 
 }  // namespace
 
 std::string_view in_language(std::string_view english, Language language) {
   if (language == Language::kEnglish) return english;
+  for (const auto rows : {protocol::commands(), protocol::multi_drive_commands()}) {
+    const auto command = std::ranges::find(rows, english, &protocol::CommandInfo::name);
+    if (command != rows.end()) return command->name_zh;
+  }
   const auto* const found = std::ranges::find(kWords, english, &Words::en);
   return found != std::end(kWords) ? found->zh : english;
 }

@@ -109,28 +109,14 @@ std::string probe_text(Trait trait, int drive) {
 }
 
 std::optional<Trait> trait_behind(Opcode opcode) {
-  switch (opcode) {
-    case protocol::ReadPid::kOpcode:
-    case protocol::WritePidToRam::kOpcode:
-    case protocol::WritePidToRom::kOpcode:
-    case protocol::ReadAcceleration::kOpcode:
-    case protocol::WriteAccelerationToRam::kOpcode:
-      return Trait::kPid;
-    case protocol::WriteOffsetToRom::kOpcode:
-      return Trait::kOffset;
-    case protocol::Brake::kOpcode:
-      return Trait::kBrake;
-    case protocol::ReadParameter::kOpcode:
-    case protocol::WriteParameter::kOpcode:
-      return Trait::kParameters;
-    case protocol::OpenLoop::kOpcode:
-      return Trait::kOpenLoop;
-    case protocol::Torque::kOpcode:
-    case protocol::ReadState3::kOpcode:
-      return Trait::kSeries;
-    default:  // every drive answers it
-      return std::nullopt;
-  }
+  const auto* const command = protocol::find_command(static_cast<std::uint8_t>(opcode));
+  if (command == nullptr) return std::nullopt;
+  if (command->fits == protocol::Fits::kAllButMs) return Trait::kSeries;
+  const auto* const row = std::ranges::find_if(kRows, [command](const TraitRow& one) {
+    return command->when.words == std::string(one.key) + " = true";
+  });
+  if (row == std::end(kRows)) return std::nullopt;
+  return static_cast<Trait>(std::distance(std::begin(kRows), row));
 }
 
 }  // namespace lk::emulator

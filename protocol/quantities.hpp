@@ -1,0 +1,67 @@
+#pragma once
+
+/// @file The quantities that fields are of: their keys, units, and words for people.
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+#include "protocol/field.hpp"
+
+namespace lk::protocol {
+
+/// What decode, logs and scenarios call a field by.
+struct Quantity {
+  std::string_view key;  // its unit at the end
+  Unit unit = Unit::kNone;
+  std::string_view en = {}, zh = {};  // empty: its values are words
+};
+
+// clang-format off
+inline constexpr Quantity kQuantities[] = {
+    {"angle_kp", Unit::kNone, "angle Kp", "角度环 Kp"},
+    {"angle_ki", Unit::kNone, "angle Ki", "角度环 Ki"},
+    {"speed_kp", Unit::kNone, "speed Kp", "速度环 Kp"},
+    {"speed_ki", Unit::kNone, "speed Ki", "速度环 Ki"},
+    {"iq_kp", Unit::kNone, "iq Kp", "电流环 Kp"},
+    {"iq_ki", Unit::kNone, "iq Ki", "电流环 Ki"},
+    {"kp", Unit::kNone, "Kp", "Kp"},
+    {"ki", Unit::kNone, "Ki", "Ki"},
+    {"kd", Unit::kNone, "Kd", "Kd"},
+    {"acceleration_dps_s", Unit::kDegreePerSecond2, "acceleration", "加速度"},
+    {"offset_counts", Unit::kCounts, "offset", "零偏"},
+    {"power_permille", Unit::kPermille, "power", "功率"},
+    {"iq_A", Unit::kAmpere, "iq", "转矩电流"},
+    {"iq_limit_A", Unit::kAmpere, "iq limit", "转矩电流限值"},
+    {"speed_dps", Unit::kDegreePerSecond, "speed", "速度"},
+    {"angle_deg", Unit::kDegree, "angle", "角度"},
+    {"turn_deg", Unit::kDegree, "increment", "增量"},
+    {"max_speed_dps", Unit::kDegreePerSecond, "max speed", "最大速度"},
+    {"max_angle_deg", Unit::kDegree, "max angle", "最大角度"},
+    {"max_current_A", Unit::kAmpere, "max torque current", "最大转矩电流"},
+    {"max_power_permille", Unit::kPermille, "max power", "最大功率"},
+    {"current_ramp_A_s", Unit::kAmperePerSecond, "current ramp", "电流斜坡"},
+    {"encoder_counts", Unit::kCounts, "encoder", "编码器位置"},
+    {"raw_counts", Unit::kCounts, "raw", "原始位置"},
+    {"temperature_C", Unit::kCelsius, "temperature", "温度"},
+    {"voltage_V", Unit::kVolt, "voltage", "电压"},
+    {"bus_current_A", Unit::kAmpere, "bus current", "母线电流"},
+    {"i_a_A", Unit::kAmpere, "ia", "A 相电流"},
+    {"i_b_A", Unit::kAmpere, "ib", "B 相电流"},
+    {"i_c_A", Unit::kAmpere, "ic", "C 相电流"},
+    {"direction"},
+    {"errors"},
+    {"bridge_on"},
+    {"parameter"},
+    {"action"},
+    {"coil_powered"},
+};
+// clang-format on
+
+/// Null: there is none.
+constexpr const Quantity* find_quantity(std::string_view key) {
+  const auto* const found = std::ranges::find(kQuantities, key, &Quantity::key);
+  return found != std::end(kQuantities) ? found : nullptr;
+}
+
+}  // namespace lk::protocol
