@@ -24,11 +24,14 @@ function(lk_install_headers directory)
   install(FILES ${ARGN} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lk-emu/${directory} COMPONENT development)
 endfunction()
 file(GLOB protocol_headers CONFIGURE_DEPENDS protocol/*.hpp)
-file(GLOB core_headers CONFIGURE_DEPENDS emulator/core/*.hpp)
 lk_install_headers(protocol ${protocol_headers})
 lk_install_headers(model
   model/drive_bank.hpp model/drive_params.hpp model/faults.hpp model/lane_kernel.hpp model/setpoint.hpp)
-lk_install_headers(emulator/core ${core_headers})
+foreach(folder emulator/core emulator/core/bus emulator/core/faults emulator/core/node emulator/core/scenario
+    emulator/core/servo emulator/core/wire)
+  file(GLOB headers CONFIGURE_DEPENDS ${folder}/*.hpp)
+  lk_install_headers(${folder} ${headers})
+endforeach()
 lk_install_headers(emulator/config
   emulator/config/candump_log.hpp emulator/config/config.hpp emulator/config/config_error.hpp
   emulator/config/motor_figures.hpp emulator/config/motor_file.hpp emulator/config/profile.hpp emulator/config/rom_file.hpp)

@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "emulator/config/profile_fields.hpp"
-#include "emulator/core/servo.hpp"
-#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/units.hpp"
 
 namespace lk::emulator {

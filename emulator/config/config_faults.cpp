@@ -3,8 +3,8 @@
 #include <sstream>
 
 #include "emulator/config/config_directives.hpp"
-#include "emulator/core/bus.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 
 namespace lk::emulator {
 namespace {

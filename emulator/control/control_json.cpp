@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "emulator/config/profile_fields.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/core/scenario_text.hpp"
-#include "emulator/core/shaft_angles.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/program/motor_listing.hpp"
 #include "emulator/program/profile_files.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/fault_listing.hpp"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "emulator/advice/adviser.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/program/pacer.hpp"
 #include "emulator/program/socketcan_port.hpp"
 #include "emulator/rom/rom_gate.hpp"

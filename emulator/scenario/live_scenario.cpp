@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "emulator/control/json_table.hpp"
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {

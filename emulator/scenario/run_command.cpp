@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/program/cli.hpp"
 #include "emulator/program/commands.hpp"
 #include "emulator/program/language_option.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "host/can_port.hpp"
 
 namespace robot {

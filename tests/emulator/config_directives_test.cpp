@@ -6,8 +6,8 @@
 
 #include <map>
 
-#include "emulator/core/bus.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

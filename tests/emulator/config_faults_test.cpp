@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "tests/emulator/config_support.hpp"
 
 namespace lk::emulator {

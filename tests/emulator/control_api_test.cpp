@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/ctl/ctl_words.hpp"
 #include "emulator/decode/frame_words.hpp"
 #include "tests/emulator/control_support.hpp"

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario/sampler.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "tests/emulator/config_support.hpp"
 

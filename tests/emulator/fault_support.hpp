@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::test {

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "tests/emulator/link_support.hpp"
 
 namespace lk::emulator {

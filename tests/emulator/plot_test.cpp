@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/plot/axis.hpp"
 #include "emulator/plot/panel_table.hpp"
 #include "emulator/plot/run_picture.hpp"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "emulator/core/directive.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "protocol/opcodes.hpp"
 
 namespace lk::test {

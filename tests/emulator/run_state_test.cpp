@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "emulator/core/servo.hpp"
+#include "emulator/core/servo/servo.hpp"
 #include "tests/emulator/fault_support.hpp"
 #include "tests/support/test_bus.hpp"
 

@@ -1,10 +1,10 @@
 // What comes of a scenario as a whole: its verdict, its traffic, the script of its host.
 
-#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
 
 #include <gtest/gtest.h>
 
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

@@ -6,8 +6,8 @@
 #include <chrono>
 
 #include "emulator/core/directive.hpp"
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::fuzz {
