@@ -255,7 +255,7 @@ TEST(Vocabulary, ATableInMemoryIsReadLikeOneOfAFile) {
   const auto directives = read(request, Timing::kNow);
   ASSERT_EQ(directives.size(), 1U);
   const Fault& fault = std::get<SetFault>(directives[0].directive.what).fault;
-  EXPECT_EQ(fault.kind, FaultKind::kJam);
+  EXPECT_EQ(fault.row->word, "jam");
   EXPECT_EQ(fault.ids, (std::vector{2, 5}));
   EXPECT_EQ(fault.values[0], 40);
   EXPECT_EQ(fault.duration, 500ms);

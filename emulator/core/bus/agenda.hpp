@@ -12,42 +12,48 @@
 
 namespace lk::emulator {
 
+// Of the drive `id`.
+
 /// The next step of a supply's way to its new voltage.
 struct SupplyStep {
-  std::size_t index;
+  int id;
 };
 /// The end of a sag.
 struct SagEnd {
-  std::size_t index;
+  int id;
 };
 /// A drive's memory has taken the write it began first.
 struct RomWritten {
-  std::size_t index;
+  int id;
 };
 /// The end of a power cycle.
 struct Reconnect {
-  std::size_t index;
+  int id;
 };
-/// A fault begins; its present time is over. By its place among the bus's faults.
+/// A drive's controller has counted out its time off the bus.
+struct BusOffEnd {
+  int id;
+};
+
+// Of a fault, by its place on the board.
+
+/// A fault begins; its present time is over.
 struct FaultBegin {
   std::size_t fault;
 };
 struct FaultEnd {
   std::size_t fault;
 };
+/// The drive `id` sends the next frame that nobody asked for.
+struct Babbling {
+  std::size_t fault;
+  int id;
+};
 /// Conditions and faults that last are looked at.
 struct Look {};
-/// A drive sends the next frame that nobody asked for, because of a fault.
-struct Babble {
-  std::size_t fault;
-  std::size_t index;
-};
-/// A drive's controller has counted out its time off the bus.
-struct BusOffEnd {
-  std::size_t index;
-};
-using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, FaultBegin,
-                          FaultEnd, Look, Babble, BusOffEnd>;
+
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, BusOffEnd,
+                          FaultBegin, FaultEnd, Babbling, Look>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.
@@ -57,6 +63,16 @@ class Agenda {
     // Latest first, so that the next one is taken from the end; before its equals, to come after.
     const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
     entries_.insert(place, {at, std::move(task)});
+  }
+  /// A look at `at` at the latest; there is one at a time.
+  void look_by(SimTime at) {
+    if (next_look_ && *next_look_ <= at) return;
+    next_look_ = at;
+    enter(at, Look{});
+  }
+  /// Everything has been looked at, because that was due or because somebody could not wait.
+  void looked(SimTime now) {
+    if (next_look_ && *next_look_ <= now) next_look_.reset();
   }
   std::optional<SimTime> next_due() const {
     return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
@@ -69,26 +85,13 @@ class Agenda {
   }
   /// Forgets what of this kind is to happen to a drive.
   template <class Kind>
-  void forget(std::size_t index) {
-    std::erase_if(entries_, [index](const Entry& entry) {
-      const auto* task = std::get_if<Kind>(&entry.task);
-      return task != nullptr && task->index == index;
-    });
+  void forget(int id) {
+    forget_if<Kind>([id](const Kind& task) { return task.id == id; });
   }
-  /// Forgets the coming beginnings and the end of a fault.
+  /// Forgets what of this kind is to happen because of a fault.
+  template <class Kind>
   void forget_fault(std::size_t fault) {
-    std::erase_if(entries_, [fault](const Entry& entry) {
-      const auto* begin = std::get_if<FaultBegin>(&entry.task);
-      const auto* end = std::get_if<FaultEnd>(&entry.task);
-      return (begin != nullptr && begin->fault == fault) || (end != nullptr && end->fault == fault);
-    });
-  }
-  /// Forgets what a babbling drive is going to say because of a fault.
-  void forget_babble(std::size_t fault) {
-    std::erase_if(entries_, [fault](const Entry& entry) {
-      const auto* babble = std::get_if<Babble>(&entry.task);
-      return babble != nullptr && babble->fault == fault;
-    });
+    forget_if<Kind>([fault](const Kind& task) { return task.fault == fault; });
   }
 
  private:
@@ -96,7 +99,16 @@ class Agenda {
     SimTime at;
     Task task;
   };
+  template <class Kind, class Which>
+  void forget_if(const Which& which) {
+    std::erase_if(entries_, [&](const Entry& entry) {
+      const auto* task = std::get_if<Kind>(&entry.task);
+      return task != nullptr && which(*task);
+    });
+  }
+
   std::vector<Entry> entries_;
+  std::optional<SimTime> next_look_;
 };
 
 }  // namespace lk::emulator

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <iterator>
-
-#include "emulator/core/wire_timing.hpp"
+#include <utility>
 
 namespace lk::emulator {
 namespace {
@@ -31,35 +29,27 @@ Drop drop_cause(protocol::Reject reject) {
 
 }  // namespace
 
-Bus::Bus(const BusConfig& config)
-    : bitrate_(config.bitrate), wire_(config.bitrate), seed_(config.seed) {
-  index_of_id_.fill(-1);
-  const std::vector<MotorPlace> motors = build_motors(config);
-  nodes_.reserve(config.servos.size());
-  rom_writes_.reserve(config.servos.size());
+Bus::Bus(const BusConfig& config) : wire_(config.bitrate), motors_(config), faults_(config.seed) {
+  const std::vector<MotorPlace> places = Motors::places(config);
   for (std::size_t k = 0; k < config.servos.size(); ++k) {
     const ServoConfig& servo = config.servos[k];
-    assert(servo.id >= protocol::kMinId && servo.id <= protocol::kMaxId && !has(servo.id));
-    assert(k == 0 || servo.id > config.servos[k - 1].id);
-    index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<std::int8_t>(k);
-    const model::DriveBank& drives = banks_[motors[k].bank].drives;
-    nodes_.push_back({Servo(servo, drives.telemetry(motors[k].lane)), motors[k]});
-    nodes_.back().timeline.supply_V = servo.profile.drive.supply.v_source;
-    nodes_.back().timeline.alive = drives.alive(motors[k].lane);
+    Servo firmware(servo, motors_.bank(places[k]).telemetry(places[k].lane));
+    const Power power(servo.profile.drive.supply.v_source, motors_.alive(places[k]));
+    const DriveLink link{.owner = firmware.reply_id()};
+    nodes_.add({std::move(firmware), places[k], power, Memory(), link});
   }
-  for (const TimedDirective& event : config.events) {
-    plan(event);
-  }
+  rom_writes_.reserve(nodes_.size());
+  for (const TimedDirective& event : config.events) plan(event);
 }
 
 void Bus::receive(const TimedFrame& in) {
   ++stats_.frames;
   if (in.frame.kind == protocol::FrameKind::kError) {
-    drop(Drop::kErrorFrame);
+    stats_.drop(Drop::kErrorFrame);
     return;
   }
   if (in.frame.kind == protocol::FrameKind::kFd) {
-    drop(Drop::kCanFd);  // no classical bus carries it
+    stats_.drop(Drop::kCanFd);  // no classical bus carries it
     return;
   }
   const SimTime at = std::max(in.at, time_);
@@ -67,7 +57,7 @@ void Bus::receive(const TimedFrame& in) {
     advance_to(at);
   }
   if (wire_.host_queue_full()) {
-    drop(Drop::kQueueFull);
+    stats_.drop(Drop::kQueueFull);
     return;
   }
   wire_.send_from_host(at, in.frame);
@@ -95,19 +85,14 @@ void Bus::deliver_to(SimTime until) {
     }
     time_ = target;
     if (due && *due <= target) {
-      happen();
+      if (agenda_.next_due() && *agenda_.next_due() <= time_) {
+        perform(agenda_.take());
+      } else {
+        deliver_next();
+      }
     } else if (target == until) {
       return;
     }
-  }
-}
-
-/// What is due at `time()`, the first of it.
-void Bus::happen() {
-  if (agenda_.next_due() && *agenda_.next_due() <= time_) {
-    perform(agenda_.take());
-  } else {
-    deliver_next();
   }
 }
 
@@ -126,13 +111,12 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
   if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
     return;  // whoever takes that one will hear whether it is durable
   }
-  std::vector<Timeline::Writing>& writing = nodes_[index_of(id)].timeline.writing;
-  if (writing.empty()) {
-    nodes_[index_of(id)].servo.restore_rom(rom, wear);
+  Node& node = nodes_.of(id);
+  if (node.memory.idle()) {
+    node.servo.restore_rom(rom, wear);
   } else {
     // It brings what the failed one brought; only if the power cuts it short is that gone.
-    writing.front().rom_before = rom;
-    writing.front().wear_before = wear;
+    node.memory.set_before(rom, wear);
   }
 }
 
@@ -148,12 +132,16 @@ void Bus::deliver_next() {
   }
   const auto delivery = wire_.deliver(time_);
   assert(delivery);
-  if (had_errors_) {
-    count_success(*delivery);
+  if (had_errors_) {  // everybody's counters go down again
+    count_success(host_link_, delivery->from_host);
+    if (!delivery->from_host) {
+      int& errors = transmit_errors({delivery->frame, false, delivery->owner});
+      errors = std::max(errors - 1, 0);
+    }
   }
   if (delivery->from_host) {
     process_query(delivery->at, delivery->frame);
-    duplicates_hear(delivery->at, delivery->frame);
+    stats_.extra_frames += duplicates_.hear(delivery->at, delivery->frame, wire_, faults_, time_);
   } else {
     const std::uint32_t id = delivery->owner & 0x3FU;
     const bool tells = (delivery->frame.id & 0x3FU) == id;
@@ -166,66 +154,68 @@ void Bus::deliver_next() {
 void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   const auto addressed = protocol::address(frame);
   if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
-    drop(drop_cause(*reject));
+    stats_.drop(drop_cause(*reject));
     return;
   }
   const int id = std::get<int>(addressed);
   if (id != protocol::kMultiDrive && !has(id)) {
-    drop(Drop::kNoSuchDrive);
+    stats_.drop(Drop::kNoSuchDrive);
     return;
   }
   if (id == protocol::kMultiDrive) {
     process_multi_drive(at, frame);
     return;
   }
-  count_command(id, frame);
-  if (!nodes_[index_of(id)].timeline.alive) {
-    drop(Drop::kNoPower);
+  // Whoever waits for the query has its turn before the drive hears it.
+  if (!conditions_.empty() && conditions_.count(id, frame.data[0], time_)) look();
+  Node& node = nodes_.of(id);
+  if (!node.power.alive) {
+    stats_.drop(Drop::kNoPower);
     return;
   }
-  Servo& servo = nodes_[index_of(id)].servo;
+  Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
-    drop(Drop::kWrongMode);
+    stats_.drop(Drop::kWrongMode);
     return;
   }
   protocol::Frame heard = frame;
-  if (!hears(index_of(id), heard)) {
-    drop(Drop::kFault);
+  if (!faults_.hear(node.link, servo, heard, time_)) {
+    stats_.drop(Drop::kFault);
     return;
   }
   const auto understood = servo.understand(heard);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
-    if (busy(index_of(id))) {
-      ignored_for_full_queue(index_of(id), heard);
-      drop(Drop::kDriveBusy);
+    if (node.link.full(wire_)) {
+      faults_.count_ignored(node.id(), heard, time_);
+      stats_.drop(Drop::kDriveBusy);
       return;
     }
     ++stats_.queries;
-    answer(at, index_of(id), *query);
+    answer(at, node, *query);
   } else {
     servo.count_unknown_command();
-    drop(Drop::kUnknownCommand);
+    stats_.drop(Drop::kUnknownCommand);
   }
 }
 
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
-  if (!nodes_.empty() &&
-      std::ranges::none_of(nodes_, [](const Node& node) { return node.timeline.alive; })) {
-    drop(Drop::kNoPower);
+  if (nodes_.size() > 0 &&
+      std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
+    stats_.drop(Drop::kNoPower);
     return;
   }
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    if (!nodes_[k].timeline.alive) {
+  for (Node& node : nodes_) {
+    if (!node.power.alive) {
       continue;
     }
-    Servo& servo = nodes_[k].servo;
+    Servo& servo = node.servo;
     protocol::Frame heard = frame;
-    if (!hears(k, heard)) {
+    if (!faults_.hear(node.link, servo, heard, time_)) {
       cause = Drop::kFault;
       continue;
     }
@@ -239,12 +229,12 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
-      if (busy(k)) {
-        ignored_for_full_queue(k, heard);
+      if (node.link.full(wire_)) {
+        faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
         continue;
       }
-      answer(at, k, *query);
+      answer(at, node, *query);
       answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
@@ -253,31 +243,32 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   if (answered) {
     ++stats_.queries;
   } else {
-    drop(cause);
+    stats_.drop(cause);
   }
 }
 
-void Bus::answer(SimTime at, std::size_t index, const protocol::Query& query) {
-  Servo& servo = nodes_[index].servo;
+void Bus::answer(SimTime at, Node& node, const protocol::Query& query) {
+  Servo& servo = node.servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
-  const protocol::Reply reply = servo.handle(query, lane(index));
+  const protocol::Reply reply = servo.handle(query, lane(node));
   // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
-  SimTime ready = bitrate_ > 0 ? at + servo.reply_time() : at;
-  std::uint64_t rom_write = 0;
+  Outgoing said{wire_.bitrate() > 0 ? at + servo.reply_time() : at, servo.encode(reply)};
   if (servo.stats().rom_writes != writes_before) {
-    rom_write = servo.stats().rom_writes;
-    ready = std::max(ready, begin_rom_write(index, at));
+    said.after_rom_write = servo.stats().rom_writes;
+    const SimTime done = node.memory.begin(at, servo);
+    agenda_.enter(done, RomWritten{node.id()});
+    said.ready = std::max(said.ready, done);
   }
-  book_firmware(index);
-  if (active_fault(index, FaultKind::kSlowReplies) != nullptr) {
-    for (LiveFault& live : faults_) {
-      if (live.fault.kind == FaultKind::kSlowReplies && live.active() && live.is_of(servo.id())) {
-        ready += from_ms(live.value(0));
-        took_effect(live, servo.id());
-      }
-    }
+  if (!faults_.any_active()) {
+    node.link.last_said = said;
+    stats_.replies_lost += node.link.send(wire_, said);
+    return;
   }
-  say(index, ready, servo.encode(reply), rom_write);
+  faults_.count_shown(servo, time_);
+  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, time_);
+  if (!made.stale) node.link.last_said = said;
+  stats_.extra_frames += made.extra;
+  stats_.replies_lost += made.lost + node.link.send(wire_, made.out);
 }
 
 BusStats Bus::stats() const {
@@ -293,16 +284,6 @@ BusStats Bus::stats() const {
     sum.rom_writes += node.servo.stats().rom_writes;
   }
   return sum;
-}
-
-bool Bus::has(int id) const {
-  return id >= protocol::kMinId && id <= protocol::kMaxId &&
-         index_of_id_[static_cast<std::size_t>(id)] >= 0;
-}
-
-std::size_t Bus::index_of(int id) const {
-  assert(has(id));
-  return static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(id)]);
 }
 
 }  // namespace lk::emulator

@@ -1,350 +1,124 @@
-// Faults and conditions of a bus: when they begin and end, and what shows of them.
-
-#include <algorithm>
-#include <cassert>
+// Faults of a bus: when they begin and end, what they do, and what shows of them.
 
 #include "emulator/core/bus/bus.hpp"
-#include "emulator/core/faults/fault_table.hpp"
-#include "emulator/core/faults/physical_faults.hpp"
-#include "emulator/core/frame_text.hpp"
-#include "emulator/core/servo/registers.hpp"
+#include "emulator/core/faults/acts.hpp"
 
 namespace lk::emulator {
 
-using State = FaultEvidence::State;
-
-// --- what is planned
-// -----------------------------------------------------------------------------------
-
-bool Bus::plan(const TimedDirective& planned) {
-  settle();
-  const auto* set = std::get_if<SetFault>(&planned.directive.what);
-  if ((set != nullptr && faults_full()) || (planned.when && waiting_.size() >= kMostWaiting)) {
-    return false;
-  }
-  Task task = set != nullptr ? Task(FaultBegin{arm(set->fault)}) : Task(planned.directive);
-  const SimTime from = std::max(planned.at, time_);
-  if (planned.when) {
-    waiting_.push_back({.from = from, .when = *planned.when, .task = std::move(task)});
-    look_again_by(from);
-  } else {
-    agenda_.enter(from, std::move(task));
-  }
-  return true;
-}
-
-bool Bus::holds(Waiting& waiting) const {
-  const int id = waiting.when.id;
-  if (const auto* command = std::get_if<CommandSeen>(&waiting.when.what)) {
-    return waiting.seen >= command->count;
-  }
-  if (const auto* error = std::get_if<ErrorSet>(&waiting.when.what)) {
-    return (telemetry(id).errors & model::bit(error->error)) != 0;
-  }
-  const auto& reaches = std::get<SignalReaches>(waiting.when.what);
-  const double value = reaches.signal->read(view(id));
-  const double before = waiting.before.value_or(value);
-  waiting.before = value;
-  switch (reaches.edge) {
-    case Edge::kAbove:
-      return value >= reaches.level;
-    case Edge::kBelow:
-      return value <= reaches.level;
-    case Edge::kCrosses:
-      return (before < reaches.level) != (value < reaches.level);
-  }
-  return false;
-}
-
-/// A query on the wire: whoever waits for it has its turn before the drive hears it.
-void Bus::count_command(int id, const protocol::Frame& frame) {
-  if (waiting_.empty()) {
+void Bus::begin_fault(std::size_t fault) {
+  if (!faults_.start(fault, time_)) return;  // cleared by what its condition set off before it
+  LiveFault& live = faults_[fault];
+  const FaultRow& row = live.row();
+  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});
+  if (row.momentary()) {
+    for (const int id : live.fault.ids) {
+      Node& node = nodes_.of(id);
+      AtOnce on{live, node.servo, lane(node), node.memory, node.power.alive, rom_writes_};
+      const bool changed = row.at_once(on);
+      if (on.restart) power_cycle(id);
+      if (changed) live.took_effect(time_, id);
+    }
     return;
   }
-  bool complete = false;
-  for (Waiting& waiting : waiting_) {
-    const auto* command = std::get_if<CommandSeen>(&waiting.when.what);
-    if (command != nullptr && waiting.when.id == id && waiting.from <= time_ &&
-        command->command == frame.data[0]) {
-      complete = ++waiting.seen >= command->count || complete;
-    }
+  if (live.fault.duration) agenda_.enter(time_ + *live.fault.duration, FaultEnd{fault});
+  for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
+    live.anchors[n] = truth(live.fault.ids[n]).theta_out;
+    pass_on_faults(nodes_.of(live.fault.ids[n]));
   }
-  if (complete) {
-    look();
-  }
-}
-
-void Bus::look_again_by(SimTime at) {
-  if (!next_look_ || *next_look_ > at) {
-    next_look_ = at;
-    agenda_.enter(at, Look{});
-  }
-}
-
-void Bus::look() {
-  if (next_look_ && *next_look_ <= time_) {
-    next_look_.reset();
-  }
-  std::vector<Task> due;
-  for (Waiting& waiting : waiting_) {
-    waiting.due = waiting.from <= time_ && holds(waiting);
-    if (waiting.due) {
-      due.push_back(std::move(waiting.task));
-    }
-  }
-  std::erase_if(waiting_, [](const Waiting& waiting) { return waiting.due; });
-  for (const Task& task : due) {
-    perform(task);
-  }
-  look_at_faults();
-  if (!waiting_.empty() || active_faults_ > 0) {
-    look_again_by(time_ + kLookStep);
-  }
-}
-
-// --- the life of a fault
-// -----------------------------------------------------------------------------------
-
-std::string Bus::free_name(const Fault& fault) const {
-  const std::string wanted =
-      fault.name.empty() ? std::string(fault_row(fault.kind).word) : fault.name;
-  std::string name = wanted;
-  const auto taken = [&] {
-    return std::ranges::any_of(faults_,
-                               [&](const LiveFault& live) { return live.fault.name == name; });
-  };
-  for (int n = 2; taken(); ++n) {
-    name = wanted + "-" + std::to_string(n);
-  }
-  return name;
-}
-
-std::size_t Bus::arm(Fault fault) {
-  assert(!faults_full());
-  assert(std::ranges::all_of(fault.ids, [this](int id) { return has(id); }));
-  assert(!fault.every || *fault.every > fault.duration.value_or(SimTime{0}));
-  fault.name = free_name(fault);
-  LiveFault live;
-  live.fault = std::move(fault);
-  live.evidence.armed_at = time_;
-  live.anchors.resize(live.fault.ids.size());
-  live.random = stream_seed(seed_, static_cast<int>(faults_.size()), SeedStream::kFault);
-  faults_.push_back(std::move(live));
-  return faults_.size() - 1;
-}
-
-void Bus::begin_fault(std::size_t fault_index) {
-  LiveFault& live = faults_[fault_index];
-  const Fault& fault = live.fault;
-  if (live.evidence.state == State::kCleared) {
-    return;  // by what its condition set off before it
-  }
-  ++live.beginnings;
-  live.since = time_;
-  live.evidence.began_at = live.evidence.began_at.value_or(time_);
-  if (live.comes_again()) {
-    agenda_.enter(time_ + *fault.every, FaultBegin{fault_index});
-  }
-  if (fault_row(fault.kind).momentary) {
-    for (const int id : fault.ids) strike(live, index_of(id));
-    live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
-    return;
-  }
-  live.evidence.state = State::kActive;
-  ++active_faults_;
-  if (fault.duration) {
-    agenda_.enter(time_ + *fault.duration, FaultEnd{fault_index});
-  }
-  for (std::size_t n = 0; n < fault.ids.size(); ++n) {
-    live.anchors[n] = truth(fault.ids[n]).theta_out;
-    pass_on_faults(index_of(fault.ids[n]));
-  }
-  begin_link_fault(fault_index);
-  look_again_by(time_ + kLookStep);
-}
-
-void Bus::end_fault(std::size_t fault_index) {
-  look_at_faults();  // what has not been looked at yet
-  LiveFault& live = faults_[fault_index];
-  live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
-  --active_faults_;
-  end_link_fault(fault_index);
   for (const int id : live.fault.ids) {
-    pass_on_faults(index_of(id));
-  }
-}
-
-void Bus::clear_faults(const std::string& which) {
-  for (std::size_t fault_index = 0; fault_index < faults_.size(); ++fault_index) {
-    LiveFault& live = faults_[fault_index];
-    const bool meant =
-        which == "all" || which == live.fault.name || which == fault_row(live.fault.kind).word;
-    const bool done = live.evidence.state == State::kOver || live.evidence.state == State::kCleared;
-    if (!meant || done) {
-      continue;
-    }
-    agenda_.forget_fault(fault_index);
-    std::erase_if(waiting_, [fault_index](const Waiting& waiting) {
-      const auto* begin = std::get_if<FaultBegin>(&waiting.task);
-      return begin != nullptr && begin->fault == fault_index;
-    });
-    if (live.active()) {
-      end_fault(fault_index);
-    }
-    live.evidence.state = State::kCleared;
-  }
-}
-
-std::vector<FaultReport> Bus::faults() const {
-  std::vector<FaultReport> reports;
-  reports.reserve(faults_.size());
-  for (const LiveFault& live : faults_) {
-    reports.push_back({live.fault, live.evidence});
-  }
-  return reports;
-}
-
-std::size_t Bus::unmet_directives() const {
-  return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& waiting) {
-    return std::holds_alternative<Directive>(waiting.task);
-  }));
-}
-
-// --- what they do
-// -----------------------------------------------------------------------------------
-
-LiveFault* Bus::active_fault(std::size_t index, FaultKind kind) {
-  if (active_faults_ == 0) {
-    return nullptr;
-  }
-  const auto found = std::ranges::find_if(faults_, [&](const LiveFault& live) {
-    return live.fault.kind == kind && live.active() && live.is_of(nodes_[index].servo.id());
-  });
-  return found != faults_.end() ? &*found : nullptr;
-}
-
-void Bus::pass_on_faults(std::size_t index) {
-  const Servo& servo = nodes_[index].servo;
-  model::Faults physical;
-  FirmwareFaults firmware;
-  for (const LiveFault& live : faults_) {
-    if (!live.active() || !live.is_of(servo.id())) {
-      continue;
-    }
-    add_physical_fault(live, servo.config(), time_, physical);
-    firmware.rom_write_fails |= live.fault.kind == FaultKind::kRomWriteFails;
-    firmware.rom_worn |= live.fault.kind == FaultKind::kRomWorn;
-    firmware.forgets_broadcast |= live.fault.kind == FaultKind::kForgetsBroadcast;
-    firmware.forgets_limits |= live.fault.kind == FaultKind::kForgetsLimits;
-  }
-  nodes_[index].servo.set_faults(firmware);
-  pass_on_link_faults(index);
-  const Lane motor = lane(index);
-  if (!(motor.bank.faults(motor.index) == physical)) {
-    motor.bank.set_faults(motor.index, physical);
-  }
-}
-
-void Bus::strike(LiveFault& live, std::size_t index) {
-  const Lane motor = lane(index);
-  Servo& servo = nodes_[index].servo;
-  bool struck = false;
-  if (live.fault.kind == FaultKind::kKick) {
-    const model::Truth before = truth(servo.id());
-    motor.bank.kick(motor.index, live.value(0));
-    const model::Truth after = truth(servo.id());
-    struck = before.omega_m != after.omega_m || before.omega_out != after.omega_out;
-  } else if (live.fault.kind == FaultKind::kReset) {
-    struck = nodes_[index].timeline.alive;
-    power_cycle(servo.id());
-  } else if (live.fault.kind == FaultKind::kRamFlipped) {
-    live.draw();
-    const auto parameter = static_cast<RomParameter>(live.value(0));
-    struck = nodes_[index].timeline.alive && servo.flip_ram(parameter, live.random, motor);
-  } else {
-    assert(live.fault.kind == FaultKind::kRomDamaged);
-    const auto parameter = static_cast<std::size_t>(live.value(0));
-    for (std::size_t n = 0; n < kRomParameters; ++n) {
-      if (parameter == n || parameter == kRomParameters) {
-        struck = damage_rom(index, static_cast<RomParameter>(n)) || struck;
-      }
+    const Node& node = nodes_.of(id);
+    if (row.babble != nullptr) agenda_.enter(time_, Babbling{fault, id});
+    if (row.duplicate != nullptr) {
+      duplicates_.add(faults_, fault, node.servo, motors_.f_pwm_Hz(node.motor), time_);
     }
   }
-  if (struck) {
-    took_effect(live, servo.id());
-  }
+  agenda_.look_by(time_ + kLookStep);
 }
 
-/// Whoever keeps the ROM is told like of a write, or by the writes that are under way.
-bool Bus::damage_rom(std::size_t index, RomParameter parameter) {
-  Servo& servo = nodes_[index].servo;
-  if (!servo.damage_rom(parameter)) {
-    return false;
-  }
-  std::vector<Timeline::Writing>& writing = nodes_[index].timeline.writing;
-  for (Timeline::Writing& one : writing) {
-    copy_parameter(parameter, servo.rom(), one.rom_before);
-    copy_parameter(parameter, servo.rom(), one.after.rom);
-  }
-  if (writing.empty()) {
-    rom_writes_.push_back({servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()});
-  }
-  return true;
+void Bus::end_fault(std::size_t fault) {
+  look_at_faults();  // what has not been looked at yet
+  faults_.stop(fault);
+  agenda_.forget_fault<Babbling>(fault);
+  stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
+  for (const int id : faults_[fault].fault.ids) pass_on_faults(nodes_.of(id));
 }
 
-/// Physical faults that last, at one instant: what moves is moved on, what shows is counted.
+void Bus::pass_on_faults(Node& node) {
+  node.servo.set_faults(faults_.firmware_faults(node.id()));
+  LiveFault* const blocking = faults_.first(node.id(), &FaultRow::blocks);
+  if (blocking == nullptr && node.link.blocked) {
+    node.link.release(wire_, time_);
+  } else if (blocking != nullptr && !node.link.blocked) {
+    const std::size_t caught = node.link.block(wire_, time_);
+    for (std::size_t n = 0; n < caught; ++n) blocking->took_effect(time_, node.id());
+  }
+  if (faults_.first(node.id(), &FaultRow::holds_back) == nullptr) {
+    stats_.replies_lost += node.link.let_go(wire_, time_);
+  }
+  const Lane motor = lane(node);
+  const model::Faults plant = faults_.plant_faults(node.servo.config(), time_);
+  if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
+}
+
+/// Faults of the plant that last, at one instant: what moves is moved on, what shows is counted.
 void Bus::look_at_faults() {
   for (LiveFault& live : faults_) {
-    if (!live.active() || !is_physical(live.fault.kind) || live.looked_at == time_) {
-      continue;
-    }
+    if (!live.active() || live.row().plant == nullptr || live.looked_at == time_) continue;
     live.looked_at = time_;
-    const bool moves =
-        live.fault.kind == FaultKind::kEncoderDrift || live.fault.kind == FaultKind::kRebootLoop;
     for (const int id : live.fault.ids) {
-      const std::size_t k = index_of(id);
-      const Lane motor = lane(k);
-      model::Faults alone;
-      add_physical_fault(live, nodes_[k].servo.config(), time_, alone);
-      if (motor.bank.takes_effect(motor.index, alone)) {
-        took_effect(live, id);
+      Node& node = nodes_.of(id);
+      const model::Faults alone = plant_faults(live, node.servo.config(), time_);
+      if (motors_.bank(node.motor).takes_effect(node.motor.lane, alone)) {
+        live.took_effect(time_, id);
       }
-      if (moves) {
-        pass_on_faults(k);
-      }
+      if (live.row().moves) pass_on_faults(node);
     }
   }
 }
 
-void Bus::book_firmware(std::size_t index) {
-  if (active_faults_ == 0) {
-    return;
+bool Bus::destroy_next() {
+  if (!faults_.any_active()) return false;
+  const CanWire::Candidate next = wire_.next();
+  const int id = static_cast<int>(next.owner & 0x3FU);
+  const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
+  LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus);
+  if (fault == nullptr) return false;
+  fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
+  had_errors_ = true;
+  ++stats_.error_frames;
+  int& errors = transmit_errors(next);
+  replies_.push_back({time_, report_error(host_link_, next.from_host)});
+  if (!next.from_host) errors += kErrorStep;
+  if (errors >= kBusOff) {
+    errors = 0;
+    wire_.destroy_for_good(CanWire::kRecoveryBits);
+    leave_bus(next);
+  } else {
+    wire_.destroy(errors >= kErrorPassive ? CanWire::kSuspendBits : 0);
   }
-  const FirmwareFaults shown = nodes_[index].servo.take_shown_faults();
-  const int id = nodes_[index].servo.id();
-  const auto book = [&](bool happened, FaultKind kind) {
-    if (!happened) return;
-    for (LiveFault& live : faults_) {
-      if (live.fault.kind == kind && live.active() && live.is_of(id)) took_effect(live, id);
-    }
-  };
-  book(shown.rom_write_fails, FaultKind::kRomWriteFails);
-  book(shown.rom_worn, FaultKind::kRomWorn);
-  book(shown.forgets_broadcast, FaultKind::kForgetsBroadcast);
-  book(shown.forgets_limits, FaultKind::kForgetsLimits);
+  return true;
 }
 
-void Bus::took_effect(LiveFault& live, int id, const protocol::Frame* frame) {
-  FaultEvidence& evidence = live.evidence;
-  if (evidence.effects++ > 0) {
+int& Bus::transmit_errors(const CanWire::Candidate& frame) {
+  if (frame.from_host) return host_link_.transmit_errors;
+  if (frame.owner >= Duplicates::kFirstOwner) return duplicates_.errors(frame.owner);
+  return nodes_.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
+}
+
+/// That of the hosts, and that of a second drive, start anew by themselves.
+void Bus::leave_bus(const CanWire::Candidate& given_up) {
+  if (given_up.from_host) {
+    stats_.drop(Drop::kFault);
     return;
   }
-  evidence.first_effect_at = time_;
-  if (id != kWholeBus) {
-    evidence.first_on = "drive " + std::to_string(id);
-  }
-  if (frame != nullptr) {
-    evidence.first_on += (evidence.first_on.empty() ? "" : ", ") + frame_text(*frame);
+  ++stats_.replies_lost;
+  if (given_up.owner >= Duplicates::kFirstOwner) return;
+  Node& node = nodes_.of(static_cast<int>(given_up.owner & 0x3FU));
+  stats_.replies_lost += node.link.forget(wire_, time_);
+  const SimTime recovery = wire_.bits(CanWire::kRecoveryBits) + faults_.recovery(node.id());
+  if (recovery > SimTime{0}) {
+    node.link.bus_off = true;
+    agenda_.enter(time_ + recovery, BusOffEnd{node.id()});
   }
 }
 

@@ -182,7 +182,7 @@ void CanWire::break_off(const Turn& turn) {
   busy_ += occupancy;
 }
 
-void CanWire::spoil(int pause_bits) {
+void CanWire::destroy(int pause_bits) {
   assert(turn_);
   break_off(*turn_);
   Waiting& frame = turn_->drive ? drives_[*turn_->drive] : hosts_[host_head_];
@@ -190,7 +190,7 @@ void CanWire::spoil(int pause_bits) {
   decide_turn();
 }
 
-void CanWire::spoil_for_good(int pause_bits) {
+void CanWire::destroy_for_good(int pause_bits) {
   assert(turn_);
   break_off(*turn_);
   remove(*turn_);

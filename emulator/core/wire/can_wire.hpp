@@ -49,6 +49,9 @@ class CanWire {
   /// `bitrate` in bit/s; 0 = frames take no time and do not wait for each other.
   explicit CanWire(std::int64_t bitrate);
 
+  std::int64_t bitrate() const { return bitrate_; }
+  /// How long so many bits take.
+  SimTime bits(int count) const;
   bool host_queue_full() const { return host_count_ == kHostQueue; }
   std::size_t host_queue_size() const { return host_count_; }
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
@@ -84,7 +87,7 @@ class CanWire {
   /// More than one frame waits or is on the wire.
   bool several_wait() const { return host_count_ + drives_.size() > 1; }
   /// The drive has lost its power, and with it what it wanted to send: so many frames. One that has
-  /// begun by `now` is spoiled, and has the wire to its end.
+  /// begun by `now` is void, and has the wire to its end.
   std::size_t forget_replies(std::uint32_t owner, SimTime now);
 
   /// When the next frame will have got through, if nothing else is sent; none when nothing waits.
@@ -98,9 +101,9 @@ class CanWire {
   Candidate next() const;
   /// Instead of `deliver`: a bit error destroys that frame. It waits on, to be sent again, from
   /// `pause_bits` after the error frame on.
-  void spoil(int pause_bits);
+  void destroy(int pause_bits);
   /// The same, and its sender gives it up. A host's next frame waits so many bits.
-  void spoil_for_good(int pause_bits);
+  void destroy_for_good(int pause_bits);
 
   /// How long the wire was occupied so far, inter-frame spaces included.
   SimTime busy() const { return busy_; }
@@ -129,7 +132,6 @@ class CanWire {
   void decide_turn() { turn_ = next_turn(); }
   const Waiting& sender(const Turn& turn) const;
   void remove(const Turn& turn);
-  SimTime bits(int count) const;
   void break_off(const Turn& turn);
   SimTime host_ready() const { return std::max(hosts_[host_head_].at, hosts_from_); }
 
