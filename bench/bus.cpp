@@ -1,6 +1,6 @@
 // A whole bus: queries per second without the motors' time, and how much faster than real time a
 // bus with all its motors runs.
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -5,7 +5,7 @@ import {el, labelled, setText} from './dom.js';
 import {attempt, chosenDrives} from './choice.js';
 import {figures} from './format.js';
 import {buses, driveName, store} from './store.js';
-import {about as aboutOf, name as nameOf, t} from './words.js';
+import {name as nameOf, said, t} from './words.js';
 
 const words = (key) => key.replaceAll('_', ' ');
 
@@ -43,7 +43,7 @@ export function faultPanel() {
     controls = [...kind.parameters.map((parameter) => ({name: parameter.name, control: input(parameter), choices: parameter.choices})), ...timing(kind)];
     for (const {name, control} of controls) control.dataset.key = name;
     form.replaceChildren(...controls.map(({name, control}) => pair(name, control)));
-    setText(about, `${aboutOf('faults', kind.kind, kind.about)}${kind.of_bus ? ` ${t('of_whole_bus')}` : ''}`);
+    setText(about, `${said(kind, 'about')}${kind.of_bus ? ` ${t('of_whole_bus')}` : ''}`);
   };
   select.addEventListener('change', choose);
   choose();

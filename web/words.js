@@ -19,7 +19,7 @@ export function t(key, values = {}) {
   return (words[key] ?? kEnglish[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
 }
 
-/// What the program calls something, in words: name('faults', 'encoder_stuck'). English is the name itself.
+/// What the program calls something, in words: name('states', 'armed'). English is the name itself.
 export function name(group, key) {
   return (language === 'zh' && kChineseNames[group]?.[key]) || key.replaceAll('_', ' ');
 }
@@ -29,7 +29,7 @@ export function about(group, key, english) {
   return (language === 'zh' && kChineseNames[group]?.[key]) || english;
 }
 
-/// Of an object with `what` and `what_zh`.
+/// What an object says in both languages: said(advice, 'what') of `what` and `what_zh`.
 export const said = (object, key) => (language === 'zh' && object[`${key}_zh`]) || object[key] || '';
 
 /// The page in the other language; where it stands is kept.

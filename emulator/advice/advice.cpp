@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "emulator/core/frame_text.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {

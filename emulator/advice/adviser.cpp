@@ -16,7 +16,7 @@
 #include "emulator/advice/rom_watch.hpp"
 #include "emulator/advice/speed_watch.hpp"
 #include "emulator/advice/trouble_watch.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 
 namespace lk::emulator {
 namespace {

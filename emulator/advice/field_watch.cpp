@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "emulator/core/registers.hpp"
+#include "emulator/core/servo/registers.hpp"
 #include "protocol/command_info.hpp"
 #include "protocol/field_values.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/core/wire_timing.hpp"
 

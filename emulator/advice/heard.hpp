@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/bus_config.hpp"
 #include "protocol/codec.hpp"
 

@@ -5,8 +5,8 @@
 
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
-#include "emulator/core/servo.hpp"
-#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/core/units.hpp"
 
 namespace lk::emulator {

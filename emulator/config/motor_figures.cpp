@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "emulator/core/registers.hpp"
+#include "emulator/core/servo/registers.hpp"
 #include "emulator/core/units.hpp"
 #include "model/control/current_loop.hpp"
 #include "model/control/current_loop_params.hpp"

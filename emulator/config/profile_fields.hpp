@@ -8,7 +8,7 @@
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/bus_config.hpp"
-#include "emulator/core/registers.hpp"
+#include "emulator/core/servo/registers.hpp"
 
 namespace lk::emulator::profile_fields {
 

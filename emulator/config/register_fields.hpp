@@ -4,7 +4,7 @@
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/parameter_memory.hpp"
-#include "emulator/core/registers.hpp"
+#include "emulator/core/servo/registers.hpp"
 #include "model/drive_params.hpp"
 
 namespace lk::emulator::profile_fields {

@@ -5,7 +5,7 @@
 
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/control/control_api.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -10,12 +10,12 @@
 
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/core/scenario_text.hpp"
-#include "emulator/core/shaft_angles.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/files/profile_files.hpp"
 
@@ -127,15 +127,9 @@ Json optional_seconds(const std::optional<SimTime>& time) {
   return time ? Json(seconds(*time)) : Json(nullptr);
 }
 
-std::string word_of(std::string_view words, std::size_t n) {
-  std::size_t begin = 0;
-  for (; n > 0; --n) begin = words.find(' ', begin) + 1;
-  return std::string(words.substr(begin, words.find(' ', begin) - begin));
-}
-
-Json parameter_value(const FaultParam& param, double value) {
-  if (param.choices.empty()) return value;
-  return word_of(param.choices, static_cast<std::size_t>(value));
+Json parameter_value(const FaultParam& param, const FaultValue& value) {
+  if (param.choices.empty()) return value.number();
+  return param.choices[static_cast<std::size_t>(value.choice())];
 }
 
 }  // namespace
@@ -240,7 +234,7 @@ Json advice_json(const Line& line, const Advice& advice) {
 Json fault_json(const Line& line, const FaultReport& report) {
   const Fault& fault = report.fault;
   const FaultEvidence& evidence = report.evidence;
-  const FaultRow& row = fault_row(fault.kind);
+  const FaultRow& row = *fault.row;
   Json parameters = Json::object();
   for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
     parameters[std::string(row.params[n].word)] = parameter_value(row.params[n], fault.values[n]);
@@ -270,12 +264,7 @@ Json fault_kinds_json() {
       if (param.word.empty()) break;
       Json one = {{"name", param.word}, {"required", param.required}};
       if (!param.choices.empty()) {
-        Json words = Json::array();
-        const auto count = 1 + std::ranges::count(param.choices, ' ');
-        for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
-          words.push_back(word_of(param.choices, n));
-        }
-        one["choices"] = words;
+        one["choices"] = std::vector(param.choices.begin(), param.choices.end());
       } else {
         one["min"] = param.min;
         one["max"] = param.max;
@@ -285,10 +274,11 @@ Json fault_kinds_json() {
     }
     kinds.push_back({{"kind", row.word},
                      {"group", to_string(row.group)},
-                     {"about", row.about},
+                     {"about", row.about.en},
+                     {"about_zh", row.about.zh},
                      {"of_bus", row.of_bus},
                      {"per_frame", row.per_frame},
-                     {"momentary", row.momentary},
+                     {"momentary", row.momentary()},
                      {"parameters", params}});
   }
   return kinds;

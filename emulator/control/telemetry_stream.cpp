@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "emulator/control/control_json.hpp"
-#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario/sampler.hpp"
 
 namespace lk::emulator {
 namespace {

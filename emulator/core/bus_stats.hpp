@@ -63,6 +63,7 @@ struct BusStats {
   std::uint64_t queue_peak = 0;  // most host frames waiting at once
   SimTime wire_busy{0};          // time the wire was occupied, inter-frame spaces included
 
+  void drop(Drop cause) { ++dropped[static_cast<std::size_t>(cause)]; }
   std::uint64_t count(Drop cause) const { return dropped[static_cast<std::size_t>(cause)]; }
   friend bool operator==(const BusStats&, const BusStats&) = default;
 };

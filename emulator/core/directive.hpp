@@ -65,8 +65,6 @@ struct Mark {
   std::string text;
 };
 
-inline constexpr int kWholeBus = 0;
-
 /// To the drive `id`, which must be on the bus; SetFault, ClearFault and Mark have kWholeBus.
 struct Directive {
   int id = kWholeBus;

@@ -7,88 +7,50 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
 
-/// Every kind that the program has; `fault_table.hpp` says what each does.
-enum class FaultKind : std::uint8_t {
-  // link
-  kDrop,
-  kDelay,
-  kDuplicate,
-  kCorrupt,
-  kStale,
-  kReorder,
-  kWrongDlc,
-  kWrongId,
-  kDuplicateId,
-  kSilent,
-  kBabbling,
-  kErrorFrames,
-  kBusOff,
-  kQueueFull,
-  // sensors
-  kEncoderStuck,
-  kEncoderJump,
-  kEncoderNoise,
-  kEncoderDrift,
-  kEncoderGarbage,
-  kEncoderLostMagnet,
-  kEncoderSlow,
-  kCurrentOffset,
-  kCurrentGain,
-  kCurrentNoise,
-  kCurrentStuck,
-  kTemperatureStuck,
-  kTemperatureOff,
-  kVoltageStuck,
-  kVoltageOff,
-  // power stage
-  kPhaseOpen,
-  kSwitchOpen,
-  kSwitchShorted,
-  kBridgeDead,
-  // mechanics
-  kJam,
-  kFriction,
-  kInertia,
-  kLoadStep,
-  kKick,
-  kBacklash,
-  kCouplingBroken,
-  kEndStop,
-  // power
-  kSag,
-  kDip,
-  kCut,
-  kRebootLoop,
-  kNoRegeneration,
-  // firmware and memory
-  kReset,
-  kHang,
-  kSlowReplies,
-  kClockDrift,
-  kRomWriteFails,
-  kRomWorn,
-  kRomDamaged,
-  kRamFlipped,
-  kForgetsBroadcast,
-  kForgetsLimits,
+struct FaultRow;
+
+inline constexpr int kWholeBus = 0;  // in place of a drive's ID
+
+/// A word of those that a parameter offers, by its place among them; whoever acts on it has an
+/// enumeration in the same order.
+enum class FaultChoice : std::uint8_t {};
+
+/// What a parameter of a fault is set to: a number in the parameter's unit, or a word.
+class FaultValue {
+ public:
+  constexpr FaultValue(double number = 0) : value_(number) {}
+  template <class Choice>
+  requires std::is_enum_v<Choice>
+  constexpr FaultValue(Choice choice) : value_(static_cast<FaultChoice>(choice)) {}
+
+  constexpr double number() const { return std::get<double>(value_); }
+  template <class Choice = FaultChoice>
+  constexpr Choice choice() const {
+    return static_cast<Choice>(std::get<FaultChoice>(value_));
+  }
+  friend bool operator==(const FaultValue&, const FaultValue&) = default;
+
+ private:
+  std::variant<double, FaultChoice> value_;
 };
-inline constexpr std::size_t kFaultKinds = 56;
 inline constexpr std::size_t kMostFaultParams = 3;
+using FaultValues = std::array<FaultValue, kMostFaultParams>;
 
 /// A fault as it is asked for. It begins when its directive is performed; a trigger is the
 /// directive's (TimedDirective).
 struct Fault {
-  std::string name;  // tells it from the others of its bus
-  FaultKind kind = FaultKind::kDrop;
-  std::vector<int> ids;  // the drives that have it, ascending; empty: the bus as a whole
-  // In the order and the units of the kind's row; a choice of words is the word's place.
-  std::array<double, kMostFaultParams> values{};
+  std::string name;                 // tells it from the others of its bus
+  const FaultRow* row = nullptr;    // its kind, one of fault_table(); never null on a bus
+  std::vector<int> ids;             // the drives that have it, ascending; empty: the bus as a whole
+  FaultValues values{};             // in the order and the units of the row's parameters
   double probability = 1;           // of each frame, for kinds that act on frames
   std::optional<SimTime> duration;  // of each time; absent: until it is cleared
   // From one beginning to the next, longer than `duration`; absent: once.
@@ -103,7 +65,7 @@ struct FaultEvidence {
   SimTime armed_at{0};
   std::optional<SimTime> began_at;         // first
   std::optional<SimTime> first_effect_at;  // something was otherwise than without the fault
-  // Frames; blows and writes; of what lasts, the instants of looking (Bus::kLookStep) at which it
+  // Frames; kicks and writes; of what lasts, the instants of looking (Bus::kLookStep) at which it
   // showed, of each drive. 0: none.
   std::uint64_t effects = 0;
   std::string first_on;  // what the first effect was on: "drive 2", "drive 2, 142#9C…"

@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/signals.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
 
 class Line;
+struct Signal;
 
 /// What a client wants to be told again and again.
 struct TelemetryRequest {

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "emulator/core/bus_stats.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 
 namespace lk::emulator {
 namespace {

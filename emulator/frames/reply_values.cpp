@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "protocol/field_values.hpp"
 
 namespace lk::emulator {

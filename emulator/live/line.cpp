@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario/sampler.hpp"
 
 namespace lk::emulator {
 namespace {

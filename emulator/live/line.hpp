@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "emulator/advice/adviser.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/live/pacer.hpp"
 #include "emulator/rom/rom_gate.hpp"
 #include "emulator/transports/socketcan_port.hpp"

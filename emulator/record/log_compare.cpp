@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/frames/reply_values.hpp"
 
 namespace lk::emulator {

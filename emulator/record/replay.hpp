@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 
 namespace lk::emulator {
 

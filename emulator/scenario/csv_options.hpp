@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {

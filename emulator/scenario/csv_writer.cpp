@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario/sampler.hpp"
 
 namespace lk::emulator {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "emulator/advice/advice.hpp"
-#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
 
 namespace lk::emulator {
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/files/json_table.hpp"
 
 namespace lk::emulator {
@@ -132,7 +132,7 @@ void LiveScenario::end(Part& part) {
     const TimedDirective& event = part.events[part.next_event];
     if (const auto* const set = std::get_if<SetFault>(&event.directive.what)) {
       part.over->invalid.push_back(part.line->name() + ": fault " +
-                                   std::string(fault_row(set->fault.kind).word) + " planned for " +
+                                   std::string(set->fault.row->word) + " planned for " +
                                    time_text(event.at) + " never began");
     }
   }

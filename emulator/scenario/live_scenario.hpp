@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "emulator/core/host_script.hpp"
-#include "emulator/core/judge.hpp"
-#include "emulator/core/scenario.hpp"
+#include "emulator/core/scenario/host_script.hpp"
+#include "emulator/core/scenario/judge.hpp"
+#include "emulator/core/scenario/scenario.hpp"
 #include "emulator/live/line.hpp"
 #include "emulator/scenario/junit_writer.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {

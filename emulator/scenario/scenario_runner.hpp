@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/sampler.hpp"
-#include "emulator/core/scenario.hpp"
+#include "emulator/core/scenario/sampler.hpp"
+#include "emulator/core/scenario/scenario.hpp"
 #include "emulator/files/output_file.hpp"
 #include "emulator/scenario/junit_writer.hpp"
 

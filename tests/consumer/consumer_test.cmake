@@ -53,7 +53,7 @@ run(${CMAKE_CTEST_COMMAND} --test-dir ${robot} --no-tests=error --output-on-fail
 
 # With add_subdirectory: the same names, no program, and no warnings for others either.
 set(in_tree ${SCRATCH}/in_tree)
-file(WRITE ${in_tree}/main.cpp "#include <lk/emulator/core/bus.hpp>\nint main() {}\n")
+file(WRITE ${in_tree}/main.cpp "#include <lk/emulator/core/bus/bus.hpp>\nint main() {}\n")
 file(WRITE ${in_tree}/CMakeLists.txt "
 cmake_minimum_required(VERSION 3.25)
 project(robot LANGUAGES CXX)

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <lk/emulator/core/bus.hpp>
+#include <lk/emulator/core/bus/bus.hpp>
 #include <optional>
 #include <vector>
 
+#include "emulator/core/bus/bus.hpp"
 #include "host/can_port.hpp"
 
 namespace robot {

@@ -6,16 +6,15 @@
 #include <chrono>
 
 #include "emulator/core/directive.hpp"
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::fuzz {
 
-inline double parameter_from(const emulator::FaultParam& param, std::uint8_t byte) {
+inline emulator::FaultValue parameter_from(const emulator::FaultParam& param, std::uint8_t byte) {
   if (!param.choices.empty()) {
-    const auto words = 1 + std::ranges::count(param.choices, ' ');
-    return static_cast<double>(byte % words);
+    return static_cast<emulator::FaultChoice>(byte % param.choices.size());
   }
   return param.min + (param.max - param.min) * byte / 255.0;
 }
@@ -23,24 +22,23 @@ inline double parameter_from(const emulator::FaultParam& param, std::uint8_t byt
 /// Of the drive `id`.
 inline emulator::Fault fault_from(Input& input, int id) {
   using std::chrono::milliseconds;
-  emulator::Fault fault;
   const emulator::FaultRow& row =
       emulator::fault_table()[input.byte() % emulator::fault_table().size()];
-  fault.kind = row.kind;
+  emulator::Fault fault = emulator::fault_of(row);
   if (!row.of_bus) fault.ids = {id};
   for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
     fault.values[n] = parameter_from(row.params[n], input.byte());
   }
   // These ranges are for the largest motors. A small one runs out of all bounds there, which a
   // verdict says ("no such motor").
-  if (fault.kind == emulator::FaultKind::kLoadStep || fault.kind == emulator::FaultKind::kKick) {
-    fault.values[0] /= 1000;
+  if (fault.row->word == "load_step" || fault.row->word == "kick") {
+    fault.values[0] = fault.values[0].number() / 1000;
   }
   if (row.per_frame) fault.probability = input.byte() / 255.0;
   const std::uint8_t course = input.byte();  // bit 0: lasts, bit 1: comes again, so many ms
   const auto span = milliseconds(1 + (course >> 2U));
-  if ((course & 1U) != 0 && !row.momentary) fault.duration = span;
-  if ((course & 2U) != 0 && (fault.duration || row.momentary)) {
+  if ((course & 1U) != 0 && !row.momentary()) fault.duration = span;
+  if ((course & 2U) != 0 && (fault.duration || row.momentary())) {
     fault.every = span + milliseconds(1);
     fault.times = course >> 6U;
   }

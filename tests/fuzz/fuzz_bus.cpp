@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/generation.hpp"
 #include "tests/fuzz/faults.hpp"
 #include "tests/fuzz/support.hpp"

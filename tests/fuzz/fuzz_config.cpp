@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "tests/fuzz/shipped.hpp"
 #include "tests/fuzz/support.hpp"
 

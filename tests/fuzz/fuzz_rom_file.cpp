@@ -7,7 +7,7 @@
 #include <string>
 
 #include "emulator/config/rom_file.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/generation.hpp"
 #include "tests/fuzz/support.hpp"
 

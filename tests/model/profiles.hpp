@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/registers.hpp"
+#include "emulator/core/servo/registers.hpp"
 #include "tests/model/support.hpp"
 #include "tests/support/profile.hpp"
 

@@ -52,7 +52,7 @@ done
 ! grep -v '^-rw-r--r--\|^-rwxr-xr-x\|^drwxr-xr-x\|^lrwxrwxrwx' "$scratch/files" || fail "odd permissions"
 ! grep '\.hpp$\|\.a$\|__pycache__\|\.log$' "$scratch/files" || fail "these are in the wrong package"
 dpkg-deb -c "$dev" >"$scratch/files"
-grep -q 'usr/include/lk/emulator/core/bus.hpp$' "$scratch/files" || fail "no headers"
+grep -q 'usr/include/lk/emulator/core/bus/bus.hpp$' "$scratch/files" || fail "no headers"
 grep -q 'liblk_core\.a$' "$scratch/files" || fail "no library"
 grep -q 'usr/share/doc/lk-emu-dev/lk-emu-dev.spdx.json$' "$scratch/files" || fail "no list of what is inside"
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/generation.hpp"
 #include "protocol/codec.hpp"
 #include "tests/support/frames.hpp"

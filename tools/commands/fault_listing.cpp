@@ -11,15 +11,11 @@ namespace {
 /// "jitter_ms 0..10000 (0)", "frames replies|queries|both (replies)"
 std::string param_text(const FaultParam& param) {
   if (!param.choices.empty()) {
-    std::string words(param.choices);
-    std::ranges::replace(words, ' ', '|');
-    std::size_t begin = 0;
-    for (int n = 0; n < static_cast<int>(param.fallback); ++n) begin = words.find('|', begin) + 1;
-    const std::string fallback = words.substr(begin, words.find('|', begin) - begin);
-    return fmt::format("{} {} ({})", param.word, words, fallback);
+    return fmt::format("{} {} ({})", param.word, fmt::join(param.choices, "|"),
+                       param.choices[static_cast<std::size_t>(param.fallback.choice())]);
   }
   const std::string range = fmt::format("{} {:.9g}..{:.9g}", param.word, param.min, param.max);
-  return param.required ? range : range + fmt::format(" ({:g})", param.fallback);
+  return param.required ? range : range + fmt::format(" ({:g})", param.fallback.number());
 }
 
 std::vector<std::string> params_of(const FaultRow& row) {
@@ -33,7 +29,7 @@ std::vector<std::string> params_of(const FaultRow& row) {
 std::string scope_of(const FaultRow& row) {
   std::string text = row.of_bus ? "bus" : "drives";
   if (row.per_frame) text += ", each frame";
-  if (row.momentary) text += ", at once";
+  if (row.momentary()) text += ", at once";
   return text;
 }
 
@@ -42,9 +38,9 @@ std::string example(const FaultRow& row) {
   for (const FaultParam& param : row.params) {
     if (param.required) inside += fmt::format(", {} = {:g}", param.word, std::min(2.0, param.max));
   }
-  if (row.kind == FaultKind::kEndStop) inside += ", max_deg = 30";  // it needs one of its ends
+  if (row.needs_one) inside += fmt::format(", {} = 30", row.params[1].word);
   if (row.per_frame) inside += ", probability = 0.1";
-  if (!row.momentary) inside += ", for_s = 0.5";
+  if (!row.momentary()) inside += ", for_s = 0.5";
   return fmt::format("at_s = 2\n{}fault = {{ {} }}\n", row.of_bus ? "" : "id = 1\n", inside);
 }
 
@@ -59,7 +55,7 @@ std::string list_faults() {
       text += fmt::format("{}{}\n", first ? "" : "\n", to_string(row.group));
     group = row.group;
     first = false;
-    text += fmt::format("  {:<20} {}\n", row.word, row.about);
+    text += fmt::format("  {:<20} {}\n", row.word, row.about.en);
     for (const std::string& param : params_of(row))
       text += fmt::format("  {:<20}   {}\n", "", param);
   }
@@ -70,7 +66,7 @@ std::string list_faults() {
 
 std::string describe_fault(const FaultRow& row) {
   std::string text = fmt::format("{} ({}; of: {})\n  {}\n", row.word, to_string(row.group),
-                                 scope_of(row), row.about);
+                                 scope_of(row), row.about.en);
   for (const std::string& param : params_of(row)) text += fmt::format("  {}\n", param);
   return text + "\nas an event of a configuration or scenario:\n" + example(row);
 }
@@ -96,7 +92,7 @@ std::string fault_page() {
       }
       params += (params.empty() ? "" : "<br>") + cell;
     }
-    text += fmt::format("| `{}` | {} | {} | {} |\n", row.word, row.about, params, scope_of(row));
+    text += fmt::format("| `{}` | {} | {} | {} |\n", row.word, row.about.en, params, scope_of(row));
   }
   return text;
 }

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 
 namespace lk::emulator {
 

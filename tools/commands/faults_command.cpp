@@ -6,7 +6,7 @@
 #include <string>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "emulator/config/config_reader.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/scenario/csv_options.hpp"
 #include "emulator/scenario/scenario_files.hpp"

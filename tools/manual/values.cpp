@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "emulator/config/config_quirks.hpp"
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "tools/commands/cli.hpp"
 

@@ -8,7 +8,7 @@
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 
 namespace lk::emulator {
 namespace {

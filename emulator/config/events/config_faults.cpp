@@ -1,20 +1,13 @@
 #include <algorithm>
-#include <iterator>
-#include <sstream>
 
 #include "emulator/config/events/config_directives.hpp"
-#include "emulator/core/bus.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 
 namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kLongestName = 64;
-
-std::vector<std::string> words_of(std::string_view text) {
-  std::istringstream stream{std::string(text)};
-  return {std::istream_iterator<std::string>(stream), {}};
-}
 
 const FaultRow& read_kind(TableReader& reader, const std::string& key) {
   std::vector<std::string> words;
@@ -28,33 +21,29 @@ const FaultRow& read_kind(TableReader& reader, const std::string& key) {
   return fault_table()[*place];
 }
 
-/// What is counted, and takes no fractions.
-bool is_whole(std::string_view word) {
-  return word == "bits" || word == "copies" || word == "dlc" || word == "offset" ||
-         word == "can_id";
-}
-
-std::optional<double> read_value(TableReader& reader, const std::string& word,
-                                 const FaultParam& param) {
-  if (!is_whole(word)) return reader.number(word, param.min, param.max);
+std::optional<FaultValue> read_value(TableReader& reader, const FaultParam& param) {
+  const std::string word(param.word);
+  if (!param.choices.empty()) {
+    const auto place = reader.choice(word, {param.choices.begin(), param.choices.end()});
+    return place ? std::optional<FaultValue>(static_cast<FaultChoice>(*place)) : std::nullopt;
+  }
+  if (!param.whole) {
+    const auto number = reader.number(word, param.min, param.max);
+    return number ? std::optional<FaultValue>(*number) : std::nullopt;
+  }
   const auto whole = reader.integer(word, static_cast<std::int64_t>(param.min),
                                     static_cast<std::int64_t>(param.max));
-  return whole ? std::optional(static_cast<double>(*whole)) : std::nullopt;
+  return whole ? std::optional<FaultValue>(static_cast<double>(*whole)) : std::nullopt;
 }
 
-void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
-  for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
-    const FaultParam& param = row.params[n];
-    const std::string word(param.word);
-    fault.values[n] = param.fallback;
-    if (!param.choices.empty()) {
-      if (const auto place = reader.choice(word, words_of(param.choices))) {
-        fault.values[n] = static_cast<double>(*place);
-      }
-    } else if (const auto value = read_value(reader, word, param)) {
+void read_params(TableReader& reader, Fault& fault) {
+  for (std::size_t n = 0; n < fault.values.size(); ++n) {
+    const FaultParam& param = fault.row->params[n];
+    if (param.word.empty()) return;
+    if (const auto value = read_value(reader, param)) {
       fault.values[n] = *value;
     } else if (param.required) {
-      reader.note_missing(word);
+      reader.note_missing(std::string(param.word));
     }
   }
 }
@@ -64,11 +53,12 @@ void read_params(TableReader& reader, const FaultRow& row, Fault& fault) {
 constexpr SimTime kClosest = std::chrono::milliseconds(1);
 
 /// for_s, every_s, times.
-void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
+void read_course(TableReader& reader, Fault& fault) {
+  const FaultRow& row = *fault.row;
   fault.duration = read_duration(reader, "for_s");
   fault.every = read_duration(reader, "every_s");
   const auto times = reader.integer("times", 1, 1'000'000'000);
-  if (fault.duration && row.momentary) {
+  if (fault.duration && row.momentary()) {
     reader.fail("for_s", std::string(row.word) + " is done at once and takes no time");
   }
   if (fault.duration && *fault.duration == SimTime{0}) {
@@ -76,7 +66,7 @@ void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
   }
   if (times && !fault.every) reader.fail("times", "belongs to every_s");
   if (fault.every) {
-    if (!fault.duration && !row.momentary) {
+    if (!fault.duration && !row.momentary()) {
       reader.fail("every_s", "needs for_s: how long it lasts each time");
     }
     if (*fault.every < kClosest) reader.fail("every_s", "must be at least 0.001");
@@ -85,30 +75,6 @@ void read_course(TableReader& reader, const FaultRow& row, Fault& fault) {
     }
     fault.times = static_cast<int>(times.value_or(0));
   }
-}
-
-/// A fault that cannot do anything to the drive is refused instead of accepted and forgotten.
-std::string impossible(const Fault& fault, const ServoConfig& servo) {
-  const FaultKind kind = fault.kind;
-  const std::string drive = "drive " + std::to_string(servo.id);
-  const bool of_current_sensor =
-      kind >= FaultKind::kCurrentOffset && kind <= FaultKind::kCurrentStuck;
-  if (of_current_sensor && servo.profile.series == Series::kMs) {
-    return drive + " has no current sensors (MS series)";
-  }
-  const model::MechanicsParams& gear = servo.profile.drive.mechanics;
-  if (kind == FaultKind::kBacklash && (gear.backlash_out <= 0 || gear.gear_stiffness_out <= 0)) {
-    return drive + " has no gear with play";
-  }
-  if (kind == FaultKind::kRamFlipped) {
-    const bool ms = servo.profile.series == Series::kMs;
-    const auto parameter = static_cast<RomParameter>(fault.values[0]);
-    if (parameter == (ms ? RomParameter::kMaxTorqueCurrent : RomParameter::kMaxPower)) {
-      return drive + " is limited by " + (ms ? "max_power" : "max_torque_current") +
-             ", not by this parameter";
-    }
-  }
-  return "";
 }
 
 }  // namespace
@@ -144,7 +110,7 @@ void check_clear(const TableReader& reader, const std::string& which,
   for (const TimedDirective& directive : directives) {
     const auto* const set = std::get_if<SetFault>(&directive.directive.what);
     if (set == nullptr) continue;
-    const std::string kind(fault_row(set->fault.kind).word);
+    const std::string kind(set->fault.row->word);
     const std::string wanted = set->fault.name.empty() ? kind : set->fault.name;
     std::string name = wanted;
     const auto taken = [&] { return std::ranges::find(names, name) != names.end(); };
@@ -161,39 +127,35 @@ void check_clear(const TableReader& reader, const std::string& which,
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {
   Fault fault;
   if (reader.is_text("fault")) {  // fault = "hang"
-    const FaultRow& row = read_kind(reader, "fault");
-    fault.kind = row.kind;
-    for (std::size_t n = 0; n < row.params.size(); ++n) {
-      if (row.params[n].required) {
-        reader.fail("fault", "needs " + std::string(row.params[n].word) + ": { kind = \"" +
-                                 std::string(row.word) + "\", " + std::string(row.params[n].word) +
-                                 " = … }");
-      }
-      fault.values[n] = row.params[n].fallback;
+    fault = fault_of(read_kind(reader, "fault"));
+    for (const FaultParam& param : fault.row->params) {
+      if (!param.required) continue;
+      reader.fail("fault", "needs " + std::string(param.word) + ": { kind = \"" +
+                               std::string(fault.row->word) + "\", " + std::string(param.word) +
+                               " = … }");
     }
   } else {
     auto table = *reader.table("fault");
-    const FaultRow& row = read_kind(table, "kind");
-    fault.kind = row.kind;
+    fault = fault_of(read_kind(table, "kind"));
     fault.name = table.text("name").value_or("");
-    read_params(table, row, fault);
+    read_params(table, fault);
     const auto probability = table.number("probability", 0, 1);
-    if (probability && !row.per_frame) {
-      table.fail("probability", std::string(row.word) + " does not act on frames");
+    if (probability && !fault.row->per_frame) {
+      table.fail("probability", std::string(fault.row->word) + " does not act on frames");
     }
     fault.probability = probability.value_or(1);
-    read_course(table, row, fault);
+    read_course(table, fault);
     table.finish();
     const std::string problem = text_problem(fault.name, kLongestName);
     if (!problem.empty()) table.fail("name", problem);
     if (fault.name == "all") table.fail("name", "\"all\" means all faults");
     const FaultRow* const other = find_fault(fault.name);
-    if (other != nullptr && other != &row) table.fail("name", "is the word for another kind");
+    if (other != nullptr && other != fault.row) table.fail("name", "is the word for another kind");
   }
-  const FaultRow& row = fault_row(fault.kind);
-  if (fault.kind == FaultKind::kEndStop && fault.values[0] == row.params[0].fallback &&
-      fault.values[1] == row.params[1].fallback) {
-    reader.fail("fault", "end_stop needs min_deg or max_deg");
+  const FaultRow& row = *fault.row;
+  if (row.needs_one && fault.values == fault_of(row).values) {
+    reader.fail("fault", std::string(row.word) + " needs " + std::string(row.params[0].word) +
+                             " or " + std::string(row.params[1].word));
   }
   if (row.of_bus) {
     const char* const key = reader.has("ids") ? "ids" : "id";
@@ -203,9 +165,10 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     return fault;
   }
   fault.ids = ids;
+  // One that cannot do anything to the drive is refused instead of accepted and forgotten.
   for (const ServoConfig& servo : bus.servos) {
-    if (std::ranges::find(ids, servo.id) == ids.end()) continue;
-    const std::string why = impossible(fault, servo);
+    if (row.impossible == nullptr || std::ranges::find(ids, servo.id) == ids.end()) continue;
+    const std::string why = row.impossible(fault, servo);
     if (!why.empty()) reader.fail("fault", std::string(row.word) + ": " + why);
   }
   return fault;

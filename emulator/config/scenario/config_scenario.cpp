@@ -4,7 +4,7 @@
 
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/events/config_directives.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_reader.hpp"
-#include "emulator/core/scenario.hpp"
+#include "emulator/core/scenario/scenario.hpp"
 
 namespace lk::emulator {
 

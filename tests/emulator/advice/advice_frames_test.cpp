@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/emulator/advice/advice_support.hpp"
+#include "tests/support/faults.hpp"
 
 namespace lk::emulator {
 namespace advice_frames_test {
@@ -290,10 +291,8 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
 TEST(AdvicePace, IsNotOfAHostThatABabblingDriveCrowdsOut) {
   BusConfig config = test::bus_config({1, 2}, 1'000'000);
   AdvisedHost host(config);
-  Fault fault;
-  fault.kind = FaultKind::kBabbling;
-  fault.ids = {2};
-  fault.values = {130, 0x010};  // a frame every 130 us, as long as the frame is, before all others
+  // A frame every 130 us, as long as the frame is, before all others.
+  const Fault fault = test::fault_of("babbling", {130, 0x010}, {2});
   ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{fault}}));
   host.repeat(500, 2ms, query(protocol::ReadState2{}));
   EXPECT_GT(host.bus.stats().frames_waiting, 64U);

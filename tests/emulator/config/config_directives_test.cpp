@@ -7,8 +7,8 @@
 #include <map>
 
 #include "emulator/config/register_fields.hpp"
-#include "emulator/core/bus.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
 namespace lk::emulator {
@@ -253,7 +253,7 @@ TEST(Vocabulary, ATableInMemoryIsReadLikeOneOfAFile) {
   const auto directives = read(request, Timing::kNow);
   ASSERT_EQ(directives.size(), 1U);
   const Fault& fault = std::get<SetFault>(directives[0].directive.what).fault;
-  EXPECT_EQ(fault.kind, FaultKind::kJam);
+  EXPECT_EQ(fault.row->word, "jam");
   EXPECT_EQ(fault.ids, (std::vector{2, 5}));
   EXPECT_EQ(fault.values[0], 40);
   EXPECT_EQ(fault.duration, 500ms);

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "emulator/config/register_fields.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
 namespace lk::emulator {
@@ -34,33 +34,32 @@ Fault only_fault(const std::string& keys) {
 TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
   for (const FaultRow& row : fault_table()) {
     std::string table = "{ kind = \"" + std::string(row.word) + R"(", name = "it")";
-    std::array<double, kMostFaultParams> expected{};
+    FaultValues expected{};
     for (std::size_t n = 0; n < row.params.size() && !row.params[n].word.empty(); ++n) {
       const FaultParam& param = row.params[n];
       table += ", " + std::string(param.word) + " = ";
       if (param.choices.empty()) {
-        expected[n] = param.word == "max_deg" ? 5 : param.max;  // its largest is none
-        const auto whole = static_cast<long long>(expected[n]);
-        table += static_cast<double>(whole) == expected[n] ? std::to_string(whole)
-                                                           : std::to_string(expected[n]);
+        const double most = param.word == "max_deg" ? 5 : param.max;  // its largest is none
+        expected[n] = most;
+        const auto whole = static_cast<long long>(most);
+        table += static_cast<double>(whole) == most ? std::to_string(whole) : std::to_string(most);
       } else {  // the last of the words
-        const std::string words(param.choices);
-        expected[n] = static_cast<double>(std::count(words.begin(), words.end(), ' '));
-        table.append("\"").append(words, words.rfind(' ') + 1).append("\"");
+        expected[n] = static_cast<FaultChoice>(param.choices.size() - 1);
+        table.append("\"").append(param.choices.back()).append("\"");
       }
     }
     if (row.per_frame) table += ", probability = 0.25";
     table +=
-        row.momentary ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
+        row.momentary() ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
     // Play is of gears, which none of these drives has.
-    if (row.kind == FaultKind::kBacklash) continue;
+    if (row.word == "backlash") continue;
     const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table);
-    EXPECT_EQ(fault.kind, row.kind);
+    EXPECT_EQ(fault.row, &row);
     EXPECT_EQ(fault.name, "it");
     EXPECT_EQ(fault.ids, row.of_bus ? std::vector<int>{} : std::vector{5}) << row.word;
     EXPECT_EQ(fault.values, expected) << row.word;
     EXPECT_EQ(fault.probability, row.per_frame ? 0.25 : 1.0);
-    EXPECT_EQ(fault.duration, row.momentary ? std::nullopt : std::optional<SimTime>(500ms));
+    EXPECT_EQ(fault.duration, row.momentary() ? std::nullopt : std::optional<SimTime>(500ms));
     EXPECT_EQ(fault.every, 2s);
     EXPECT_EQ(fault.times, 3);
   }
@@ -68,16 +67,16 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
 
 TEST(FaultVocabulary, WhatAFaultDoesNotSayIsAsTheTableHasIt) {
   const Fault jam = only_fault("fault = \"jam\"");
-  EXPECT_EQ(jam.kind, FaultKind::kJam);
+  EXPECT_EQ(jam.row->word, "jam");
   EXPECT_EQ(jam.ids, (std::vector{2, 5, 7}));
-  EXPECT_EQ(jam.values[0], 100);
+  EXPECT_EQ(jam.values[0], FaultValue(100));
   EXPECT_EQ(jam.name, "");
   EXPECT_EQ(jam.duration, std::nullopt);
   EXPECT_EQ(jam.every, std::nullopt);
   EXPECT_EQ(jam.times, 0);
-  EXPECT_EQ(only_fault("fault = { kind = \"reboot_loop\" }").values,
-            (std::array<double, kMostFaultParams>{1000, 200, 0}));
-  EXPECT_EQ(only_fault("fault = { kind = \"rom_damaged\" }").values[0], kRomParameters);
+  EXPECT_EQ(only_fault("fault = { kind = \"reboot_loop\" }").values, (FaultValues{1000, 200, 0}));
+  EXPECT_EQ(only_fault("fault = { kind = \"rom_damaged\" }").values[0],
+            FaultValue(static_cast<RomParameter>(kRomParameters)));
   EXPECT_EQ(only_fault("ids = \"5,2\"\nfault = \"hang\"").ids, (std::vector{2, 5}));
 }
 
@@ -100,7 +99,7 @@ TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
       if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
       const Fault fault =
           only_fault("id = 5\nfault = { kind = \"" + kind + "\", parameter = \"" + word + "\" }");
-      EXPECT_EQ(fault.values[0], static_cast<double>(parameter)) << kind << ' ' << word;
+      EXPECT_EQ(fault.values[0], FaultValue(parameter)) << kind << ' ' << word;
     }
   }
 }
@@ -124,7 +123,7 @@ TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
                    "gear_damping_Nm_s_rad = 0.1, J_out_g_cm2 = 1000"))[0]
           .events;
   ASSERT_EQ(events.size(), 1U);
-  EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], 3);
+  EXPECT_EQ(std::get<SetFault>(events[0].directive.what).fault.values[0], FaultValue(3));
   // A rigid gear has no play, whatever its figure says.
   for (const char* none : {"backlash_arcmin = 10, gear_stiffness_Nm_rad = 0",
                            "backlash_arcmin = 0, gear_stiffness_Nm_rad = 500, "
@@ -152,7 +151,7 @@ TEST(FaultVocabulary, ABitFlipsOnlyWhereTheDriveLooks) {
 TEST(FaultVocabulary, AnEndStopMayStandOnOneSideOnly) {
   const auto sides = [](const std::string& keys) {
     const Fault fault = only_fault("id = 5\nfault = { kind = \"end_stop\", " + keys + " }");
-    return std::pair(fault.values[0], fault.values[1]);
+    return std::pair(fault.values[0].number(), fault.values[1].number());
   };
   EXPECT_EQ(sides("min_deg = -10"), std::pair(-10.0, 1e6));
   EXPECT_EQ(sides("max_deg = 20"), std::pair(-1e6, 20.0));

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "emulator/config/config_quirks.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/units.hpp"
 #include "protocol/wire.hpp"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "emulator/core/frame_text.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 #include "tests/emulator/config/config_scenario_support.hpp"
 
 namespace lk::emulator {

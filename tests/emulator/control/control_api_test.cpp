@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/frames/frame_words.hpp"
 #include "tests/emulator/control/control_support.hpp"
 

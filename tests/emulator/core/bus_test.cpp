@@ -13,7 +13,7 @@
 //   7FF#0000000000000000   15 stuff bits: 123 bits
 //     011111(0)11111(0)1000100000(1)00000(1) … 00010101001000011
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,8 @@
 
 #include <random>
 
-#include "emulator/core/sampler.hpp"
+#include "emulator/core/scenario/sampler.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -37,10 +38,7 @@ BusConfig restless(std::int64_t bitrate, bool with_fault) {
     if (n % 2 == 0) config.events.push_back({at, {1 + (n * 5 + 1) % 12, Sag{0.0, 900us}}});
   }
   if (with_fault) {
-    Fault fault;
-    fault.kind = FaultKind::kDrop;
-    fault.ids = {2, 3};
-    fault.values = {0};
+    Fault fault = test::fault_of("drop", {}, {2, 3});
     fault.probability = 0.5;
     fault.duration = 40ms;
     config.events.push_back({120ms, {kWholeBus, SetFault{fault}}});

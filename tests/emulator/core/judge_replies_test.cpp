@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/core/judge.hpp"
+#include "emulator/core/scenario/judge.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

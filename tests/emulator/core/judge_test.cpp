@@ -1,12 +1,12 @@
 // What a judge makes of what it sees and hears, at the edges of ranges and times too.
 
-#include "emulator/core/judge.hpp"
+#include "emulator/core/scenario/judge.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {

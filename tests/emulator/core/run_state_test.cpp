@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "emulator/core/servo.hpp"
+#include "emulator/core/servo/servo.hpp"
 #include "tests/emulator/core/faults/fault_support.hpp"
 #include "tests/support/test_bus.hpp"
 
@@ -215,7 +215,7 @@ TEST(Errors, NoSettingBringsBackWhatATripDropped) {
     host.bus.apply({1, Setting{RomParameter::kMaxSpeed, host.bus.servo(1).rom()}});
   };
   const auto a_bit_flips = [](Host& host) {
-    test::inject(host, FaultKind::kRamFlipped, {static_cast<double>(RomParameter::kMaxSpeed)});
+    test::inject(host, "ram_flipped", {RomParameter::kMaxSpeed});
   };
   for (const std::function<void(Host&)>& write :
        {std::function<void(Host&)>(somebody_writes), std::function<void(Host&)>(a_bit_flips)}) {

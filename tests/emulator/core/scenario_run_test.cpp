@@ -1,10 +1,11 @@
 // What comes of a scenario as a whole: its verdict, its traffic, the script of its host.
 
-#include "emulator/core/scenario_run.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
 
 #include <gtest/gtest.h>
 
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -26,7 +27,7 @@ TEST(Verdict, IsInvalidWhenAFaultDidNothing) {
   scenario.duration = 1s;
   scenario.expectations = {{0, 1, within("alive", 1, 1), at(1s), ""}};
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {1};
   scenario.robot[0].events = {{100ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
   // Nobody asks the drive anything, so nobody can tell that it hangs.
@@ -52,7 +53,7 @@ TEST(Verdict, IsInvalidWhenAFaultNeverBegan) {
   scenario.robot = {test::bus_config({1})};
   scenario.duration = 1s;
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {1};
   scenario.robot[0].events = {{2s, {kWholeBus, SetFault{hang}}, std::nullopt}};
   scenario.sends = {{0, 500ms, test::frame("141#9C00000000000000")}};

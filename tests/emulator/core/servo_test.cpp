@@ -1,7 +1,7 @@
 // What a drive answers, line by line: every command, registers, angles, states. Run state and
 // motion commands have files of their own.
 
-#include "emulator/core/servo.hpp"
+#include "emulator/core/servo/servo.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "emulator/core/shaft_angles.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/core/faults/fault_table.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -57,7 +58,7 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
 
 TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {1};
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
@@ -76,7 +77,7 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
 
 TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {2};
   line_.perform({10s, {kWholeBus, SetFault{hang}}, std::nullopt});
   Scenario plan = scenario();
@@ -91,7 +92,7 @@ TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
 
 TEST_F(Live, CutShortItHasNotPassed) {
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {1};
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
@@ -108,7 +109,7 @@ TEST_F(Live, CutShortItHasNotPassed) {
 
 TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
   Fault hang;
-  hang.kind = FaultKind::kHang;
+  hang.row = find_fault("hang");
   hang.ids = {1};
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};

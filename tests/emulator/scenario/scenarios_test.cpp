@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "emulator/config/scenario/config_scenario.hpp"
-#include "emulator/core/scenario_run.hpp"
-#include "emulator/core/scenario_text.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/live_fault.hpp"
 #include "emulator/core/generation.hpp"
-#include "emulator/core/live_fault.hpp"
 #include "tests/emulator/whole/random_life.hpp"
 #include "tests/support/profile.hpp"
 

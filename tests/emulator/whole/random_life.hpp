@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "emulator/core/directive.hpp"
-#include "emulator/core/fault_table.hpp"
+#include "emulator/core/faults/fault_table.hpp"
 #include "protocol/opcodes.hpp"
 
 namespace lk::test {
@@ -92,14 +92,13 @@ class RandomLife {
 
   emulator::Fault fault() {
     const emulator::FaultRow& row = any_row();
-    emulator::Fault fault;
-    fault.kind = row.kind;
+    emulator::Fault fault = emulator::fault_of(row);
     for (std::size_t n = 0; n < row.params.size(); ++n) fault.values[n] = value(row.params[n]);
     if (row.per_frame) fault.probability = one_in(2) ? 1 : share();
-    if (!row.momentary) {
+    if (!row.momentary()) {
       // Not for long: a second drive with an ID is a motor of its own to compute, and while the
       // bus as a whole is faulty nobody says much.
-      const bool dear = row.kind == emulator::FaultKind::kDuplicateId || row.of_bus;
+      const bool dear = row.word == "duplicate_id" || row.of_bus;
       fault.duration = up_to(dear ? longest_fault_ / 10 : longest_fault_) + SimTime{1};
     }
     if (one_in(8)) {
@@ -175,13 +174,14 @@ class RandomLife {
   }
 
   const emulator::FaultRow& any_row() {
-    return emulator::fault_table()[static_cast<std::size_t>(below(emulator::kFaultKinds))];
+    return emulator::fault_table()[static_cast<std::size_t>(
+        below(static_cast<unsigned>(emulator::fault_table().size())))];
   }
 
-  double value(const emulator::FaultParam& parameter) {
+  emulator::FaultValue value(const emulator::FaultParam& parameter) {
     if (!parameter.choices.empty()) {
-      const auto spaces = std::ranges::count(parameter.choices, ' ');
-      return below(static_cast<unsigned>(spaces) + 1);
+      return static_cast<emulator::FaultChoice>(
+          below(static_cast<unsigned>(parameter.choices.size())));
     }
     if (!parameter.required && one_in(4)) return parameter.fallback;
     // Mostly what may happen, at times the most that may be asked for.

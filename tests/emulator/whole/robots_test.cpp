@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "emulator/config/config.hpp"
-#include "emulator/core/bus.hpp"
+#include "emulator/core/bus/bus.hpp"
 #include "tests/support/frames.hpp"
 #include "tests/support/profile.hpp"
 

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "emulator/core/fault_table.hpp"
-#include "emulator/core/signals.hpp"
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
@@ -57,6 +57,14 @@ TEST(Documents, TheSignalsAreThoseOfTheTable) {
   EXPECT_EQ(generated(document("directives.md"), "signals"), table);
 }
 
+TEST(Documents, TheFaultsAreThoseOfTheTableInChineseToo) {
+  const std::string page = document("zh-CN/faults.md");
+  for (const FaultRow& row : fault_table()) {
+    const std::string line = "| `" + std::string(row.word) + "` | " + std::string(row.about.zh);
+    EXPECT_NE(page.find(line + " |"), std::string::npos) << line;
+  }
+}
+
 TEST(Documents, TheExamplesAreAccepted) {
   for (const char* const name : {"faults.md", "directives.md"}) {
     const auto blocks = examples(document(name));
@@ -78,10 +86,10 @@ TEST(FaultListing, ShowsEveryKindWithAnExampleThatIsAccepted) {
   for (const FaultRow& row : fault_table()) {
     EXPECT_NE(list.find("  " + std::string(row.word) + " "), std::string::npos) << row.word;
     const std::string page = describe_fault(row);
-    EXPECT_NE(page.find(row.about), std::string::npos);
+    EXPECT_NE(page.find(row.about.en), std::string::npos);
     const std::string marker = "as an event of a configuration or scenario:\n";
     const std::string example = page.substr(page.find(marker) + marker.size());
-    if (row.kind == FaultKind::kBacklash) continue;  // these drives have no gear
+    if (row.word == "backlash") continue;  // these drives have no gear
     EXPECT_NO_THROW(parse(kBus + "[[bus.event]]\n" + example)) << example;
   }
 }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/frames/decode_words.hpp"
 #include "tests/tools/decode/decode_support.hpp"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "emulator/core/signals.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "tests/support/temp_directory.hpp"
 #include "tools/plot/axis.hpp"

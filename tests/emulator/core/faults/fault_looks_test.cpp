@@ -15,7 +15,7 @@ using test::Host;
 using State = FaultEvidence::State;
 
 void plan_hang(Host& host, SimTime at, const Condition& when) {
-  const Fault hang = test::fault(FaultKind::kHang, {}, {.duration = 5ms});
+  const Fault hang = test::fault("hang", {}, {.duration = 5ms});
   EXPECT_TRUE(host.bus.plan({at, {kWholeBus, SetFault{hang}}, when}));
 }
 

@@ -25,7 +25,7 @@ TEST(PowerFaults, ASagSetsTheErrorBit) {
   ServoConfig config = test::powered_drive();
   config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
   Host host(config);
-  inject(host, FaultKind::kSag, {10}, {.duration = 1s});
+  inject(host, "sag", {10}, {.duration = 1s});
   host.wait(900ms);
   EXPECT_NEAR(link_V(host), 10.0, 0.05);
   EXPECT_NEAR(state_1(host).voltage_V, 10.0, 0.1);
@@ -42,7 +42,7 @@ TEST(PowerFaults, ASagSetsTheErrorBit) {
 
 TEST(PowerFaults, ASagToWhatTheSupplyHasAnywayIsNone) {
   Host host(test::powered_drive());
-  inject(host, FaultKind::kSag, {24}, {.duration = 100ms});
+  inject(host, "sag", {24}, {.duration = 100ms});
   host.wait(200ms);
   EXPECT_FALSE(evidence(host).first_effect_at);
 }
@@ -52,7 +52,7 @@ TEST(PowerFaults, ADipResetsTheControllerAndTheTurnsAreLost) {
   host.bus.apply({1, TurnShaft{3 * 360}});
   host.wait(1ms);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 4500.0 + 3 * 36000, 3.0);
-  inject(host, FaultKind::kDip, {1}, {.duration = 600ms});
+  inject(host, "dip", {1}, {.duration = 600ms});
   host.wait(590ms);
   EXPECT_NEAR(link_V(host), 4.0, 0.2);  // a volt below reset
   EXPECT_FALSE(answers(host));
@@ -65,7 +65,7 @@ TEST(PowerFaults, ADipResetsTheControllerAndTheTurnsAreLost) {
 
 TEST(PowerFaults, ACutEmptiesTheLinkWhateverIsConnected) {
   Host host(test::powered_drive());
-  inject(host, FaultKind::kCut, {}, {.duration = 1s});
+  inject(host, "cut", {}, {.duration = 1s});
   host.wait(400ms);
   EXPECT_TRUE(answers(host));  // C·24 V/0.04 A·ln(24/5) = 442 ms
   host.bus.apply({1, PowerOn{}});
@@ -81,7 +81,7 @@ TEST(PowerFaults, ACutEmptiesTheLinkWhateverIsConnected) {
 
 TEST(PowerFaults, ARebootLoopBootsAgainAndAgain) {
   Host host(test::powered_drive());
-  inject(host, FaultKind::kRebootLoop, {600, 200}, {.duration = 4s});
+  inject(host, "reboot_loop", {600, 200}, {.duration = 4s});
   std::vector<int> boots_ms;
   bool alive = true;
   for (int ms = 0; ms < 5000; ++ms) {
@@ -104,7 +104,7 @@ TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
     ServoConfig config = test::powered_drive();
     config.profile.drive.load.J = 0.002;
     Host host(config);
-    if (faulty) inject(host, FaultKind::kNoRegeneration, {}, {.duration = 2s});
+    if (faulty) inject(host, "no_regeneration", {}, {.duration = 2s});
     host.get<protocol::State2>(protocol::Speed{1500, 0});
     host.wait(1s);
     host.get<protocol::State2>(protocol::Speed{0, 0});
@@ -146,7 +146,7 @@ protocol::State3 pulled(Host& host, double iq_A) {
 TEST(PowerStageFaults, AnOpenPhaseCarriesNoCurrent) {
   Host host = heavy();
   EXPECT_NEAR(pulled(host, 3.2).i_a_A, 3.2, 0.1);
-  inject(host, FaultKind::kPhaseOpen, {kA}, {.duration = 50ms});
+  inject(host, "phase_open", {kA}, {.duration = 50ms});
   const auto broken = pulled(host, 3.2);
   EXPECT_NEAR(broken.i_a_A, 0.0, 1.0 / 64);
   EXPECT_NEAR(broken.i_b_A, -broken.i_c_A, 0.02);
@@ -157,13 +157,13 @@ TEST(PowerStageFaults, AnOpenPhaseCarriesNoCurrent) {
 
 TEST(PowerStageFaults, ASwitchThatStaysOpenCarriesOneDirectionOnly) {
   Host host = heavy();
-  inject(host, FaultKind::kSwitchOpen, {kA, kHigh});
+  inject(host, "switch_open", {kA, kHigh});
   EXPECT_NEAR(pulled(host, -3.2).i_a_A, -3.2, 0.1);  // the lower switch and the diodes do
   EXPECT_LT(pulled(host, 3.2).i_a_A, 0.5);
   EXPECT_GE(evidence(host).effects, 10U);
   clear(host);
   EXPECT_NEAR(pulled(host, 3.2).i_a_A, 3.2, 0.1);
-  inject(host, FaultKind::kSwitchOpen, {kA, kLow});
+  inject(host, "switch_open", {kA, kLow});
   EXPECT_GT(pulled(host, -3.2).i_a_A, -0.5);
 }
 
@@ -172,7 +172,7 @@ TEST(PowerStageFaults, AShortedSwitchShortsTheLinkWithItsPartner) {
   config.quirks.dialect.all_error_bits = true;
   config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
   Host host(config);
-  inject(host, FaultKind::kSwitchShorted, {kB, kHigh}, {.duration = 5ms});
+  inject(host, "switch_shorted", {kB, kHigh}, {.duration = 5ms});
   host.wait(5ms);
   // The bridge idles at half the voltage: half of the time the source feeds two switches of 10 mΩ
   // through its own 50 mΩ. The firmware sees the link break down and lets go.
@@ -186,7 +186,7 @@ TEST(PowerStageFaults, AShortedSwitchShortsTheLinkWithItsPartner) {
 
 TEST(PowerStageFaults, ADeadBridgeDrivesNothingAndReportsNothing) {
   Host host = heavy();
-  inject(host, FaultKind::kBridgeDead, {}, {.duration = 100ms});
+  inject(host, "bridge_dead", {}, {.duration = 100ms});
   host.get<protocol::State2>(protocol::Torque{3.2});
   host.wait(50ms);
   EXPECT_NEAR(host.bus.truth(1).i_q, 0.0, 1e-6);

@@ -36,7 +36,7 @@ void turn(Host& host, double turn_deg) {
 
 TEST(EncoderFaults, Stuck) {
   Host host = undriven();
-  inject(host, FaultKind::kEncoderStuck);
+  inject(host, "encoder_stuck");
   host.wait(10ms);
   EXPECT_FALSE(evidence(host).first_effect_at);
   turn(host, 30);
@@ -51,7 +51,7 @@ TEST(EncoderFaults, Stuck) {
 
 TEST(EncoderFaults, Jump) {
   Host host = undriven();
-  inject(host, FaultKind::kEncoderJump, {10}, {.duration = 10ms});
+  inject(host, "encoder_jump", {10}, {.duration = 10ms});
   host.wait(5ms);
   EXPECT_NEAR(encoder(host), 2048 + 10 * kCounts_deg, 1.0);
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 5500.0, 3.0);
@@ -62,7 +62,7 @@ TEST(EncoderFaults, Jump) {
 
 TEST(EncoderFaults, Drift) {
   Host host = undriven();
-  inject(host, FaultKind::kEncoderDrift, {36}, {.duration = 1500ms});
+  inject(host, "encoder_drift", {36}, {.duration = 1500ms});
   const double rotor = true_counts(host);
   host.wait(1s);
   EXPECT_NEAR(encoder(host), 2048 + 36 * kCounts_deg, 3.0);  // moved on once a millisecond
@@ -75,7 +75,7 @@ TEST(EncoderFaults, Drift) {
 
 TEST(EncoderFaults, Noise) {
   Host host = undriven();
-  inject(host, FaultKind::kEncoderNoise, {1});
+  inject(host, "encoder_noise", {1});
   // Of 2000 samples the deviation is known to 1.6 %.
   const auto [mean, deviation] = statistics(host, 2000, [&] { return encoder(host); });
   EXPECT_NEAR(deviation, kCounts_deg, 0.06 * kCounts_deg);
@@ -89,7 +89,7 @@ TEST(EncoderFaults, Noise) {
 
 TEST(EncoderFaults, Garbage) {
   Host host = undriven();
-  inject(host, FaultKind::kEncoderGarbage);
+  inject(host, "encoder_garbage");
   double least = 16384;
   double most = 0;
   const auto [mean, deviation] = statistics(host, 1000, [&] {
@@ -112,7 +112,7 @@ TEST(EncoderFaults, Garbage) {
 TEST(EncoderFaults, LostMagnet) {
   Host host = undriven();
   turn(host, 135);  // to the middle of the turn
-  inject(host, FaultKind::kEncoderLostMagnet);
+  inject(host, "encoder_lost_magnet");
   turn(host, 170);
   const auto [mean, deviation] = statistics(host, 1000, [&] { return encoder(host); });
   // About where it was, not where it is; with the noise of stray fields (docs/model.md §14).
@@ -126,14 +126,14 @@ TEST(EncoderFaults, LostMagnet) {
 
 TEST(EncoderFaults, Slow) {
   Host host(test::servo_config(1));
-  inject(host, FaultKind::kEncoderSlow, {10});
+  inject(host, "encoder_slow", {10});
   host.wait(10ms);
   EXPECT_FALSE(evidence(host).first_effect_at);  // nothing moves
   clear(host);
   host.get<protocol::State2>(protocol::Speed{360, 0});
   host.wait(500ms);
   host.ask("141#8000000000000000");  // it coasts, without friction
-  inject(host, FaultKind::kEncoderSlow, {10});
+  inject(host, "encoder_slow", {10});
   host.wait(50ms);
   // It shows where the rotor was 10 ms ago: 3.6 degrees.
   const double lag = std::remainder(true_counts(host) - encoder(host), 16384.0);
@@ -160,13 +160,13 @@ void expect_currents(Host& host, double a, double b) {
 
 TEST(CurrentFaults, Offset) {
   Host host = undriven();
-  inject(host, FaultKind::kCurrentOffset, {2, kA}, {.duration = 10ms});
+  inject(host, "current_offset", {2, kA}, {.duration = 10ms});
   host.wait(5ms);
   expect_currents(host, 2, 0);
   host.wait(10ms);
   expect_currents(host, 0, 0);
   expect_shown(evidence(host), 0ms, 9);
-  inject(host, FaultKind::kCurrentOffset, {-1, kBoth});
+  inject(host, "current_offset", {-1, kBoth});
   host.wait(1ms);
   expect_currents(host, -1, -1);
 }
@@ -175,7 +175,7 @@ TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
   ServoConfig config = test::servo_config(1);
   config.profile.drive.load.J = 1;  // it hardly moves
   Host host(config);
-  inject(host, FaultKind::kCurrentGain, {0.5, kBoth});
+  inject(host, "current_gain", {0.5, kBoth});
   host.wait(10ms);
   EXPECT_FALSE(evidence(host).first_effect_at);  // half of nothing
   host.get<protocol::State2>(protocol::Torque{3.2});
@@ -190,7 +190,7 @@ TEST(CurrentFaults, GainMakesTheLoopDriveAnotherCurrent) {
 
 TEST(CurrentFaults, Noise) {
   Host host = undriven();
-  inject(host, FaultKind::kCurrentNoise, {0.5});
+  inject(host, "current_noise", {0.5});
   const auto [mean, deviation] = statistics(host, 2000, [&] { return currents(host).i_b_A; });
   EXPECT_NEAR(deviation, 0.5, 0.03);  // known to 1.6 %
   EXPECT_NEAR(mean, 0.0, 0.05);
@@ -202,7 +202,7 @@ TEST(CurrentFaults, Noise) {
 
 TEST(CurrentFaults, Stuck) {
   Host host = undriven();
-  inject(host, FaultKind::kCurrentStuck, {3, kB});
+  inject(host, "current_stuck", {3, kB});
   host.wait(10ms);
   expect_currents(host, 0, 3);
   expect_shown(evidence(host), 0ms, 9);
@@ -216,7 +216,7 @@ TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
   config.quirks.dialect.all_error_bits = true;
   config.rom.protections[static_cast<std::size_t>(Error::kOverCurrent)] = {true, 20, 1, 0.001};
   Host host(config);
-  inject(host, FaultKind::kCurrentStuck, {25, kA}, {.duration = 20ms});
+  inject(host, "current_stuck", {25, kA}, {.duration = 20ms});
   host.wait(10ms);
   EXPECT_EQ(host.get<protocol::State1>(protocol::ReadState1{}).errors,
             model::bit(Error::kOverCurrent));
@@ -233,7 +233,7 @@ TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCol
   ServoConfig config = test::servo_config(1);
   config.rom.protections[static_cast<std::size_t>(Error::kMotorTemperature)] = {true, 100, 10, 0};
   Host host(config);
-  inject(host, FaultKind::kTemperatureStuck, {120, kMotor}, {.duration = 100ms});
+  inject(host, "temperature_stuck", {120, kMotor}, {.duration = 100ms});
   host.wait(10ms);
   EXPECT_EQ(state_1(host).temperature_C, 120);
   EXPECT_EQ(state_1(host).errors, model::bit(Error::kMotorTemperature));
@@ -248,7 +248,7 @@ TEST(SlowSensorFaults, ATemperatureThatIsStuckTripsTheProtectionAndTheMotorIsCol
 
 TEST(SlowSensorFaults, TheDriversTemperatureIsAnother) {
   Host host(test::servo_config(1));
-  inject(host, FaultKind::kTemperatureStuck, {90, kDriver}, {.duration = 10ms});
+  inject(host, "temperature_stuck", {90, kDriver}, {.duration = 10ms});
   host.wait(5ms);
   EXPECT_EQ(host.bus.telemetry(1).temp_driver, 90);
   EXPECT_EQ(state_1(host).temperature_C, 25);
@@ -259,8 +259,8 @@ TEST(SlowSensorFaults, TheDriversTemperatureIsAnother) {
 
 TEST(SlowSensorFaults, ATemperatureIsOff) {
   Host host(test::servo_config(1));
-  inject(host, FaultKind::kTemperatureOff, {-40, kMotor}, {.duration = 10ms});
-  inject(host, FaultKind::kTemperatureOff, {15, kDriver}, {.duration = 10ms});
+  inject(host, "temperature_off", {-40, kMotor}, {.duration = 10ms});
+  inject(host, "temperature_off", {15, kDriver}, {.duration = 10ms});
   host.wait(5ms);
   EXPECT_EQ(state_1(host).temperature_C, -15);
   EXPECT_EQ(host.bus.telemetry(1).temp_driver, 40);
@@ -274,7 +274,7 @@ TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
   ServoConfig config = test::powered_drive();
   config.rom.protections[0] = {true, 18.0, 1.0, 0.002};
   Host host(config);
-  inject(host, FaultKind::kVoltageStuck, {4}, {.duration = 100ms});  // reset is below 5 V
+  inject(host, "voltage_stuck", {4}, {.duration = 100ms});  // reset is below 5 V
   host.wait(10ms);
   EXPECT_EQ(state_1(host).voltage_V, 4.0);
   EXPECT_EQ(state_1(host).errors, model::bit(Error::kUnderVoltage));
@@ -289,7 +289,7 @@ TEST(SlowSensorFaults, AVoltageThatIsStuckIsUnderVoltageAndTheDriveLives) {
 
 TEST(SlowSensorFaults, AVoltageIsOff) {
   Host host(test::servo_config(1));
-  inject(host, FaultKind::kVoltageOff, {3}, {.duration = 10ms});
+  inject(host, "voltage_off", {3}, {.duration = 10ms});
   host.wait(5ms);
   EXPECT_NEAR(state_1(host).voltage_V, 27.0, 0.1);
   EXPECT_NEAR(host.bus.truth(1).v_bus, 24.0, 0.1);

@@ -4,20 +4,20 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "emulator/core/fault_table.hpp"
+#include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::test {
 
 using emulator::FaultEvidence;
-using emulator::FaultKind;
 using emulator::SimTime;
 
 struct Course {
@@ -26,21 +26,21 @@ struct Course {
   int times = 0;
 };
 
-inline emulator::Fault fault(FaultKind kind, std::array<double, emulator::kMostFaultParams> values,
+inline emulator::Fault fault(std::string_view kind,
+                             std::initializer_list<emulator::FaultValue> values = {},
                              Course course = {}, std::vector<int> ids = {1},
                              std::string name = {}) {
-  return {.name = std::move(name),
-          .kind = kind,
-          .ids = std::move(ids),
-          .values = values,
-          .duration = course.duration,
-          .every = course.every,
-          .times = course.times};
+  emulator::Fault made = fault_of(kind, values, std::move(ids));
+  made.name = std::move(name);
+  made.duration = course.duration;
+  made.every = course.every;
+  made.times = course.times;
+  return made;
 }
 
 /// Begins now, on drive 1.
-inline void inject(Host& host, FaultKind kind,
-                   std::array<double, emulator::kMostFaultParams> values = {}, Course course = {}) {
+inline void inject(Host& host, std::string_view kind,
+                   std::initializer_list<emulator::FaultValue> values = {}, Course course = {}) {
   host.bus.apply({emulator::kWholeBus, emulator::SetFault{fault(kind, values, course)}});
 }
 

@@ -14,7 +14,7 @@ namespace link_errors_test {
 
 TEST(LinkFaults, SilentDrivesObey) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kSilent, {1}));
+  rig.set(fault("silent", {1}));
   EXPECT_TRUE(rig.talk(kTorque, 10ms).empty());
   EXPECT_GT(rig.bus.truth(1).i_q_ref, 1);
   EXPECT_EQ(rig.effects(), 1U);
@@ -26,7 +26,7 @@ TEST(LinkFaults, SilentDrivesObey) {
 TEST(LinkFaults, BabbleComesEveryPeriod) {
   Rig rig(bus_config({1}));
   rig.wait(1ms);
-  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  rig.set(fault("babbling", {1}, {1000, 0x7FF}));
   const auto frames = rig.wait(100ms);
   ASSERT_EQ(frames.size(), 101U);  // at 1, 2, … 101 ms
   for (std::size_t n = 0; n < frames.size(); ++n) {
@@ -41,7 +41,7 @@ TEST(LinkFaults, BabbleComesEveryPeriod) {
 
 TEST(LinkFaults, BabbleOfTheLowestIdentifierStarvesTheBus) {
   Rig rig(bus_config({1, 2}, kBitrate));
-  rig.set(fault(K::kBabbling, {1}, {100, 0}));
+  rig.set(fault("babbling", {1}, {100, 0}));
   rig.wait(1us);
   rig.bus.receive({rig.bus.time(), frame("142#9A00000000000000")});
   const auto frames = rig.wait(1s);
@@ -58,7 +58,7 @@ TEST(LinkFaults, BabbleOfTheLowestIdentifierStarvesTheBus) {
 
 TEST(LinkFaults, ADeadDriveBabblesNotAndOneThatIsBackDoes) {
   Rig rig(test::powered_bus({1}));
-  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  rig.set(fault("babbling", {1}, {1000, 0x7FF}));
   rig.bus.apply({1, PowerOff{}});
   rig.wait(1s);
   const auto before = rig.effects();
@@ -72,9 +72,9 @@ TEST(LinkFaults, ADeadDriveBabblesNotAndOneThatIsBackDoes) {
 
 TEST(LinkFaults, ThereIsNoRoomForBabbleInAFullQueue) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kQueueFull, {1}));
+  rig.set(fault("queue_full", {1}));
   for (int n = 0; n < 16; ++n) EXPECT_TRUE(rig.talk(kState2).empty());
-  rig.set(fault(K::kBabbling, {1}, {1000, 0x7FF}));
+  rig.set(fault("babbling", {1}, {1000, 0x7FF}));
   EXPECT_TRUE(rig.wait(20ms).empty());
   EXPECT_EQ(rig.effects(1), 0U);
   EXPECT_EQ(rig.bus.stats().extra_frames, 0U);
@@ -86,7 +86,7 @@ TEST(LinkFaults, ThereIsNoRoomForBabbleInAFullQueue) {
 TEST(LinkFaults, AFullQueueKeepsSixteenInOrder) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
-    rig.set(fault(K::kQueueFull, {1}));
+    rig.set(fault("queue_full", {1}));
     std::vector<std::uint8_t> asked;
     for (int n = 0; n < 20; ++n) {
       Frame query = kState2;
@@ -108,7 +108,7 @@ TEST(LinkFaults, AFullQueueKeepsSixteenInOrder) {
 TEST(LinkFaults, AFrameThatHasBegunGoesToItsEnd) {
   Rig rig(bus_config({1}, kBitrate));
   EXPECT_TRUE(rig.talk(kAsk, 221us).empty());  // its reply begins at 220 µs
-  rig.set(fault(K::kQueueFull, {1}));
+  rig.set(fault("queue_full", {1}));
   EXPECT_EQ(rig.wait(1ms).size(), 1U);
   EXPECT_EQ(rig.seen[0].at, 338us);
   EXPECT_EQ(rig.effects(), 0U);
@@ -128,7 +128,7 @@ bool is_error(const Frame& frame) {
 
 TEST(LinkFaults, ADestroyedFrameIsSentAgain) {
   Rig rig(bus_config({1}, kBitrate));
-  rig.set(fault(K::kErrorFrames, {}));
+  rig.set(fault("error_frames", {}));
   ASSERT_EQ(rig.talk(kAsk, 125us).size(), 1U);
   EXPECT_TRUE(is_error(rig.seen[0].frame));
   EXPECT_EQ(rig.seen[0].at, 120us);
@@ -145,7 +145,7 @@ TEST(LinkFaults, ADestroyedFrameIsSentAgain) {
 TEST(LinkFaults, WithErrorFramesNowAndThenEverythingGetsThrough) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
-    rig.set(fault(K::kErrorFrames, {}, {}, 0.05));
+    rig.set(fault("error_frames", {}, {}, 0.05));
     for (int n = 0; n < 1000; ++n) rig.talk(kState2, 2ms);
     const BusStats stats = rig.bus.stats();
     EXPECT_EQ(stats.replies, 1000U);
@@ -160,7 +160,7 @@ TEST(LinkFaults, WithErrorFramesNowAndThenEverythingGetsThrough) {
 TEST(LinkFaults, WhenNothingGetsThroughTheHostGivesUpAfter32Attempts) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
-    rig.set(fault(K::kErrorFrames, {}));
+    rig.set(fault("error_frames", {}));
     const auto frames = rig.talk(kAsk, 10ms);
     ASSERT_EQ(frames.size(), 32U);  // 256 / 8
     for (int n = 1; n <= 32; ++n) {
@@ -183,7 +183,7 @@ TEST(LinkFaults, WhenNothingGetsThroughTheHostGivesUpAfter32Attempts) {
 
 TEST(LinkFaults, BusOffAfter32SpoiledRepliesAndBackAfterTheRecovery) {
   Rig rig(bus_config({1, 2}, kBitrate));
-  rig.set(fault(K::kBusOff, {1}, {100}));
+  rig.set(fault("bus_off", {1}, {100}));
   const auto frames = rig.talk(kAsk, 50ms);
   ASSERT_EQ(frames.size(), 32U);
   for (int n = 1; n <= 32; ++n) {
@@ -211,7 +211,7 @@ TEST(LinkFaults, BusOffAfter32SpoiledRepliesAndBackAfterTheRecovery) {
 TEST(LinkFaults, BusOffBeginsAnewWhileItLasts) {
   for (const std::int64_t bitrate : {std::int64_t{0}, kBitrate}) {
     Rig rig(bus_config({1}, bitrate));
-    rig.set(fault(K::kBusOff, {1}, {10}));
+    rig.set(fault("bus_off", {1}, {10}));
     EXPECT_EQ(rig.talk(kAsk, 7ms).size(), 32U);
     EXPECT_EQ(rig.talk(kAsk, 13ms).size(), 0U) << "deaf";
     EXPECT_EQ(rig.talk(kAsk, 20ms).size(), 32U);
@@ -223,7 +223,7 @@ TEST(LinkFaults, BusOffBeginsAnewWhileItLasts) {
 
 TEST(LinkFaults, APowerCycleEndsBusOff) {
   Rig rig(test::powered_bus({1}, kBitrate));
-  rig.set(fault(K::kBusOff, {1}, {10'000}));
+  rig.set(fault("bus_off", {1}, {10'000}));
   EXPECT_EQ(rig.talk(kAsk, 50ms).size(), 32U);
   rig.clear();
   EXPECT_TRUE(rig.talk(kAsk, 10ms).empty()) << "it has to recover";

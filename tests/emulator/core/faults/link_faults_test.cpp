@@ -17,7 +17,7 @@ std::vector<bool> lost_replies(std::uint64_t seed) {
   BusConfig config = bus_config({1});
   config.seed = seed;
   Rig rig(config);
-  rig.set(fault(K::kDrop, {1}, {kReplies}, 0.1));
+  rig.set(fault("drop", {1}, {kReplies}, 0.1));
   std::vector<bool> lost;
   for (int n = 0; n < 10'000; ++n) lost.push_back(rig.talk(kState2).empty());
   const auto count = static_cast<std::uint64_t>(std::ranges::count(lost, true));
@@ -36,9 +36,9 @@ TEST(LinkFaults, DropsAsOftenAsItsProbabilityAndTheSeedDecidesWhich) {
 }
 
 TEST(LinkFaults, ALostQueryMovesNothingAndALostReplyDoes) {
-  for (const double frames : {kReplies, kQueries, kBoth}) {
+  for (const Frames frames : {kReplies, kQueries, kBoth}) {
     Rig rig(bus_config({1, 2}));
-    rig.set(fault(K::kDrop, {1}, {frames}));
+    rig.set(fault("drop", {1}, {frames}));
     EXPECT_TRUE(rig.talk(kTorque, 10ms).empty());
     EXPECT_EQ(rig.bus.truth(1).i_q_ref != 0, frames == kReplies);
     EXPECT_EQ(rig.dropped(Drop::kFault), frames == kReplies ? 0U : 1U);
@@ -54,8 +54,8 @@ TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
   BusConfig config = bus_config({1, 2, 3});
   for (auto& servo : config.servos) servo.rom.broadcast_mode = true;
   Rig rig(config);
-  rig.set(fault(K::kDrop, {1}, {kQueries}));
-  rig.set(fault(K::kCorrupt, {2}, {64, kQueries}));
+  rig.set(fault("drop", {1}, {kQueries}));
+  rig.set(fault("corrupt", {2}, {64, kQueries}));
   // 100 to each of four drives; drive 2 hears the complement, -101.
   EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 2U);
   EXPECT_EQ(rig.bus.truth(1).i_q_ref, 0);
@@ -67,9 +67,10 @@ TEST(LinkFaults, EachDriveHearsAFrameForSeveralInItsOwnWay) {
 TEST(LinkFaults, AFrameForOthersCannotBeSpoiledForADriveThatDoesNotListen) {
   BusConfig config = bus_config({1, 2});
   config.servos[0].rom.broadcast_mode = true;
-  for (const K kind : {K::kDrop, K::kCorrupt}) {
+  for (const Fault& made :
+       {fault("drop", {2}, {kQueries}), fault("corrupt", {2}, {64, kQueries})}) {
     Rig rig(config);
-    rig.set(fault(kind, {2}, {kind == K::kDrop ? kQueries : 64, kQueries}));
+    rig.set(made);
     EXPECT_EQ(rig.talk(frame("280#6400640064006400"), 5ms).size(), 1U);
     EXPECT_EQ(rig.effects(), 0U);
   }
@@ -86,7 +87,7 @@ int differing_bits(const Frame& a, const Frame& b) {
 TEST(LinkFaults, CorruptFlipsSoManyBits) {
   for (const int bits : {1, 3, 63, 64}) {
     Rig rig(bus_config({1}));
-    rig.set(fault(K::kCorrupt, {1}, {static_cast<double>(bits), kReplies}));
+    rig.set(fault("corrupt", {1}, {static_cast<double>(bits), kReplies}));
     std::set<std::array<std::uint8_t, 8>> different;
     for (int n = 0; n < 20; ++n) {
       const auto replies = rig.talk(kState2);
@@ -102,7 +103,7 @@ TEST(LinkFaults, CorruptFlipsSoManyBits) {
 
 TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kCorrupt, {1}, {64, kQueries}));
+  rig.set(fault("corrupt", {1}, {64, kQueries}));
   EXPECT_TRUE(rig.talk(kAsk).empty());  // 0x65 is no command
   EXPECT_EQ(rig.dropped(Drop::kUnknownCommand), 1U);
   EXPECT_EQ(rig.talk(frame("141#63FFFFFFFFFFFFFF")).at(0),
@@ -113,7 +114,7 @@ TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
 
 TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kDelay, {1}, {5, 4}));
+  rig.set(fault("delay", {1}, {5, 4}));
   double sum_ms = 0;
   for (int n = 0; n < 200; ++n) {
     const SimTime asked = rig.bus.time();
@@ -147,14 +148,14 @@ TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
 
 TEST(LinkFaults, ADelayOfNothingIsNone) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kDelay, {1}, {0, 0}));
+  rig.set(fault("delay", {1}, {0, 0}));
   EXPECT_EQ(rig.talk(kState2).size(), 1U);
   EXPECT_EQ(rig.effects(), 0U);
 }
 
 TEST(LinkFaults, CopiesFollowOnTheWire) {
   Rig rig(bus_config({1}, kBitrate));
-  rig.set(fault(K::kDuplicate, {1}, {2}));
+  rig.set(fault("duplicate", {1}, {2}));
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer, kAnswer}));
   EXPECT_EQ(rig.seen[0].at, 338us);
   EXPECT_EQ(rig.seen[1].at, 338us + 121us);
@@ -166,8 +167,8 @@ TEST(LinkFaults, CopiesFollowOnTheWire) {
 
 TEST(LinkFaults, CopiesOfCopiesStayWithinTheQueue) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kDuplicate, {1}, {15}));
-  rig.set(fault(K::kDuplicate, {1}, {15}));
+  rig.set(fault("duplicate", {1}, {15}));
+  rig.set(fault("duplicate", {1}, {15}));
   EXPECT_EQ(rig.talk(kState2).size(), 16U);
   EXPECT_EQ(rig.bus.stats().extra_frames, 15U + 16 * 15U);
   EXPECT_EQ(rig.bus.stats().replies_lost, 16U * 15);
@@ -177,11 +178,11 @@ TEST(LinkFaults, CopiesOfCopiesStayWithinTheQueue) {
 TEST(LinkFaults, FaultsActInTheOrderInWhichTheyWereSet) {
   for (const bool copy_first : {true, false}) {
     Rig rig(bus_config({1}));
-    const Fault corrupt = fault(K::kCorrupt, {1}, {3, kReplies});
-    const Fault copy = fault(K::kDuplicate, {1}, {1});
+    const Fault corrupt = fault("corrupt", {1}, {3, kReplies});
+    const Fault copy = fault("duplicate", {1}, {1});
     rig.set(copy_first ? copy : corrupt);
     rig.set(copy_first ? corrupt : copy);
-    rig.set(fault(K::kDelay, {1}, {2, 0}));
+    rig.set(fault("delay", {1}, {2, 0}));
     EXPECT_TRUE(rig.talk(kState2, 2ms - 1ns).empty());
     const auto replies = rig.wait(1ns);
     ASSERT_EQ(replies.size(), 2U);
@@ -192,11 +193,11 @@ TEST(LinkFaults, FaultsActInTheOrderInWhichTheyWereSet) {
 
 TEST(LinkFaults, StaleRepeatsWhatWasSaidLast) {
   Rig rig(bus_config({1, 2}));
-  rig.set(fault(K::kStale, {2}));
+  rig.set(fault("stale", {2}));
   EXPECT_EQ(rig.talk(frame("142#9C00000000000000")).at(0).data[0], 0x9C) << "nothing to repeat";
   EXPECT_EQ(rig.effects(0), 0U);
   rig.talk(kAsk);
-  rig.set(fault(K::kStale, {1}));
+  rig.set(fault("stale", {1}));
   EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
   EXPECT_EQ(rig.talk(kState2).at(0), kAnswer);
   EXPECT_EQ(rig.talk(kAsk).at(0), kAnswer);  // as it would have been without
@@ -207,7 +208,7 @@ TEST(LinkFaults, StaleRepeatsWhatWasSaidLast) {
 
 TEST(LinkFaults, ReorderSwapsNeighbours) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kReorder, {1}));
+  rig.set(fault("reorder", {1}));
   std::string order;
   for (const char* text : {"141#9A00000000000000", "141#9C00000000000000", "141#9000000000000000",
                            "141#9200000000000000", "141#3000000000000000"}) {
@@ -227,22 +228,22 @@ TEST(LinkFaults, ReorderSwapsNeighbours) {
 
 TEST(LinkFaults, WrongLength) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kWrongDlc, {1}, {4}));
+  rig.set(fault("wrong_dlc", {1}, {4}));
   EXPECT_EQ(rig.talk(kState2).at(0), frame("141#9C190000"));
-  rig.set(fault(K::kWrongDlc, {1}, {0}));
+  rig.set(fault("wrong_dlc", {1}, {0}));
   EXPECT_EQ(rig.talk(kState2).at(0), frame("141#"));
   EXPECT_EQ(rig.effects(0), 2U);
 }
 
 TEST(LinkFaults, WrongIdentifierIsModulo2048AndTellsWhoseItIs) {
   Rig rig(bus_config({1, 2}));
-  rig.set(fault(K::kWrongId, {1}, {1}));
+  rig.set(fault("wrong_id", {1}, {1}));
   Frame expected = kState2Answer;
   expected.id = 0x142;
   EXPECT_EQ(rig.talk(kState2).at(0), expected);
   EXPECT_EQ(rig.seen[0].said_by, 1);
   rig.clear();
-  rig.set(fault(K::kWrongId, {1}, {-0x142}));
+  rig.set(fault("wrong_id", {1}, {-0x142}));
   EXPECT_EQ(rig.talk(kState2).at(0).id, 0x7FFU);
   rig.clear();
   EXPECT_EQ(rig.talk(kState2).at(0), kState2Answer);
@@ -251,9 +252,9 @@ TEST(LinkFaults, WrongIdentifierIsModulo2048AndTellsWhoseItIs) {
 
 TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kDuplicate, {1}, {1}));
-  rig.set(fault(K::kReorder, {1}));
-  rig.set(fault(K::kWrongId, {1}, {5}));
+  rig.set(fault("duplicate", {1}, {1}));
+  rig.set(fault("reorder", {1}));
+  rig.set(fault("wrong_id", {1}, {5}));
   std::vector<std::uint64_t> tags;
   for (const char* text :
        {"141#9100000000000000", "141#9C00000000000000", "141#9100000000010000"}) {
@@ -277,7 +278,7 @@ TEST(LinkFaults, ASecondDriveTurnsAMotorOfItsOwn) {
   const Frame ask = frame("141#9000000000000000");
   Rig rig(bus_config({1}));
   rig.wait(10ms);
-  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  rig.set(fault("duplicate_id", {1}, {90}));
   auto replies = rig.talk(ask, 10ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(replies[0].id, 0x141U);
@@ -303,7 +304,7 @@ TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
   const auto raw = [](const Frame& reply) { return reply.data[4] + 256 * reply.data[5]; };
   const int before = raw(rig.talk(ask, 10ms).at(0));
   rig.talk(frame("141#9100000000001027"), 10ms);
-  rig.set(fault(K::kDuplicateId, {1}, {0}));
+  rig.set(fault("duplicate_id", {1}, {0}));
   const auto replies = rig.talk(ask, 10ms);
   ASSERT_EQ(replies.size(), 2U);
   EXPECT_EQ(raw(replies[0]), before);
@@ -312,7 +313,7 @@ TEST(LinkFaults, ASecondDriveStandsWhereTheFirstBootedWhateverItsZeroIsBy) {
 
 TEST(LinkFaults, ASecondDriveAnswersWhatTheFirstAnswers) {
   Rig rig(bus_config({1}));
-  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  rig.set(fault("duplicate_id", {1}, {90}));
   for (const char* text :
        {"7FF#9C00000000000000", "00000141#9C00000000000000", "141#R8", "141#9C",
         "142#9C00000000000000", "280#0000000000000000", "141#0000000000000000"}) {
@@ -328,7 +329,7 @@ TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
   BusConfig config = bus_config({1}, kBitrate);
   config.servos[0].quirks.dialect.reply_id_base = 0x240;
   Rig rig(config);
-  rig.set(fault(K::kDuplicateId, {1}, {90}));
+  rig.set(fault("duplicate_id", {1}, {90}));
   for (int n = 0; n < 40; ++n) rig.bus.receive({0ns, kState2});
   EXPECT_EQ(rig.wait(100ms).size(), 32U);
   EXPECT_EQ(rig.dropped(Drop::kDriveBusy), 24U);
@@ -340,12 +341,12 @@ TEST(LinkFaults, ASecondDrivesQueueHoldsSixteenToo) {
 
 TEST(LinkFaults, ASecondDrivesReplyTakesTheWireToo) {
   Rig rig(bus_config({1}, kBitrate));
-  rig.set(fault(K::kDuplicateId, {1}, {0}));
+  rig.set(fault("duplicate_id", {1}, {0}));
   EXPECT_EQ(rig.talk(kAsk, 2ms), (std::vector<Frame>{kAnswer, kAnswer}));
   EXPECT_EQ(rig.seen[0].at, 338us);
   EXPECT_EQ(rig.seen[1].at, 341us + 118us);
   // Its own answers are all that is left when the drive is deaf.
-  rig.set(fault(K::kDrop, {1}, {kQueries}));
+  rig.set(fault("drop", {1}, {kQueries}));
   EXPECT_EQ(rig.talk(kAsk, 2ms).size(), 1U);
 }
 

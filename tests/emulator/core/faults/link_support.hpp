@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file A bus whose link is spoiled at will, for tests. Lengths counted by hand in
+/// @file A bus whose link is disturbed at will, for tests. Lengths counted by hand in
 /// can_wire_test.cpp and bus_test.cpp: the query 141#9A00… has 120 bits, its reply 141#9A1900F0…
 /// 118; 3 bits of intermission follow each. An error frame: 8 bits of delimiter and 3 of
 /// intermission behind the flags, which end where the frame would have ended.
@@ -8,10 +8,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "tests/support/faults.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -21,7 +24,6 @@ using protocol::Frame;
 using protocol::FrameKind;
 using test::bus_config;
 using test::frame;
-using K = FaultKind;
 
 inline constexpr std::int64_t kBitrate = 1'000'000;
 inline const Frame kAsk = frame("141#9A00000000000000");
@@ -29,14 +31,12 @@ inline const Frame kAnswer = frame("141#9A1900F000000000");
 inline const Frame kState2 = frame("141#9C00000000000000");
 inline const Frame kState2Answer = frame("141#9C19000000000008");
 inline const Frame kTorque = frame("141#A100000064000000");
-inline constexpr double kReplies = 0, kQueries = 1, kBoth = 2;
+enum class Frames : std::uint8_t { kReplies, kQueries, kBoth };
+using enum Frames;
 
-inline Fault fault(K kind, std::vector<int> ids, std::array<double, kMostFaultParams> values = {},
-                   double probability = 1) {
-  Fault made;
-  made.kind = kind;
-  made.ids = std::move(ids);
-  made.values = values;
+inline Fault fault(std::string_view kind, std::vector<int> ids,
+                   std::initializer_list<FaultValue> values = {}, double probability = 1) {
+  Fault made = test::fault_of(kind, values, std::move(ids));
   made.probability = probability;
   return made;
 }

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "emulator/core/directive.hpp"
+#include "emulator/core/sim_time.hpp"
+
+namespace lk::emulator {
+
+// Of the drive `id`.
+
+/// The next step of a supply's way to its new voltage.
+struct SupplyStep {
+  int id;
+};
+/// The end of a sag.
+struct SagEnd {
+  int id;
+};
+/// A drive's memory has taken the write it began first.
+struct RomWritten {
+  int id;
+};
+/// The end of a power cycle.
+struct Reconnect {
+  int id;
+};
+/// A drive's controller has counted out its time off the bus.
+struct BusOffEnd {
+  int id;
+};
+
+// Of a fault, by its place on the board.
+
+/// A fault begins; its present time is over.
+struct FaultBegin {
+  std::size_t fault;
+};
+struct FaultEnd {
+  std::size_t fault;
+};
+/// The drive `id` sends the next frame that nobody asked for.
+struct Babbling {
+  std::size_t fault;
+  int id;
+};
+/// Conditions and faults that last are looked at.
+struct Look {};
+
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, BusOffEnd,
+                          FaultBegin, FaultEnd, Babbling, Look>;
+
+/// What is going to happen on a bus besides frames, in order of time; what was entered first comes
+/// first among equals. A value.
+class Agenda {
+ public:
+  void enter(SimTime at, Task task) {
+    // Latest first, so that the next one is taken from the end; before its equals, to come after.
+    const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
+    entries_.insert(place, {at, std::move(task)});
+  }
+  /// A look at `at` at the latest; there is one at a time.
+  void look_by(SimTime at) {
+    if (next_look_ && *next_look_ <= at) return;
+    next_look_ = at;
+    enter(at, Look{});
+  }
+  /// Everything has been looked at, because that was due or because somebody could not wait.
+  void looked(SimTime now) {
+    if (next_look_ && *next_look_ <= now) next_look_.reset();
+  }
+  std::optional<SimTime> next_due() const {
+    return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
+  }
+  /// The next task; there must be one.
+  Task take() {
+    Task task = std::move(entries_.back().task);
+    entries_.pop_back();
+    return task;
+  }
+  /// Forgets what of this kind is to happen to a drive.
+  template <class Kind>
+  void forget(int id) {
+    forget_if<Kind>([id](const Kind& task) { return task.id == id; });
+  }
+  /// Forgets what of this kind is to happen because of a fault.
+  template <class Kind>
+  void forget_fault(std::size_t fault) {
+    forget_if<Kind>([fault](const Kind& task) { return task.fault == fault; });
+  }
+
+ private:
+  struct Entry {
+    SimTime at;
+    Task task;
+  };
+  template <class Kind, class Which>
+  void forget_if(const Which& which) {
+    std::erase_if(entries_, [&](const Entry& entry) {
+      const auto* task = std::get_if<Kind>(&entry.task);
+      return task != nullptr && which(*task);
+    });
+  }
+
+  std::vector<Entry> entries_;
+  std::optional<SimTime> next_look_;
+};
+
+}  // namespace lk::emulator

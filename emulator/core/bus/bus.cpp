@@ -1,0 +1,289 @@
+#include "emulator/core/bus/bus.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+Drop drop_cause(protocol::Reject reject) {
+  switch (reject) {
+    case protocol::Reject::kErrorFrame:
+      return Drop::kErrorFrame;
+    case protocol::Reject::kCanFd:
+      return Drop::kCanFd;
+    case protocol::Reject::kRemote:
+      return Drop::kRemote;
+    case protocol::Reject::kExtended:
+      return Drop::kExtended;
+    case protocol::Reject::kForeignId:
+      return Drop::kForeignId;
+    case protocol::Reject::kWrongLength:
+      return Drop::kWrongLength;
+    case protocol::Reject::kUnknownCommand:
+      return Drop::kUnknownCommand;
+  }
+  return Drop::kForeignId;
+}
+
+}  // namespace
+
+Bus::Bus(const BusConfig& config) : wire_(config.bitrate), motors_(config), faults_(config.seed) {
+  const std::vector<MotorPlace> places = Motors::places(config);
+  for (std::size_t k = 0; k < config.servos.size(); ++k) {
+    const ServoConfig& servo = config.servos[k];
+    Servo firmware(servo, motors_.bank(places[k]).telemetry(places[k].lane));
+    const Power power(servo.profile.drive.supply.v_source, motors_.alive(places[k]));
+    const DriveLink link{.owner = firmware.reply_id()};
+    nodes_.add({std::move(firmware), places[k], power, Memory(), link});
+  }
+  rom_writes_.reserve(nodes_.size());
+  for (const TimedDirective& event : config.events) plan(event);
+}
+
+void Bus::receive(const TimedFrame& in) {
+  ++stats_.frames;
+  if (in.frame.kind == protocol::FrameKind::kError) {
+    stats_.drop(Drop::kErrorFrame);
+    return;
+  }
+  if (in.frame.kind == protocol::FrameKind::kFd) {
+    stats_.drop(Drop::kCanFd);  // no classical bus carries it
+    return;
+  }
+  const SimTime at = std::max(in.at, time_);
+  if (wire_.host_queue_full()) {
+    advance_to(at);
+  }
+  if (wire_.host_queue_full()) {
+    stats_.drop(Drop::kQueueFull);
+    return;
+  }
+  wire_.send_from_host(at, in.frame);
+  stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
+}
+
+void Bus::advance_to(SimTime until) {
+  deliver_to(until);
+  settle();
+}
+
+void Bus::deliver_to(SimTime until) {
+  until = std::max(until, time_);
+  for (;;) {
+    const std::optional<SimTime> due = next_due();
+    SimTime target = std::max(std::min(due.value_or(until), until), time_);
+    // Where everybody is brought, nobody may be ahead of what happens when a drive dies before its
+    // frame starts: the wire is left to others then.
+    const std::optional<SimTime> start = wire_.next_reply_start();
+    if (faults_or_conditions() && start && *start > time_) {
+      target = std::min(target, *start);
+    }
+    if (bring_concerned_to(target)) {
+      continue;  // what was due may be void
+    }
+    time_ = target;
+    if (due && *due <= target) {
+      if (agenda_.next_due() && *agenda_.next_due() <= time_) {
+        perform(agenda_.take());
+      } else {
+        deliver_next();
+      }
+    } else if (target == until) {
+      return;
+    }
+  }
+}
+
+void Bus::take_replies(std::vector<TimedFrame>& out) {
+  out.insert(out.end(), replies_.begin(), replies_.end());
+  replies_.clear();
+}
+
+void Bus::take_rom_writes(std::vector<RomWrite>& out) {
+  out.insert(out.end(), rom_writes_.begin(), rom_writes_.end());
+  rom_writes_.clear();
+}
+
+void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
+  settle();
+  if (std::ranges::find(rom_writes_, id, &RomWrite::id) != rom_writes_.end()) {
+    return;  // whoever takes that one will hear whether it is durable
+  }
+  Node& node = nodes_.of(id);
+  if (node.memory.idle()) {
+    node.servo.restore_rom(rom, wear);
+  } else {
+    // It brings what the failed one brought; only if the power cuts it short is that gone.
+    node.memory.set_before(rom, wear);
+  }
+}
+
+std::optional<SimTime> Bus::next_due() const {
+  const std::optional<SimTime> wire = wire_.next_due();
+  const std::optional<SimTime> agenda = agenda_.next_due();
+  return wire && agenda ? std::min(wire, agenda) : wire ? wire : agenda;
+}
+
+void Bus::deliver_next() {
+  if (destroy_next()) {
+    return;
+  }
+  const auto delivery = wire_.deliver(time_);
+  assert(delivery);
+  if (had_errors_) {  // everybody's counters go down again
+    count_success(host_link_, delivery->from_host);
+    if (!delivery->from_host) {
+      int& errors = transmit_errors({delivery->frame, false, delivery->owner});
+      errors = std::max(errors - 1, 0);
+    }
+  }
+  if (delivery->from_host) {
+    process_query(delivery->at, delivery->frame);
+    stats_.extra_frames += duplicates_.hear(delivery->at, delivery->frame, wire_, faults_, time_);
+  } else {
+    const std::uint32_t id = delivery->owner & 0x3FU;
+    const bool tells = (delivery->frame.id & 0x3FU) == id;
+    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write,
+                        tells ? 0 : static_cast<int>(id)});
+    ++stats_.replies;
+  }
+}
+
+void Bus::process_query(SimTime at, const protocol::Frame& frame) {
+  const auto addressed = protocol::address(frame);
+  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
+    stats_.drop(drop_cause(*reject));
+    return;
+  }
+  const int id = std::get<int>(addressed);
+  if (id != protocol::kMultiDrive && !has(id)) {
+    stats_.drop(Drop::kNoSuchDrive);
+    return;
+  }
+  if (id == protocol::kMultiDrive) {
+    process_multi_drive(at, frame);
+    return;
+  }
+  // Whoever waits for the query has its turn before the drive hears it.
+  if (!conditions_.empty() && conditions_.count(id, frame.data[0], time_)) look();
+  Node& node = nodes_.of(id);
+  if (!node.power.alive) {
+    stats_.drop(Drop::kNoPower);
+    return;
+  }
+  Servo& servo = node.servo;
+  if (servo.multi_drive_mode()) {
+    servo.count_wrong_mode();
+    stats_.drop(Drop::kWrongMode);
+    return;
+  }
+  protocol::Frame heard = frame;
+  if (!faults_.hear(node.link, servo, heard, time_)) {
+    stats_.drop(Drop::kFault);
+    return;
+  }
+  const auto understood = servo.understand(heard);
+  if (const auto* query = std::get_if<protocol::Query>(&understood)) {
+    if (node.link.full(wire_)) {
+      faults_.count_ignored(node.id(), heard, time_);
+      stats_.drop(Drop::kDriveBusy);
+      return;
+    }
+    ++stats_.queries;
+    answer(at, node, *query);
+  } else {
+    servo.count_unknown_command();
+    stats_.drop(Drop::kUnknownCommand);
+  }
+}
+
+/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
+/// that came closest to it.
+void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
+  if (nodes_.size() > 0 &&
+      std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
+    stats_.drop(Drop::kNoPower);
+    return;
+  }
+  bool answered = false;
+  Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
+  for (Node& node : nodes_) {
+    if (!node.power.alive) {
+      continue;
+    }
+    Servo& servo = node.servo;
+    protocol::Frame heard = frame;
+    if (!faults_.hear(node.link, servo, heard, time_)) {
+      cause = Drop::kFault;
+      continue;
+    }
+    const auto understood = servo.understand(heard);
+    const auto* query = std::get_if<protocol::Query>(&understood);
+    if (query == nullptr) {
+      const bool unknown =
+          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
+      if (unknown && servo.multi_drive_mode()) {
+        servo.count_unknown_command();
+        cause = Drop::kUnknownCommand;
+      }
+    } else if (servo.multi_drive_mode()) {
+      if (node.link.full(wire_)) {
+        faults_.count_ignored(node.id(), heard, time_);
+        cause = Drop::kDriveBusy;
+        continue;
+      }
+      answer(at, node, *query);
+      answered = true;
+    } else if (cause == Drop::kForeignId) {
+      cause = Drop::kWrongMode;
+    }
+  }
+  if (answered) {
+    ++stats_.queries;
+  } else {
+    stats_.drop(cause);
+  }
+}
+
+void Bus::answer(SimTime at, Node& node, const protocol::Query& query) {
+  Servo& servo = node.servo;
+  const std::uint64_t writes_before = servo.stats().rom_writes;
+  const protocol::Reply reply = servo.handle(query, lane(node));
+  // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
+  Outgoing said{wire_.bitrate() > 0 ? at + servo.reply_time() : at, servo.encode(reply)};
+  if (servo.stats().rom_writes != writes_before) {
+    said.after_rom_write = servo.stats().rom_writes;
+    const SimTime done = node.memory.begin(at, servo);
+    agenda_.enter(done, RomWritten{node.id()});
+    said.ready = std::max(said.ready, done);
+  }
+  if (!faults_.any_active()) {
+    node.link.last_said = said;
+    stats_.replies_lost += node.link.send(wire_, said);
+    return;
+  }
+  faults_.count_shown(servo, time_);
+  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, time_);
+  if (!made.stale) node.link.last_said = said;
+  stats_.extra_frames += made.extra;
+  stats_.replies_lost += made.lost + node.link.send(wire_, made.out);
+}
+
+BusStats Bus::stats() const {
+  assert(settled());
+  BusStats sum = stats_;
+  sum.wire_busy = wire_.busy();
+  sum.frames_waiting = wire_.host_queue_size();
+  sum.replies_waiting = wire_.drive_frames();
+  for (const Node& node : nodes_) {
+    sum.replies_waiting += node.link.held_back ? 1U : 0U;
+    sum.refused_motion += node.servo.stats().refused_motion;
+    sum.invalid_targets += node.servo.stats().invalid_targets;
+    sum.rom_writes += node.servo.stats().rom_writes;
+  }
+  return sum;
+}
+
+}  // namespace lk::emulator

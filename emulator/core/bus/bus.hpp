@@ -1,0 +1,165 @@
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "emulator/core/bus/agenda.hpp"
+#include "emulator/core/bus/conditions.hpp"
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/bus_stats.hpp"
+#include "emulator/core/faults/duplicates.hpp"
+#include "emulator/core/faults/fault_board.hpp"
+#include "emulator/core/node/motors.hpp"
+#include "emulator/core/node/node.hpp"
+#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/sim_time.hpp"
+#include "emulator/core/wire/can_errors.hpp"
+#include "emulator/core/wire/can_wire.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+/// What a drive is connected to, as it was said last; faults come on top.
+struct Surroundings {
+  bool power = true;
+  double supply_V = 0;
+  double ambient_C = 0;
+  model::LoadParams load;
+};
+
+/// One CAN bus with its drives: a pure function of configuration, seed and timed frames.
+/// Splitting `advance_to` at other instants gives the same replies, byte for byte. Copyable.
+class Bus {
+ public:
+  explicit Bus(const BusConfig& config);
+
+  /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only
+  /// when the host's send queue is full does this move time, to `at`, to see whether the wire made
+  /// room by then.
+  void receive(const TimedFrame& in);
+  /// A frame of a host would find no room now.
+  bool host_queue_full() const { return wire_.host_queue_full(); }
+  /// Everything that happens up to and including `until`; not back in time.
+  void advance_to(SimTime until);
+  /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
+  /// stay behind until `settle` or the next `advance_to`; before, nothing may be read of drives.
+  void deliver_to(SimTime until);
+  /// Brings the motors that stayed behind to `time()`. Whatever is done to the bus begins with
+  /// this.
+  void settle();
+  /// Moves out the replies that have left the wire since the last call, in order; appended to
+  /// `out`.
+  void take_replies(std::vector<TimedFrame>& out);
+  /// Moves out what drives have written to their ROM since the last call, in order; appended.
+  void take_rom_writes(std::vector<RomWrite>& out);
+  /// The last write taken from the drive `id` did not reach what keeps it: its ROM holds this
+  /// instead, unless a later write is under way, which brings that one with it.
+  void restore_rom(int id, const Registers& rom, const RomWear& wear);
+  /// Somebody at the drive `id`, not on the wire, writes the setting `parameter` of `value` to RAM,
+  /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
+  /// dead or its flash has too much to do already.
+  bool write_setting(int id, RomParameter parameter, const Registers& value);
+  /// Done now, or begun now. Its drives must be on the bus. Returns false, and does nothing, when
+  /// it is a fault and the bus has kMostFaults already.
+  bool apply(const Directive& directive);
+  /// Will be done when it is time, or when its condition holds. Conditions are looked at every
+  /// kLookStep; that a frame has come is known at once. A fault is armed from now on. Returns
+  /// false, and plans nothing, when the bus has no room for another fault or another condition.
+  bool plan(const TimedDirective& planned);
+  static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+  /// All faults there have been on this bus, in the order in which they were armed.
+  std::vector<FaultReport> faults() const { return faults_.reports(); }
+  /// Faults that a bus keeps, with those that are over.
+  static constexpr std::size_t kMostFaults = FaultBoard::kMost;
+  /// Conditions that are waited for at once.
+  static constexpr std::size_t kMostWaiting = Conditions::kMost;
+  /// Planned directives, faults aside, whose condition has not held yet.
+  std::size_t unmet_directives() const { return conditions_.directives(); }
+  bool faults_full() const { return faults_.full(); }
+  /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
+  /// event.
+  std::optional<SimTime> next_due() const;
+  SimTime time() const { return time_; }
+
+  /// The number of drives.
+  std::size_t size() const { return nodes_.size(); }
+  /// Nothing has stayed behind.
+  bool settled() const { return motors_at_ == time_; }
+  BusStats stats() const;  // like what follows, of a settled bus
+
+  bool has(int id) const { return nodes_.has(id); }
+  /// Whether the drive `id` answers commands for several drives, and those only. At any time.
+  bool multi_drive_mode(int id) const { return nodes_.of(id).servo.multi_drive_mode(); }
+  // Of the drive `id`, which must be on the bus.
+  const Servo& servo(int id) const {
+    assert(settled());
+    return nodes_.of(id).servo;
+  }
+  model::Telemetry telemetry(int id) const;
+  model::Truth truth(int id) const;
+  Surroundings surroundings(int id) const;
+  /// What the loops of the drive obey.
+  model::Setpoint setpoint(int id) const;
+  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
+  // Act now.
+  void set_load(int id, const model::LoadParams& load);
+  void set_supply_voltage(int id, double supply_V);
+  void set_ambient_temperature(int id, double ambient_C);
+  /// The controller starts anew at once: as without power, what it was about to say or to write is
+  /// lost. Nothing happens to a dead one.
+  void power_cycle(int id);
+
+ private:
+  Lane lane(const Node& node) { return motors_.lane(node.motor); }
+  /// All motors to `t`, or only `one` and those that are computed with it; or to the first instant
+  /// before at which a drive dies or wakes: true then.
+  bool bring_to(SimTime t, const Node* one = nullptr);
+  /// The same of those that what is due by `t` is about.
+  bool bring_concerned_to(SimTime t);
+  /// They look at drives when they like.
+  bool faults_or_conditions() const { return faults_.any_active() || !conditions_.empty(); }
+  void follow_lives();
+  /// `at`: the last instant at which it had power.
+  void lose_power(Node& node, SimTime at);
+
+  void perform(const Task& task);
+  void step_supply(Node& node);
+  void begin_fault(std::size_t fault);
+  void end_fault(std::size_t fault);
+  /// What the motor, the link and the firmware of a drive have to know of its faults.
+  void pass_on_faults(Node& node);
+  void look();
+  void look_at_faults();
+
+  void deliver_next();
+  void process_query(SimTime at, const protocol::Frame& frame);
+  void process_multi_drive(SimTime at, const protocol::Frame& frame);
+  void answer(SimTime at, Node& node, const protocol::Query& query);
+  /// A fault destroys the frame whose last bit is due. Returns false when none does.
+  bool destroy_next();
+  /// The controller that wanted to send this has given it up.
+  void leave_bus(const CanWire::Candidate& given_up);
+  /// The counter of whoever sends this.
+  int& transmit_errors(const CanWire::Candidate& frame);
+
+  SimTime time_{0};
+  SimTime motors_at_{0};  // where all of them are at least
+  CanWire wire_;
+  Motors motors_;
+  Nodes nodes_;
+  HostLink host_link_;
+  bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
+  Agenda agenda_;
+  Conditions conditions_;
+  FaultBoard faults_;
+  Duplicates duplicates_;
+  std::vector<TimedFrame> replies_;   // left the wire, not yet taken
+  std::vector<RomWrite> rom_writes_;  // not yet taken
+  BusStats stats_;                    // sums over the drives are made on reading
+};
+
+}  // namespace lk::emulator

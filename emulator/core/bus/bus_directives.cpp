@@ -1,0 +1,159 @@
+// What is done to a bus besides sending frames: at once, when it is time, when something holds.
+
+#include <algorithm>
+#include <utility>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/acts.hpp"
+#include "emulator/core/overloaded.hpp"
+#include "emulator/core/units.hpp"
+
+namespace lk::emulator {
+
+/// How often a power cycle looks whether the drive is dead.
+constexpr SimTime kDeathWatch = std::chrono::milliseconds(1);
+
+bool Bus::apply(const Directive& directive) {
+  settle();
+  const int id = directive.id;
+  const auto motor = [&] { return lane(nodes_.of(id)); };
+  const auto connect = [&](bool connected) {
+    agenda_.forget<Reconnect>(id);  // what was said last counts
+    motor().bank.connect_supply(motor().index, connected);
+  };
+  // The voltage is on another way; whatever it was about to do is void.
+  const auto start_supply = [&] {
+    agenda_.forget<SupplyStep>(id);
+    agenda_.forget<SagEnd>(id);
+    step_supply(nodes_.of(id));
+  };
+  bool done = true;
+  std::visit(
+      overloaded{
+          [&](const PowerOn&) { connect(true); }, [&](const PowerOff&) { connect(false); },
+          [&](const PowerCycle& cycle) {
+            connect(false);
+            agenda_.enter(time_ + cycle.off_for, Reconnect{id});
+          },
+          [&](const SupplyVoltage& supply) {
+            nodes_.of(id).power.move(supply.supply_V, time_, supply.ramp);
+            start_supply();
+          },
+          [&](const Sag& sag) {
+            nodes_.of(id).power.sag(sag.to_V, time_);
+            start_supply();
+            agenda_.enter(time_ + sag.duration, SagEnd{id});
+          },
+          [&](const AmbientTemperature& ambient) {
+            motor().bank.set_ambient_temperature(motor().index, ambient.ambient_C);
+          },
+          [&](const Load& load) { motor().bank.set_load(motor().index, load.load); },
+          [&](const TurnShaft& turn) {
+            motor().bank.turn_shaft(motor().index, turn.turn_deg * kRadPerDeg);
+          },
+          [&](const Setting& setting) { write_setting(id, setting.parameter, setting.value); },
+          [&](const SetFault& set) {
+            done = !faults_.full();
+            if (done) begin_fault(faults_.arm(set.fault, time_));
+          },
+          [&](const ClearFault& clear) {
+            for (const std::size_t fault : faults_.find(clear.which)) {
+              agenda_.forget_fault<FaultBegin>(fault);
+              agenda_.forget_fault<FaultEnd>(fault);
+              conditions_.forget_fault(fault);
+              if (faults_[fault].active()) end_fault(fault);
+              faults_[fault].evidence.state = FaultEvidence::State::kCleared;
+            }
+          },
+          [](const Mark&) {},  // a note for others
+      },
+      directive.what);
+  return done;
+}
+
+bool Bus::plan(const TimedDirective& planned) {
+  settle();
+  const auto* set = std::get_if<SetFault>(&planned.directive.what);
+  if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
+  Task task =
+      set != nullptr ? Task(FaultBegin{faults_.arm(set->fault, time_)}) : Task(planned.directive);
+  const SimTime from = std::max(planned.at, time_);
+  if (planned.when) {
+    conditions_.add(from, *planned.when, std::move(task));
+    agenda_.look_by(from);
+  } else {
+    agenda_.enter(from, std::move(task));
+  }
+  return true;
+}
+
+void Bus::perform(const Task& task) {
+  std::visit(overloaded{
+                 [&](const Directive& directive) { apply(directive); },
+                 [&](const SupplyStep& step) { step_supply(nodes_.of(step.id)); },
+                 [&](const SagEnd& sag) {
+                   const double supply_V = nodes_.of(sag.id).power.after_sag_V();
+                   apply({sag.id, SupplyVoltage{supply_V, SimTime{0}}});
+                 },
+                 [&](const RomWritten& written) {
+                   rom_writes_.push_back(nodes_.of(written.id).memory.finish());
+                 },
+                 [&](const Reconnect& reconnect) {
+                   if (nodes_.of(reconnect.id).power.alive) {
+                     agenda_.enter(time_ + kDeathWatch, reconnect);
+                   } else {
+                     apply({reconnect.id, PowerOn{}});
+                   }
+                 },
+                 [&](const BusOffEnd& off) { nodes_.of(off.id).link.bus_off = false; },
+                 [&](const FaultBegin& begin) { begin_fault(begin.fault); },
+                 [&](const FaultEnd& end) { end_fault(end.fault); },
+                 [&](const Babbling& babbling) {
+                   LiveFault& live = faults_[babbling.fault];
+                   Node& node = nodes_.of(babbling.id);
+                   const Babble said = live.row().babble(live);
+                   agenda_.enter(time_ + said.period, babbling);
+                   const bool silent = faults_.first(node.id(), &FaultRow::silences) != nullptr;
+                   if (!node.power.alive || silent || !node.link.babble(wire_, said.frame, time_)) {
+                     return;
+                   }
+                   ++stats_.extra_frames;
+                   live.took_effect(time_, node.id(), &said.frame);
+                 },
+                 [&](const Look&) { look(); },
+             },
+             task);
+}
+
+void Bus::step_supply(Node& node) {
+  if (const auto next = node.power.step(time_)) agenda_.enter(*next, SupplyStep{node.id()});
+  lane(node).bank.set_supply_voltage(node.motor.lane, node.power.supply_V());
+}
+
+void Bus::look() {
+  agenda_.looked(time_);
+  const std::vector<Task> due = conditions_.take_due(time_, [this](int id) { return view(id); });
+  for (const Task& task : due) perform(task);
+  look_at_faults();
+  if (faults_or_conditions()) agenda_.look_by(time_ + kLookStep);
+}
+
+bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
+  settle();
+  Node& node = nodes_.of(id);
+  if (!node.power.alive || node.memory.size() >= CanWire::kDriveQueue) return false;
+  node.servo.write_setting(parameter, value, lane(node));
+  agenda_.enter(node.memory.begin(time_, node.servo), RomWritten{id});
+  faults_.count_shown(node.servo, time_);
+  return true;
+}
+
+void Bus::set_load(int id, const model::LoadParams& load) { apply({id, Load{load}}); }
+void Bus::set_supply_voltage(int id, double supply_V) {
+  apply({id, SupplyVoltage{supply_V, SimTime{0}}});
+}
+void Bus::set_ambient_temperature(int id, double ambient_C) {
+  apply({id, AmbientTemperature{ambient_C}});
+}
+
+}  // namespace lk::emulator

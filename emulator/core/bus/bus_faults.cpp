@@ -1,0 +1,125 @@
+// Faults of a bus: when they begin and end, what they do, and what shows of them.
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/faults/acts.hpp"
+
+namespace lk::emulator {
+
+void Bus::begin_fault(std::size_t fault) {
+  if (!faults_.start(fault, time_)) return;  // cleared by what its condition set off before it
+  LiveFault& live = faults_[fault];
+  const FaultRow& row = live.row();
+  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});
+  if (row.momentary()) {
+    for (const int id : live.fault.ids) {
+      Node& node = nodes_.of(id);
+      AtOnce on{live, node.servo, lane(node), node.memory, node.power.alive, rom_writes_};
+      const bool changed = row.at_once(on);
+      if (on.restart) power_cycle(id);
+      if (changed) live.took_effect(time_, id);
+    }
+    return;
+  }
+  if (live.fault.duration) agenda_.enter(time_ + *live.fault.duration, FaultEnd{fault});
+  for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
+    live.anchors[n] = truth(live.fault.ids[n]).theta_out;
+    pass_on_faults(nodes_.of(live.fault.ids[n]));
+  }
+  for (const int id : live.fault.ids) {
+    const Node& node = nodes_.of(id);
+    if (row.babble != nullptr) agenda_.enter(time_, Babbling{fault, id});
+    if (row.duplicate != nullptr) {
+      duplicates_.add(faults_, fault, node.servo, motors_.f_pwm_Hz(node.motor), time_);
+    }
+  }
+  agenda_.look_by(time_ + kLookStep);
+}
+
+void Bus::end_fault(std::size_t fault) {
+  look_at_faults();  // what has not been looked at yet
+  faults_.stop(fault);
+  agenda_.forget_fault<Babbling>(fault);
+  stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
+  for (const int id : faults_[fault].fault.ids) pass_on_faults(nodes_.of(id));
+}
+
+void Bus::pass_on_faults(Node& node) {
+  node.servo.set_faults(faults_.firmware_faults(node.id()));
+  LiveFault* const blocking = faults_.first(node.id(), &FaultRow::blocks);
+  if (blocking == nullptr && node.link.blocked) {
+    node.link.release(wire_, time_);
+  } else if (blocking != nullptr && !node.link.blocked) {
+    const std::size_t caught = node.link.block(wire_, time_);
+    for (std::size_t n = 0; n < caught; ++n) blocking->took_effect(time_, node.id());
+  }
+  if (faults_.first(node.id(), &FaultRow::holds_back) == nullptr) {
+    stats_.replies_lost += node.link.let_go(wire_, time_);
+  }
+  const Lane motor = lane(node);
+  const model::Faults plant = faults_.plant_faults(node.servo.config(), time_);
+  if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
+}
+
+/// Faults of the plant that last, at one instant: what moves is moved on, what shows is counted.
+void Bus::look_at_faults() {
+  for (LiveFault& live : faults_) {
+    if (!live.active() || live.row().plant == nullptr || live.looked_at == time_) continue;
+    live.looked_at = time_;
+    for (const int id : live.fault.ids) {
+      Node& node = nodes_.of(id);
+      const model::Faults alone = plant_faults(live, node.servo.config(), time_);
+      if (motors_.bank(node.motor).takes_effect(node.motor.lane, alone)) {
+        live.took_effect(time_, id);
+      }
+      if (live.row().moves) pass_on_faults(node);
+    }
+  }
+}
+
+bool Bus::destroy_next() {
+  if (!faults_.any_active()) return false;
+  const CanWire::Candidate next = wire_.next();
+  const int id = static_cast<int>(next.owner & 0x3FU);
+  const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
+  LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus);
+  if (fault == nullptr) return false;
+  fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
+  had_errors_ = true;
+  ++stats_.error_frames;
+  int& errors = transmit_errors(next);
+  replies_.push_back({time_, report_error(host_link_, next.from_host)});
+  if (!next.from_host) errors += kErrorStep;
+  if (errors >= kBusOff) {
+    errors = 0;
+    wire_.destroy_for_good(CanWire::kRecoveryBits);
+    leave_bus(next);
+  } else {
+    wire_.destroy(errors >= kErrorPassive ? CanWire::kSuspendBits : 0);
+  }
+  return true;
+}
+
+int& Bus::transmit_errors(const CanWire::Candidate& frame) {
+  if (frame.from_host) return host_link_.transmit_errors;
+  if (frame.owner >= Duplicates::kFirstOwner) return duplicates_.errors(frame.owner);
+  return nodes_.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
+}
+
+/// That of the hosts, and that of a second drive, start anew by themselves.
+void Bus::leave_bus(const CanWire::Candidate& given_up) {
+  if (given_up.from_host) {
+    stats_.drop(Drop::kFault);
+    return;
+  }
+  ++stats_.replies_lost;
+  if (given_up.owner >= Duplicates::kFirstOwner) return;
+  Node& node = nodes_.of(static_cast<int>(given_up.owner & 0x3FU));
+  stats_.replies_lost += node.link.forget(wire_, time_);
+  const SimTime recovery = wire_.bits(CanWire::kRecoveryBits) + faults_.recovery(node.id());
+  if (recovery > SimTime{0}) {
+    node.link.bus_off = true;
+    agenda_.enter(time_ + recovery, BusOffEnd{node.id()});
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,118 @@
+// The motors of a bus: how they are brought to the instants at which somebody needs them, and what
+// becomes of a drive whose motor tells that its controller has died or started.
+
+#include <utility>
+
+#include "emulator/core/bus/bus.hpp"
+
+namespace lk::emulator {
+
+void Bus::settle() {
+  while (!settled()) bring_to(time_);
+}
+
+bool Bus::bring_to(SimTime t, const Node* one) {
+  const bool edge = one != nullptr ? motors_.advance_to(t, one->motor) : motors_.advance_to(t);
+  if (one == nullptr && !duplicates_.empty()) duplicates_.advance_to(t);
+  if (edge) {
+    follow_lives();
+  } else if (one == nullptr) {
+    motors_at_ = t;
+  }
+  return edge;
+}
+
+/// Drives meet on the wire only: without faults and conditions, which look at several, a drive
+/// nobody hears of may stay behind. A drive that dies stops there, and those that were brought with
+/// it: when its frame is void, nobody is ahead of what happens instead.
+bool Bus::bring_concerned_to(SimTime t) {
+  if (faults_or_conditions()) {
+    return bring_to(t);
+  }
+  const bool agenda_due = agenda_.next_due() && *agenda_.next_due() <= t;
+  const bool wire_due = wire_.next_due() && *wire_.next_due() <= t;
+  const std::optional<SimTime> start = wire_.next_reply_start();
+  const bool replies = start && *start <= t;
+  // A reply that ends later: whoever waits behind it might have had the wire by then.
+  if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
+    return false;
+  }
+  if (nodes_.size() == 1) {
+    return bring_to(t);
+  }
+  if (replies && bring_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)))) {
+    return true;
+  }
+  if (agenda_due || replies) {
+    return agenda_due && bring_to(t);
+  }
+  const auto addressed = protocol::address(wire_.next().frame);
+  const int* const id = std::get_if<int>(&addressed);
+  if (id != nullptr && *id == protocol::kMultiDrive) {
+    return bring_to(t);
+  }
+  return id != nullptr && has(*id) && bring_to(t, &nodes_.of(*id));
+}
+
+/// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
+/// nothing of a drive's happens there before it has been brought to it.
+void Bus::follow_lives() {
+  for (Node& node : nodes_) {
+    const bool alive = motors_.alive(node.motor);
+    if (alive == node.power.alive) continue;
+    node.power.alive = alive;
+    if (alive) {
+      node.servo.power_cycle(lane(node));
+      faults_.count_shown(node.servo, time_);
+    } else {
+      // A frame that starts as the tick ends does not start.
+      lose_power(node, motors_.time(node.motor) - SimTime{1});
+    }
+  }
+}
+
+/// What it was about to say is lost, and so is what its memory had not taken yet.
+void Bus::lose_power(Node& node, SimTime at) {
+  stats_.replies_lost += node.link.forget(wire_, at);
+  node.link.errors = 0;
+  if (std::exchange(node.link.bus_off, false)) agenda_.forget<BusOffEnd>(node.id());
+  if (node.memory.lose_power(node.servo)) agenda_.forget<RomWritten>(node.id());
+}
+
+void Bus::power_cycle(int id) {
+  settle();
+  Node& node = nodes_.of(id);
+  if (!node.power.alive) return;
+  lose_power(node, time_);
+  node.servo.power_cycle(lane(node));
+  faults_.count_shown(node.servo, time_);
+}
+
+model::Telemetry Bus::telemetry(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  return motors_.bank(place).telemetry(place.lane);
+}
+
+model::Truth Bus::truth(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  return motors_.bank(place).truth(place.lane);
+}
+
+Surroundings Bus::surroundings(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  const model::DriveBank& bank = motors_.bank(place);
+  const model::DriveParams& params = bank.params(place.lane);
+  return {bank.connected(place.lane), params.supply.v_source, params.thermal.temp_ambient,
+          params.load};
+}
+
+model::Setpoint Bus::setpoint(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  return motors_.bank(place).setpoint(place.lane);
+}
+
+}  // namespace lk::emulator

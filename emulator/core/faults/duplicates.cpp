@@ -1,0 +1,78 @@
+#include "emulator/core/faults/duplicates.hpp"
+
+#include <algorithm>
+
+#include "emulator/core/wire_timing.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& original,
+                     std::int64_t f_pwm_Hz, SimTime now) {
+  const LiveFault& live = faults[fault];
+  ServoConfig config = original.config();
+  // A zero that was written since moves no shaft.
+  config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
+  config.rom = original.rom();
+  model::DriveInit init = make_drive(config, faults.bus_seed());
+  init.theta_m += live.row().duplicate(live);
+  init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
+  model::DriveBank motor({&init, 1});
+  Servo servo(config, motor.telemetry(0));
+  const auto owner =
+      kFirstOwner + static_cast<std::uint32_t>(fault) * 64U + static_cast<std::uint32_t>(config.id);
+  drives_.push_back(
+      {fault, owner, f_pwm_Hz, ticks_until(now, f_pwm_Hz), std::move(motor), std::move(servo)});
+}
+
+std::size_t Duplicates::remove(std::size_t fault, CanWire& wire, SimTime now) {
+  std::size_t lost = 0;
+  std::erase_if(drives_, [&](const Drive& drive) {
+    if (drive.fault != fault) return false;
+    lost += wire.forget_replies(drive.owner, now);
+    return true;
+  });
+  return lost;
+}
+
+void Duplicates::advance_to(SimTime t) {
+  for (Drive& drive : drives_) {
+    const std::int64_t tick = ticks_until(t, drive.f_pwm_Hz) - drive.first_tick;
+    drive.motor.advance(std::max<std::int64_t>(tick - drive.motor.ticks(), 0));
+  }
+}
+
+std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, CanWire& wire,
+                             FaultBoard& faults, SimTime now) {
+  std::size_t answers = 0;
+  for (Drive& drive : drives_) {
+    Servo& servo = drive.servo;
+    const auto addressed = protocol::address(frame);
+    const int* const id = std::get_if<int>(&addressed);
+    const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
+    if (id == nullptr || (!for_several && servo.id() != *id) ||
+        servo.multi_drive_mode() != for_several || wire.drive_queue_full(drive.owner)) {
+      continue;
+    }
+    const auto understood = servo.understand(frame);
+    const auto* const query = std::get_if<protocol::Query>(&understood);
+    if (query == nullptr) continue;
+    const std::uint64_t writes_before = servo.stats().rom_writes;
+    const protocol::Frame answer = servo.encode(servo.handle(*query, Lane{drive.motor, 0}));
+    SimTime ready = wire.bitrate() > 0 ? at + servo.reply_time() + kDuplicateLag : at;
+    if (servo.stats().rom_writes != writes_before) {
+      ready = std::max(ready, at + servo.config().flash.write_time);  // kept nowhere else
+    }
+    drive.last_reply = std::max(ready, drive.last_reply);
+    faults[drive.fault].took_effect(now, servo.id(), &answer);
+    wire.send_from_drive(drive.last_reply, answer, 0, drive.owner, false);
+    ++answers;
+  }
+  return answers;
+}
+
+int& Duplicates::errors(std::uint32_t owner) {
+  return std::ranges::find(drives_, owner, &Drive::owner)->errors;
+}
+
+}  // namespace lk::emulator

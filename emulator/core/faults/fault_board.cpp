@@ -1,0 +1,183 @@
+#include "emulator/core/faults/fault_board.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "emulator/core/faults/acts.hpp"
+#include "emulator/core/frame_text.hpp"
+
+namespace lk::emulator {
+
+using State = FaultEvidence::State;
+
+void LiveFault::took_effect(SimTime now, int id, const protocol::Frame* frame) {
+  if (evidence.effects++ > 0) return;
+  evidence.first_effect_at = now;
+  if (id != kWholeBus) evidence.first_on = "drive " + std::to_string(id);
+  if (frame != nullptr) {
+    evidence.first_on += (evidence.first_on.empty() ? "" : ", ") + frame_text(*frame);
+  }
+}
+
+std::vector<FaultReport> FaultBoard::reports() const {
+  std::vector<FaultReport> reports;
+  reports.reserve(faults_.size());
+  for (const LiveFault& live : faults_) reports.push_back({live.fault, live.evidence});
+  return reports;
+}
+
+std::string FaultBoard::free_name(const Fault& fault) const {
+  const std::string wanted = fault.name.empty() ? std::string(fault.row->word) : fault.name;
+  std::string name = wanted;
+  const auto taken = [&] {
+    return std::ranges::any_of(faults_,
+                               [&](const LiveFault& live) { return live.fault.name == name; });
+  };
+  for (int n = 2; taken(); ++n) name = wanted + "-" + std::to_string(n);
+  return name;
+}
+
+std::size_t FaultBoard::arm(Fault fault, SimTime now) {
+  assert(!full() && fault.row != nullptr);
+  assert(!fault.every || *fault.every > fault.duration.value_or(SimTime{0}));
+  fault.name = free_name(fault);
+  LiveFault live;
+  live.fault = std::move(fault);
+  live.evidence.armed_at = now;
+  live.anchors.resize(live.fault.ids.size());
+  live.random = stream_seed(bus_seed_, static_cast<int>(faults_.size()), SeedStream::kFault);
+  faults_.push_back(std::move(live));
+  return faults_.size() - 1;
+}
+
+bool FaultBoard::start(std::size_t fault, SimTime now) {
+  LiveFault& live = faults_[fault];
+  if (live.evidence.state == State::kCleared) return false;
+  ++live.beginnings;
+  live.since = now;
+  live.evidence.began_at = live.evidence.began_at.value_or(now);
+  if (live.row().momentary()) {
+    live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
+  } else {
+    live.evidence.state = State::kActive;
+    ++active_;
+  }
+  return true;
+}
+
+void FaultBoard::stop(std::size_t fault) {
+  LiveFault& live = faults_[fault];
+  live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
+  --active_;
+}
+
+std::vector<std::size_t> FaultBoard::find(const std::string& which) const {
+  std::vector<std::size_t> found;
+  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
+    const LiveFault& live = faults_[fault];
+    const bool meant = which == "all" || which == live.fault.name || which == live.row().word;
+    const State state = live.evidence.state;
+    if (meant && state != State::kOver && state != State::kCleared) found.push_back(fault);
+  }
+  return found;
+}
+
+LiveFault* FaultBoard::first(int id, bool FaultRow::*trait) {
+  if (!any_active()) return nullptr;
+  const auto found = std::ranges::find_if(faults_, [&](const LiveFault& live) {
+    return live.row().*trait && live.active() && live.is_of(id);
+  });
+  return found != faults_.end() ? &*found : nullptr;
+}
+
+model::Faults FaultBoard::plant_faults(const ServoConfig& servo, SimTime now) const {
+  model::Faults sum;
+  for (const LiveFault& live : faults_) {
+    if (live.active() && live.row().plant != nullptr && live.is_of(servo.id)) {
+      live.row().plant({live, servo, now - live.since}, sum);
+    }
+  }
+  return sum;
+}
+
+FirmwareFaults FaultBoard::firmware_faults(int id) const {
+  FirmwareFaults sum;
+  for (const LiveFault& live : faults_) {
+    if (live.active() && live.row().firmware != nullptr && live.is_of(id)) {
+      sum.*live.row().firmware = true;
+    }
+  }
+  return sum;
+}
+
+void FaultBoard::count_shown(Servo& servo, SimTime now) {
+  if (!any_active()) return;
+  const FirmwareFaults shown = servo.take_shown_faults();
+  for (LiveFault& live : faults_) {
+    if (live.active() && live.row().firmware != nullptr && shown.*live.row().firmware &&
+        live.is_of(servo.id())) {
+      live.took_effect(now, servo.id());
+    }
+  }
+}
+
+bool FaultBoard::hear(const DriveLink& link, const Servo& servo, protocol::Frame& frame,
+                      SimTime now) {
+  if (link.bus_off) return false;
+  if (!any_active()) return true;
+  bool ignored = false;
+  for (LiveFault& live : faults_) {
+    if (!live.active() || live.row().hear == nullptr || !live.is_of(servo.id())) continue;
+    OnQuery on{live, servo, now, frame};
+    live.row().hear(on);
+    if (on.fate == OnQuery::Fate::kLost) return false;
+    ignored = ignored || on.fate == OnQuery::Fate::kIgnored;
+  }
+  return !ignored;
+}
+
+void FaultBoard::count_ignored(int id, const protocol::Frame& query, SimTime now) {
+  if (LiveFault* const full = first(id, &FaultRow::blocks)) full->took_effect(now, id, &query);
+}
+
+FaultBoard::Said FaultBoard::say(int id, const DriveLink& link, const Outgoing& reply,
+                                 SimTime now) {
+  Said said{.out = {reply}};
+  for (LiveFault& live : faults_) {
+    if (!live.active() || live.row().say == nullptr || !live.is_of(id)) continue;
+    OnReply on{live, id, now, link, said.out};
+    live.row().say(on);
+    said.lost += on.lost;
+    said.extra += on.extra;
+    said.stale = said.stale || on.stale;
+  }
+  return said;
+}
+
+LiveFault* FaultBoard::destroyer(int sender) {
+  if (!any_active()) return nullptr;
+  for (LiveFault& live : faults_) {
+    if (live.active() && live.row().destroys != nullptr && live.row().destroys(live, sender)) {
+      return &live;
+    }
+  }
+  return nullptr;
+}
+
+SimTime FaultBoard::recovery(int id) const {
+  for (const LiveFault& live : faults_) {
+    if (live.active() && live.row().recovery != nullptr && live.is_of(id)) {
+      return live.row().recovery(live);
+    }
+  }
+  return SimTime{0};
+}
+
+model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now) {
+  model::Faults alone;
+  live.row().plant({live, servo, now - live.since}, alone);
+  return alone;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/faults/live_fault.hpp"
+#include "emulator/core/node/link.hpp"
+#include "emulator/core/servo/servo.hpp"
+#include "model/faults.hpp"
+
+namespace lk::emulator {
+
+/// The faults of a bus, by their place in the order of arming: armed, active, over, and what has
+/// shown of them. A value.
+class FaultBoard {
+ public:
+  /// Faults that a bus keeps, with those that are over.
+  static constexpr std::size_t kMost = 1000;
+  explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
+
+  std::uint64_t bus_seed() const { return bus_seed_; }
+  bool full() const { return faults_.size() >= kMost; }
+  bool any_active() const { return active_ > 0; }
+  LiveFault& operator[](std::size_t fault) { return faults_[fault]; }
+  const LiveFault& operator[](std::size_t fault) const { return faults_[fault]; }
+  auto begin() { return faults_.begin(); }
+  auto end() { return faults_.end(); }
+  std::vector<FaultReport> reports() const;
+
+  /// There must be room. Gives it a name of its own, and returns its place.
+  std::size_t arm(Fault fault, SimTime now);
+  /// Returns false when it has been cleared before.
+  bool start(std::size_t fault, SimTime now);
+  void stop(std::size_t fault);
+  /// Those that are not over and have this name, are of this kind, or all of them: "all".
+  std::vector<std::size_t> find(const std::string& which) const;
+
+  // What active faults do to one drive.
+
+  /// The first whose row says `trait`; null when the drive has none.
+  LiveFault* first(int id, bool FaultRow::*trait);
+  model::Faults plant_faults(const ServoConfig& servo, SimTime now) const;
+  FirmwareFaults firmware_faults(int id) const;
+  /// Counts what the firmware did because of one.
+  void count_shown(Servo& servo, SimTime now);
+  /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
+  /// it as another.
+  bool hear(const DriveLink& link, const Servo& servo, protocol::Frame& frame, SimTime now);
+  /// A query came while the drive's queue was full.
+  void count_ignored(int id, const protocol::Frame& query, SimTime now);
+  /// What becomes of a reply.
+  struct Said {
+    std::vector<Outgoing> out;
+    std::uint64_t lost = 0, extra = 0;  // frames that do not leave, and that nobody asked for
+    bool stale = false;                 // it was said before
+  };
+  Said say(int id, const DriveLink& link, const Outgoing& reply, SimTime now);
+  /// The one that destroys the frame that drive `sender`, or kWholeBus, has on the wire; null when
+  /// it gets through.
+  LiveFault* destroyer(int sender);
+  /// How much longer than others the drive stays off the bus after a bus-off.
+  SimTime recovery(int id) const;
+
+ private:
+  std::string free_name(const Fault& fault) const;
+
+  std::uint64_t bus_seed_;
+  std::vector<LiveFault> faults_;
+  std::size_t active_ = 0;
+};
+
+/// What one fault does to the motor of one of its drives.
+model::Faults plant_faults(const LiveFault& live, const ServoConfig& servo, SimTime now);
+
+}  // namespace lk::emulator

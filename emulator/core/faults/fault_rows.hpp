@@ -1,0 +1,35 @@
+#pragma once
+
+/// @file How the rows of the table of faults are written, and where its parts stand.
+
+#include <cmath>
+
+#include "emulator/core/faults/fault_table.hpp"
+
+namespace lk::emulator {
+
+std::span<const FaultRow> link_faults();
+std::span<const FaultRow> plant_faults();
+std::span<const FaultRow> firmware_faults();
+
+constexpr FaultParam number(std::string_view word, double min, double max, double fallback) {
+  return {.word = word, .min = min, .max = max, .fallback = fallback};
+}
+constexpr FaultParam count(std::string_view word, double min, double max, double fallback) {
+  return {.word = word, .min = min, .max = max, .fallback = fallback, .whole = true};
+}
+constexpr FaultParam needed(std::string_view word, double min, double max) {
+  return {.word = word, .min = min, .max = max, .required = true};
+}
+/// The words are those of an enumeration, in its order.
+template <class Choice>
+constexpr FaultParam choice(std::string_view word, std::span<const std::string_view> words,
+                            Choice fallback) {
+  return {.word = word, .fallback = fallback, .choices = words};
+}
+
+inline SimTime from_ms(double time_ms) {
+  return std::chrono::duration_cast<SimTime>(std::chrono::duration<double, std::milli>(time_ms));
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,113 @@
+// Faults of the firmware and its memory: restarts, deafness, lost writes, damaged settings.
+
+#include <algorithm>
+
+#include "emulator/core/faults/acts.hpp"
+#include "emulator/core/faults/fault_rows.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using enum FaultGroup;
+
+/// By RomParameter, and all of them.
+constexpr std::string_view kParameterWords[] = {
+    "gains",     "acceleration", "encoder_offset", "max_torque_current", "max_power", "max_speed",
+    "max_angle", "current_ramp", "broadcast_mode", "protections",        "all"};
+constexpr std::span<const std::string_view> kAllWords = kParameterWords;
+constexpr auto kAll = static_cast<RomParameter>(kRomParameters);
+
+/// The other limit is of the other series.
+std::string without_parameter(const Fault& fault, const ServoConfig& servo) {
+  const bool ms = servo.profile.series == Series::kMs;
+  const auto parameter = fault.values[0].choice<RomParameter>();
+  if (parameter != (ms ? RomParameter::kMaxTorqueCurrent : RomParameter::kMaxPower)) return "";
+  return "drive " + std::to_string(servo.id) + " is limited by " +
+         (ms ? "max_power" : "max_torque_current") + ", not by this parameter";
+}
+
+bool reset(AtOnce& on) {
+  on.restart = true;
+  return on.alive;
+}
+
+void hang(OnQuery& on) {
+  if (!on.would_be_answered()) return;
+  on.took_effect();
+  on.fate = OnQuery::Fate::kIgnored;
+}
+
+void answer_late(OnReply& on) {
+  for (Outgoing& one : on.out) one.ready += from_ms(on.live.number(0));
+  on.live.took_effect(on.now, on.id);
+}
+
+bool damage_rom(AtOnce& on) {
+  const auto parameter = on.live.choice<RomParameter>(0);
+  bool changed = false;
+  for (std::size_t n = 0; n < kRomParameters; ++n) {
+    const auto one = static_cast<RomParameter>(n);
+    if ((parameter != one && parameter != kAll) || !on.servo.damage_rom(one)) continue;
+    changed = true;
+    if (!on.memory.damage(one, on.servo.rom())) on.rom_writes.push_back(rom_write(on.servo));
+  }
+  return changed;
+}
+
+bool flip_ram(AtOnce& on) {
+  on.live.draw();
+  return on.alive && on.servo.flip_ram(on.live.choice<RomParameter>(0), on.live.random, on.motor);
+}
+
+// A row: word, group and parameters; its words; what it does.
+// clang-format off
+constexpr FaultRow kFirmwareRows[] = {
+    {.word = "reset", .group = kFirmware,
+     .about = {"the controller restarts: RAM, turn count, errors and command are gone",
+               "控制器重新启动：RAM、圈数、错误标志和命令全部丢失"},
+     .at_once = reset},
+    {.word = "hang", .group = kFirmware,
+     .about = {"the drive hears nothing and says nothing, a power cycle or not; the motor keeps its last command",
+               "驱动器听不见也不说话，断电重启也没用；电机维持最后的命令"},
+     .hear = hang},
+    {.word = "slow_replies", .group = kFirmware, .params = {number("delay_ms", 0.01, 10'000, 5)},
+     .about = {"every reply is ready this much later; what the query asks for is done at once",
+               "每个回复都晚这么久才备好；命令帧要求的动作则立即执行"},
+     .say = answer_late},
+    {.word = "clock_drift", .group = kFirmware, .params = {needed("percent", -20, 20)},
+     .about = {"the drive's clock is fast by this share: speeds, ramps and times are off by it",
+               "驱动器的时钟快了这一百分比：速度、斜坡、时间都跟着偏"},
+     .plant = [](const OnPlant& on, model::Faults& f) { f.clock_ratio = std::clamp(f.clock_ratio * (1 + on.number() / 100), 0.8, 1.2); }},
+    {.word = "rom_write_fails", .group = kFirmware,
+     .about = {"a write to ROM is acknowledged and changes nothing there",
+               "写 ROM 得到应答，但 ROM 里什么都没有变"},
+     .firmware = &FirmwareFaults::rom_write_fails},
+    {.word = "rom_worn", .group = kFirmware,
+     .about = {"the memory has seen all the writes it can take: what is written does not stay",
+               "存储器已到擦写寿命：写进去的留不住"},
+     .firmware = &FirmwareFaults::rom_worn},
+    {.word = "rom_damaged", .group = kFirmware, .params = {choice("parameter", kAllWords, kAll)},
+     .about = {"a parameter in ROM is lost: it reads as delivered at the next start",
+               "ROM 中一个参数丢失：下次启动读到的是出厂值"},
+     .at_once = damage_rom},
+    {.word = "ram_flipped", .group = kFirmware, .params = {choice("parameter", kAllWords.first(9), RomParameter::kMaxSpeed)},
+     .about = {"a bit of a setting in RAM flips; which one, the seed decides",
+               "RAM 中一个设置翻转一位，哪一位由种子决定"},
+     .impossible = without_parameter,
+     .at_once = flip_ram},
+    {.word = "forgets_broadcast", .group = kFirmware,
+     .about = {"the drive wakes up without its mode for several drives",
+               "驱动器醒来时忘了广播模式"},
+     .firmware = &FirmwareFaults::forgets_broadcast},
+    {.word = "forgets_limits", .group = kFirmware,
+     .about = {"the drive wakes up with the limits it was delivered with",
+               "驱动器醒来时各项限值变回出厂值"},
+     .firmware = &FirmwareFaults::forgets_limits},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const FaultRow> firmware_faults() { return kFirmwareRows; }
+
+}  // namespace lk::emulator

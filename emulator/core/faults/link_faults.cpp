@@ -1,0 +1,231 @@
+// Faults of the link: what becomes of frames on their way into a drive, out of it, and on the wire.
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "emulator/core/faults/acts.hpp"
+#include "emulator/core/faults/fault_rows.hpp"
+#include "emulator/core/units.hpp"
+
+namespace lk::emulator {
+
+using protocol::Frame;
+using enum FaultGroup;
+
+bool OnQuery::is_listening() const {
+  return servo.multi_drive_mode() == (protocol::find_multi_drive(frame.id) != nullptr);
+}
+
+bool OnQuery::would_be_answered() const {
+  return is_listening() && std::holds_alternative<protocol::Query>(servo.understand(frame));
+}
+
+namespace {
+
+/// What is said, what is heard, or both.
+enum class Frames : std::uint8_t { kReplies, kQueries, kBoth };
+constexpr std::string_view kFramesWords[] = {"replies", "queries", "both"};
+constexpr FaultParam kFrames = choice("frames", kFramesWords, Frames::kReplies);
+
+/// Whether the parameter `n` chooses these.
+bool acts_on(const LiveFault& live, std::size_t n, Frames frames) {
+  const auto chosen = live.choice<Frames>(n);
+  return chosen == frames || chosen == Frames::kBoth;
+}
+
+template <class Lost>
+void lose_if(OnReply& on, const Lost& lost) {
+  on.lost += std::erase_if(on.out, [&](const Outgoing& one) {
+    if (!lost()) return false;
+    on.took_effect(one);
+    return true;
+  });
+}
+
+/// Those that the fault hits. Returns whether it hit one.
+template <class Change>
+bool change(OnReply& on, const Change& changed) {
+  bool any = false;
+  for (Outgoing& one : on.out) {
+    if (!on.live.hits()) continue;
+    const Frame before = one.frame;
+    changed(one);
+    any = true;
+    if (!(one.frame == before)) on.took_effect(one);
+  }
+  return any;
+}
+
+/// Flips so many different bits of the data, all when there are no more.
+void flip_bits(LiveFault& live, Frame& frame) {
+  const auto bits = static_cast<std::size_t>(live.number(0));
+  // The first `bits` cards of a deck, shuffled as far as they go.
+  std::array<std::uint8_t, 64> deck{};
+  for (std::size_t n = 0; n < deck.size(); ++n) deck[n] = static_cast<std::uint8_t>(n);
+  const auto size = static_cast<std::size_t>(8 * std::min<int>(frame.dlc, 8));
+  for (std::size_t n = 0; n < std::min(size, bits); ++n) {
+    const auto rest = static_cast<double>(size - n);
+    std::swap(deck[n], deck[n + static_cast<std::size_t>(live.draw() * rest)]);
+    std::uint8_t& byte = frame.data[deck[n] / 8U];
+    byte = static_cast<std::uint8_t>(byte ^ (1U << (deck[n] % 8U)));
+  }
+}
+
+void drop_query(OnQuery& on) {
+  if (acts_on(on.live, 0, Frames::kQueries) && on.would_be_answered() && on.live.hits()) {
+    on.took_effect();
+    on.fate = OnQuery::Fate::kLost;
+  }
+}
+
+void drop_reply(OnReply& on) {
+  if (acts_on(on.live, 0, Frames::kReplies)) lose_if(on, [&] { return on.live.hits(); });
+}
+
+void delay(OnReply& on) {
+  for (Outgoing& one : on.out) {
+    if (!on.live.hits()) continue;
+    const double most_ms = on.live.number(1);
+    const SimTime delay = from_ms(on.live.number(0) + (most_ms > 0 ? most_ms * on.live.draw() : 0));
+    one.ready += delay;
+    if (delay > SimTime{0}) on.took_effect(one);
+  }
+}
+
+/// Copies follow their originals. More than a queue holds is not kept in the first place.
+void duplicate(OnReply& on) {
+  const auto copies = static_cast<std::size_t>(on.live.number(0));
+  std::vector<Outgoing> all;
+  for (Outgoing& one : on.out) {
+    all.push_back(one);
+    one.held_back = false;
+    if (!on.live.hits()) continue;
+    on.took_effect(one);
+    on.extra += copies;
+    all.insert(all.end(), copies, one);
+  }
+  if (all.size() > CanWire::kDriveQueue) {
+    on.lost += all.size() - CanWire::kDriveQueue;
+    all.resize(CanWire::kDriveQueue);
+  }
+  on.out = std::move(all);
+}
+
+void corrupt_query(OnQuery& on) {
+  if (acts_on(on.live, 1, Frames::kQueries) && on.is_listening() && on.live.hits()) {
+    flip_bits(on.live, on.frame);
+    on.took_effect();
+  }
+}
+
+void corrupt_reply(OnReply& on) {
+  if (!acts_on(on.live, 1, Frames::kReplies)) return;
+  change(on, [&](Outgoing& one) { flip_bits(on.live, one.frame); });
+}
+
+void repeat_last(OnReply& on) {
+  if (!on.link.last_said) return;
+  on.stale = change(on, [&](Outgoing& one) {
+    one.frame = on.link.last_said->frame;
+    one.after_rom_write = on.link.last_said->after_rom_write;
+  });
+}
+
+/// One at a time. Acknowledgements of ROM writes keep their order: whoever lets them out counts on
+/// it.
+void hold_back(OnReply& on) {
+  const bool taken = on.link.held_back || on.out.empty() || on.out.front().held_back;
+  if (!taken && on.out.front().after_rom_write == 0 && on.live.hits()) {
+    on.out.front().held_back = true;
+    on.took_effect(on.out.front());
+  }
+}
+
+void cut_off(OnReply& on) {
+  change(on, [&](Outgoing& one) {
+    one.frame.dlc = static_cast<std::uint8_t>(on.live.number(0));
+    std::fill(one.frame.data.begin() + one.frame.dlc, one.frame.data.end(), std::uint8_t{0});
+  });
+}
+
+void change_id(OnReply& on) {
+  change(on, [&](Outgoing& one) {
+    const int offset = static_cast<int>(on.live.number(0));
+    one.frame.id = (one.frame.id + static_cast<std::uint32_t>(offset)) & 0x7FFU;
+  });
+}
+
+Babble babble(const LiveFault& live) {
+  Babble babble{from_ms(live.number(0) * 1e-3), {}};
+  babble.frame.id = static_cast<std::uint32_t>(live.number(1));
+  return babble;
+}
+
+// A row: word, group and parameters; its words; what it does.
+// clang-format off
+constexpr FaultRow kLinkRows[] = {
+    {.word = "drop", .group = kLink, .params = {kFrames},
+     .about = {"the frame is lost: the other side never sees it; a reply is lost before it takes the wire",
+               "丢帧：另一方看不到这一帧；回复在占用总线之前就丢了"},
+     .per_frame = true, .hear = drop_query, .say = drop_reply},
+    {.word = "delay", .group = kLink, .params = {needed("delay_ms", 0, 10'000), number("jitter_ms", 0, 10'000, 0)},
+     .about = {"the reply waits in the drive before it is sent, this long plus a random time up to the jitter; later ones wait behind it",
+               "回复在驱动器里等这么久才发，再随机加上至多 jitter 的抖动；后面的回复排在它之后"},
+     .per_frame = true, .say = delay},
+    {.word = "duplicate", .group = kLink, .params = {count("copies", 1, 15, 1)},
+     .about = {"the reply is sent this many more times, as far as the drive's queue of 16 has room",
+               "回复多发这么多次，以驱动器 16 帧的队列装得下为限"},
+     .per_frame = true, .say = duplicate},
+    {.word = "corrupt", .group = kLink, .params = {count("bits", 1, 64, 1), kFrames},
+     .about = {"this many bits of the data, different ones each time, are flipped, and no CRC notices (a bad gateway or buffer)",
+               "数据中有这么多位翻转，每次位置不同，而谁的 CRC 都没有发现（坏的网关或缓冲）"},
+     .per_frame = true, .hear = corrupt_query, .say = corrupt_reply},
+    {.word = "stale", .group = kLink,
+     .about = {"in place of the reply the drive sends again what it said last; since its start, or there is nothing to repeat",
+               "驱动器不发新回复，而把上一次的话再说一遍；启动以来没有说过话，就没有可重复的"},
+     .per_frame = true, .say = repeat_last},
+    {.word = "reorder", .group = kLink,
+     .about = {"the reply is held back and leaves behind the next one of the drive, or when the fault ends; what acknowledges a write to ROM is not held back",
+               "回复被扣住，排到该驱动器下一个回复之后才发，或故障结束时发；ROM 写入的应答不扣"},
+     .per_frame = true, .say = hold_back, .holds_back = true},
+    {.word = "wrong_dlc", .group = kLink, .params = {count("dlc", 0, 7, 4)},
+     .about = {"the reply has this many bytes; the rest is cut off",
+               "回复只有这么多字节，其余截掉"},
+     .per_frame = true, .say = cut_off},
+    {.word = "wrong_id", .group = kLink, .params = {count("offset", -2047, 2047, 1)},
+     .about = {"the reply's identifier is off by this much, modulo 2048",
+               "回复的标识符偏这么多，模 2048"},
+     .per_frame = true, .say = change_id},
+    {.word = "duplicate_id", .group = kLink, .params = {number("angle_deg", -360'000, 360'000, 90)},
+     .about = {"a second drive has the same ID: it hears the same, turns a motor of its own, which boots this far (of the rotor) from where the drive boots, and answers too, a little later; it has a supply of its own, and other faults do not reach it",
+               "另有一个同 ID 的驱动器：听到的一样，转的是自己的电机，上电位置与原驱动器相差这么多（转子角度），也会应答，只是稍晚；它有自己的供电，别的故障不影响它"},
+     .duplicate = [](const LiveFault& live) { return live.number(0) * kRadPerDeg; }},
+    {.word = "silent", .group = kLink,
+     .about = {"the drive hears and obeys, and nothing it sends leaves it",
+               "驱动器听得见也照做，但发的东西一帧也出不来"},
+     .say = [](OnReply& on) { lose_if(on, [] { return true; }); }, .silences = true},
+    {.word = "babbling", .group = kLink, .params = {number("period_us", 100, 10'000'000, 500), count("can_id", 0, 2047, 0)},
+     .about = {"the drive sends a frame it was not asked for, over and over: 8 bytes of 0; when the wire is taken, no more than one waits behind another",
+               "驱动器没人问也不停地发：8 个字节的 0；总线被占时，排队等待的不超过一帧"},
+     .babble = babble},
+    {.word = "error_frames", .group = kLink,
+     .about = {"a bit error destroys the frame on the wire: all nodes see an error frame, and the sender sends it again, its error counter up by 8; at 256 it gives the frame up and leaves the bus for 128 times 11 bits",
+               "位错误毁掉线上的帧：人人都看到错误帧，发送方重发，发送错误计数加 8；到 256 就放弃这一帧，离开总线 128 次 11 位的时间"},
+     .of_bus = true, .per_frame = true, .destroys = [](LiveFault& live, int) { return live.hits(); }},
+    {.word = "bus_off", .group = kLink, .params = {number("recovery_ms", 0, 3'600'000, 100)},
+     .about = {"everything the drive sends is destroyed: its error counter climbs by 8 each time, to error-passive (128) and bus-off (256); all it had to say is lost then, it is deaf and silent for 128 times 11 bits and the recovery time, and comes back with its counters at 0",
+               "驱动器发什么都被破坏：错误计数每次加 8，先到被动错误（128），再到 bus-off（256）；此时它要说的全部丢掉，在 128 次 11 位加恢复时间内既听不见也不发，回来时计数为 0"},
+     .destroys = [](LiveFault& live, int sender) { return live.is_of(sender); }, .recovery = [](const LiveFault& live) { return from_ms(live.number(0)); }},
+    {.word = "queue_full", .group = kLink,
+     .about = {"nothing leaves the drive's send queue: replies pile up in it, and when it is full (16) queries are ignored; what waits leaves in order when the fault ends",
+               "驱动器的发送队列什么也发不出去：回复在里面越积越多，满了（16）之后命令帧被忽略；故障结束后按顺序发出"},
+     .say = [](OnReply& on) { for (const Outgoing& one : on.out) on.took_effect(one); }, .blocks = true},
+};
+// clang-format on
+
+}  // namespace
+
+std::span<const FaultRow> link_faults() { return kLinkRows; }
+
+}  // namespace lk::emulator

@@ -1,0 +1,44 @@
+#include "emulator/core/node/memory.hpp"
+
+#include "emulator/core/servo/registers.hpp"
+
+namespace lk::emulator {
+
+RomWrite rom_write(const Servo& servo) {
+  return {servo.stats().rom_writes, servo.id(), servo.rom(), servo.wear()};
+}
+
+SimTime Memory::begin(SimTime at, const Servo& servo) {
+  const SimTime begin = idle() ? at : writes_.back().done;
+  const SimTime done = begin + servo.config().flash.write_time;
+  writes_.push_back({done, rom_write(servo), servo.rom_before(), servo.wear_before()});
+  return done;
+}
+
+RomWrite Memory::finish() {
+  const RomWrite written = writes_.front().after;
+  writes_.erase(writes_.begin());
+  return written;
+}
+
+bool Memory::lose_power(Servo& servo) {
+  if (idle()) return false;
+  servo.restore_rom(writes_.front().rom_before, writes_.front().wear_before);
+  writes_.clear();
+  return true;
+}
+
+bool Memory::damage(RomParameter parameter, const Registers& rom) {
+  for (Write& write : writes_) {
+    copy_parameter(parameter, rom, write.rom_before);
+    copy_parameter(parameter, rom, write.after.rom);
+  }
+  return !idle();
+}
+
+void Memory::set_before(const Registers& rom, const RomWear& wear) {
+  writes_.front().rom_before = rom;
+  writes_.front().wear_before = wear;
+}
+
+}  // namespace lk::emulator

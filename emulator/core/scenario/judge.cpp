@@ -1,0 +1,226 @@
+#include "emulator/core/scenario/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Status = ExpectationResult::Status;
+using Kind = Period::Kind;
+
+/// What is looked at, as a number: the signal; 1 for an error that is set; the run state.
+double read(const Expectation& expectation, const DriveView& drive) {
+  if (const auto* within = std::get_if<SignalWithin>(&expectation.what)) {
+    return within->signal->read(drive);
+  }
+  if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
+    return (drive.telemetry.errors & model::bit(error->error)) != 0 ? 1 : 0;
+  }
+  // A drive without power is in no state.
+  return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
+                               : std::numeric_limits<double>::quiet_NaN();
+}
+
+Range wanted(const Expectation& expectation) {
+  if (const auto* within = std::get_if<SignalWithin>(&expectation.what)) return within->range;
+  const auto* error = std::get_if<ErrorIs>(&expectation.what);
+  const double one = error != nullptr
+                         ? (error->set ? 1.0 : 0.0)
+                         : static_cast<double>(std::get<StateIs>(expectation.what).state);
+  return {one, one};
+}
+
+/// NaN is outside of every range, and so is what has run away.
+bool is_within(const Range& range, double value) {
+  return std::isfinite(value) && range.has(value);
+}
+
+double distance(const Range& range, double value) {
+  if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
+  return std::max({range.min - value, value - range.max, 0.0});
+}
+
+/// The command that a frame for several drives is to the drive `id`; nothing when it is none.
+std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
+                                        const protocol::WireFormat& format) {
+  const auto decoded = protocol::decode_query(frame, format);
+  const auto* query = std::get_if<protocol::Query>(&decoded);
+  if (query == nullptr) return std::nullopt;
+  if (const auto* any = std::get_if<protocol::MultiCommand>(&query->command)) {
+    const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
+    return slot < any->opcodes.size() ? std::optional(any->opcodes[slot]) : std::nullopt;
+  }
+  return protocol::reply_command(query->command);
+}
+
+}  // namespace
+
+Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectations, std::size_t bus,
+             SimTime start)
+    : interface_(config.interface), start_(start) {
+  for (const ServoConfig& servo : config.servos) {
+    const protocol::Dialect& dialect = servo.quirks.dialect;
+    speakers_.push_back({servo.id, dialect.reply_id_base + static_cast<std::uint32_t>(servo.id),
+                         protocol::wire_format(dialect, servo.profile.series)});
+  }
+  for (const Expectation& expectation : expectations) {
+    if (expectation.bus != bus) continue;
+    Trial trial;
+    trial.expectation = expectation;
+    if (!std::holds_alternative<Replies>(expectation.what)) {
+      const Period& when = expectation.when;
+      trial.next = start + (when.kind == Kind::kAt ? when.to : when.from);
+      next_due_ = std::min(next_due_, trial.next);
+    }
+    trials_.push_back(std::move(trial));
+  }
+}
+
+void Judge::look(const Bus& bus) {
+  const SimTime now = bus.time();
+  next_due_ = SimTime::max();
+  for (Trial& trial : trials_) {
+    if (trial.next <= now) look_at(trial, bus.view(trial.expectation.id), now);
+    next_due_ = std::min(next_due_, trial.next);
+  }
+}
+
+void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
+  const Period& when = trial.expectation.when;
+  const Range range = wanted(trial.expectation);
+  const double value = read(trial.expectation, drive);
+  const bool holds = is_within(range, value);
+  const bool last = now >= start_ + when.to;
+  if (!trial.value || holds || distance(range, value) < distance(range, *trial.value) ||
+      when.kind == Kind::kThroughout) {
+    trial.value = value;
+    trial.at = now - start_;
+  }
+  const Range seen = trial.seen.value_or(Range{value, value});
+  trial.seen = Range{std::min(seen.min, value), std::max(seen.max, value)};
+  const bool decides_early = when.kind == Kind::kBy ? holds : !holds;
+  if (decides_early || last) {
+    trial.status = holds ? Status::kPassed : Status::kFailed;
+    trial.next = SimTime::max();
+  } else {
+    trial.next = std::min(now + kStep, start_ + when.to);
+  }
+}
+
+void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
+  if (query.frame.kind != protocol::FrameKind::kData || query.frame.extended ||
+      query.frame.dlc == 0) {
+    return;
+  }
+  const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
+  for (Speaker& speaker : speakers_) {
+    if (bus.multi_drive_mode(speaker.id) != for_several) continue;
+    if (query.frame.id == protocol::kSingleDriveId + static_cast<std::uint32_t>(speaker.id)) {
+      speaker.asked[query.frame.data[0]] = query.at;
+    } else if (for_several) {
+      const auto command = command_for(speaker.id, query.frame, speaker.format);
+      if (command) speaker.asked[*command] = query.at;
+    }
+  }
+}
+
+void Judge::hear_reply(const TimedFrame& reply) {
+  if (reply.frame.kind != protocol::FrameKind::kData || reply.frame.extended) return;
+  const auto speaker = std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
+  if (speaker == speakers_.end()) return;
+  for (Trial& trial : trials_) {
+    const auto* replies = std::get_if<Replies>(&trial.expectation.what);
+    const Period& when = trial.expectation.when;
+    const SimTime at = reply.at - start_;
+    if (replies == nullptr || trial.expectation.id != speaker->id || at < when.from ||
+        at > when.to || !matches(*replies, *speaker, reply)) {
+      continue;
+    }
+    if (trial.count++ == 0) trial.at = at;
+  }
+}
+
+bool Judge::matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const {
+  const protocol::Frame& frame = reply.frame;
+  if (replies.command && (frame.dlc == 0 || frame.data[0] != *replies.command)) return false;
+  if (replies.age) {
+    const auto asked = frame.dlc > 0 ? speaker.asked[frame.data[0]] : std::nullopt;
+    if (!asked) return false;
+    const std::chrono::duration<double, std::milli> age = reply.at - *asked;
+    if (!replies.age->has(age.count())) return false;
+  }
+  if (!replies.error && replies.field.empty()) return true;
+  const auto decoded = protocol::decode_reply(frame, speaker.format);
+  if (std::holds_alternative<protocol::Reject>(decoded)) return false;
+  const auto quantity = [&](std::string_view word) {
+    return protocol::reply_quantity(word, frame.data, speaker.format);
+  };
+  if (replies.error) {
+    const auto errors = quantity("errors");
+    const bool set =
+        errors && (static_cast<model::ErrorBits>(*errors) & model::bit(*replies.error)) != 0;
+    if (!set) return false;
+  }
+  if (!replies.field.empty()) {
+    const auto value = quantity(replies.field);
+    if (!value || !replies.range.has(*value)) return false;
+  }
+  return true;
+}
+
+std::vector<ExpectationResult> Judge::results(SimTime now) const {
+  std::vector<ExpectationResult> results;
+  for (const Trial& trial : trials_) results.push_back(result(trial, now));
+  return results;
+}
+
+ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
+  const Expectation& expectation = trial.expectation;
+  ExpectationResult result{trial.status, expectation_text(expectation, interface_), measured(trial),
+                           expectation.says, std::nullopt};
+  if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
+    const bool over = now - start_ >= expectation.when.to;
+    const bool any_more_will_do = replies->max_count == std::numeric_limits<std::uint64_t>::max();
+    const bool enough = trial.count >= replies->min_count && (over || any_more_will_do);
+    if (trial.count > replies->max_count || (over && !enough)) {
+      result.status = Status::kFailed;
+    } else if (enough) {
+      result.status = Status::kPassed;
+    }
+    if (trial.count > 0) result.at = trial.at;
+  } else if (trial.value) {
+    result.at = trial.at;
+  }
+  return result;
+}
+
+std::string Judge::measured(const Trial& trial) const {
+  const Expectation& expectation = trial.expectation;
+  const std::string at = " at " + time_text(trial.at);
+  if (std::holds_alternative<Replies>(expectation.what)) {
+    if (trial.count == 0) return "no reply";
+    return trial.count == 1 ? "1 reply" + at
+                            : std::to_string(trial.count) + " replies, the first" + at;
+  }
+  if (!trial.value) return "not looked at yet";
+  if (std::holds_alternative<ErrorIs>(expectation.what)) {
+    return (*trial.value != 0 ? "set" : "not set") + at;
+  }
+  if (std::holds_alternative<StateIs>(expectation.what)) {
+    const std::string state =
+        std::isfinite(*trial.value) ? state_word(static_cast<RunState>(*trial.value)) : "no power";
+    return state + at;
+  }
+  if (expectation.when.kind == Kind::kThroughout && trial.status == Status::kPassed) {
+    return number_text(trial.seen->min) + " to " + number_text(trial.seen->max);
+  }
+  const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
+  return (missed ? "closest was " : "") + number_text(*trial.value) + at;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,88 @@
+#pragma once
+
+/// @file A scenario as plain values (docs/scenarios.md): a robot, what happens to it, what a host
+/// says, and what is expected to come of it.
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/servo/servo.hpp"
+#include "emulator/core/servo/signals.hpp"
+
+namespace lk::emulator {
+
+/// A frame that a host sends, once or at equal steps.
+struct HostSend {
+  std::size_t bus = 0;  // its place in the robot
+  SimTime at{0};
+  protocol::Frame frame;
+  SimTime every{0};         // above 0 when `times` is above 1
+  std::uint64_t times = 1;  // in all
+};
+
+/// Bounds are part of the range.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool has(double value) const { return value >= min && value <= max; }
+};
+
+struct SignalWithin {
+  const Signal* signal = nullptr;
+  Range range;
+};
+struct ErrorIs {
+  model::Error error = model::Error::kUnderVoltage;
+  bool set = true;
+};
+struct StateIs {
+  RunState state = RunState::kRunning;
+};
+/// So many replies of the drive, or of whoever uses its identifier, are as described.
+struct Replies {
+  std::optional<std::uint8_t> command;  // DATA[0]
+  std::optional<model::Error> error;    // the bit is set in what it says
+  std::string_view field;    // a quantity of the reply, protocol::reply_words(); empty: any
+  Range range;               // of the field
+  std::optional<Range> age;  // ms since the latest query with this command to this drive
+  std::uint64_t min_count = 1;
+  std::uint64_t max_count = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// When something is expected. Replies are counted from `from` to `to`, whatever the kind.
+struct Period {
+  enum class Kind : std::uint8_t {
+    kAt,          // at `to`
+    kBy,          // at some instant from `from` to `to`
+    kThroughout,  // all the time from `from` to `to`
+  };
+  Kind kind = Kind::kAt;
+  SimTime from{0};
+  SimTime to{0};
+};
+
+struct Expectation {
+  std::size_t bus = 0;
+  int id = 1;
+  std::variant<SignalWithin, ErrorIs, StateIs, Replies> what;
+  Period when;
+  std::string says;  // a sentence for the report; may be empty
+};
+
+struct Scenario {
+  std::string name;
+  std::string about;
+  std::string robot_name;        // as the file has it; may be empty on buses that run already
+  std::vector<BusConfig> robot;  // with all events
+  SimTime duration{0};
+  std::vector<HostSend> sends;
+  std::vector<Expectation> expectations;
+};
+
+}  // namespace lk::emulator

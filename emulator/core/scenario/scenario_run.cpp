@@ -1,0 +1,124 @@
+#include "emulator/core/scenario/scenario_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/scenario/sampler.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using Status = ExpectationResult::Status;
+
+std::string invalid_text(const PlannedFault& fault) {
+  const FaultEvidence& evidence = fault.report.evidence;
+  const std::string name = fault.bus + ": fault " + fault.report.fault.name;
+  if (!evidence.began_at) return name + " never began";
+  return name + " began at " + time_text(*evidence.began_at) + " and changed nothing";
+}
+
+}  // namespace
+
+void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& interface,
+                    const Beginning& beginning, Verdict& verdict) {
+  for (ExpectationResult& result : judge.results(bus.time())) {
+    verdict.expectations.push_back(std::move(result));
+  }
+  const std::vector<FaultReport> faults = bus.faults();
+  for (std::size_t n = beginning.faults; n < faults.size(); ++n) {
+    PlannedFault fault{interface, faults[n]};
+    FaultEvidence& evidence = fault.report.evidence;
+    evidence.armed_at -= beginning.start;
+    if (evidence.began_at) *evidence.began_at -= beginning.start;
+    if (evidence.first_effect_at) *evidence.first_effect_at -= beginning.start;
+    if (!fault.took_effect()) verdict.invalid.push_back(invalid_text(fault));
+    verdict.faults.push_back(std::move(fault));
+  }
+  for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    if (!bus.has(id)) continue;
+    const model::Truth truth = bus.truth(id);
+    const double plant = truth.theta_m + truth.omega_m + truth.i_q + truth.v_bus;
+    const double loops =
+        truth.theta_ref + truth.omega_ref + truth.i_q_ref + bus.telemetry(id).omega;
+    if (!std::isfinite(plant + loops)) {
+      verdict.invalid.push_back(interface + " drive " + std::to_string(id) +
+                                ": no such motor: its state has run out of all bounds");
+    }
+  }
+  const std::size_t unmet = bus.unmet_directives();
+  if (unmet > beginning.unmet) {
+    verdict.invalid.push_back(interface + ": " + std::to_string(unmet - beginning.unmet) +
+                              " events wait for a condition that never held");
+  }
+}
+
+void conclude(Verdict& verdict) {
+  const auto count = [&](Status status) {
+    return std::ranges::count(verdict.expectations, status, &ExpectationResult::status);
+  };
+  if (const auto open = count(Status::kOpen); open > 0) {
+    verdict.invalid.push_back(std::to_string(open) + " expectations were still open at the end");
+  }
+  verdict.outcome = !verdict.invalid.empty()     ? Outcome::kInvalid
+                    : count(Status::kFailed) > 0 ? Outcome::kFailed
+                                                 : Outcome::kPassed;
+}
+
+ScenarioRun::ScenarioRun(const Scenario& scenario) {
+  lines_.reserve(scenario.robot.size());
+  for (std::size_t n = 0; n < scenario.robot.size(); ++n) {
+    const BusConfig& config = scenario.robot[n];
+    lines_.push_back({config.interface, Bus(config), HostScript(scenario.sends, n, SimTime{0}),
+                      Judge(config, scenario.expectations, n, SimTime{0})});
+  }
+}
+
+void ScenarioRun::advance_to(SimTime until) {
+  const std::size_t first = traffic_.size();
+  for (std::size_t n = 0; n < lines_.size(); ++n) advance(n, until);
+  time_ = std::max(time_, until);
+  if (lines_.size() > 1) {
+    std::ranges::stable_sort(traffic_.begin() + static_cast<std::ptrdiff_t>(first), traffic_.end(),
+                             {}, [](const Traffic& one) { return one.frame.at; });
+  }
+}
+
+void ScenarioRun::advance(std::size_t index, SimTime until) {
+  Line& line = lines_[index];
+  const auto hear = [&] {
+    replies_.clear();
+    line.bus.take_replies(replies_);
+    for (const TimedFrame& reply : replies_) {
+      line.judge.hear_reply(reply);
+      traffic_.push_back({index, reply, false});
+    }
+  };
+  while (line.host.next_due() <= until) {
+    deliver_watched(line.bus, line.host.next_due(), line.judge);
+    hear();
+    const TimedFrame query = line.host.take();
+    line.judge.hear_query(query, line.bus);
+    traffic_.push_back({index, query, true});
+    line.bus.receive(query);
+  }
+  advance_watched(line.bus, until, line.judge);
+  hear();
+}
+
+void ScenarioRun::take_traffic(std::vector<Traffic>& out) {
+  out.insert(out.end(), traffic_.begin(), traffic_.end());
+  traffic_.clear();
+}
+
+Verdict ScenarioRun::verdict() const {
+  Verdict verdict;
+  for (const Line& line : lines_) {
+    add_to_verdict(line.judge, line.bus, line.interface, {}, verdict);
+  }
+  conclude(verdict);
+  return verdict;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "emulator/core/bus_config.hpp"
+#include "model/drive_bank.hpp"
+
+namespace lk::emulator {
+
+/// The motor of one servo: a place in a bank. Valid as long as the bank stays where it is.
+struct Lane {
+  model::DriveBank& bank;
+  std::size_t index;
+
+  void command(const model::Setpoint& setpoint) const { bank.command(index, setpoint); }
+  void configure(const model::ControlSettings& settings) const { bank.configure(index, settings); }
+  void clear_errors() const { bank.clear_errors(index); }
+  void restart() const { bank.restart(index); }
+  void feed_input() const { bank.feed_input(index); }
+  void set_brake_coil(bool on) const { bank.set_brake_coil(index, on); }
+  model::Telemetry telemetry() const { return bank.telemetry(index); }
+};
+
+/// Where the rotor of `config` stands, in rad, when its boot angle is `angle_deg`.
+double start_theta_m(const ServoConfig& config, double angle_deg);
+
+/// The motor that `config` asks for, standing where it stands at power-up. `bus_seed` and the ID
+/// give the noise and, when the configuration leaves it open, the boot angle.
+model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed);
+
+}  // namespace lk::emulator

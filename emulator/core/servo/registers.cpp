@@ -1,0 +1,155 @@
+#include "emulator/core/servo/registers.hpp"
+
+#include <algorithm>
+
+#include "emulator/core/units.hpp"
+#include "protocol/wire.hpp"
+
+namespace lk::emulator {
+
+using protocol::ParameterId;
+using protocol::quantize;
+
+namespace {
+
+constexpr double kSpeedLsb_dps = 0.01;
+constexpr double kAngleLsb_deg = 0.01;
+constexpr double kCurrentRampLsb_A_s = 1e-3;
+
+}  // namespace
+
+model::ControlSettings control_settings(const Registers& registers,
+                                        const protocol::WireFormat& format) {
+  // A register of 0 lets no current through; the loops want a limit above 0, so it is one that
+  // nothing can be seen of.
+  constexpr double kNoCurrent_A = 1e-6;
+  model::ControlSettings settings;
+  settings.gains = registers.gains;
+  // MS limits by power, and nothing else.
+  constexpr double kNoLimit_A = 1e3;
+  settings.i_q_max =
+      format.series == Series::kMs
+          ? kNoLimit_A
+          : std::max(registers.max_torque_current_lsb * format.iq_command_lsb_A, kNoCurrent_A);
+  settings.power_max = registers.max_power_permille * 1e-3;
+  settings.omega_max = rad_s_from_dps(registers.max_speed_dps);
+  settings.accel_max = rad_s_from_dps(registers.acceleration_dps_s);
+  settings.current_ramp = registers.current_ramp_A_s;
+  settings.protections = registers.protections;
+  return settings;
+}
+
+protocol::Parameter get_parameter(const Registers& registers, protocol::ParameterId id,
+                                  const protocol::WireFormat& format) {
+  const auto& gains = registers.gains;
+  protocol::Parameter parameter{.id = id, .gains = {}, .number = 0};
+  switch (id) {
+    case ParameterId::kAngleGains:
+      parameter.gains = {gains.angle_kp, gains.angle_ki, gains.angle_kd};
+      break;
+    case ParameterId::kSpeedGains:
+      parameter.gains = {gains.speed_kp, gains.speed_ki, gains.speed_kd};
+      break;
+    case ParameterId::kCurrentGains:
+      parameter.gains = {gains.current_kp, gains.current_ki, gains.current_kd};
+      break;
+    case ParameterId::kMaxTorqueCurrent:
+      parameter.number = format.series == Series::kMs ? registers.max_power_permille
+                                                      : registers.max_torque_current_lsb;
+      break;
+    case ParameterId::kMaxSpeed:
+      parameter.number = quantize<std::int32_t>(registers.max_speed_dps, kSpeedLsb_dps);
+      break;
+    case ParameterId::kMaxAngle:
+      parameter.number = quantize<std::int32_t>(registers.max_angle_deg, kAngleLsb_deg);
+      break;
+    case ParameterId::kCurrentRamp:
+      parameter.number = quantize<std::int32_t>(registers.current_ramp_A_s, kCurrentRampLsb_A_s);
+      break;
+    case ParameterId::kSpeedRamp:
+      parameter.number = registers.acceleration_dps_s;
+      break;
+  }
+  return parameter;
+}
+
+void set_parameter(Registers& registers, const protocol::Parameter& parameter,
+                   const protocol::WireFormat& format) {
+  auto& gains = registers.gains;
+  const std::int32_t number = std::max(parameter.number, 0);  // no register knows a sign
+  switch (parameter.id) {
+    case ParameterId::kAngleGains:
+      gains.angle_kp = parameter.gains.kp;
+      gains.angle_ki = parameter.gains.ki;
+      gains.angle_kd = parameter.gains.kd;
+      break;
+    case ParameterId::kSpeedGains:
+      gains.speed_kp = parameter.gains.kp;
+      gains.speed_ki = parameter.gains.ki;
+      gains.speed_kd = parameter.gains.kd;
+      break;
+    case ParameterId::kCurrentGains:
+      gains.current_kp = parameter.gains.kp;
+      gains.current_ki = parameter.gains.ki;
+      gains.current_kd = parameter.gains.kd;
+      break;
+    case ParameterId::kMaxTorqueCurrent:
+      if (format.series == Series::kMs) {
+        registers.max_power_permille =
+            std::min<std::int32_t>(number, protocol::kOpenLoopLimit_permille);
+      } else {
+        registers.max_torque_current_lsb =
+            std::min<std::int32_t>(number, format.dialect.iq_command_limit_lsb);
+      }
+      break;
+    case ParameterId::kMaxSpeed:
+      registers.max_speed_dps = std::clamp(number * kSpeedLsb_dps, kMinSpeed_dps, kMaxSpeed_dps);
+      break;
+    case ParameterId::kMaxAngle:
+      registers.max_angle_deg = std::min(number * kAngleLsb_deg, kMaxAngle_deg);
+      break;
+    case ParameterId::kCurrentRamp:
+      registers.current_ramp_A_s = std::min(number * kCurrentRampLsb_A_s, kMaxCurrentRamp_A_s);
+      break;
+    case ParameterId::kSpeedRamp:
+      registers.acceleration_dps_s = number;
+      break;
+  }
+}
+
+void copy_parameter(RomParameter parameter, const Registers& from, Registers& to) {
+  switch (parameter) {
+    case RomParameter::kGains:
+      to.gains = from.gains;
+      return;
+    case RomParameter::kAcceleration:
+      to.acceleration_dps_s = from.acceleration_dps_s;
+      return;
+    case RomParameter::kEncoderOffset:
+      to.encoder_offset = from.encoder_offset;
+      return;
+    case RomParameter::kMaxTorqueCurrent:
+      to.max_torque_current_lsb = from.max_torque_current_lsb;
+      return;
+    case RomParameter::kMaxPower:
+      to.max_power_permille = from.max_power_permille;
+      return;
+    case RomParameter::kMaxSpeed:
+      to.max_speed_dps = from.max_speed_dps;
+      return;
+    case RomParameter::kMaxAngle:
+      to.max_angle_deg = from.max_angle_deg;
+      return;
+    case RomParameter::kCurrentRamp:
+      to.current_ramp_A_s = from.current_ramp_A_s;
+      return;
+    case RomParameter::kBroadcastMode:
+      to.broadcast_mode = from.broadcast_mode;
+      return;
+    case RomParameter::kProtections:
+      to.protections = from.protections;
+      return;
+  }
+}
+
+}  // namespace lk::emulator

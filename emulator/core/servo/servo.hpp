@@ -1,0 +1,199 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/bus_stats.hpp"
+#include "emulator/core/servo/lane.hpp"
+#include "emulator/core/servo/registers.hpp"
+#include "emulator/core/servo/shaft_angles.hpp"
+#include "protocol/codec.hpp"
+
+namespace lk::emulator {
+
+/// Injected faults of firmware and memory that last.
+struct FirmwareFaults {
+  bool rom_write_fails = false;
+  bool rom_worn = false;
+  bool forgets_broadcast = false;
+  bool forgets_limits = false;
+};
+
+enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
+
+/// A drive with an ID: the firmware between the wire and the motor. Registers, run state, angles,
+/// and what each command does; moves no motor itself. A value.
+class Servo {
+ public:
+  /// `boot` is what the motor's bank says before its first tick.
+  Servo(const ServoConfig& config, const model::Telemetry& boot);
+
+  int id() const { return config_.id; }
+  const ServoConfig& config() const { return config_; }
+  SimTime reply_time() const { return config_.reply_time; }
+  /// Answers the commands for several drives only.
+  bool multi_drive_mode() const { return ram_.broadcast_mode; }
+  /// How it speaks.
+  const protocol::WireFormat& format() const { return format_; }
+  const Registers& ram() const { return ram_; }
+  const Registers& rom() const { return rom_; }
+  const RomWear& wear() const { return wear_; }
+  // What the last write to ROM replaced.
+  const Registers& rom_before() const { return rom_before_; }
+  const RomWear& wear_before() const { return wear_before_; }
+  const ServoStats& stats() const { return stats_; }
+  // What the wire would say, of a motor in that state.
+  /// A protection that trips turns the bridge off at once, whether or not somebody asks since.
+  RunState run_state(const model::Telemetry& telemetry) const {
+    return telemetry.errors != 0 ? RunState::kOff : run_state_;
+  }
+  double multi_turn_deg(const model::Telemetry& telemetry) const {
+    return 0.01 * static_cast<double>(angles_.multi_turn_cdeg(angles_.position(telemetry)));
+  }
+  std::uint16_t encoder_counts(const model::Telemetry& telemetry) const {
+    return angles_.encoder(angles_.position(telemetry), ram_.encoder_offset);
+  }
+  /// The multi-turn angle that a position of the loops (model::Position) has.
+  double multi_turn_deg_of(double theta) const { return angles_.multi_turn_deg(theta); }
+
+  /// What a frame asks of this servo, told of its own kind; kForeignId or kUnknownCommand when it
+  /// is nothing that this drive answers.
+  std::variant<protocol::Query, protocol::Reject> understand(const protocol::Frame& frame) const;
+  /// Executes a query that this servo has understood and gives its reply. The motor stands where it
+  /// stands when the query's last bit arrives; the reply tells that state, the query changes the
+  /// next.
+  protocol::Reply handle(const protocol::Query& query, const Lane& lane);
+  /// Identifier of its replies.
+  std::uint32_t reply_id() const {
+    return format_.dialect.reply_id_base + static_cast<std::uint32_t>(id());
+  }
+  protocol::Frame encode(const protocol::Reply& reply) const {
+    return protocol::encode_reply(id(), reply, format_);
+  }
+  /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
+  void count_unknown_command() { ++stats_.unknown_commands; }
+  void count_wrong_mode() { ++stats_.wrong_mode; }
+
+  /// Somebody at the drive, not on the wire, writes a setting: `parameter` becomes what it is in
+  /// `value`, which the drive must be able to hold, in RAM and in ROM.
+  void write_setting(RomParameter parameter, const Registers& value, const Lane& lane);
+  /// ROM holds this from now on.
+  void restore_rom(const Registers& rom, const RomWear& wear) {
+    rom_ = rom;
+    wear_ = wear;
+  }
+
+  /// What is wrong with the firmware and its memory, from now on.
+  void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
+  /// What of that has shown since the last call.
+  FirmwareFaults take_shown_faults() { return std::exchange(shown_faults_, {}); }
+  /// A parameter of ROM is as delivered, from now on, and ROM has another number of changes.
+  /// Returns false when it was so before.
+  bool damage_rom(RomParameter parameter);
+  /// A bit of a setting in RAM flips; `random` chooses it. Returns false when the register holds
+  /// nothing else.
+  bool flip_ram(RomParameter parameter, std::uint64_t random, const Lane& lane);
+
+  /// The controller has started: ROM stays, RAM, turn count, errors and command are gone.
+  void power_cycle(const Lane& lane);
+
+ private:
+  struct Context {
+    const protocol::Payload& request;
+    const model::Telemetry& before;
+    const Lane& lane;
+  };
+  /// A motion command, in the terms of the loops.
+  struct Motion {
+    model::Setpoint setpoint = model::Idle{};
+    std::optional<CommandedPosition> position;       // of position commands
+    std::optional<protocol::Position3> single_turn;  // of 0xA5/0xA6: what was asked for
+    // What was asked for before a register limited it, which may change.
+    std::optional<double> speed_dps;
+    std::optional<std::int64_t> multi_turn_cdeg;
+  };
+
+  protocol::Reply on(const protocol::WriteZeroToRom&, const Context& context);
+  protocol::Reply on(const protocol::ReadPid&, const Context& context) const;
+  protocol::Reply on(const protocol::WritePidToRam& command, const Context& context);
+  protocol::Reply on(const protocol::WritePidToRom& command, const Context& context);
+  protocol::Reply on(const protocol::ReadAcceleration&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteAccelerationToRam& command, const Context& context);
+  protocol::Reply on(const protocol::Off&, const Context& context);
+  protocol::Reply on(const protocol::Stop&, const Context& context);
+  protocol::Reply on(const protocol::Run&, const Context& context);
+  protocol::Reply on(const protocol::Brake& command, const Context& context);
+  protocol::Reply on(const protocol::ReadEncoder&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteOffsetToRom& command, const Context& context);
+  protocol::Reply on(const protocol::ReadMultiTurnAngle&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadSingleTurnAngle&, const Context& context) const;
+  protocol::Reply on(const protocol::ClearAngle& command, const Context& context);
+  protocol::Reply on(const protocol::ReadState1&, const Context& context) const;
+  protocol::Reply on(const protocol::ClearErrors&, const Context& context);
+  protocol::Reply on(const protocol::ReadState2&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadState3&, const Context& context) const;
+  protocol::Reply on(const protocol::OpenLoop& command, const Context& context);
+  protocol::Reply on(const protocol::Torque& command, const Context& context);
+  protocol::Reply on(const protocol::Speed& command, const Context& context);
+  protocol::Reply on(const protocol::Position1& command, const Context& context);
+  protocol::Reply on(const protocol::Position2& command, const Context& context);
+  protocol::Reply on(const protocol::Position3& command, const Context& context);
+  protocol::Reply on(const protocol::Position4& command, const Context& context);
+  protocol::Reply on(const protocol::Position5& command, const Context& context);
+  protocol::Reply on(const protocol::Position6& command, const Context& context);
+  protocol::Reply on(const protocol::ReadParameter& command, const Context& context) const;
+  protocol::Reply on(const protocol::WriteParameter& command, const Context& context);
+  protocol::Reply on(const protocol::MultiTorque& command, const Context& context);
+  protocol::Reply on(const protocol::MultiSpeed& command, const Context& context);
+  protocol::Reply on(const protocol::MultiPosition& command, const Context& context);
+  protocol::Reply on(const protocol::MultiCommand& command, const Context& context);
+
+  void turn_off_after_trip(const model::Telemetry& telemetry);
+  void wake_up(const model::Telemetry& telemetry);
+  void forget_what_faults_forget();
+  /// The place of this drive in the commands for several; none above ID 4.
+  std::optional<std::size_t> slot() const;
+  /// The loops and protections read the registers again.
+  void configure(const Lane& lane) const { lane.configure(control_settings(ram_, format_)); }
+  static Motion loop_motion(const model::Setpoint& setpoint);
+  double within_max_speed(double speed_dps) const;
+  std::int64_t within_max_angle(std::int64_t target_cdeg) const;
+  /// The limits of a command in force have changed.
+  void limit_anew(const Lane& lane);
+  Motion to_position(const CommandedPosition& position, std::uint16_t max_speed_dps) const;
+  Motion to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const;
+  std::optional<Motion> to_single_turn(const protocol::Position3& request,
+                                       std::uint16_t max_speed_dps, const Context& context) const;
+  Motion by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
+                      const Context& context) const;
+  /// Starts `motion` unless it is none (an invalid target) or the drive is off; state 2 in any
+  /// case.
+  protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
+                          const Context& context);
+  /// The register `parameter` of ROM becomes what `rom` says, unless its cells are worn out.
+  void write_rom(RomParameter parameter, const Registers& rom);
+  protocol::Reply state_1(protocol::Opcode command, const model::Telemetry& telemetry) const;
+  protocol::Reply state_2(protocol::Opcode command, const model::Telemetry& telemetry) const;
+  protocol::Opcode reply_opcode(protocol::Opcode command) const;
+
+  ServoConfig config_;
+  protocol::WireFormat format_;
+  Registers rom_;
+  RomWear wear_;
+  Registers rom_before_;
+  RomWear wear_before_{};
+  Registers ram_;
+  ShaftAngles angles_;
+  RunState run_state_ = RunState::kRunning;
+  Motion motion_;               // in force, or kept by a stop
+  bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
+  FirmwareFaults faults_;
+  FirmwareFaults shown_faults_;
+  ServoStats stats_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,170 @@
+/// @file The servo's registers and angles: what they are read and written by.
+
+#include <algorithm>
+
+#include "emulator/core/servo/registers.hpp"
+#include "emulator/core/servo/servo.hpp"
+
+namespace lk::emulator {
+
+using protocol::Echo;
+using protocol::Reply;
+
+namespace {
+
+/// The six of 0x31 and 0x32; Kd is not among them.
+void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
+  gains.angle_kp = bytes.angle_kp;
+  gains.angle_ki = bytes.angle_ki;
+  gains.speed_kp = bytes.speed_kp;
+  gains.speed_ki = bytes.speed_ki;
+  gains.current_kp = bytes.iq_kp;
+  gains.current_ki = bytes.iq_ki;
+}
+
+}  // namespace
+
+// --- registers
+// -------------------------------------------------------------------------------------
+
+Reply Servo::on(const protocol::ReadPid&, const Context&) const {
+  const auto& gains = ram_.gains;
+  // A byte has no room for what 0xC1 may have written.
+  const auto byte = [](std::uint16_t gain) {
+    return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
+  };
+  return protocol::Pid{{byte(gains.angle_kp), byte(gains.angle_ki), byte(gains.speed_kp),
+                        byte(gains.speed_ki), byte(gains.current_kp), byte(gains.current_ki)}};
+}
+
+Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) {
+  set_gains(ram_.gains, command.gains);
+  configure(context.lane);
+  return Echo{context.request};
+}
+
+Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) {
+  on(protocol::WritePidToRam{command.gains}, context);
+  Registers wanted = rom_;
+  set_gains(wanted.gains, command.gains);
+  write_rom(RomParameter::kGains, wanted);
+  return Echo{context.request};
+}
+
+Reply Servo::on(const protocol::ReadAcceleration&, const Context&) const {
+  return protocol::Acceleration{ram_.acceleration_dps_s};
+}
+
+Reply Servo::on(const protocol::WriteAccelerationToRam& command, const Context& context) {
+  ram_.acceleration_dps_s = std::max(command.acceleration_dps_s, 0);
+  configure(context.lane);
+  return Echo{context.request};
+}
+
+Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& context) {
+  Registers wanted = rom_;
+  wanted.encoder_offset = std::min(command.offset_counts, angles_.max_wire_count());
+  write_rom(RomParameter::kEncoderOffset, wanted);
+  if (config_.quirks.offset_write_takes_effect) {
+    ram_.encoder_offset = wanted.encoder_offset;
+    angles_.set_offset(ram_.encoder_offset);
+    motion_.single_turn.reset();  // the same target is another place from now on
+  }
+  return Echo{context.request};
+}
+
+/// In force after the next power-up only.
+Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
+  Registers wanted = rom_;
+  wanted.encoder_offset = angles_.raw(angles_.position(context.before));
+  write_rom(RomParameter::kEncoderOffset, wanted);
+  return protocol::ZeroWritten{wanted.encoder_offset};
+}
+
+void Servo::write_setting(RomParameter parameter, const Registers& value, const Lane& lane) {
+  Registers wanted = rom_;
+  copy_parameter(parameter, value, wanted);
+  write_rom(parameter, wanted);
+  copy_parameter(parameter, value, ram_);
+  if (parameter == RomParameter::kEncoderOffset) {
+    angles_.set_offset(ram_.encoder_offset);
+    motion_.single_turn.reset();  // the same target is another place from now on
+  }
+  configure(lane);
+  limit_anew(lane);
+}
+
+/// Worn cells keep what they have; the firmware does not look, so the reply is the same.
+void Servo::write_rom(RomParameter parameter, const Registers& rom) {
+  rom_before_ = rom_;
+  wear_before_ = wear_;
+  std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
+  ++stats_.rom_writes;
+  if (faults_.rom_write_fails || faults_.rom_worn) {
+    shown_faults_.rom_write_fails |= faults_.rom_write_fails;
+    shown_faults_.rom_worn |= faults_.rom_worn;
+    return;
+  }
+  if (writes >= config_.flash.endurance) {
+    return;
+  }
+  ++writes;
+  rom_ = rom;
+}
+
+Reply Servo::on(const protocol::ReadParameter& command, const Context&) const {
+  return protocol::ParameterValue{get_parameter(ram_, command.id, format_)};
+}
+
+Reply Servo::on(const protocol::WriteParameter& command, const Context& context) {
+  set_parameter(ram_, command.parameter, format_);
+  configure(context.lane);
+  if (command.parameter.id == protocol::ParameterId::kMaxSpeed ||
+      command.parameter.id == protocol::ParameterId::kMaxAngle) {
+    limit_anew(context.lane);
+  }
+  return Echo{context.request};
+}
+
+// --- angles
+// -------------------------------------------------------------------------------------
+
+Reply Servo::on(const protocol::ReadEncoder&, const Context& context) const {
+  const std::int64_t position = angles_.position(context.before);
+  return protocol::Encoder{angles_.encoder(position, ram_.encoder_offset), angles_.raw(position),
+                           ram_.encoder_offset};
+}
+
+Reply Servo::on(const protocol::ReadMultiTurnAngle&, const Context& context) const {
+  return protocol::MultiTurnAngle{angles_.multi_turn_cdeg(angles_.position(context.before))};
+}
+
+Reply Servo::on(const protocol::ReadSingleTurnAngle&, const Context& context) const {
+  return protocol::SingleTurnAngle{angles_.single_turn_cdeg(angles_.position(context.before))};
+}
+
+Reply Servo::on(const protocol::ClearAngle& command, const Context& context) {
+  const std::int64_t position = angles_.position(context.before);
+  switch (format_.dialect.clear_angle) {
+    case protocol::ClearAngleMeaning::kIgnored:
+      break;
+    case protocol::ClearAngleMeaning::kImplemented:
+      angles_.clear(position);
+      if (motion_.position) {
+        motion_ = {};
+        if (run_state_ == RunState::kRunning) {
+          context.lane.command(motion_.setpoint);
+        }
+      }
+      break;
+    case protocol::ClearAngleMeaning::kSetsAngle:
+      // Only a name changes: a position command in force keeps its place on the shaft, whatever
+      // that is called now, and so the shaft does not move.
+      angles_.set_multi_turn(position, command.angle_cdeg);
+      motion_.multi_turn_cdeg.reset();
+      break;
+  }
+  return Echo{context.request};
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,203 @@
+#include "emulator/core/wire/can_wire.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include "emulator/core/wire_timing.hpp"
+#include "protocol/frame_bits.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::emulator {
+
+CanWire::CanWire(std::int64_t bitrate) : bitrate_(bitrate), hosts_(kHostQueue) {
+  assert(bitrate >= 0);
+  drives_.reserve(kDriveQueue * protocol::kMaxDrivesPerBus);
+}
+
+CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
+  Waiting result{.at = at, .frame = frame};
+  if (bitrate_ > 0) {  // else nobody waits for anybody: all priorities equal, replies at once
+    const int bits = protocol::frame_bits(frame);
+    result.priority = protocol::arbitration_field(frame);
+    result.length = bits_duration(bits, bitrate_);
+    result.occupancy = bits_duration(bits + protocol::kInterframeBits, bitrate_);
+  }
+  return result;
+}
+
+void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
+  assert(!host_queue_full());
+  if (host_count_ > 0) {
+    at = std::max(at, hosts_[(host_head_ + host_count_ - 1) % kHostQueue].at);
+  }
+  hosts_[(host_head_ + host_count_) % kHostQueue] = waiting(at, frame);
+  ++host_count_;
+  decide_turn();
+}
+
+bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
+  if (drives_.size() + elsewhere < kDriveQueue) {
+    return false;
+  }
+  const auto own = std::ranges::count(drives_, owner, &Waiting::owner);
+  return static_cast<std::size_t>(own) + elsewhere >= kDriveQueue;
+}
+
+std::size_t CanWire::copies(std::uint32_t owner, const protocol::Frame& frame) const {
+  const auto same = [&](const Waiting& reply) {
+    return reply.owner == owner && reply.frame == frame;
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(drives_, same));
+}
+
+void CanWire::send_from_drive(SimTime at, const protocol::Frame& frame,
+                              std::uint64_t after_rom_write, std::uint32_t owner, bool blocked) {
+  assert(!drive_queue_full(owner));
+  drives_.push_back(waiting(at, frame));
+  drives_.back().after_rom_write = after_rom_write;
+  drives_.back().owner = owner;
+  drives_.back().blocked = blocked;
+  decide_turn();
+}
+
+std::size_t CanWire::block(std::uint32_t owner, SimTime now) {
+  const Waiting* const begun =
+      turn_ && turn_->drive && turn_->start < now ? &drives_[*turn_->drive] : nullptr;
+  std::size_t count = 0;
+  for (Waiting& reply : drives_) {
+    if (reply.owner == owner && &reply != begun) {
+      reply.blocked = true;
+      ++count;
+    }
+  }
+  decide_turn();
+  return count;
+}
+
+void CanWire::release(std::uint32_t owner, SimTime now) {
+  for (Waiting& reply : drives_) {
+    if (reply.owner == owner && reply.blocked) {
+      reply.blocked = false;
+      reply.at = std::max(reply.at, now);
+    }
+  }
+  decide_turn();
+}
+
+std::size_t CanWire::forget_replies(std::uint32_t owner, SimTime now) {
+  if (turn_ && turn_->drive && turn_->start <= now && sender(*turn_).owner == owner) {
+    free_at_ = turn_->start + sender(*turn_).occupancy;
+    busy_ += sender(*turn_).occupancy;
+  }
+  const std::size_t count =
+      std::erase_if(drives_, [owner](const Waiting& reply) { return reply.owner == owner; });
+  decide_turn();
+  return count;
+}
+
+std::optional<CanWire::Turn> CanWire::next_turn() const {
+  std::optional<SimTime> first;
+  if (host_count_ > 0) {
+    first = host_ready();
+  }
+  for (const Waiting& reply : drives_) {
+    if (reply.blocked) {
+      continue;
+    }
+    first = first ? std::min(*first, reply.at) : reply.at;
+  }
+  if (!first) {
+    return std::nullopt;
+  }
+  // All who wait when the wire falls free start together; the lowest arbitration field stays.
+  Turn turn{.start = std::max(*first, free_at_), .end = SimTime{0}, .drive = std::nullopt};
+  const Waiting* winner = nullptr;
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
+    const Waiting& reply = drives_[k];
+    if (!reply.blocked && reply.at <= turn.start &&
+        (winner == nullptr || reply.priority < winner->priority)) {
+      winner = &reply;
+      turn.drive = k;
+    }
+  }
+  // Query and reply of a drive share the identifier, so both may start at once and nobody backs
+  // off. The wire of a real robot has a bit error then and both try again; here the reply goes
+  // first.
+  if (host_count_ > 0) {
+    const Waiting& head = hosts_[host_head_];
+    if (host_ready() <= turn.start && (winner == nullptr || head.priority < winner->priority)) {
+      turn.drive.reset();
+    }
+  }
+  turn.end = turn.start + sender(turn).length;
+  return turn;
+}
+
+const CanWire::Waiting& CanWire::sender(const Turn& turn) const {
+  return turn.drive ? drives_[*turn.drive] : hosts_[host_head_];
+}
+
+void CanWire::remove(const Turn& turn) {
+  if (turn.drive) {
+    drives_.erase(drives_.begin() + static_cast<std::ptrdiff_t>(*turn.drive));
+  } else {
+    host_head_ = (host_head_ + 1) % kHostQueue;
+    --host_count_;
+  }
+}
+
+std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
+  if (!turn_ || turn_->end > until) {
+    return std::nullopt;
+  }
+  const Turn turn = *turn_;
+  const Waiting& frame = sender(turn);
+  const Delivery delivery{.at = turn.end,
+                          .frame = frame.frame,
+                          .from_host = !turn.drive,
+                          .after_rom_write = frame.after_rom_write,
+                          .owner = frame.owner};
+  free_at_ = turn.start + frame.occupancy;
+  busy_ += frame.occupancy;
+  remove(turn);
+  decide_turn();
+  return delivery;
+}
+
+CanWire::Candidate CanWire::next() const {
+  assert(turn_);
+  const Waiting& frame = sender(*turn_);
+  return {frame.frame, !turn_->drive, frame.owner};
+}
+
+SimTime CanWire::bits(int count) const {
+  return bitrate_ > 0 ? bits_duration(count, bitrate_) : SimTime{0};
+}
+
+/// The frame up to its error flags, the delimiter, and the intermission.
+void CanWire::break_off(const Turn& turn) {
+  const SimTime occupancy =
+      sender(turn).length + bits(kErrorDelimiterBits + protocol::kInterframeBits);
+  free_at_ = turn.start + occupancy;
+  busy_ += occupancy;
+}
+
+void CanWire::destroy(int pause_bits) {
+  assert(turn_);
+  break_off(*turn_);
+  Waiting& frame = turn_->drive ? drives_[*turn_->drive] : hosts_[host_head_];
+  frame.at = free_at_ + bits(pause_bits);
+  decide_turn();
+}
+
+void CanWire::destroy_for_good(int pause_bits) {
+  assert(turn_);
+  break_off(*turn_);
+  remove(*turn_);
+  if (!turn_->drive) {
+    hosts_from_ = free_at_ + bits(pause_bits);
+  }
+  decide_turn();
+}
+
+}  // namespace lk::emulator
