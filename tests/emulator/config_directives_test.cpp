@@ -32,8 +32,7 @@ Condition only_condition(const std::string& keys) {
   return events[0].when.value();
 }
 
-// --- what else is of the bus as a whole, and settings
-// ---------------------------------------------------------------------------------------------
+// --- what else is of the bus as a whole, and settings ---
 
 TEST(Vocabulary, ClearAndMark) {
   const auto clear_of = [](const std::string& which) {
@@ -131,8 +130,7 @@ TEST(Vocabulary, MistakesOfSettings) {
   }
 }
 
-// --- conditions
-// ---------------------------------------------------------------------------------------------
+// --- conditions ---
 
 TEST(Vocabulary, EveryCondition) {
   for (const Signal& signal : signals()) {
@@ -240,8 +238,7 @@ TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
             "robot.toml:3010: bus.event.when: a bus keeps 1000 conditions");
 }
 
-// --- tables that no text stands behind
-// ---------------------------------------------------------------------------------------------
+// --- tables that no text stands behind ---
 
 std::vector<TimedDirective> read(const toml::table& table, Timing timing) {
   static const BusConfig bus = parse(kBus + "at_s = 0\nmark = \"x\"")[0];

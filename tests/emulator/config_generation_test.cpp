@@ -136,8 +136,7 @@ TEST(ConfigGeneration, EncoderSpanOverridesTheMotors) {
   EXPECT_EQ(drive_of("quirks.encoder_span = \"rotor_turn\"").quirks, Quirks{}) << "the motor's own";
 }
 
-// --- seen, and asked for on the command line
-// ------------------------------------------------------
+// --- seen, and asked for on the command line ---
 
 TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
   const auto drive = drive_of("motor = \"mg4005\"\ngeneration = \"seen\"");
@@ -148,8 +147,7 @@ TEST(ConfigGeneration, SeenIsWhatTheMotorFileSays) {
             "motors lists the motors that have one");
 }
 
-// --- where the shaft starts
-// -----------------------------------------------------------------------
+// --- where the shaft starts ---
 
 /// An MG4005-i10, whose encoder field spans a turn of the output.
 const std::string kGeared = kDrive + "motor = \"mg4005\"\nquirks.encoder_span = \"output_turn\"\n";

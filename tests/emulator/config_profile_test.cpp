@@ -210,8 +210,7 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   EXPECT_EQ(spoilt("[thermal]", "[brake]\ntau_mNm = 500\n[thermal]"), "brake.engage_ms: missing");
 }
 
-// --- one file extends another
-// ---------------------------------------------------------------------------------------------
+// --- one file extends another ---
 
 /// Motor files in memory, by their paths, and the shipped ones by their names.
 class Extending : public testing::Test {
@@ -337,8 +336,7 @@ TEST_F(Extending, WhatCannotBeExtendedIsToldWithItsLine) {
             "m.toml:1: extends: no other motor files are at hand here");
 }
 
-// --- names
-// ---------------------------------------------------------------------------------------------
+// --- names ---
 
 TEST(MotorNames, AreUnique) {
   std::map<std::string, std::string> taken;  // small letters to motor

@@ -132,8 +132,7 @@ TEST(FirmwareFaults, ADriveWithAFastClockTurnsFasterThanItSays) {
   EXPECT_NEAR(true_dps(), 360.0, 2.0);
 }
 
-// --- memory
-// ---------------------------------------------------------------------------------------------
+// --- memory ---
 
 void restart(Host& host) {
   host.bus.apply({1, PowerCycle{}});

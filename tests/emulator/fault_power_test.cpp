@@ -19,8 +19,7 @@ using test::inject;
 protocol::State1 state_1(Host& host) { return host.get<protocol::State1>(protocol::ReadState1{}); }
 double link_V(const Host& host) { return host.bus.truth(1).v_bus; }
 
-// --- the supply
-// ---------------------------------------------------------------------------------------------
+// --- the supply ---
 
 TEST(PowerFaults, ASagSetsTheErrorBit) {
   ServoConfig config = test::powered_drive();
@@ -125,8 +124,7 @@ TEST(PowerFaults, ARectifierLetsBrakingRaiseTheLink) {
   }
 }
 
-// --- the power stage
-// ---------------------------------------------------------------------------------------------
+// --- the power stage ---
 
 enum Phase { kA, kB, kC };
 enum Side { kHigh, kLow };

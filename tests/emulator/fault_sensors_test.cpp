@@ -144,8 +144,7 @@ TEST(EncoderFaults, Slow) {
   EXPECT_NEAR(std::remainder(true_counts(host) - encoder(host), 16384.0), 0.0, 2.0);
 }
 
-// --- current
-// ---------------------------------------------------------------------------------------------
+// --- current ---
 
 constexpr double kLsb_A = 1.0 / 64;  // of 0x9D
 enum Channel { kA, kB, kBoth };
@@ -224,8 +223,7 @@ TEST(CurrentFaults, OneThatShowsTooMuchTripsTheProtection) {
   EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
 }
 
-// --- temperature and voltage
-// ---------------------------------------------------------------------------------------------
+// --- temperature and voltage ---
 
 enum Sensor { kMotor, kDriver };
 

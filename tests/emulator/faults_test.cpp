@@ -107,8 +107,7 @@ TEST(Faults, OfTheMomentComeBackToo) {
   EXPECT_EQ(evidence(host).state, State::kOver);
 }
 
-// --- conditions
-// ---------------------------------------------------------------------------------------------
+// --- conditions ---
 
 TEST(FaultConditions, TheVeryFrameThatCompletesTheNumberIsHit) {
   Host host(test::bus_config({1, 2}));
@@ -205,8 +204,7 @@ TEST(FaultConditions, OtherDirectivesWaitForThemToo) {
   EXPECT_FALSE(host.bus.next_due());
 }
 
-// --- clearing and names
-// ---------------------------------------------------------------------------------------------
+// --- clearing and names ---
 
 TEST(Faults, AreClearedByNameByKindOrAll) {
   Host host(test::bus_config({1, 2, 3}));
@@ -262,8 +260,7 @@ TEST(Faults, HaveNamesOfTheirOwn) {
   EXPECT_EQ(names, (std::vector<std::string>{"hang", "hang-2", "x", "x-2", "hang-3", "hang-4"}));
 }
 
-// --- several at once
-// ---------------------------------------------------------------------------------------------
+// --- several at once ---
 
 TEST(Faults, OnOneDriveAddUpAndEachEndsAlone) {
   Host host(test::bus_config({1}));
@@ -341,8 +338,7 @@ TEST(Faults, ABusWaitsForSoManyConditions) {
   EXPECT_NEAR(host.single_turn_cdeg(), 5500, 3);
 }
 
-// --- determinism
-// ---------------------------------------------------------------------------------------------
+// --- determinism ---
 
 /// Replies and evidence of a run with faults of many kinds, cut into about `slices` at random.
 std::pair<std::vector<TimedFrame>, std::vector<FaultReport>> sliced_run(int slices,

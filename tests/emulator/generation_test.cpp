@@ -33,8 +33,7 @@ ServoConfig mg4005(Generation generation, double boot_angle_deg) {
 
 double truth_deg(const Host& host) { return host.bus.truth(1).theta_m * 180 / std::numbers::pi; }
 
-// --- what is answered
-// ------------------------------------------------------------------------------
+// --- what is answered ---
 
 TEST(Generation, LegacyIsTheDefault) {
   EXPECT_EQ(quirks_of(Generation::kLegacy), Quirks{});
@@ -112,8 +111,7 @@ TEST(Generation, RepliesMayHaveIdentifiersOfTheirOwn) {
   EXPECT_EQ(host.ask("143#8C10000000000000"), frame("183#8C00000000000000"));
 }
 
-// --- captures of real drives
-// -----------------------------------------------------------------------
+// --- captures of real drives ---
 
 TEST(Generation, StateOfRealDrivesAtRest) {
   struct Capture {
@@ -203,8 +201,7 @@ TEST(Generation, LateLegacyIsAMixture) {
   EXPECT_NEAR(mf.bus.truth(1).i_q_ref, 16.5, 1e-9);
 }
 
-// --- state 1
-// ---------------------------------------------------------------------------------------
+// --- state 1 ---
 
 TEST(Generation, StateTellsOffAndAllErrors) {
   for (const Generation generation : {Generation::kLegacy, Generation::kV236}) {
@@ -249,8 +246,7 @@ TEST(Generation, CurrentsHaveTheScaleOfTheSeries) {
   }
 }
 
-// --- angles
-// ----------------------------------------------------------------------------------------
+// --- angles ---
 
 TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   Host host(mg4005(Generation::kV236, 3599.0));
@@ -313,8 +309,7 @@ TEST(Generation, ClearAngleSetsTheAngleAndMovesNothing) {
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 4);
 }
 
-// --- run and speed
-// ---------------------------------------------------------------------------------
+// --- run and speed ---
 
 TEST(Generation, RunAfterStopWaitsForACommand) {
   for (const Generation generation :
@@ -365,8 +360,7 @@ TEST(Generation, FrameLimitDoesNotRaiseMaxTorqueCurrent) {
   EXPECT_NEAR(most_A, 50 * kMgLsb_A, 1e-9);
 }
 
-// --- MS
-// --------------------------------------------------------------------------------------------
+// --- MS ---
 
 TEST(Generation, OpenLoopPowerOfMsDrives) {
   Host host(drive(Generation::kV236, Series::kMs));
@@ -393,8 +387,7 @@ TEST(Generation, MsDrivesKnowNoTorque) {
   EXPECT_EQ(host.bus.servo(1).stats().unknown_commands, 1U);
 }
 
-// --- brake
-// -----------------------------------------------------------------------------------------
+// --- brake ---
 
 TEST(Generation, BrakeTellsItsCoil) {
   Host host(drive(Generation::kV236));

@@ -10,8 +10,7 @@
 namespace lk::emulator {
 namespace link_errors_test {
 
-// --- silence and noise
-// --------------------------------------------------------------------------------------------
+// --- silence and noise ---
 
 TEST(LinkFaults, SilentDrivesObey) {
   Rig rig(bus_config({1}));
@@ -115,8 +114,7 @@ TEST(LinkFaults, AFrameThatHasBegunGoesToItsEnd) {
   EXPECT_EQ(rig.effects(), 0U);
 }
 
-// --- error frames and bus-off
-// ------------------------------------------------------------------------------------
+// --- error frames and bus-off ---
 
 // linux/can/error.h
 constexpr std::uint32_t kProtocolAndBusError = 0x08 | 0x80;

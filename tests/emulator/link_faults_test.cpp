@@ -11,8 +11,7 @@
 namespace lk::emulator {
 namespace link_faults_test {
 
-// --- drop, corrupt
-// ----------------------------------------------------------------------------------------------
+// --- drop, corrupt ---
 
 std::vector<bool> lost_replies(std::uint64_t seed) {
   BusConfig config = bus_config({1});
@@ -111,8 +110,7 @@ TEST(LinkFaults, ACorruptQueryIsAnotherQuery) {
             kState2Answer);  // the complement of 9C00…
 }
 
-// --- delay, duplicate, stale, reorder
-// ---------------------------------------------------------------------------
+// --- delay, duplicate, stale, reorder ---
 
 TEST(LinkFaults, DelayStaysInItsBoundsAndKeepsTheOrder) {
   Rig rig(bus_config({1}));
@@ -226,8 +224,7 @@ TEST(LinkFaults, ReorderSwapsNeighbours) {
   expect_balanced(rig.bus, rig.seen, "reorder");
 }
 
-// --- what stands in the frame
-// -----------------------------------------------------------------------------------
+// --- what stands in the frame ---
 
 TEST(LinkFaults, WrongLength) {
   Rig rig(bus_config({1}));
@@ -268,8 +265,7 @@ TEST(LinkFaults, AcknowledgementsKeepTheirTags) {
   EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 1, 0, 2, 0, 2}));
 }
 
-// --- a second drive
-// -----------------------------------------------------------------------------------------------
+// --- a second drive ---
 
 std::uint16_t encoder(const Frame& reply) {
   const auto decoded = protocol::decode_reply(reply, protocol::kLegacyFormat);

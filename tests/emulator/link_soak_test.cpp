@@ -11,8 +11,7 @@
 namespace lk::emulator {
 namespace link_soak_test {
 
-// --- all kinds
-// ----------------------------------------------------------------------------------------------------
+// --- all kinds ---
 
 TEST(LinkFaults, WhatNeverFiresChangesNothing) {
   Rig plain(bus_config({1, 2}, kBitrate));

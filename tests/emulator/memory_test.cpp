@@ -197,8 +197,7 @@ TEST(Memory, ASettingIsNotWrittenByADeadDriveNorByOneWithoutTime) {
   EXPECT_FALSE(host.bus.write_setting(1, RomParameter::kMaxSpeed, config.rom));
 }
 
-// --- when what keeps the ROM fails
-// -----------------------------------------------------------------------------------------------
+// --- when what keeps the ROM fails ---
 
 constexpr int kFirst = 0x0A, kSecond = 0x1A;  // angle Kp, as written
 const protocol::Frame kWriteFirst = test::frame("141#32000A0B0C0D0E0F");

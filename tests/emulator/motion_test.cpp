@@ -44,8 +44,7 @@ double k_t(const model::DriveParams& drive) {
   return 1.5 * drive.motor.pole_pairs * drive.motor.psi_f;
 }
 
-// --- torque
-// ----------------------------------------------------------------------------------------
+// --- torque ---
 
 // dω/dt = (k_t·iq − τ_coulomb − B·ω)/J. Cogging averages out over a turn; the magnets are at 25 °C.
 TEST(Torque, SpeedRisesWithTorqueOverInertia) {
@@ -107,8 +106,7 @@ TEST(Torque, ReplyShowsTheCurrentThatFlows) {
   EXPECT_LT(host.state_2().speed_dps, 0);
 }
 
-// --- speed
-// -----------------------------------------------------------------------------------------
+// --- speed ---
 
 TEST(Speed, ReachedWithoutSteadyError) {
   for (const double wanted_dps : {720.0, -720.0, 90.0, 3600.0}) {
@@ -142,8 +140,7 @@ TEST(Speed, AccelerationIsARamp) {
   EXPECT_NEAR(speed_dps(host), 1000, 50);
 }
 
-// --- position
-// --------------------------------------------------------------------------------------
+// --- position ---
 
 struct Arrival {
   const char* name;
@@ -224,8 +221,7 @@ TEST(Hold, IncrementsAddUpWhileMoving) {
   EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()) / 100, 45 + 360, 0.04);
 }
 
-// --- stop, run, off
-// --------------------------------------------------------------------------------
+// --- stop, run, off ---
 
 TEST(RunStates, StopEndsTheDriveRunResumesIt) {
   Host host(motor());
@@ -260,8 +256,7 @@ TEST(RunStates, IdleShaftStaysWhereItIs) {
   EXPECT_NEAR((host.bus.truth(1).theta_m - start) * kDegPerRad, 0, 0.5);
 }
 
-// --- signs
-// -----------------------------------------------------------------------------------------
+// --- signs ---
 
 // Clockwise is positive in everything: torque, speed, angles, encoder.
 TEST(Signs, ClockwiseIsPositiveEverywhere) {
@@ -279,8 +274,7 @@ TEST(Signs, ClockwiseIsPositiveEverywhere) {
   }
 }
 
-// --- a geared motor
-// --------------------------------------------------------------------------------
+// --- a geared motor ---
 
 // The rotor's angles on the wire, the encoder field over one turn of the output: 65536 counts are
 // 3600°.

@@ -30,8 +30,7 @@ double top_speed_dps(Host& host, SimTime duration) {
   return top_rad_s * 180 / std::numbers::pi;
 }
 
-// --- what the reply reports
-// ------------------------------------------------------------------------
+// --- what the reply reports ---
 
 TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
   Host host(servo_config(1));
@@ -45,8 +44,7 @@ TEST(MotionReply, TellsTheStateBeforeTheCommandActs) {
   EXPECT_GT(second.speed_dps, 100);
 }
 
-// --- limits
-// ----------------------------------------------------------------------------------------
+// --- limits ---
 
 TEST(Limits, TorqueCommandIgnoresMaxTorqueCurrent) {
   auto config = servo_config(1);
@@ -137,8 +135,7 @@ TEST(Limits, AnAccelerationSetUnderWayBeginsWhereTheShaftIs) {
   EXPECT_NEAR(rest_cdeg(host), 0, kArrived_cdeg);
 }
 
-// --- an encoder that is mounted the other way round: nothing of it shows on the wire
-// ------------------------------------------------------------------------------------
+// --- an encoder that is mounted the other way round: nothing of it shows on the wire ---
 
 ServoConfig mounted_the_other_way() {
   ServoConfig config = servo_config(1);
@@ -173,8 +170,7 @@ TEST(OtherWayRound, ArrivesAndStays) {
   EXPECT_NEAR(rest_cdeg(host), 4500, kArrived_cdeg);
 }
 
-// --- multi-turn
-// ------------------------------------------------------------------------------------
+// --- multi-turn ---
 
 TEST(MultiTurn, BothDirections) {
   Host host(servo_config(1));
@@ -193,8 +189,7 @@ TEST(MultiTurn, CountsFromTheStoredOffset) {
   EXPECT_NEAR(host.state_2().encoder_counts, 4096, 1);
 }
 
-// --- increments
-// ------------------------------------------------------------------------------------
+// --- increments ---
 
 TEST(Increments, CountFromTheLastCommandedPosition) {
   Host host(servo_config(1));
@@ -257,8 +252,7 @@ TEST(Increments, StopKeepsTheBase) {
   EXPECT_NEAR(rest_cdeg(host), 10000, kArrived_cdeg);
 }
 
-// --- clear angle, as it is meant
-// -------------------------------------------------------------------
+// --- clear angle, as it is meant ---
 
 TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
   auto config = servo_config(1);

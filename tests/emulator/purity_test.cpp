@@ -107,6 +107,23 @@ TEST(Purity, CoreSeesNoOtherRoomOfTheEmulator) {
   }
 }
 
+TEST(Purity, FoldersOfTheCoreIncludeDownwardsOnly) {
+  const std::vector<std::string> order = {"core",   "servo", "wire",    "node",
+                                          "faults", "bus",   "scenario"};
+  const auto level = [&](const fs::path& file) {
+    return std::ranges::find(order, file.parent_path().filename().string()) - order.begin();
+  };
+  const std::string begin = "#include \"emulator/core/";
+  for (const auto& file : sources_in(kRoot / "emulator/core")) {
+    EXPECT_LT(level(file), std::ssize(order)) << file;
+    for (const auto& line : code_lines(file)) {
+      if (!line.starts_with(begin)) continue;
+      const fs::path included = "core/" + line.substr(begin.size());
+      EXPECT_LE(level(included), level(file)) << fs::relative(file, kRoot).string() << ": " << line;
+    }
+  }
+}
+
 /// The arguments of `target_link_libraries(<target> …)` in a CMakeLists.txt.
 std::set<std::string> links_of(const std::string& target, const fs::path& file) {
   const std::string text = text_of(file);

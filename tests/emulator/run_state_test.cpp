@@ -17,8 +17,7 @@ using test::frame;
 using test::Host;
 using test::servo_config;
 
-// --- off, stop, run
-// --------------------------------------------------------------------------------
+// --- off, stop, run ---
 
 TEST(RunState, OnAndIdleAfterPowerUp) {
   Host host(servo_config(1));
@@ -152,8 +151,7 @@ TEST(RunState, PowerCycleStartsOver) {
   EXPECT_EQ(host.bus.truth(1).i_q_ref, 0);
 }
 
-// --- errors
-// ----------------------------------------------------------------------------------------
+// --- errors ---
 
 ServoConfig protected_config() {
   auto config = servo_config(1);
@@ -310,8 +308,7 @@ TEST(Errors, LostInputIsClearedByTheFirstFrameAfterTheSilence) {
   EXPECT_NEAR(host.bus.truth(1).i_q_ref, 1.6, 1e-9);
 }
 
-// --- misprints and modes
-// ---------------------------------------------------------------------------
+// --- misprints and modes ---
 
 TEST(Quirks, ManualReplyBytes) {
   auto config = servo_config(1);

@@ -17,8 +17,7 @@ using test::frame;
 using test::Host;
 using test::servo_config;
 
-// --- every query gets its reply
-// --------------------------------------------------------------------
+// --- every query gets its reply ---
 
 /// Each command once, with rubbish in the unused bytes.
 void ask_everything(Host& host) {
@@ -79,8 +78,7 @@ TEST(Servo, EchoesRepeatTheRequestAsReceived) {
   }
 }
 
-// --- registers
-// -------------------------------------------------------------------------------------
+// --- registers ---
 
 TEST(Registers, FactoryGains) {
   Host host(servo_config(1));
@@ -122,8 +120,7 @@ TEST(Registers, NegativeAccelerationIsClampedToNone) {
   EXPECT_EQ(host.ask("141#3300000000000000"), frame("141#3300000000000000"));
 }
 
-// --- angles
-// ----------------------------------------------------------------------------------------
+// --- angles ---
 
 TEST(Angles, AtPowerUp) {
   Host host(servo_config(1));  // 45° = 2048 = 0x0800 counts = 4500 = 0x1194
@@ -229,8 +226,7 @@ TEST(Angles, BootAngleIsDrawnAndNeverZero) {
   EXPECT_GT(angles_cdeg.size(), 75U);  // of 80: different for every seed and ID
 }
 
-// --- state replies
-// ---------------------------------------------------------------------------------
+// --- state replies ---
 
 TEST(States, AtRest) {
   Host host(servo_config(1));
