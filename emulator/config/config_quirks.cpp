@@ -35,12 +35,12 @@ const Field<Dialect> kDialectSwitches[] = {
     {"all_error_bits", &Dialect::all_error_bits},
 };
 // clang-format on
-using Words = std::vector<std::string>;
-const Words kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
-const Words kClearAngle{"ignored", "implemented", "sets_angle"};
-const Words kScales{"manual", "series"};
-const Words kBootWraps{"half_circle", "half_turn"};
-const Words kSpans{"rotor_turn", "output_turn"};
+using Choices = std::vector<std::string>;
+const Choices kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
+const Choices kClearAngle{"ignored", "implemented", "sets_angle"};
+const Choices kScales{"manual", "series"};
+const Choices kBootWraps{"half_circle", "half_turn"};
+const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
     "state_1", "clear_angle", "iq_scale", "phase_current_scale", "boot_wrap", "encoder_span"};
@@ -48,7 +48,7 @@ constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
 template <typename Enum>
-void read_word(TableReader& reader, const char* key, const Words& words, Enum& value) {
+void read_word(TableReader& reader, const char* key, const Choices& words, Enum& value) {
   if (const auto word = reader.choice(key, words)) value = static_cast<Enum>(*word);
 }
 
@@ -109,7 +109,7 @@ class Printer {
     lines_.push_back(std::string(key) + " = " + value);
   }
   template <typename Enum>
-  void word(const char* key, const Words& words, Enum value) {
+  void word(const char* key, const Choices& words, Enum value) {
     say(key, quoted(words[static_cast<std::size_t>(value)]));
   }
   template <typename Section>

@@ -30,13 +30,12 @@ Drop drop_cause(protocol::Reject reject) {
 }  // namespace
 
 Bus::Bus(const BusConfig& config) : wire_(config.bitrate), motors_(config), faults_(config.seed) {
-  const std::vector<MotorPlace> places = Motors::places(config);
-  for (std::size_t k = 0; k < config.servos.size(); ++k) {
-    const ServoConfig& servo = config.servos[k];
-    Servo firmware(servo, motors_.bank(places[k]).telemetry(places[k].lane));
-    const Power power(servo.profile.drive.supply.v_source, motors_.alive(places[k]));
+  for (const ServoConfig& servo : config.servos) {
+    const MotorPlace motor = motors_.place_of(servo, config);
+    Servo firmware(servo, motors_.bank(motor).telemetry(motor.lane));
+    const Power power(servo.profile.drive.supply.v_source, motors_.alive(motor));
     const DriveLink link{.owner = firmware.reply_id()};
-    nodes_.add({std::move(firmware), places[k], power, Memory(), link});
+    nodes_.add({std::move(firmware), motor, power, Memory(), link});
   }
   rom_writes_.reserve(nodes_.size());
   for (const TimedDirective& event : config.events) plan(event);
@@ -53,9 +52,7 @@ void Bus::receive(const TimedFrame& in) {
     return;
   }
   const SimTime at = std::max(in.at, time_);
-  if (wire_.host_queue_full()) {
-    advance_to(at);
-  }
+  if (wire_.host_queue_full()) advance_to(at);
   if (wire_.host_queue_full()) {
     stats_.drop(Drop::kQueueFull);
     return;
@@ -127,9 +124,7 @@ std::optional<SimTime> Bus::next_due() const {
 }
 
 void Bus::deliver_next() {
-  if (destroy_next()) {
-    return;
-  }
+  if (destroy_next()) return;
   const auto delivery = wire_.deliver(time_);
   assert(delivery);
   if (had_errors_) {  // everybody's counters go down again
@@ -210,9 +205,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
   for (Node& node : nodes_) {
-    if (!node.power.alive) {
-      continue;
-    }
+    if (!node.power.alive) continue;
     Servo& servo = node.servo;
     protocol::Frame heard = frame;
     if (!faults_.hear(node.link, servo, heard, time_)) {
@@ -268,7 +261,7 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query) {
   const FaultBoard::Said made = faults_.say(node.id(), node.link, said, time_);
   if (!made.stale) node.link.last_said = said;
   stats_.extra_frames += made.extra;
-  stats_.replies_lost += made.lost + node.link.send(wire_, made.out);
+  stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
 }
 
 BusStats Bus::stats() const {

@@ -2,8 +2,6 @@
 
 /// @file How the rows of the table of faults are written, and where its parts stand.
 
-#include <cmath>
-
 #include "emulator/core/faults/fault_table.hpp"
 
 namespace lk::emulator {

@@ -53,7 +53,6 @@ struct FaultRow {
   std::string_view word;  // "encoder_stuck"
   FaultGroup group = FaultGroup::kLink;
   std::array<FaultParam, kMostFaultParams> params = {};
-  Words about;
   bool of_bus = false;     // of the bus as a whole: takes no drives
   bool per_frame = false;  // takes a probability, of each frame
   bool needs_one = false;  // one of its parameters has to be said
@@ -76,6 +75,7 @@ struct FaultRow {
   // Firmware and memory.
   bool FirmwareFaults::*firmware = nullptr;
   bool (*at_once)(AtOnce& on) = nullptr;  // done at an instant; whether it changed anything
+  Words about = {};                       // what it does, a sentence
 
   /// Takes no duration.
   bool momentary() const { return at_once != nullptr; }

@@ -12,7 +12,7 @@ std::size_t DriveLink::send(CanWire& wire, const Outgoing& out) {
   return 0;
 }
 
-std::size_t DriveLink::send(CanWire& wire, const std::vector<Outgoing>& out) {
+std::size_t DriveLink::send_all(CanWire& wire, const std::vector<Outgoing>& out) {
   std::size_t lost = 0;
   std::optional<Outgoing> behind = std::exchange(held_back, std::nullopt);
   for (const Outgoing& one : out) {

@@ -34,7 +34,7 @@ struct DriveLink {
   /// full.
   std::size_t send(CanWire& wire, const Outgoing& out);
   /// The same of several, of which one may be held back.
-  std::size_t send(CanWire& wire, const std::vector<Outgoing>& out);
+  std::size_t send_all(CanWire& wire, const std::vector<Outgoing>& out);
   /// Sends a frame that nobody asked for. One may wait behind the one on the wire: so it has the
   /// wire to itself when it is fast enough. Returns false when there is no room for another.
   bool babble(CanWire& wire, const protocol::Frame& frame, SimTime now) const;

@@ -20,20 +20,12 @@ bool starts_without_power(const BusConfig& config, int id) {
   });
 }
 
-/// In the order in which they appear.
-std::vector<std::int64_t> pwm_rates_Hz(const BusConfig& config) {
-  std::vector<std::int64_t> rates_Hz;
-  for (const ServoConfig& servo : config.servos) {
-    const std::int64_t rate_Hz = f_pwm_Hz_of(servo);
-    if (std::ranges::find(rates_Hz, rate_Hz) == rates_Hz.end()) rates_Hz.push_back(rate_Hz);
-  }
-  return rates_Hz;
-}
-
 }  // namespace
 
 Motors::Motors(const BusConfig& config) {
-  for (const std::int64_t rate_Hz : pwm_rates_Hz(config)) {
+  for (const ServoConfig& first : config.servos) {
+    const std::int64_t rate_Hz = f_pwm_Hz_of(first);
+    if (std::ranges::find(banks_, rate_Hz, &Bank::f_pwm_Hz) != banks_.end()) continue;
     std::vector<model::DriveInit> motors;
     for (const ServoConfig& servo : config.servos) {
       if (f_pwm_Hz_of(servo) != rate_Hz) continue;
@@ -44,16 +36,13 @@ Motors::Motors(const BusConfig& config) {
   }
 }
 
-std::vector<MotorPlace> Motors::places(const BusConfig& config) {
-  const std::vector<std::int64_t> rates_Hz = pwm_rates_Hz(config);
-  std::vector<std::size_t> lanes(rates_Hz.size());
-  std::vector<MotorPlace> places;
-  for (const ServoConfig& servo : config.servos) {
-    const auto found = std::ranges::find(rates_Hz, f_pwm_Hz_of(servo));
-    const auto bank = static_cast<std::size_t>(found - rates_Hz.begin());
-    places.push_back({bank, lanes[bank]++});
-  }
-  return places;
+MotorPlace Motors::place_of(const ServoConfig& servo, const BusConfig& config) const {
+  const std::int64_t rate_Hz = f_pwm_Hz_of(servo);
+  const auto bank = std::ranges::find(banks_, rate_Hz, &Bank::f_pwm_Hz) - banks_.begin();
+  const auto before = std::ranges::count_if(config.servos, [&](const ServoConfig& other) {
+    return other.id < servo.id && f_pwm_Hz_of(other) == rate_Hz;
+  });
+  return {static_cast<std::size_t>(bank), static_cast<std::size_t>(before)};
 }
 
 SimTime Motors::time(const MotorPlace& place) const {

@@ -21,8 +21,8 @@ struct MotorPlace {
 class Motors {
  public:
   explicit Motors(const BusConfig& config);
-  /// The same order as the drives of the configuration.
-  static std::vector<MotorPlace> places(const BusConfig& config);
+  /// Of one of the configuration's drives.
+  MotorPlace place_of(const ServoConfig& servo, const BusConfig& config) const;
 
   Lane lane(const MotorPlace& place) { return {banks_[place.bank].drives, place.lane}; }
   const model::DriveBank& bank(const MotorPlace& place) const { return banks_[place.bank].drives; }

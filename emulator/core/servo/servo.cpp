@@ -107,8 +107,7 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
   }
 }
 
-// --- run state
-// -------------------------------------------------------------------------------------
+// --- run state ---
 
 Reply Servo::on(const protocol::Off&, const Context& context) {
   run_state_ = RunState::kOff;
@@ -159,8 +158,7 @@ Reply Servo::on(const protocol::Brake& command, const Context& context) {
   return protocol::BrakeState{brake_powered_};
 }
 
-// --- states
-// -----------------------------------------------------------------------------------------------
+// --- states ---
 
 Reply Servo::on(const protocol::ReadState1&, const Context& context) const {
   return state_1(protocol::ReadState1::kOpcode, context.before);

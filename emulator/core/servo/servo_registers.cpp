@@ -24,8 +24,7 @@ void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
 
 }  // namespace
 
-// --- registers
-// -------------------------------------------------------------------------------------
+// --- registers ---
 
 Reply Servo::on(const protocol::ReadPid&, const Context&) const {
   const auto& gains = ram_.gains;
@@ -126,8 +125,7 @@ Reply Servo::on(const protocol::WriteParameter& command, const Context& context)
   return Echo{context.request};
 }
 
-// --- angles
-// -------------------------------------------------------------------------------------
+// --- angles ---
 
 Reply Servo::on(const protocol::ReadEncoder&, const Context& context) const {
   const std::int64_t position = angles_.position(context.before);

@@ -81,4 +81,21 @@ TEST(Purity, NoClockSocketThreadRandomLogOrStream) {
   }
 }
 
+TEST(Purity, FoldersOfTheCoreIncludeDownwardsOnly) {
+  const std::vector<std::string> order = {"core",   "servo", "wire",    "node",
+                                          "faults", "bus",   "scenario"};
+  const auto level = [&](const fs::path& file) {
+    return std::ranges::find(order, file.parent_path().filename().string()) - order.begin();
+  };
+  const std::string begin = "#include \"emulator/core/";
+  for (const auto& file : sources_in(kRoot / "emulator/core")) {
+    EXPECT_LT(level(file), std::ssize(order)) << file;
+    for (const auto& line : code_lines(file)) {
+      if (!line.starts_with(begin)) continue;
+      const fs::path included = "core/" + line.substr(begin.size());
+      EXPECT_LE(level(included), level(file)) << fs::relative(file, kRoot).string() << ": " << line;
+    }
+  }
+}
+
 }  // namespace purity_test

@@ -1,0 +1,179 @@
+// The parts of a bus, each by itself.
+
+#include <gtest/gtest.h>
+
+#include "emulator/core/bus/conditions.hpp"
+#include "emulator/core/faults/acts.hpp"
+#include "emulator/core/faults/fault_board.hpp"
+#include "emulator/core/node/memory.hpp"
+#include "emulator/core/node/motors.hpp"
+#include "emulator/core/node/power.hpp"
+#include "tests/support/faults.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace bus_parts_test {
+
+using namespace std::chrono_literals;
+using test::frame;
+
+const protocol::Frame kReply = frame("141#9C19000000000000");
+
+TEST(PowerPart, ARampIsWalkedInSteps) {
+  Power power(24, true);
+  power.move(20, 10ms, 2500us);
+  EXPECT_EQ(power.step(10ms), 11ms);
+  EXPECT_EQ(power.supply_V(), 24);
+  EXPECT_EQ(power.step(11ms), 12ms);
+  EXPECT_DOUBLE_EQ(power.supply_V(), 22.4);
+  EXPECT_EQ(power.step(12ms), 12500us);
+  EXPECT_EQ(power.step(12500us), std::nullopt);
+  EXPECT_EQ(power.supply_V(), 20);
+}
+
+TEST(PowerPart, ASagInASagEndsAtWhatTheFirstLeft) {
+  Power power(24, true);
+  power.move(30, 0ms, 1s);
+  power.sag(10, 500ms);
+  EXPECT_EQ(power.step(500ms), std::nullopt);
+  EXPECT_EQ(power.supply_V(), 10);
+  power.sag(5, 600ms);
+  EXPECT_EQ(power.after_sag_V(), 30);
+}
+
+TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
+  ServoConfig config = test::servo_config(1);
+  config.flash.write_time = 2ms;
+  BusConfig bus = test::bus_config({});
+  bus.servos = {config};
+  Motors motors(bus);
+  const Lane lane = motors.lane(motors.place_of(config, bus));
+  Servo servo(config, lane.telemetry());
+  Memory memory;
+  Registers value = servo.rom();
+  const std::int32_t before = value.acceleration_dps_s;
+  for (const int acceleration_dps_s : {100, 200}) {
+    value.acceleration_dps_s = acceleration_dps_s;
+    servo.write_setting(RomParameter::kAcceleration, value, lane);
+    EXPECT_EQ(memory.begin(1ms, servo), acceleration_dps_s == 100 ? 3ms : 5ms);
+  }
+  EXPECT_EQ(memory.size(), 2U);
+  EXPECT_EQ(Memory(memory).finish().rom.acceleration_dps_s, 100);
+  EXPECT_TRUE(memory.lose_power(servo));
+  EXPECT_EQ(servo.rom().acceleration_dps_s, before);
+  EXPECT_FALSE(memory.lose_power(servo));
+  EXPECT_FALSE(memory.damage(RomParameter::kAcceleration, servo.rom()));
+}
+
+TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
+  CanWire wire(0);
+  DriveLink link{.owner = 0x141};
+  Outgoing held{3ms, kReply};
+  held.held_back = true;
+  EXPECT_EQ(link.send_all(wire, {held}), 0U);
+  EXPECT_TRUE(link.held_back);
+  EXPECT_EQ(link.send_all(wire, {Outgoing{5ms, frame("141#9A19000000000000")}}), 0U);
+  EXPECT_FALSE(link.held_back);
+  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9A);
+  EXPECT_EQ(wire.deliver(5ms)->frame.data[0], 0x9C);  // ready before, and behind it
+  EXPECT_FALSE(wire.deliver(1s));
+}
+
+TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
+  CanWire wire(0);
+  DriveLink link{.owner = 0x141};
+  EXPECT_EQ(link.block(wire, 0ms), 0U);
+  for (std::size_t n = 0; n < CanWire::kDriveQueue; ++n) {
+    EXPECT_EQ(link.send(wire, Outgoing{1ms, kReply}), 0U);
+  }
+  EXPECT_TRUE(link.full(wire));
+  EXPECT_EQ(link.send(wire, Outgoing{1ms, kReply}), 1U);
+  EXPECT_FALSE(link.babble(wire, kReply, 2ms));
+  EXPECT_FALSE(wire.next_due());
+  EXPECT_EQ(link.forget(wire, 2ms), CanWire::kDriveQueue);
+  link.release(wire, 2ms);
+  EXPECT_TRUE(link.babble(wire, kReply, 3ms));
+  EXPECT_EQ(wire.next_due(), 3ms);
+}
+
+TEST(AgendaPart, EqualsComeInTheOrderOfEntryAndALookOnlyOnce) {
+  Agenda agenda;
+  agenda.enter(2ms, SupplyStep{1});
+  agenda.enter(1ms, SagEnd{1});
+  agenda.enter(1ms, FaultEnd{7});
+  agenda.look_by(5ms);
+  agenda.look_by(6ms);  // there is one before
+  agenda.forget<SupplyStep>(1);
+  agenda.forget_fault<FaultEnd>(8);
+  EXPECT_TRUE(std::holds_alternative<SagEnd>(agenda.take()));
+  EXPECT_TRUE(std::holds_alternative<FaultEnd>(agenda.take()));
+  EXPECT_EQ(agenda.next_due(), 5ms);
+  EXPECT_TRUE(std::holds_alternative<Look>(agenda.take()));
+  EXPECT_EQ(agenda.next_due(), std::nullopt);
+}
+
+TEST(ConditionsPart, HoldOnceAndGiveBackWhatWaited) {
+  Bus bus(test::bus_config({1}));
+  const auto view = [&](int id) { return bus.view(id); };
+  Conditions conditions;
+  conditions.add(10ms, {1, CommandSeen{0x9C, 2}}, Directive{1, PowerOff{}});
+  conditions.add(0ms, {1, ErrorSet{model::Error::kStall}}, FaultBegin{3});
+  EXPECT_FALSE(conditions.count(1, 0x9C, 5ms));  // too early to count
+  EXPECT_FALSE(conditions.count(1, 0x9C, 10ms));
+  EXPECT_FALSE(conditions.count(2, 0x9C, 10ms));
+  EXPECT_TRUE(conditions.take_due(10ms, view).empty());
+  EXPECT_TRUE(conditions.count(1, 0x9C, 11ms));
+  EXPECT_EQ(conditions.directives(), 1U);
+  EXPECT_EQ(conditions.take_due(11ms, view).size(), 1U);
+  EXPECT_EQ(conditions.directives(), 0U);
+  conditions.forget_fault(3);
+  EXPECT_TRUE(conditions.empty());
+}
+
+TEST(FaultBoardPart, AFaultLivesFromArmingToItsEnd) {
+  using State = FaultEvidence::State;
+  FaultBoard board(1);
+  Fault hang = test::fault_of("hang", {}, {1});
+  hang.duration = 1ms;
+  hang.every = 5ms;
+  hang.times = 2;
+  EXPECT_EQ(board.arm(hang, 0ms), 0U);
+  EXPECT_EQ(board.arm(test::fault_of("hang", {}, {2}), 1ms), 1U);
+  EXPECT_EQ(board[1].fault.name, "hang-2");
+  EXPECT_FALSE(board.any_active());
+  EXPECT_TRUE(board.start(0, 2ms));
+  EXPECT_TRUE(board.any_active());
+  EXPECT_EQ(board.find("hang"), (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(board.find("hang-2"), (std::vector<std::size_t>{1}));
+  board.stop(0);
+  EXPECT_EQ(board[0].evidence.state, State::kPaused);
+  EXPECT_TRUE(board.start(0, 7ms));
+  board.stop(0);
+  EXPECT_EQ(board[0].evidence.state, State::kOver);
+  EXPECT_EQ(board[0].evidence.began_at, 2ms);
+  board[1].evidence.state = State::kCleared;
+  EXPECT_FALSE(board.start(1, 8ms));
+  EXPECT_TRUE(board.find("all").empty());
+}
+
+TEST(FaultBoardPart, SumsUpWhatADriveHas) {
+  FaultBoard board(1);
+  const ServoConfig servo = test::servo_config(1);
+  for (const Fault& fault :
+       {test::fault_of("load_step", {2}, {1}), test::fault_of("load_step", {3}, {1, 2}),
+        test::fault_of("load_step", {9}, {2}), test::fault_of("rom_worn", {}, {1}),
+        test::fault_of("queue_full", {}, {2})}) {
+    board.start(board.arm(fault, 0ms), 0ms);
+  }
+  EXPECT_EQ(board.plant_faults(servo, 1ms).load_torque, 5);
+  EXPECT_TRUE(board.firmware_faults(1).rom_worn);
+  EXPECT_FALSE(board.firmware_faults(2).rom_worn);
+  EXPECT_EQ(board.first(1, &FaultRow::blocks), nullptr);
+  EXPECT_EQ(board.first(2, &FaultRow::blocks), &board[4]);
+  const FaultBoard::Said said = board.say(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 1ms);
+  EXPECT_EQ(said.out.size(), 1U);
+  EXPECT_EQ(board[4].evidence.effects, 1U);
+}
+
+}  // namespace bus_parts_test
+}  // namespace lk::emulator

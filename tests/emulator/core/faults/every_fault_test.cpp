@@ -1,0 +1,183 @@
+// Every kind of the table, in the life of three drives that shows them all: something is otherwise
+// than without the fault, and the bus says so.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+#include <vector>
+
+#include "emulator/core/generation.hpp"
+#include "tests/support/faults.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace every_fault_test {
+
+using namespace std::chrono_literals;
+using test::frame;
+
+/// What the kind is set to, on the drive 1 unless another is said. A kind that is not in here has
+/// no situation that shows it.
+struct Situation {
+  std::vector<FaultValue> values = {};
+  int id = 1;
+};
+const std::map<std::string_view, Situation> kSituations = {
+    {"drop", {}},
+    {"delay", {{3}}},
+    {"duplicate", {}},
+    {"corrupt", {}},
+    {"stale", {}},
+    {"reorder", {}},
+    {"wrong_dlc", {}},
+    {"wrong_id", {}},
+    {"duplicate_id", {}},
+    {"silent", {}},
+    {"babbling", {}},
+    {"error_frames", {}},
+    {"bus_off", {}},
+    {"queue_full", {}},
+    {"encoder_stuck", {}},
+    {"encoder_jump", {{10}}},
+    {"encoder_noise", {{1}}},
+    {"encoder_drift", {{90}}},
+    {"encoder_garbage", {}},
+    {"encoder_lost_magnet", {}},
+    {"encoder_slow", {{10}}},
+    {"current_offset", {{1}}},
+    {"current_gain", {{0.5}}},
+    {"current_noise", {{0.5}}},
+    {"current_stuck", {}},
+    {"temperature_stuck", {{60}}},
+    {"temperature_off", {{10}}},
+    {"voltage_stuck", {{20}}},
+    {"voltage_off", {{-2}}},
+    {"phase_open", {}},
+    {"switch_open", {}},
+    {"switch_shorted", {}},
+    {"bridge_dead", {}},
+    {"jam", {}},
+    {"friction", {{3}}},
+    {"inertia", {{3}}},
+    {"load_step", {{0.1}}},
+    {"kick", {{0.01}}},
+    {"backlash", {{3}}},
+    {"coupling_broken", {}},
+    {"end_stop", {{-5, 5}}},
+    {"sag", {{15}}},
+    {"dip", {}},
+    {"cut", {}},
+    {"reboot_loop", {}},
+    {"no_regeneration", {}},
+    {"reset", {}},
+    {"hang", {}},
+    {"slow_replies", {}},
+    {"clock_drift", {{10}}},
+    {"rom_write_fails", {}},
+    {"rom_worn", {}},
+    {"rom_damaged", {}},
+    {"ram_flipped", {}},
+    {"forgets_broadcast", {{}, 3}},
+    {"forgets_limits", {}},
+};
+
+/// Geared drives with play and a load; the third answers commands for several only.
+BusConfig config() {
+  BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
+  for (ServoConfig& servo : config.servos) {
+    model::MechanicsParams& mechanics = servo.profile.drive.mechanics;
+    mechanics.gear_ratio = 10;
+    mechanics.backlash_out = 0.02;
+    mechanics.gear_stiffness_out = 500;
+    mechanics.gear_damping_out = 0.5;
+    mechanics.J_out = 1e-3;
+    mechanics.tau_coulomb_out = 0.01;
+    servo.profile.drive.load.J = 0.02;
+    servo.rom.acceleration_dps_s = 50'000;
+  }
+  config.servos[2].rom.broadcast_mode = true;
+  return config;
+}
+
+struct Life {
+  std::vector<TimedFrame> wire;
+  std::vector<double> signals;
+  std::vector<Registers> rom;
+  std::vector<FaultReport> faults;
+};
+
+/// They are asked all the time; the first turns to and fro, is written to, and is started anew.
+Life live(const Fault* fault) {
+  Bus bus(config());
+  if (fault != nullptr) bus.plan({500ms, {kWholeBus, SetFault{*fault}}});
+  Life life;
+  std::vector<RomWrite> writes;
+  for (SimTime at{0}; at < 3s; at += 5ms) {
+    const auto send = [&](std::string_view text) { bus.receive({at, frame(text)}); };
+    send("141#9C00000000000000");
+    if (at % 20ms == 0ns) send("280#3200320000003200");
+    if (at == 100ms || at == 2500ms) send("141#A200000040420F00");  // 10000 dps
+    if (at == 1s) send("141#A2000000C0BDF0FF");                     // and back
+    if (at == 1500ms) send("141#A200000000000000");  // or its motor feeds it without a supply
+    if (at == 200ms || at == 700ms)
+      send(at < 500ms ? "141#3200646432323232"  // gains
+                      : "141#3200656532323232");
+    if (at == 2600ms) send("141#3300000000000000");  // acceleration
+    if (at == 1800ms) bus.apply({1, PowerCycle{100ms}});
+    if (at == 1800ms) bus.apply({3, PowerCycle{100ms}});
+    bus.advance_to(at + 5ms);
+    for (const int id : {1, 3}) {
+      for (const Signal& signal : signals()) life.signals.push_back(signal.read(bus.view(id)));
+    }
+  }
+  bus.take_replies(life.wire);
+  bus.take_rom_writes(writes);
+  for (const RomWrite& write : writes) life.rom.push_back(write.rom);
+  life.rom.push_back(bus.servo(1).rom());
+  life.faults = bus.faults();
+  return life;
+}
+
+TEST(EveryFault, ChangesSomethingAndSaysSo) {
+  const Life healthy = live(nullptr);
+  EXPECT_EQ(kSituations.size(), fault_table().size());
+  for (const FaultRow& row : fault_table()) {
+    SCOPED_TRACE(row.word);
+    const auto found = kSituations.find(row.word);
+    if (found == kSituations.end()) {
+      ADD_FAILURE() << "no situation that shows it";
+      continue;
+    }
+    const Situation& situation = found->second;
+    Fault fault = fault_of(row);
+    std::ranges::copy(situation.values, fault.values.begin());
+    if (!row.of_bus) fault.ids = {situation.id};
+    if (row.of_bus) fault.probability = 0.5;  // or nobody is left to say anything
+    const Life faulty = live(&fault);
+    EXPECT_TRUE(faulty.wire != healthy.wire || faulty.signals != healthy.signals ||
+                faulty.rom != healthy.rom);
+    ASSERT_EQ(faulty.faults.size(), 1U);
+    const FaultEvidence& evidence = faulty.faults[0].evidence;
+    EXPECT_GT(evidence.effects, 0U);
+    ASSERT_TRUE(evidence.first_effect_at);
+    EXPECT_GE(*evidence.first_effect_at, 500ms);
+    EXPECT_NE(evidence.first_on, "");
+  }
+}
+
+/// A function stands where a fault acts; one that acts nowhere would never take effect.
+TEST(EveryFault, ActsSomewhere) {
+  for (const FaultRow& row : fault_table()) {
+    EXPECT_TRUE(row.plant != nullptr || row.hear != nullptr || row.say != nullptr ||
+                row.destroys != nullptr || row.babble != nullptr || row.duplicate != nullptr ||
+                row.firmware != nullptr || row.at_once != nullptr)
+        << row.word;
+    EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
+    EXPECT_EQ(find_fault(row.word), &row) << "two of this word";
+  }
+}
+
+}  // namespace every_fault_test
+}  // namespace lk::emulator
