@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "emulator/core/bus/bus.hpp"
 #include "host/can_port.hpp"
 
 namespace robot {

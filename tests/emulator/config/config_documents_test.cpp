@@ -100,10 +100,11 @@ TEST(ConfigDocuments, EveryKeyThatIsReadIsExplained) {
       R"re((?:\.|->)(?:number|integer|boolean|text|choice|tables?)\(\s*"(\w+)")re"
       R"re(|\(\*?reader, "(\w+)"|\n *\{"(\w+)", &)re");
   std::set<std::string> keys;
-  for (const auto& entry : std::filesystem::directory_iterator(kRoot + "/emulator/config")) {
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(kRoot + "/emulator/config")) {
     const std::string name = entry.path().filename();
     if (!name.starts_with("config") || !name.ends_with(".cpp")) continue;
-    const std::string source = text_of("emulator/config/" + name);
+    const std::string source = text_of(std::filesystem::relative(entry.path(), kRoot));
     for (std::sregex_iterator key(source.begin(), source.end(), asked), end; key != end; ++key) {
       keys.insert((*key)[1].str() + (*key)[2].str() + (*key)[3].str());
     }
