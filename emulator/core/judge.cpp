@@ -208,10 +208,17 @@ std::string Judge::measured(const Trial& trial) const {
                             : std::to_string(trial.count) + " replies, the first" + at;
   }
   if (!trial.value) return "not looked at yet";
-  if (std::holds_alternative<ErrorIs>(expectation.what)) {
+  // What did not come about has no instant of its own.
+  const bool still_wanted = expectation.when.kind == Kind::kBy && trial.status != Status::kPassed;
+  const std::string until = trial.status == Status::kFailed
+                                ? " by " + time_text(expectation.when.to)
+                                : std::string(" so far");
+  if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
+    if (still_wanted) return (error->set ? "never set" : "never without it") + until;
     return (*trial.value != 0 ? "set" : "not set") + at;
   }
-  if (std::holds_alternative<StateIs>(expectation.what)) {
+  if (const auto* wanted_state = std::get_if<StateIs>(&expectation.what)) {
+    if (still_wanted) return "never " + std::string(state_word(wanted_state->state)) + until;
     const std::string state =
         std::isfinite(*trial.value) ? state_word(static_cast<RunState>(*trial.value)) : "no power";
     return state + at;

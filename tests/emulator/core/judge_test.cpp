@@ -167,6 +167,18 @@ TEST(Judge, SaysWhatWasMeasuredAndWhen) {
   EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, at(1s)).measured, "not set at 1 s");
 }
 
+TEST(Judge, SaysOfWhatDidNotComeAboutUntilWhenItWasLookedFor) {
+  EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, by(750ms)).measured,
+            "never set by 0.75 s");
+  EXPECT_EQ(outcome_of(StateIs{RunState::kStopped}, by(750ms)).measured, "never stopped by 0.75 s");
+  EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, false}, by(750ms)).measured, "not set at 0 s");
+  Bus bus{test::bus_config({1})};
+  Judge judge(test::bus_config({1}), {{0, 1, ErrorIs{model::Error::kStall, true}, by(1s), ""}}, 0,
+              0ns);
+  judge.look(bus);
+  EXPECT_EQ(judge.results(0ns).at(0).measured, "never set so far");
+}
+
 /// A judge of one drive, told what is on the wire by hand.
 struct Ear {
   explicit Ear(const Replies& replies, Period when = throughout(0ns, 10s), SimTime start = 0ns)

@@ -60,6 +60,20 @@ state = "running"
       << reason(post());
 }
 
+TEST(ScenarioActivity, SaysForWhichRobotItWasWritten) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const std::string file = LKEMU_SOURCE_DIR "/configs/scenarios/jammed_joint.toml";
+  ASSERT_EQ(t.post("/scenario", Json{{"file", file}}.dump()).status, 200);
+  const Json report = t.get("/scenario").body;
+  EXPECT_EQ(report["robot"], "robots/joint.toml");
+  ASSERT_EQ(report["foreign"].size(), 1U) << report.dump();
+  EXPECT_EQ(report["foreign"][0]["id"], 1);
+  EXPECT_EQ(report["foreign"][0]["meant"], "mg8016");
+  EXPECT_EQ(report["foreign"][0]["running"], t.world.lines()[0]->config().servos[0].profile.name);
+}
+
 TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);

@@ -1,0 +1,52 @@
+// How large the cards of the bus are: as large as the screen has room for, so that few fill it and many fit.
+
+const kFew = 12;      // drives that are never made dense
+const kMost = 2.2;    // assumed: larger ones only waste paper
+const kStep = 0.05;
+const kLeastWidth_px = {cards: 262, dense: 196};
+
+/// In pixels, of one card as it is at size 1, with the gap to the next.
+function roomOf(groups) {
+  const card = groups.querySelector('.card');
+  const gap = parseFloat(getComputedStyle(card.parentElement).columnGap) || 0;
+  const width = kLeastWidth_px[groups.classList.contains('dense') ? 'dense' : 'cards'];
+  return {width: width + gap, height: card.offsetHeight + gap, gap};
+}
+
+function fits(groups, {width, height, gap}, size, box) {
+  const columns = Math.max(1, Math.floor((box.width / size + gap) / width));
+  let high = 0;
+  for (const group of groups.children) {
+    const head = group.querySelector('header');
+    high += head.offsetHeight + Math.ceil(group.querySelectorAll('.card').length / columns) * height * size;
+  }
+  return high <= box.height;
+}
+
+/// The largest size at which all of them are seen; 1 where there is none.
+function fit(groups) {
+  const main = groups.closest('main');
+  if (!groups.isConnected || groups.closest('[hidden]') || !groups.querySelector('.card')) return;
+  const box = {width: groups.clientWidth, height: main.clientHeight - (groups.getBoundingClientRect().top - main.getBoundingClientRect().top) - main.scrollTop - 12};
+  const count = groups.querySelectorAll('.card').length;
+  groups.style.setProperty('--size', 1);
+  groups.classList.remove('dense');
+  if (count > kFew && !fits(groups, roomOf(groups), 1, box)) groups.classList.add('dense');
+  const room = roomOf(groups);
+  let size = kMost;
+  while (size > 1 && !fits(groups, room, size, box)) size -= kStep;
+  groups.style.setProperty('--size', Math.max(1, size).toFixed(2));
+}
+
+let watched = null;
+const watcher = new ResizeObserver(() => watched && fit(watched));
+
+/// Now, and whenever the window changes.
+export function fitCards(groups) {
+  if (watched !== groups) {
+    watcher.disconnect();
+    watched = groups;
+    watcher.observe(groups.closest('main'));
+  }
+  fit(groups);
+}
