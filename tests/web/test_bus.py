@@ -55,11 +55,10 @@ def test_a_fault_that_waits_is_said_to_wait(healed):
 
 def test_an_error_makes_a_card_red(healed):
     page = healed
-    plain = border(page, 2)
     assert page.run(TELL, {"id": 2, "fault": {"kind": "temperature_stuck", "value_C": 140}}) == 200
     settle(page, lambda: page.errors(2) == "motor temperature")
     assert border(page, 2) == colour(page, "--bad")
-    assert border(page, 1) == plain
+    assert border(page, 1) == colour(page, "--line")
     assert page.run(TELL, {"id": 2, "power": "cycle"}) == 200
 
 
