@@ -3,14 +3,12 @@
 const kFew = 12;      // drives that are never made dense
 const kMost = 3;      // assumed: larger ones say no more
 const kStep = 0.05;
-const kLeastWidth_px = {cards: 262, dense: 196};
 
 /// In pixels, of one card as it is at size 1, with the gap to the next.
 function roomOf(groups) {
-  const card = groups.querySelector('.card');
-  const gap = parseFloat(getComputedStyle(card.parentElement).columnGap) || 0;
-  const width = kLeastWidth_px[groups.classList.contains('dense') ? 'dense' : 'cards'];
-  return {width: width + gap, height: card.offsetHeight + gap, gap};
+  const style = getComputedStyle(groups);
+  const gap = parseFloat(style.getPropertyValue('--gap'));
+  return {width: parseFloat(style.getPropertyValue('--least')) + gap, height: groups.querySelector('.card').offsetHeight + gap, gap};
 }
 
 const columnsAt = ({width, gap}, size, box) => Math.max(1, Math.floor((box.width / size + gap) / width));

@@ -209,24 +209,23 @@ std::string Judge::measured(const Trial& trial) const {
   }
   if (!trial.value) return "not looked at yet";
   // What did not come about has no instant of its own.
-  const bool still_wanted = expectation.when.kind == Kind::kBy && trial.status != Status::kPassed;
-  const std::string until = trial.status == Status::kFailed
-                                ? " by " + time_text(expectation.when.to)
-                                : std::string(" so far");
+  const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
+  const std::string until = " by " + time_text(expectation.when.to);
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
-    if (still_wanted) return (error->set ? "never set" : "never without it") + until;
+    if (missed) return (error->set ? "never set" : "never without it") + until;
+    const bool open = expectation.when.kind == Kind::kBy && trial.status == Status::kOpen;
+    if (open) return error->set ? "not set so far" : "set so far";
     return (*trial.value != 0 ? "set" : "not set") + at;
   }
-  if (const auto* wanted_state = std::get_if<StateIs>(&expectation.what)) {
-    if (still_wanted) return "never " + std::string(state_word(wanted_state->state)) + until;
+  if (const auto* wished = std::get_if<StateIs>(&expectation.what)) {
     const std::string state =
         std::isfinite(*trial.value) ? state_word(static_cast<RunState>(*trial.value)) : "no power";
-    return state + at;
+    return (missed ? "never " + std::string(state_word(wished->state)) + until + ", " : "") +
+           state + at;
   }
   if (expectation.when.kind == Kind::kThroughout && trial.status == Status::kPassed) {
     return number_text(trial.seen->min) + " to " + number_text(trial.seen->max);
   }
-  const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
   return (missed ? "closest was " : "") + number_text(*trial.value) + at;
 }
 

@@ -29,7 +29,7 @@ def test_no_label_is_cut(sized):
         }
         for (const field of document.querySelectorAll('#view-bench input[placeholder]')) {
           const style = getComputedStyle(field);
-          pen.font = style.font;
+          pen.font = `${style.fontSize} ${style.fontFamily}`;
           const room = field.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight) - 18;  // its arrows
           if (pen.measureText(field.placeholder).width > room) cut.add(field.placeholder);
         }

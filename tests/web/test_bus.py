@@ -110,6 +110,19 @@ def test_few_drives_use_a_wide_screen(page, size):
         page.resize((1440, 900))
 
 
+def test_long_numbers_stay_in_their_card(page):
+    page.go("bus")
+    spilling = page.run("""
+      const number = document.querySelector('.card .fields dd');
+      const before = number.textContent;
+      number.firstChild.nodeValue = '\u221212345.6';
+      const card = number.closest('.card').getBoundingClientRect();
+      const right = Math.max(...[...number.closest('.card').querySelectorAll('.chip, dd, .unit, footer')].map((one) => one.getBoundingClientRect().right));
+      number.firstChild.nodeValue = before;
+      return right - (card.right - 8);""")
+    assert spilling <= 0
+
+
 @pytest.fixture(scope="module")
 def two():
     bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1-3")
