@@ -55,7 +55,7 @@ export class Panels {
     const few = this.traces.length <= kFew;
     const plot = new uPlot({
       width: 300, height: 120, legend: {show: false}, pxAlign: 0,
-      cursor: {sync: {key: 'scope'}, bind: {mousedown: () => null}, points: {show: traces.length <= 8}, y: false},
+      cursor: {sync: {key: 'scope'}, drag: {x: false, y: false, setScale: false, click: () => {}}, bind: {mousedown: () => null}, points: {show: traces.length <= 8}, y: false},
       select: {show: true},
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
       axes: [

@@ -188,6 +188,27 @@ def test_what_is_dragged_over_is_what_is_seen_then(scope):
     scope.choose('[aria-label="seconds in view"]', "5")
 
 
+def test_clicks_on_a_paused_scope_set_cursors(scope):
+    """Right after something was dragged over, too."""
+    over = scope.one(".u-over")
+    scope.mouse("Moved", over, count=0)
+    scope.mouse("Pressed", over)
+    scope.mouse("Moved", over, 300, count=0)
+    scope.mouse("Released", over, 300)
+    view = scope.scope("s.view")
+    for shift_px in (100, -200):
+        scope.mouse("Moved", over, shift_px, count=0)
+        scope.mouse("Pressed", over, shift_px)
+        scope.mouse("Released", over, shift_px)
+    assert scope.scope("s.view") | {"marks": []} == view
+    cursors = scope.scope("s.cursors")
+    per_px = (view["to_s"] - view["from_s"]) / over.size["width"]
+    assert (cursors["A"] - cursors["B"]) / per_px == pytest.approx(300, abs=2)
+    scope.click(".scope-controls", "clear cursors")
+    scope.click(".scope-controls", "Resume")
+    scope.choose('[aria-label="seconds in view"]', "5")
+
+
 def pressed(page):
     return [button.text for button in page.all('.scope-controls [aria-label="drives"] [aria-pressed=true]')]
 

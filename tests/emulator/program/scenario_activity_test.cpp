@@ -79,7 +79,7 @@ state = "running"
   EXPECT_EQ(report["robot"], "./arm.toml");
   ASSERT_EQ(report["foreign"].size(), 1U) << report.dump();
   EXPECT_EQ(report["foreign"][0]["id"], 1);
-  EXPECT_EQ(report["foreign"][0]["meant"], "mg8016");
+  EXPECT_EQ(report["foreign"][0]["meant"], "mg8016.toml");
   EXPECT_EQ(report["foreign"][0]["running"], t.world.lines()[0]->config().servos[0].profile.name);
 }
 
