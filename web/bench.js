@@ -16,10 +16,10 @@ let visible = false;
 let fieldsets = [];
 
 /// A panel whose controls are dead where the page may only look.
-function panel(title, content, {acts = true, wide = false} = {}) {
+function panel(title, content, {acts = true, size = ''} = {}) {
   const set = el('fieldset', {}, ...content);
   if (acts) fieldsets.push(set);
-  return el('section', {class: `panel${wide ? ' wide' : ''}`, 'aria-label': title}, el('h2', {text: title}), set);
+  return el('section', {class: `panel ${size}`, 'aria-label': title}, el('h2', {text: title}), set);
 }
 
 function build() {
@@ -30,9 +30,9 @@ function build() {
     panel(t('supply_and_ambient'), supplyPanel()),
     panel(t('load'), loadPanel()),
     panel(t('clock_title'), clockPanel()),
-    panel(t('inject_fault'), faultPanel()),
-    panel(t('scenario'), scenarioPanel()),
-    panel(t('evidence'), evidencePanel(), {wide: true})));
+    panel(t('inject_fault'), faultPanel(), {size: 'broad'}),
+    panel(t('scenario'), scenarioPanel(), {size: 'wide'}),
+    panel(t('evidence'), evidencePanel(), {size: 'wide'})));
   built = true;
   showShaft(visible);
 }

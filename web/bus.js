@@ -1,21 +1,23 @@
-// The bus at a glance: a card for each drive.
+// The bus at a glance: a card for each drive, those of a bus together.
 
 import {advicePanel} from './advice.js';
+import {fitCards} from './card_size.js';
 import {Dial, shaftOf} from './dial.js';
 import {byId, el, setText} from './dom.js';
 import {drawing} from './drawing.js';
+import {goingOn, onFaults} from './fault_list.js';
 import {fixed} from './format.js';
 import {liveValues, wantLive} from './live.js';
-import {driveKey, driveName, driveOf, on, store} from './store.js';
+import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
 const kNumbers_ms = 120;   // between changes of numbers: people have to read them
 const kSpoken_ms = 1500;   // and those who listen have to hear them
 
-const kDense = 12;         // drives on one screen in full size
-
 const cards = new Map();
+const heads = new Map();   // by bus: what is said of all of it
 let summary = null;
+let groups = null;
 
 function field(name, unit, title) {
   const value = el('dd', {text: '–'});
@@ -24,8 +26,10 @@ function field(name, unit, title) {
 
 function makeCard(drive) {
   const name = driveName(drive.bus, drive.id);
+  const key = driveKey(drive.bus, drive.id);
   const dial = new Dial({label: t('drive', {name})});
   const fields = {
+    angle: field(t('angle'), '°', t('angle_about')),
     speed: field(t('speed'), '°/s', t('speed_about')),
     current: drive.series === 'MS' ? field(t('power_share'), '%', t('unit_power')) : field(t('current'), 'A', t('current_about')),
     voltage: field(t('voltage'), 'V', t('voltage_about')),
@@ -33,31 +37,52 @@ function makeCard(drive) {
     stage: field(t('stage'), '°C', t('stage_about')),
     replies: field(t('replies'), t('per_second'), t('replies_about')),
   };
+  fields.angle.node.classList.add('angle');
+  const shaft = el('p', {class: 'shaft-deg', title: t('shaft_about')});
   const state = el('span', {class: 'chip'});
   const errors = el('p', {class: 'errors'});
-  const root = el('article', {class: 'card', 'aria-label': t('drive', {name}), 'data-drive': driveKey(drive.bus, drive.id)},
-    el('header', {}, el('h2', {text: name}), el('span', {class: 'dim model', text: drive.model}), state),
-    dial.root, el('dl', {class: 'fields'}, ...Object.values(fields).map((one) => one.node)), errors,
-    el('footer', {}, el('a', {href: `#scope?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('scope_of', {name})}, t('scope_link')),
-      el('a', {href: `#bench?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('bench_of', {name})}, t('bench_link')),
-      el('a', {href: `#traffic?drive=${driveKey(drive.bus, drive.id)}`, 'aria-label': t('traffic_of', {name})}, t('traffic_link'))));
-  return {root, dial, fields, state, errors};
+  const faults = el('p', {class: 'faults', hidden: true});
+  const link = (view, label, text) => el('a', {href: `#${view}?drive=${key}`, 'aria-label': label}, text);
+  const root = el('article', {class: 'card', 'aria-label': t('drive', {name}), 'data-drive': key},
+    el('header', {}, el('h2', {text: String(drive.id)}), el('span', {class: 'dim model', text: drive.model, title: drive.model}), state),
+    el('div', {class: 'dial-box'}, dial.root, shaft), el('dl', {class: 'fields'}, ...Object.values(fields).map((one) => one.node)),
+    el('div', {class: 'said'}, errors, faults), el('footer', {}, link('scope', t('scope_of', {name}), t('scope_link')),
+      link('bench', t('bench_of', {name}), t('bench_link')), link('traffic', t('traffic_of', {name}), t('traffic_link'))));
+  return {root, dial, fields, state, errors, faults, shaft};
+}
+
+function makeGroup({bus, bitrate}) {
+  const head = {drives: el('span', {class: 'dim'}), faults: el('span', {class: 'faults'})};
+  heads.set(bus, head);
+  const mine = store.drives.filter((drive) => drive.bus === bus);
+  for (const drive of mine) cards.set(driveKey(bus, drive.id), makeCard(drive));
+  const rate = bitrate ? t('bus_rate', {bus, rate: bitrate / 1000}) : t('bus_no_time', {bus});
+  return el('section', {class: 'bus-group', 'aria-label': bus, 'data-bus': bus},
+    el('header', {class: 'row'}, buses().length > 1 ? el('h2', {text: bus, title: rate}) : '', head.drives, head.faults),
+    el('div', {class: 'cards'}, ...mine.map(({id}) => cards.get(driveKey(bus, id)).root)));
 }
 
 function build() {
   cards.clear();
-  for (const drive of store.drives) cards.set(driveKey(drive.bus, drive.id), makeCard(drive));
+  heads.clear();
   summary = el('p', {class: 'dim', id: 'bus-summary'});
-  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()), el('div', {class: cards.size > kDense ? 'cards dense' : 'cards'}, ...[...cards.values()].map((card) => card.root)));
+  groups = el('div', {id: 'bus-groups'}, ...buses().map(makeGroup));
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()), groups);
+  fitCards(groups);
+  onFaults(showFaults, groups);
 }
 
-function showNumbers(card, drive, now) {
+/// A controller without power measures nothing; what its sensors would say is noise.
+function showNumbers(card, drive, now, shaft) {
   const {fields} = card;
-  setText(fields.speed.value, fixed(now.speed_dps, 1));
-  setText(fields.current.value, drive.series === 'MS' ? fixed(now.power * 100, 1) : fixed(now.iq_A, 2));
-  setText(fields.voltage.value, fixed(now.voltage_V, 2));
-  setText(fields.motor.value, fixed(now.temperature_C, 1));
-  setText(fields.stage.value, fixed(now.driver_temperature_C, 1));
+  const measured = (value, digits) => (drive.alive ? fixed(value, digits) : '–');
+  setText(card.shaft, `${fixed(shaft.shaft, 1)}°`);
+  setText(fields.angle.value, measured(now.angle_deg, 1));
+  setText(fields.speed.value, measured(now.speed_dps, 1));
+  setText(fields.current.value, drive.series === 'MS' ? measured(now.power * 100, 1) : measured(now.iq_A, 2));
+  setText(fields.voltage.value, measured(now.voltage_V, 2));
+  setText(fields.motor.value, measured(now.temperature_C, 1));
+  setText(fields.stage.value, measured(now.driver_temperature_C, 1));
 }
 
 function showState(card, drive) {
@@ -67,7 +92,28 @@ function showState(card, drive) {
   setText(card.errors, text || t('no_errors'));
   card.errors.classList.toggle('bad', text !== '');
   card.root.classList.toggle('dead', !drive.alive);
+  card.root.classList.toggle('wrong', text !== '');
   setText(card.fields.replies.value, fixed(store.rates.get(driveKey(drive.bus, drive.id)), 0));
+}
+
+/// "jam, drop (armed)": what somebody has broken, whatever the drive knows of it.
+const inWords = (faults) => faults.map(({kind, state}) =>
+  (state === 'active' ? nameOf('fault_names', kind) : t('fault_in_state', {name: nameOf('fault_names', kind), state: nameOf('states', state)}))).join(', ');
+
+function say(node, faults) {
+  node.hidden = !faults.length;
+  if (faults.length) setText(node, t('faults_here', {names: inWords(faults)}));
+}
+
+function showFaults() {
+  for (const {bus, id} of store.drives) {
+    const card = cards.get(driveKey(bus, id));
+    if (!card) continue;
+    const mine = goingOn(bus, id);
+    say(card.faults, mine);
+    card.root.classList.toggle('faulty', mine.length > 0);
+  }
+  for (const [bus, head] of heads) say(head.faults, goingOn(bus));
 }
 
 let numbersAt = 0;
@@ -84,7 +130,7 @@ const run = drawing((at) => {
     const now = liveValues(drive);
     const shaft = shaftOf(drive, now);
     card.dial.show(shaft);
-    if (numbers) showNumbers(card, drive, now);
+    if (numbers) showNumbers(card, drive, now, shaft);
     if (spoken) card.dial.say(shaft);
   }
 });
@@ -92,17 +138,23 @@ const run = drawing((at) => {
 export function show(yes) {
   wantLive(yes);
   run(yes);
+  if (yes && groups) fitCards(groups);
 }
 
-on('program', build);
+const repliesOf = (drives) => drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
+
 function showSummary() {
   if (!summary || !store.status) return;
   const count = (holds) => store.drives.filter(holds).length;
-  const replies = store.drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
   setText(summary, t('summary', {drives: store.drives.length, running: count((one) => one.alive && one.state === 'running'),
-    errors: count((one) => one.errors.length > 0), dead: count((one) => !one.alive), replies: fixed(replies, 0)}));
+    errors: count((one) => one.errors.length > 0), dead: count((one) => !one.alive), replies: fixed(repliesOf(store.drives), 0)}));
+  for (const {bus} of buses().length > 1 ? buses() : []) {
+    const mine = store.drives.filter((drive) => drive.bus === bus);
+    setText(heads.get(bus).drives, t('bus_summary', {drives: mine.length, replies: fixed(repliesOf(mine), 0)}));
+  }
 }
 
+on('program', build);
 on('change', () => {
   showSummary();
   for (const [key, card] of cards) {

@@ -17,7 +17,7 @@ export function clockPanel() {
   const factor = el('input', {type: 'number', min: 0.001, max: 1000, step: 'any', value: 0.1});
   const by = el('input', {type: 'number', min: 0, step: 'any', value: 0.02});
   const realtime = button(t('real_time'), () => setMode('realtime'));
-  const stepped = button(t('stop'), () => setMode('stepped'), {title: t('time_stands')});
+  const stepped = button(t('stop_clock'), () => setMode('stepped'), {title: t('time_stands')});
   const scaled = button(t('scale'), () => { if (numbersOf(factor)) setMode(`x${Number(factor.value)}`); });
   const steps = [...kSteps_s.map((s) => button(s < 1 ? `+${s * 1000} ms` : `+${s} s`, () => step(s))), button(t('step'), () => { if (numbersOf(by)) step(Number(by.value)); })];
   const end = button(t('end'), () => attempt(() => remove('/clock/advance')), {title: t('end_about')});

@@ -1,15 +1,17 @@
 // Everything that can break, and what came of it.
 
-import {get, post} from './api.js';
+import {post} from './api.js';
 import {el, labelled, setText} from './dom.js';
 import {attempt, chosenDrives} from './choice.js';
+import {isGoing, onFaults} from './fault_list.js';
 import {figures} from './format.js';
 import {buses, driveName, store} from './store.js';
-import {name as nameOf, said, t} from './words.js';
+import {faultName, language, name as nameOf, said, t} from './words.js';
 
-const words = (key) => key.replaceAll('_', ' ');
-
-const kEvidence_ms = 700;
+/// "to, V"; in Chinese as its list has it.
+const parameterName = (key) => nameOf('parameters', key).replace(/ (s|ms|us|V|A|C|deg|Nm|Nms|Hz|dps)$/, ', $1');
+/// The list has the program's own names too: whoever writes a scenario needs them.
+const kindName = (kind) => (language === 'en' ? nameOf('fault_names', kind) : `${nameOf('fault_names', kind)} ${kind}`);
 
 // --- one to be chosen, with its parameters
 
@@ -32,12 +34,12 @@ function timing(kind) {
 export function faultPanel() {
   const groups = [...new Set(store.kinds.map((kind) => kind.group))];
   const select = el('select', {id: 'fault-kind', 'aria-label': t('fault')}, ...groups.map((group) => el('optgroup', {label: nameOf('fault_groups', group)},
-    ...store.kinds.filter((kind) => kind.group === group).map((kind) => el('option', {value: kind.kind, text: words(kind.kind)})))));
+    ...store.kinds.filter((kind) => kind.group === group).map((kind) => el('option', {value: kind.kind, text: kindName(kind.kind)})))));
   const about = el('p', {class: 'dim about'});
   const form = el('div', {class: 'pairs', id: 'fault-parameters'});
   const inject = el('button', {type: 'button', class: 'main', id: 'fault-inject'}, t('inject'));
   let controls = [];
-  const pair = (name, control) => el('div', {class: 'pair'}, el('label', {}, words(name).replace(/ (s|ms|V|A|C|deg|Nm|Hz|dps)$/, ', $1'), control));
+  const pair = (name, control) => el('label', {class: 'pair'}, el('span', {text: parameterName(name)}), control);
   const choose = () => {
     const kind = store.kinds.find((one) => one.kind === select.value);
     controls = [...kind.parameters.map((parameter) => ({name: parameter.name, control: input(parameter), choices: parameter.choices})), ...timing(kind)];
@@ -47,7 +49,7 @@ export function faultPanel() {
   };
   select.addEventListener('change', choose);
   choose();
-  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => t('fault_injected', {names: names.join(', ')})));
+  inject.addEventListener('click', () => attempt(() => breakIt(select.value, controls), (names) => t('fault_injected', {names: names.map((name) => faultName(name, select.value)).join(', ')})));
   return [el('div', {class: 'row'}, labelled(t('fault'), select), inject), about, form];
 }
 
@@ -74,24 +76,33 @@ async function breakIt(name, controls) {
 
 const kStates = {active: 'bad', armed: 'warn', paused: 'warn', over: '', cleared: ''};
 
-const isGoing = (fault) => ['active', 'armed', 'paused'].includes(fault.state);
+const kUnitNames = {deg: '°', dps: ' °/s', C: ' °C', us: ' µs'};
+/// " V" of to_V.
+function unitOfParameter(key) {
+  const unit = /_(s|ms|us|V|A|C|deg|Nm|Nms|Hz|dps)$/.exec(key)?.[1];
+  return unit ? kUnitNames[unit] ?? ` ${unit}` : '';
+}
+
+/// "drive 2, 142#9A00": the one word in it is of the language.
+const whereOf = ({first_on}) => String(first_on).replace(/^drive (\d+)/, (all, id) => t('drive_label', {name: id}));
 
 /// What the cells of a fault's row say.
 function cellsOf(fault) {
   const seconds = (s) => (s === null ? '–' : `${figures(s, 7)} s`);
   const parameters = Object.entries(fault.parameters)
-    .map(([key, value]) => `${words(key)} ${typeof value === 'number' ? figures(value) : nameOf('choices', value)}`).join(', ');
+    .map(([key, value]) => `${parameterName(key).replace(/[,，] ?\S+$/, '')} ${typeof value === 'number' ? figures(value) : nameOf('choices', value)}${unitOfParameter(key)}`).join(', ');
   return [nameOf('states', fault.state), fault.ids.length ? fault.ids.map((id) => driveName(fault.bus, id)).join(', ') : fault.bus, parameters,
-    seconds(fault.began_at_s), seconds(fault.first_effect_at_s), String(fault.effects), fault.effects ? String(fault.first_on) : t('nothing_yet')];
+    seconds(fault.began_at_s), seconds(fault.first_effect_at_s), String(fault.effects), fault.effects ? whereOf(fault) : t('nothing_yet')];
 }
 
 /// A row is made once and told what has changed, so that a button in it can keep the focus.
 function makeRow(fault) {
-  const clear = el('button', {type: 'button', 'aria-label': t('clear_fault', {name: fault.name}),
-    onclick: () => attempt(() => post('/directives', {bus: fault.bus, clear: fault.name}), t('fault_cleared', {name: fault.name}))}, t('clear'));
+  const name = faultName(fault.name, fault.kind);
+  const clear = el('button', {type: 'button', 'aria-label': t('clear_fault', {name}),
+    onclick: () => attempt(() => post('/directives', {bus: fault.bus, clear: fault.name}), t('fault_cleared', {name}))}, t('clear'));
   const chip = el('span', {class: 'chip'});
   const cells = [chip, ...Array.from({length: 6}, (_, n) => el('td', {class: n >= 2 && n <= 4 ? 'num' : ''}))];
-  const root = el('tr', {'data-fault': fault.name}, el('th', {scope: 'row', text: fault.name}), el('td', {}, chip), ...cells.slice(1), el('td', {}, clear));
+  const root = el('tr', {'data-fault': fault.name}, el('td', {}, clear), el('th', {scope: 'row', text: name, title: fault.name}), el('td', {}, chip), ...cells.slice(1));
   return {root, show(now) {
     cellsOf(now).forEach((text, n) => setText(cells[n], text));
     chip.className = `chip ${kStates[now.state] ?? ''}`;
@@ -125,16 +136,7 @@ export function evidencePanel() {
     }
     nothing.hidden = faults.length > 0;
   };
-  let busy = false;
-  const timer = setInterval(async () => {
-    if (!body.isConnected) clearInterval(timer);
-    if (busy || !store.connected || !body.isConnected || body.closest('[hidden]')) return;
-    busy = true;
-    try {
-      show(await get('/faults'));
-    } catch { /* the next time */ }
-    busy = false;
-  }, kEvidence_ms);
+  onFaults(show, body);
   return [el('div', {class: 'row'}, all, nothing), el('div', {class: 'scroll'}, el('table', {id: 'evidence'}, el('thead', {}, el('tr', {},
-    ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})), el('td'))), body))];
+    el('td'), ...heads.map((head, n) => el('th', {scope: 'col', class: n >= 4 && n <= 6 ? 'num' : '', text: head})))), body))];
 }

@@ -11,6 +11,7 @@ const kLeastBins = 160;
 const kFew = 12;             // more traces have no dashes
 const kPadding_px = 10;
 const kTimes_px = 26;  // more for the picture with the axis of time
+const kDrag_px = 4;    // less is a click: no hand is quite still
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -31,6 +32,7 @@ export class Panels {
     this.width = 0;
     this.generation = 0;  // of what is to be drawn anew
     this.traces = [];
+    this.dragged = false;  // since the button went down
     new ResizeObserver(() => this.fit()).observe(root);
     document.addEventListener('theme', () => this.set(this.traces));
   }
@@ -53,7 +55,7 @@ export class Panels {
     const few = this.traces.length <= kFew;
     const plot = new uPlot({
       width: 300, height: 120, legend: {show: false}, pxAlign: 0,
-      cursor: {sync: {key: 'scope'}, drag: {x: true, y: false, setScale: false}, points: {show: traces.length <= 8}, y: false},
+      cursor: {sync: {key: 'scope'}, drag: {x: false, y: false, setScale: false, click: () => {}}, bind: {mousedown: () => null}, points: {show: traces.length <= 8}, y: false},
       select: {show: true},
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
       axes: [
@@ -63,26 +65,46 @@ export class Panels {
       ],
       series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1, dash: few ? trace.dash : undefined,
         points: {show: false}, spanGaps: true}))],
-      hooks: {
-        setSelect: [(u) => this.selected(u)],
-        draw: [(u) => this.drawMarks(u)],
-      },
+      hooks: {draw: [(u) => this.drawMarks(u)]},
     }, [[], ...traces.map(() => [])], holder);
     plot.over.addEventListener('click', (event) => {
       const left = event.clientX - plot.over.getBoundingClientRect().left;
-      this.onPoint(plot.posToVal(left, 'x'), event);
+      if (!this.dragged) this.onPoint(plot.posToVal(left, 'x'), event);
     });
+    this.selectByDragging(plot);
     return {plot, traces, holder};
   }
 
-  selected(u) {
-    if (u.select.width < 4) return;
-    const from_s = u.posToVal(u.select.left, 'x');
-    const to_s = u.posToVal(u.select.left + u.select.width, 'x');
-    u.setSelect({left: 0, width: 0, top: 0, height: 0}, false);
-    this.justSelected = true;
-    setTimeout(() => { this.justSelected = false; }, 50);
-    this.onSelect(from_s, to_s);
+  /// A part of the screen, measured in pixels: the axis moves below the pointer while the scope runs.
+  selectByDragging(u) {
+    let from = null;
+    const place = (event) => {
+      const {left, width} = u.over.getBoundingClientRect();
+      return Math.min(width, Math.max(0, event.clientX - left));
+    };
+    const show = (left, width) => this.plots.forEach(({plot}) =>
+      plot.setSelect({left, width, top: 0, height: width && plot.over.clientHeight}, false));
+    u.over.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      from = place(event);
+      this.dragged = false;
+      u.over.setPointerCapture(event.pointerId);
+    });
+    u.over.addEventListener('pointermove', (event) => {
+      if (from === null) return;
+      const to = place(event);
+      this.dragged ||= Math.abs(to - from) >= kDrag_px;
+      if (this.dragged) show(Math.min(from, to), Math.abs(to - from));
+    });
+    const end = (event) => {
+      if (from === null) return;
+      const [left, right] = [from, place(event)].sort((a, b) => a - b);
+      from = null;
+      show(0, 0);
+      if (event.type === 'pointerup' && this.dragged && right - left >= kDrag_px) this.onSelect(u.posToVal(left, 'x'), u.posToVal(right, 'x'));
+    };
+    u.over.addEventListener('pointerup', end);
+    u.over.addEventListener('pointercancel', end);
   }
 
   drawMarks(u) {

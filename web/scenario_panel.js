@@ -4,7 +4,7 @@ import {get, post, remove} from './api.js';
 import {el, labelled, setText} from './dom.js';
 import {attempt} from './choice.js';
 import {figures} from './format.js';
-import {on, store} from './store.js';
+import {driveName, on, store} from './store.js';
 import {name, t} from './words.js';
 
 const kColours = {passed: 'good', failed: 'bad', invalid: 'bad', running: 'warn', open: 'warn'};
@@ -23,13 +23,25 @@ function verdict(report) {
   return el('table', {}, el('tbody', {}, ...invalid, ...rows));
 }
 
+const kMostNamed = 3;
+
+/// What its expectations are worth here: it was made for drives that these need not be.
+function robotText({robot, foreign}) {
+  if (!foreign?.length) return '';
+  const named = foreign.slice(0, kMostNamed).map(({bus, id, meant, running}) =>
+    t(running ? 'other_motor' : 'no_such_motor', {name: driveName(bus, id), meant, running}));
+  if (foreign.length > kMostNamed) named.push(t('and_more', {n: foreign.length - kMostNamed}));
+  return t('other_robot', {robot, drives: named.join('; ')});
+}
+
 export function scenarioPanel() {
   const select = el('select', {id: 'scenario'}, el('option', {value: '', text: t('choose_one')}));
   const about = el('p', {class: 'dim about'});
   const file = el('input', {type: 'file', accept: '.toml'});
-  const start = el('button', {type: 'button', class: 'main', id: 'scenario-start'}, t('start'));
-  const stop = el('button', {type: 'button', onclick: () => attempt(() => remove('/scenario'), t('ended'))}, t('stop'));
+  const start = el('button', {type: 'button', class: 'main', id: 'scenario-start'}, t('start_scenario'));
+  const stop = el('button', {type: 'button', onclick: () => attempt(() => remove('/scenario'), t('ended'))}, t('stop_scenario'));
   const head = el('p', {class: 'row', id: 'scenario-state'});
+  const robot = el('p', {class: 'warning', id: 'scenario-robot', hidden: true});
   const result = el('div', {class: 'scroll'});
   let delivered = [];
   get('/scenarios').then((list) => {
@@ -58,11 +70,15 @@ export function scenarioPanel() {
     head.replaceChildren(chip(state.state), t('scenario_at', {name: name('scenarios', state.name), time: figures(state.time_s, 4), all: figures(state.duration_s)}));
     try {
       const report = await get('/scenario');
-      const text = JSON.stringify([report.state, report.expectations, report.faults, report.invalid]);
+      const text = JSON.stringify([report.state, report.expectations, report.faults, report.invalid, report.foreign]);
       if (text === shown) return;
       shown = text;
+      setText(robot, robotText(report));
+      robot.hidden = !robot.textContent;
       result.replaceChildren(verdict(report));
     } catch { /* the next time */ }
   }, head);
-  return [el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file)), about, el('div', {class: 'row'}, start, stop), head, result];
+  const controls = el('div', {class: 'scenario-controls'}, el('div', {class: 'row'}, labelled(t('shipped'), select), labelled(t('or_file'), file)), about,
+    el('div', {class: 'row'}, start, stop));
+  return [el('div', {class: 'scenario-panel'}, controls, el('div', {}, head, robot, result))];
 }

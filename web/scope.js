@@ -208,7 +208,7 @@ function onKey(event) {
 }
 
 function onPoint(time_s, event) {
-  if (panels.justSelected || !held) return;
+  if (!held) return;
   putCursor(event.shiftKey ? 'B' : cursors.A === null ? 'A' : cursors.B === null ? 'B' : 'A', time_s);
 }
 
@@ -246,15 +246,13 @@ export function show(yes) {
   run(yes);
 }
 
-/// From elsewhere: a drive, and perhaps an instant.
+/// From elsewhere: a drive, that one alone; or an instant of it, among whatever drives are shown.
 export function visit(query) {
   const key = query.get('drive');
   const drive = driveOf(key);
   if (key && !drive) note(t('no_such_drive', {name: key}), true);
-  if (drive && !chosen.drives.some(({bus, id}) => bus === drive.bus && id === drive.id)) {
-    chosen.drives = [{bus: drive.bus, id: drive.id}];
-    restart();
-  }
+  const isShown = drive && chosen.drives.some(({bus, id}) => bus === drive.bus && id === drive.id);
+  if (drive && !(isShown && query.has('time_s'))) controls.pick([{bus: drive.bus, id: drive.id}]);
   const time_s = Number(query.get('time_s') || NaN);
   if (!(time_s >= 0 && time_s < kLatest_s)) return;
   hold(time_s - width_s / 2, time_s + width_s / 2);
@@ -263,7 +261,7 @@ export function visit(query) {
 }
 
 /// For tests and scripts: what is drawn of a trace.
-export const inspect = () => ({traces, captures, view: view(), cursors, frames: frames.length, time_s: busTime(buses()[0]?.bus)});
+export const inspect = () => ({traces, captures, view: view(), held: held !== null, cursors, frames: frames.length, time_s: busTime(buses()[0]?.bus)});
 
 on('program', () => {
   if (!panels) build();

@@ -45,10 +45,11 @@ export class ScopeControls {
   }
 
   build() {
-    const all = el('button', {type: 'button', onclick: () => this.pick(store.drives.map(({bus, id}) => ({bus, id})))}, t('all_drives'));
+    this.before = null;
+    this.all = el('button', {type: 'button', title: t('all_drives_about'), onclick: () => this.toggleAll()}, t('all_drives'));
     this.driveButtons = store.drives.map(({bus, id}) => ({bus, id, button: el('button', {type: 'button', 'aria-label': t('drive_label', {name: driveName(bus, id)}),
       onclick: () => this.toggleDrive(bus, id)}, driveName(bus, id))}));
-    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...this.driveButtons.map((one) => one.button), all);
+    this.drives.replaceChildren(el('span', {class: 'dim', text: t('drives')}), ...this.driveButtons.map((one) => one.button), this.all);
     this.setButtons = Object.entries(kSets).map(([name, signals]) => ({signals, button: el('button', {type: 'button', title: signals.join(', '),
       onclick: () => this.toggleSet(signals)}, t(`group_${name}`))}));
     this.sets.replaceChildren(el('span', {class: 'dim', text: t('signals')}), ...this.setButtons.map((one) => one.button));
@@ -59,6 +60,20 @@ export class ScopeControls {
   pick(drives) {
     this.chosen.drives = drives;
     this.does.restart();
+  }
+
+  get showsAll() {
+    return this.chosen.drives.length === store.drives.length;
+  }
+
+  /// All of them, and back to those that were chosen before.
+  toggleAll() {
+    if (this.showsAll) {
+      this.pick(this.before ?? this.chosen.drives.slice(0, 1));
+    } else {
+      this.before = this.chosen.drives;
+      this.pick(store.drives.map(({bus, id}) => ({bus, id})));
+    }
   }
 
   toggleDrive(bus, id) {
@@ -83,6 +98,7 @@ export class ScopeControls {
     for (const {bus, id, button} of this.driveButtons) {
       button.setAttribute('aria-pressed', drives.some((one) => one.bus === bus && one.id === id));
     }
+    this.all.setAttribute('aria-pressed', this.showsAll);
     for (const set of this.setButtons) set.button.setAttribute('aria-pressed', set.signals.every((name) => signals.includes(name)));
     for (const {name, box} of this.boxes) box.checked = signals.includes(name);
   }

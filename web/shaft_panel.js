@@ -31,8 +31,8 @@ async function tellTurns() {
 
 /// Says why not.
 function mayTurn() {
-  if (store.mayWrite && store.connected) return true;
-  note(t(store.mayWrite ? 'lost' : 'page_only_looks'), true);
+  if (store.mayWrite && store.connected && drive) return true;
+  note(t(!store.mayWrite ? 'page_only_looks' : store.connected ? 'choose_first' : 'lost'), true);
   return false;
 }
 
@@ -44,11 +44,20 @@ function turn(degrees) {
 const kRows = [[t('speed'), 'speed_dps', 1, '°/s'], [t('current'), 'iq_A', 2, 'A'], [t('voltage'), 'voltage_V', 2, 'V'],
   [t('supply_current'), 'bus_current_A', 2, 'A'], [t('motor'), 'temperature_C', 1, '°C'], [t('stage'), 'driver_temperature_C', 1, '°C']];
 
+const kNoShaft = {shaft: 0, target: null, zero: 0, speed: 0, alive: false, bridge: false};
+
 function choose() {
   const first = chosenDrives()[0];
   drive = first ?? null;
   owed_deg = 0;
   setText(numbers.name, first ? t('drive', {name: driveName(first.bus, first.id)}) : t('no_drive'));
+  numbers.at = 0;
+  if (!first) showNone();
+}
+
+function showNone() {
+  dial.show(kNoShaft);
+  for (const cell of [numbers.angle, numbers.target, ...numbers.cells]) setText(cell, '–');
 }
 
 /// Told to run once there is a panel.
@@ -63,7 +72,7 @@ export const showShaft = drawing((at) => {
   dial.say(shaft);
   setText(numbers.angle, fixed(shaft.shaft, 2));
   setText(numbers.target, fixed(shaft.target, 2));
-  kRows.forEach(([, key, digits], n) => setText(numbers.cells[n], fixed(now[key], digits)));
+  kRows.forEach(([, key, digits], n) => setText(numbers.cells[n], current.alive ? fixed(now[key], digits) : '–'));
 });
 
 export function shaftPanel() {

@@ -58,7 +58,7 @@ function updateRates(at_ms) {
   for (const bus of store.status.buses) {
     sample.buses.set(bus.bus, {time_s: bus.time_s, busy_s: bus.counters.wire_busy_s});
   }
-  for (const drive of store.drives) sample.replies.set(driveKey(drive.bus, drive.id), drive.counters.replies);
+  for (const drive of store.drives) sample.replies.set(driveKey(drive.bus, drive.id), drive.counters.sent);
   history.push(sample);
   while (history.length > 2 && at_ms - history[1].at_ms >= kSpan_ms) history.shift();
   const first = history[0];

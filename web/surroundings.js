@@ -14,10 +14,18 @@ const button = (text, onclick, attributes = {}) => el('button', {type: 'button',
 
 /// Fields show what applies, until somebody writes into them; `says` goes on saying it.
 function follow(inputs, says, show, sentence) {
+  const say = () => {
+    const drive = chosenDrives()[0];
+    setText(says, drive?.surroundings ? sentence(driveName(drive.bus, drive.id), drive.surroundings) : t('no_drive_chosen'));
+  };
   const restore = () => {
     const now = chosenDrives()[0]?.surroundings;
     if (now) show(now);
-    for (const input of inputs) delete input.dataset.edited;
+    for (const input of inputs) {
+      delete input.dataset.edited;
+      if (!now) input.value = '';
+    }
+    say();
   };
   for (const input of inputs) {
     for (const event of ['input', 'change']) input.addEventListener(event, () => { input.dataset.edited = ''; });
@@ -25,9 +33,9 @@ function follow(inputs, says, show, sentence) {
   onChoice(restore);
   restore();
   on('change', () => {
+    say();
     const drive = chosenDrives()[0];
     if (!drive?.surroundings) return;
-    setText(says, sentence(driveName(drive.bus, drive.id), drive.surroundings));
     if (inputs.every((input) => !('edited' in input.dataset) && input !== document.activeElement)) show(drive.surroundings);
   }, says);
   return restore;
@@ -83,7 +91,7 @@ const isStop = (key) => key.startsWith('theta');
 const isThere = (key, load) => !isStop(key) || Math.abs(load[key] ?? NaN) < kNoStop;
 
 export function loadPanel() {
-  const inputs = kLoad.map(([key, , , title]) => number({title: t(title), 'data-key': key}));
+  const inputs = kLoad.map(([key, , , title]) => number({id: `load-${key}`, title: t(title), 'data-key': key}));
   const says = el('p', {class: 'dim', id: 'load-now'});
   const restore = follow(inputs, says, ({load}) => kLoad.forEach(([key], n) => {
     inputs[n].value = isThere(key, load) ? plain(load[key]) : '';
@@ -103,6 +111,6 @@ export function loadPanel() {
     };
     if (await direct(loadOf, t('load_is'))) settled(wanted);
   };
-  const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {}, t(word), inputs[n]), el('span', {class: 'dim', text: unit})));
+  const rows = kLoad.map(([, word, unit], n) => el('div', {class: 'pair'}, el('label', {for: inputs[n].id, text: t(word)}), inputs[n], el('span', {class: 'dim', text: unit})));
   return [says, el('div', {class: 'pairs'}, ...rows), el('div', {class: 'row'}, button(t('set_load'), set), button(t('as_now'), restore))];
 }

@@ -9,7 +9,8 @@ import {filter, forget, frameAt, frameBefore, keep, kept, lostFrames, refilter, 
 import {frameRow} from './traffic_row.js';
 import {t} from './words.js';
 
-const kRow_px = 24;
+const kRow_px = 24;       // of each line of a row (views.css)
+const kOneLine_px = {one: 1215, several: 1270};  // so wide rows have one line, with one bus or with several
 const kMargin = 12;     // rows drawn beyond what is seen
 const kDraw_ms = 80;    // nobody reads faster
 
@@ -21,6 +22,7 @@ let visible = false;
 let wanted = false;
 let parts = null;
 let drawnAt = 0;
+let row_px = kRow_px;
 let rows = new Map();   // by frame: those in the table
 let dropped = 0;        // frames of which the place in the list knows that they are gone
 
@@ -76,6 +78,18 @@ function showRows(body, first, last) {
   });
 }
 
+/// Rows get a second line where one would be cut. Whoever reads goes on reading.
+function fit() {
+  const {scroller, table} = parts;
+  if (!scroller.clientWidth) return;
+  const narrow = scroller.clientWidth < kOneLine_px[buses().length > 1 ? 'several' : 'one'];
+  table.classList.toggle('narrow', narrow);
+  const first = scroller.scrollTop / row_px;
+  row_px = narrow ? 2 * kRow_px : kRow_px;
+  scroller.scrollTop = first * row_px;
+  stale = true;
+}
+
 /// Only the rows that can be seen are there.
 const run = drawing((at) => {
   if (!stale || (!parts.scrolled && at - drawnAt < kDraw_ms)) return;
@@ -83,15 +97,15 @@ const run = drawing((at) => {
   drawnAt = at;
   const {scroller, body, above, below, info} = parts;
   const {all, shown} = kept;
-  if (kept.dropped !== dropped) scroller.scrollTop -= (kept.dropped - dropped) * kRow_px;  // whoever reads goes on reading
+  if (kept.dropped !== dropped) scroller.scrollTop -= (kept.dropped - dropped) * row_px;  // whoever reads goes on reading
   dropped = kept.dropped;
   const following = !paused && parts.follow;
-  const fits = Math.ceil(scroller.clientHeight / kRow_px);
-  const top = following ? Math.max(0, shown.length - fits + 1) : Math.floor(scroller.scrollTop / kRow_px);
+  const fits = Math.ceil(scroller.clientHeight / row_px);
+  const top = following ? Math.max(0, shown.length - fits + 1) : Math.floor(scroller.scrollTop / row_px);
   const first = Math.max(0, top - kMargin);
   const last = Math.min(shown.length, top + fits + kMargin);
-  above.style.height = `${first * kRow_px}px`;
-  below.style.height = `${(shown.length - last) * kRow_px}px`;
+  above.style.height = `${first * row_px}px`;
+  below.style.height = `${(shown.length - last) * row_px}px`;
   showRows(body, first, last);
   parts.table.setAttribute('aria-rowcount', shown.length + 1);
   if (following) scroller.scrollTop = scroller.scrollHeight;
@@ -140,9 +154,10 @@ function build() {
       el('th', {scope: 'col', class: n < 2 ? 'num' : '', text: head})))), body);
   const scroller = el('div', {class: 'frames', tabindex: 0, role: 'region', 'aria-label': t('frames_scroller')}, above, table, below);
   scroller.addEventListener('scroll', () => {
-    parts.follow = scroller.scrollTop + scroller.clientHeight > scroller.scrollHeight - 2 * kRow_px;
+    parts.follow = scroller.scrollTop + scroller.clientHeight > scroller.scrollHeight - 2 * row_px;
     stale = parts.scrolled = true;
   });
+  new ResizeObserver(fit).observe(scroller);
   scroller.addEventListener('wheel', (event) => { if (event.deltaY < 0) parts.follow = false; }, {passive: true});
   parts = {pause, info, drives, body, above, below, table, scroller, follow: true, scrolled: false, clearFields};
   byId('view-traffic').replaceChildren(
@@ -154,6 +169,7 @@ function build() {
 
 function buildDrives() {
   parts.table.classList.toggle('one-bus', buses().length < 2);
+  fit();
   const there = new Set(store.drives.map(({bus, id}) => driveKey(bus, id)));
   for (const key of filter.drives) if (!there.has(key)) filter.drives.delete(key);
   const button = (key, name) => el('button', {type: 'button', 'data-drive-key': key,
@@ -200,8 +216,8 @@ function goTo(bus, time_s) {
   parts.follow = false;
   if (!kept.shown.includes(frame)) parts.clearFields();
   requestAnimationFrame(() => {
-    parts.below.style.height = `${kept.shown.length * kRow_px}px`;
-    parts.scroller.scrollTop = Math.max(0, kept.shown.indexOf(frame)) * kRow_px;
+    parts.below.style.height = `${kept.shown.length * row_px}px`;
+    parts.scroller.scrollTop = Math.max(0, kept.shown.indexOf(frame)) * row_px;
     stale = true;
   });
 }

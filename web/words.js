@@ -2,6 +2,7 @@
 
 import {kEnglish} from './words_en.js';
 import {kChinese} from './words_zh.js';
+import {kChineseFaults} from './words_zh_faults.js';
 import {kChineseNames} from './words_zh_names.js';
 
 const kKept = 'lk-emu-lang';
@@ -13,20 +14,23 @@ function wanted() {
 
 export const language = wanted().toLowerCase().startsWith('zh') ? 'zh' : 'en';
 const words = language === 'zh' ? kChinese : kEnglish;
+const names = language === 'zh' ? {...kChineseNames, ...kChineseFaults} : {};
 
 /// t('lost_frames', {n: 3}): what {n} stands for is put in its place.
 export function t(key, values = {}) {
   return (words[key] ?? kEnglish[key] ?? key).replace(/\{(\w+)\}/g, (all, name) => values[name] ?? all);
 }
 
-/// What the program calls something, in words: name('states', 'armed'). English is the name itself.
-export function name(group, key) {
-  return (language === 'zh' && kChineseNames[group]?.[key]) || key.replaceAll('_', ' ');
-}
+/// What the program calls something, in words: name('errors', 'under_voltage'). English is the name itself.
+export const name = (group, key) => names[group]?.[key] ?? key.replaceAll('_', ' ');
 
 /// A sentence that comes from the program, in this language where it is known.
-export function about(group, key, english) {
-  return (language === 'zh' && kChineseNames[group]?.[key]) || english;
+export const about = (group, key, english) => names[group]?.[key] ?? english;
+
+/// A fault by the name that it was given: of its kind, perhaps with a number, unless somebody thought of another one.
+export function faultName(given, kind) {
+  const number = given.startsWith(kind) ? /^(-\d+)?$/.exec(given.slice(kind.length)) : null;
+  return number ? name('fault_names', kind) + number[0] : given;
 }
 
 /// What an object says in both languages: said(advice, 'what') of `what` and `what_zh`.

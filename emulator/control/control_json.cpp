@@ -211,6 +211,7 @@ Json drive_json(const Line& line, int id) {
           {"counters",
            {{"queries", stats.queries},
             {"replies", stats.replies},
+            {"sent", line.sent(id)},
             {"unknown_commands", stats.unknown_commands},
             {"wrong_mode", stats.wrong_mode},
             {"refused_motion", stats.refused_motion},

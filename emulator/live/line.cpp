@@ -164,7 +164,10 @@ void Line::send_replies() {
   replies_.clear();
   bus_.take_replies(replies_);
   leaving_.clear();
+  const bool up = is_up();
   for (const TimedFrame& reply : replies_) {
+    const int id = reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
+    if (up) ++sent_[static_cast<std::size_t>(id)];
     adviser_.hear_reply(reply.frame);
     for (const Listener& listener : listeners_) {
       if (listener.reply) listener.reply(reply);

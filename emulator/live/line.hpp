@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -14,6 +15,7 @@
 #include "emulator/live/pacer.hpp"
 #include "emulator/rom/rom_gate.hpp"
 #include "emulator/transports/socketcan_port.hpp"
+#include "protocol/opcodes.hpp"
 
 namespace lk::emulator {
 
@@ -83,6 +85,8 @@ class Line {
 
   /// Everything that was to leave has left.
   bool replies_have_left() const;
+  /// Frames of this drive that have left the wire while the interface was up.
+  std::uint64_t sent(int id) const { return sent_[static_cast<std::size_t>(id)]; }
 
   /// What hosts do wrong on this bus.
   const Adviser& adviser() const { return adviser_; }
@@ -134,6 +138,7 @@ class Line {
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
   std::uint64_t backlog_lost_ = 0;
+  std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive
   std::map<int, std::uint64_t> refused_;  // writes to ROM, one after the other; by drive
   std::vector<TimedFrame> replies_;       // these three are kept for their memory
   std::vector<RomWrite> rom_writes_;

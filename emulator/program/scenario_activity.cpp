@@ -149,6 +149,12 @@ Json ScenarioActivity::report_json() const {
   const RunReport report = live_->report();
   Json json = state();
   json["about"] = report.about;
+  json["robot"] = live_->scenario().robot_name;
+  json["foreign"] = Json::array();
+  for (const ForeignDrive& drive : live_->scenario().foreign) {
+    json["foreign"].push_back(
+        {{"bus", drive.bus}, {"id", drive.id}, {"meant", drive.meant}, {"running", drive.running}});
+  }
   json["expectations"] = Json::array();
   json["faults"] = Json::array();
   for (const auto& result : report.verdict.expectations) {

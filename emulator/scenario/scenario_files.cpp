@@ -18,6 +18,18 @@ fs::path robot_file(const std::string& name, const fs::path& directory) {
   return is_path(name) ? directory / name : shipped_file(kRobots, name);
 }
 
+/// "; its drive 1 on vcan0 is mg8016, here it is mf7015 (and 2 more)", or nothing.
+std::string foreign_text(const Scenario& scenario) {
+  if (scenario.foreign.empty()) return "";
+  const ForeignDrive& first = scenario.foreign.front();
+  const std::string here =
+      first.running.empty() ? "there is none here" : "here it is " + on_one_line(first.running);
+  const std::size_t more = scenario.foreign.size() - 1;
+  return "; its drive " + std::to_string(first.id) + " on " + on_one_line(first.bus) + " is " +
+         on_one_line(first.meant) + ", " + here +
+         (more > 0 ? " (and " + std::to_string(more) + " more)" : "");
+}
+
 template <class Parse>
 Scenario load(Parse parse) {
   try {
@@ -66,8 +78,9 @@ Scenario load_live_scenario(const std::string& given, const std::vector<BusConfi
                                scenario_files(file.parent_path(), limits));
   });
   if (!scenario.robot_name.empty()) {
-    spdlog::info("scenario {}: its robot {} is not used, the drives are those that run",
-                 on_one_line(scenario.name), on_one_line(scenario.robot_name));
+    spdlog::info("scenario {}: its robot {} is not used, the drives are those that run{}",
+                 on_one_line(scenario.name), on_one_line(scenario.robot_name),
+                 foreign_text(scenario));
   }
   return scenario;
 }

@@ -28,6 +28,12 @@ TEST_P(Refused, WithOneLineAndStatus2) {
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err.rfind(GetParam().message, 0), 0U) << result.err;
   EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+  const auto other = EmulatorProcess({"--check", "--bus", "nowhere0", "--ids", "1", "--scenario",
+                                      scenarios + "jammed_joint.toml"})
+                         .wait();
+  EXPECT_NE(other.err.find("; its drive 1 on nowhere0 is mg8016, here it is mf7015"),
+            std::string::npos)
+      << other.err;
 }
 
 const BadInput kBadInput[] = {

@@ -186,6 +186,13 @@ class Page:
         self.run("arguments[0].scrollIntoView({block: 'center'})", button)
         button.click()
 
+    def mouse(self, what, element, shift_px=0, count=1):
+        """Pressed, Released or Moved at the middle of `element`, or beside it: a hand that may rest meanwhile."""
+        box = self.run("return arguments[0].getBoundingClientRect().toJSON()", element)
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {
+            "type": f"mouse{what}", "x": box["x"] + box["width"] / 2 + shift_px, "y": box["y"] + box["height"] / 2,
+            "button": "none" if what == "Moved" else "left", "buttons": int(what == "Pressed"), "clickCount": count})
+
     def choose(self, css, value):
         Select(self.one(css)).select_by_value(value)
 
@@ -196,9 +203,12 @@ class Page:
 
     def for_drives(self, *drives):
         """The bench acts on these."""
-        self.click("#view-bench", "none")
-        for drive in drives:
-            self.click("#view-bench", f"drive {drive}")
+        self.for_drives_in("none", *(f"drive {drive}" for drive in drives))
+
+    def for_drives_in(self, *names):
+        """Of buttons, in the language of the page."""
+        for name in names:
+            self.click("#view-bench", name)
 
     def field(self, drive, name):
         """A number of a drive's card; NaN before there is one."""

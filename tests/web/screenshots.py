@@ -40,7 +40,6 @@ def place_of(page, time_s):
 
 def put_cursor(page, time_s):
     """By a click, as a person does."""
-    nap(0.2)  # not a part of what was dragged before
     ActionChains(page.driver).move_to_element_with_offset(*place_of(page, time_s)).click().perform()
 
 
@@ -53,8 +52,10 @@ def step(page, bench):
     page.go("scope?drive=vcan0/1")
     page.choose('[aria-label="seconds in view"]', "10")
     page.until(lambda: page.scope("s.captures[0].samples.length > 1500"))
+    last_s = "s.captures[0].samples.last_s"
+    before = page.scope(last_s)
     bench.position(1, 120)
-    nap(2)
+    page.until(lambda: page.scope(last_s) > before + 2)  # of simulated time, which may be slow
     began, peak = page.scope("""(() => {
       const {capture, column} = s.traces.find((one) => one.signal === 'angle_deg');
       const ref = s.traces.find((one) => one.signal === 'angle_ref_deg').column;

@@ -77,7 +77,7 @@ def test_a_scenario_is_started_and_judged(page, bench):
     jammed = '#scenario option[value$="jammed_joint.toml"]'
     settle(page, lambda: page.all(jammed))
     page.choose("#scenario", page.one(jammed).get_attribute("value"))
-    page.click("#view-bench", "Start")
+    page.click("#view-bench", "Start scenario")
     settle(page, lambda: "jammed joint" in page.text("#scenario-state"))
     settle(page, lambda: "running" not in page.text("#scenario-state"))
     assert any(word in page.text("#scenario-state") for word in ("passed", "failed"))
@@ -155,6 +155,6 @@ def test_a_scenario_that_says_nothing_tells_why(page, tmp_path):
     own.write_text('about = "nothing"\nduration_s = 0.3\n[[event]]\nat_s = 0.1\nid = 4\nfault = { kind = "hang", name = "unheard", for_s = 0.1 }\n'
                    '[[expect]]\nid = 1\nerror = "stall"\nset = false\nfrom_s = 0\nto_s = 0.1\n')
     page.one("#view-bench input[type=file]").send_keys(str(own))
-    page.click("#view-bench", "Start")
+    page.click("#view-bench", "Start scenario")
     settle(page, lambda: page.all(".scroll [data-state=invalid]"))
     assert "unheard" in page.text(".scroll tr:has([data-state=invalid])")

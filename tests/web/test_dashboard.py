@@ -93,7 +93,7 @@ def step(page, name):
 @pytest.fixture
 def time_stands(page):
     page.go("bench")
-    page.click("#view-bench", "Stop")
+    page.click("#view-bench", "Stop the clock")
     settle(page, lambda: page.text("#clock-mode") == "stepped")
     settle(page, lambda: page.button("#view-bench", "+10 ms").is_enabled())
     yield
@@ -213,7 +213,7 @@ def test_csv_has_what_is_in_view(page, bench):
 
 def test_time_stands_and_moves_by_steps(page, bench):
     page.go("bench")
-    page.click("#view-bench", "Stop")
+    page.click("#view-bench", "Stop the clock")
     settle(page, lambda: page.text("#clock-mode") == "stepped")
     status = "return fetch('/api/v1/clock').then((r) => r.json()).then((c) => c.time_s)"
     before = page.run(status)

@@ -54,6 +54,12 @@ def test_names_that_are_translated_are_the_program_s(page):
     assert all(kind["about_zh"] for kind in kinds)
     program = {"fault_groups": {kind["group"] for kind in kinds},
                "signals": {signal["name"] for signal in api(page, "/signals")}}
+    faults = words(page, "words_zh_faults.js", "kChineseFaults")
+    assert set(faults["fault_names"]) == {kind["kind"] for kind in kinds}
+    parameters = {one["name"] for kind in kinds for one in kind["parameters"]}
+    assert set(faults["parameters"]) == parameters | {"probability", "for_s", "every_s", "times"}
+    choices = {word for kind in kinds for one in kind["parameters"] for word in one.get("choices", [])}
+    assert choices <= set(names["choices"])
     for group, known in program.items():
         assert set(names[group]) <= known
         print("not in Chinese:", *(known - set(names[group])))
@@ -75,6 +81,16 @@ def test_the_page_is_chinese(chinese, bench):
         assert not english_left.search(text), english_left.search(text)
     chinese.choose("#fault-kind", "jam")
     assert "输出轴被夹住" in chinese.text(".about")
+    assert "卡死 jam" in chinese.text("#fault-kind"), "what a scenario calls it stays to be read"
+    assert "百分比" in chinese.text("#fault-parameters")
+    chinese.for_drives_in("都不选", "驱动器 3")
+    chinese.click("#view-bench", "注入")
+    chinese.until(lambda: "卡死" in chinese.text('#evidence [data-fault="jam"]'))
+    assert not re.search("[a-z]{3}", chinese.text('#evidence [data-fault="jam"]'))
+    chinese.go("bus")
+    chinese.until(lambda: chinese.text('[data-drive="vcan0/3"] .faults') == "注入的故障：卡死")
+    chinese.go("bench")
+    chinese.click("#view-bench", "全部清除")
     chinese.go("traffic")
 
     def frame_is_seen():

@@ -129,20 +129,108 @@ def test_keys_serve_after_a_click_on_a_button(scope):
     scope.until(lambda: scope.button(".scope-controls", "Pause"))
 
 
-def double_click(page, element):
-    """Says itself which click is the second: how long there is between them depends on the machine."""
-    box = page.run("return arguments[0].getBoundingClientRect().toJSON()", element)
-    at = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2, "button": "left"}
-    for count in (1, 2):
-        for what in ("mousePressed", "mouseReleased"):
-            page.driver.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": what, "clickCount": count, **at})
+def rest(page):
+    """The picture moves on below the pointer, by a hundred pixels or so."""
+    before = page.scope("s.view.to_s")
+    page.until(lambda: page.scope("s.view.to_s") > before + 0.4)
+
+
+def click(page, element, count=1, tremor_px=0):
+    """As people do it: the pointer is there, the button stays down for a while."""
+    page.mouse("Moved", element, count=0)
+    page.mouse("Pressed", element, count=count)
+    if not page.scope("s.held"):
+        rest(page)
+    if tremor_px:
+        page.mouse("Moved", element, tremor_px, count=0)
+    page.mouse("Released", element, tremor_px, count=count)
+
+
+@pytest.mark.parametrize("tremor_px", [0, 2])
+def test_a_click_on_a_running_scope_changes_nothing(scope, tremor_px):
+    width = scope.scope("s.view.to_s - s.view.from_s")
+    for _ in range(3):
+        click(scope, scope.one(".u-over"), tremor_px=tremor_px)
+        scope.drawn()
+        assert not scope.scope("s.held")
+        assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(width)
+        assert scope.scope("s.cursors") == {"A": None, "B": None}
 
 
 def test_a_double_click_pauses_and_goes_on(scope):
+    """Says itself which click is the second: how long there is between them depends on the machine."""
     for name in ("Resume", "Pause"):
-        double_click(scope, scope.one(".u-over"))
+        width = scope.scope("s.view.to_s - s.view.from_s")
+        for count in (1, 2):
+            click(scope, scope.one(".u-over"), count)
         scope.until(lambda name=name: scope.button(".scope-controls", name))
         assert scope.scope("s.cursors") == {"A": None, "B": None}
+        assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(width)
+
+
+def test_what_is_dragged_over_is_what_is_seen_then(scope):
+    """A tenth of the picture, whose axis moves on meanwhile."""
+    over = scope.one(".u-over")
+    width_s, width_px = scope.scope("s.view.to_s - s.view.from_s"), over.size["width"]
+    part_px = width_px // 10
+    scope.mouse("Moved", over, count=0)
+    scope.mouse("Pressed", over)
+    scope.mouse("Moved", over, part_px // 2, count=0)
+    rest(scope)
+    scope.mouse("Moved", over, -part_px, count=0)
+    shown = [float(node.value_of_css_property("width")[:-2]) for node in scope.all(".u-select")]
+    assert shown == pytest.approx([part_px] * len(shown), abs=1), "in all pictures"
+    scope.mouse("Released", over, -part_px)
+    assert scope.scope("s.held")
+    assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(width_s / 10, rel=0.02)
+    assert scope.scope("s.cursors") == {"A": None, "B": None}
+    scope.click(".scope-controls", "Resume")
+    scope.choose('[aria-label="seconds in view"]', "5")
+
+
+def test_clicks_on_a_paused_scope_set_cursors(scope):
+    """Right after something was dragged over, too."""
+    over = scope.one(".u-over")
+    scope.mouse("Moved", over, count=0)
+    scope.mouse("Pressed", over)
+    scope.mouse("Moved", over, 300, count=0)
+    scope.mouse("Released", over, 300)
+    view = scope.scope("s.view")
+    for shift_px in (100, -200):
+        scope.mouse("Moved", over, shift_px, count=0)
+        scope.mouse("Pressed", over, shift_px)
+        scope.mouse("Released", over, shift_px)
+    assert scope.scope("s.view") | {"marks": []} == view
+    cursors = scope.scope("s.cursors")
+    per_px = (view["to_s"] - view["from_s"]) / over.size["width"]
+    assert (cursors["A"] - cursors["B"]) / per_px == pytest.approx(300, abs=2)
+    scope.click(".scope-controls", "clear cursors")
+    scope.click(".scope-controls", "Resume")
+    scope.choose('[aria-label="seconds in view"]', "5")
+
+
+def pressed(page):
+    return [button.text for button in page.all('.scope-controls [aria-label="drives"] [aria-pressed=true]')]
+
+
+def test_all_drives_is_undone_by_the_same_button(scope):
+    scope.click(".scope-controls", "drive 2")
+    scope.click(".scope-controls", "drive 2")
+    before = pressed(scope)
+    scope.click(".scope-controls", "all drives")
+    assert pressed(scope) == ["1", "2", "3", "4", "all drives"]
+    scope.click(".scope-controls", "all drives")
+    assert pressed(scope) == before
+
+
+def test_the_link_of_a_card_leads_to_its_drive_alone(scope):
+    scope.click(".scope-controls", "all drives")
+    scope.go("bus")
+    scope.one('[data-drive="vcan0/3"] a[href^="#scope"]').click()
+    scope.until(lambda: scope.one("#view-scope").is_displayed())
+    assert pressed(scope) == ["3"]
+    assert {label.split()[0] for label in scope.scope("s.traces.map((one) => one.label)")} == {"3"}
+    scope.go("scope?drive=vcan0/1")
 
 
 @pytest.mark.parametrize("drive", ["vcan7/1", "vcan0/31", "vcan0"])

@@ -41,6 +41,31 @@ def test_traffic_is_decoded_and_leads_to_the_scope(page, bench):
     page.fill("#view-traffic input[type=text]", "")
 
 
+@pytest.mark.parametrize("size", [(768, 1024), (1280, 800), (1920, 1080)], ids=lambda size: str(size[0]))
+def test_nothing_of_a_frame_is_cut(page, bench, size):
+    page.go("traffic")
+    page.resize(size)
+    try:
+        page.click("#view-traffic", "Clear")
+
+        def all_are_seen():
+            bench.position(1, -45.5, 500)  # has the longest name of what is sent often
+            bench.ask(1, 0x30)  # its reply is the longest
+            return len(page.all(f"{TABLE} tr")) >= 4
+
+        settle(page, all_are_seen)
+        page.click("#view-traffic", "Pause")
+        cut, right, rows = page.run("""
+          const cells = [...document.querySelectorAll('#view-traffic tbody td')].filter((cell) => cell.clientWidth);
+          const frames = [...document.querySelectorAll('#view-traffic tbody td:nth-child(8)')].map((cell) => cell.getBoundingClientRect().right);
+          return [cells.filter((cell) => cell.scrollWidth > cell.clientWidth).map((cell) => cell.textContent), Math.max(...frames), frames.length];""")
+        assert rows >= 4 and cut == []
+        assert right <= size[0], "the frame itself is on the screen"
+        page.click("#view-traffic", "Resume")
+    finally:
+        page.resize((1440, 900))
+
+
 # --- two buses with the same IDs
 
 

@@ -120,9 +120,33 @@ void check_head(TableReader& reader) {
   reader.finish();
 }
 
+/// Where what runs is not the robot. `known` is what runs by the names that its buses have there.
+std::vector<ForeignDrive> foreign_drives(const std::vector<BusConfig>& robot,
+                                         const std::vector<BusConfig>& known,
+                                         const std::vector<BusConfig>& running) {
+  std::vector<ForeignDrive> foreign;
+  for (const BusConfig& meant : robot) {
+    const auto found = std::ranges::find(known, meant.interface, &BusConfig::interface);
+    const BusConfig* const here =
+        found == known.end() ? nullptr : &running[static_cast<std::size_t>(found - known.begin())];
+    for (const ServoConfig& servo : meant.servos) {
+      std::string motor;
+      if (here != nullptr) {
+        const auto drive = std::ranges::find(here->servos, servo.id, &ServoConfig::id);
+        if (drive != here->servos.end()) motor = drive->profile.name;
+      }
+      if (motor == servo.profile.name) continue;
+      foreign.push_back({here != nullptr ? here->interface : meant.interface, servo.id,
+                         servo.profile.name, motor});
+    }
+  }
+  return foreign;
+}
+
 /// The robot may run on other interfaces than its file says. Its buses are known by the names there
 /// then, in the order there.
-void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenario& scenario) {
+void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
+                         const std::vector<BusConfig>& running, Scenario& scenario) {
   const auto name = reader.text("robot");
   if (!name) return;
   scenario.robot_name = *name;
@@ -136,10 +160,12 @@ void take_names_of_robot(TableReader& reader, const ScenarioFiles& files, Scenar
     return std::ranges::find(scenario.robot, bus.interface, &BusConfig::interface) !=
            scenario.robot.end();
   });
-  if (known || of_file.size() != scenario.robot.size()) return;
-  for (std::size_t n = 0; n < of_file.size(); ++n) {
-    scenario.robot[n].interface = of_file[n].interface;
+  if (!known && of_file.size() == scenario.robot.size()) {
+    for (std::size_t n = 0; n < of_file.size(); ++n) {
+      scenario.robot[n].interface = of_file[n].interface;
+    }
   }
+  scenario.foreign = foreign_drives(of_file, scenario.robot, running);
 }
 
 }  // namespace
@@ -169,7 +195,7 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
   reader.integer("bitrate", 0, INT64_MAX);
   scenario.robot = running;
   for (BusConfig& bus : scenario.robot) bus.events.clear();
-  take_names_of_robot(reader, files, scenario);
+  take_names_of_robot(reader, files, running, scenario);
   check_head(reader);
   read_course(reader, files, running, scenario);
   reader.finish();

@@ -208,18 +208,24 @@ std::string Judge::measured(const Trial& trial) const {
                             : std::to_string(trial.count) + " replies, the first" + at;
   }
   if (!trial.value) return "not looked at yet";
-  if (std::holds_alternative<ErrorIs>(expectation.what)) {
+  // What did not come about has no instant of its own.
+  const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
+  const std::string until = " by " + time_text(expectation.when.to);
+  if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
+    if (missed) return (error->set ? "never set" : "never without it") + until;
+    const bool open = expectation.when.kind == Kind::kBy && trial.status == Status::kOpen;
+    if (open) return error->set ? "not set so far" : "set so far";
     return (*trial.value != 0 ? "set" : "not set") + at;
   }
-  if (std::holds_alternative<StateIs>(expectation.what)) {
+  if (const auto* wished = std::get_if<StateIs>(&expectation.what)) {
     const std::string state =
         std::isfinite(*trial.value) ? state_word(static_cast<RunState>(*trial.value)) : "no power";
-    return state + at;
+    return (missed ? "never " + std::string(state_word(wished->state)) + until + ", " : "") +
+           state + at;
   }
   if (expectation.when.kind == Kind::kThroughout && trial.status == Status::kPassed) {
     return number_text(trial.seen->min) + " to " + number_text(trial.seen->max);
   }
-  const bool missed = expectation.when.kind == Kind::kBy && trial.status == Status::kFailed;
   return (missed ? "closest was " : "") + number_text(*trial.value) + at;
 }
 

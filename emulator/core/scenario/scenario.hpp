@@ -75,11 +75,21 @@ struct Expectation {
   std::string says;  // a sentence for the report; may be empty
 };
 
+/// A drive of the robot that a scenario was written for, where what runs is another one.
+struct ForeignDrive {
+  std::string bus;
+  int id = 1;
+  std::string meant;    // its motor
+  std::string running;  // the motor with that ID here; empty: there is none
+  friend bool operator==(const ForeignDrive&, const ForeignDrive&) = default;
+};
+
 struct Scenario {
   std::string name;
   std::string about;
-  std::string robot_name;        // as the file has it; may be empty on buses that run already
-  std::vector<BusConfig> robot;  // with all events
+  std::string robot_name;             // as the file has it; may be empty on buses that run already
+  std::vector<ForeignDrive> foreign;  // on buses that run already, as far as its robot can be read
+  std::vector<BusConfig> robot;       // with all events
   SimTime duration{0};
   std::vector<HostSend> sends;
   std::vector<Expectation> expectations;

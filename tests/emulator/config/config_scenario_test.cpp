@@ -231,6 +231,22 @@ TEST(ScenarioFile, AClearMayMeanAFaultOfTheRobotThatRuns) {
             "k.toml:6: event.clear: no fault is called \"rust\", and none is of that kind");
 }
 
+TEST(ScenarioFile, ALiveOneKnowsWhereWhatRunsIsNotItsRobot) {
+  const auto running = parse_config(
+      "[[bus]]\ninterface = \"can5\"\n[[bus.drive]]\nids = \"1-2\"\n"
+      "[[bus]]\ninterface = \"can6\"\n[[bus.drive]]\nids = \"2-3\"\n",
+      "other.toml", {}, find_test_profile);
+  const std::string text =
+      kHead + std::string("[[expect]]\nbus = \"vcan0\"\nid = 1\nstate = \"off\"\n");
+  const auto foreign = parse_live_scenario(text, "k.toml", running, kFiles).foreign;
+  ASSERT_EQ(foreign.size(), 2U);
+  const std::string& plain = running[0].servos[0].profile.name;
+  EXPECT_EQ(foreign[0], (ForeignDrive{"can5", 2, "mg4005", plain}));
+  EXPECT_EQ(foreign[1], (ForeignDrive{"can6", 4, plain, ""}));
+  const auto own = parse_config(kRobot, "dog.toml", {}, find_test_profile);
+  EXPECT_TRUE(parse_live_scenario(text, "k.toml", own, kFiles).foreign.empty());
+}
+
 TEST(ScenarioFile, ALiveOneNeedsNoRobot) {
   const auto running = parse_config(kRobot, "dog.toml", {}, find_test_profile);
   const Scenario scenario =

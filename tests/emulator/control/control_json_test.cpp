@@ -30,6 +30,21 @@ TEST(ControlJson, ADriveTellsWhatItIsConnectedToNow) {
   EXPECT_EQ(now("2"), before);
 }
 
+/// A drive gives a reply, and a fault may keep it from the wire.
+TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
+  TestWorld t;
+  ASSERT_EQ(t.post("/directives", R"({"id": 2, "fault": "silent"})").status, 200);
+  Line& line = *t.world.lines()[0];
+  line.take_in({SimTime{0}, test::frame("141#9A00000000000000")});
+  line.take_in({SimTime{0}, test::frame("142#9A00000000000000")});
+  line.bring_to(std::chrono::milliseconds(2), MonoTime::max(), Line::Patience::kNone);
+  const Json drives = t.get("/drives").body;
+  EXPECT_EQ(drives[0]["counters"]["replies"], 1);
+  EXPECT_EQ(drives[0]["counters"]["sent"], 1);
+  EXPECT_EQ(drives[1]["counters"]["replies"], 1);
+  EXPECT_EQ(drives[1]["counters"]["sent"], 0);
+}
+
 TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
   TestWorld t;
   const auto said = [&](std::array<std::uint8_t, 8> data) {

@@ -134,9 +134,9 @@ TEST(Judge, AStateIsCloserThanNone) {
   ScenarioRun run(scenario);
   run.advance_to(1s);
   const auto results = run.verdict().expectations;
-  EXPECT_EQ(results.at(0).measured, "no power at 0 s");
+  EXPECT_EQ(results.at(0).measured, "never off by 0.4 s, no power at 0 s");
   EXPECT_EQ(results.at(1).status, Status::kFailed);
-  EXPECT_EQ(results.at(1).measured.substr(0, 11), "running at ");
+  EXPECT_EQ(results.at(1).measured.substr(0, 30), "never off by 1 s, running at 0");
   ASSERT_TRUE(results.at(1).at);
   EXPECT_GE(*results.at(1).at, 550ms);
   EXPECT_LE(*results.at(1).at, 560ms);
@@ -165,6 +165,19 @@ TEST(Judge, SaysWhatWasMeasuredAndWhen) {
   EXPECT_EQ(off.at, 501ms);
   EXPECT_EQ(outcome_of(within("alive", 0, kInf), throughout(0ns, 1s)).measured, "1 to 1");
   EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, at(1s)).measured, "not set at 1 s");
+}
+
+TEST(Judge, SaysOfWhatDidNotComeAboutUntilWhenItWasLookedFor) {
+  EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, true}, by(750ms)).measured,
+            "never set by 0.75 s");
+  EXPECT_EQ(outcome_of(StateIs{RunState::kStopped}, by(400ms)).measured,
+            "never stopped by 0.4 s, running at 0 s");
+  EXPECT_EQ(outcome_of(ErrorIs{model::Error::kStall, false}, by(750ms)).measured, "not set at 0 s");
+  const Bus bus{test::bus_config({1})};
+  const Expectation stalls{0, 1, ErrorIs{model::Error::kStall, true}, by(1s), ""};
+  Judge judge(test::bus_config({1}), {stalls}, 0, 0ns);
+  judge.look(bus);
+  EXPECT_EQ(judge.results(0ns).at(0).measured, "not set so far");
 }
 
 /// A judge of one drive, told what is on the wire by hand.

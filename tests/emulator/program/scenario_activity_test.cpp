@@ -60,6 +60,29 @@ state = "running"
       << reason(post());
 }
 
+TEST(ScenarioActivity, SaysForWhichRobotItWasWritten) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const test::TempDirectory own;
+  own.put("arm.toml",
+          "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmotor = \"" LKEMU_SOURCE_DIR
+          "/configs/motors/mg8016.toml\"\n");
+  const std::string file = own.put("lift.toml", R"(robot = "./arm.toml"
+duration_s = 1
+[[expect]]
+id = 1
+state = "running"
+)");
+  ASSERT_EQ(t.post("/scenario", Json{{"file", file}}.dump()).status, 200);
+  const Json report = t.get("/scenario").body;
+  EXPECT_EQ(report["robot"], "./arm.toml");
+  ASSERT_EQ(report["foreign"].size(), 1U) << report.dump();
+  EXPECT_EQ(report["foreign"][0]["id"], 1);
+  EXPECT_EQ(report["foreign"][0]["meant"], "mg8016.toml");
+  EXPECT_EQ(report["foreign"][0]["running"], t.world.lines()[0]->config().servos[0].profile.name);
+}
+
 TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);

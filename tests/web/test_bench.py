@@ -1,0 +1,129 @@
+"""The bench: nothing is cut, nothing lies over what is to be clicked, and nothing is said of drives that are not chosen."""
+
+import pytest
+from dashboard import settle
+
+SIZES = [(768, 1024), (1280, 800), (1920, 1080)]
+
+
+@pytest.fixture(params=SIZES, ids=lambda size: str(size[0]))
+def sized(page, request):
+    page.go("bench")
+    page.resize(request.param)
+    page.drawn()
+    yield page
+    page.resize((1440, 900))
+
+
+def test_no_label_is_cut(sized):
+    """Neither a label nor what stands in an empty field, whatever the fault."""
+    cut = sized.run("""
+      const pen = document.createElement('canvas').getContext('2d');
+      const select = document.querySelector('#fault-kind');
+      const cut = new Set();
+      for (const option of select.options) {
+        select.value = option.value;
+        select.dispatchEvent(new Event('change'));
+        for (const text of document.querySelectorAll('#view-bench label, #view-bench label span, #view-bench h2, #view-bench button')) {
+          if (text.scrollWidth > text.clientWidth + 1 && text.clientWidth) cut.add(text.textContent);
+        }
+        for (const field of document.querySelectorAll('#view-bench input[placeholder]')) {
+          const style = getComputedStyle(field);
+          pen.font = `${style.fontSize} ${style.fontFamily}`;
+          const room = field.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight) - 18;  // its arrows
+          if (pen.measureText(field.placeholder).width > room) cut.add(field.placeholder);
+        }
+      }
+      return [...cut];""")
+    assert cut == []
+
+
+def test_every_button_has_a_name_of_its_own(page):
+    page.go("bench")
+    names = page.run("""return [...document.querySelectorAll('#view-bench .panel button')].filter((one) => !one.closest('table'))
+      .map((one) => one.getAttribute('aria-label') ?? one.textContent)""")
+    assert sorted(names) == sorted(set(names))
+    assert "Stop" not in names, "of what?"
+
+
+def run_jammed_joint(page):
+    jammed = '#scenario option[value$="jammed_joint.toml"]'
+    settle(page, lambda: page.all(jammed))
+    page.choose("#scenario", page.one(jammed).get_attribute("value"))
+    page.click("#view-bench", "Start scenario")
+    settle(page, lambda: page.all(".scenario-panel tbody tr"))
+
+
+def stop_scenario(page):
+    """Unless it is over already."""
+    page.run("return fetch('/api/v1/scenario', {method: 'DELETE'}).then((answer) => answer.status)")
+    settle(page, lambda: not page.button("#view-bench", "Stop scenario").is_enabled())
+
+
+def test_a_scenario_has_room_and_its_neighbours_stay_full(sized):
+    """The table next to its controls, or below them; no panel is taller than half again what is in it."""
+    run_jammed_joint(sized)
+    try:
+        table, panel, empty = sized.run("""
+          const high = (node) => node.getBoundingClientRect().height;
+          const panels = [...document.querySelectorAll('.bench > .panel')];
+          const empty = panels.filter((panel) => high(panel) > 1.5 * (high(panel.querySelector('h2')) + high(panel.querySelector('fieldset')) + 40));
+          const wide = (css) => document.querySelector(css).getBoundingClientRect().width;
+          return [wide('.scenario-panel table'), wide('.bench'), empty.map((panel) => panel.ariaLabel)];""")
+        assert table > 0.6 * panel
+        assert empty == []
+    finally:
+        stop_scenario(sized)
+
+
+def test_a_scenario_for_another_robot_says_so(page):
+    """jammed_joint is of robots/joint.toml: one MG8016. Here are MF7015."""
+    page.go("bench")
+    run_jammed_joint(page)
+    try:
+        settle(page, lambda: "Written for another robot, robots/joint.toml" in page.text("#scenario-robot"))
+        assert "drive 1 is mg8016 there, mf7015 here" in page.text("#scenario-robot")
+        assert page.one("#scenario-robot").is_displayed()
+    finally:
+        stop_scenario(page)
+
+
+def test_a_note_lies_over_no_button(sized):
+    sized.for_drives(2)
+    sized.choose("#fault-kind", "friction")
+    sized.fill('#fault-parameters [data-key="factor"]', 2)
+    for _ in range(2):
+        sized.click("#view-bench", "Inject")
+        settle(sized, lambda: "injected" in " ".join(note.text for note in sized.all(".note")))
+    settle(sized, lambda: sized.all("#evidence tbody button:enabled"))
+    covered = sized.run("""
+      const under = (button) => {
+        button.scrollIntoView({block: 'end'});
+        const {left, top, width, height} = button.getBoundingClientRect();
+        return document.elementFromPoint(left + width / 2, top + height / 2)?.closest('button') !== button;
+      };
+      return [...document.querySelectorAll('#view-bench button')].filter((button) => button.offsetParent && !button.closest('.scroll'))
+        .concat([...document.querySelectorAll('#evidence tbody button')].slice(0, 2)).filter(under).map((button) => button.textContent);""")
+    assert sized.all(".note"), "while it is there"
+    assert covered == []
+    sized.click("#view-bench", "Clear all")
+
+
+def test_without_a_drive_there_are_no_values(page):
+    page.go("bench")
+    page.for_drives(1)
+    settle(page, lambda: "V" in page.text("#supply-now"))
+    page.for_drives()
+    try:
+        page.drawn()
+        numbers = page.run("return [...document.querySelectorAll('.shaft-panel dd')].map((one) => one.textContent)")
+        assert set(numbers) == {"–"}
+        for says in ("#supply-now", "#load-now"):
+            assert page.text(says) == "No drive is chosen."
+        assert page.one('[aria-label="supply, V"]').get_attribute("value") == ""
+        assert page.one('[data-key="J_g_cm2"]').get_attribute("value") == ""
+        page.one("#view-bench .dial").send_keys("\ue012")  # left
+        settle(page, lambda: "choose a drive first" in [note.text for note in page.all(".note")])
+    finally:
+        page.for_drives(1)
+    settle(page, lambda: page.one('[aria-label="supply, V"]').get_attribute("value") != "")

@@ -1,0 +1,139 @@
+"""The bus at a glance: what is wrong is seen, what is not known is not shown, and the screen is used."""
+
+import pytest
+from conftest import PROGRAM
+from dashboard import Bench, Page, settle
+
+TELL = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
+    body: JSON.stringify(arguments[0])}).then((answer) => answer.status)"""
+
+
+def card(page, drive):
+    return f'[data-drive="vcan0/{drive}"]'
+
+
+def border(page, drive):
+    return page.one(card(page, drive)).value_of_css_property("border-top-color")
+
+
+def colour(page, name):
+    """Of the style sheet, as the browser says it of an element."""
+    return page.run("""const node = document.body.appendChild(document.createElement('i'));
+      node.style.color = `var(${arguments[0]})`;
+      const said = getComputedStyle(node).color;
+      node.remove();
+      return said;""", name).replace("rgb(", "rgba(").replace(")", ", 1)")
+
+
+@pytest.fixture
+def healed(page):
+    page.go("bus")
+    yield page
+    page.run(TELL, {"clear": "all"})
+    for drive in (2, 3):
+        page.run(TELL, {"id": drive, "power": "on"})
+
+
+@pytest.mark.parametrize("fault", ["jam", "phase_open"])
+def test_a_card_says_what_was_injected(healed, bench, fault):
+    page = healed
+    words = fault.replace("_", " ")
+    assert page.run(TELL, {"id": 2, "fault": fault}) == 200
+    settle(page, lambda: page.text(f"{card(page, 2)} .faults") == f"injected: {words}")
+    assert border(page, 2) == colour(page, "--warn")
+    assert page.text(f"{card(page, 1)} .faults") == ""
+    assert page.run(TELL, {"clear": "all"}) == 200
+    settle(page, lambda: not page.one(f"{card(page, 2)} .faults").is_displayed())
+    assert border(page, 2) != colour(page, "--warn")
+
+
+def test_a_fault_that_waits_is_said_to_wait(healed):
+    page = healed
+    assert page.run(TELL, {"ids": "2", "fault": {"kind": "drop", "every_s": 1000, "for_s": 0.01}}) == 200
+    settle(page, lambda: page.text(f"{card(page, 2)} .faults") == "injected: drop (paused)")
+
+
+def test_an_error_makes_a_card_red(healed):
+    page = healed
+    assert page.run(TELL, {"id": 2, "fault": {"kind": "temperature_stuck", "value_C": 140}}) == 200
+    settle(page, lambda: page.errors(2) == "motor temperature")
+    assert border(page, 2) == colour(page, "--bad")
+    assert border(page, 1) == colour(page, "--line")
+    assert page.run(TELL, {"id": 2, "power": "cycle"}) == 200
+
+
+def test_replies_are_those_that_left(healed, bench):
+    """A silent drive hears, obeys and counts its replies."""
+    page = healed
+    assert page.run(TELL, {"id": 3, "fault": "silent"}) == 200
+    bench.tell("move 1,3")
+    settle(page, lambda: page.field(1, "replies") > 5)
+    settle(page, lambda: page.field(3, "replies") == 0)
+    given = "return fetch('/api/v1/drives/vcan0/3').then((answer) => answer.json()).then((drive) => drive.counters.replies)"
+    before = page.run(given)
+    settle(page, lambda: page.run(given) > before and page.field(1, "replies") > 5)
+    assert page.field(3, "replies") == 0
+    bench.tell("move")
+
+
+def test_a_drive_without_power_has_no_measurements(healed):
+    page = healed
+    assert page.run(TELL, {"id": 2, "power": "off"}) == 200
+    settle(page, lambda: page.state(2) == "no power")
+    shown = lambda: page.run("return [...document.querySelectorAll(arguments[0])].map((one) => one.textContent)",
+                             f"{card(page, 2)} .fields dd")
+    settle(page, lambda: shown()[:-1] == ["–"] * 6)
+
+
+def test_the_angle_is_there_in_numbers(healed, bench):
+    page = healed
+    bench.ask(1, 0x88)
+    bench.position(1, 450)
+    settle(page, lambda: abs(bench.angle_deg(1) - 450) < 0.5)
+    settle(page, lambda: abs(page.field(1, "angle") - bench.angle_deg(1)) < 0.2)
+    truth = "return fetch('/api/v1/drives/vcan0/1').then((answer) => answer.json()).then((drive) => drive.signals.true_angle_deg)"
+    settle(page, lambda: abs(float(page.text(f"{card(page, 1)} .shaft-deg")[:-1].replace("\u2212", "-")) - page.run(truth)) < 0.2)
+
+
+@pytest.mark.parametrize("size", [(1920, 1080), (2560, 1440)])
+def test_few_drives_use_a_wide_screen(page, size):
+    page.go("bus")
+    page.resize(size)
+    try:
+        def reach():
+            page.drawn()
+            return page.run("""
+              const boxes = [...document.querySelectorAll('.card')].map((card) => card.getBoundingClientRect());
+              return [Math.max(...boxes.map((box) => box.right)), Math.max(...boxes.map((box) => box.bottom))];""")
+        settle(page, lambda: reach()[0] > 0.8 * size[0] and 0.6 * size[1] < reach()[1] <= size[1])
+    finally:
+        page.resize((1440, 900))
+
+
+def test_long_numbers_stay_in_their_card(page):
+    page.go("bus")
+    spilling = page.run("""
+      const number = document.querySelector('.card .fields dd');
+      const before = number.textContent;
+      number.firstChild.nodeValue = '\u221212345.6';
+      const card = number.closest('.card').getBoundingClientRect();
+      const right = Math.max(...[...number.closest('.card').querySelectorAll('.chip, dd, .unit, footer')].map((one) => one.getBoundingClientRect().right));
+      number.firstChild.nodeValue = before;
+      return right - (card.right - 8);""")
+    assert spilling <= 0
+
+
+@pytest.fixture(scope="module")
+def two():
+    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1-3")
+    page = Page(bench.http)
+    yield page
+    page.close()
+    bench.close()
+
+
+def test_drives_of_a_bus_stand_together(two):
+    groups = two.run("""return [...document.querySelectorAll('.bus-group')].map((group) =>
+      [group.querySelector('h2').textContent, [...group.querySelectorAll('.card')].map((card) => card.dataset.drive)])""")
+    assert groups == [["vcan0", ["vcan0/1", "vcan0/2"]], ["vcan1", ["vcan1/1", "vcan1/2", "vcan1/3"]]]
+    two.until(lambda: "3 drives" in two.text('[data-bus="vcan1"] header'))
