@@ -149,7 +149,7 @@ inline constexpr auto kIncrement = rows(
     row([](auto& c) -> auto& { return c.increment_cdeg; }, {.name = "increment", .label = "Increment", .key = "turn_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .unit = Unit::kDegree}));
 
 inline constexpr auto kMaxSpeed = rows(
-    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .unit = Unit::kDegreePerSecond}));
+    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .unit = Unit::kDegreePerSecond, .may_be_unsaid = true}));
 
 inline constexpr auto kTemperature = rows(
     row([](auto& c) -> auto& { return c.temperature_C; }, {.name = "temperature", .label = "Temperature", .key = "temperature_C", .byte = 1, .wire = Wire::kI8, .unit = Unit::kCelsius}));
@@ -252,7 +252,7 @@ inline constexpr auto kCommandRows = [] {
       rows(row(&Torque::iq_A, {.name = "iq_target", .label = "Target torque current", .key = "iq_A", .byte = 4, .wire = Wire::kI16, .scale = Scale::kIqCommand, .unit = Unit::kAmpere, .range = Range::kIqCommand})), kState2),
     command<Speed, State2>({.name = "speed", .word = "speed"},
       rows(row(&Speed::speed_dps, {.name = "speed_target", .label = "Target speed", .key = "speed_dps", .byte = 4, .wire = Wire::kI32, .scale = Scale::kCenti, .unit = Unit::kDegreePerSecond, .range = Range::kMaxSpeed, .beyond = Beyond::kDriveClamps}),
-                 row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqCommand, .unit = Unit::kAmpere, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_is_none = true})), kState2),
+                 row(&Speed::iq_limit_A, {.name = "iq_limit", .label = "Limit of the torque current", .key = "iq_limit_A", .byte = 2, .wire = Wire::kI16, .scale = Scale::kIqCommand, .unit = Unit::kAmpere, .range = Range::kIqLimit, .when = kSpeedIqLimit, .zero_is_none = true, .may_be_unsaid = true})), kState2),
     command<Position1, State2>({.name = "position 1, multi-turn", .word = "position_1"}, kTarget, kState2),
     command<Position2, State2>({.name = "position 2, multi-turn, max speed", .word = "position_2"}, joined(kTarget, kMaxSpeed), kState2),
     command<Position3, State2>({.name = "position 3, single-turn", .word = "position_3", .source = Source::kHardware}, joined(kSingleTurnTarget, kDirection), kState2),
