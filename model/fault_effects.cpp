@@ -1,6 +1,9 @@
 #include "model/fault_effects.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <tuple>
 
 namespace lk::model {
 namespace {
@@ -8,6 +11,11 @@ namespace {
 // A shaft moves differently from these on (assumed), far above rounding.
 constexpr double kSpeedStep = 1e-7;  // rad/s within a period
 constexpr double kAngleStep = 1e-9;  // rad
+// More than a step of the current sensors makes of a winding in a period, and a thousandth of what
+// the losses at rated torque make (assumed).
+constexpr double kHeatStep = 1e-6;  // K within a period
+/// Of a state that others decide: it comes out differently with them, or a period later.
+constexpr double kFollows = HUGE_VAL;
 
 /// The largest deviate of the sensors' noise: four numbers of 16 bits (noise.hpp).
 constexpr double kLargestDeviate = 3.4642;
@@ -36,6 +44,11 @@ Measurement<double> shown(const Period& period) {
   return falsified(faults, measure<double>(p, i_abc, s.theta, s.omega, unused));
 }
 
+/// All of a plant's states.
+auto values(const PlantState<double>& state) {
+  return std::apply([](const auto&... each) { return std::array{each...}; }, fields(state));
+}
+
 /// Noise beside what is there without, of which the largest deviate is a `step`.
 bool noise_shows(double with, double without, double step) {
   return kLargestDeviate * std::sqrt(std::max(with * with - without * without, 0.0)) >= step;
@@ -46,13 +59,24 @@ bool noise_shows(double with, double without, double step) {
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps) {
   const PlantState<double> a = after(with);
   const PlantState<double> b = after(without);
-  const auto differ = [](double x, double y, double step) { return std::abs(x - y) >= step; };
   const double i_step = without.plant.current_lsb;
-  return differ(a.i_d, b.i_d, i_step) || differ(a.i_q, b.i_q, i_step) ||
-         differ(a.v_link, b.v_link, steps.v_lsb) || differ(a.omega, b.omega, kSpeedStep) ||
-         differ(a.omega_out, b.omega_out, kSpeedStep) ||
-         // The rotor's angle follows from its speed; an output that has come off may be anywhere.
-         differ(a.theta_out, b.theta_out, kAngleStep);
+  // For each of the plant's states, in their order, how far apart is different. The rotor's angle
+  // follows from its speed; an output that has come off may be anywhere.
+  const auto differences =
+      std::array{i_step,     i_step,      kFollows,    // i_d, i_q, theta
+                 kSpeedStep, kAngleStep,  kSpeedStep,  // omega, theta_out, omega_out
+                 kFollows,   steps.v_lsb, kFollows,    // omega_change, v_link, i_link
+                 kHeatStep,  kHeatStep,   kHeatStep,   // winding, housing, stage
+                 kFollows,                             // tau_e
+                 kFollows,   kFollows,    kFollows,    // the ledger of energy
+                 kFollows,   kFollows,    kFollows};
+  const auto one = values(a);
+  const auto other = values(b);
+  static_assert(one.size() == differences.size(), "each state of the plant has its step");
+  for (std::size_t n = 0; n < one.size(); ++n) {
+    if (std::abs(one[n] - other[n]) >= differences[n]) return true;
+  }
+  return false;
 }
 
 bool measurements_differ(const Period& with, const Period& without) {

@@ -16,8 +16,8 @@ struct Period {
   const LaneFaults& faults;
 };
 
-/// Currents or link voltage come out differently by a step of their converter, or the shafts move
-/// differently.
+/// Currents or link voltage come out differently by a step of their converter, the shafts move
+/// differently, or something gets warmer or colder.
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps);
 
 /// The fast sensors show something else.

@@ -127,7 +127,8 @@ struct Field {
   When when = kAlways;
   int parameter = -1;  // >= 0: only where DATA[1] is this
   Period period = Period::kNone;
-  bool zero_is_none = false;  // 0 says nothing
+  bool zero_is_none = false;   // 0 says nothing
+  bool may_be_unsaid = false;  // in words: 0 where it is
   std::span<const Value> values = {};
   std::span<const Flag> flags = {};  // from bit 0 on
 

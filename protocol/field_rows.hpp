@@ -88,7 +88,7 @@ inline constexpr auto kIncrement = rows(
     row([](auto& c) -> auto& { return c.increment_cdeg; }, {.name = "increment", .label = "Increment", .key = "turn_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth}));
 
 inline constexpr auto kMaxSpeed = rows(
-    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16}));
+    row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 2, .wire = Wire::kU16, .may_be_unsaid = true}));
 
 inline constexpr auto kTemperature = rows(
     row([](auto& c) -> auto& { return c.temperature_C; }, {.name = "temperature", .label = "Temperature", .key = "temperature_C", .byte = 1, .wire = Wire::kI8}));

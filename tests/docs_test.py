@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """What a program can tell about the documents: `docs_test.py [DIR]`, DIR being the source tree, by default its own.
+`docs_test.py --links DIR` looks at links alone, for DIR is where they are installed.
 
 It fails if a link leads nowhere, if README.md has no link to a page of docs/, or if it is longer than MAX_README_LINES.
 Pages in Chinese that lag behind the English ones are listed, and fail nothing. They are compared in what is the same in any
@@ -111,13 +112,17 @@ def linked(page):
     return {(page.parent / link).resolve() for link in links(page.read_text("utf-8"))}
 
 
-def problems_of(root):
-    """What is wrong with the documents in whichever language."""
-    readme = root / "README.md"
+def dead_links(root):
     for page in sorted([*root.glob("*.md"), *(root / "docs").rglob("*.md")]):
         for link in links(page.read_text("utf-8")):
             if not (page.parent / link).exists():
                 yield f"{page.relative_to(root)}: link {link} leads nowhere"
+
+
+def problems_of(root):
+    """What is wrong with the documents in whichever language."""
+    readme = root / "README.md"
+    yield from dead_links(root)
     for page in sorted({*(root / "docs").glob("*.md")} - linked(readme)):
         yield f"README.md: has no link to {page.relative_to(root)}"
     length = len(readme.read_text("utf-8").splitlines())
@@ -137,6 +142,10 @@ def lags(english, chinese):
 
 
 def main():
+    if sys.argv[1:2] == ["--links"]:
+        problems = [*dead_links(pathlib.Path(sys.argv[2]).resolve())]
+        print("\n".join(problems))
+        return 1 if problems else 0
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent).resolve()
     problems = [*problems_of(root)]
     pairs = [(root / "README.md", root / "README.zh-CN.md")]

@@ -1,24 +1,52 @@
 #include "emulator/advice/advice.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <string_view>
 
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "protocol/command_info.hpp"
+#include "protocol/wire_format.hpp"
 
 namespace lk::emulator {
 namespace {
 
-std::string filled(std::string_view pattern, const std::array<double, 3>& numbers) {
+/// "legacy, late-legacy"
+std::string generations_with(const protocol::CommandInfo& command) {
+  std::string names;
+  for (const auto& [name, dialect] : protocol::kGenerationRows) {
+    if (!command.when.on(protocol::wire_format(dialect, Series::kMf))) continue;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  return names;
+}
+
+/// What stands for {word}.
+std::string stand_in(std::string_view word, const Finding& found) {
+  if (word.size() == 1) {
+    return number_text(found.numbers[static_cast<std::size_t>(word.front() - '1')]);
+  }
+  const std::uint8_t byte = found.command.value_or(0);
+  constexpr char kDigits[] = "0123456789ABCDEF";
+  if (word == "command") return {'0', 'x', kDigits[byte >> 4U], kDigits[byte & 0xFU]};
+  const protocol::CommandInfo* const command = protocol::find_command(byte);
+  if (command == nullptr) return "";
+  if (word == "generations") return generations_with(*command);
+  if (word == "key") return std::string(command->when.words);
+  return std::string(command->name);  // "name"
+}
+
+std::string filled(std::string_view pattern, const Finding& found) {
   std::string text;
-  for (std::size_t n = 0; n < pattern.size(); ++n) {
-    const bool number = pattern[n] == '{' && n + 2 < pattern.size() && pattern[n + 2] == '}';
-    if (!number) {
-      text += pattern[n];
-      continue;
-    }
-    text += number_text(numbers[static_cast<std::size_t>(pattern[n + 1] - '1')]);
-    n += 2;
+  while (!pattern.empty()) {
+    const std::size_t open = std::min(pattern.find('{'), pattern.size());
+    text += pattern.substr(0, open);
+    pattern.remove_prefix(open);
+    if (pattern.empty()) break;
+    const std::size_t close = pattern.find('}');
+    text += stand_in(pattern.substr(1, close - 1), found);
+    pattern.remove_prefix(close + 1);
   }
   return text;
 }
@@ -30,8 +58,19 @@ constexpr Words kAt{" at {1} s): ", "，{1} s）："};
 
 }  // namespace
 
+bool same_cause(const Finding& one, const Finding& other) {
+  return one.kind == other.kind &&
+         (!advice_row(one.kind).apiece || (one.what == other.what && one.command == other.command));
+}
+
 std::string what_text(const Advice& advice, Language language) {
-  return filled(advice.found.what->in(language), advice.found.numbers);
+  return filled(advice.found.what->in(language), advice.found);
+}
+
+std::string todo_text(const Advice& advice, Language language) {
+  const Finding& found = advice.found;
+  const Words& todo = found.todo != nullptr ? *found.todo : advice_row(found.kind).todo;
+  return filled(todo.in(language), found);
 }
 
 std::string advice_line(const std::string& bus, const Advice& advice, Language language) {
@@ -43,7 +82,8 @@ std::string advice_line(const std::string& bus, const Advice& advice, Language l
   text += (advice.count == 1 ? kOnce : kTimes).in(language);
   text += frame_text(advice.frame);
   const double first_s = std::chrono::duration<double>(advice.first).count();
-  return text + filled(kAt.in(language), {first_s}) + todo_text(advice, language);
+  text += filled(kAt.in(language), {advice.found.kind, nullptr, {first_s}});
+  return text + todo_text(advice, language);
 }
 
 }  // namespace lk::emulator

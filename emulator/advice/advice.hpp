@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "emulator/advice/kinds.hpp"
@@ -13,10 +14,14 @@ namespace lk::emulator {
 /// What a watcher has recognised in a frame: which kind, and its numbers in words.
 struct Finding {
   AdviceKind kind;
-  const Words* what;  // {1}, {2}, {3} stand for the numbers
+  const Words* what;  // {1}, {2}, {3} stand for the numbers; {command} and others for the command
   std::array<double, 3> numbers{};
   bool renews = false;  // the numbers of the last one are to be told, not those of the first
+  const Words* todo = nullptr;                         // null: that of the kind
+  std::optional<std::uint8_t> command = std::nullopt;  // what it is about
 };
+/// One mistake, that may have been made several times.
+bool same_cause(const Finding& one, const Finding& other);
 
 /// A mistake that a host has made with a drive, so many times.
 struct Advice {
@@ -29,9 +34,8 @@ struct Advice {
 
 /// What is wrong with the frame, the numbers in it.
 std::string what_text(const Advice& advice, Language language);
-inline std::string todo_text(const Advice& advice, Language language) {
-  return std::string(advice_row(advice.found.kind).todo.in(language));
-}
+/// What is to be done about it.
+std::string todo_text(const Advice& advice, Language language);
 /// "vcan0:1: rom-wear: … (12 times, first 141#32… at 0.25 s); todo": one line.
 std::string advice_line(const std::string& bus, const Advice& advice, Language language);
 

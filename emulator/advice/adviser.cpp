@@ -80,17 +80,19 @@ class Adviser::Desk {
       Watched& one = drives_[turn_++ % drives_.size()];
       one.looks = std::max(one.looks, 1);
     }
+    const BusStats stats = bus.stats();
+    const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
     for (Watched& watched : drives_) {
       if (watched.looks == 0 && !watched.trouble.waits()) continue;
       watched.looks = std::max(0, watched.looks - 1);
       watched.drive.look(bus);
       if (!watched.drive.multi_drive) watched.in_vain = 0;
       watched.wind_up.look(watched.drive);
-      if (const auto seen = watched.trouble.look(bus.time(), watched.drive)) {
+      if (const auto seen = watched.trouble.look(bus.time(), arrived, watched.drive)) {
         given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
       }
     }
-    look_at_wire(bus);
+    look_at_wire(bus.time(), stats);
   }
 
   std::uint64_t heard() const { return heard_; }
@@ -122,7 +124,8 @@ class Adviser::Desk {
   /// A host may try how it is answered.
   static constexpr int kInVain = 10;                             // assumed
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
-  static constexpr int kForeign = GenerationWatch::kUnknown;
+  /// It may try which generation it has to do with, and others than drives use identifiers.
+  static constexpr int kForeign = 3;  // assumed
 
   void hear_single(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
@@ -146,7 +149,7 @@ class Adviser::Desk {
       return;
     }
     if (query == nullptr) {
-      note(drive.id, watched.generation.hear_unknown(in.frame, drive), in);
+      note(drive.id, unknown_command(in.frame, drive), in);
       return;
     }
     hear_understood(watched, in, *query);
@@ -214,9 +217,8 @@ class Adviser::Desk {
     if (query != nullptr) hear_understood(watched, in, *query);
   }
 
-  void look_at_wire(const Bus& bus) {
-    const BusStats stats = bus.stats();
-    wire_.look(bus.time(), stats);
+  void look_at_wire(SimTime now, const BusStats& stats) {
+    wire_.look(now, stats);
     Watched* most = nullptr;
     for (Watched& watched : drives_) {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;

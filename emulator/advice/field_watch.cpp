@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "emulator/advice/generation_watch.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "protocol/command_info.hpp"
 #include "protocol/field_values.hpp"
@@ -118,6 +119,7 @@ std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive
 }  // namespace
 
 std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive) {
+  if (has_wide_target(heard, drive)) return std::nullopt;  // half of a number: told as such
   // From the last one: what a target is reached with stands behind it, and is told first.
   const auto fields = fields_for(heard, drive);
   for (std::size_t n = fields.size(); n-- > 0;) {

@@ -11,8 +11,20 @@ namespace {
 using protocol::get_le;
 
 // clang-format off
-constexpr Words kCommand{"this drive's generation does not have the command: no answer, {1} times so far",
-                         "这台驱动器的固件代没有这条命令：没有回复，至今 {1} 次"};
+constexpr Words kLacks{"{command}, {name}: no answer, this drive does not have the command; it is one of {generations}",
+                       "{command} 没有回复：这台驱动器没有这条命令，有它的固件代是 {generations}"};
+constexpr Words kGiveIt{"if the real drive has it, set {key} in its quirks, or choose a generation that has it; if not, do without",
+                        "如果真实驱动器有这条命令，就在 quirks 里设 {key}，或者选用有它的固件代；没有就不要用"};
+constexpr Words kSeriesLacks{"{command}, {name}: no answer, drives of this series do not have the command",
+                             "{command} 没有回复：这个系列的驱动器没有这条命令"};
+constexpr Words kOtherSeries{"use a command of this series, or a motor of another one (--motor)",
+                             "使用这个系列的命令，或者换用另一系列的电机（--motor）"};
+constexpr Words kNobodyHas{"{command}: no answer, no generation has the command",
+                           "{command} 没有回复：没有哪一代有这条命令"};
+constexpr Words kNoParameter{"{command}, {name}: no answer, there is no parameter {1}",
+                             "{command} 没有回复：没有参数 {1}"};
+constexpr Words kLookUp{"look up the commands that there are (docs/protocol.md, section 3)",
+                        "查有哪些命令（docs/zh-CN/protocol.md 第 3 节）"};
 constexpr Words kWideTarget{"a target of 32 bits, {1}°: this drive reads 16 bits of it, {2}°",
                             "目标是 32 位的 {1}°：这台驱动器只读其中 16 位，即 {2}°"};
 constexpr Words kSetAngle{"0x95 with the angle {1}°: this drive ignores it, only v236 sets its angle so",
@@ -26,27 +38,33 @@ constexpr std::int32_t kMostAngle_cdeg = 1000 * 36000;
 
 }  // namespace
 
-std::optional<Finding> GenerationWatch::hear_unknown(const protocol::Frame& frame,
-                                                     const KnownDrive& drive) {
+Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
+  const auto about = [&](const Words& what, const Words* todo, double number = 0) {
+    return Finding{AdviceKind::kUnknownCommand, &what, {number}, true, todo, frame.data[0]};
+  };
   const protocol::CommandInfo* row = protocol::find_command(frame.data[0]);
-  // A command of no generation, or of another series of motors, is another mistake.
-  if (row == nullptr || !protocol::fits(*row, drive.format.series)) return std::nullopt;
-  if (++unknown_ < kUnknown) return std::nullopt;
-  return Finding{AdviceKind::kOtherGeneration, &kCommand, {static_cast<double>(unknown_)}, true};
+  if (row == nullptr) return about(kNobodyHas, &kLookUp);
+  if (!protocol::fits(*row, drive.format.series)) return about(kSeriesLacks, &kOtherSeries);
+  if (protocol::knows(drive.format, *row)) return about(kNoParameter, &kLookUp, frame.data[1]);
+  return about(kLacks, &kGiveIt);
+}
+
+bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
+  if (!heard.is<protocol::Position3>() && !heard.is<protocol::Position4>()) return false;
+  const auto target = get_le<std::uint32_t>(heard.data, 4);
+  // Wide targets go up to a turn of the output, which is 36000 times the gear ratio.
+  return !drive.format.dialect.wide_single_turn_target && target > 0xFFFF &&
+         target < drive.widest_circle_cdeg;
 }
 
 std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDrive& drive) {
   const protocol::Payload& data = heard.data;
   const protocol::Dialect& dialect = drive.format.dialect;
-  if (heard.is<protocol::Position3>() || heard.is<protocol::Position4>()) {
-    const auto target = get_le<std::uint32_t>(data, 4);
-    // Wide targets go up to a turn of the output, which is 36000 times the gear ratio.
-    if (dialect.wide_single_turn_target || target <= 0xFFFF || target >= drive.widest_circle_cdeg) {
-      return std::nullopt;
-    }
-    return Finding{AdviceKind::kOtherGeneration,
-                   &kWideTarget,
-                   {target / 100.0, get_le<std::uint16_t>(data, 4) / 100.0}};
+  if (has_wide_target(heard, drive)) {
+    return Finding{
+        AdviceKind::kOtherGeneration,
+        &kWideTarget,
+        {get_le<std::uint32_t>(data, 4) / 100.0, get_le<std::uint16_t>(data, 4) / 100.0}};
   }
   if (heard.is<protocol::ClearAngle>()) {
     const auto angle = get_le<std::int32_t>(data, 4);

@@ -8,7 +8,7 @@ void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std
   Mark& mark = marks_[suspect.number % kMarks];
   if (mark.number != suspect.number) mark = {suspect.number, finding.kind};
   const auto known = std::ranges::find_if(all_, [&](const Advice& advice) {
-    return advice.id == id && advice.found.kind == finding.kind;
+    return advice.id == id && same_cause(advice.found, finding);
   });
   if (known == all_.end()) {
     all_.push_back({finding, id, times, suspect.at, suspect.frame});

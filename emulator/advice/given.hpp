@@ -16,7 +16,7 @@ struct Suspect {
   protocol::Frame frame;
 };
 
-/// What was found, once for each kind and drive, and the last frames that it was found in.
+/// What was found, once for each cause and drive, and the last frames that it was found in.
 class GivenList {
  public:
   static constexpr std::size_t kMarks = 1024;

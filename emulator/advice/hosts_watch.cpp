@@ -9,10 +9,10 @@ namespace {
 using protocol::Opcode;
 
 // clang-format off
-constexpr Words kBetween{"{1} stands between {2} and {3}, within 100 ms, and not for the first time: two programs command this drive",
-                         "{2} 与 {3} 之间夹着 {1}，间隔不到 100 ms，而且不止一次：有两个程序在指挥这台驱动器"};
-constexpr Words kKinds{"commands of two kinds take turns within 100 ms, again and again: two programs command this drive",
-                       "两种命令在 100 ms 之内反复交替：有两个程序在指挥这台驱动器"};
+constexpr Words kBetween{"{1} comes between commands of {2}, which keep their own rhythm, and not for the first time: two programs command this drive",
+                         "{2} 的命令保持自己的节奏，其间却夹着 {1}，而且不止一次：有两个程序在指挥这台驱动器"};
+constexpr Words kKinds{"commands of two kinds, each in its own rhythm, again and again: two programs command this drive",
+                       "两种命令各按自己的节奏反复出现：有两个程序在指挥这台驱动器"};
 // clang-format on
 
 constexpr double kNoticeable = 5;  // dps or degrees; less may be noise (assumed)
@@ -22,12 +22,25 @@ bool is_force(Opcode opcode) {
   return opcode == protocol::Torque::kOpcode || opcode == protocol::OpenLoop::kOpcode;
 }
 
+/// How much times from frame to frame differ.
+class Spread {
+ public:
+  void add(SimTime gap) {
+    least_ = std::min(least_, gap);
+    most_ = std::max(most_, gap);
+  }
+  SimTime value() const { return most_ - least_; }
+  SimTime most() const { return most_; }
+
+ private:
+  SimTime least_ = SimTime::max();
+  SimTime most_{0};
+};
+
 }  // namespace
 
 /// As one host's next command is to the one before, next to what lies between them.
-bool HostsWatch::alike(std::size_t a, std::size_t b) const {
-  const MotionCommand& one = back(a).motion;
-  const MotionCommand& other = back(b).motion;
+bool HostsWatch::alike(const MotionCommand& one, const MotionCommand& other) const {
   if (one.opcode != other.opcode) return false;
   if (back(0).motion.opcode != back(1).motion.opcode) return true;  // that is plain enough
   const double way = std::abs(back(1).motion.value - back(0).motion.value);
@@ -44,25 +57,49 @@ bool HostsWatch::apart() const {
          std::abs(there.value - now.value) >= kNoticeable;
 }
 
-bool HostsWatch::there_and_back() const {
-  if (count_ < kKept || back(0).at - back(2).at > kThereAndBack || !apart()) return false;
-  const auto of_either = [this](std::size_t n) { return alike(n, 0) || alike(n, 1); };
-  return alike(2, 0) && of_either(3) && of_either(4) && of_either(5);
+/// What the last frame says, with another one before it, and those like it before that.
+HostsWatch::Sign HostsWatch::sign() const {
+  if (!apart()) return Sign::kNone;
+  Spread own;  // of the frames like the last one
+  Spread all;
+  std::size_t last = 0;
+  std::size_t found = 1;
+  const std::size_t kept = std::min(count_, kKept);
+  for (std::size_t n = 1; n < kept && found < kRhythm; ++n) {
+    all.add(back(n - 1).at - back(n).at);
+    if (!alike(back(n).motion, back(last).motion)) continue;
+    own.add(back(last).at - back(n).at);
+    if (own.most() > kThereAndBack) return Sign::kNone;
+    last = n;
+    ++found;
+  }
+  if (found < kRhythm) return Sign::kNone;
+  const SimTime mean = (back(0).at - back(last).at) / static_cast<std::int64_t>(last);
+  if (all.value() * 5 < mean) return Sign::kNone;  // as even as one host's, or as two in turns
+  if (own.value() * 4 > all.value()) return Sign::kOneHost;
+  // Frames that were held up go out at once, and may be of any kind.
+  std::size_t before = 2;
+  while (!alike(back(before).motion, back(0).motion)) ++before;
+  const SimTime gap = back(0).at - back(before).at;
+  const SimTime nearest = std::min(back(0).at - back(1).at, back(before - 1).at - back(before).at);
+  return nearest * 7 < gap ? Sign::kNone : Sign::kSeveral;
 }
 
 std::optional<Finding> HostsWatch::hear(const Heard& heard) {
   if (!heard.motion) return std::nullopt;
   said_[count_++ % kKept] = {heard.at, *heard.motion};
-  if (!there_and_back()) return std::nullopt;
+  if (count_ < 2) return std::nullopt;
+  const Sign sign = this->sign();
+  if (sign == Sign::kOneHost) times_ = std::max(times_ - 1, 0);
+  if (sign != Sign::kSeveral) return std::nullopt;
   times_ = heard.at - last_time_ <= kAgain ? std::min(times_ + 1, kTimes) : 1;
   last_time_ = heard.at;
   if (times_ < kTimes) return std::nullopt;
   if (back(0).motion.opcode != back(1).motion.opcode) {
     return Finding{AdviceKind::kSeveralHosts, &kKinds};
   }
-  return Finding{AdviceKind::kSeveralHosts,
-                 &kBetween,
-                 {back(1).motion.value, back(2).motion.value, back(0).motion.value}};
+  return Finding{
+      AdviceKind::kSeveralHosts, &kBetween, {back(1).motion.value, back(0).motion.value}};
 }
 
 }  // namespace lk::emulator

@@ -29,14 +29,16 @@ enum class AdviceKind : std::uint8_t {
   kSingleInMultiMode,
   kErrorIgnored,
   kDuplicateId,
+  kUnknownCommand,
 };
-inline constexpr std::size_t kAdviceKinds = 17;
+inline constexpr std::size_t kAdviceKinds = 18;
 
 struct AdviceRow {
   AdviceKind kind;
   std::string_view word;  // stable: for programs
   Words rule;             // when it is given, as the documents have it
   Words todo;
+  bool apiece = false;  // each of its causes is told by itself
 };
 
 /// All of them, in the order of AdviceKind.

@@ -32,8 +32,9 @@ class TroubleWatch {
     Suspect suspect;
     std::uint64_t times;
   };
-  /// The drive was just looked at, at `now`. What it has refused, or that it was left in error.
-  std::optional<Seen> look(SimTime now, const KnownDrive& drive);
+  /// The drive was just looked at, at `now`, when it had all frames up to the number `arrived`.
+  /// What it has refused, or that it was left in error.
+  std::optional<Seen> look(SimTime now, std::uint64_t arrived, const KnownDrive& drive);
   /// The drive is to be looked at, though nobody speaks to it.
   bool waits() const { return error_ && error_->was_spoken_to && !error_->cared_for; }
 
@@ -47,8 +48,9 @@ class TroubleWatch {
   };
   std::optional<Seen> left_alone(SimTime now, const KnownDrive& drive);
   bool to_be_told(SimTime now) const;
-  /// The first of the last so many that the drive can have got by `now`.
-  const Suspect& first_of(std::uint64_t times, SimTime now, const KnownDrive& drive) const;
+  /// The first of so many that were refused, among those with numbers from `before` on, exclusive,
+  /// to `arrived`.
+  const Suspect& first_of(std::uint64_t times, std::uint64_t before, std::uint64_t arrived) const;
 
   std::optional<Error> error_;
   std::optional<SimTime> asked_;  // for its state, error or not
@@ -56,8 +58,14 @@ class TroubleWatch {
   SimTime spoken_to_since_{0};    // without a pause
   SimTime quiet_until_{0};
   std::uint64_t refused_ = 0;  // so far
-  static constexpr std::size_t kKept = 8;
-  std::array<Suspect, kKept> motions_{};  // a ring
+  std::uint64_t arrived_ = 0;
+  bool off_ = false;  // switched off last, not on
+  struct Motion {
+    Suspect suspect;
+    bool off = false;
+  };
+  static constexpr std::size_t kKept = 32;  // more than the wire carries from look to look
+  std::array<Motion, kKept> motions_{};     // a ring
   std::size_t motion_count_ = 0;
 };
 

@@ -22,6 +22,7 @@ const Field<Quirks> kQuirkSwitches[] = {
     {"manual_reply_bytes", &Quirks::manual_reply_bytes},
     {"offset_write_takes_effect", &Quirks::offset_write_takes_effect},
     {"run_resumes", &Quirks::run_resumes},
+    {"off_needs_run", &Quirks::off_needs_run},
     {"stop_holds", &Quirks::stop_holds},
 };
 const Field<Dialect> kDialectSwitches[] = {

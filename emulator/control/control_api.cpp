@@ -8,6 +8,7 @@
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
+#include "emulator/control/control_send.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -100,6 +101,7 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"GET", "/scenarios", &ControlApi::get_scenarios},
       {"GET", "/telemetry", &ControlApi::get_telemetry},
       {"GET", "/frames", &ControlApi::get_frames},
+      {"POST", "/frames", &ControlApi::post_frames},
   };
   return kRoutes;
 }
@@ -155,6 +157,14 @@ Line& ControlApi::line_of(const std::string* bus) {
   }
   if (world_.lines().size() > 1) throw ApiError(400, "bus", "there are several; name one");
   return *world_.lines().front();
+}
+
+Line& ControlApi::line_said(Json& said) {
+  if (!said.contains("bus")) return line_of(nullptr);
+  if (!said["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
+  const auto bus = said["bus"].get<std::string>();
+  said.erase("bus");
+  return line_of(&bus);
 }
 
 // --- what there is
@@ -253,18 +263,20 @@ void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts
     world_.set_clock(mode);
     return reply({200, {{"time_s", seconds(world_.time())}, {"faults", Json::array()}}, ""});
   }
-  std::optional<std::string> bus;
-  if (said.contains("bus")) {
-    if (!said["bus"].is_string()) throw ApiError(400, "bus", "must be a string");
-    bus = said["bus"].get<std::string>();
-    said.erase("bus");
-  }
-  Line& line = line_of(bus ? &*bus : nullptr);
+  Line& line = line_said(said);
   catch_up();
   const auto directives = read_request(said, line);
   line.announce(said.dump());
   const auto names = perform_all(directives, line);
   reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
+}
+
+void ControlApi::post_frames(const ApiRequest& request, const Parts& /*parts*/,
+                             const Reply& reply) {
+  Json said = body_of(request);
+  Line& line = line_said(said);
+  catch_up();
+  reply({200, send_frames(said, line), ""});
 }
 
 void ControlApi::get_clock(const ApiRequest& /*request*/, const Parts& /*parts*/,

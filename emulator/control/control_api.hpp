@@ -101,11 +101,14 @@ class ControlApi {
   void delete_scenario(const ApiRequest&, const Parts&, const Reply& reply);
   void get_scenarios(const ApiRequest&, const Parts&, const Reply& reply);
   void get_frames(const ApiRequest&, const Parts&, const Reply& reply);
+  void post_frames(const ApiRequest&, const Parts&, const Reply& reply);
   void get_telemetry(const ApiRequest&, const Parts&, const Reply& reply);
 
   Json clock_json() const;
   /// The bus that is meant: the only one, unless it is named.
   Line& line_of(const std::string* bus);
+  /// The bus that a request names, which is taken out of it.
+  Line& line_said(Json& said);
   /// What is on the buses now, not a millisecond ago.
   void catch_up() { world_.serve_all(); }
 

@@ -34,6 +34,7 @@ struct Quirks {
   protocol::Dialect dialect;        // what is on the wire
   bool offset_write_takes_effect = true;  // 0x91 is in force at once
   bool run_resumes = true;                // 0x88 after 0x81 resumes the earlier mode
+  bool off_needs_run = false;             // 0xA0..0xA8 after 0x80 wait for 0x88
   bool stop_holds = false;                // 0x81 holds the position instead of freeing the shaft
   BootWrap boot_wrap = BootWrap::kHalfCircle;
   std::optional<EncoderSpan> encoder_span;  // where it is not the motor's

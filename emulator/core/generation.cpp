@@ -14,7 +14,9 @@ const protocol::GenerationRow& row_of(Generation generation) {
 Quirks quirks_of(Generation generation) {
   Quirks quirks;
   quirks.dialect = row_of(generation).dialect;
-  quirks.run_resumes = generation == Generation::kLegacy || generation == Generation::kLateLegacy;
+  const bool newer = generation != Generation::kLegacy && generation != Generation::kLateLegacy;
+  quirks.run_resumes = !newer;
+  quirks.off_needs_run = newer;
   return quirks;
 }
 

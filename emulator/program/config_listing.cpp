@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/units.hpp"
+#include "emulator/ground/text.hpp"
+#include "protocol/command_info.hpp"
+#include "protocol/commands.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -172,7 +176,39 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
   return all;
 }
 
+/// "0x9A voltage 0.1 V in bytes 3-4": where its reply has the first field of that unit.
+std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char* symbol,
+                       const protocol::WireFormat& format) {
+  const auto byte = static_cast<std::uint8_t>(opcode);
+  const auto fields = protocol::find_command(byte)->reply;
+  const auto field = std::ranges::find_if(fields, [&](const protocol::Field& one) {
+    return one.unit == unit && protocol::present(one, 0, format);
+  });
+  return fmt::format("0x{:02X} {} {}{} in bytes {}-{}", byte,
+                     small_letters(std::string(field->label)),
+                     number(protocol::lsb(field->scale, format)), symbol, field->byte,
+                     field->byte + protocol::bytes_of(field->wire) - 1);
+}
+
 }  // namespace
+
+std::vector<std::string> spoken(const BusConfig& bus) {
+  std::map<std::string, std::string> ids_by_text;
+  for (const ServoConfig& servo : bus.servos) {
+    const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
+    const std::string text = fmt::format(
+        "{}: {}, {}", generation_text(servo),
+        place_text(protocol::ReadState1::kOpcode, protocol::Unit::kVolt, " V", format),
+        place_text(protocol::ReadSingleTurnAngle::kOpcode, protocol::Unit::kDegree, "°", format));
+    std::string& ids = ids_by_text[text];
+    ids += (ids.empty() ? "" : ",") + std::to_string(servo.id);
+  }
+  std::vector<std::string> lines;
+  for (const auto& [text, ids] : ids_by_text) {
+    lines.push_back(fmt::format("{}:{}: {}", bus.interface, ids, text));
+  }
+  return lines;
+}
 
 std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses) {
   std::vector<std::string> lines;

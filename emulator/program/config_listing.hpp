@@ -11,6 +11,10 @@ namespace lk::emulator {
 /// allowed and yet looks like a mistake.
 std::string describe_run(const std::vector<BusConfig>& buses);
 
+/// How the drives of a bus speak, a line for all that speak alike: "vcan0:1,2: legacy: 0x9A voltage
+/// 0.1 V in bytes 3-4, …".
+std::vector<std::string> spoken(const BusConfig& bus);
+
 /// A line for each kind of motor that speaks `legacy`, as nothing else was asked for, and was seen
 /// to speak otherwise.
 std::vector<std::string> seen_otherwise(const std::vector<BusConfig>& buses);

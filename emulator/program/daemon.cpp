@@ -155,7 +155,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
     line.on_advice = [this, &line](const Advice& advice) {
-      spdlog::warn("{}", advice_line(line.name(), advice, language_));
+      // A host may ask once, to find out what it has to do with.
+      const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
+      spdlog::log(may_be_right ? spdlog::level::info : spdlog::level::warn, "{}",
+                  advice_line(line.name(), advice, language_));
     };
     if (keeps_rom) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
@@ -168,6 +171,9 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   // Last, as nobody can undo it.
   if (keeps_rom && options.rom.wipe) rom_store_->wipe();
+  for (const BusConfig& bus : buses) {
+    for (const std::string& line : spoken(bus)) spdlog::info("{}", line);
+  }
   for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "emulator/advice/adviser.hpp"
-#include "emulator/config/candump_log.hpp"
 #include "emulator/files/durable_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
@@ -62,28 +61,6 @@ class CsvOutput {
   std::vector<Sampler> samplers_;  // by bus
   std::vector<double> row_;
   std::vector<double> values_;
-};
-
-/// All frames, of both directions.
-class CandumpOutput {
- public:
-  CandumpOutput(const std::filesystem::path& file, const Scenario& scenario)
-      : file_(file, "--candump") {
-    for (const BusConfig& bus : scenario.robot) buses_.push_back(bus.interface);
-  }
-  void write(const std::vector<Traffic>& traffic) {
-    using Direction = CandumpLine::Direction;
-    for (const Traffic& one : traffic) {
-      file_.write(candump_line(one.frame.at, buses_[one.bus], one.frame.frame,
-                               one.from_host ? Direction::kSent : Direction::kReceived) +
-                  '\n');
-    }
-  }
-  void commit() { file_.commit(); }
-
- private:
-  OutputFile file_;
-  std::vector<std::string> buses_;
 };
 
 /// Files that keep ROM; each write is on the disk before the run goes on.
@@ -151,6 +128,12 @@ class Advisers {
   std::vector<OfBus> advisers_;
 };
 
+std::vector<std::string> buses_of(const Scenario& scenario) {
+  std::vector<std::string> names;
+  for (const BusConfig& bus : scenario.robot) names.push_back(bus.interface);
+  return names;
+}
+
 std::size_t drives_of(const Scenario& scenario) {
   std::size_t drives = 0;
   for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
@@ -162,10 +145,9 @@ std::size_t drives_of(const Scenario& scenario) {
 RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   std::optional<RomOutput> rom;
   std::optional<CsvOutput> csv;
-  std::optional<CandumpOutput> candump;
   if (outputs.rom) rom.emplace(*outputs.rom, scenario);
   if (outputs.csv) csv.emplace(*outputs.csv, scenario);
-  if (outputs.candump) candump.emplace(*outputs.candump, scenario);
+  FrameFiles frames(outputs.frames, buses_of(scenario));
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
   Advisers advisers(scenario);
@@ -181,13 +163,15 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     // Whatever else is written, they look at the same instants.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) advisers.look(run);
-    if (candump) candump->write(traffic);
+    for (const Traffic& one : traffic) {
+      frames.write(one.bus, one.frame.at, one.frame.frame, one.from_host);
+    }
     if (rom) rom->write(run);
     progress.show(run.time());
     if (run.time() >= scenario.duration) break;
   }
   if (csv) csv->commit();
-  if (candump) candump->commit();
+  frames.commit();
   return {.name = scenario.name,
           .about = scenario.about,
           .seed = scenario.robot.front().seed,

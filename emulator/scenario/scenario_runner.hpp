@@ -9,6 +9,7 @@
 #include "emulator/core/scenario/sampler.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 #include "emulator/files/output_file.hpp"
+#include "emulator/scenario/frame_files.hpp"
 #include "emulator/scenario/junit_writer.hpp"
 
 namespace lk::emulator {
@@ -22,7 +23,7 @@ struct RunOutputs {
     SimTime period{0};
   };
   std::optional<Csv> csv;
-  std::optional<std::filesystem::path> candump;
+  FrameOutputs frames;
   std::optional<std::filesystem::path> rom;  // directory; absent: ROM ends with the run
   bool progress = false;                     // on standard error
   bool strict = false;                       // advice is a failure

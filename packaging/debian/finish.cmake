@@ -22,6 +22,11 @@ endfunction()
 
 set(program ${CPACK_TEMPORARY_DIRECTORY}/program)
 file(REMOVE ${program}/usr/share/doc/lk-emu/LICENSE)  # that is in copyright
+foreach(page README.md README.zh-CN.md)
+  file(READ ${program}/usr/share/doc/lk-emu/${page} text)
+  string(REPLACE "](LICENSE)" "](copyright)" text "${text}")
+  file(WRITE ${program}/usr/share/doc/lk-emu/${page} "${text}")
+endforeach()
 compress(${program}/usr/share/man/man1/lk-emu.1)
 finish(${program} lk-emu)
 finish(${CPACK_TEMPORARY_DIRECTORY}/development lk-emu-dev)

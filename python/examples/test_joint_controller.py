@@ -7,6 +7,8 @@ import can
 import pytest
 from joint_controller import POLL_S, STALL_LIMIT_S, TOLERANCE_DEG, Joint, Stalled
 
+from lkemu import SteppedBus
+
 pytestmark = pytest.mark.lkemu(ids="1", seed=1)
 HALF_WAY = {"signal": "angle_deg", "crosses": 45}
 
@@ -26,7 +28,7 @@ def joint(bus):
 
 def test_it_arrives(joint, drives):
     joint.move_to(90)
-    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+    assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
     assert joint.homings == 1
 
 
@@ -42,30 +44,17 @@ def test_it_arrives_although_replies_are_lost(joint, drives):
     drives[1].drop(probability=0.1)
     joint.move_to(90)
     assert joint.retries > 0
-    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+    assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
 
 
 def test_it_finds_its_reference_again_after_a_brown_out(joint, drives):
     drives[1].sag(to_V=3, s=1.0, when=HALF_WAY)
     joint.move_to(90)
     assert joint.homings == 2
-    assert drives[1].telemetry()["angle_deg"] == pytest.approx(90, abs=2 * TOLERANCE_DEG)
+    assert drives[1].telemetry("angle_deg") == pytest.approx(90, abs=2 * TOLERANCE_DEG)
 
 
 # --- with the clock in the test's hand: as fast as the machine can, the same on every one ---
-
-
-class SteppedBus:
-    """While the host waits for a reply, time passes; otherwise it stands."""
-
-    def __init__(self, bus, clock):
-        self.bus, self.clock, self.send = bus, clock, bus.send
-
-    def recv(self, timeout):
-        deadline_s = self.clock.time_s + timeout
-        while (message := self.bus.recv(0)) is None and self.clock.time_s < deadline_s:
-            self.clock.advance("1ms")
-        return message
 
 
 @pytest.mark.lkemu(clock="stepped")

@@ -12,6 +12,7 @@ from .drive import Drive, Power, Targets
 from .emulator import Drives, Emulator
 from .errors import Ended, Error, NoEffect, Refused, StartError
 from .faults import Evidence, Fault, Kind
+from .stepped_bus import SteppedBus
 from .telemetry import Sample, Telemetry
 
 __version__ = "0.1.0"
@@ -32,6 +33,7 @@ __all__ = [
     "Refused",
     "Sample",
     "StartError",
+    "SteppedBus",
     "Targets",
     "Telemetry",
 ]

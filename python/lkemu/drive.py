@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Union, overload
 
 from .errors import Refused
 from .faults import Fault, kind_called
@@ -125,13 +125,21 @@ class Drive(Targets):
         """Everything that is known of it: motor, state, errors, signals, registers, counters."""
         return dict(self._emulator.client.get(f"/drives/{self.bus}/{self.id}"))
 
-    def telemetry(self, *signals: str) -> Dict[str, float]:
-        """Signals now, all or those named (`lk-emu` lists them in GET /signals)."""
+    @overload
+    def telemetry(self, signal: str, /) -> float: ...
+
+    @overload
+    def telemetry(self, *signals: str) -> Dict[str, float]: ...
+
+    def telemetry(self, *signals: str) -> Union[float, Dict[str, float]]:
+        """Signals now: the value of one; of several or, without any, of all a dict (GET /signals lists them)."""
         values = self.view()["signals"]
         for name in signals:
             if name not in values:
                 near = difflib.get_close_matches(name, values, 1)
                 raise Refused("signals", f"there is no signal {name!r}" + (f", did you mean {near[0]}?" if near else ""))
+        if len(signals) == 1:
+            return float(values[signals[0]])
         return {name: values[name] for name in signals} if signals else dict(values)
 
     @property

@@ -135,7 +135,8 @@ def test_no_answer_is_an_error_and_the_next_request_a_new_connection(emu):
 
 def test_what_is_read_of_a_drive(emu):
     drive = emu.drives[1]
-    assert drive.telemetry("angle_deg") == {"angle_deg": 12.5}
+    assert drive.telemetry("angle_deg") == 12.5
+    assert drive.telemetry("angle_deg", "speed_dps") == {"angle_deg": 12.5, "speed_dps": drive.telemetry()["speed_dps"]}
     with pytest.raises(lkemu.Refused, match="signals: there is no signal 'speed', did you mean speed_dps?"):
         drive.telemetry("speed")
     assert (drive.state, drive.alive, drive.errors, drive.counters) == ("running", True, [], {"replies": 7})

@@ -1,4 +1,6 @@
 // DriveBank::takes_effect: a fault that changes nothing says so (docs/model.md §14).
+#include "model/fault_effects.hpp"
+
 #include "tests/model/support.hpp"
 
 namespace lk::model::test {
@@ -206,6 +208,27 @@ TEST(TakesEffect, AWrongClockWhereTimeCounts) {
   EXPECT_FALSE(of(drive_at(Off{}), {.clock_ratio = 1.01}));
   EXPECT_TRUE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.01}));
   EXPECT_FALSE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.0}));
+}
+
+/// Of a warm winding the way to the housing is blocked: 55 K over what a healthy one has.
+TEST(TakesEffect, WhatChangesATemperatureAlone) {
+  DriveParams healthy = ideal_drive();
+  healthy.thermal.R_winding_housing = 1.0;
+  healthy.thermal.C_winding = 50.0;
+  DriveParams blocked = healthy;
+  blocked.thermal.R_winding_housing = 100.0;
+  const PlantParams<double> a = plant_params(blocked);
+  const PlantParams<double> b = plant_params(healthy);
+  PlantState<double> state;
+  state.v_link = 24;
+  state.temp_housing = state.temp_stage = 25;
+  const CurrentLoopState<double> loop;
+  const LaneFaults none;
+  for (const double winding_C : {80.0, 25.0}) {
+    state.temp_winding = winding_C;
+    EXPECT_EQ(plants_differ({a, state, loop, none}, {b, state, loop, none}, slow_sensors({})),
+              winding_C > 25);
+  }
 }
 
 }  // namespace fault_effects_test

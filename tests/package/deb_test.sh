@@ -80,6 +80,12 @@ quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.to
 quietly "$program" plot "$scratch/run.csv"
 "$root/usr/bin/with-vcan" --help >/dev/null || fail "with-vcan does not find its files"
 mandoc -Tlint -Wwarning "$root/usr/share/man/man1/lk-emu.1.gz" || fail "the manual page is not clean"
+# Where Debian's Python looks, with the program of its own.
+found=$(env -u LKEMU -u PYTHONPATH PYTHONDONTWRITEBYTECODE=1 python3 -S -c "
+import sys; sys.path.insert(0, '$root/usr/lib/python3/dist-packages')
+import lkemu.program; print(lkemu.program.find_program())") || fail "import does not find lkemu"
+[[ $found == "$program" ]] || fail "lkemu finds another program: $found"
+"$(dirname "$0")/../docs_test.py" --links "$root/usr/share/doc/lk-emu" || fail "its documents have links that lead nowhere"
 # The dissector lies where tshark looks for plugins, and it takes it from such a place.
 plugin=$(tshark -G folders 2>/dev/null | sed -n 's/^Global Lua Plugins:[[:space:]]*//p')/lk-motor.lua
 [[ -e $root$plugin ]] || fail "no dissector in $plugin"

@@ -76,7 +76,7 @@ class Help(unittest.TestCase):
     def test_of_a_word_of_ctl_is_its_own(self):
         texts = {path[1]: output(PROGRAM, *path, "--help") for path, _, _ in EVERYTHING if path[:1] == ("ctl",) and path[1:]}
         for word, text in texts.items():
-            self.assertIn("Takes --socket, --bus and --json of lk-emu ctl too.", text)
+            self.assertIn("Takes --socket, --bus, --json and --lang of lk-emu ctl too.", text)
             for example in re.findall(r"^  lk-emu .*", text, re.MULTILINE):
                 self.assertIn(f"lk-emu ctl {word} ", example)
             for about in re.findall(r"^  [A-Z][A-Z=]+(?: \S+)*?  +(\S.*)$", text, re.MULTILINE):

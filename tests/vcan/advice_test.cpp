@@ -17,8 +17,8 @@ class Advice : public testing::Test {
  protected:
   std::string socket() const { return own_.path("s"); }
   std::vector<std::string> arguments(std::vector<std::string> more) const {
-    more.insert(more.begin(),
-                {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--control", socket()});
+    more.insert(more.begin(), {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--quirk",
+                               "off_needs_run=true", "--control", socket()});
     return more;
   }
   double simulated_s() const { return ask(socket(), "GET /clock").number("time_s"); }

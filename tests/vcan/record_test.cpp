@@ -110,7 +110,8 @@ TEST_F(Record, RunsAgainIdentically) {
     const auto result = emulator.stop();
     EXPECT_EQ(result.status, 0) << result.err;
   }
-  const auto again = replay({"--candump", scratch_ + "/again.log", "--csv", scratch_ + "/a.csv"});
+  const auto again =
+      replay({"--candump", scratch_ + "/again.log", "--marks", "--csv", scratch_ + "/a.csv"});
   EXPECT_EQ(again.status, 0) << again.out << again.err;
   EXPECT_NE(again.out.find("replies, identical\n"), std::string::npos) << again.out;
   EXPECT_GT(std::stoi(again.out), 3500) << again.out;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -164,7 +165,7 @@ TEST_F(Run, AFileMayFollowTheSignals) {
 }
 
 TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
-  ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
+  ASSERT_EQ(run({passing(), "--candump", path("x.log"), "--marks"}).status, 0);
   std::istringstream log(text_of(path("x.log")));
   std::string line;
   double last = -1;
@@ -184,13 +185,42 @@ TEST_F(Run, CandumpHasWhatTheHostSaidAndWhatItWasAnswered) {
 }
 
 TEST_F(Run, ALogOfARunPlaysAsItsHost) {
-  ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
+  ASSERT_EQ(run({passing(), "--candump", path("x.log"), "--marks"}).status, 0);
   const std::string again =
       scenario("again.toml",
                "[[send]]\nplay = \"x.log\"\n"
                "[[expect]]\nid = 1\nreply = { command = \"state_2\", count = 100 }\n");
-  EXPECT_EQ(run({again, "--candump", path("y.log")}).status, 0);
+  EXPECT_EQ(run({again, "--candump", path("y.log"), "--marks"}).status, 0);
   EXPECT_EQ(text_of(path("x.log")), text_of(path("y.log")));
+}
+
+TEST_F(Run, CandumpHasNoMarksUnlessTheyAreWanted) {
+  ASSERT_EQ(run({passing(), "--candump", path("x.log")}).status, 0);
+  std::istringstream log(text_of(path("x.log")));
+  std::string line;
+  while (std::getline(log, line)) EXPECT_EQ(std::ranges::count(line, ' '), 2) << line;
+  EXPECT_EQ(run({passing(), "--marks"}).err, "lk-emu: --marks: belongs to --candump\n");
+}
+
+TEST_F(Run, WiresharkReadsTheCapture) {
+  if (!lk::vcan::run("command -v tshark >/dev/null")) GTEST_SKIP() << "tshark is missing";
+  ASSERT_EQ(run({passing(), "--capture", path("x.pcapng")}).status, 0);
+  ASSERT_TRUE(lk::vcan::run("HOME=" + path("") + " tshark -r " + path("x.pcapng") +
+                            " -T fields -e can.id -e can.len -e frame.interface_name >" +
+                            path("x.txt") + " 2>" + path("x.err")))
+      << text_of(path("x.err"));
+  std::istringstream frames(text_of(path("x.txt")));
+  std::string line;
+  int count = 0;
+  for (; std::getline(frames, line); ++count) EXPECT_EQ(line, "321\t8\tvcan0");  // 0x141
+  EXPECT_EQ(count, 201);
+}
+
+TEST_F(Run, SeveralScenariosEndWithACount) {
+  const auto three = run({passing(), failing(), invalid()});
+  EXPECT_TRUE(three.out.ends_with("\n3 scenarios: 1 passed, 1 failed, 1 invalid\n")) << three.out;
+  EXPECT_EQ(run({passing(), passing(), "--quiet"}).out, "");
+  EXPECT_EQ(run({passing()}).out.find("scenarios"), std::string::npos);
 }
 
 TEST_F(Run, JunitIsWellFormedAndCountsRight) {

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -6,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -80,6 +82,27 @@ class Ctl {
     return direct(std::move(said));
   }
 
+  int send() {
+    Json said = Json::object();
+    for (const std::string& word : raw_.words) put_word(said, word);
+    put_ids(said);
+    said[raw_.word.find('#') != std::string::npos ? "frame" : "command"] = raw_.word;
+    if (!raw_.bus.empty() && !said.contains("bus")) said["bus"] = raw_.bus;
+    return show(client().ask("POST", "/frames", said), sent_lines);
+  }
+
+  /// Until all interfaces are up. Not what a log says, which may be of yesterday.
+  int wait() {
+    const double limit_s = raw_.lasts.empty() ? 30 : parse_span_s(raw_.lasts);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
+    for (;;) {
+      const std::string problem = not_ready();
+      if (problem.empty()) return 0;
+      if (std::chrono::steady_clock::now() >= end) throw StartError(problem);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
   int clear() { return direct({{"clear", raw_.word}}); }
   int mark() { return direct({{"mark", raw_.word}}); }
 
@@ -114,6 +137,19 @@ class Ctl {
   }
 
  private:
+  /// Empty: it is ready.
+  std::string not_ready() {
+    try {
+      client_.emplace(find_socket(raw_.socket, raw_.bus));
+      const Json status = client_->ask("GET", "/status", nullptr, std::chrono::seconds(2)).body;
+      for (const Json& bus : status.value("buses", Json::array())) {
+        if (!bus.value("up", false)) return "ctl: " + bus.value("bus", "") + " is not up";
+      }
+      return "";
+    } catch (const StartError& problem) {
+      return problem.what();
+    }
+  }
   /// Looked for when something is asked: what was typed wrong is told first.
   const CtlClient& client() {
     if (!client_) client_.emplace(find_socket(raw_.socket, raw_.bus));
@@ -135,6 +171,13 @@ class Ctl {
   }
   static std::string clock_line(const Json& json) {
     return json.value("mode", std::string()) + ", " + time_line(json);
+  }
+  static std::string sent_lines(const Json& json) {
+    std::string text = "at " + time_line(json);
+    for (const Json& frame : json.value("frames", Json::array())) {
+      text += frame.get<std::string>() + "\n";
+    }
+    return text;
   }
   static std::string done_line(const Json& json) {
     std::string text = "at " + time_line(json);
@@ -216,6 +259,13 @@ constexpr Row kRows[] = {
      "  lk-emu ctl fault drop probability=0.1 --ids 1-2 --for 2s\n"},
     {"faults", "the faults so far, and their effects", &Ctl::faults},
     {"advice", "what hosts do wrong, and what to do", &Ctl::advice},
+    {"send", "say something to drives, as a host does", &Ctl::send, "COMMAND",
+     "a word of scenarios, a byte, or a frame: 141#9C00000000000000", true,
+     "  lk-emu ctl send position_2 angle_deg=90 --ids 1-4\n"},
+    {.word = "wait",
+     .about = "wait until it is ready",
+     .run = &Ctl::wait,
+     .example = "  lk-emu --bus vcan0 & lk-emu ctl wait --for 10s\n"},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
      "of a fault, or its kind"},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
@@ -235,12 +285,15 @@ void add_arguments(CLI::App& sub, const Row& row, RawCtl& raw) {
   if (row.argument != nullptr) {
     sub.add_option(row.argument, raw.word, row.argument_about)->required(row.needed);
   }
-  if (word == "advice") add_language_option(sub, raw.language);
   if (word == "set") {
     sub.add_option("ASSIGNMENT", raw.words, "what to change: KEY=VALUE")->required();
   }
   if (word == "fault") sub.add_option("ASSIGNMENT", raw.words, "its parameters: KEY=VALUE");
-  if (word == "set" || word == "fault" || word == "power") {
+  if (word == "send") sub.add_option("ASSIGNMENT", raw.words, "its quantities: KEY=VALUE");
+  if (word == "wait") {
+    sub.add_option("--for", raw.lasts, "how long at most (default 30s)")->type_name("TIME");
+  }
+  if (word == "set" || word == "fault" || word == "power" || word == "send") {
     sub.add_option("--ids", raw.ids, "drives, e.g. 1-2 (default all)")->type_name("LIST");
   }
   if (word == "fault") {
@@ -262,11 +315,12 @@ struct CtlApp {
         ->type_name("PATH");
     app.add_option("--bus", raw.bus, "the bus, when there are several")->type_name("BUS");
     app.add_flag("--json", raw.json, "print the answer as JSON");
+    add_language_option(app, raw.language);
     std::string examples;
     for (const Row& row : kRows) {
       subs.push_back(app.add_subcommand(row.word, row.about));
       add_arguments(*subs.back(), row, raw);
-      std::string notes = "\nTakes --socket, --bus and --json of lk-emu ctl too.\n";
+      std::string notes = "\nTakes --socket, --bus, --json and --lang of lk-emu ctl too.\n";
       if (row.example != nullptr) notes += std::string("\nExample:\n") + row.example;
       subs.back()->footer(notes + kExitStatus);
       if (row.example != nullptr) examples += row.example;

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/config_reader.hpp"
@@ -17,6 +19,7 @@
 #include "emulator/record/replay_directory.hpp"
 #include "emulator/record/replay_text.hpp"
 #include "emulator/scenario/csv_options.hpp"
+#include "emulator/scenario/frame_files.hpp"
 #include "emulator/scenario/progress.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
@@ -31,6 +34,8 @@ nothing could be printed; 2 unusable input.)";
 struct ReplayRequest {
   std::string directory;
   std::string candump;
+  bool marks = false;
+  std::string capture;
   std::string csv;
   std::vector<std::string> signals = {"angle_deg", "speed_dps", "iq_A"};
   double rate_Hz = 100;
@@ -43,6 +48,9 @@ struct ReplayRequest {
 void add_options(CLI::App& app, ReplayRequest& request) {
   app.add_option("DIR", request.directory, "recording to run again");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
+      ->type_name("FILE");
+  app.add_flag("--marks", request.marks, "end its lines with T, a host's, or R, a drive's");
+  app.add_option("--capture", request.capture, "the same as pcapng, for Wireshark")
       ->type_name("FILE");
   app.add_option("--csv", request.csv, "file that gets signals of the drives")->type_name("FILE");
   app.add_option("--signals", request.signals, "what goes into it: angle_deg,speed_dps,…")
@@ -81,10 +89,13 @@ void check(const CLI::App& app, const ReplayRequest& request) {
       throw StartError(std::string("replay: ") + option + " belongs to --log");
     }
   }
-  for (const char* option : {"--candump", "--csv"}) {
+  for (const char* option : {"--candump", "--capture", "--csv"}) {
     if (log && app.count(option) > 0) {
       throw StartError(std::string("replay: ") + option + " belongs to a recording");
     }
+  }
+  if (request.marks && request.candump.empty()) {
+    throw StartError("replay: --marks belongs to --candump");
   }
   for (const char* option : {"--signals", "--rate"}) {
     if (app.count(option) > 0 && request.csv.empty()) {
@@ -129,15 +140,17 @@ SimTime length(const Recording& recording) {
 }
 
 ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& replay) {
-  std::optional<OutputFile> candump;
+  FrameOutputs outputs;
+  if (!request.candump.empty()) outputs.candump = request.candump;
+  if (!request.capture.empty()) outputs.capture = request.capture;
+  outputs.marks = request.marks;
+  std::vector<std::string> buses;
+  for (const BusConfig& bus : recording.buses) buses.push_back(bus.interface);
+  FrameFiles frames(outputs, std::move(buses));
   std::optional<ReplayCsvFile> csv;
-  if (!request.candump.empty()) {
-    candump.emplace(request.candump, "--candump");
+  if (outputs.candump || outputs.capture) {
     replay.on_frame = [&](std::size_t bus, const ReplayedFrame& frame) {
-      using Direction = CandumpLine::Direction;
-      candump->write(candump_line(frame.timed.at, recording.buses[bus].interface, frame.timed.frame,
-                                  frame.from_host ? Direction::kSent : Direction::kReceived) +
-                     '\n');
+      frames.write(bus, frame.timed.at, frame.timed.frame, frame.from_host);
     };
   }
   if (!request.csv.empty()) csv.emplace(read_csv(request), recording.buses, replay);
@@ -145,7 +158,7 @@ ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& 
   Progress progress("replay", whole, whole > SimTime{0} && ::isatty(STDERR_FILENO) != 0);
   const ReplayEnd end = replay_recording(request.directory, recording, replay,
                                          [&](SimTime now) { progress.show(now); });
-  if (candump) candump->commit();
+  frames.commit();
   if (csv) csv->commit();
   return end;
 }

@@ -29,9 +29,10 @@ input, 3 invalid: a planned fault never took effect, so the run says nothing. Of
 struct RawRun {
   std::vector<std::string> files;
   std::string seed;
-  std::string junit, csv, candump, rom, ids;
+  std::string junit, csv, candump, capture, rom, ids;
   std::vector<std::string> signals;
   double rate_Hz = 100;
+  bool marks = false;
   bool quiet = false;
   bool strict = false;
   std::string language;
@@ -53,6 +54,8 @@ void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("--rate", raw.rate_Hz, "rows per simulated second (default 100)")->type_name("HZ");
   app.add_option("--candump", raw.candump, "write all frames of one scenario as candump -L does")
       ->type_name("FILE");
+  app.add_flag("--marks", raw.marks, "end its lines with T, a host's, or R, a drive's");
+  app.add_option("--capture", raw.capture, "the same as pcapng, for Wireshark")->type_name("FILE");
   app.add_option("--rom", raw.rom, "directory that keeps ROM (default: nowhere)")->type_name("DIR");
   app.add_flag("--strict", raw.strict, "advice about the host is a failure (docs/advice.md)");
   add_language_option(app, raw.language);
@@ -92,13 +95,16 @@ RunOutputs read_outputs(const CLI::App& app, const RawRun& raw) {
       throw StartError(std::string(option) + ": belongs to --csv");
     }
   }
-  for (const char* option : {"--csv", "--candump"}) {
+  if (raw.marks && app.count("--candump") == 0) throw StartError("--marks: belongs to --candump");
+  for (const char* option : {"--csv", "--candump", "--capture"}) {
     if (app.count(option) > 0 && raw.files.size() > 1) {
       throw StartError(std::string(option) + ": takes one scenario at a time");
     }
   }
   if (app.count("--csv") > 0) outputs.csv = read_csv(raw);
-  if (app.count("--candump") > 0) outputs.candump = raw.candump;
+  if (app.count("--candump") > 0) outputs.frames.candump = raw.candump;
+  if (app.count("--capture") > 0) outputs.frames.capture = raw.capture;
+  outputs.frames.marks = raw.marks;
   if (app.count("--rom") > 0 && raw.rom != ":memory:") outputs.rom = raw.rom;
   outputs.strict = raw.strict;
   outputs.progress = !raw.quiet && ::isatty(STDERR_FILENO) != 0;
@@ -121,6 +127,23 @@ std::optional<std::uint64_t> read_seed(const CLI::App& app, const RawRun& raw) {
 bool in_colour() {
   const char* const refused = std::getenv("NO_COLOR");
   return ::isatty(STDOUT_FILENO) != 0 && (refused == nullptr || *refused == '\0');
+}
+
+/// "4 scenarios: 2 passed, 1 failed, 1 invalid"
+std::string count_text(const std::vector<RunReport>& reports) {
+  const auto count = [&](Outcome outcome) {
+    return std::ranges::count(reports, outcome, &RunReport::outcome);
+  };
+  std::string text = std::to_string(reports.size()) + " scenarios";
+  const char* separator = ": ";
+  for (const auto& [outcome, word] :
+       {std::pair(Outcome::kPassed, "passed"), std::pair(Outcome::kFailed, "failed"),
+        std::pair(Outcome::kInvalid, "invalid")}) {
+    if (count(outcome) == 0) continue;
+    text += separator + std::to_string(count(outcome)) + ' ' + word;
+    separator = ", ";
+  }
+  return text + '\n';
 }
 
 Outcome worse(Outcome a, Outcome b) {
@@ -158,6 +181,8 @@ int run_scenarios(int argc, const char* const* argv) {
     std::fputs(report_text(report, in_colour(), language).c_str(), stdout);
     std::fflush(stdout);
   }
+  const bool told = !raw.quiet || outcome != Outcome::kPassed;
+  if (reports.size() > 1 && told) std::fputs(count_text(reports).c_str(), stdout);
   if (junit) {
     junit->write(junit_xml(reports));
     junit->commit();

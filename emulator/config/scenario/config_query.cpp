@@ -46,7 +46,7 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
                 protocol::Payload& data) {
   const auto raw =
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
-  if (!raw && !field.zero_is_none) reader.note_missing(std::string(field.spoken()));
+  if (!raw && !field.may_be_unsaid) reader.note_missing(std::string(field.spoken()));
   protocol::put(field, protocol::taken(field, raw.value_or(0), format), data);
 }
 

@@ -65,59 +65,65 @@ std::vector<HostSend> read_play(TableReader& reader, const Scenario& scenario,
   return sends;
 }
 
-HostSend read_raw(TableReader& reader, const Scenario& scenario) {
-  const auto parsed = parse_frame(*reader.text("frame"));
+/// None: it is said in words.
+std::optional<protocol::Frame> read_raw(TableReader& reader) {
+  const auto text = reader.text("frame");
+  if (!text) return std::nullopt;
+  const auto parsed = parse_frame(*text);
   if (const auto* problem = std::get_if<std::string>(&parsed)) reader.fail("frame", *problem);
-  HostSend send;
-  send.frame = std::get<protocol::Frame>(parsed);
-  const int id = protocol::drive_at(send.frame.id, protocol::kSingleDriveId);
-  const bool of_drive =
-      !send.frame.extended && std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
-        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
-      });
   for (const char* key : {"id", "ids", "command"}) {
     if (reader.has(key)) reader.fail(key, "does not go together with frame");
   }
-  send.bus = read_bus_of(reader, scenario.robot, of_drive ? std::optional(id) : std::nullopt);
-  return send;
+  return std::get<protocol::Frame>(parsed);
 }
 
 /// One frame for each drive that is meant; all of the bus when none is named.
-std::vector<HostSend> read_words(TableReader& reader, const Scenario& scenario) {
+std::vector<protocol::Frame> read_words(TableReader& reader, const BusConfig& bus) {
   const std::vector<int> ids = read_ids(reader);
-  const std::size_t bus =
-      read_bus_of(reader, scenario.robot, ids.empty() ? std::nullopt : std::optional(ids.front()));
-  const auto& servos = scenario.robot[bus].servos;
   for (const int id : ids) {
-    if (std::ranges::find(servos, id, &ServoConfig::id) == servos.end()) {
+    if (std::ranges::find(bus.servos, id, &ServoConfig::id) == bus.servos.end()) {
       reader.fail(ids_key(reader), "no drive " + std::to_string(id) + " on this bus");
     }
   }
-  std::vector<HostSend> sends;
-  for (const ServoConfig& servo : servos) {
+  std::vector<protocol::Frame> frames;
+  for (const ServoConfig& servo : bus.servos) {
     if (!ids.empty() && std::ranges::find(ids, servo.id) == ids.end()) continue;
-    HostSend send;
-    send.bus = bus;
-    send.frame = read_query(reader, servo);
-    sends.push_back(send);
+    frames.push_back(read_query(reader, servo));
   }
-  return sends;
+  return frames;
+}
+
+/// The drive that tells which bus is meant; none: no drive does.
+std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
+  const auto frame = read_raw(reader);
+  if (!frame) {
+    const std::vector<int> ids = read_ids(reader);
+    return ids.empty() ? std::nullopt : std::optional(ids.front());
+  }
+  const int id = protocol::drive_at(frame->id, protocol::kSingleDriveId);
+  const bool known =
+      !frame->extended && std::ranges::any_of(scenario.robot, [id](const BusConfig& bus) {
+        return std::ranges::find(bus.servos, id, &ServoConfig::id) != bus.servos.end();
+      });
+  return known ? std::optional(id) : std::nullopt;
 }
 
 }  // namespace
+
+std::vector<protocol::Frame> read_frames(TableReader& reader, const BusConfig& bus) {
+  const auto frame = read_raw(reader);
+  return frame ? std::vector{*frame} : read_words(reader, bus);
+}
 
 std::vector<HostSend> read_send(TableReader& reader, const Scenario& scenario,
                                 const ScenarioFiles& files) {
   if (reader.has("play")) return read_play(reader, scenario, files);
   const auto at = read_moment(reader, "at_s", scenario.duration);
   if (!at) reader.note_missing("at_s");
+  const std::size_t bus = read_bus_of(reader, scenario.robot, drive_meant(reader, scenario));
   std::vector<HostSend> sends;
-  if (reader.is_text("frame")) {
-    sends.push_back(read_raw(reader, scenario));
-  } else if (reader.has("frame")) {
-    reader.text("frame");
-  } else {
-    sends = read_words(reader, scenario);
+  for (const protocol::Frame& frame : read_frames(reader, scenario.robot[bus])) {
+    sends.push_back({.bus = bus, .frame = frame});
   }
   for (HostSend& send : sends) {
     send.at = at.value_or(SimTime{0});

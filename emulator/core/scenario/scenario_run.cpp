@@ -85,6 +85,18 @@ void ScenarioRun::advance_to(SimTime until) {
   }
 }
 
+void ScenarioRun::receive(std::size_t index, const TimedFrame& in) {
+  advance_to(std::max(in.at, time_));
+  put(index, {time_, in.frame});
+}
+
+void ScenarioRun::put(std::size_t index, const TimedFrame& query) {
+  Line& line = lines_[index];
+  line.judge.hear_query(query, line.bus);
+  traffic_.push_back({index, query, true});
+  line.bus.receive(query);
+}
+
 void ScenarioRun::advance(std::size_t index, SimTime until) {
   Line& line = lines_[index];
   const auto hear = [&] {
@@ -98,10 +110,7 @@ void ScenarioRun::advance(std::size_t index, SimTime until) {
   while (line.host.next_due() <= until) {
     deliver_watched(line.bus, line.host.next_due(), line.judge);
     hear();
-    const TimedFrame query = line.host.take();
-    line.judge.hear_query(query, line.bus);
-    traffic_.push_back({index, query, true});
-    line.bus.receive(query);
+    put(index, line.host.take());
   }
   advance_watched(line.bus, until, line.judge);
   hear();

@@ -60,6 +60,9 @@ class ScenarioRun {
 
   SimTime time() const { return time_; }
   void advance_to(SimTime until);
+  /// Besides what the scenario's own host says: a host puts `in.frame` on the bus `index` at
+  /// `in.at`, or now where that is over. Brings the run there.
+  void receive(std::size_t index, const TimedFrame& in);
   std::size_t size() const { return lines_.size(); }
   const Bus& bus(std::size_t index) const { return lines_[index].bus; }
   /// Frames since the last call, in order of time; appended. A host's has the time at which the
@@ -79,6 +82,7 @@ class ScenarioRun {
     Judge judge;
   };
   void advance(std::size_t index, SimTime until);
+  void put(std::size_t index, const TimedFrame& query);
 
   SimTime time_{0};
   std::vector<Line> lines_;

@@ -65,6 +65,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   angles_.set_offset(ram_.encoder_offset);
   angles_.forget_turns(angles_.position(telemetry));
   run_state_ = RunState::kRunning;
+  tripped_ = false;
   motion_ = {};
   brake_powered_ = false;
 }
@@ -103,6 +104,7 @@ Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
 void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
   if (telemetry.errors != 0) {
     run_state_ = RunState::kOff;
+    tripped_ = true;
     motion_ = {};
   }
 }
@@ -137,6 +139,7 @@ Reply Servo::on(const protocol::Run&, const Context& context) {
       motion_ = {};
     }
     run_state_ = RunState::kRunning;
+    tripped_ = false;
     context.lane.command(motion_.setpoint);
   }
   return Echo{context.request};

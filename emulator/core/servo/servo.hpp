@@ -170,8 +170,8 @@ class Servo {
                                        std::uint16_t max_speed_dps, const Context& context) const;
   Motion by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
                       const Context& context) const;
-  /// Starts `motion` unless it is none (an invalid target) or the drive is off; state 2 in any
-  /// case.
+  /// Starts `motion` unless it is none (an invalid target), or the drive is off and waits for 0x88;
+  /// state 2 in any case.
   protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
                           const Context& context);
   /// The register `parameter` of ROM becomes what `rom` says, unless its cells are worn out.
@@ -189,6 +189,7 @@ class Servo {
   Registers ram_;
   ShaftAngles angles_;
   RunState run_state_ = RunState::kRunning;
+  bool tripped_ = false;        // and not switched on since
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
   FirmwareFaults faults_;

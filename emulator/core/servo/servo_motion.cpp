@@ -171,7 +171,7 @@ Servo::Motion Servo::by_increment(std::int32_t increment_cdeg, std::uint16_t max
 Reply Servo::execute(Opcode command, const std::optional<Motion>& motion, const Context& context) {
   if (!motion) {
     ++stats_.invalid_targets;
-  } else if (run_state_ == RunState::kOff) {
+  } else if (run_state_ == RunState::kOff && (tripped_ || config_.quirks.off_needs_run)) {
     ++stats_.refused_motion;
   } else {
     motion_ = *motion;

@@ -133,15 +133,70 @@ TEST(AdviceGeneration, LetsUnusedBytesBe) {
   EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 0U) << host.all();
 }
 
-TEST(AdviceGeneration, LetsAHostFindOutWhichItIs) {
-  AdvisedHost host(test::servo_config(1));
-  hear(host, 1ms, test::frame("141#C020000000000000"));
-  hear(host, 2ms, test::frame("141#C020000000000000"));
-  hear(host, 3ms, test::frame("141#EE00000000000000"));  // no drive has it
+/// A host may ask once, and then give up or wait for ever.
+TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
+  AdvisedHost host(test::drive(Generation::kV235));
+  hear(host, 1ms, test::frame("141#3000000000000000"));
+  hear(host, 2ms, test::frame("141#3300000000000000"));
+  hear(host, 3ms, test::frame("141#EE00000000000000"));
   hear(host, 4ms, test::frame("141#EE00000000000000"));
-  EXPECT_EQ(host.all(), "");
-  hear(host, 5ms, test::frame("141#C020000000000000"));
-  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 1U);
+  ASSERT_EQ(host.adviser.given().size(), 3U) << host.all();
+  EXPECT_EQ(advice_line("vcan0", host.adviser.given()[0], Language::kEnglish),
+            "vcan0:1: unknown-command: 0x30, read PID: no answer, this drive does not have the "
+            "command; it is one of legacy, late-legacy (1 time, first 141#3000000000000000 at "
+            "0.001 s): if the real drive has it, set pid_commands = true in its quirks, or choose "
+            "a generation that has it; if not, do without");
+  EXPECT_NE(what_text(host.adviser.given()[1], Language::kEnglish).find("0x33"), std::string::npos);
+  EXPECT_EQ(host.adviser.given()[2].count, 2U);
+  EXPECT_EQ(what_text(host.adviser.given()[2], Language::kEnglish),
+            "0xEE: no answer, no generation has the command");
+  for (const Advice& advice : host.adviser.given()) {
+    EXPECT_EQ(advice_line("", advice, Language::kChinese).find('{'), std::string::npos);
+  }
+}
+
+TEST(AdviceUnknown, IsAParameterToo) {
+  AdvisedHost host(test::drive(Generation::kV236));
+  hear(host, 1ms, test::frame("141#C077000000000000"));
+  ASSERT_EQ(host.adviser.given().size(), 1U);
+  EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
+            "0xC0, read parameter: no answer, there is no parameter 119");
+}
+
+TEST(AdviceUnknown, IsACommandOfAnotherSeries) {
+  ServoConfig servo = test::drive(Generation::kV236);
+  servo.profile.series = Series::kMs;
+  AdvisedHost host(servo);
+  hear(host, 1ms, test::frame("141#A100000000000000"));
+  ASSERT_EQ(host.adviser.given().size(), 1U);
+  EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
+            "0xA1, torque: no answer, drives of this series do not have the command");
+}
+
+/// One kind, two causes: neither is told in the words of the other.
+TEST(AdviceGeneration, IsToldForEachCause) {
+  AdvisedHost host(test::servo_config(1));
+  hear(host, 1ms, test::frame("141#9500000028230000"));  // 90 deg
+  for (int n = 0; n < 3; ++n) hear(host, 2ms, test::frame("141#8C10000000000000"));
+  hear(host, 3ms, test::frame("141#A500000078790100"));  // 966.48 deg, on a rotor turn
+  ASSERT_EQ(host.adviser.given().size(), 2U) << host.all();
+  EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
+            "0x95 with the angle 90°: this drive ignores it, only v236 sets its angle so");
+  EXPECT_EQ(host.adviser.given()[0].count, 1U);
+  EXPECT_EQ(what_text(host.adviser.given()[1], Language::kEnglish),
+            "0x8C, brake: no answer, this drive does not have the command; it is one of v236");
+  EXPECT_EQ(host.adviser.given()[1].count, 3U);
+}
+
+/// The host sent 987.65°; what is left of it in 16 bits is beyond the range besides.
+TEST(AdviceField, IsNotHalfOfATargetThatTheHostSent) {
+  ServoConfig geared = test::servo_config(1);
+  geared.profile.drive.mechanics.gear_ratio = 10;
+  AdvisedHost host(geared);
+  hear(host, 1ms, test::frame("141#A60064009F860100"));  // 0x1869F: 999.99 deg, 344.63 in 16 bits
+  hear(host, 2ms, test::frame("141#A6006400F0EA0100"));  // 0x1EAF0: 1256.96 deg, 601.44
+  EXPECT_EQ(host.count(AdviceKind::kOtherGeneration), 2U);
+  EXPECT_EQ(host.count(AdviceKind::kFieldRange), 0U) << host.all();
 }
 
 TEST(AdviceMulti, IsOfDrivesThatAreNotInTheMode) {

@@ -21,8 +21,15 @@ protocol::Frame speed(double dps) { return query(protocol::Speed{dps, 0}); }
 
 // --- off, or with an error
 
+/// A drive that 0x80 switches off until 0x88.
+ServoConfig switchable() {
+  ServoConfig servo = test::servo_config(1);
+  servo.quirks.off_needs_run = true;
+  return servo;
+}
+
 TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
-  AdvisedHost host(test::servo_config(1));
+  AdvisedHost host(switchable());
   host.repeat(10, 2ms, query(protocol::Torque{0.1}));
   host.repeat(1, 2ms, query(protocol::Off{}));
   host.repeat(3, 2ms, query(protocol::Torque{0.1}));  // by a thread that has not heard of it yet
@@ -33,9 +40,48 @@ TEST(AdviceRefused, IsOfADriveThatTheHostHasSwitchedOff) {
   EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, query(Position2{100, cdeg(90)}));
   EXPECT_EQ(what_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
             "the drive is off: the command is answered and not executed");
+  EXPECT_EQ(todo_text(host.get(AdviceKind::kMotionRefused), Language::kEnglish),
+            "switch the drive on with 0x88, then move")
+      << "there is no error";
   host.repeat(1, 2ms, query(protocol::Run{}));
   host.repeat(3, 2ms, query(Position2{100, cdeg(90)}));
   EXPECT_EQ(host.count(AdviceKind::kMotionRefused), 3U);
+}
+
+/// Wherever between two looks the command comes, and however long the drive takes to answer: the
+/// one before 0x80 was executed.
+TEST(AdviceRefused, NamesTheFrameThatWasNotExecuted) {
+  ServoConfig slow = switchable();
+  slow.reply_time = 400us;
+  for (int part = 0; part < 32; ++part) {
+    for (const std::int64_t bitrate : {0, 250'000, 1'000'000}) {
+      AdvisedHost host(slow, bitrate);
+      host.wait(10ms + part * (1ms / 32));
+      host.repeat(1, 3ms, query(protocol::Torque{0.1}));
+      host.repeat(1, 150ms, query(protocol::Off{}));
+      const protocol::Frame refused = query(protocol::Torque{0.2});
+      host.repeat(2, 10ms, refused);
+      ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 2U) << part << ", " << bitrate;
+      EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, refused) << part << ", " << bitrate;
+    }
+  }
+}
+
+/// Off, on and off again within one look, behind a queue of other frames.
+TEST(AdviceRefused, TellsWhatCameWhileTheDriveWasOffFromWhatDidNot) {
+  for (int part = 0; part < 32; ++part) {
+    AdvisedHost host(switchable(), 250'000);
+    host.send(query(protocol::Off{}));
+    host.wait(150ms + part * (1ms / 32));
+    for (int n = 0; n < 3; ++n) host.send(query(ReadState2{}));
+    const protocol::Frame refused = query(protocol::Torque{0.2});
+    host.send(refused);
+    host.send(query(protocol::Run{}));
+    host.send(query(protocol::Torque{0.3}));
+    host.wait(20ms);
+    ASSERT_EQ(host.count(AdviceKind::kMotionRefused), 1U) << part;
+    EXPECT_EQ(host.get(AdviceKind::kMotionRefused).frame, refused) << part;
+  }
 }
 
 /// A drive that under-voltage trips as soon as its supply is at 5 V.
@@ -176,66 +222,6 @@ TEST(AdviceError, IsNotOfADriveWithoutPower) {
   ASSERT_FALSE(host.bus.telemetry(1).alive);
   host.wait(10s);
   EXPECT_EQ(host.all(), "");
-}
-
-// --- several hosts
-
-TEST(AdviceHosts, AreSeveralWhenTargetsTakeTurns) {
-  AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 12; ++n) {
-    host.repeat(1, 5ms, query(Position2{100, cdeg(90)}));
-    host.repeat(1, 5ms, query(Position2{100, cdeg(-20)}));
-  }
-  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
-}
-
-TEST(AdviceHosts, AreSeveralWhenOneBreaksIn) {
-  AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 12; ++n) {  // 200 Hz and 20 Hz
-    host.repeat(10, 5ms, query(Position2{100, cdeg(50 + 0.1 * n)}));
-    host.repeat(1, 1ms, query(protocol::Torque{0}));
-  }
-  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
-}
-
-TEST(AdviceHosts, AreSeveralWhenOneIsTwiceAsFast) {
-  AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 12; ++n) {
-    host.repeat(2, 5ms, query(Position2{100, cdeg(50 + 0.1 * n)}));
-    host.repeat(1, 5ms, query(Position2{100, cdeg(-20)}));
-  }
-  EXPECT_GT(host.count(AdviceKind::kSeveralHosts), 0U);
-}
-
-TEST(AdviceHosts, IsOneThatGoesThereAndBack) {
-  AdvisedHost host(test::servo_config(1));
-  for (int n = 0; n < 20; ++n) {  // a new target every 200 ms, said once or all the time
-    host.repeat(1, 200ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
-  }
-  for (int n = 0; n < 10; ++n) {
-    host.repeat(20, 10ms, query(Position2{0, cdeg(n % 2 == 0 ? 30 : -30)}));
-  }
-  for (int n = 0; n < 200; ++n) {  // shaken against friction
-    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.0 : -1.0}));
-  }
-  for (int n = 0; n < 500; ++n) {  // a sine
-    host.repeat(1, 2ms, query(protocol::Speed{200 * std::sin(0.1 * n), 0}));
-  }
-  for (int n = 0; n < 200; ++n) {  // bang-bang in pairs, and dither on what gravity takes
-    host.repeat(1, 2ms, query(protocol::Torque{n % 4 < 2 ? 5.0 : 0.0}));
-  }
-  for (int n = 0; n < 200; ++n)
-    host.repeat(1, 2ms, query(protocol::Torque{n % 2 == 0 ? 1.5 : 2.5}));
-  for (int n = 0; n < 400; ++n) {  // a differential term on a coarse encoder
-    host.repeat(1, 1ms, query(protocol::Torque{n % 10 == 0 ? 1.5 : 1.0}));
-  }
-  std::uint32_t random = 1;
-  for (int n = 0; n < 20'000; ++n) {  // noise of +-2 A at 1 kHz, of 20 s
-    random = random * 1664525 + 1013904223;
-    const double noise_A = 4.0 * (random >> 8U) / (1U << 24U) - 2;
-    host.adviser.hear({host.bus.time() + n * 1ms, query(protocol::Torque{noise_A})});
-  }
-  EXPECT_EQ(host.count(AdviceKind::kSeveralHosts), 0U) << host.all();
 }
 
 // --- paths

@@ -50,13 +50,15 @@ class AdvisedHost {
     }
   }
 
+  /// Whatever their causes.
   std::uint64_t count(AdviceKind kind, int id = 1) const {
+    std::uint64_t sum = 0;
     for (const Advice& advice : adviser.given()) {
-      if (advice.found.kind == kind && advice.id == id) return advice.count;
+      if (advice.found.kind == kind && advice.id == id) sum += advice.count;
     }
-    return 0;
+    return sum;
   }
-  /// There must be such.
+  /// The first one; there must be such.
   Advice get(AdviceKind kind, int id = 1) const {
     for (const Advice& advice : adviser.given()) {
       if (advice.found.kind == kind && advice.id == id) return advice;

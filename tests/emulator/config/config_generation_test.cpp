@@ -30,10 +30,12 @@ TEST(ConfigGeneration, IsAPresetOfSwitches) {
   EXPECT_EQ(late.generation, Generation::kLateLegacy);
   EXPECT_EQ(late.quirks.dialect, protocol::kLateLegacyDialect);
   EXPECT_TRUE(late.quirks.run_resumes);
+  EXPECT_FALSE(late.quirks.off_needs_run);
   const auto v235 = drive_of("generation = \"v235\"");
   EXPECT_EQ(v235.generation, Generation::kV235);
   EXPECT_EQ(v235.quirks.dialect, protocol::kV235Dialect);
   EXPECT_FALSE(v235.quirks.run_resumes);
+  EXPECT_TRUE(v235.quirks.off_needs_run);
   const auto v236 = drive_of("generation = \"v236\"");
   EXPECT_EQ(v236.generation, Generation::kV236);
   EXPECT_EQ(v236.quirks.dialect, protocol::kV236Dialect);
@@ -49,6 +51,7 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"manual_reply_bytes = true", [](Quirks& q) { q.manual_reply_bytes = true; }},
       {"offset_write_takes_effect = false", [](Quirks& q) { q.offset_write_takes_effect = false; }},
       {"run_resumes = false", [](Quirks& q) { q.run_resumes = false; }},
+      {"off_needs_run = true", [](Quirks& q) { q.off_needs_run = true; }},
       {"stop_holds = true", [](Quirks& q) { q.stop_holds = true; }},
       {"state_1 = \"centivolt\"", [](Quirks& q) { q.dialect.state_1 = State1Layout::kCentiVolt; }},
       {"state_1 = \"centivolt_and_bus_current\"",
@@ -118,7 +121,7 @@ TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
              "speed_iq_limit = false", "brake_command = false", "parameter_commands = false",
              "multi_drive_more = false", "all_error_bits = false", "clear_angle = \"ignored\"",
              "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
-             "phase_current_scale = \"manual\"", "run_resumes = true"}));
+             "phase_current_scale = \"manual\"", "run_resumes = true", "off_needs_run = false"}));
   EXPECT_EQ(
       switches_beside(Generation::kLegacy, quirks_of(Generation::kLateLegacy)),
       (Lines{"single_turn_bits = 32", "iq_command_limit_lsb = 2048", "iq_scale = \"series\""}));

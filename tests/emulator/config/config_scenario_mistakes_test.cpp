@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "emulator/config/scenario/config_send.hpp"
+#include "protocol/command_info.hpp"
 #include "tests/emulator/config/config_scenario_support.hpp"
 
 namespace lk::emulator {
@@ -107,7 +111,9 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
     return mistake("[[send]]\nat_s = 1\nid = 1\ncommand = " + text);
   };
   const std::string place = "dir/kick.toml:3: send.";
-  EXPECT_EQ(command("\"position_2\"\nangle_deg = 1\n"), place + "max_speed_dps: missing");
+  EXPECT_EQ(command("\"position_2\"\nangle_deg = 1\n"),
+            "accepted");  // max speed 0: none of its own
+  EXPECT_EQ(command("\"position_2\"\nmax_speed_dps = 1\n"), place + "angle_deg: missing");
   EXPECT_EQ(command("\"position_3\"\nangle_deg = 1\n"), place + "direction: missing");
   EXPECT_EQ(command("\"brake\"\n"), place + "brake: missing");
   EXPECT_EQ(command("\"torque\"\niq_A = 1\niq_lsb = 1\n"),
@@ -119,6 +125,34 @@ TEST(ScenarioFile, MistakesOfCommandsInWords) {
             "dir/kick.toml:6: send.command: \"\" is not a command byte; write 0xA4 or \"0xA4\"");
   EXPECT_EQ(command("\"-off\"\n"),
             "dir/kick.toml:6: send.command: \"-off\" is unknown, did you mean off?");
+}
+
+/// What a byte alone would make of a command that carries something is zeros: gains wiped out.
+TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
+  for (const protocol::GenerationRow& generation : protocol::kGenerationRows) {
+    for (const char* const motor : {"mf7015", "ms3506"}) {
+      const std::string robot =
+          "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmotor = \"" + std::string(motor) +
+          "\"\ngeneration = \"" + std::string(generation.name) + "\"\n";
+      const ServoConfig servo = parse(robot)[0].servos[0];
+      const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
+      for (const protocol::CommandInfo& info : protocol::commands()) {
+        SCOPED_TRACE(robot + std::string(info.name));
+        EXPECT_FALSE(info.word.empty());
+        toml::table table;
+        table.insert("command", static_cast<int>(info.opcode));
+        const std::string said = config_error([&] {
+          TableReader reader(table, "send.toml", "send");
+          read_query(reader, servo);
+          reader.finish();
+        });
+        const bool carries = std::ranges::any_of(info.query, [&](const protocol::Field& field) {
+          return protocol::present(field, 0, format);
+        });
+        EXPECT_EQ(said != "accepted", carries) << said;
+      }
+    }
+  }
 }
 
 TEST(ScenarioFile, MistakesOfExpectations) {

@@ -388,6 +388,24 @@ TEST(ControlApi, TellsWhatHostsDoWrong) {
   EXPECT_EQ(line.adviser().mark_of(3), "");
 }
 
+/// Words of a scenario's [[send]]; bytes by hand from docs/protocol.md §3.
+TEST(ControlApi, SaysWhatAHostSays) {
+  TestWorld t;
+  Line& line = *t.world.lines().front();
+  const ApiResponse sent =
+      t.post("/frames", R"({"command": "position_2", "angle_deg": 90, "ids": "1-2"})");
+  ASSERT_EQ(sent.status, 200) << sent.body.dump();
+  EXPECT_EQ(sent.body["frames"], Json::array({"141#A400000028230000", "142#A400000028230000"}));
+  EXPECT_EQ(t.post("/frames", R"({"frame": "141#9C00000000000000"})").status, 200);
+  EXPECT_EQ(line.bus().stats().frames, 3U);
+  EXPECT_EQ(line.adviser().heard(), 3U) << "as any host's";
+  EXPECT_EQ(where(t.post("/frames", R"({"command": "torque"})")), "iq_A");
+  EXPECT_EQ(where(t.post("/frames", R"({"command": "0x31", "id": 1})")), "angle_kp");
+  EXPECT_EQ(where(t.post("/frames", R"({"command": "off", "every_s": 1})")), "every_s");
+  EXPECT_EQ(t.post("/frames", R"({"command": "off", "bus": "vcan7"})").status, 400);
+  EXPECT_EQ(line.bus().stats().frames, 3U) << "nothing is sent of what is refused";
+}
+
 /// docs/openapi.json and the router's table name the same requests.
 TEST(OpenApi, HasEveryRouteAndNoOther) {
   std::ostringstream text;

@@ -42,6 +42,19 @@ TEST(Generation, LegacyIsTheDefault) {
   EXPECT_FALSE(quirks_of(Generation::kV236).run_resumes);
 }
 
+/// docs/protocol.md §4.1: the manuals of V2.35 and V2.36 want 0x88 after 0x80, the first does not.
+TEST(Generation, NewerDrivesThatAreOffWaitForRun) {
+  for (const auto& [generation, waits] :
+       {std::pair(Generation::kLegacy, false), std::pair(Generation::kLateLegacy, false),
+        std::pair(Generation::kV235, true), std::pair(Generation::kV236, true)}) {
+    Host host(drive(generation));
+    host.ask("141#8000000000000000");
+    host.ask("141#A200000010270000");
+    EXPECT_EQ(host.run_state() == RunState::kOff, waits) << generation_name(generation);
+    EXPECT_EQ(host.bus.stats().refused_motion, waits ? 1U : 0U) << generation_name(generation);
+  }
+}
+
 using Bytes = std::set<unsigned>;
 
 /// What the vendor's manuals give each generation and series, byte by byte: written down here, not

@@ -35,11 +35,14 @@ Trace read_trace(const std::string& name) {
   return trace;
 }
 
-// A drive with ID 1 that stands at 45° at 25 °C on 24 V, on a bus without a bit rate.
+// A drive with ID 1 that stands at 45° at 25 °C on 24 V, on a bus without a bit rate, and that 0x80
+// switches off until 0x88.
 TEST(Golden, RestingDrive) {
   const Trace trace = read_trace("resting_drive.log");
   ASSERT_GT(trace.expected.size(), 26U);
-  Bus bus(test::bus_config({1}));
+  BusConfig config = test::bus_config({1});
+  config.servos[0].quirks.off_needs_run = true;
+  Bus bus(config);
   for (const TimedFrame& frame : trace.sent) {
     bus.receive(frame);
   }

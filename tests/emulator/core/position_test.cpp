@@ -221,7 +221,9 @@ TEST(Increments, CountFromASingleTurnTarget) {
 
 // Where no position command is in force they count from where the shaft is.
 TEST(Increments, CountFromThePresentPositionOtherwise) {
-  Host host(servo_config(1));
+  auto config = servo_config(1);
+  config.quirks.off_needs_run = true;
+  Host host(config);
   host.ask(query(protocol::Position5{1000}));  // after power-up
   EXPECT_NEAR(rest_cdeg(host), 5500, kArrived_cdeg);
 

@@ -27,8 +27,10 @@ TEST(RunState, OnAndIdleAfterPowerUp) {
   EXPECT_EQ(host.multi_turn_cdeg(), 4500);
 }
 
-TEST(RunState, OffRefusesMotionUntilRun) {
-  Host host(servo_config(1));
+TEST(RunState, OffRefusesMotionUntilRunWhereTheSwitchSaysSo) {
+  auto config = servo_config(1);
+  config.quirks.off_needs_run = true;
+  Host host(config);
   host.ask("141#8000000000000000");
   for (int opcode = 0xA1; opcode <= 0xA8; ++opcode) {
     protocol::Frame query = frame("141#00000000 64 000000");
@@ -48,6 +50,35 @@ TEST(RunState, OffRefusesMotionUntilRun) {
   host.ask("141#A200000010270000");
   host.wait(100ms);
   EXPECT_NE(host.multi_turn_cdeg(), 4500);
+}
+
+/// docs/protocol.md §4.1: a real GYEMS drive moves after 0x80 without 0x88.
+TEST(RunState, MotionCommandLeavesOff) {
+  for (const char* const command :
+       {"141#A100000064000000", "141#A200000010270000", "141#A300000050460000",
+        "141#A400640050460000", "141#A500000050460000", "141#A600640050460000",
+        "141#A700000050460000", "141#A800640050460000"}) {
+    SCOPED_TRACE(command);
+    Host host(servo_config(1));
+    host.ask("141#8000000000000000");
+    host.wait(1ms);
+    EXPECT_FALSE(host.bus.telemetry(1).bridge_on);
+    host.ask(command);
+    EXPECT_EQ(host.run_state(), RunState::kRunning);
+    host.wait(100ms);
+    EXPECT_TRUE(host.bus.telemetry(1).bridge_on);
+    EXPECT_NE(host.multi_turn_cdeg(), 4500);
+    EXPECT_EQ(host.bus.servo(1).stats().refused_motion, 0U);
+  }
+}
+
+/// A target that means nothing switches nothing on.
+TEST(RunState, AnInvalidTargetLeavesADriveOff) {
+  Host host(servo_config(1));
+  host.ask("141#8000000000000000");
+  host.ask("141#A5020000 10270000");
+  EXPECT_EQ(host.run_state(), RunState::kOff);
+  EXPECT_EQ(host.bus.servo(1).stats().invalid_targets, 1U);
 }
 
 TEST(RunState, OffLosesTheTurnCount) {

@@ -168,5 +168,33 @@ TEST(Signals, AreFoundByTheirWholeName) {
   }
 }
 
+/// A host compiled into the test is heard, answered and judged as the scenario's own is.
+TEST(ScenarioRun, HearsAHostBesidesItsOwn) {
+  Scenario scenario;
+  scenario.robot = {test::bus_config({1}), test::bus_config({2}, 1'000'000)};
+  scenario.robot[1].interface = "other";
+  scenario.duration = 1s;
+  Replies asked;
+  asked.command = 0x9C;
+  asked.age = Range{0, 1};  // ms since the query
+  asked.min_count = asked.max_count = 2;
+  scenario.expectations = {{1, 2, asked, throughout(0ns, 1s), ""}};
+  scenario.sends = {{1, 500ms, test::frame("142#9C00000000000000")}};
+  ScenarioRun run(scenario);
+  run.advance_to(100ms);
+  run.receive(1, {250ms, test::frame("142#9C00000000000000")});
+  EXPECT_EQ(run.time(), 250ms);
+  run.receive(1, {0ns, test::frame("142#9200000000000000")});  // over: now
+  EXPECT_EQ(run.time(), 250ms);
+  run.advance_to(1s);
+  std::vector<Traffic> traffic;
+  run.take_traffic(traffic);
+  ASSERT_EQ(traffic.size(), 6U);
+  EXPECT_TRUE(traffic[0].from_host && traffic[1].from_host);
+  EXPECT_EQ(traffic[1].frame.at, 250ms);
+  EXPECT_EQ(traffic[3].frame.frame.data[0], 0x92);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kPassed);
+}
+
 }  // namespace scenario_run_test
 }  // namespace lk::emulator

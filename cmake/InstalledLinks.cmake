@@ -1,0 +1,23 @@
+# cmake -DDOCUMENTS=DIR -DDATA=DIR -P: links of installed documents. What lies elsewhere once it is installed, in
+# share/lk-emu, is linked there; a link to what is not installed becomes plain text.
+file(GLOB_RECURSE pages ${DOCUMENTS}/*.md)
+foreach(page ${pages})
+  cmake_path(GET page PARENT_PATH here)
+  cmake_path(RELATIVE_PATH DATA BASE_DIRECTORY ${here} OUTPUT_VARIABLE data)
+  file(READ ${page} text)
+  string(REGEX REPLACE "\\]\\((\\.\\./)*configs/" "](${data}/" text "${text}")
+  string(REGEX REPLACE "\\]\\((\\.\\./)*python/" "](${data}/python/" text "${text}")
+  # Brackets would not survive in a list.
+  string(REPLACE "](" "\n\n(" marked "${text}")
+  string(REGEX MATCHALL "\n\n\\([^) \n]+\\)" links "${marked}")
+  list(REMOVE_DUPLICATES links)
+  foreach(link ${links})
+    string(REGEX REPLACE "^\n\n\\(([^)#]*)(#[^)]*)?\\)$" "\\1" target "${link}")
+    if(target STREQUAL "" OR target MATCHES "^[a-z]+:" OR EXISTS ${here}/${target})
+      continue()
+    endif()
+    string(REGEX REPLACE "([][().*+?^$|\\])" "\\\\\\1" target "${target}")
+    string(REGEX REPLACE "\\[([^]\n]*(\n[^]\n]+)?)\\]\\(${target}(#[^)]*)?\\)" "\\1" text "${text}")
+  endforeach()
+  file(WRITE ${page} "${text}")
+endforeach()

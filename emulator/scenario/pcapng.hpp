@@ -1,0 +1,21 @@
+#pragma once
+
+/// @file Captures that Wireshark reads: pcapng, with frames as SocketCAN has them (LINKTYPE 227).
+/// https://www.ietf.org/archive/id/draft-ietf-opsawg-pcapng-03.html,
+/// https://www.tcpdump.org/linktypes/LINKTYPE_CAN_SOCKETCAN.html
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "emulator/core/sim_time.hpp"
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// What the file begins with: an interface for each bus, times in nanoseconds.
+std::string pcapng_begin(std::span<const std::string> buses);
+/// A frame on one of them; hosts' go out, drives' come in.
+std::string pcapng_frame(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
+
+}  // namespace lk::emulator

@@ -1,0 +1,33 @@
+// What the start says of the drives.
+
+#include "emulator/program/config_listing.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace config_listing_test {
+
+/// docs/protocol.md §10.1, written down here a second time.
+TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
+  BusConfig bus = test::bus_config({});
+  bus.interface = "vcan0";
+  bus.servos = {test::drive(Generation::kLegacy, Series::kMf, 1),
+                test::drive(Generation::kLegacy, Series::kMf, 2),
+                test::drive(Generation::kLateLegacy, Series::kMf, 3),
+                test::drive(Generation::kV236, Series::kMg, 7)};
+  EXPECT_EQ(spoken(bus),
+            (std::vector<std::string>{"vcan0:3: late-legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
+                                      "single-turn angle 0.01° in bytes 4-7",
+                                      "vcan0:1,2: legacy: 0x9A voltage 0.1 V in bytes 3-4, 0x94 "
+                                      "single-turn angle 0.01° in bytes 6-7",
+                                      "vcan0:7: v236: 0x9A voltage 0.01 V in bytes 2-3, 0x94 "
+                                      "single-turn angle 0.01° in bytes 4-7"}));
+  bus.servos.resize(1);
+  bus.servos[0].quirks.dialect.wide_single_turn = true;
+  EXPECT_EQ(spoken(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
+}
+
+}  // namespace config_listing_test
+}  // namespace lk::emulator

@@ -1,0 +1,28 @@
+// What lk-emu ctl takes, and where.
+
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+
+#include "tools/commands/commands.hpp"
+
+namespace lk::emulator {
+namespace ctl_options_test {
+
+/// An option of all words stands before the word or behind it.
+TEST(CtlOptions, TheLanguageMayStandBeforeTheWord) {
+  for (const char* const line :
+       {"--lang zh advice", "advice --lang zh", "--json --lang en status"}) {
+    EXPECT_NO_THROW(ctl_app()->parse(std::string(line))) << line;
+  }
+}
+
+TEST(CtlOptions, AHostsWordsFollowTheCommand) {
+  EXPECT_NO_THROW(ctl_app()->parse(std::string("send position_2 angle_deg=90 --ids 1-4")));
+  EXPECT_NO_THROW(ctl_app()->parse(std::string("send 141#9C00000000000000")));
+  EXPECT_NO_THROW(ctl_app()->parse(std::string("wait --for 10s")));
+  EXPECT_THROW(ctl_app()->parse(std::string("send")), CLI::ParseError);
+}
+
+}  // namespace ctl_options_test
+}  // namespace lk::emulator
