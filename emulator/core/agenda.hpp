@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -54,30 +56,35 @@ using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, 
 class Agenda {
  public:
   void enter(SimTime at, Task task) {
-    // Latest first, so that the next one is taken from the end; before its equals, to come after.
-    const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
-    entries_.insert(place, {at, std::move(task)});
+    entries_.push_back({at, entered_++, std::move(task)});
+    std::ranges::push_heap(entries_, later);
   }
   std::optional<SimTime> next_due() const {
-    return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
+    return entries_.empty() ? std::nullopt : std::optional(entries_.front().at);
   }
   /// The next task; there must be one.
   Task take() {
+    std::ranges::pop_heap(entries_, later);
     Task task = std::move(entries_.back().task);
     entries_.pop_back();
     return task;
   }
+  /// How many directives are to be done.
+  std::size_t directives() const {
+    return static_cast<std::size_t>(std::ranges::count_if(entries_, is_directive));
+  }
+  void forget_directives() { forget_if(is_directive); }
   /// Forgets what of this kind is to happen to a drive.
   template <class Kind>
   void forget(std::size_t index) {
-    std::erase_if(entries_, [index](const Entry& entry) {
+    forget_if([index](const Entry& entry) {
       const auto* task = std::get_if<Kind>(&entry.task);
       return task != nullptr && task->index == index;
     });
   }
   /// Forgets the coming beginnings and the end of a fault.
   void forget_fault(std::size_t fault) {
-    std::erase_if(entries_, [fault](const Entry& entry) {
+    forget_if([fault](const Entry& entry) {
       const auto* begin = std::get_if<FaultBegin>(&entry.task);
       const auto* end = std::get_if<FaultEnd>(&entry.task);
       return (begin != nullptr && begin->fault == fault) || (end != nullptr && end->fault == fault);
@@ -85,7 +92,7 @@ class Agenda {
   }
   /// Forgets what a babbling drive is going to say because of a fault.
   void forget_babble(std::size_t fault) {
-    std::erase_if(entries_, [fault](const Entry& entry) {
+    forget_if([fault](const Entry& entry) {
       const auto* babble = std::get_if<Babble>(&entry.task);
       return babble != nullptr && babble->fault == fault;
     });
@@ -94,9 +101,22 @@ class Agenda {
  private:
   struct Entry {
     SimTime at;
+    std::uint64_t number;
     Task task;
   };
-  std::vector<Entry> entries_;
+  static bool later(const Entry& one, const Entry& other) {
+    return std::tie(one.at, one.number) > std::tie(other.at, other.number);
+  }
+  static bool is_directive(const Entry& entry) {
+    return std::holds_alternative<Directive>(entry.task);
+  }
+  template <class Meant>
+  void forget_if(Meant meant) {
+    if (std::erase_if(entries_, meant) > 0) std::ranges::make_heap(entries_, later);
+  }
+
+  std::vector<Entry> entries_;  // a heap, the next one first
+  std::uint64_t entered_ = 0;
 };
 
 }  // namespace lk::emulator

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,9 @@ class Bus {
   /// false, and plans nothing, when the bus has no room for another fault or another condition.
   bool plan(const TimedDirective& planned);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
+  /// Faults that last, each at each of its drives, are looked at in one step, about so many; of
+  /// more, each has its turn.
+  static constexpr std::size_t kMostLooks = 256;
   /// All faults there have been on this bus, in the order in which they were armed.
   std::vector<FaultReport> faults() const;
   /// Faults that a bus keeps, with those that are over.
@@ -78,6 +82,8 @@ class Bus {
   static constexpr std::size_t kMostWaiting = 1000;
   /// Planned directives, faults aside, whose condition has not held yet.
   std::size_t unmet_directives() const;
+  /// Planned directives, faults aside, whose time has not come yet.
+  std::size_t planned_directives() const { return agenda_.directives(); }
   bool faults_full() const { return faults_.size() >= kMostFaults; }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
@@ -165,6 +171,7 @@ class Bus {
   void pass_on_faults(std::size_t index);
   void look();
   void look_at_faults();
+  std::size_t look_at(LiveFault& live);
   void look_again_by(SimTime at);
   /// Looks at it; remembers what it saw.
   bool holds(Waiting& waiting) const;
@@ -236,6 +243,8 @@ class Bus {
   std::uint64_t seed_;
   std::vector<LiveFault> faults_;
   std::size_t active_faults_ = 0;
+  std::size_t fault_turn_ = 0;   // which is looked at next
+  std::set<std::size_t> moved_;  // drives whose faults are not what they were
   std::vector<Waiting> waiting_;
   std::optional<SimTime> next_look_;
   std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};  // −1 = not on the bus

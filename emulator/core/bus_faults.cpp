@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "emulator/core/bus.hpp"
 #include "emulator/core/fault_table.hpp"
@@ -109,11 +112,9 @@ std::string Bus::free_name(const Fault& fault) const {
   const std::string wanted =
       fault.name.empty() ? std::string(fault_row(fault.kind).word) : fault.name;
   std::string name = wanted;
-  const auto taken = [&] {
-    return std::ranges::any_of(faults_,
-                               [&](const LiveFault& live) { return live.fault.name == name; });
-  };
-  for (int n = 2; taken(); ++n) {
+  std::set<std::string_view> taken;
+  for (const LiveFault& live : faults_) taken.insert(live.fault.name);
+  for (int n = 2; taken.contains(name); ++n) {
     name = wanted + "-" + std::to_string(n);
   }
   return name;
@@ -164,8 +165,9 @@ void Bus::begin_fault(std::size_t fault_index) {
 }
 
 void Bus::end_fault(std::size_t fault_index) {
-  look_at_faults();  // what has not been looked at yet
   LiveFault& live = faults_[fault_index];
+  look_at(live);  // whether its turn has come or not
+  look_at_faults();
   live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
   --active_faults_;
   end_link_fault(fault_index);
@@ -175,6 +177,13 @@ void Bus::end_fault(std::size_t fault_index) {
 }
 
 void Bus::clear_faults(const std::string& which) {
+  if (which == kPlanned) {
+    agenda_.forget_directives();
+    std::erase_if(waiting_, [](const Waiting& waiting) {
+      return std::holds_alternative<Directive>(waiting.task);
+    });
+    return;
+  }
   for (std::size_t fault_index = 0; fault_index < faults_.size(); ++fault_index) {
     LiveFault& live = faults_[fault_index];
     const bool meant =
@@ -292,28 +301,48 @@ bool Bus::damage_rom(std::size_t index, RomParameter parameter) {
   return true;
 }
 
-/// Physical faults that last, at one instant: what moves is moved on, what shows is counted.
+/// What is new at once, and of the others as many as one step is to take, in turns.
 void Bus::look_at_faults() {
   for (LiveFault& live : faults_) {
-    if (!live.active() || !is_physical(live.fault.kind) || live.looked_at == time_) {
-      continue;
-    }
-    live.looked_at = time_;
-    const bool moves =
-        live.fault.kind == FaultKind::kEncoderDrift || live.fault.kind == FaultKind::kRebootLoop;
-    for (const int id : live.fault.ids) {
-      const std::size_t k = index_of(id);
-      const Lane motor = lane(k);
-      model::Faults alone;
-      add_physical_fault(live, nodes_[k].servo.config(), time_, alone);
-      if (motor.bank.takes_effect(motor.index, alone)) {
-        took_effect(live, id);
-      }
-      if (moves) {
-        pass_on_faults(k);
-      }
+    if (live.looked_at < live.since) {
+      look_at(live);
     }
   }
+  std::size_t looks = 0;
+  for (std::size_t n = 0; n < faults_.size() && looks < kMostLooks; ++n) {
+    looks += look_at(faults_[fault_turn_]);
+    fault_turn_ = (fault_turn_ + 1) % faults_.size();
+  }
+  if (looks < kMostLooks) {
+    fault_turn_ = 0;
+  }
+  for (const std::size_t k : std::exchange(moved_, {})) {
+    pass_on_faults(k);
+  }
+}
+
+/// A physical fault that lasts, at one instant: what moves is noted, what shows is counted.
+/// Returns at how many drives there was something to look at.
+std::size_t Bus::look_at(LiveFault& live) {
+  if (!live.active() || !is_physical(live.fault.kind) || live.looked_at == time_) {
+    return 0;
+  }
+  live.looked_at = time_;
+  const bool moves =
+      live.fault.kind == FaultKind::kEncoderDrift || live.fault.kind == FaultKind::kRebootLoop;
+  for (const int id : live.fault.ids) {
+    const std::size_t k = index_of(id);
+    const Lane motor = lane(k);
+    model::Faults alone;
+    add_physical_fault(live, nodes_[k].servo.config(), time_, alone);
+    if (motor.bank.takes_effect(motor.index, alone)) {
+      took_effect(live, id);
+    }
+    if (moves) {
+      moved_.insert(k);
+    }
+  }
+  return live.fault.ids.size();
 }
 
 void Bus::book_firmware(std::size_t index) {

@@ -1,0 +1,52 @@
+#include "emulator/core/agenda.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace lk::emulator {
+namespace agenda_test {
+
+/// Told apart by the drive that they are for.
+Task task(std::size_t number) { return Reconnect{number}; }
+
+std::vector<std::size_t> all_of(Agenda agenda) {
+  std::vector<std::size_t> order;
+  while (agenda.next_due()) order.push_back(std::get<Reconnect>(agenda.take()).index);
+  return order;
+}
+
+TEST(Agenda, IsInTheOrderOfTimesAndThenOfEntering) {
+  std::mt19937 random(1);
+  Agenda agenda;
+  std::vector<std::pair<int, std::size_t>> entered;
+  for (std::size_t n = 0; n < 500; ++n) {
+    const int at = static_cast<int>(random() % 20);
+    agenda.enter(SimTime(at), task(n));
+    entered.emplace_back(at, n);
+  }
+  std::ranges::stable_sort(entered, {}, &std::pair<int, std::size_t>::first);
+  std::vector<std::size_t> expected;
+  for (const auto& [at, n] : entered) expected.push_back(n);
+  EXPECT_EQ(all_of(agenda), expected);
+  agenda.forget<Reconnect>(expected[100]);
+  expected.erase(expected.begin() + 100);
+  EXPECT_EQ(all_of(agenda), expected) << "what is left keeps its order";
+}
+
+TEST(Agenda, CountsAndForgetsDirectivesAlone) {
+  Agenda agenda;
+  agenda.enter(SimTime(2), task(1));
+  agenda.enter(SimTime(1), Directive{1, PowerOff{}});
+  agenda.enter(SimTime(3), Directive{1, PowerOn{}});
+  EXPECT_EQ(agenda.directives(), 2U);
+  agenda.forget_directives();
+  EXPECT_EQ(agenda.directives(), 0U);
+  EXPECT_EQ(all_of(agenda), std::vector<std::size_t>{1});
+}
+
+}  // namespace agenda_test
+}  // namespace lk::emulator
