@@ -85,6 +85,7 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"GET", "/drives", &ControlApi::get_drives},
       {"GET", "/drives/{bus}/{id}", &ControlApi::get_drive},
       {"POST", "/directives", &ControlApi::post_directives},
+      {"DELETE", "/directives", &ControlApi::delete_directives},
       {"GET", "/advice", &ControlApi::get_advice},
       {"GET", "/faults", &ControlApi::get_faults},
       {"GET", "/faults/kinds", &ControlApi::get_fault_kinds},
@@ -131,6 +132,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
         return;
       }
       allowed += (allowed.empty() ? "" : ", ") + std::string(route.method);
+      if (route.method == "GET") allowed += ", HEAD";
     }
     if (allowed.empty()) throw ApiError(404, "path", "not found");
     ApiResponse response = error_response(405, "method", "this can be asked for by " + allowed);
@@ -265,9 +267,7 @@ void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts
   }
   Line& line = line_said(said);
   catch_up();
-  const auto directives = read_request(said, line);
-  line.announce(said.dump());
-  const auto names = perform_all(directives, line);
+  const auto names = request_all(said, line);
   reply({200, {{"time_s", seconds(line.bus().time())}, {"faults", names}}, ""});
 }
 
@@ -277,6 +277,13 @@ void ControlApi::post_frames(const ApiRequest& request, const Parts& /*parts*/,
   Line& line = line_said(said);
   catch_up();
   reply({200, send_frames(said, line), ""});
+}
+
+void ControlApi::delete_directives(const ApiRequest& /*request*/, const Parts& /*parts*/,
+                                   const Reply& reply) {
+  catch_up();
+  for (const auto& line : world_.lines()) request_all({{"clear", kPlanned}}, *line);
+  reply({200, {{"time_s", seconds(world_.time())}}, ""});
 }
 
 void ControlApi::get_clock(const ApiRequest& /*request*/, const Parts& /*parts*/,
@@ -347,7 +354,7 @@ ApiResponse absent(const char* what) {
 void ControlApi::post_recording(const ApiRequest& request, const Parts& /*parts*/,
                                 const Reply& reply) {
   if (!recording.start) return reply(absent("recording"));
-  reply({200, recording.start(body_of(request)), ""});
+  reply({200, recording.start(body_of(request), request.same_user), ""});
 }
 
 void ControlApi::delete_recording(const ApiRequest& /*request*/, const Parts& /*parts*/,
@@ -359,7 +366,7 @@ void ControlApi::delete_recording(const ApiRequest& /*request*/, const Parts& /*
 void ControlApi::post_scenario(const ApiRequest& request, const Parts& /*parts*/,
                                const Reply& reply) {
   if (!scenario.start) return reply(absent("scenario"));
-  reply({200, scenario.start(body_of(request)), ""});
+  reply({200, scenario.start(body_of(request), request.same_user), ""});
 }
 
 void ControlApi::get_scenario(const ApiRequest& /*request*/, const Parts& /*parts*/,

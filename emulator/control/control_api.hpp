@@ -23,6 +23,7 @@ struct ApiRequest {
   std::string body;
   bool from_page = false;        // a browser sent it, for a page
   bool pages_may_write = false;  // where it came in
+  bool same_user = true;         // nobody else gets in there
 };
 
 struct ApiResponse {
@@ -43,10 +44,11 @@ ApiResponse error_response(int status, const std::string& where, const std::stri
 /// What can be started and stopped, and by whom. Functions may be absent: the answer is 501 then.
 /// They throw ApiError, or ConfigError for what is wrong with what the request says.
 struct Activity {
-  std::function<Json(const Json& request)> start;  // of POST; returns the answer
-  std::function<Json()> stop;                      // of DELETE
-  std::function<Json()> state;                     // in /status; null when there is none
-  std::function<Json()> report;                    // of GET
+  /// Of POST; returns the answer. What files there are is for nobody but the `same_user`.
+  std::function<Json(const Json& request, bool same_user)> start;
+  std::function<Json()> stop;    // of DELETE
+  std::function<Json()> state;   // in /status; null when there is none
+  std::function<Json()> report;  // of GET
 };
 
 /// Which request does what. Pure: knows no socket.
@@ -86,6 +88,7 @@ class ControlApi {
   void get_drives(const ApiRequest&, const Parts&, const Reply& reply);
   void get_drive(const ApiRequest&, const Parts& parts, const Reply& reply);
   void post_directives(const ApiRequest& request, const Parts&, const Reply& reply);
+  void delete_directives(const ApiRequest&, const Parts&, const Reply& reply);
   void get_advice(const ApiRequest&, const Parts&, const Reply& reply);
   void get_faults(const ApiRequest&, const Parts&, const Reply& reply);
   void get_fault_kinds(const ApiRequest&, const Parts&, const Reply& reply);

@@ -26,7 +26,7 @@ void check_fault(const Line& line) {
 }
 
 void check_clear(const ClearFault& clear, const Line& line) {
-  if (clear.which == "all" || find_fault(clear.which) != nullptr) return;
+  if (clear.which == "all" || clear.which == kPlanned || find_fault(clear.which) != nullptr) return;
   const auto faults = line.bus().faults();
   const bool known = std::ranges::any_of(
       faults, [&](const FaultReport& report) { return report.fault.name == clear.which; });
@@ -54,6 +54,20 @@ void check_settings(const std::vector<TimedDirective>& directives, const Line& l
   }
 }
 
+/// Those that wait for a time; faults have a bound of their own.
+void check_planned(const std::vector<TimedDirective>& directives, const Line& line) {
+  const auto wanted = std::ranges::count_if(directives, [&](const TimedDirective& directive) {
+    return !directive.when && directive.at > line.bus().time() &&
+           !std::holds_alternative<SetFault>(directive.directive.what);
+  });
+  if (wanted == 0) return;
+  if (line.bus().planned_directives() + static_cast<std::size_t>(wanted) > kMostPlanned) {
+    throw ApiError(409, "at_s",
+                   "a bus keeps no more than " + std::to_string(kMostPlanned) +
+                       " directives for later; clear = \"planned\" forgets them");
+  }
+}
+
 /// Nothing is begun that cannot be done for all drives that are meant.
 void check_places(const std::vector<TimedDirective>& directives, const Line& line) {
   const auto waits = [](const TimedDirective& directive) { return directive.when.has_value(); };
@@ -71,8 +85,7 @@ void check_places(const std::vector<TimedDirective>& directives, const Line& lin
   }
 }
 
-}  // namespace
-
+/// Nothing is done yet.
 std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
   const toml::table table = to_table(said);
   TableReader reader(table, "request", "");
@@ -83,10 +96,12 @@ std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
     if (const auto* clear = std::get_if<ClearFault>(&what)) check_clear(*clear, line);
   }
   check_settings(directives, line);
+  check_planned(directives, line);
   check_places(directives, line);
   return directives;
 }
 
+/// Does it, or plans it; returns the names that faults were given.
 std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line) {
   std::vector<std::string> names;
   for (const TimedDirective& directive : directives) {
@@ -95,6 +110,14 @@ std::vector<std::string> perform_all(const std::vector<TimedDirective>& directiv
     }
   }
   return names;
+}
+
+}  // namespace
+
+std::vector<std::string> request_all(const Json& said, Line& line) {
+  const auto directives = read_request(said, line);
+  line.announce(said.dump());
+  return perform_all(directives, line);
 }
 
 }  // namespace lk::emulator

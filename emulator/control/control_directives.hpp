@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -8,11 +9,12 @@
 
 namespace lk::emulator {
 
-/// Reads a request in the words of directives. Nothing is done yet; whatever would not do is
-/// refused here. Throws ConfigError, JsonError, ApiError.
-std::vector<TimedDirective> read_request(const Json& said, const Line& line);
+/// Directives that clients have planned for later on a bus.
+inline constexpr std::size_t kMostPlanned = 1000;
 
-/// Does it, or plans it; returns the names that faults were given.
-std::vector<std::string> perform_all(const std::vector<TimedDirective>& directives, Line& line);
+/// Does, or plans, what `said`, a request in the words of directives, says, and tells those who
+/// listen; returns the names that faults were given. Whatever would not do is refused before
+/// anything is done. Throws ConfigError, JsonError, ApiError.
+std::vector<std::string> request_all(const Json& said, Line& line);
 
 }  // namespace lk::emulator

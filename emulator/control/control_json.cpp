@@ -18,6 +18,7 @@
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -178,6 +179,7 @@ Json bus_json(const Line& line) {
           {"up", line.is_up()},
           {"time_s", seconds(line.bus().time())},
           {"bitrate", line.config().bitrate},
+          {"planned", line.bus().planned_directives() + line.bus().unmet_directives()},
           {"counters", counters}};
 }
 
@@ -301,7 +303,8 @@ std::optional<Json> read_scenarios() {
   for (const auto& file : files) {
     std::string about;
     try {
-      about = toml::parse(read_file(file), file.string())["about"].value_or(std::string());
+      about = toml::parse(read_regular_file(file, kLongestText), file.string())["about"].value_or(
+          std::string());
     } catch (const toml::parse_error&) {  // whoever starts it is told what is wrong with it
     } catch (const std::invalid_argument&) {
       return std::nullopt;

@@ -122,6 +122,7 @@ void ControlServer::listen_at(const std::filesystem::path& path) {
   spdlog::debug("control: {}", path.string());
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;
+  entrance->same_user = true;
   accept(*unix_, unix_pause_, entrance);
 }
 

@@ -18,7 +18,6 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kMostGathered = 1024;  // frames that wait for the client
 constexpr auto kGather = std::chrono::milliseconds(20);
 
 class FrameStream : public std::enable_shared_from_this<FrameStream> {
@@ -33,12 +32,14 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
         entrance_(std::move(entrance)) {
     ++shared_->frame_streams;
     ++entrance_->connections;
+    ++entrance_->streams;
   }
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
   ~FrameStream() {
     --shared_->frame_streams;
     --entrance_->connections;
+    --entrance_->streams;
   }
 
   void start(beast::http::request<beast::http::string_body> upgrade) {

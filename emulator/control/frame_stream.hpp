@@ -6,6 +6,8 @@ namespace lk::emulator {
 
 /// At once, of all clients: each takes every frame apart on the loop of the drives.
 inline constexpr int kMostFrameStreams = 8;
+/// That wait for one client.
+inline constexpr std::size_t kMostGathered = 1024;
 
 /// Answers the upgrade and tells every frame of `line`, in words, until the client has gone; keeps
 /// itself alive. A client that reads too slowly misses frames.

@@ -1,5 +1,6 @@
 #include "emulator/control/http_session.hpp"
 
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
@@ -54,8 +55,8 @@ bool is_refusal(int status, std::string_view where) {
 
 /// What the log tells apart. A client may choose the other words, as many as it likes.
 std::string kind_of(int status, std::string_view where) {
-  constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host",
-                                            "Origin",        "body",         "path"};
+  constexpr std::string_view kOwnWords[] = {"Authorization", "Content-Type", "Host", "Origin",
+                                            "WebSocket",     "body",         "path"};
   const bool own = std::ranges::find(kOwnWords, where) != std::end(kOwnWords);
   return std::to_string(status) + (own ? " " + std::string(where) : "");
 }
@@ -113,6 +114,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   void look_at_header() {
     const auto& header = parser_->get();
+    for (const auto field : {http::field::host, http::field::origin, http::field::authorization}) {
+      if (header.count(field) < 2) continue;
+      refuse(400, std::string(view(http::to_string(field))), "is given twice");
+      return;
+    }
     const auto origin = header.find(http::field::origin);
     const std::string offered = authorization_of(view(header[http::field::sec_websocket_protocol]));
     const Credentials shown{
@@ -128,10 +134,11 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       return;
     }
     request_ = {};
-    request_.method = std::string(view(header.method_string()));
+    request_.method = head() ? "GET" : std::string(view(header.method_string()));
     request_.content_type = std::string(view(header[http::field::content_type]));
     request_.from_page = shown.origin.has_value();
     request_.pages_may_write = entrance_->access.pages_may_write;
+    request_.same_user = entrance_->same_user;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]));
       return;
@@ -163,6 +170,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void dispatch() {
     request_.body = std::move(parser_->get().body());
     keep_alive_ = parser_->get().keep_alive();
+    if (request_.method == "GET" && has_left()) return;
     const unsigned mine = ++requests_;
     waiting_ = true;
     shared_->api.handle(request_, [self = shared_from_this()](const ApiResponse& response) {
@@ -198,6 +206,16 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     return size == 0;
   }
 
+  /// Behind whatever it has sent ahead.
+  bool has_left() {
+    pollfd socket{stream_.socket().native_handle(), POLLRDHUP, 0};
+    return ::poll(&socket, 1, 0) > 0;
+  }
+
+  bool head() const {
+    return parser_->is_header_done() && parser_->get().method() == http::verb::head;
+  }
+
   void no_longer_idle() {
     if (idle_) entrance_->idle.erase(*idle_);
     idle_.reset();
@@ -217,6 +235,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void upgrade() {
+    if (entrance_->streams >= kMostStreams) {
+      throw ApiError(429, "WebSocket", "there are " + std::to_string(kMostStreams) + " already");
+    }
     if (request_.path == ControlApi::kFramesPath) {
       check_handshake();
       Line& line = shared_->api.read_frames_request(request_);
@@ -264,8 +285,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void send_file(const WebFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
-      ApiResponse response = error_response(405, "method", "this can be asked for by GET");
-      response.allow = "GET";
+      ApiResponse response = error_response(405, "method", "this can be asked for by GET, HEAD");
+      response.allow = "GET, HEAD";
       tell_if_refused("HTTP", response);
       write(response);
       return;
@@ -286,7 +307,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     response_.set("Referrer-Policy", "no-referrer");
     if (!known) {
       response_.content_length(body.size());
-      response_.body() = std::move(body);
+      if (!head()) response_.body() = std::move(body);
     }
     send_response();
   }
@@ -306,8 +327,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     if (response.status == 401) response_.set(http::field::www_authenticate, "Bearer");
     std::string body = response.body.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
     response_.content_length(body.size());
-    const bool head = parser_->is_header_done() && parser_->get().method() == http::verb::head;
-    if (!head) response_.body() = std::move(body);
+    if (!head()) response_.body() = std::move(body);
     send_response();
   }
 

@@ -27,7 +27,9 @@ struct Entrance {
   Access access;
   Patience patience;
   std::string page_language;  // as ControlOptions has it
+  bool same_user = false;     // nobody else gets in
   int connections = 0;
+  int streams = 0;  // of these, WebSockets, which are never idle
   /// Each closes one connection that waits for its next request; the longest wait first.
   std::list<std::function<void()>> idle;
   std::set<std::string> told;  // the kinds of refusal that the log has told of
@@ -35,6 +37,7 @@ struct Entrance {
 
 // What a client may do, so that none can hurt the drives (docs/control.md).
 inline constexpr int kMostConnections = 64;  // at each entrance
+inline constexpr int kMostStreams = 48;      // of these: some places are left for newcomers
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
 // A scenario is read on the loop of the drives: this much takes a few milliseconds.
 inline constexpr std::uint64_t kLongestBody = 65'536;

@@ -21,8 +21,6 @@ namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t kMostQueued = 1'048'576;  // bytes that wait for the client
-
 constexpr auto kLongestGather = std::chrono::milliseconds(20);
 
 void append_number(std::string& text, double value) {
@@ -43,12 +41,14 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
         shared_(std::move(shared)),
         entrance_(std::move(entrance)) {
     ++entrance_->connections;
+    ++entrance_->streams;
     shared_->telemetry_values += values_a_second();
   }
   TelemetryStream(const TelemetryStream&) = delete;
   TelemetryStream& operator=(const TelemetryStream&) = delete;
   ~TelemetryStream() {
     --entrance_->connections;
+    --entrance_->streams;
     shared_->telemetry_values -= values_a_second();
   }
 

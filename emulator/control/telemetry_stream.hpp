@@ -15,6 +15,8 @@ namespace lk::emulator {
 
 using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
 
+/// Bytes of samples that wait for one client.
+inline constexpr std::size_t kMostQueued = 1'048'576;
 /// Bytes of a WebSocket message of the client.
 inline constexpr std::size_t kLongestMessage = 4096;
 /// Values a second that all streams together may have.

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "emulator/core/condition.hpp"
@@ -56,10 +57,12 @@ struct Setting {
 struct SetFault {
   Fault fault;
 };
-/// The fault of this name, all of this kind, or "all".
+/// The fault of this name, all of this kind, or "all"; "planned": all directives, faults aside,
+/// that wait for their time or their condition.
 struct ClearFault {
   std::string which;
 };
+inline constexpr std::string_view kPlanned = "planned";
 /// Nothing but a note in logs and recordings.
 struct Mark {
   std::string text;

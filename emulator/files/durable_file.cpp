@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <string_view>
 #include <utility>
 
@@ -18,12 +19,40 @@ int sync_directory(const std::filesystem::path& path) {
   return directory ? sync(directory.get()) : errno;
 }
 
+/// A new file: what was there under that name, and whatever that led to, is not written.
 int write_file(int directory_fd, const std::string& name, const std::string& text) {
+  ::unlinkat(directory_fd, name.c_str(), 0);
   const Descriptor file(::openat(directory_fd, name.c_str(),
-                                 O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644));
+                                 O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (!file) return errno;
   const int error = write_all(file.get(), text);
   return error != 0 ? error : sync(file.get());
+}
+
+/// What became of a file whose name another one has taken.
+enum class Replaced { kKept, kLost, kNone };
+
+/// Gives `fresh` the name of `name`, which gets that of `fresh` where the file system can do so.
+int take_place(int directory_fd, const std::string& fresh, const std::string& name,
+               Replaced& replaced) {
+  const auto rename = [&](unsigned how) {
+    return ::renameat2(directory_fd, fresh.c_str(), directory_fd, name.c_str(), how) == 0;
+  };
+  replaced = Replaced::kKept;
+  if (rename(RENAME_EXCHANGE)) return 0;
+  replaced = errno == ENOENT ? Replaced::kNone : Replaced::kLost;
+  return rename(0) ? 0 : errno;
+}
+
+/// What nobody is told of is not to be found by the next start either.
+void take_back(int directory_fd, const std::string& fresh, const std::string& name,
+               Replaced replaced) {
+  if (replaced == Replaced::kKept) {
+    ::renameat(directory_fd, fresh.c_str(), directory_fd, name.c_str());
+  } else if (replaced == Replaced::kNone) {
+    ::unlinkat(directory_fd, name.c_str(), 0);
+  }
+  sync(directory_fd);  // it may work by now
 }
 
 }  // namespace
@@ -54,14 +83,14 @@ int write_all(int fd, std::string_view text) {
 int write_durably(int directory_fd, const std::string& name, const std::string& text) {
   const std::string fresh = unfinished(name);
   int error = write_file(directory_fd, fresh, text);
-  if (error == 0 && ::renameat(directory_fd, fresh.c_str(), directory_fd, name.c_str()) != 0) {
-    error = errno;
+  Replaced replaced = Replaced::kKept;
+  if (error == 0) error = take_place(directory_fd, fresh, name, replaced);
+  if (error == 0) {
+    error = sync(directory_fd);
+    if (error != 0) take_back(directory_fd, fresh, name, replaced);
   }
-  if (error != 0) {
-    ::unlinkat(directory_fd, fresh.c_str(), 0);
-    return error;
-  }
-  return sync(directory_fd);
+  ::unlinkat(directory_fd, fresh.c_str(), 0);
+  return error;
 }
 
 int sync_entry(int directory_fd) {

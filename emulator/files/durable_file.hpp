@@ -28,7 +28,8 @@ int write_all(int fd, std::string_view text);
 
 /// Puts `text` into the file `name` of the directory `directory_fd`, all of it or nothing: whatever
 /// happens, the file holds what it held before or `text`. Returns 0 once that is durable, else
-/// errno.
+/// errno; then it holds what it held before, but for a power cut, and for file systems that cannot
+/// exchange two names.
 int write_durably(int directory_fd, const std::string& name, const std::string& text);
 
 /// Makes the entry of the directory itself durable, whoever made it. Returns 0 or errno.

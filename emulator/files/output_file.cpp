@@ -113,7 +113,11 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
 /// a socket cannot be.
 std::FILE* OutputFile::open() {
   const auto own = own_descriptor(unfinished_);
-  if (!own) return std::fopen(unfinished_.c_str(), "w");
+  if (!own && unfinished_ == place_) return std::fopen(place_.c_str(), "w");
+  if (!own) {
+    ::unlink(unfinished_.c_str());  // of a killed program that had this number
+    return std::fopen(unfinished_.c_str(), "wx");
+  }
   const int copy = ::fcntl(*own, F_DUPFD_CLOEXEC, 0);
   if (copy < 0) return nullptr;
   std::FILE* const stream = ::fdopen(copy, "w");

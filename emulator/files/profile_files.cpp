@@ -1,29 +1,18 @@
 #include "emulator/files/profile_files.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <regex>
-#include <sstream>
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile.hpp"
-#include "emulator/files/durable_file.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uintmax_t kLongestMotorFile = 1'048'576;
 
 /// What the TOML files there are called, sorted.
 std::vector<std::string> names_in(const char* folder) {
@@ -42,7 +31,7 @@ fs::path shipped_motor(const std::string& name) {
 
 std::vector<std::string> labels_of(const std::string& name) {
   const fs::path file = shipped_motor(name);
-  return motor_labels(read_file(file), file.string());
+  return motor_labels(read_regular_file(file, kLongestText), file.string());
 }
 
 /// A shipped motor and what it can be called, in small letters.
@@ -152,18 +141,14 @@ bool is_missing(const fs::path& file) {
 std::string read_motor_file(const std::string& path) {
   if (on_one_line(path) != path) {
     throw UnknownMotor("\"" + on_one_line(path) +
-                       "\" has control characters; give a path without them");
+                       "\" is not UTF-8 without control characters; give such a path");
   }
   if (is_missing(path)) throw UnknownMotor(not_there(path, shipped_name(fs::path(path).stem())));
   try {
-    return read_regular_file(path, kLongestMotorFile);
+    return read_regular_file(path, kLongestText);
   } catch (const std::invalid_argument& problem) {
     throw UnknownMotor(problem.what());
   }
-}
-
-[[noreturn]] void fail_to_read(const fs::path& file) {
-  throw std::invalid_argument("cannot read " + file.string() + ": " + std::strerror(errno));
 }
 
 }  // namespace
@@ -219,7 +204,7 @@ MotorFile find_motor_file(const std::string& motor) {
                                known_motors(), either(motors_meant(motor))));
   }
   const fs::path file = shipped_motor(*name);
-  return {*name, file.string(), read_file(file)};
+  return {*name, file.string(), read_regular_file(file, kLongestText)};
 }
 
 FindProfile profile_finder(MotorFiles& read) {
@@ -238,44 +223,6 @@ FindProfile profile_finder(MotorFiles& read) {
 
 Profile load_profile(const std::string& motor) {
   return parse_profile(find_motor_file(motor), find_motor_file);
-}
-
-std::string read_regular_file(const fs::path& file, std::uintmax_t longest) {
-  // By its name first, as opening a device may do something already; then what was opened, as the
-  // name may be another's by now.
-  struct stat found {};
-  if (::stat(file.c_str(), &found) != 0) fail_to_read(file);
-  const auto check = [&] {
-    if (S_ISREG(found.st_mode)) return;
-    throw std::invalid_argument(file.string() + ": is not a regular file");
-  };
-  check();
-  const Descriptor open(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-  if (!open || ::fstat(open.get(), &found) != 0) fail_to_read(file);
-  check();
-  // The size says nothing about a file of the kernel's, nor about one that grows.
-  std::string text;
-  std::array<char, 65'536> piece{};
-  while (text.size() <= longest) {
-    const ssize_t got = ::read(open.get(), piece.data(), piece.size());
-    if (got == 0) return text;
-    if (got < 0 && errno != EINTR) fail_to_read(file);
-    if (got > 0) text.append(piece.data(), static_cast<std::size_t>(got));
-  }
-  throw std::invalid_argument(file.string() + ": is longer than " + std::to_string(longest) +
-                              " bytes");
-}
-
-std::string read_file(const fs::path& file) {
-  std::error_code ignored;
-  if (fs::is_directory(file, ignored))
-    throw std::invalid_argument(file.string() + ": is a directory");
-  std::ifstream stream(file, std::ios::binary);
-  std::stringstream text;
-  // An empty file puts nothing into `text`, which is no mistake of the stream's.
-  if (stream) text << stream.rdbuf();
-  if (!stream || stream.bad()) fail_to_read(file);
-  return text.str();
 }
 
 }  // namespace lk::emulator

@@ -47,10 +47,4 @@ FindProfile profile_finder(MotorFiles& read);
 /// Reads one profile. Throws UnknownMotor, ConfigError.
 Profile load_profile(const std::string& motor);
 
-/// The whole of `file`. Throws std::invalid_argument that says what is wrong with it.
-std::string read_file(const std::filesystem::path& file);
-/// The same for a running program: nothing that never ends, waits for somebody, or is longer than
-/// `longest` bytes.
-std::string read_regular_file(const std::filesystem::path& file, std::uintmax_t longest);
-
 }  // namespace lk::emulator

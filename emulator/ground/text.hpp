@@ -5,14 +5,13 @@
 
 namespace lk::emulator {
 
-/// What a person's terminal or a log can show on one line: the control characters in `text`, which
-/// may be anybody's, become question marks.
-inline std::string on_one_line(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-  }
-  return text;
-}
+/// Takes the first character off a text that may be anybody's: UTF-8 that terminals, logs, XML and
+/// pictures show as it is. "?" in place of a byte of anything else: control characters, those that
+/// turn the direction of writing, what is no character, what is no UTF-8.
+std::string_view next_character(std::string_view& rest);
+
+/// What a person's terminal or a log can show on one line.
+std::string on_one_line(std::string_view text);
 
 /// Names are compared without case, in ASCII whatever the locale is.
 inline std::string small_letters(std::string text) {
@@ -30,25 +29,7 @@ constexpr std::string_view trimmed(std::string_view text) {
 }
 
 /// For XML, between tags and in an attribute. What XML 1.0 cannot carry at all becomes a question
-/// mark.
-inline std::string xml_escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else if (c == '\n' || c == '\t' || c == '\r') {
-      out += "&#" + std::to_string(static_cast<int>(c)) + ";";
-    } else {
-      out += c >= 0 && c < ' ' ? '?' : c;
-    }
-  }
-  return out;
-}
+/// mark, and so does what next_character does not take.
+std::string xml_escaped(std::string_view text);
 
 }  // namespace lk::emulator

@@ -14,6 +14,7 @@
 #include "emulator/ground/text.hpp"
 #include "protocol/command_info.hpp"
 #include "protocol/commands.hpp"
+#include "protocol/field_values.hpp"
 
 namespace lk::emulator {
 namespace {

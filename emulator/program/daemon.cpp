@@ -18,6 +18,7 @@
 
 #include "emulator/ground/start_error.hpp"
 #include "emulator/program/config_listing.hpp"
+#include "emulator/program/privileges.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 
@@ -122,6 +123,17 @@ void with_scenario(const std::function<void()>& act) {
   }
 }
 
+/// Where it writes, as far as a person has said so.
+std::vector<std::filesystem::path> places_of(const RunOptions& options) {
+  std::vector<std::filesystem::path> places;
+  const std::string& socket = options.control.socket;
+  if (!socket.empty() && socket != "none") places.emplace_back(socket);
+  for (const auto& place : {options.rom.directory, options.record, options.junit}) {
+    if (place) places.push_back(*place);
+  }
+  return places;
+}
+
 }  // namespace
 
 Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
@@ -167,6 +179,11 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   for (const BusConfig& bus : buses) {
     if (options.create_buses) make(bus.interface);
   }
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
+  }
+  // Their receive buffers were the last that takes a capability.
+  if (options.create_buses) give_up_privileges(places_of(options));
   // Late, as a directory that has been begun will not do for the next start.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   // Last, as nobody can undo it.
@@ -177,9 +194,6 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
   control_->api().recording = recording_.for_clients();
-  for (std::size_t i = 0; i < buses.size(); ++i) {
-    world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
-  }
 }
 
 int Daemon::run() {

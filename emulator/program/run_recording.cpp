@@ -63,7 +63,7 @@ Json RunRecording::state() const {
 }
 
 Activity RunRecording::for_clients() {
-  const auto start_for_client = [this](const Json& request) {
+  const auto start_for_client = [this](const Json& request, bool /*same_user*/) {
     if (running()) throw ApiError(409, "recording", "one is running; stop it first");
     // Its end would wait for the disk, and the buses with it.
     if (previous_ && !previous_->done()) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/scenario/scenario_files.hpp"
 #include "emulator/scenario/scenario_report.hpp"
@@ -44,6 +45,14 @@ std::vector<BusConfig> running(const World& world) {
   return buses;
 }
 
+/// Whether any other file is there, and what is in it, is not for everybody who can connect.
+void check_shipped(const std::string& file) {
+  for (const std::string& name : known_files(kScenarios)) {
+    if (file == name || file == shipped_file(kScenarios, name)) return;
+  }
+  throw ApiError(403, "file", "is not a shipped scenario: over TCP send its text, as \"toml\"");
+}
+
 }  // namespace
 
 std::vector<Line*> ScenarioActivity::lines() const {
@@ -81,7 +90,8 @@ std::optional<RunReport> ScenarioActivity::report() const {
 }
 
 Activity ScenarioActivity::for_clients() {
-  return {.start = [this](const Json& request) { return start_for_client(request); },
+  return {.start = [this](const Json& request,
+                          bool same_user) { return start_for_client(request, same_user); },
           .stop =
               [this] {
                 if (planned_) {
@@ -96,7 +106,7 @@ Activity ScenarioActivity::for_clients() {
           .report = [this] { return report_json(); }};
 }
 
-Json ScenarioActivity::start_for_client(const Json& request) {
+Json ScenarioActivity::start_for_client(const Json& request, bool same_user) {
   if (planned_) {
     throw ApiError(409, "scenario", "the program runs for a scenario of its own (--scenario)");
   }
@@ -113,6 +123,7 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   if (file.has_value() == toml.has_value() || request.size() != 1) {
     throw ApiError(400, "scenario", R"(needs either "file" or "toml", and nothing else)");
   }
+  if (file && !same_user) check_shipped(*file);
   std::error_code none_there;
   const auto size = file ? std::filesystem::file_size(*file, none_there) : 0;
   if (!none_there && size > kLongestFile) {
@@ -123,7 +134,8 @@ Json ScenarioActivity::start_for_client(const Json& request) {
   try {
     const std::vector<BusConfig> buses = running(world_);
     // A log is one line of the scenario, and there is room for many lines.
-    const FileLimits limits{.each = kLongestFile, .played = kLongestFile};
+    const FileLimits limits{
+        .each = kLongestFile, .played = kLongestFile, .no_logs = !same_user && toml};
     start(file ? load_live_scenario(*file, buses, limits)
                : parse_live_scenario(*toml, "request", buses, scenario_files("", limits)),
           {});

@@ -21,7 +21,7 @@ namespace {
 enum File : std::size_t { kInputs, kFrames };
 
 Descriptor open_log(const std::filesystem::path& file) {
-  Descriptor log(::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+  Descriptor log(::open(file.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC));
   if (!log) {
     throw StartError("cannot write " + file.string() + ": " +
                      std::generic_category().message(errno));

@@ -11,7 +11,7 @@
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/files/json_table.hpp"
-#include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
@@ -260,9 +260,10 @@ FindProfile recorded_profiles(const fs::path& directory, const ParsedInfo& parse
       if (is_path(motor) || !fs::exists(file)) {
         throw UnknownMotor("no motor \"" + motor + "\" in this recording");
       }
-      return {motor, file.string(), read_file(file)};
+      return {motor, file.string(), read_regular_file(file, kLongestText)};
     }
-    return {found->second.name, found->second.file, read_file(found->second.copy)};
+    return {found->second.name, found->second.file,
+            read_regular_file(found->second.copy, kLongestText)};
   };
   return
       [find_file](const std::string& motor) { return parse_profile(find_file(motor), find_file); };
@@ -273,7 +274,7 @@ std::vector<BusConfig> read_config(const fs::path& directory, const ParsedInfo& 
   if (!parsed.has_config) return default_config(parsed.info.overrides, find);
   const fs::path copy = directory / "config.toml";
   const std::string file = parsed.config_file.empty() ? copy.string() : parsed.config_file;
-  return parse_config(read_file(copy), file, parsed.info.overrides, find);
+  return parse_config(read_regular_file(copy, kLongestText), file, parsed.info.overrides, find);
 }
 
 /// What is wrong is wrong with the copy.
@@ -297,7 +298,8 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
   for (BusConfig& bus : buses) {
     for (ServoConfig& servo : bus.servos) {
       const fs::path rom = rom_file(directory, bus, servo);
-      if (fs::exists(rom)) read_rom(read_file(rom), rom.string(), bus.interface, servo);
+      if (fs::exists(rom))
+        read_rom(read_regular_file(rom, kLongestRom), rom.string(), bus.interface, servo);
     }
   }
   return buses;
@@ -305,7 +307,7 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
 
 /// A line that a kill has cut off is none.
 std::vector<RecordedInput> read_inputs(const fs::path& file) {
-  const std::string text = read_file(file);
+  const std::string text = read_regular_file(file, kLongestLog);
   std::vector<RecordedInput> inputs;
   int number = 0;
   for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos;
@@ -407,7 +409,7 @@ Recording read_recording(const fs::path& directory) {
                      " in it");
   }
   try {
-    const ParsedInfo parsed = parse_info(read_file(file), file);
+    const ParsedInfo parsed = parse_info(read_regular_file(file, kLongestText), file);
     Recording recording{parsed.info, {}, {}};
     recording.buses = read_buses(directory, parsed);
     recording.inputs = read_inputs(directory / kInputsFile);

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/files/json_table.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
@@ -17,23 +20,32 @@ namespace {
 /// Between two words about the progress.
 constexpr int kLinesBetweenReports = 4096;
 
+/// Longer than any frame.
+constexpr std::size_t kLongestLine = 4096;
+
 /// The lines of a file as they come; it may be longer than memory.
 class Lines {
  public:
-  explicit Lines(const std::filesystem::path& file)
-      : file_(file.string()), stream_(file, std::ios::binary) {
+  explicit Lines(const std::filesystem::path& file) : file_(file.string()), buffer_(kLongestLine) {
+    try {
+      open_regular_file(file);
+    } catch (const std::invalid_argument& problem) {
+      throw StartError(problem.what());
+    }
+    stream_.open(file, std::ios::binary);
     if (!stream_) {
       throw StartError("cannot read " + file_ + ": " + std::generic_category().message(errno));
     }
   }
   /// False at the end, and before a line without an end.
   bool next(std::string& line) {
-    if (!std::getline(stream_, line)) {
-      if (stream_.bad()) throw StartError("cannot read " + file_);
-      return false;
-    }
-    cut_ = stream_.eof();
+    stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    if (stream_.bad()) throw StartError("cannot read " + file_);
+    if (stream_.eof() && stream_.gcount() == 0) return false;
     ++number_;
+    cut_ = stream_.eof();
+    if (stream_.fail()) fail("is longer than any line of a recording");
+    line = buffer_.data();
     return !cut_;
   }
   bool cut() const { return cut_; }
@@ -45,6 +57,7 @@ class Lines {
  private:
   std::string file_;
   std::ifstream stream_;
+  std::vector<char> buffer_;
   int number_ = 0;
   bool cut_ = false;
 };

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -11,7 +12,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
@@ -28,6 +29,25 @@ std::string holder(int lock_fd) {
   const std::string found(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
   const std::string line = found.substr(0, found.find('\n'));
   return line.empty() ? "another process" : line;
+}
+
+/// Throws StartError when somebody else has a hand in it. Root may look after anybody's.
+void check(const Descriptor& opened, const fs::path& path) {
+  const std::string name = path.string();
+  struct stat found {};
+  if (::fstat(opened.get(), &found) != 0) {
+    throw StartError("cannot look at " + name + ": " + reason(errno));
+  }
+  const bool is_directory = S_ISDIR(found.st_mode);
+  if (!is_directory && (!S_ISREG(found.st_mode) || found.st_nlink != 1)) {
+    throw StartError(name + " is not a file of lk-emu's own: remove it");
+  }
+  if (::geteuid() != 0 && found.st_uid != ::geteuid()) {
+    throw StartError(name + " belongs to another user");
+  }
+  if ((found.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+    throw StartError(name + " may be written by others: chmod go-w " + name);
+  }
 }
 
 void remove(const RomPlace& place, const fs::path& file) {
@@ -59,7 +79,11 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
     if (!directory_) error = errno;
   }
   if (error == 0) {
-    lock_ = Descriptor(::openat(descriptor(), "lock", O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+    check(directory_, path);
+    lock_ = Descriptor(::openat(descriptor(), "lock",
+                                O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644));
+    if (!lock_ && errno == ELOOP)
+      throw StartError((path / "lock").string() + " is a link: remove it");
     if (!lock_) error = errno;
   }
   // The lock may be there from before, when the directory could still be written.
@@ -67,6 +91,7 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
   if (error != 0) {
     throw StartError("cannot keep ROM in " + path.string() + ": " + reason(error) + advice);
   }
+  check(lock_, path / "lock");
   lock();
 }
 
@@ -138,7 +163,7 @@ void RomStore::load(const RomPlace& place, const RomDirectory& directory, const 
   }
   const fs::path file = directory.path() / place.name;
   try {
-    read_rom(read_file(file), file.string(), bus, servo);
+    read_rom(read_regular_file(file, kLongestRom), file.string(), bus, servo);
   } catch (const ConfigError& problem) {
     throw StartError(std::string(problem.what()) +
                      " (give another --rom DIR, or start anew with --wipe-rom)");

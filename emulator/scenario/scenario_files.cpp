@@ -2,10 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
 #include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 
@@ -49,11 +51,14 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
           [directory, limits](const std::string& name, const Overrides& overrides) {
             const fs::path file = robot_file(name, directory);
             MotorFiles motors;
-            return parse_config(read_regular_file(file, limits.each), file.string(), overrides,
-                                profile_finder(motors));
+            return parse_config(read_regular_file(file, std::min(limits.each, kLongestText)),
+                                file.string(), overrides, profile_finder(motors));
           },
       .text =
           [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {
+            if (limits.no_logs) {
+              throw std::invalid_argument("logs are played for clients of the Unix socket alone");
+            }
             std::string text = read_regular_file(directory / name, limits.each);
             played += text.size();
             if (played <= limits.played) return text;
@@ -66,7 +71,8 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
 Scenario load_scenario(const std::string& given, std::optional<std::uint64_t> seed) {
   return load([&] {
     const fs::path file = meant_file(kScenarios, given);
-    return parse_scenario(read_file(file), file.string(), seed, scenario_files(file.parent_path()));
+    return parse_scenario(read_regular_file(file, kLongestText), file.string(), seed,
+                          scenario_files(file.parent_path()));
   });
 }
 

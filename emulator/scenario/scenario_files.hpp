@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "emulator/config/scenario/config_scenario.hpp"
+#include "emulator/files/regular_file.hpp"
 
 namespace lk::emulator {
 
 /// How much of files is read for a scenario, in bytes.
 struct FileLimits {
-  std::uintmax_t each = 67'108'864;
+  std::uintmax_t each = kLongestLog;
   std::uintmax_t played = std::numeric_limits<std::uintmax_t>::max();  // of all logs together
+  bool no_logs = false;  // which files there are is not to be known
 };
 
 /// What scenarios name, looked for from `directory`, the scenario file's: a robot is a path or the

@@ -32,9 +32,9 @@ class Clients {
   Clients() {
     t_.api.scenario = scenario_.for_clients();
     // Not what files of this machine say.
-    t_.api.scenario.start = [start = t_.api.scenario.start](const Json& request) {
+    t_.api.scenario.start = [start = t_.api.scenario.start](const Json& request, bool same_user) {
       if (request.contains("file")) throw ApiError(400, "file", "none here");
-      return start(request);
+      return start(request, same_user);
     };
   }
 

@@ -74,6 +74,7 @@ in_root --install "$deb" "$dev"
 
 program=$root/usr/bin/lk-emu
 [[ $("$program" --version) == "lk-emu $(dpkg-deb -f "$deb" Version)" ]] || fail "another version"
+quietly python3 -B "$(dirname "$0")/hardening_test.py" "$program"
 "$program" motors | grep mf7015 >/dev/null || fail "it does not find its motors"
 quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
 quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml" --csv "$scratch/run.csv"

@@ -5,8 +5,11 @@
 #include <sys/wait.h>
 
 #include <chrono>
+#include <fstream>
 #include <future>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "protocol/frame_bits.hpp"
@@ -280,6 +283,24 @@ TEST(CreateBus, MakesTheInterfaceAndBringsItUp) {
     Host host("vcanmade");
     EXPECT_TRUE(host.query(1, kReadState2));
   }
+  EXPECT_EQ(emulator.stop().status, 0);
+  EXPECT_TRUE(run("ip link del vcanmade"));
+}
+
+/// Whoever finds a mistake in it finds nobody of importance.
+TEST(CreateBus, KeepsNoCapabilityOnceTheBusIsThere) {
+  EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcanmade", "--ids",
+                            "1", "--create-bus"});
+  ASSERT_TRUE(emulator.wait_ready());
+  std::ifstream status("/proc/" + std::to_string(emulator.pid()) + "/status");
+  std::map<std::string, std::string> said;
+  for (std::string key, value; status >> key && std::getline(status, value);) said[key] = value;
+  for (const char* set : {"CapInh:", "CapPrm:", "CapEff:", "CapBnd:", "CapAmb:"}) {
+    EXPECT_EQ(said[set], "\t0000000000000000") << set;
+  }
+  EXPECT_EQ(said["NoNewPrivs:"], "\t1");
+  EXPECT_TRUE(run("ip link set vcanmade down && ip link set vcanmade up"));
+  EXPECT_TRUE(emulator.wait_for_log("vcanmade is up: continuing"));
   EXPECT_EQ(emulator.stop().status, 0);
   EXPECT_TRUE(run("ip link del vcanmade"));
 }

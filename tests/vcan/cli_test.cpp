@@ -28,12 +28,6 @@ TEST_P(Refused, WithOneLineAndStatus2) {
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err.rfind(GetParam().message, 0), 0U) << result.err;
   EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
-  const auto other = EmulatorProcess({"--check", "--bus", "nowhere0", "--ids", "1", "--scenario",
-                                      scenarios + "jammed_joint.toml"})
-                         .wait();
-  EXPECT_NE(other.err.find("; its drive 1 on nowhere0 is mg8016, here it is mf7015"),
-            std::string::npos)
-      << other.err;
 }
 
 const BadInput kBadInput[] = {
@@ -188,6 +182,7 @@ const BadInput kBadInput[] = {
      {"--check", "--bus", "a", "--ids", "1", "--http", "localhost.example.com:8474"},
      "lk-emu: --http: \"localhost.example.com\" is not an IP address or localhost"},
     {"ConfigIsADirectory", {"--config", "/"}, "lk-emu: /: is a directory"},
+    {"ConfigNeverEnds", {"--config", "/dev/zero"}, "lk-emu: /dev/zero: is not a regular file"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Cli, Refused, testing::ValuesIn(kBadInput),
@@ -376,6 +371,12 @@ TEST(Cli, SaysThatTheRobotOfAScenarioIsNotUsedOnARunningBus) {
             std::string::npos)
       << result.err;
   EXPECT_EQ(result.err.find('\n'), result.err.size() - 1) << result.err;
+  const auto other = EmulatorProcess({"--check", "--bus", "nowhere0", "--ids", "1", "--scenario",
+                                      scenarios + "jammed_joint.toml"})
+                         .wait();
+  EXPECT_NE(other.err.find("; its drive 1 on nowhere0 is mg8016, here it is mf7015"),
+            std::string::npos)
+      << other.err;
 }
 
 TEST(Cli, VersionAndHelp) {
@@ -399,16 +400,12 @@ TEST(Motors, AreFoundAfterAnUpgrade) {
   std::filesystem::create_directory_symlink(LKEMU_SOURCE_DIR "/configs",
                                             own.path() / "share/lk-emu");
   const std::string program = own.path("bin/lk-emu");
-  const std::string fifo = own.path("robot.toml");
-  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
-  // $1 is the program; a copy of it runs instead, until it reads the robot.
-  EmulatorProcess emulator(
-      {"--check", "--config", fifo},
-      {"sh", "-c", "cp \"$1\" " + program + " && shift && exec " + program + " \"$@\"", "sh"});
-  std::ofstream robot(fifo);  // waits for who reads
-  std::filesystem::remove(program);
-  robot << "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1\"\nmotor = \"mf7015\"\n";
-  robot.close();
+  // $1 is the program; a copy of it runs instead, and is gone by then.
+  EmulatorProcess emulator({"--check", "--bus", "vcan0", "--ids", "1", "--motor", "mf7015"},
+                           {"sh", "-c",
+                            "cp \"$1\" " + program + " && exec 3<" + program + " && rm " + program +
+                                " && shift && exec /proc/self/fd/3 \"$@\"",
+                            "sh"});
   const auto result = emulator.wait();
   EXPECT_EQ(result.status, 0) << result.err;
 }

@@ -70,6 +70,17 @@ TEST_F(OneAnswer, AnotherUsersProgramCountsAsWell) {
   expect_refused(on("vcan0", "5"), refusal("vcan0", 5, theirs));
 }
 
+/// Each would write what the other one's replies seem to command.
+TEST_F(OneAnswer, RomOfItsOwnMakesNoOtherDrive) {
+  std::vector<std::string> arguments = on("vcan0", "3");
+  arguments[1] = path("rom");
+  EmulatorProcess first(arguments);
+  ASSERT_TRUE(first.wait_ready());
+  arguments[1] = path("other");
+  expect_refused(arguments, refusal("vcan0", 3, first));
+  EXPECT_FALSE(std::filesystem::exists(path("other")));
+}
+
 TEST_F(OneAnswer, TheTwoEndsOfAVxcanPairAreOneBus) {
   EmulatorProcess first(on("vxcan0", "3"));
   ASSERT_TRUE(first.wait_ready());

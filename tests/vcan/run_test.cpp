@@ -92,6 +92,19 @@ TEST_F(Run, TellsWhatWasExpectedAndMeasured) {
   EXPECT_NE(run({failing(), "--quiet"}).out, "");
 }
 
+TEST_F(Run, NamesAreSafeInReportsWhateverTheyAre) {
+  const std::string junit = path("report.xml");
+  for (const std::string& name : {std::string("\x1b[31m"), std::string("\u202E"),
+                                  std::string("\xFF"), std::string("\uFFFE")}) {
+    const auto result = run({scenario(name + ".toml", kAlive), "--junit", junit});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.out.find(name), std::string::npos) << result.out;
+    const std::string text = text_of(junit);
+    EXPECT_EQ(text.find(name), std::string::npos) << text;
+    EXPECT_NE(text.find("name=\"?"), std::string::npos) << text;
+  }
+}
+
 TEST_F(Run, SaysFileLineAndKeyOfAMistake) {
   const std::string file = scenario("bad.toml", "[[expect]]\nid = 7\nstate = \"off\"\n");
   EXPECT_EQ(run({file}).err, "lk-emu: " + file + ":4: expect.id: no drive 7 on this bus\n");

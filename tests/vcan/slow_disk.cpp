@@ -16,7 +16,7 @@ void wait_for_a_byte() {
     return ::open(std::getenv("LKEMU_SLOW_DISK"), O_RDONLY | O_CLOEXEC);
   }();
   char byte = 0;
-  static_cast<void>(::read(fifo, &byte, 1));
+  static_cast<void>(::read(fifo, &byte, 1) == 1);
 }
 
 bool is_slow_file(int fd) {

@@ -10,6 +10,7 @@
 
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 #include "emulator/record/recording.hpp"
@@ -358,7 +359,7 @@ std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts*
   try {
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
     read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
-    read.config = read_file(read.config_file);
+    read.config = read_regular_file(read.config_file, kLongestText);
     return parse_config(*read.config, read.config_file, command_line.overrides, find_profile);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());

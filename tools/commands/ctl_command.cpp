@@ -14,6 +14,7 @@
 #include "emulator/config/config.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"
@@ -42,6 +43,15 @@ struct RawCtl {
 };
 
 using Answer = CtlClient::Answer;
+
+/// Words in it may be anybody's.
+Json printable(Json json) {
+  if (json.is_string()) return on_one_line(json.get<std::string>());
+  if (json.is_structured()) {
+    for (Json& part : json) part = printable(part);
+  }
+  return json;
+}
 
 class Ctl {
  public:
@@ -223,11 +233,12 @@ class Ctl {
       const Json error = answer.body.value("error", Json::object());
       const std::string where = error.value("where", std::string("?"));
       // Where in the address something is wrong nobody has asked who has not typed it.
-      std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : where.c_str(),
-                   error.value("reason", std::string("refused")).c_str());
+      std::fprintf(stderr, "lk-emu: %s: %s\n", where == "path" ? "ctl" : on_one_line(where).c_str(),
+                   on_one_line(error.value("reason", std::string("refused"))).c_str());
       return 1;
     }
-    std::fputs((raw_.json ? answer.body.dump(2) + "\n" : table(answer.body)).c_str(), stdout);
+    std::fputs((raw_.json ? answer.body.dump(2) + "\n" : table(printable(answer.body))).c_str(),
+               stdout);
     return 0;
   }
 

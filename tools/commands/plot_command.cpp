@@ -112,7 +112,7 @@ int run_plot(int argc, const char* const* argv) {
   const ChosenDrives drives = choose_drives(csv.columns(), choice);
   OutputFile output(file, "--output");
 
-  const std::string title = printable_text(fs::path(request.csv).stem().string());
+  const std::string title = on_one_line(fs::path(request.csv).stem().string());
   PlottedRows rows;
   output.write(to_svg(picture_of(csv, drives, title, language, rows)));
   output.commit();

@@ -13,6 +13,7 @@
 #include "emulator/config/candump_log.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/record/log_compare.hpp"
 #include "emulator/record/replay_csv.hpp"
@@ -245,7 +246,7 @@ int compare(const ReplayRequest& request) {
   const BusConfig bus = choose_bus(request);
   std::vector<CandumpLine> lines;
   try {
-    lines = parse_candump_log(read_file(request.log), request.log);
+    lines = parse_candump_log(read_regular_file(request.log, kLongestLog), request.log);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const std::invalid_argument& problem) {

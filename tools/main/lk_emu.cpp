@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/daemon.hpp"
 #include "emulator/scenario/scenario_files.hpp"
@@ -67,10 +68,10 @@ int run_and_tell(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const lk::emulator::StartError& problem) {
-    std::fprintf(stderr, "lk-emu: %s\n", problem.what());
+    std::fprintf(stderr, "lk-emu: %s\n", lk::emulator::on_one_line(problem.what()).c_str());
     return 2;
   } catch (const std::exception& problem) {
-    std::fprintf(stderr, "lk-emu: failed: %s\n", problem.what());
+    std::fprintf(stderr, "lk-emu: failed: %s\n", lk::emulator::on_one_line(problem.what()).c_str());
     return 1;
   }
 }

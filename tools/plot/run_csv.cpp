@@ -94,7 +94,7 @@ RunColumn RunCsv::read_column(std::string_view name) const {
   RunColumn column{"", 0, ""};
   if (signal != std::string_view::npos) {
     const std::size_t begin = id == std::string_view::npos ? 0 : id + 1;
-    if (id != std::string_view::npos) column.bus = printable_text(std::string(name.substr(0, id)));
+    if (id != std::string_view::npos) column.bus = on_one_line(name.substr(0, id));
     column.signal = name.substr(signal + 1);
     const char* const last = name.data() + signal;
     if (std::from_chars(name.data() + begin, last, column.id).ptr != last) column.id = 0;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "emulator/ground/text.hpp"
 #include "tools/plot/svg_text.hpp"
 
 namespace lk::emulator {
@@ -156,7 +157,8 @@ class Drawing {
         R"( role="img" xml:lang="{2}" font-family="{3}" font-size="{4}" fill="#222">)"
         "\n<title>{5}</title>\n<desc>{6}</desc>\n",
         kWidth, height, picture_.language == Language::kChinese ? "zh-Hans" : "en", kFonts,
-        kTextSize, xml_text(picture_.title), xml_text(description(picture_)));
+        kTextSize, xml_escaped(on_one_line(picture_.title)),
+        xml_escaped(on_one_line(description(picture_))));
     put("<rect width=\"{}\" height=\"{}\" fill=\"#fff\"/>\n", kWidth, height);
     draw_head();
     double top = head_height(picture_);
@@ -184,7 +186,7 @@ class Drawing {
 
   /// `look`: more attributes, with a space before each.
   void write(const std::string& text, Spot at, std::string_view look = "") {
-    put("<text x=\"{}\" y=\"{}\"{}>{}</text>\n", at.x, at.y, look, xml_text(text));
+    put("<text x=\"{}\" y=\"{}\"{}>{}</text>\n", at.x, at.y, look, xml_escaped(on_one_line(text)));
   }
 
   /// As large as fits across the picture.

@@ -4,13 +4,6 @@
 
 namespace lk::emulator {
 
-/// Text from a file or its name as UTF-8 without control characters; each byte that is neither
-/// becomes a question mark.
-std::string printable_text(const std::string& text);
-
-/// The same, safe between tags and in an attribute of XML.
-std::string xml_text(const std::string& text);
-
 /// How wide a text is, in px, at a font size of `size_px`. Assumed, since the font that shows it is
 /// not known: characters are narrow (0.42 em), wide (1 em, those of East Asia too) or as most
 /// (0.66 em). DejaVu Sans, one of the widest fonts there are, keeps to that but for some capitals.

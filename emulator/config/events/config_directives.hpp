@@ -29,8 +29,8 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
 /// Reads the table or the word `fault`, for the drives `ids`.
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids);
 
-/// Refuses at `reader`, which holds `clear`, what is neither "all" nor the name or the kind of a
-/// fault among `directives`, which are all of a bus in the order of their times.
+/// Refuses at `reader`, which holds `clear`, what is neither "all", "planned" nor the name or the
+/// kind of a fault among `directives`, which are all of a bus in the order of their times.
 void check_clear(const TableReader& reader, const std::string& which,
                  const std::vector<TimedDirective>& directives);
 

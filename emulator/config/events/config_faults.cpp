@@ -3,6 +3,7 @@
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/fault_table.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -98,15 +99,13 @@ void check_room(const TableReader& event, const std::vector<TimedDirective>& dir
 
 std::string text_problem(const std::string& text, std::size_t longest) {
   if (text.size() > longest) return "is longer than " + std::to_string(longest) + " bytes";
-  const bool broken = std::ranges::any_of(
-      text, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; });
-  return broken ? "must be one line without control characters" : "";
+  return on_one_line(text) == text ? "" : "must be one line without control characters";
 }
 
 void check_clear(const TableReader& reader, const std::string& which,
                  const std::vector<TimedDirective>& directives) {
   std::vector<std::string> names;  // that they will have on the bus
-  std::vector<std::string> known = {"all"};
+  std::vector<std::string> known = {"all", std::string(kPlanned)};
   for (const TimedDirective& directive : directives) {
     const auto* const set = std::get_if<SetFault>(&directive.directive.what);
     if (set == nullptr) continue;
@@ -149,6 +148,7 @@ Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<in
     const std::string problem = text_problem(fault.name, kLongestName);
     if (!problem.empty()) table.fail("name", problem);
     if (fault.name == "all") table.fail("name", "\"all\" means all faults");
+    if (fault.name == kPlanned) table.fail("name", "\"planned\" means what is planned");
     const FaultRow* const other = find_fault(fault.name);
     if (other != nullptr && other != fault.row) table.fail("name", "is the word for another kind");
   }

@@ -5,6 +5,7 @@
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -102,7 +103,7 @@ void refuse_robot(const TableReader& reader) {
 
 void read_head(TableReader& reader, const std::string& file, Scenario& scenario) {
   const std::size_t slash = file.find_last_of('/');
-  scenario.name = file.substr(slash == std::string::npos ? 0 : slash + 1);
+  scenario.name = on_one_line(file.substr(slash == std::string::npos ? 0 : slash + 1));
   if (scenario.name.ends_with(".toml")) scenario.name.resize(scenario.name.size() - 5);
   scenario.about = reader.text("about").value_or("");
   const auto duration = read_duration(reader, "duration_s");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -60,9 +62,8 @@ using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, 
 class Agenda {
  public:
   void enter(SimTime at, Task task) {
-    // Latest first, so that the next one is taken from the end; before its equals, to come after.
-    const auto place = std::ranges::lower_bound(entries_, at, std::ranges::greater{}, &Entry::at);
-    entries_.insert(place, {at, std::move(task)});
+    entries_.push_back({at, entered_++, std::move(task)});
+    std::ranges::push_heap(entries_, later);
   }
   /// A look at `at` at the latest; there is one at a time.
   void look_by(SimTime at) {
@@ -75,13 +76,21 @@ class Agenda {
     if (next_look_ && *next_look_ <= now) next_look_.reset();
   }
   std::optional<SimTime> next_due() const {
-    return entries_.empty() ? std::nullopt : std::optional(entries_.back().at);
+    return entries_.empty() ? std::nullopt : std::optional(entries_.front().at);
   }
   /// The next task; there must be one.
   Task take() {
+    std::ranges::pop_heap(entries_, later);
     Task task = std::move(entries_.back().task);
     entries_.pop_back();
     return task;
+  }
+  /// How many directives are to be done.
+  std::size_t directives() const {
+    return static_cast<std::size_t>(std::ranges::count_if(entries_, is_directive));
+  }
+  void forget_directives() {
+    forget_if<Directive>([](const Directive& /*directive*/) { return true; });
   }
   /// Forgets what of this kind is to happen to a drive.
   template <class Kind>
@@ -97,17 +106,26 @@ class Agenda {
  private:
   struct Entry {
     SimTime at;
+    std::uint64_t number;
     Task task;
   };
+  static bool later(const Entry& one, const Entry& other) {
+    return std::tie(one.at, one.number) > std::tie(other.at, other.number);
+  }
+  static bool is_directive(const Entry& entry) {
+    return std::holds_alternative<Directive>(entry.task);
+  }
   template <class Kind, class Which>
   void forget_if(const Which& which) {
-    std::erase_if(entries_, [&](const Entry& entry) {
+    const auto meant = [&](const Entry& entry) {
       const auto* task = std::get_if<Kind>(&entry.task);
       return task != nullptr && which(*task);
-    });
+    };
+    if (std::erase_if(entries_, meant) > 0) std::ranges::make_heap(entries_, later);
   }
 
-  std::vector<Entry> entries_;
+  std::vector<Entry> entries_;  // a heap, the next one first
+  std::uint64_t entered_ = 0;
   std::optional<SimTime> next_look_;
 };
 

@@ -79,6 +79,8 @@ class Bus {
   static constexpr std::size_t kMostWaiting = Conditions::kMost;
   /// Planned directives, faults aside, whose condition has not held yet.
   std::size_t unmet_directives() const { return conditions_.directives(); }
+  /// Planned directives, faults aside, whose time has not come yet.
+  std::size_t planned_directives() const { return agenda_.directives(); }
   bool faults_full() const { return faults_.full(); }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
@@ -134,6 +136,7 @@ class Bus {
   void pass_on_faults(Node& node);
   void look();
   void look_at_faults();
+  void look_at(LiveFault& live);
 
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);

@@ -57,6 +57,11 @@ bool Bus::apply(const Directive& directive) {
             if (done) begin_fault(faults_.arm(set.fault, time_));
           },
           [&](const ClearFault& clear) {
+            if (clear.which == kPlanned) {
+              agenda_.forget_directives();
+              conditions_.forget_directives();
+              return;
+            }
             for (const std::size_t fault : faults_.find(clear.which)) {
               agenda_.forget_fault<FaultBegin>(fault);
               agenda_.forget_fault<FaultEnd>(fault);

@@ -1,5 +1,8 @@
 // Faults of a bus: when they begin and end, what they do, and what shows of them.
 
+#include <cstddef>
+#include <set>
+
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/acts.hpp"
 
@@ -36,7 +39,8 @@ void Bus::begin_fault(std::size_t fault) {
 }
 
 void Bus::end_fault(std::size_t fault) {
-  look_at_faults();  // what has not been looked at yet
+  if (faults_.take_turn(fault, time_)) look_at(faults_[fault]);
+  look_at_faults();
   faults_.stop(fault);
   agenda_.forget_fault<Babbling>(fault);
   stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
@@ -60,19 +64,22 @@ void Bus::pass_on_faults(Node& node) {
   if (!(motor.bank.faults(motor.index) == plant)) motor.bank.set_faults(motor.index, plant);
 }
 
-/// Faults of the plant that last, at one instant: what moves is moved on, what shows is counted.
+/// Faults of the plant that last, at one instant: what shows is counted, what moves is moved on.
 void Bus::look_at_faults() {
-  for (LiveFault& live : faults_) {
-    if (!live.active() || live.row().plant == nullptr || live.looked_at == time_) continue;
-    live.looked_at = time_;
-    for (const int id : live.fault.ids) {
-      Node& node = nodes_.of(id);
-      const model::Faults alone = plant_faults(live, node.servo.config(), time_);
-      if (motors_.bank(node.motor).takes_effect(node.motor.lane, alone)) {
-        live.took_effect(time_, id);
-      }
-      if (live.row().moves) pass_on_faults(node);
-    }
+  std::set<int> moved;
+  for (const std::size_t fault : faults_.take_turns(time_)) {
+    LiveFault& live = faults_[fault];
+    look_at(live);
+    if (live.row().moves) moved.insert(live.fault.ids.begin(), live.fault.ids.end());
+  }
+  for (const int id : moved) pass_on_faults(nodes_.of(id));
+}
+
+void Bus::look_at(LiveFault& live) {
+  for (const int id : live.fault.ids) {
+    const Node& node = nodes_.of(id);
+    const model::Faults alone = plant_faults(live, node.servo.config(), time_);
+    if (motors_.bank(node.motor).takes_effect(node.motor.lane, alone)) live.took_effect(time_, id);
   }
 }
 

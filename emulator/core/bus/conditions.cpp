@@ -66,10 +66,10 @@ void Conditions::forget_fault(std::size_t fault) {
   });
 }
 
+void Conditions::forget_directives() { std::erase_if(waiting_, is_directive); }
+
 std::size_t Conditions::directives() const {
-  return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& waiting) {
-    return std::holds_alternative<Directive>(waiting.task);
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(waiting_, is_directive));
 }
 
 }  // namespace lk::emulator

@@ -29,6 +29,7 @@ class Conditions {
   std::vector<Task> take_due(SimTime now, const std::function<DriveView(int id)>& view);
   /// The beginning of this fault does not wait any more.
   void forget_fault(std::size_t fault);
+  void forget_directives();
   /// Directives that wait, without the beginnings of faults.
   std::size_t directives() const;
 
@@ -41,6 +42,9 @@ class Conditions {
     std::optional<double> before = std::nullopt;  // the signal, when it was last looked at
     bool due = false;                             // holds, and is about to be done
   };
+  static bool is_directive(const Waiting& waiting) {
+    return std::holds_alternative<Directive>(waiting.task);
+  }
   static bool holds(Waiting& waiting, const std::function<DriveView(int id)>& view);
 
   std::vector<Waiting> waiting_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "emulator/core/faults/acts.hpp"
@@ -30,11 +32,9 @@ std::vector<FaultReport> FaultBoard::reports() const {
 std::string FaultBoard::free_name(const Fault& fault) const {
   const std::string wanted = fault.name.empty() ? std::string(fault.row->word) : fault.name;
   std::string name = wanted;
-  const auto taken = [&] {
-    return std::ranges::any_of(faults_,
-                               [&](const LiveFault& live) { return live.fault.name == name; });
-  };
-  for (int n = 2; taken(); ++n) name = wanted + "-" + std::to_string(n);
+  std::set<std::string_view> taken;
+  for (const LiveFault& live : faults_) taken.insert(live.fault.name);
+  for (int n = 2; taken.contains(name); ++n) name = wanted + "-" + std::to_string(n);
   return name;
 }
 
@@ -81,6 +81,31 @@ std::vector<std::size_t> FaultBoard::find(const std::string& which) const {
     if (meant && state != State::kOver && state != State::kCleared) found.push_back(fault);
   }
   return found;
+}
+
+bool FaultBoard::take_turn(std::size_t fault, SimTime now) {
+  LiveFault& live = faults_[fault];
+  if (!live.active() || live.row().plant == nullptr || live.looked_at == now) return false;
+  live.looked_at = now;
+  return true;
+}
+
+std::vector<std::size_t> FaultBoard::take_turns(SimTime now) {
+  std::vector<std::size_t> due;
+  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
+    const LiveFault& live = faults_[fault];
+    if (live.looked_at < live.since && take_turn(fault, now)) due.push_back(fault);
+  }
+  std::size_t looks = 0;
+  for (std::size_t n = 0; n < faults_.size() && looks < kMostLooks; ++n) {
+    if (take_turn(turn_, now)) {
+      due.push_back(turn_);
+      looks += faults_[turn_].fault.ids.size();
+    }
+    turn_ = (turn_ + 1) % faults_.size();
+  }
+  if (looks < kMostLooks) turn_ = 0;
+  return due;
 }
 
 LiveFault* FaultBoard::first(int id, bool FaultRow::*trait) {

@@ -19,6 +19,9 @@ class FaultBoard {
  public:
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMost = 1000;
+  /// Lasting faults of the plant, each at each of its drives, are looked at in one step, about so
+  /// many; of more, each has its turn.
+  static constexpr std::size_t kMostLooks = 256;
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
   std::uint64_t bus_seed() const { return bus_seed_; }
@@ -37,6 +40,12 @@ class FaultBoard {
   void stop(std::size_t fault);
   /// Those that are not over and have this name, are of this kind, or all of them: "all".
   std::vector<std::size_t> find(const std::string& which) const;
+
+  /// Which faults of the plant are to be looked at now: what is new at once, of the others as many
+  /// as one step is to take. Each counts as looked at.
+  std::vector<std::size_t> take_turns(SimTime now);
+  /// The same for this one, whether it is its turn or not.
+  bool take_turn(std::size_t fault, SimTime now);
 
   // What active faults do to one drive.
 
@@ -70,6 +79,7 @@ class FaultBoard {
   std::uint64_t bus_seed_;
   std::vector<LiveFault> faults_;
   std::size_t active_ = 0;
+  std::size_t turn_ = 0;  // which is looked at next
 };
 
 /// What one fault does to the motor of one of its drives.

@@ -6,6 +6,7 @@
 
 #include "emulator/config/scenario/config_send.hpp"
 #include "protocol/command_info.hpp"
+#include "protocol/field_values.hpp"
 #include "tests/emulator/config/config_scenario_support.hpp"
 
 namespace lk::emulator {

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "emulator/control/control_directives.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/frames/frame_words.hpp"
 #include "tests/emulator/control/control_support.hpp"
@@ -57,7 +58,7 @@ TEST(ControlApi, SaysWhatIsNotThere) {
   }
   const ApiResponse wrong = t.send("DELETE", "/clock", "");
   EXPECT_EQ(wrong.status, 405);
-  EXPECT_EQ(wrong.allow, "GET, PUT");
+  EXPECT_EQ(wrong.allow, "GET, HEAD, PUT");
   EXPECT_EQ(t.ask({"POST", "/api/v1/directives", {}, "text/plain", "{}"}).status, 415);
   EXPECT_EQ(
       t.ask(
@@ -214,6 +215,28 @@ TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {
   EXPECT_TRUE(t.get("/faults").body.empty());
 }
 
+TEST(ControlApi, PlansSoManyDirectivesAndNoMore) {
+  TestWorld t;
+  const auto plan = [&] {
+    return t.post("/directives", R"({"ids": "1-2", "turn_deg": 1, "at_s": 3600})").status;
+  };
+  const auto planned = [&] { return t.get("/status").body["buses"][0]["planned"]; };
+  for (std::size_t n = 0; n < kMostPlanned / 2; ++n) ASSERT_EQ(plan(), 200) << n;
+  EXPECT_EQ(planned(), kMostPlanned);
+  EXPECT_EQ(plan(), 409);
+  EXPECT_EQ(planned(), kMostPlanned);
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "turn_deg": 1})").status, 200) << "that is done now";
+  EXPECT_EQ(t.post("/directives", R"({"clear": "planned"})").status, 200);
+  EXPECT_EQ(planned(), 0);
+  EXPECT_EQ(plan(), 200);
+  t.post("/directives", R"({"id": 1, "turn_deg": 1, "when": {"error": "stall"}})");
+  t.post("/directives", R"({"id": 1, "fault": "jam", "at_s": 3600})");
+  EXPECT_EQ(planned(), 3) << "faults are listed with the faults";
+  EXPECT_EQ(t.send("DELETE", "/directives", "").status, 200);
+  EXPECT_EQ(planned(), 0);
+  EXPECT_EQ(t.get("/faults").body[0]["state"], "armed");
+}
+
 TEST(ControlApi, OfSeveralBusesOneHasToBeNamed) {
   TestWorld t({.stepped = true}, 2);
   EXPECT_EQ(where(t.post("/directives", R"({"power": "off"})")), "bus");
@@ -270,7 +293,7 @@ TEST(ControlApi, AnAdvanceOfHoursCanBeCancelled) {
 TEST(ControlApi, SaysThatItHasNoRecorder) {
   TestWorld t;
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").status, 501);
-  t.api.recording.start = [](const Json& said) -> Json { return said; };
+  t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
 }
 
@@ -278,7 +301,7 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
 TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
   TestWorld t;
   int begun = 0;
-  const auto begin = [&begun](const Json&) -> Json { return ++begun; };
+  const auto begin = [&begun](const Json&, bool) -> Json { return ++begun; };
   t.api.recording.start = t.api.scenario.start = begin;
   t.world.stop();
   for (const auto& [method, path] :

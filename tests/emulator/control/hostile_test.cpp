@@ -211,9 +211,63 @@ TEST_F(Hostile, HeadIsAnsweredWithoutABody) {
   const Client one = client();
   one.send("HEAD /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n" + kStatus);
   const std::string head = one.receive_until("\r\n\r\n");
-  EXPECT_EQ(status(head), 405);
+  EXPECT_EQ(status(head), 200);
   EXPECT_NE(head.find("Content-Length: "), std::string::npos);
   EXPECT_EQ(status(one.receive_answer()), 200) << "the next answer follows at once";
+  one.send("HEAD / HTTP/1.1\r\nHost: x\r\n\r\nHEAD /api/v1/recording HTTP/1.1\r\nHost: x\r\n\r\n" +
+           kStatus);
+  EXPECT_EQ(status(one.receive_until("\r\n\r\n")), 200) << "the dashboard";
+  EXPECT_EQ(status(one.receive_until("\r\n\r\n")), 405);
+  EXPECT_EQ(status(one.receive_answer()), 200);
+}
+
+/// A proxy and this program could take one of them each.
+TEST_F(Hostile, WhoSaysTwiceWhereItComesFromIsRefused) {
+  listen_to_tcp();
+  start();
+  for (const std::string& twice :
+       {"Host: " + host() + "\r\nHost: evil.example\r\n",
+        "Host: " + host() + "\r\nOrigin: http://" + host() + "\r\nOrigin: http://evil.example\r\n",
+        "Host: " + host() + "\r\nAuthorization: Bearer a\r\nAuthorization: Bearer b\r\n"}) {
+    EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\n" + twice + "\r\n")), 400) << twice;
+  }
+}
+
+TEST_F(Hostile, WhatNobodyWaitsForIsNotComputed) {
+  listen_to_tcp();
+  server_.emplace(t_.loop, t_.world, options_);
+  int computed = 0;
+  server_->api().recording.state = [&computed] { return Json(++computed); };
+  for (int n = 0; n < 50; ++n) {
+    tcp().send("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n");
+    client().send(kStatus);
+  }
+  const Client last = client();
+  last.send(kStatus);
+  thread_ = std::thread([this] { t_.loop.run(); });
+  EXPECT_EQ(status(last.receive_answer()), 200);
+  EXPECT_EQ(status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + host() + "\r\n\r\n")), 200);
+  EXPECT_EQ(computed, 2);
+}
+
+TEST_F(Hostile, WebSocketsLeavePlacesForNewcomers) {
+  start();
+  std::vector<Client> streams;
+  for (int n = 0; n < kMostStreams; ++n) {
+    streams.push_back(client());
+    streams.back().send(upgrade("signals=speed_dps&ids=1&rate_Hz=1"));
+    ASSERT_EQ(status(streams.back().receive_until("\r\n\r\n")), 101) << n;
+  }
+  EXPECT_EQ(status(ask(upgrade("signals=speed_dps&ids=1&rate_Hz=1"))), 429);
+  std::vector<Client> busy;
+  for (int n = kMostStreams; n < kMostConnections - 2; ++n) {
+    busy.push_back(client());
+    busy.back().send("GET /api/v1/status HTTP/1.1\r\n");
+  }
+  EXPECT_EQ(status(ask(kStatus)), 200);
+  streams.clear();
+  let_it_look();
+  EXPECT_EQ(status(ask(kStatus)), 200);
 }
 
 // --- the log

@@ -168,6 +168,22 @@ TEST_F(Served, FramesAreToldToSoManyOnly) {
   EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
 }
 
+TEST_F(Served, FramesThatNobodyReadsAreMissedAndCounted) {
+  start();
+  const Client sleeper = client();
+  sleeper.send("GET /api/v1/frames HTTP/1.1\r\n" + kUpgrade);
+  EXPECT_EQ(status(sleeper.receive_until("\r\n\r\n")), 101);
+  for (int n = 0; n < 10; ++n) {  // more than a socket holds, each time some hundred kilobytes
+    boost::asio::post(t_.loop, [this] {
+      for (int frames = 0; frames < 2000; ++frames) {
+        t_.world.lines().front()->take_in({SimTime{0}, test::frame("141#9C00000000000000")});
+      }
+    });
+    ASSERT_EQ(status(ask(post("/clock/advance", R"({"by_s": 1})"))), 200);
+  }
+  EXPECT_TRUE(sleeper.receive_until("\"lost\":").ends_with("\"lost\":"));
+}
+
 TEST_F(Served, FramesWithoutAnUpgradeAreRefusedWithTheirParameters) {
   start();
   EXPECT_EQ(status(ask("GET /api/v1/frames?bus=vcan0 HTTP/1.1\r\n\r\n")), 426);

@@ -44,6 +44,7 @@ struct Sync {
 std::mutex mutex;               // of those below
 std::vector<Sync> synced;       // in order
 ino_t refused = 0;              // fsync of this one fails
+bool files_refused = false;     // and, if so, of every regular file
 std::filesystem::path watched;  // a file
 
 std::string text_of(const std::filesystem::path& path) {
@@ -72,7 +73,7 @@ extern "C" int fsync(int fd) {
   const std::lock_guard lock(mutex);
   synced.push_back(
       {status.st_ino, text_of(watched), text_of(lk::emulator::unfinished(watched.string()))});
-  if (status.st_ino == refused) {
+  if (status.st_ino == refused || (files_refused && S_ISREG(status.st_mode))) {
     errno = EIO;
     return -1;
   }
@@ -88,6 +89,7 @@ class Synced : public testing::Test {
     const std::lock_guard lock(mutex);
     synced.clear();
     refused = 0;
+    files_refused = false;
     watched.clear();
   }
   std::filesystem::path make(const std::string& name) const {
@@ -98,6 +100,11 @@ class Synced : public testing::Test {
     const ino_t number = inode(path);
     const std::lock_guard lock(mutex);
     refused = number;
+  }
+
+  static void refuse_files() {
+    const std::lock_guard lock(mutex);
+    files_refused = true;
   }
 
   /// The syncs from here on are told with what is in this file.
@@ -138,17 +145,32 @@ TEST_F(Synced, AFileBeforeItGetsItsNameAndTheNameAfterwards) {
   watch(path / "a");
   ASSERT_EQ(write_durably(directory.get(), "a", "after"), 0);
   const ino_t file = inode(path / "a");  // the same under both names
-  EXPECT_EQ(syncs(), (std::vector<Sync>{{file, "before", "after"}, {inode(path), "after", ""}}));
+  EXPECT_EQ(syncs(),
+            (std::vector<Sync>{{file, "before", "after"}, {inode(path), "after", "before"}}));
+  EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 
 TEST_F(Synced, AFileThatIsNotDurableDoesNotGetItsName) {
   const auto path = make("rom");
   const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(write_durably(directory.get(), "a", "before"), 0);
-  directory_.put("rom/" + unfinished("a"), "");  // it keeps its inode when it is written
-  refuse(path / unfinished("a"));
+  refuse_files();
   EXPECT_EQ(write_durably(directory.get(), "a", "after"), EIO);
   EXPECT_EQ(text_of(path / "a"), "before");
+  EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
+}
+
+/// Whoever wrote is told that it failed: what was acknowledged last holds, now and at the next
+/// start.
+TEST_F(Synced, AFileWhoseNameIsNotDurableGivesItBack) {
+  const auto path = make("rom");
+  const Descriptor directory(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(write_durably(directory.get(), "a", "11"), 0);
+  refuse(path);
+  EXPECT_EQ(write_durably(directory.get(), "a", "30"), EIO);
+  EXPECT_EQ(text_of(path / "a"), "11");
+  EXPECT_EQ(write_durably(directory.get(), "b", "30"), EIO);
+  EXPECT_FALSE(std::filesystem::exists(path / "b"));
   EXPECT_FALSE(std::filesystem::exists(path / unfinished("a")));
 }
 

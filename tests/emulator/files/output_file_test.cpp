@@ -64,6 +64,16 @@ TEST(OutputFile, ALinkToNothingGetsItsFile) {
   EXPECT_EQ(directory.text_of("b.csv"), "new");
 }
 
+TEST(OutputFile, ALinkInThePlaceOfWhatIsUnfinishedIsNotFollowed) {
+  const test::TempDirectory directory;
+  const std::string other = directory.put("other", "precious");
+  fs::create_symlink(other, directory.path("a.csv.part-" + std::to_string(::getpid())));
+  write(directory.path("a.csv"), "new");
+  EXPECT_EQ(directory.text_of("other"), "precious");
+  EXPECT_EQ(directory.text_of("a.csv"), "new");
+  EXPECT_EQ(directory.names(), (Names{"a.csv", "other"}));
+}
+
 TEST(OutputFile, ALinkInACircleIsRefused) {
   const test::TempDirectory directory;
   fs::create_symlink("a.csv", directory.path() / "a.csv");

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/files/regular_file.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
@@ -42,9 +43,10 @@ TEST(RegularFile, NothingElseIsRead) {
   const test::TempDirectory directory;
   const std::string pipe = directory.path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  for (const std::string& file : {pipe, directory.path().string(), std::string("/dev/zero")}) {
+  for (const std::string& file : {pipe, std::string("/dev/zero")}) {
     EXPECT_EQ(refusal(file, 10), file + ": is not a regular file");
   }
+  EXPECT_EQ(refusal(directory.path().string(), 10), directory.path().string() + ": is a directory");
   const std::string none = directory.path("none");
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");
 }
@@ -66,7 +68,7 @@ std::string unknown_motor(const std::string& motor) {
 TEST(FindMotorFile, OfAPathSaysWhatIsWrong) {
   EXPECT_EQ(unknown_motor("nowhere.toml"), "cannot read nowhere.toml: No such file or directory");
   EXPECT_EQ(unknown_motor(std::string("./a\0.toml", 9)),
-            "\"./a?.toml\" has control characters; give a path without them");
+            "\"./a?.toml\" is not UTF-8 without control characters; give such a path");
 }
 
 /// The kernel's ".." and not that of the text.

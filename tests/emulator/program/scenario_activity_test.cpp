@@ -83,6 +83,36 @@ state = "running"
   EXPECT_EQ(report["foreign"][0]["running"], t.world.lines()[0]->config().servos[0].profile.name);
 }
 
+/// Whoever reaches the TCP port need not be the user whose files these are.
+TEST(ScenarioActivity, OverTcpNoFileIsSpokenOfButShippedOnes) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  const test::TempDirectory own;
+  const std::string there = own.put("secret", "\x1bsecret");
+  const auto over_tcp = [&](const Json& body) {
+    ApiRequest request{"POST", "/api/v1/scenario", {}, "application/json", body.dump()};
+    request.same_user = false;
+    return t.ask(request);
+  };
+  const auto said = [](ApiResponse response, const std::string& file) {
+    std::string why = reason(response);
+    if (const auto at = why.find(file); at != std::string::npos)
+      why.replace(at, file.size(), "FILE");
+    return std::to_string(response.status) + " " + why;
+  };
+  const std::string missing = own.path("missing");
+  const auto asked_for = [&](const std::string& file) { return over_tcp(Json{{"file", file}}); };
+  EXPECT_EQ(asked_for(there).status, 403);
+  EXPECT_EQ(said(asked_for(there), there), said(asked_for(missing), missing));
+  const std::string checks = "duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n";
+  const auto playing = [&](const std::string& file) {
+    return said(over_tcp(Json{{"toml", checks + "[[send]]\nplay = \"" + file + "\"\n"}}), file);
+  };
+  EXPECT_EQ(playing(there), playing(missing));
+  EXPECT_EQ(over_tcp(Json{{"toml", checks}}).status, 200);
+}
+
 TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {
   TestWorld t;
   ScenarioActivity scenario(t.loop, t.world);

@@ -11,6 +11,7 @@
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -30,7 +31,7 @@ constexpr std::size_t kGoldenReplies = 31;
 std::vector<LoggedFrame> golden(bool with_directions) {
   const std::string file = std::string(LKEMU_SOURCE_DIR) + "/tests/golden/resting_drive.log";
   std::vector<LoggedFrame> frames;
-  for (const CandumpLine& line : parse_candump_log(read_file(file), file)) {
+  for (const CandumpLine& line : parse_candump_log(read_regular_file(file, kLongestLog), file)) {
     frames.push_back({{line.at, line.frame}, std::nullopt});
     const bool sent = line.direction == CandumpLine::Direction::kSent;
     if (with_directions) frames.back().from_host = sent;

@@ -3,6 +3,7 @@
 #include "emulator/record/recording.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
+#include "emulator/record/replay_directory.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
@@ -107,6 +109,37 @@ motor = ")" + kMotors +
   EXPECT_DOUBLE_EQ(servos[1].profile.drive.motor.R_s, 0.25);
   EXPECT_EQ(servos[1].profile.name, "my.toml");
   EXPECT_EQ(servos[2].profile.name, "mf7015.toml");
+}
+
+/// One that came from somebody else may have anything in it.
+TEST(Recording, AFileThatIsNoneIsRefusedAndNotWaitedFor) {
+  const test::TempDirectory scratch;
+  const std::filesystem::path directory = scratch.path() / "recording";
+  ConfigTexts texts;
+  texts.config = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\nmotor = \"" + kMotors +
+                 "mf7015.toml\"\n";
+  auto buses = parse_config(*texts.config, "robot.toml", {}, profile_finder(texts.motors));
+  buses[0].servos[0].wear.fill(1);
+  begin_recording(directory, {}, texts, buses);
+  const auto replayed = [&] {
+    const Recording recording = read_recording(directory);
+    Replay replay(recording.buses);
+    replay_recording(directory, recording, replay, nullptr);
+  };
+  EXPECT_NO_THROW(replayed());
+  for (const char* name : {"recording.json", "config.toml", "motors/mf7015.toml",
+                           "rom/vcan0-1.toml", kInputsFile, kFramesFile}) {
+    const std::filesystem::path file = directory / name;
+    std::filesystem::rename(file, scratch.path("kept"));
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0) << name;
+    try {
+      replayed();
+      ADD_FAILURE() << name;
+    } catch (const StartError& problem) {
+      EXPECT_EQ(problem.what(), file.string() + ": is not a regular file");
+    }
+    std::filesystem::rename(scratch.path("kept"), file);
+  }
 }
 
 TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {

@@ -117,6 +117,46 @@ TEST(RomStore, ADirectoryHasOneHolder) {
   EXPECT_EQ(refusal(in(directory.path())), "accepted") << "the file stays, the lock does not";
 }
 
+/// A directory out of somebody's archive may bring its own lock.
+TEST(RomStore, ALockThatIsAnythingElseIsLeftAlone) {
+  const test::TempDirectory directory;
+  const std::string other = directory.put("other", "precious");
+  const std::string lock = directory.path("lock");
+  std::filesystem::create_symlink(other, lock);
+  EXPECT_EQ(refusal(in(directory.path())), lock + " is a link: remove it");
+  std::filesystem::remove(lock);
+  std::filesystem::create_hard_link(other, lock);
+  EXPECT_EQ(refusal(in(directory.path())), lock + " is not a file of lk-emu's own: remove it");
+  std::filesystem::remove(lock);
+  ASSERT_EQ(::mkfifo(lock.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(in(directory.path())), lock + " is not a file of lk-emu's own: remove it");
+  EXPECT_EQ(directory.text_of("other"), "precious");
+}
+
+TEST(RomStore, ADirectoryThatOthersHaveAHandInIsRefused) {
+  const test::TempDirectory directory;
+  const std::string name = directory.path().string();
+  for (const mode_t mode : {0720U, 0702U}) {
+    ::chmod(name.c_str(), mode);
+    EXPECT_EQ(refusal(in(name)), name + " may be written by others: chmod go-w " + name);
+  }
+  ::chmod(name.c_str(), 0755);
+  EXPECT_EQ(refusal(in(name)), "accepted");
+}
+
+TEST(RomStore, AFileThatIsNoneOrNeverEndsIsRefused) {
+  const test::TempDirectory directory;
+  const std::string file = directory.path("vcan0-1.toml");
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(in(directory.path())), file + ": is not a regular file");
+  std::filesystem::remove(file);
+  std::filesystem::create_symlink("/dev/zero", file);
+  EXPECT_EQ(refusal(in(directory.path())), file + ": is not a regular file");
+  std::filesystem::remove(file);
+  directory.put("vcan0-1.toml", std::string(65'537, '#'));
+  EXPECT_EQ(refusal(in(directory.path())), file + ": is longer than 65536 bytes");
+}
+
 TEST(RomStore, SaysWhyADirectoryCannotBeUsed) {
   EXPECT_EQ(refusal(in("/dev/null")), "cannot keep ROM in /dev/null: Not a directory");
   EXPECT_EQ(refusal(in("/proc/none/x")),

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <csignal>
@@ -70,6 +71,23 @@ TEST(WriteDurably, WhatWasCutShortBeforeIsNoHindrance) {
   ASSERT_EQ(write_durably(fd.get(), "a", "short"), 0);
   EXPECT_EQ(directory.text_of("a"), "short");
   EXPECT_EQ(directory.names(), std::set<std::string>{"a"});
+}
+
+/// Whoever can put files beside it may not choose what is overwritten, nor have it wait.
+TEST(WriteDurably, WritesNothingThatItHasNotMade) {
+  const test::TempDirectory directory;
+  const Descriptor fd(::open(directory.path().c_str(), O_RDONLY | O_DIRECTORY));
+  const std::string fresh = directory.path(unfinished("a"));
+  const std::string other = directory.put("other", "precious");
+  std::filesystem::create_hard_link(other, fresh);
+  EXPECT_EQ(write_durably(fd.get(), "a", "text"), 0);
+  std::filesystem::create_symlink(other, fresh);
+  EXPECT_EQ(write_durably(fd.get(), "a", "text"), 0);
+  ASSERT_EQ(::mkfifo(fresh.c_str(), 0600), 0);
+  EXPECT_EQ(write_durably(fd.get(), "a", "last"), 0);
+  EXPECT_EQ(directory.text_of("other"), "precious");
+  EXPECT_EQ(directory.text_of("a"), "last");
+  EXPECT_EQ(directory.names(), (std::set<std::string>{"a", "other"}));
 }
 
 TEST(WriteDurably, SaysWhyItCannot) {

@@ -395,21 +395,6 @@ TEST(PlotPanels, SayWhichDrivesAreLeftOut) {
 
 // --- words
 
-TEST(PlotWords, AreUtf8WithoutControlCharacters) {
-  EXPECT_EQ(printable_text("a µ 电 😀"), "a µ 电 😀");
-  EXPECT_EQ(printable_text("\x1b[2J\n\x7f"), "?[2J??");
-  EXPECT_EQ(printable_text("\xC2\x9B"
-                           "2J"),
-            "??2J");                                           // CSI of eight bits
-  EXPECT_EQ(printable_text("\xC0\x80\xFF\xE7\x94"), "?????");  // overlong, no byte, cut short
-  EXPECT_EQ(printable_text("\xED\xA0\x80\xF4\x90\x80\x80"), "???????");  // surrogate, too large
-  EXPECT_EQ(printable_text("\xEF\xBF\xBE"), "???");                      // which XML cannot have
-}
-
-TEST(PlotWords, AreSafeInXml) {
-  EXPECT_EQ(xml_text("<a b=\"c\">&amp;</a>\n"), "&lt;a b=&quot;c&quot;&gt;&amp;amp;&lt;/a&gt;?");
-}
-
 TEST(PlotWords, AreMadeToFit) {
   // 0.66 em each, 0.42 em for those that are narrow, 1 em for those that are wide.
   EXPECT_DOUBLE_EQ(assumed_width_px("ab µ°", 10), 4 * 6.6 + 4.2);

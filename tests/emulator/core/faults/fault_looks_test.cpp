@@ -70,5 +70,35 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
   EXPECT_FALSE(host.bus.next_due());
 }
 
+/// However many there are: a look costs about the same, and none is left out.
+TEST(ManyFaults, AreLookedAtInTurns) {
+  const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
+  Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));
+  constexpr std::size_t kFaults = 4 * FaultBoard::kMostLooks / 8;  // four times as many, on 8 drives
+  for (std::size_t n = 0; n < kFaults; ++n) {
+    host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, {}, ids)}});
+  }
+  host.wait(8ms);
+  std::uint64_t effects = 0;
+  for (std::size_t n = 0; n < kFaults; ++n) {
+    EXPECT_NEAR(static_cast<double>(evidence(host, n).effects), 8 + 8 * 7 / 4, 8) << n;
+    effects += evidence(host, n).effects;
+  }
+  EXPECT_EQ(effects, (4 + 7) * FaultBoard::kMostLooks) << "all at first, then a quarter each time";
+}
+
+/// One that is over before its turn has been looked at as well.
+TEST(ManyFaults, ShowAtTheirEndWhetherTheirTurnHasComeOrNot) {
+  const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
+  Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));
+  constexpr std::size_t kFaults = 4 * FaultBoard::kMostLooks / 8;
+  for (std::size_t n = 0; n < kFaults; ++n) {
+    const auto course = test::Course{.duration = 500us};
+    host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, course, ids)}});
+  }
+  host.wait(5ms);
+  for (std::size_t n = 0; n < kFaults; ++n) EXPECT_GE(evidence(host, n).effects, 8U) << n;
+}
+
 }  // namespace fault_looks_test
 }  // namespace lk::emulator

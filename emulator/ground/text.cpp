@@ -1,0 +1,88 @@
+#include "emulator/ground/text.hpp"
+
+#include <algorithm>
+
+namespace lk::emulator {
+namespace {
+
+unsigned byte(char c) { return static_cast<unsigned char>(c); }
+
+/// Marks that turn the direction of writing, and ends of lines and paragraphs.
+bool misleads(std::string_view character) {
+  constexpr std::string_view kMarks[] = {
+      "\u061C", "\u200E", "\u200F", "\u2028", "\u2029", "\u202A", "\u202B", "\u202C",
+      "\u202D", "\u202E", "\u2066", "\u2067", "\u2068", "\u2069"};
+  return std::ranges::find(kMarks, character) != std::end(kMarks);
+}
+
+/// The length of the UTF-8 character that the text begins with (RFC 3629, section 4); 0: none that
+/// XML has and that shows.
+std::size_t character_length(std::string_view text) {
+  const unsigned first = byte(text[0]);
+  if (first < 0x80) return first >= 0x20 && first != 0x7F ? 1 : 0;
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
+  for (std::size_t n = 1; n < length; ++n) {
+    if ((byte(text[n]) & 0xC0U) != 0x80) return 0;
+  }
+  const unsigned second = byte(text[1]);
+  const bool control = first == 0xC2 && second < 0xA0;
+  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
+  const bool surrogate = first == 0xED && second >= 0xA0;
+  const bool too_large = first == 0xF4 && second >= 0x90;
+  const bool no_character = first == 0xEF && second == 0xBF && byte(text[2]) >= 0xBE;
+  if (control || overlong || surrogate || too_large || no_character) return 0;
+  return misleads(text.substr(0, length)) ? 0 : length;
+}
+
+std::string_view xml_entity(char c) {
+  switch (c) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    case '\n':
+      return "&#10;";
+    case '\t':
+      return "&#9;";
+    case '\r':
+      return "&#13;";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+std::string_view next_character(std::string_view& rest) {
+  const std::size_t length = character_length(rest);
+  const std::string_view character = length == 0 ? "?" : rest.substr(0, length);
+  rest.remove_prefix(std::max<std::size_t>(length, 1));
+  return character;
+}
+
+std::string on_one_line(std::string_view text) {
+  std::string out;
+  while (!text.empty()) out += next_character(text);
+  return out;
+}
+
+std::string xml_escaped(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::string_view entity = xml_entity(text.front());
+    if (entity.empty()) {
+      out += next_character(text);
+    } else {
+      out += entity;
+      text.remove_prefix(1);
+    }
+  }
+  return out;
+}
+
+}  // namespace lk::emulator

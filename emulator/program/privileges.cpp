@@ -1,0 +1,54 @@
+#include "emulator/program/privileges.hpp"
+
+#include <linux/capability.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "emulator/ground/start_error.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What is there of it, at least the root directory.
+bool belongs_to_another(const fs::path& place) {
+  struct stat found {};
+  fs::path path = fs::absolute(place);
+  while (::stat(path.c_str(), &found) != 0 && path.has_relative_path()) path = path.parent_path();
+  return found.st_uid != ::geteuid();
+}
+
+[[noreturn]] void fail() {
+  throw StartError(std::string("cannot give up capabilities: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+void give_up_privileges(const std::vector<fs::path>& places) {
+  const bool keeps_files = ::geteuid() == 0 && std::ranges::any_of(places, belongs_to_another);
+  const unsigned kept = keeps_files ? 1U << CAP_DAC_OVERRIDE : 0;
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail();
+  ::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
+  // Who may not do this has none that nothing could bring back: no new privileges, from here on.
+  for (int capability = 0; ::prctl(PR_CAPBSET_READ, capability, 0, 0, 0) >= 0; ++capability) {
+    ::prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
+  }
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> held{};
+  if (::syscall(SYS_capget, &header, held.data()) != 0) fail();
+  const unsigned left = held[0].permitted & kept;
+  held = {};
+  held[0].effective = held[0].permitted = left;
+  if (::syscall(SYS_capset, &header, held.data()) != 0) fail();
+}
+
+}  // namespace lk::emulator

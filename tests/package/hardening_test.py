@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""The program has what cmake/Hardening.cmake asks for.
+
+usage: hardening_test.py LK_EMU
+"""
+
+import platform
+import re
+import subprocess
+import sys
+import unittest
+
+PROGRAM = sys.argv.pop(1)
+
+
+def read(*command):
+    return subprocess.run([*command, PROGRAM], check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+class Hardening(unittest.TestCase):
+    def test_it_lies_anywhere_in_memory(self):
+        self.assertIn("DYN", re.search(r"Type: .*", read("readelf", "-hW")).group())
+
+    def test_what_is_relocated_is_read_only(self):
+        self.assertIn("GNU_RELRO", read("readelf", "-lW"))
+        self.assertRegex(read("readelf", "-dW"), r"BIND_NOW|FLAGS_1.*NOW")
+
+    def test_its_stack_is_no_code(self):
+        self.assertRegex(read("readelf", "-lW"), r"GNU_STACK.* RW ")
+
+    def test_its_stack_is_protected(self):
+        self.assertIn("__stack_chk_fail", read("readelf", "--dyn-syms", "-W"))
+
+    def test_buffers_of_the_c_library_are_checked(self):
+        self.assertRegex(read("readelf", "--dyn-syms", "-W"), r" __\w+_chk@")
+
+    def test_indices_of_the_c_plus_plus_library_are_checked(self):
+        self.assertIn("__glibcxx_assert_fail", read("readelf", "--dyn-syms", "-W"))
+
+    @unittest.skipUnless(platform.machine() == "x86_64", "of other processors")
+    def test_jumps_have_landing_places(self):
+        # The note that says so is lost where the C library's start files have none.
+        self.assertGreater(read("objdump", "-d").count("endbr64"), 1000)
+
+
+if __name__ == "__main__":
+    unittest.main()
