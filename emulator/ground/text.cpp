@@ -9,9 +9,9 @@ unsigned byte(char c) { return static_cast<unsigned char>(c); }
 
 /// Marks that turn the direction of writing, and ends of lines and paragraphs.
 bool misleads(std::string_view character) {
-  constexpr std::string_view kMarks[] = {
-      "\u061C", "\u200E", "\u200F", "\u2028", "\u2029", "\u202A", "\u202B", "\u202C",
-      "\u202D", "\u202E", "\u2066", "\u2067", "\u2068", "\u2069"};
+  constexpr std::string_view kMarks[] = {"\u061C", "\u200E", "\u200F", "\u2028", "\u2029",
+                                         "\u202A", "\u202B", "\u202C", "\u202D", "\u202E",
+                                         "\u2066", "\u2067", "\u2068", "\u2069"};
   return std::ranges::find(kMarks, character) != std::end(kMarks);
 }
 

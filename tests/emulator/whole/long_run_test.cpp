@@ -54,7 +54,7 @@ using namespace std::chrono_literals;
 
 constexpr int kDrives = 32;
 constexpr std::int64_t kBitrate = 1'000'000;
-constexpr SimTime kEveryday = 2s;
+constexpr SimTime kEveryday = 3s;
 constexpr SimTime kCheck = 10ms;
 /// What one more fault in the bus's list may hold: a list that grows has room for twice what is in
 /// it; and its name, its drives and where they stood, what it first acted on.

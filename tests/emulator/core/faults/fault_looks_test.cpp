@@ -74,7 +74,8 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
 TEST(ManyFaults, AreLookedAtInTurns) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
   Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));
-  constexpr std::size_t kFaults = 4 * FaultBoard::kMostLooks / 8;  // four times as many, on 8 drives
+  constexpr std::size_t kFaults =
+      4 * FaultBoard::kMostLooks / 8;  // four times as many, on 8 drives
   for (std::size_t n = 0; n < kFaults; ++n) {
     host.bus.apply({kWholeBus, SetFault{test::fault("encoder_garbage", {}, {}, ids)}});
   }
