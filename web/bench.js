@@ -5,6 +5,7 @@ import {on, store} from './store.js';
 import {chooser, choose} from './choice.js';
 import {clockPanel} from './clock_panel.js';
 import {evidencePanel, faultPanel} from './faults.js';
+import {jogPanel} from './jog_panel.js';
 import {scenarioPanel} from './scenario_panel.js';
 import {shaftPanel, showShaft} from './shaft_panel.js';
 import {supplyPanel, loadPanel} from './surroundings.js';
@@ -27,6 +28,7 @@ function build() {
   const hint = el('p', {id: 'bench-hint', class: 'panel'}, t('page_read_only'));
   byId('view-bench').replaceChildren(hint, chooser(), el('div', {class: 'bench'},
     panel(t('shaft'), shaftPanel()),
+    panel(t('jog'), jogPanel()),
     panel(t('supply_and_ambient'), supplyPanel()),
     panel(t('load'), loadPanel()),
     panel(t('clock_title'), clockPanel()),

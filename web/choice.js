@@ -60,9 +60,8 @@ export function choose(bus, id) {
 /// "1-3,7" would do too; a list is as good.
 const idList = (drives) => drives.map((drive) => drive.id).join(',');
 
-/// A directive (docs/directives.md) for the chosen drives, bus by bus, or for each drive what `what(bus, id)`
-/// promises. Returns whether all was done.
-export async function direct(what, done) {
+/// Something for the chosen drives, bus by bus, or for each drive what `what(bus, id)` promises. Returns whether all was done.
+async function tellChosen(place, what, done) {
   const drives = chosenDrives();
   if (!drives.length) {
     note(t('choose_first'), true);
@@ -70,15 +69,20 @@ export async function direct(what, done) {
   }
   return attempt(async () => {
     if (typeof what === 'function') {
-      for (const {bus, id} of drives) await post('/directives', {bus, id, ...await what(bus, id)});
+      for (const {bus, id} of drives) await post(place, {bus, id, ...await what(bus, id)});
       return;
     }
     for (const {bus} of buses()) {
       const mine = drives.filter((drive) => drive.bus === bus);
-      if (mine.length) await post('/directives', {bus, ids: idList(mine), ...what});
+      if (mine.length) await post(place, {bus, ids: idList(mine), ...what});
     }
   }, done);
 }
+
+/// A directive (docs/directives.md).
+export const direct = (what, done) => tellChosen('/directives', what, done);
+/// A frame as a host sends it, in the words of a scenario's [[send]].
+export const command = (what, done) => tellChosen('/frames', what, done);
 
 /// Does it, and says what came of it.
 export async function attempt(action, done) {

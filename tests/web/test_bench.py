@@ -127,3 +127,25 @@ def test_without_a_drive_there_are_no_values(page):
     finally:
         page.for_drives(1)
     settle(page, lambda: page.one('[aria-label="supply, V"]').get_attribute("value") != "")
+
+
+def test_jog_moves_the_chosen_drives_as_a_host_would(page):
+    page.go("bench")
+    page.for_drives(2)
+    angle = lambda: page.run("return fetch('/api/v1/drives').then((answer) => answer.json())"
+                             ".then((drives) => drives.find((one) => one.id === 2).signals.angle_deg)")
+    start = angle()
+    page.click("#view-bench", "switch on (0x88)")
+    page.fill('[aria-label="jog angle, °"]', 30)
+    page.fill('[aria-label="jog max speed, °/s"]', 300)
+    page.click("#view-bench", "More by angle")
+    settle(page, lambda: abs(angle() - start - 30) < 2)
+    page.click("#view-bench", "Less by angle")
+    settle(page, lambda: abs(angle() - start) < 2)
+    page.click("#view-bench", "switch off (0x80)")
+    settle(page, lambda: "off: sent" in " ".join(note.text for note in page.all(".note")))
+    page.fill('[aria-label="jog angle, °"]', "")
+    page.click("#view-bench", "Go to angle")
+    settle(page, lambda: any("jog angle" in note.text for note in page.all(".note")))
+    page.fill('[aria-label="jog angle, °"]', 90)
+    page.for_drives(1)
