@@ -22,7 +22,7 @@ class Disk : public MachineTest {
 
   /// A disk of its own with so much on it.
   std::string disk(const std::string& options) const {
-    EXPECT_TRUE(run("mount -t tmpfs -o " + options + " none " + path("disk")));
+    EXPECT_TRUE(run("mount -t tmpfs -o mode=755," + options + " none " + path("disk")));
     return path("disk");
   }
   void fill() const { run("head -c 10000000 /dev/zero >" + path("disk") + "/filler 2>/dev/null"); }

@@ -212,7 +212,7 @@ TEST(Kill, AtAnyInstantLosesNoAcknowledgedWrite) {
     const std::string directory = own.path().string();
     // A real disk makes for kills that wait for it, memory for many writes between two kills.
     const bool on_disk = i == 0;
-    ASSERT_TRUE(on_disk || run("mount -t tmpfs none " + directory));
+    ASSERT_TRUE(on_disk || run("mount -t tmpfs -o mode=755 none " + directory));
     std::uniform_int_distribution<int> acknowledgements(0, on_disk ? kMostOnDisk : kMostInMemory);
     Machine machine(directory);
     while (machine.in_the_midst() < kKillsEach && !HasFailure()) {

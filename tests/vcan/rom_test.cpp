@@ -196,7 +196,7 @@ TEST_F(Rom, InMemoryItLeavesNoTrace) {
 }
 
 TEST_F(Rom, AFullDiskIsNotAcknowledgedAndTheDriveGoesOn) {
-  ASSERT_TRUE(run("mount -t tmpfs -o size=64k none " + directory_));
+  ASSERT_TRUE(run("mount -t tmpfs -o mode=755,size=64k none " + directory_));
   {
     EmulatorProcess emulator(arguments());
     ASSERT_TRUE(emulator.wait_ready());
