@@ -3,145 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <functional>
-#include <tuple>
-#include <type_traits>
+#include <iterator>
 #include <utility>
 
-#include "protocol/field_values.hpp"
+#include "protocol/row_codec.hpp"
 
 namespace lk::protocol {
+
+using namespace row_codec;
+
 namespace {
-
-/// The integer of the wire that a field is.
-template <Wire kWire>
-using Integer =
-    std::tuple_element_t<static_cast<std::size_t>(kWire),
-                         std::tuple<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t,
-                                    std::uint32_t, std::int32_t, std::int64_t>>;
-
-template <Wire kWire>
-std::int64_t get(const Payload& data, std::size_t at) {
-  if constexpr (kWire == Wire::kI56) {
-    return get_le56(data);
-  } else {
-    return get_le<Integer<kWire>>(data, at);
-  }
-}
-
-template <Wire kWire>
-void put(Payload& data, std::size_t at, std::int64_t number) {
-  if constexpr (kWire == Wire::kI56) {
-    put_le56(data, number);
-  } else {
-    put_le(data, at, static_cast<Integer<kWire>>(number));
-  }
-}
-
-/// Where the codec holds a number: in its range, or, if that is the drive's to know, in its width.
-template <Range kRange, Beyond kBeyond, Wire kWire>
-RawRange held_to(const WireFormat& format) {
-  constexpr bool kHeld = kBeyond == Beyond::kClamped && kRange != Range::kWidth;
-  if constexpr (kHeld) {
-    return raw_range(kRange, kWire, format);
-  } else {
-    return width(kWire);
-  }
-}
-
-/// The value of a member, of the number on the wire.
-template <class Member, Scale kScale>
-Member value_of(std::int64_t number, const WireFormat& format) {
-  if constexpr (std::is_floating_point_v<Member>) {
-    return static_cast<double>(number) * lsb(kScale, format);
-  } else if constexpr (kScale == Scale::kBridge) {
-    return number != kBridgeOff;
-  } else {
-    return static_cast<Member>(number);  // a bool: not 0
-  }
-}
-
-/// The number on the wire of a member's value.
-template <Wire kWire, Scale kScale, class Member>
-std::int64_t number_of(Member value, const RawRange& range, const WireFormat& format) {
-  if constexpr (std::is_floating_point_v<Member>) {
-    using Number = Integer<kWire>;
-    return quantize<Number>(value, lsb(kScale, format), static_cast<Number>(range.min),
-                            static_cast<Number>(range.max));
-  } else if constexpr (kScale == Scale::kBridge) {
-    return value ? 0 : kBridgeOff;
-  } else {
-    return std::clamp(static_cast<std::int64_t>(value), range.min, range.max);
-  }
-}
-
-enum class Side : std::uint8_t { kQuery, kReply };
-
-/// The rows of the fields of the command at `kPlace` of `kRows`.
-template <const auto& kRows, std::size_t kPlace, Side kSide>
-constexpr const auto& field_rows() {
-  if constexpr (kSide == Side::kQuery) {
-    return at<kPlace>(kRows).query;
-  } else {
-    return at<kPlace>(kRows).reply;
-  }
-}
-
-/// Calls `act` with the place of each field, as a constant.
-template <const auto& kRows, std::size_t kPlace, Side kSide, class Act>
-void for_fields(Act act) {
-  using Fields = std::remove_cvref_t<decltype(field_rows<kRows, kPlace, kSide>())>;
-  [&]<std::size_t... N>(std::index_sequence<N...>) {
-    (act(std::integral_constant<std::size_t, N>{}), ...);
-  }
-  (std::make_index_sequence<Fields::kSize>{});
-}
-
-/// Reads all fields of a query or reply of the kind.
-template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
-void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
-  for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
-    constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
-    constexpr const Field& field = row.field;
-    if (!present(field, data[1], format)) return;
-    std::int64_t number = get<field.wire>(data, field.byte);
-    // Drives clamp what they are told; what they say they have clamped themselves.
-    if constexpr (kSide == Side::kQuery) {
-      const RawRange range = held_to<field.range, field.beyond, field.wire>(format);
-      number = std::clamp(number, range.min, range.max);
-    }
-    auto& member = std::invoke(row.member, owner);
-    member = value_of<std::remove_cvref_t<decltype(member)>, field.scale>(number, format);
-  });
-}
-
-template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
-void write_fields(Payload& data, const Owner& owner, const WireFormat& format) {
-  for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
-    constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
-    constexpr const Field& field = row.field;
-    if (!present(field, data[1], format)) return;
-    put<field.wire>(data, field.byte,
-                    number_of<field.wire, field.scale>(
-                        std::invoke(row.member, owner),
-                        held_to<field.range, field.beyond, field.wire>(format), format));
-  });
-}
-
-template <const auto& kRows>
-constexpr std::size_t kCount = std::remove_cvref_t<decltype(kRows)>::kSize;
-template <const auto& kRows, std::size_t kPlace>
-using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
-
-/// The place of a kind of reply: that of the first command that has it.
-template <class Kind, std::size_t N = 0>
-constexpr std::size_t reply_place() {
-  if constexpr (std::is_same_v<typename RowAt<kCommandRows, N>::ReplyType, Kind>) {
-    return N;
-  } else {
-    return reply_place<Kind, N + 1>();
-  }
-}
 
 /// A function for each row of a table, by its place.
 template <const auto& kRows, class Make>
@@ -163,26 +34,35 @@ constexpr std::array kReadCommand =
       };
     });
 
-using ReadReply = Reply (*)(const Payload&, const WireFormat&);
-constexpr std::array kReadReply = for_each_row<kCommandRows>(
-    []<std::size_t N>(std::integral_constant<std::size_t, N>) -> ReadReply {
-      return [](const Payload& data, const WireFormat& format) -> Reply {
-        using Kind = typename RowAt<kCommandRows, N>::ReplyType;
+using ReadReply = Reply (*)(const Frame&, const WireFormat&);
+template <const auto& kRows>
+constexpr std::array kReadReply =
+    for_each_row<kRows>([]<std::size_t N>(std::integral_constant<std::size_t, N>) -> ReadReply {
+      return [](const Frame& frame, const WireFormat& format) -> Reply {
+        using Kind = typename RowAt<kRows, N>::ReplyType;
+        const Payload& data = frame.data;
         Kind reply;
+        if constexpr (requires { reply.command; }) reply.command = static_cast<Opcode>(data[0]);
         if constexpr (std::is_same_v<Kind, Echo>) {
           reply.data = data;
+          reply.size = frame.dlc;
+        } else if constexpr (std::is_same_v<Kind, Block>) {
+          std::copy(data.begin() + 1, data.end(), reply.data.begin());
+          reply.size = static_cast<std::uint8_t>(frame.dlc - 1);
         } else {
-          if constexpr (requires { reply.command; }) reply.command = static_cast<Opcode>(data[0]);
-          read_fields<kCommandRows, reply_place<Kind>(), Side::kReply>(reply, data, format);
+          read_fields<kRows, reply_place<kRows, Kind>(), Side::kReply>(reply, data, format);
         }
         return reply;
       };
     });
 
 /// The place of a command in its table.
-std::size_t place_of(const CommandInfo& command) {
-  return static_cast<std::size_t>(
-      &command - (command.identifier != 0 ? multi_drive_commands().data() : commands().data()));
+std::size_t place_of(const CommandInfo& command, bool serial) {
+  const CommandInfo* const first =
+      command.identifier != 0
+          ? (serial ? serial_multi_drive_commands() : multi_drive_commands()).data()
+          : (serial ? serial_commands() : commands()).data();
+  return static_cast<std::size_t>(&command - first);
 }
 
 /// Is a value given that is not in the list of those that are known?
@@ -194,29 +74,92 @@ bool has_unknown(std::span<const Field> fields, const Payload& data) {
   });
 }
 
-/// A query to one drive.
-std::variant<Query, Reject> decode_single(int id, const Payload& data, const WireFormat& format) {
-  const CommandInfo* command = find_command(data[0]);
-  if (command == nullptr || !knows(format, *command) || has_unknown(command->query, data)) {
-    return Reject::kUnknownCommand;
+/// Does the drive take a packet with this LEN for the command?
+bool takes_length(const CommandInfo& command, std::uint8_t len, const Payload& data,
+                  const WireFormat& format) {
+  const PayloadLength right = command.query_len != nullptr
+                                  ? PayloadLength{command.query_len(format), 0}
+                                  : payload_length(command.query, data[1], format);
+  if (len == right.min || (len == right.max && right.max > right.min)) return true;
+  switch (command.wrong_length) {
+    case WrongLength::kBySwitch:
+      return format.dialect.lax_length;
+    case WrongLength::kSilent:
+      return false;
+    case WrongLength::kAnswered:
+      return true;
+    case WrongLength::kEmptyTaken:
+      return len == 0 || format.dialect.lax_length;
   }
-  return Query{id, kReadCommand<kCommandRows>[place_of(*command)](data, format), data};
+  return false;
+}
+
+/// A query to one drive.
+std::variant<Query, Reject> decode_single(int id, const Payload& data, std::uint8_t size,
+                                          const WireFormat& format) {
+  const bool serial = format.dialect.framing == Framing::kSerial;
+  const CommandInfo* command = find_command(data[0], format.dialect.framing);
+  if (command == nullptr || !knows(format, *command)) return Reject::kUnknownCommand;
+  if (serial) {
+    const auto len = static_cast<std::uint8_t>(size - 1);
+    if (size == 0 || !takes_length(*command, len, data, format)) return Reject::kWrongLength;
+  }
+  if (has_unknown(command->query, data)) return Reject::kUnknownCommand;
+  const ReadCommand read = serial ? kReadCommand<kSerialRows>[place_of(*command, true)]
+                                  : kReadCommand<kCommandRows>[place_of(*command, false)];
+  return Query{id, read(data, format), data, size};
+}
+
+/// What 0x288 can ask for on RS-485.
+constexpr bool can_be_in_a_slot(std::uint8_t command) {
+  constexpr Opcode kCan[] = {Off::kOpcode,        Stop::kOpcode,        Run::kOpcode,
+                             ReadState1::kOpcode, ClearErrors::kOpcode, ReadState2::kOpcode};
+  return std::ranges::find(kCan, static_cast<Opcode>(command)) != std::end(kCan);
+}
+
+/// Are the bytes of a reply those of its command?
+bool has_length(const CommandInfo& command, const Frame& frame, const WireFormat& format) {
+  if (frame.dlc == 0) return false;
+  if (command.echoed || command.reply.empty()) return true;
+  return frame.dlc - 1 == payload_length(command.reply, frame.data[1], format).min;
 }
 
 }  // namespace
 
-bool is_multi_drive(const Command& command) { return command.index() >= kCount<kCommandRows>; }
+bool is_multi_drive(const Command& command) {
+  return command.index() >= kCount<kCommandRows> &&
+         command.index() < kCount<kCommandRows> + kCount<kMultiDriveRows>;
+}
 
-const CommandInfo& info_of(const Command& command) {
-  const std::size_t place = command.index();
-  return is_multi_drive(command) ? multi_drive_commands()[place - kCount<kCommandRows>]
-                                 : commands()[place];
+const CommandInfo& info_of(const Command& command, Framing framing) {
+  return std::visit(
+      [&]<class Kind>(const Kind&) -> const CommandInfo& {
+        if constexpr (requires { Kind::kIdentifier; }) {
+          const CommandInfo* const info = find_multi_drive(Kind::kIdentifier, framing);
+          assert(info != nullptr);
+          return *info;
+        } else {
+          const CommandInfo* const info =
+              find_command(static_cast<std::uint8_t>(Kind::kOpcode), framing);
+          assert(info != nullptr && "the wire has the command");
+          return *info;
+        }
+      },
+      command);
 }
 
 std::optional<std::uint8_t> reply_command(const Command& command) {
   if (std::holds_alternative<MultiCommand>(command)) return std::nullopt;
-  const CommandInfo& info = info_of(command);
-  return static_cast<std::uint8_t>(is_multi_drive(command) ? info.each : info.opcode);
+  const Opcode opcode = std::visit(
+      []<class Kind>(const Kind&) {
+        if constexpr (requires { Kind::kIdentifier; }) {
+          return at<query_place<kMultiDriveRows, Kind>()>(kMultiDriveRows).traits.each;
+        } else {
+          return Kind::kOpcode;
+        }
+      },
+      command);
+  return static_cast<std::uint8_t>(opcode);
 }
 
 std::variant<int, Reject> address(const Frame& frame) {
@@ -227,7 +170,10 @@ std::variant<int, Reject> address(const Frame& frame) {
       return Reject::kCanFd;
     case FrameKind::kRemote:
       return Reject::kRemote;
+    case FrameKind::kBytes:
+      return Reject::kNoPacket;
     case FrameKind::kData:
+    case FrameKind::kSerial:
       break;
   }
   if (frame.extended) {
@@ -237,7 +183,7 @@ std::variant<int, Reject> address(const Frame& frame) {
   if (id == 0 && find_multi_drive(frame.id) == nullptr) {
     return Reject::kForeignId;
   }
-  if (frame.dlc != frame.data.size()) {
+  if (frame.kind == FrameKind::kData && frame.dlc != kCanBytes) {
     return Reject::kWrongLength;
   }
   return id;  // 0 is kMultiDrive
@@ -250,14 +196,16 @@ std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& f
   }
   const int id = std::get<int>(addressed);
   if (id != kMultiDrive) {
-    return decode_single(id, frame.data, format);
+    return decode_single(id, frame.data, frame.dlc, format);
   }
-  const CommandInfo* command = find_multi_drive(frame.id);
+  const CommandInfo* command = find_multi_drive(frame.id, format.dialect.framing);
   if (command == nullptr || !knows(format, *command)) {
     return frame.id == MultiTorque::kIdentifier ? Reject::kUnknownCommand : Reject::kForeignId;
   }
-  return Query{id, kReadCommand<kMultiDriveRows>[place_of(*command)](frame.data, format),
-               frame.data};
+  const ReadCommand read = is_serial(frame)
+                               ? kReadCommand<kSerialMultiDriveRows>[place_of(*command, true)]
+                               : kReadCommand<kMultiDriveRows>[place_of(*command, false)];
+  return Query{id, read(frame.data, format), frame.data, frame.dlc};
 }
 
 std::variant<Query, Reject> for_drive(int id, const Query& query, const WireFormat& format) {
@@ -269,69 +217,12 @@ std::variant<Query, Reject> for_drive(int id, const Query& query, const WireForm
   if (slot >= multi->opcodes.size() || multi->opcodes[slot] == kNoCommand) {
     return Reject::kForeignId;
   }
-  return decode_single(id, Payload{multi->opcodes[slot]}, format);
-}
-
-namespace {
-
-/// Writes the query whose row is at `kPlace` of both tables in a row.
-template <std::size_t kPlace, class Kind>
-void write_query(Frame& frame, int id, const Kind& command, const WireFormat& format) {
-  if constexpr (kPlace < kCount<kCommandRows>) {
-    assert(id >= kMinId && id <= kMaxId);
-    frame.id = kSingleDriveId + static_cast<std::uint32_t>(id);
-    frame.data[0] = static_cast<std::uint8_t>(Kind::kOpcode);
-    write_fields<kCommandRows, kPlace, Side::kQuery>(frame.data, command, format);
-  } else {
-    frame.id = Kind::kIdentifier;
-    write_fields<kMultiDriveRows, kPlace - kCount<kCommandRows>, Side::kQuery>(frame.data, command,
-                                                                               format);
+  const std::uint8_t command = multi->opcodes[slot];
+  if (format.dialect.framing == Framing::kCan) {
+    return decode_single(id, Payload{command}, kCanBytes, format);
   }
-}
-
-/// The place of a kind of command among the alternatives.
-template <class Kind, std::size_t N = 0>
-constexpr std::size_t command_place() {
-  if constexpr (std::is_same_v<std::variant_alternative_t<N, Command>, Kind>) {
-    return N;
-  } else {
-    return command_place<Kind, N + 1>();
-  }
-}
-
-struct ReplyWriter {
-  Payload& data;
-  const WireFormat& format;
-
-  void operator()(const Echo& reply) const { data = reply.data; }
-  template <class Kind>
-  void operator()(const Kind& reply) const {
-    constexpr std::size_t kPlace = reply_place<Kind>();
-    if constexpr (requires { reply.command; }) {
-      data[0] = static_cast<std::uint8_t>(reply.command);
-    } else {
-      data[0] = static_cast<std::uint8_t>(RowAt<kCommandRows, kPlace>::QueryType::kOpcode);
-    }
-    write_fields<kCommandRows, kPlace, Side::kReply>(data, reply, format);
-  }
-};
-
-}  // namespace
-
-Frame encode_query(int id, const Command& command, const WireFormat& format) {
-  Frame frame;
-  std::visit([&]<class Kind>(
-                 const Kind& kind) { write_query<command_place<Kind>()>(frame, id, kind, format); },
-             command);
-  return frame;
-}
-
-Frame encode_reply(int id, const Reply& reply, const WireFormat& format) {
-  assert(id >= kMinId && id <= kMaxId);
-  Frame frame;
-  frame.id = format.dialect.reply_id_base + static_cast<std::uint32_t>(id);
-  std::visit(ReplyWriter{frame.data, format}, reply);
-  return frame;
+  if (!can_be_in_a_slot(command)) return Reject::kUnknownCommand;
+  return decode_single(id, Payload{command}, 1, format);
 }
 
 std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireFormat& format) {
@@ -346,13 +237,17 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   if (id == kMultiDrive) {
     return Reject::kForeignId;  // no drive answers there
   }
-  const CommandInfo* command = find_command(frame.data[0]);
+  const bool serial = format.dialect.framing == Framing::kSerial;
+  const CommandInfo* command = find_command(frame.data[0], format.dialect.framing);
   const bool unknown = command == nullptr || !knows(format, *command) ||
                        (!command->echoed && has_unknown(command->reply, frame.data));
   if (unknown) {
     return Reject::kUnknownCommand;
   }
-  return ReplyFrame{id, kReadReply[place_of(*command)](frame.data, format)};
+  if (serial && !has_length(*command, frame, format)) return Reject::kWrongLength;
+  const ReadReply read = serial ? kReadReply<kSerialRows>[place_of(*command, true)]
+                                : kReadReply<kCommandRows>[place_of(*command, false)];
+  return ReplyFrame{id, read(frame, format)};
 }
 
 }  // namespace lk::protocol

@@ -21,8 +21,9 @@ enum class Reject : std::uint8_t {
   kRemote,
   kExtended,
   kForeignId,       // no drive's, nor one for several drives
-  kWrongLength,     // DLC is not 8
+  kWrongLength,     // DLC is not 8; LEN is not the command's
   kUnknownCommand,  // this drive has no such command, or no such parameter
+  kNoPacket,        // bytes on RS-485 that are no packet
 };
 
 /// `Query::id` of a multi-drive command.
@@ -31,7 +32,8 @@ inline constexpr int kMultiDrive = 0;
 struct Query {
   int id = kMultiDrive;  // 1..32, or kMultiDrive
   Command command;
-  Payload data{};  // as received, for echoes
+  Payload data{};                 // as received, for echoes
+  std::uint8_t size = kCanBytes;  // of them
 };
 
 struct ReplyFrame {
@@ -39,8 +41,8 @@ struct ReplyFrame {
   Reply reply;
 };
 
-/// The row of a command.
-const CommandInfo& info_of(const Command& command);
+/// The row of a command; on CAN there must be one.
+const CommandInfo& info_of(const Command& command, Framing framing = Framing::kCan);
 /// Is it one for several drives?
 bool is_multi_drive(const Command& command);
 
@@ -49,7 +51,7 @@ bool is_multi_drive(const Command& command);
 std::optional<std::uint8_t> reply_command(const Command& command);
 
 /// Whom a frame addresses: a drive's ID, kMultiDrive, or why it is not a query at all, whatever the
-/// drive. Does not look at DATA, so never gives kUnknownCommand.
+/// drive. Does not look at DATA, so never gives kUnknownCommand, nor kWrongLength of a packet.
 std::variant<int, Reject> address(const Frame& frame);
 
 /// The drive's side: what the host wants. Fields beyond their range are clamped to it, except the
@@ -63,11 +65,11 @@ std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& f
 std::variant<Query, Reject> for_drive(int id, const Query& query, const WireFormat& format);
 
 /// The host's side: the query frame for the drive `id` (1..32), unused bytes 0. For the commands to
-/// several drives the `id` is ignored.
+/// several drives the `id` is ignored. The wire of `format` must have the command.
 Frame encode_query(int id, const Command& command, const WireFormat& format);
 
 /// The drive's side: the reply frame of the drive `id` (1..32). Quantities round to the nearest LSB
-/// and saturate.
+/// and saturate. Not for NoReply.
 Frame encode_reply(int id, const Reply& reply, const WireFormat& format);
 
 /// The host's side: what a frame that is known to come from a drive says. (Query and reply share

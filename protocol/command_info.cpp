@@ -4,6 +4,7 @@
 
 #include "protocol/command_table.hpp"
 #include "protocol/field_values.hpp"
+#include "protocol/serial_table.hpp"
 
 namespace lk::protocol {
 namespace {
@@ -53,31 +54,43 @@ constexpr auto kInfos =
 
 constexpr const auto& kCommands = kInfos<kCommandRows>;
 constexpr const auto& kMultiDriveCommands = kInfos<kMultiDriveRows>;
+constexpr const auto& kSerialCommands = kInfos<kSerialRows>;
+constexpr const auto& kSerialMultiDriveCommands = kInfos<kSerialMultiDriveRows>;
 static_assert(std::ranges::adjacent_find(kCommands, std::ranges::greater_equal{},
                                          &CommandInfo::opcode) == kCommands.end(),
+              "command bytes ascend, so each stands once");
+static_assert(std::ranges::adjacent_find(kSerialCommands, std::ranges::greater_equal{},
+                                         &CommandInfo::opcode) == kSerialCommands.end(),
               "command bytes ascend, so each stands once");
 static_assert(std::ranges::adjacent_find(kMultiDriveCommands, std::ranges::greater_equal{},
                                          &CommandInfo::identifier) == kMultiDriveCommands.end(),
               "identifiers ascend, so each stands once");
 
 /// Where the command of a byte is; beyond the last: nowhere.
+template <const auto& kInfo>
 constexpr std::array<std::uint8_t, 256> kPlaces = [] {
   std::array<std::uint8_t, 256> places{};
   places.fill(0xFF);
-  for (std::size_t place = 0; place < kCommands.size(); ++place) {
-    places[static_cast<std::size_t>(kCommands[place].opcode)] = static_cast<std::uint8_t>(place);
+  for (std::size_t place = 0; place < kInfo.size(); ++place) {
+    places[static_cast<std::size_t>(kInfo[place].opcode)] = static_cast<std::uint8_t>(place);
   }
   return places;
 }();
+template <const auto& kInfo>
+const CommandInfo* find_in(std::uint8_t byte) {
+  const std::size_t place = kPlaces<kInfo>[byte];
+  return place < kInfo.size() ? &kInfo[place] : nullptr;
+}
 
 }  // namespace
 
 std::span<const CommandInfo> commands() { return kCommands; }
+std::span<const CommandInfo> serial_commands() { return kSerialCommands; }
 std::span<const CommandInfo> multi_drive_commands() { return kMultiDriveCommands; }
+std::span<const CommandInfo> serial_multi_drive_commands() { return kSerialMultiDriveCommands; }
 
-const CommandInfo* find_command(std::uint8_t byte) {
-  const std::size_t place = kPlaces[byte];
-  return place < kCommands.size() ? &kCommands[place] : nullptr;
+const CommandInfo* find_command(std::uint8_t byte, Framing framing) {
+  return framing == Framing::kCan ? find_in<kCommands>(byte) : find_in<kSerialCommands>(byte);
 }
 
 bool has_state(std::uint8_t byte) {
@@ -86,18 +99,35 @@ bool has_state(std::uint8_t byte) {
          command->reply.front().unit == Unit::kCelsius;
 }
 
-const CommandInfo* find_multi_drive(std::uint32_t identifier) {
-  const auto row = std::ranges::find(kMultiDriveCommands, identifier, &CommandInfo::identifier);
-  return row != kMultiDriveCommands.end() ? &*row : nullptr;
+const CommandInfo* find_multi_drive(std::uint32_t identifier, Framing framing) {
+  const auto rows =
+      framing == Framing::kCan ? multi_drive_commands() : serial_multi_drive_commands();
+  const auto row = std::ranges::find(rows, identifier, &CommandInfo::identifier);
+  return row != rows.end() ? &*row : nullptr;
+}
+
+PayloadLength payload_length(std::span<const Field> fields, std::uint8_t second,
+                             const WireFormat& format) {
+  int min = 1;
+  int max = 1;
+  for (const Field& field : fields) {
+    if (!present(field, second, format)) continue;
+    const int end = std::max<int>(field.byte + bytes_of(field.wire), field.end);
+    max = std::max(max, end);
+    if (!field.optional) min = std::max(min, end);
+  }
+  return {static_cast<std::uint8_t>(min - 1), static_cast<std::uint8_t>(std::max(min, max) - 1)};
 }
 
 std::vector<std::string_view> reply_words() {
   std::vector<std::string_view> words;
-  for (const CommandInfo& command : kCommands) {
-    if (command.echoed) continue;
-    for (const Field& field : command.reply) {
-      const auto word = field.spoken();
-      if (std::ranges::find(words, word) == words.end()) words.push_back(word);
+  for (const auto rows : {commands(), serial_commands()}) {
+    for (const CommandInfo& command : rows) {
+      if (command.echoed) continue;
+      for (const Field& field : command.reply) {
+        const auto word = field.spoken();
+        if (std::ranges::find(words, word) == words.end()) words.push_back(word);
+      }
     }
   }
   return words;
@@ -105,7 +135,7 @@ std::vector<std::string_view> reply_words() {
 
 std::optional<double> reply_quantity(std::string_view word, const Payload& data,
                                      const WireFormat& format) {
-  const CommandInfo* command = find_command(data[0]);
+  const CommandInfo* command = find_command(data[0], format.dialect.framing);
   if (command == nullptr || command->echoed) return std::nullopt;
   const auto is_it = [&](const Field& field) {
     return field.spoken() == word && present(field, data[1], format);
@@ -132,12 +162,13 @@ bool knows(const WireFormat& format, const CommandInfo& command) {
 }
 
 bool answers(const WireFormat& format, Opcode opcode) {
-  const CommandInfo* command = find_command(static_cast<std::uint8_t>(opcode));
+  const CommandInfo* command =
+      find_command(static_cast<std::uint8_t>(opcode), format.dialect.framing);
   return command != nullptr && knows(format, *command);
 }
 
 bool knows_multi_drive(const WireFormat& format, std::uint32_t identifier) {
-  const CommandInfo* command = find_multi_drive(identifier);
+  const CommandInfo* command = find_multi_drive(identifier, format.dialect.framing);
   return command != nullptr && knows(format, *command);
 }
 

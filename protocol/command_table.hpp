@@ -12,6 +12,7 @@
 #include "protocol/multi_drive_commands.hpp"
 #include "protocol/replies.hpp"
 #include "protocol/rows.hpp"
+#include "protocol/serial_commands.hpp"
 #include "protocol/switches.hpp"
 
 namespace lk::protocol {
@@ -113,9 +114,20 @@ struct Query {
   using type = typename Row::QueryType;
 };
 
+template <class Variant, class... More>
+struct WithMore;
+template <class... Those, class... More>
+struct WithMore<std::variant<Those...>, More...> {
+  using type = std::variant<Those..., More...>;
+};
+
 }  // namespace table
 
-/// What a host asks: one alternative for each row.
-using Command = decltype(table::variant_of<table::Query>(joined(kCommandRows, kMultiDriveRows)));
+/// What a host asks: one alternative for each row, and for each that only serial_table.hpp has.
+using Command = table::WithMore<
+    decltype(table::variant_of<table::Query>(joined(kCommandRows, kMultiDriveRows))), Connect,
+    Disconnect, ReadProduct, ReadSettingsBlock, WriteSettingsBlock, ReadCalibration,
+    WriteCalibration, ReadDeviceType, AlignReducer, ReadSetting, WriteSettingToRam,
+    WriteSettingToRom, RestoreSettings, RestoreCalibration, Restore, ClearTurns>::type;
 
 }  // namespace lk::protocol

@@ -2,9 +2,9 @@
 
 /// @file What a host can ask of a drive. Where its bytes are: command_table.hpp.
 ///
-/// Angles, counts, gains and the limits in whole dps stay the integers of the wire: their LSB is
-/// the same for all drives, the drive computes with them, and 0.01° has no exact binary fraction.
-/// Quantities whose LSB depends on the drive (A), or which only loops use (dps), are doubles.
+/// Angles, counts and gains stay the integers of the wire: their LSB is the same for all drives,
+/// the drive computes with them, and 0.01° has no exact binary fraction. Quantities whose LSB
+/// depends on the drive (A) or on the wire, or which only loops use (dps), are doubles.
 
 #include <array>
 #include <cstdint>
@@ -73,8 +73,13 @@ struct Brake {
   bool operator==(const Brake&) const = default;
 };
 
+// What 0x90 asks for where it has a type (RS-485).
+inline constexpr std::uint8_t kEncoderZeroed = 0;
+inline constexpr std::uint8_t kEncoderRaw = 1;
+
 struct ReadEncoder {
   static constexpr Opcode kOpcode{0x90};
+  std::uint8_t type = kEncoderZeroed;
   bool operator==(const ReadEncoder&) const = default;
 };
 
@@ -141,14 +146,14 @@ struct Speed {
 
 struct Position1 {
   static constexpr Opcode kOpcode{0xA3};
-  std::int32_t target_cdeg = 0;
+  std::int64_t target_cdeg = 0;
   bool operator==(const Position1&) const = default;
 };
 
 struct Position2 {
   static constexpr Opcode kOpcode{0xA4};
-  std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
-  std::int32_t target_cdeg = 0;
+  double max_speed_dps = 0;  // 0 = no limit beyond the setting
+  std::int64_t target_cdeg = 0;
   bool operator==(const Position2&) const = default;
 };
 
@@ -167,8 +172,8 @@ struct Position3 {
 struct Position4 {
   static constexpr Opcode kOpcode{0xA6};
   std::uint8_t direction = kClockwise;
-  std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
-  std::uint32_t target_cdeg = 0;    // valid: what 0x94 can read
+  double max_speed_dps = 0;       // 0 = no limit beyond the setting
+  std::uint32_t target_cdeg = 0;  // valid: what 0x94 can read
   bool operator==(const Position4&) const = default;
 };
 
@@ -180,7 +185,7 @@ struct Position5 {
 
 struct Position6 {
   static constexpr Opcode kOpcode{0xA8};
-  std::uint16_t max_speed_dps = 0;  // 0 = no limit beyond the setting
+  double max_speed_dps = 0;  // 0 = no limit beyond the setting
   std::int32_t increment_cdeg = 0;
   bool operator==(const Position6&) const = default;
 };

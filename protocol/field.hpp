@@ -13,15 +13,16 @@
 
 namespace lk::protocol {
 
-/// A little-endian integer. The last one is the multi-turn angle's, seven bytes.
-enum class Wire : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kI56 };
+/// A little-endian integer. The multi-turn angle has seven bytes on CAN and eight on RS-485.
+enum class Wire : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kI56, kU24, kI64 };
 
 constexpr int bytes_of(Wire wire) {
-  constexpr int kBytes[] = {1, 1, 2, 2, 4, 4, 7};
+  constexpr int kBytes[] = {1, 1, 2, 2, 4, 4, 7, 3, 8};
   return kBytes[static_cast<int>(wire)];
 }
 constexpr bool is_signed(Wire wire) {
-  return wire == Wire::kI8 || wire == Wire::kI16 || wire == Wire::kI32 || wire == Wire::kI56;
+  return wire == Wire::kI8 || wire == Wire::kI16 || wire == Wire::kI32 || wire == Wire::kI56 ||
+         wire == Wire::kI64;
 }
 
 /// A quantity in its unit, of the number on the wire.
@@ -129,6 +130,9 @@ struct Field {
   Period period = Period::kNone;
   bool zero_is_none = false;   // 0 says nothing
   bool may_be_unsaid = false;  // in words: 0 where it is
+  // Of RS-485, whose packets have a length:
+  std::uint8_t end = 0;   // zeros follow up to DATA[end]; 0: none
+  bool optional = false;  // packets may end before it
   std::span<const Value> values = {};
   std::span<const Flag> flags = {};  // from bit 0 on
 

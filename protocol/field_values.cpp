@@ -14,7 +14,7 @@ double parts(Scale scale) {
 std::int64_t raw(const Field& field, const Payload& data) {
   // The field comes to the top, and down again with its sign or without.
   const int unused = 64 - 8 * bytes_of(field.wire);
-  const std::uint64_t top = get_le<std::uint64_t>(data, 0) >> (8 * field.byte) << unused;
+  const std::uint64_t top = get_le<std::uint64_t>(data, field.byte) << unused;
   return is_signed(field.wire) ? static_cast<std::int64_t>(top) >> unused
                                : static_cast<std::int64_t>(top >> unused);
 }

@@ -41,7 +41,7 @@ struct RawRange {
 /// What the bits of a field can be.
 constexpr RawRange width(Wire wire) {
   const int bits = 8 * bytes_of(wire) - (is_signed(wire) ? 1 : 0);
-  const std::int64_t max = (std::int64_t{1} << bits) - 1;
+  const auto max = static_cast<std::int64_t>((std::uint64_t{1} << bits) - 1);
   return {is_signed(wire) ? -max - 1 : 0, max};
 }
 

@@ -117,7 +117,7 @@ BitCounter head(const Frame& frame) {
     // start of frame (0), identifier (11), remote request, extension 0, reserved bit r0, DLC (4)
     counter.field((frame.id & 0x7FFU) << 7U | remote_request << 6U | dlc, 19);
   }
-  const std::size_t bytes = remote ? 0 : std::min<std::size_t>(frame.dlc, frame.data.size());
+  const std::size_t bytes = remote ? 0 : std::min<std::size_t>(frame.dlc, kCanBytes);
   for (std::size_t k = 0; k < bytes; ++k) {
     counter.field(frame.data[k], 8);
   }

@@ -55,6 +55,11 @@ inline constexpr Quantity kQuantities[] = {
     {"parameter"},
     {"action"},
     {"coil_powered"},
+    {"max_angle_low_deg", Unit::kDegree, "max angle, low half", "最大角度低半部"},
+    {"max_angle_high", Unit::kNone, "max angle, high half", "最大角度高半部"},
+    {"encoder_type"},
+    {"device_type"},
+    {"refused"},
 };
 // clang-format on
 

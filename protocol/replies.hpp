@@ -7,6 +7,7 @@
 
 #include "protocol/commands.hpp"
 #include "protocol/opcodes.hpp"
+#include "protocol/serial_commands.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::protocol {
@@ -14,6 +15,7 @@ namespace lk::protocol {
 /// The query as received, unused bytes included.
 struct Echo {
   Payload data{};
+  std::uint8_t size = kCanBytes;  // of them
   bool operator==(const Echo&) const = default;
 };
 
@@ -41,11 +43,14 @@ struct Encoder {
   std::uint16_t encoder_counts = 0;
   std::uint16_t raw_counts = 0;
   std::uint16_t offset_counts = 0;
+  // Where 0x90 has a type (RS-485): what was asked for, in full.
+  std::uint8_t type = 0;
+  std::uint32_t full_counts = 0;
   bool operator==(const Encoder&) const = default;
 };
 
 struct MultiTurnAngle {
-  std::int64_t angle_cdeg = 0;  // kInt56Min..kInt56Max, saturates
+  std::int64_t angle_cdeg = 0;  // on CAN kInt56Min..kInt56Max, saturates
   bool operator==(const MultiTurnAngle&) const = default;
 };
 
@@ -82,10 +87,44 @@ struct State3 {
 
 struct ParameterValue {
   Parameter parameter;
+  Opcode command = ReadParameter::kOpcode;  // that it replies to
   bool operator==(const ParameterValue&) const = default;
 };
 
+// On RS-485 only.
+
+struct SettingValue {
+  Setting setting;
+  bool operator==(const SettingValue&) const = default;
+};
+
+struct SettingWritten {
+  Opcode command = WriteSettingToRam::kOpcode;  // that it replies to
+  std::uint8_t id = 0;                          // as received
+  bool refused = false;
+  bool operator==(const SettingWritten&) const = default;
+};
+
+struct DeviceType {
+  std::uint16_t type = 0;
+  bool operator==(const DeviceType&) const = default;
+};
+
+/// Bytes that no field describes: the product, the tool's blocks, or none.
+struct Block {
+  Opcode command{};       // that it replies to
+  Payload data{};         // from DATA[1] on
+  std::uint8_t size = 0;  // of them
+  bool operator==(const Block&) const = default;
+};
+
+/// Obeyed without a word.
+struct NoReply {
+  bool operator==(const NoReply&) const = default;
+};
+
 using Reply = std::variant<Echo, ZeroWritten, Pid, Acceleration, BrakeState, Encoder,
-                           MultiTurnAngle, SingleTurnAngle, State1, State2, State3, ParameterValue>;
+                           MultiTurnAngle, SingleTurnAngle, State1, State2, State3, ParameterValue,
+                           SettingValue, SettingWritten, DeviceType, Block, NoReply>;
 
 }  // namespace lk::protocol

@@ -43,6 +43,29 @@ inline constexpr When kCentiVolt{
 inline constexpr When kBusCurrent{
     "state_1 = \"centivolt_and_bus_current\"",
     [](const WireFormat& f) { return f.dialect.state_1 == State1Layout::kCentiVoltAndBusCurrent; }};
+// Of RS-485.
+inline constexpr When kSettingCommands{
+    "setting_commands = true", [](const WireFormat& f) { return f.dialect.setting_commands; }};
+inline constexpr When kClearTurnsCommand{"clear_turns_command = true", [](const WireFormat& f) {
+                                           return f.dialect.clear_turns_command;
+                                         }};
+inline constexpr When kZeroRamCommand{
+    "zero_ram_command = true", [](const WireFormat& f) { return f.dialect.zero_ram_command; }};
+inline constexpr When kZeroRamAngle{
+    "zero_ram_len = 7", [](const WireFormat& f) { return f.dialect.zero_ram_len == 7; }};
+inline constexpr When kPlainEncoder{"typed_encoder = false",
+                                    [](const WireFormat& f) { return !f.dialect.typed_encoder; }};
+inline constexpr When kTypedEncoder{"typed_encoder = true",
+                                    [](const WireFormat& f) { return f.dialect.typed_encoder; }};
+inline constexpr When kZeroAnswered{"zero_answered = true",
+                                    [](const WireFormat& f) { return f.dialect.zero_answered; }};
+inline constexpr When kProductInfo{"product_info_bytes above 0", [](const WireFormat& f) {
+                                     return f.dialect.product_info_bytes > 0;
+                                   }};
+inline constexpr When kToolCommands{"tool_commands = true",
+                                    [](const WireFormat& f) { return f.dialect.tool_commands; }};
+inline constexpr When kRestoreCommand{
+    "restore_command = true", [](const WireFormat& f) { return f.dialect.restore_command; }};
 inline constexpr When kOnMs{"MS", [](const WireFormat& f) { return f.series == Series::kMs; }};
 inline constexpr When kNotOnMs{"not MS",
                                [](const WireFormat& f) { return f.series != Series::kMs; }};

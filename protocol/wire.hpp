@@ -3,7 +3,6 @@
 /// @file Bytes and numbers: the only place that knows the byte order and how a value becomes a
 /// field.
 
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <concepts>
@@ -12,9 +11,9 @@
 #include <limits>
 #include <type_traits>
 
-namespace lk::protocol {
+#include "protocol/frame.hpp"
 
-using Payload = std::array<std::uint8_t, 8>;
+namespace lk::protocol {
 
 /// The largest value of a field of two bytes.
 inline constexpr std::uint32_t kUint16Max = 0xFFFF;

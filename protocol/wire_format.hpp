@@ -24,8 +24,12 @@ enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle
 /// How much one LSB of a current is: as the manual prints it, or by series.
 enum class CurrentScale : std::uint8_t { kManual, kSeries };
 
+/// How bytes become frames: CAN, or the packets of RS-485 (docs/rs485.md).
+enum class Framing : std::uint8_t { kCan, kSerial };
+
 /// What sets the generations of firmware apart on the wire, each its own switch: mixtures exist.
 struct Dialect {
+  Framing framing = Framing::kCan;
   State1Layout state_1 = State1Layout::kDeciVolt;
   bool wide_single_turn = false;         // 0x94: uint32 at 4–7
   bool wide_single_turn_target = false;  // 0xA5, 0xA6: uint32 at 4–7
@@ -42,6 +46,17 @@ struct Dialect {
   CurrentScale iq_scale = CurrentScale::kManual;
   CurrentScale phase_current_scale = CurrentScale::kManual;
   std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies, less the ID
+  // Of RS-485 only.
+  bool setting_commands = false;         // 0x40, 0x42, 0x44
+  bool clear_turns_command = false;      // 0x93
+  bool zero_ram_command = true;          // 0x95
+  std::uint8_t zero_ram_len = 0;         // its LEN: 0, or 7
+  bool typed_encoder = false;            // 0x90 with a type and 32 bits
+  bool zero_answered = true;             // 0x19 has a reply
+  std::uint8_t product_info_bytes = 58;  // 0x12: 58, 42, or 0 for no reply
+  bool tool_commands = true;             // 0x10, 0x11, 0x14..0x17, 0x1F, 0x20, 0x48, 0x4A
+  bool restore_command = false;          // 0x89
+  bool lax_length = false;               // a LEN that is not the command's is answered
 
   friend bool operator==(const Dialect&, const Dialect&) = default;
 };
@@ -80,17 +95,78 @@ inline constexpr Dialect kV236Dialect{
     .phase_current_scale = CurrentScale::kSeries,
 };
 
+// The manuals of RS-485: the oldest, V2.35, V2.36.
+inline constexpr Dialect kM23Dialect{
+    .framing = Framing::kSerial,
+    .wide_single_turn = true,
+    .open_loop_command = true,
+    .multi_drive_more = true,
+    .zero_ram_command = false,
+    .zero_answered = false,
+    .product_info_bytes = 42,
+};
+inline constexpr Dialect kLateM23Dialect{
+    .framing = Framing::kSerial,
+    .wide_single_turn = true,
+    .open_loop_command = true,
+    .multi_drive_more = true,
+    .iq_command_limit_lsb = 2048,
+    .iq_scale = CurrentScale::kSeries,
+    .zero_ram_command = false,
+    .zero_answered = false,
+    .product_info_bytes = 42,
+};
+inline constexpr Dialect kM35Dialect{
+    .framing = Framing::kSerial,
+    .state_1 = State1Layout::kCentiVoltAndBusCurrent,
+    .wide_single_turn = true,
+    .wide_single_turn_target = true,
+    .pid_commands = false,
+    .offset_command = false,
+    .clear_angle = ClearAngleMeaning::kSetsAngle,
+    .open_loop_command = true,
+    .brake_command = true,
+    .multi_drive_more = true,
+    .all_error_bits = true,
+    .iq_command_limit_lsb = 2048,
+    .iq_scale = CurrentScale::kSeries,
+    .phase_current_scale = CurrentScale::kSeries,
+    .setting_commands = true,
+    .clear_turns_command = true,
+};
+inline constexpr Dialect kM36Dialect{
+    .framing = Framing::kSerial,
+    .state_1 = State1Layout::kCentiVoltAndBusCurrent,
+    .wide_single_turn = true,
+    .wide_single_turn_target = true,
+    .pid_commands = false,
+    .offset_command = false,
+    .clear_angle = ClearAngleMeaning::kSetsAngle,
+    .open_loop_command = true,
+    .speed_iq_limit = true,
+    .brake_command = true,
+    .parameter_commands = true,
+    .multi_drive_more = true,
+    .all_error_bits = true,
+    .iq_command_limit_lsb = 2048,
+    .iq_scale = CurrentScale::kSeries,
+    .phase_current_scale = CurrentScale::kSeries,
+    .zero_ram_len = 7,
+    .typed_encoder = true,
+};
+
 /// A generation of firmware: its name for people, and what it makes of the switches.
 struct GenerationRow {
   std::string_view name;
-  Dialect dialect;
+  Dialect dialect;  // on CAN
+  Dialect serial;   // on RS-485
 };
 /// All of them, from old to new (docs/protocol.md §10.1).
 inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
-    {"legacy", kLegacyDialect},
-    {"late-legacy", kLateLegacyDialect},
-    {"v235", kV235Dialect},
-    {"v236", kV236Dialect},
+    {"legacy", kLegacyDialect, kM23Dialect},
+    {"late-legacy", kLateLegacyDialect, kLateM23Dialect},
+    {"v235", kV235Dialect, kM35Dialect},
+    {"v236", kV236Dialect, kM36Dialect},
 });
 
 /// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on

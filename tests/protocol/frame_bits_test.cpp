@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+
 #include "tests/support/frames.hpp"
 
 namespace lk::protocol {
@@ -81,7 +83,7 @@ TEST(FrameBits, EqualsTheWrittenOutStream) {
     state = state * 6364136223846793005ULL + 1442695040888963407ULL;
     f.id = static_cast<std::uint32_t>(state >> 53U);
     f.dlc = static_cast<std::uint8_t>((state >> 40U) % 9);
-    for (auto& byte : f.data) {
+    for (auto& byte : std::span(f.data).first(kCanBytes)) {
       state = state * 6364136223846793005ULL + 1442695040888963407ULL;
       byte = static_cast<std::uint8_t>(state >> 33U);
       if ((state >> 60U) < 10)

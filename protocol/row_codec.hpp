@@ -1,0 +1,174 @@
+#pragma once
+
+/// @file The rows of the tables as code, unrolled at compile time: what codec.cpp and encode.cpp
+/// are made of.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "protocol/field_values.hpp"
+#include "protocol/serial_table.hpp"
+
+namespace lk::protocol::row_codec {
+
+/// The integer of the wire that a field is.
+template <Wire kWire>
+using Integer = std::tuple_element_t<
+    static_cast<std::size_t>(kWire),
+    std::tuple<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t, std::int32_t,
+               std::int64_t, std::uint32_t, std::int64_t>>;
+
+template <Wire kWire>
+std::int64_t get(const Payload& data, std::size_t at) {
+  if constexpr (kWire == Wire::kI56) {
+    return get_le56(data);
+  } else if constexpr (kWire == Wire::kU24) {
+    return get_le<std::uint32_t>(data, at) & 0xFF'FFFFU;
+  } else {
+    return get_le<Integer<kWire>>(data, at);
+  }
+}
+
+template <Wire kWire>
+void put(Payload& data, std::size_t at, std::int64_t number) {
+  if constexpr (kWire == Wire::kI56) {
+    put_le56(data, number);
+  } else if constexpr (kWire == Wire::kU24) {
+    put_le(data, at, static_cast<std::uint16_t>(number));
+    data[at + 2] = static_cast<std::uint8_t>(number >> 16);
+  } else {
+    put_le(data, at, static_cast<Integer<kWire>>(number));
+  }
+}
+
+/// Where the codec holds a number: in its range, or, if that is the drive's to know, in its width.
+template <Range kRange, Beyond kBeyond, Wire kWire>
+RawRange held_to(const WireFormat& format) {
+  constexpr bool kHeld = kBeyond == Beyond::kClamped && kRange != Range::kWidth;
+  if constexpr (kHeld) {
+    return raw_range(kRange, kWire, format);
+  } else {
+    return width(kWire);
+  }
+}
+
+/// The value of a member, of the number on the wire.
+template <class Member, Scale kScale>
+Member value_of(std::int64_t number, const WireFormat& format) {
+  if constexpr (std::is_floating_point_v<Member>) {
+    return static_cast<double>(number) * lsb(kScale, format);
+  } else if constexpr (kScale == Scale::kBridge) {
+    return number != kBridgeOff;
+  } else {
+    return static_cast<Member>(number);  // a bool: not 0
+  }
+}
+
+/// The number on the wire of a member's value.
+template <Wire kWire, Scale kScale, class Member>
+std::int64_t number_of(Member value, const RawRange& range, const WireFormat& format) {
+  if constexpr (std::is_floating_point_v<Member>) {
+    using Number = Integer<kWire>;
+    return quantize<Number>(value, lsb(kScale, format), static_cast<Number>(range.min),
+                            static_cast<Number>(range.max));
+  } else if constexpr (kScale == Scale::kBridge) {
+    return value ? 0 : kBridgeOff;
+  } else {
+    return std::clamp(static_cast<std::int64_t>(value), range.min, range.max);
+  }
+}
+
+enum class Side : std::uint8_t { kQuery, kReply };
+
+/// The rows of the fields of the command at `kPlace` of `kRows`.
+template <const auto& kRows, std::size_t kPlace, Side kSide>
+constexpr const auto& field_rows() {
+  if constexpr (kSide == Side::kQuery) {
+    return at<kPlace>(kRows).query;
+  } else {
+    return at<kPlace>(kRows).reply;
+  }
+}
+
+/// Calls `act` with the place of each field, as a constant.
+template <const auto& kRows, std::size_t kPlace, Side kSide, class Act>
+void for_fields(Act act) {
+  using Fields = std::remove_cvref_t<decltype(field_rows<kRows, kPlace, kSide>())>;
+  [&]<std::size_t... N>(std::index_sequence<N...>) {
+    (act(std::integral_constant<std::size_t, N>{}), ...);
+  }
+  (std::make_index_sequence<Fields::kSize>{});
+}
+
+/// Reads all fields of a query or reply of the kind.
+template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
+void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
+  for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
+    constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
+    constexpr const Field& field = row.field;
+    if (!present(field, data[1], format)) return;
+    std::int64_t number = get<field.wire>(data, field.byte);
+    // Drives clamp what they are told; what they say they have clamped themselves.
+    if constexpr (kSide == Side::kQuery) {
+      const RawRange range = held_to<field.range, field.beyond, field.wire>(format);
+      number = std::clamp(number, range.min, range.max);
+    }
+    auto& member = std::invoke(row.member, owner);
+    member = value_of<std::remove_cvref_t<decltype(member)>, field.scale>(number, format);
+  });
+}
+
+/// Returns how many bytes they need, from DATA[0] on.
+template <const auto& kRows, std::size_t kPlace, Side kSide, class Owner>
+std::uint8_t write_fields(Payload& data, const Owner& owner, const WireFormat& format) {
+  std::uint8_t size = 1;
+  for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
+    constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
+    constexpr const Field& field = row.field;
+    if (!present(field, data[1], format)) return;
+    const std::int64_t number = number_of<field.wire, field.scale>(
+        std::invoke(row.member, owner), held_to<field.range, field.beyond, field.wire>(format),
+        format);
+    if (field.optional && number == 0) return;
+    put<field.wire>(data, field.byte, number);
+    constexpr auto kEnd = std::max<std::uint8_t>(field.byte + bytes_of(field.wire), field.end);
+    size = std::max(size, kEnd);
+  });
+  return size;
+}
+
+template <const auto& kRows>
+constexpr std::size_t kCount = std::remove_cvref_t<decltype(kRows)>::kSize;
+template <const auto& kRows, std::size_t kPlace>
+using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
+
+/// The place of a kind of reply: that of the first command that has it; kCount if none does.
+template <const auto& kRows, class Kind, std::size_t N = 0>
+constexpr std::size_t reply_place() {
+  if constexpr (N == kCount<kRows>) {
+    return N;
+  } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::ReplyType, Kind>) {
+    return N;
+  } else {
+    return reply_place<kRows, Kind, N + 1>();
+  }
+}
+/// The place of a kind of query; kCount if there is none.
+template <const auto& kRows, class Kind, std::size_t N = 0>
+constexpr std::size_t query_place() {
+  if constexpr (N == kCount<kRows>) {
+    return N;
+  } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::QueryType, Kind>) {
+    return N;
+  } else {
+    return query_place<kRows, Kind, N + 1>();
+  }
+}
+
+}  // namespace lk::protocol::row_codec

@@ -1,0 +1,198 @@
+#include "protocol/serial_framing.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+#include "protocol/multi_drive_commands.hpp"
+#include "protocol/opcodes.hpp"
+
+namespace lk::protocol {
+namespace {
+
+/// Of a packet that begins with 02: its identifier on CAN, less its command.
+constexpr std::uint32_t kBroadcastBase = 0x200;
+static_assert(kBroadcastBase + 0x80 == MultiTorque::kIdentifier);
+
+/// CAN has an identifier for it.
+constexpr bool is_broadcast_command(std::uint8_t command) {
+  return command == 0x80 || command == 0x81 || command == 0x82 || command == 0x88;
+}
+
+constexpr bool is_broadcast(const Frame& frame) { return frame.id >= MultiTorque::kIdentifier; }
+
+/// A whole packet with 3E whose sums are right.
+Frame packet_of(std::span<const std::uint8_t> bytes) {
+  Frame frame;
+  frame.kind = FrameKind::kSerial;
+  frame.id = kSingleDriveId + bytes[2];
+  frame.dlc = static_cast<std::uint8_t>(1 + bytes[3]);
+  frame.data[0] = bytes[1];
+  std::copy_n(bytes.begin() + kHeaderBytes, bytes[3], frame.data.begin() + 1);
+  return frame;
+}
+
+Frame broadcast_of(std::span<const std::uint8_t> bytes) {
+  Frame frame;
+  frame.kind = FrameKind::kSerial;
+  frame.id = kBroadcastBase + bytes[1];
+  frame.dlc = kCanBytes;
+  std::copy_n(bytes.begin() + 2, kCanBytes, frame.data.begin());
+  return frame;
+}
+
+bool has_good_header(std::span<const std::uint8_t> bytes) {
+  return sum_of(bytes.first(kHeaderBytes - 1)) == bytes[kHeaderBytes - 1];
+}
+/// With a header that is good.
+std::size_t packet_size(std::span<const std::uint8_t> bytes) {
+  return bytes[3] == 0 ? kHeaderBytes : kHeaderBytes + bytes[3] + 1;
+}
+bool has_good_data(std::span<const std::uint8_t> bytes) {
+  return bytes[3] == 0 ||
+         sum_of(bytes.subspan(kHeaderBytes, bytes[3])) == bytes[kHeaderBytes + bytes[3]];
+}
+bool is_good_broadcast(std::span<const std::uint8_t> bytes) {
+  return is_broadcast_command(bytes[1]) &&
+         sum_of(bytes.first(kBroadcastBytes - 1)) == bytes[kBroadcastBytes - 1];
+}
+
+}  // namespace
+
+std::uint8_t sum_of(std::span<const std::uint8_t> bytes) {
+  return static_cast<std::uint8_t>(std::accumulate(bytes.begin(), bytes.end(), 0U));
+}
+
+WireBytes wire_bytes(const Frame& frame) {
+  assert(is_serial(frame) && frame.dlc <= kMostBytes);
+  WireBytes out;
+  const auto add = [&out](std::uint8_t byte) { out.bytes[out.size++] = byte; };
+  const auto add_sum = [&](std::size_t from) { add(sum_of(out.view().subspan(from))); };
+  const auto add_data = [&](std::size_t from) {
+    for (std::size_t n = from; n < frame.dlc; ++n) add(frame.data[n]);
+  };
+  if (frame.kind == FrameKind::kBytes || frame.dlc == 0) {
+    add_data(0);
+  } else if (is_broadcast(frame)) {
+    add(kBroadcastStart);
+    add(static_cast<std::uint8_t>(frame.id - kBroadcastBase));
+    add_data(0);
+    add_sum(0);
+  } else {
+    assert(frame.dlc <= 1 + kMostLen);
+    add(kPacketStart);
+    add(frame.data[0]);
+    add(static_cast<std::uint8_t>(frame.id - kSingleDriveId));
+    add(static_cast<std::uint8_t>(frame.dlc - 1));
+    add_sum(0);
+    add_data(1);
+    if (frame.dlc > 1) add_sum(kHeaderBytes);
+  }
+  return out;
+}
+
+std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() >= kHeaderBytes && bytes[0] == kPacketStart && has_good_header(bytes) &&
+      bytes[3] <= kMostLen && bytes.size() >= packet_size(bytes) && has_good_data(bytes)) {
+    return packet_of(bytes);
+  }
+  if (bytes.size() >= kBroadcastBytes && bytes[0] == kBroadcastStart && is_good_broadcast(bytes)) {
+    return broadcast_of(bytes);
+  }
+  return std::nullopt;
+}
+
+void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out) {
+  Frame rest;  // what is no packet
+  rest.kind = FrameKind::kBytes;
+  rest.dlc = 0;
+  const auto end_rest = [&] {
+    if (rest.dlc > 0) out.push_back(rest);
+    rest.dlc = 0;
+    rest.data = {};
+  };
+  while (!bytes.empty()) {
+    if (const auto packet = packet_at(bytes)) {
+      end_rest();
+      out.push_back(*packet);
+      bytes = bytes.subspan(wire_bytes(*packet).size);
+      continue;
+    }
+    rest.data[rest.dlc++] = bytes.front();
+    bytes = bytes.subspan(1);
+    if (rest.dlc == rest.data.size()) end_rest();
+  }
+  end_rest();
+}
+
+std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds begin,
+                                    std::chrono::nanoseconds end) {
+  const auto rest = last_end_ ? begin - *last_end_ : std::chrono::nanoseconds::max();
+  const bool rested = rest >= rules_.broadcast_gap && rest.count() > 0;
+  last_end_ = end;
+  if (rest >= rules_.gap) {
+    if (size_ > 0) ++stats_.broken_off;
+    size_ = 0;
+    dropping_ = false;
+  }
+  if (rested && broadcast_size_ > 0) {
+    ++stats_.broken_off;
+    broadcast_size_ = 0;
+  }
+  const auto broadcast = feed_broadcast(byte, rested);
+  if (broadcast) {
+    size_ = 0;  // what looked like a packet inside it
+    return broadcast;
+  }
+  return feed_packet(byte);
+}
+
+/// The 02 is looked at as any other byte too: nobody knows yet what it begins.
+std::optional<Frame> Receiver::feed_broadcast(std::uint8_t byte, bool rested) {
+  if (broadcast_size_ == 0 && !(rested && byte == kBroadcastStart)) return std::nullopt;
+  broadcast_[broadcast_size_++] = byte;
+  if (broadcast_size_ < kBroadcastBytes) return std::nullopt;
+  broadcast_size_ = 0;
+  if (is_good_broadcast(broadcast_)) return broadcast_of(broadcast_);
+  ++stats_.bad_data;
+  return std::nullopt;
+}
+
+std::optional<Frame> Receiver::feed_packet(std::uint8_t byte) {
+  if (dropping_ || (size_ == 0 && byte != kPacketStart)) {
+    ++stats_.skipped_bytes;
+    return std::nullopt;
+  }
+  buffer_[size_++] = byte;
+  const std::span<const std::uint8_t> bytes(buffer_.data(), size_);
+  if (size_ == kHeaderBytes) {
+    if (!has_good_header(bytes)) {
+      ++stats_.bad_headers;
+      resync();
+      return std::nullopt;
+    }
+    if (bytes[3] > rules_.max_len || bytes[3] > kMostLen) {
+      ++stats_.too_long;
+      resync();
+      return std::nullopt;
+    }
+  }
+  if (size_ < kHeaderBytes || size_ < packet_size(bytes)) return std::nullopt;
+  size_ = 0;
+  if (has_good_data(bytes)) return packet_of(bytes);
+  ++stats_.bad_data;
+  return std::nullopt;
+}
+
+/// The header that has come is none. What is behind its 3E may begin another, which is not yet
+/// complete: it is shorter than a header.
+void Receiver::resync() {
+  dropping_ = !rules_.scan;
+  const auto begin = buffer_.begin() + 1;
+  const auto end = buffer_.begin() + static_cast<std::ptrdiff_t>(size_);
+  const auto start = rules_.scan ? std::find(begin, end, kPacketStart) : end;
+  stats_.skipped_bytes += static_cast<std::uint64_t>(start - buffer_.begin());
+  size_ = static_cast<std::size_t>(std::copy(start, end, buffer_.begin()) - buffer_.begin());
+}
+
+}  // namespace lk::protocol

@@ -1,0 +1,200 @@
+// What a receiver makes of bytes: packets, rubbish, and both in any slices.
+
+#include "protocol/serial_framing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+
+#include "protocol/codec.hpp"
+#include "tests/support/serial.hpp"
+
+namespace lk::protocol {
+namespace serial_framing_test {
+
+using namespace std::chrono_literals;
+using test::Bytes;
+using test::bytes;
+using test::hex;
+using test::packet;
+
+constexpr std::chrono::nanoseconds kByte = 10us;  // 1 Mbit/s
+
+/// Bytes on the line, back to back unless it rests.
+struct Line {
+  Receiver receiver;
+  std::chrono::nanoseconds now{1s};
+  std::vector<std::string> heard;
+
+  void send(const Bytes& sent) {
+    for (const std::uint8_t byte : sent) {
+      if (const auto frame = receiver.feed(byte, now, now + kByte)) heard.push_back(hex(*frame));
+      now += kByte;
+    }
+  }
+  void send(const char* text) { send(bytes(text)); }
+};
+
+TEST(SerialFraming, ThreeOfTheVendorsPrintedSumsAreWrongAndSoSilent) {
+  for (const char* text : {"3E 12 01 00 45", "02 88 9C 00 00 00 00 00 81 00 CF"}) {
+    EXPECT_FALSE(packet_at(bytes(text))) << text;
+    Line line{Receiver({})};
+    line.send(text);
+    EXPECT_TRUE(line.heard.empty()) << text;
+  }
+}
+
+/// Of a log through a terminal that turned 0D into 0A: the sums are those of 0D.
+TEST(SerialFraming, ACarriageReturnThatBecameALineFeedBreaksTheSum) {
+  struct Case {
+    const char* sent;
+    int sum;
+  };
+  for (const Case& one : {Case{"21 00 00 0D 00 2C 19", 0x73}, Case{"21 6C 00 AE 02 B0 20", 0x0D},
+                          Case{"21 64 00 82 02 74 90", 0x0D}, Case{"21 52 00 0D 02 FC AA", 0x28}}) {
+    EXPECT_EQ(sum_of(bytes(one.sent)), one.sum) << one.sent;
+  }
+  EXPECT_TRUE(packet_at(bytes("3E 9C 01 07 E2 21 00 00 0D 00 2C 19 73")));
+  EXPECT_FALSE(packet_at(bytes("3E 9C 01 07 E2 21 00 00 0A 00 2C 19 73")));
+}
+
+TEST(SerialFraming, WhatIsWrittenAtOnceIsPacketsAndTheRest) {
+  std::vector<Frame> frames;
+  append_frames(bytes("00 3E 9A 01 00 D9 3E 9A 01 00 D8 02 82 50 46 00 00 00 00 D8 DC CE FF"),
+                frames);
+  ASSERT_EQ(frames.size(), 5U);
+  EXPECT_EQ(frames[0].kind, FrameKind::kBytes);
+  EXPECT_EQ(hex(frames[1]), "3E 9A 01 00 D9");
+  EXPECT_EQ(frames[2].kind, FrameKind::kBytes);
+  EXPECT_EQ(hex(frames[2]), "3E 9A 01 00 D8");
+  EXPECT_EQ(frames[3].id, 0x282U);
+  EXPECT_EQ(hex(frames[4]), "FF");
+  EXPECT_EQ(address(frames[0]), (std::variant<int, Reject>(Reject::kNoPacket)));
+}
+
+TEST(SerialReceiver, DropsByCauseAndCounts) {
+  Line line{Receiver({.max_len = 60})};
+  line.send("00 FF");                    // start nothing
+  line.send("3E 9A 01 00 DA");           // the header's sum is wrong
+  line.send("3E 17 01 3D 93");           // LEN 61
+  line.send("3E A1 01 02 E2 64 00 65");  // the data's sum is wrong
+  line.send("3E A1 01");                 // does not go on
+  line.now += 5ms;
+  line.send("3E 9A 01 00 D9");
+  EXPECT_EQ(line.heard, std::vector<std::string>{"3E 9A 01 00 D9"});
+  const ReceiverStats& stats = line.receiver.stats();
+  EXPECT_EQ(stats.skipped_bytes, 2U + 5U + 5U);
+  EXPECT_EQ(stats.bad_headers, 1U);
+  EXPECT_EQ(stats.too_long, 1U);
+  EXPECT_EQ(stats.bad_data, 1U);
+  EXPECT_EQ(stats.broken_off, 1U);
+}
+
+TEST(SerialReceiver, AfterABadHeaderTheNextStartIsLookedForAtOnceOrAfterARest) {
+  for (const bool scan : {true, false}) {
+    Line line{Receiver({.scan = scan})};
+    // A packet inside what looked like a header.
+    line.send("3E 3E 9A 01 00 D9");
+    EXPECT_EQ(line.heard.size(), scan ? 1U : 0U);
+    line.send("3E 9A 01 00 D9");
+    EXPECT_EQ(line.heard.size(), scan ? 2U : 0U);
+    line.now += 5ms;
+    line.send("3E 9A 01 00 D9");
+    EXPECT_EQ(line.heard.size(), scan ? 3U : 1U);
+  }
+}
+
+/// Without a gap the bytes of the next packet count as data of the one broken off.
+TEST(SerialReceiver, TheGapDecidesWhereAPacketThatBrokeOffEnds) {
+  for (const auto gap : {4ms, 6ms}) {
+    Line line{Receiver({})};
+    line.send("3E A2 01 04 E5 A0");
+    line.now += gap;
+    line.send("3E 9A 01 00 D9");  // four of them are A2's
+    EXPECT_EQ(line.heard.size(), gap > 5ms ? 1U : 0U);
+  }
+}
+
+TEST(SerialReceiver, APacketForSeveralIsFoundByTheRestOfTheLine) {
+  const char* const kPacket = "02 81 00 00 68 01 00 00 30 FD 19";
+  const ReceiverRules rules{.broadcast_gap = 20us};  // 20 bits at 1 Mbit/s
+  Line first{Receiver(rules)};
+  first.send(kPacket);
+  EXPECT_EQ(first.heard.size(), 1U);
+  first.send(kPacket);  // no rest before it
+  EXPECT_EQ(first.heard.size(), 1U);
+  first.now += 20us;
+  first.send(kPacket);
+  EXPECT_EQ(first.heard.size(), 2U);
+  first.now += 20us;
+  first.send("02 81 00 00 68");
+  first.now += 20us;  // a rest inside
+  first.send("01 00 00 30 FD 19");
+  EXPECT_EQ(first.heard.size(), 2U);
+  first.send("3E 9A 01 00 D9");
+  EXPECT_EQ(first.heard.size(), 3U);
+}
+
+/// Rubbish with good packets in it, the same for a seed.
+Bytes rubbish(std::mt19937& random, int pieces) {
+  Bytes all;
+  for (int n = 0; n < pieces; ++n) {
+    if (random() % 2 == 0) {
+      const Bytes good = bytes("3E A4 01 0C EF 50 46 00 00 00 00 00 00 A0 8C 00 00 C2");
+      const std::size_t length = random() % 4 == 0 ? random() % good.size() : good.size();
+      all.insert(all.end(), good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length));
+    } else {
+      for (unsigned k = random() % 20; k > 0; --k) {
+        all.push_back(random() % 3 == 0 ? 0x3E : static_cast<std::uint8_t>(random()));
+      }
+    }
+  }
+  return all;
+}
+
+TEST(SerialReceiver, AnyBytesInAnySlicesGiveTheSame) {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    const Bytes all = rubbish(random, 30);
+    Line whole{Receiver({.scan = seed % 2 == 0})};
+    whole.send(all);
+    // What hosts write in slices goes by frames, which have the same bytes.
+    Line sliced{Receiver({.scan = seed % 2 == 0})};
+    for (std::size_t at = 0; at < all.size();) {
+      const std::size_t size = std::min<std::size_t>(1 + random() % 40, all.size() - at);
+      std::vector<Frame> frames;
+      append_frames(std::span(all).subspan(at, size), frames);
+      for (const Frame& frame : frames) {
+        const auto view = wire_bytes(frame);
+        sliced.send(Bytes(view.view().begin(), view.view().end()));
+      }
+      at += size;
+    }
+    EXPECT_EQ(sliced.heard, whole.heard) << seed;
+    EXPECT_EQ(sliced.now, whole.now) << seed;
+    EXPECT_EQ(sliced.receiver.stats(), whole.receiver.stats()) << seed;
+    // And whatever was there before, a packet after a rest is found.
+    whole.now += 5ms;
+    whole.heard.clear();
+    whole.send("3E 9A 01 00 D9");
+    EXPECT_EQ(whole.heard, std::vector<std::string>{"3E 9A 01 00 D9"}) << seed;
+  }
+}
+
+TEST(SerialFraming, EveryPacketComesBackAsItWas) {
+  std::mt19937 random(1);
+  for (int n = 0; n < 2000; ++n) {
+    Frame frame;
+    frame.kind = FrameKind::kSerial;
+    frame.id = kSingleDriveId + random() % 256;
+    frame.dlc = static_cast<std::uint8_t>(1 + random() % (kMostLen + 1));
+    for (std::size_t k = 0; k < frame.dlc; ++k) frame.data[k] = static_cast<std::uint8_t>(random());
+    const WireBytes sent = wire_bytes(frame);
+    EXPECT_EQ(sent.size, frame.dlc == 1 ? 5U : 5U + frame.dlc);
+    EXPECT_EQ(packet_at(sent.view()), frame);
+  }
+}
+
+}  // namespace serial_framing_test
+}  // namespace lk::protocol
