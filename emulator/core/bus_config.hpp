@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "emulator/core/sim_time.hpp"
 #include "model/drive_params.hpp"
 #include "model/setpoint.hpp"
+#include "protocol/frame.hpp"
 #include "protocol/wire_format.hpp"
 
 namespace lk::emulator {
@@ -52,6 +54,16 @@ struct Rating {
   double speed_no_load_rpm = 0;
 };
 
+/// What a drive says it is on RS-485 (0x12). Versions are by 100.
+struct Product {
+  std::string driver = "DRIVER";  // 20 bytes at most; assumed
+  std::string motor;              // the same; empty: the model
+  std::array<std::uint8_t, 12> chip_id{};
+  std::uint16_t hardware_version = 300;
+  std::uint16_t motor_version = 200;
+  std::uint16_t firmware_version = 0;  // 0: as the generation's manual
+};
+
 /// What a motor file says.
 struct Profile {
   std::string name;                  // "mf7015"
@@ -64,6 +76,7 @@ struct Profile {
   EncoderSpan encoder_span = EncoderSpan::kRotorTurn;
   std::optional<Generation> seen_generation;  // what such drives were seen to speak
   Registers factory;
+  Product product;
 };
 
 struct ServoConfig {
@@ -76,6 +89,8 @@ struct ServoConfig {
   RomWear wear{};   // the writes it has seen
   RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
+  SimTime reply_spread{0};                              // to either side, drawn for each reply
+  std::uint8_t rate_code = 4;  // of the bit rate on RS-485, in the tool's settings
   // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
   // whatever the drive makes of them. Drawn from seed and ID when absent.
   std::optional<double> boot_angle_deg;
@@ -84,10 +99,29 @@ struct ServoConfig {
   std::optional<std::uint16_t> boot_offset;
 };
 
+/// What an RS-485 bus is besides its bit rate (docs/rs485.md).
+struct SerialConfig {
+  SimTime reply_time = std::chrono::microseconds(150);  // of drives that say nothing else
+  SimTime reply_spread = std::chrono::microseconds(50);
+  SimTime gap = std::chrono::milliseconds(5);  // inside a packet: it is dropped
+  bool scan = true;                            // after a bad header, else the line has to rest
+  std::uint8_t max_len = protocol::kMostLen;
+  int broadcast_gap_bits = 20;
+  // Before each reply to a packet for several; nothing: by the bit rate.
+  std::optional<SimTime> broadcast_reply_time;
+  bool as_tty = true;         // the terminal starts as a serial port does, not raw
+  bool enforces_rate = true;  // a host at another rate is not understood
+  bool has_921600 = true;     // among the rate codes of the tool's settings
+
+  friend bool operator==(const SerialConfig&, const SerialConfig&) = default;
+};
+
 struct BusConfig {
-  std::string interface;             // "vcan0"
-  std::int64_t bitrate = 1'000'000;  // bit/s; 0 = frames take no time and drives answer at once
+  std::string interface;  // "vcan0", "rs485:/tmp/arm"
+  // bit/s; 0 = frames take no time, and on CAN drives answer at once
+  std::int64_t bitrate = 1'000'000;
   std::uint64_t seed = 1;
+  std::optional<SerialConfig> serial;  // of RS-485; nothing: CAN
   std::vector<ServoConfig> servos;     // ascending, distinct IDs
   std::vector<TimedDirective> events;  // ascending times; planned when the bus is made
 };

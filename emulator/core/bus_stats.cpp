@@ -30,6 +30,8 @@ std::string_view to_string(Drop cause) {
       return "injected fault";
     case Drop::kQueueFull:
       return "queue full";
+    case Drop::kNoPacket:
+      return "no packet";
   }
   return "?";
 }

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "emulator/core/sim_time.hpp"
+#include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
 
@@ -17,15 +18,16 @@ enum class Drop : std::uint8_t {
   kExtended,        // 29-bit identifier
   kForeignId,       // no drive's, nor one for several drives that a drive here knows
   kNoSuchDrive,     // a drive's identifier, but no such drive on this bus
-  kWrongLength,     // DLC is not 8
+  kWrongLength,     // DLC is not 8; LEN is not the command's
   kUnknownCommand,  // the drive does not know DATA[0], or the parameter in DATA[1]
   kWrongMode,  // single-drive frame to a drive in multi-drive mode, or 0x280 with no drive in it
   kNoPower,    // the drive is without power, or still booting
   kDriveBusy,  // too many of the drive's replies wait already, for its flash or for the wire
   kFault,      // an injected fault kept it from the drive
   kQueueFull,  // the host sends faster than the wire carries, and its send queue ran over
+  kNoPacket,   // bytes on RS-485 that are no packet, or that became none on the wire
 };
-inline constexpr std::size_t kDropKinds = 13;
+inline constexpr std::size_t kDropKinds = 14;
 
 /// A short name for logs and summaries: "unknown command".
 std::string_view to_string(Drop cause);
@@ -60,8 +62,9 @@ struct BusStats {
   std::uint64_t refused_motion = 0;                 // sums over the drives
   std::uint64_t invalid_targets = 0;
   std::uint64_t rom_writes = 0;
-  std::uint64_t queue_peak = 0;  // most host frames waiting at once
-  SimTime wire_busy{0};          // time the wire was occupied, inter-frame spaces included
+  std::uint64_t queue_peak = 0;      // most host frames waiting at once
+  protocol::ReceiverStats receiver;  // what the drives' receivers dropped, on RS-485
+  SimTime wire_busy{0};              // time the wire was occupied, inter-frame spaces included
 
   void drop(Drop cause) { ++dropped[static_cast<std::size_t>(cause)]; }
   std::uint64_t count(Drop cause) const { return dropped[static_cast<std::size_t>(cause)]; }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "protocol/serial_framing.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -58,7 +60,8 @@ std::string read_identifier(std::string_view text, protocol::Frame& frame) {
   return "";
 }
 
-std::string read_bytes(std::string_view text, protocol::Frame& frame) {
+std::string read_bytes(std::string_view text, protocol::Frame& frame,
+                       std::size_t most = protocol::kCanBytes) {
   frame.dlc = 0;
   for (std::size_t n = 0; n < text.size();) {
     if (text[n] == '.' && frame.dlc > 0) {
@@ -69,11 +72,23 @@ std::string read_bytes(std::string_view text, protocol::Frame& frame) {
     if (!byte || n + 2 > text.size()) {
       return quoted(text.substr(n, 2)) + " is not a byte of two hexadecimal digits";
     }
-    if (frame.dlc == frame.data.size()) return "more than 8 bytes of data";
+    if (frame.dlc == most) return "more than " + std::to_string(most) + " bytes of data";
     frame.data[frame.dlc++] = static_cast<std::uint8_t>(*byte);
     n += 2;
   }
   return "";
+}
+
+/// Of RS-485: the bytes of one packet, or bytes that are none.
+constexpr std::string_view kSerialMark = "rs485";
+std::variant<protocol::Frame, std::string> read_serial(std::string_view text) {
+  protocol::Frame bytes;
+  bytes.kind = protocol::FrameKind::kBytes;
+  std::string problem = read_bytes(text, bytes, bytes.data.size());
+  if (problem.empty() && bytes.dlc == 0) problem = "no bytes behind rs485#";
+  if (!problem.empty()) return problem;
+  const auto packet = protocol::packet_at({bytes.data.data(), bytes.dlc});
+  return packet && protocol::wire_bytes(*packet).size == bytes.dlc ? *packet : bytes;
 }
 
 /// What stands behind '#'.
@@ -88,7 +103,7 @@ std::string read_content(std::string_view text, protocol::Frame& frame) {
     frame.dlc = 0;
     if (text.size() == 1) return "";
     const auto length = parse_hex(text.substr(1));
-    if (!length || *length > frame.data.size()) return quoted(text) + " asks for no 0 to 8 bytes";
+    if (!length || *length > protocol::kCanBytes) return quoted(text) + " asks for no 0 to 8 bytes";
     frame.dlc = static_cast<std::uint8_t>(*length);
     return "";
   }
@@ -104,6 +119,7 @@ std::variant<protocol::Frame, std::string> parse_frame(std::string_view text) {
   if (hash == std::string_view::npos) {
     return quoted(text) + " is not a frame; write it like 141#9C00000000000000";
   }
+  if (text.substr(0, hash) == kSerialMark) return read_serial(text.substr(hash + 1));
   protocol::Frame frame;
   std::string problem = read_identifier(text.substr(0, hash), frame);
   if (problem.empty()) problem = read_content(text.substr(hash + 1), frame);
@@ -114,11 +130,17 @@ std::variant<protocol::Frame, std::string> parse_frame(std::string_view text) {
 std::string frame_text(const protocol::Frame& frame) {
   const bool error = frame.kind == protocol::FrameKind::kError;
   std::string text;
+  if (protocol::is_serial(frame)) {
+    text.append(kSerialMark) += '#';
+    const protocol::WireBytes bytes = protocol::wire_bytes(frame);
+    for (const std::uint8_t byte : bytes.view()) add_hex(text, byte, 2);
+    return text;
+  }
   add_hex(text, frame.id | (error ? kErrorFlag : 0U), frame.extended || error ? 8 : 3);
   text += '#';
   if (frame.kind == protocol::FrameKind::kFd) return text + '#';
   if (frame.kind == protocol::FrameKind::kRemote) return text + 'R';
-  for (std::size_t n = 0; n < frame.dlc && n < frame.data.size(); ++n) {
+  for (std::size_t n = 0; n < frame.dlc && n < protocol::kCanBytes; ++n) {
     add_hex(text, frame.data[n], 2);
   }
   return text;

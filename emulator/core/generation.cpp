@@ -11,9 +11,10 @@ const protocol::GenerationRow& row_of(Generation generation) {
 
 }  // namespace
 
-Quirks quirks_of(Generation generation) {
+Quirks quirks_of(Generation generation, protocol::Framing framing) {
   Quirks quirks;
-  quirks.dialect = row_of(generation).dialect;
+  const protocol::GenerationRow& row = row_of(generation);
+  quirks.dialect = framing == protocol::Framing::kSerial ? row.serial : row.dialect;
   const bool newer = generation != Generation::kLegacy && generation != Generation::kLateLegacy;
   quirks.run_resumes = !newer;
   quirks.off_needs_run = newer;

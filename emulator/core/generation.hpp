@@ -9,8 +9,9 @@
 
 namespace lk::emulator {
 
-/// The switches as the drives of a generation have them (docs/protocol.md §10.1).
-Quirks quirks_of(Generation generation);
+/// The switches as the drives of a generation have them on a wire (docs/protocol.md §10.1,
+/// docs/rs485.md).
+Quirks quirks_of(Generation generation, protocol::Framing framing = protocol::Framing::kCan);
 
 /// The word that configuration files and options have for it.
 std::string_view generation_name(Generation generation);

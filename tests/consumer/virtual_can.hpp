@@ -17,7 +17,9 @@ class VirtualCan : public CanPort {
   explicit VirtualCan(const lk::emulator::BusConfig& config) : bus(config) {}
 
   void send(const CanFrame& frame) override {
-    bus.receive({bus.time(), {.id = frame.id, .data = frame.data}});
+    lk::emulator::TimedFrame sent{.at = bus.time(), .frame = {.id = frame.id}};
+    std::ranges::copy(frame.data, sent.frame.data.begin());
+    bus.receive(sent);
   }
 
   std::optional<CanFrame> receive(std::chrono::microseconds timeout) override {
@@ -33,7 +35,9 @@ class VirtualCan : public CanPort {
       return std::nullopt;
     }
     const auto& reply = replies_[next_++].frame;
-    return CanFrame{reply.id, reply.data};
+    CanFrame received{.id = reply.id};
+    std::copy_n(reply.data.begin(), received.data.size(), received.data.begin());
+    return received;
   }
 
   void wait(std::chrono::microseconds duration) override { bus.advance_to(bus.time() + duration); }

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include "emulator/core/seed.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -23,13 +25,20 @@ Drop drop_cause(protocol::Reject reject) {
       return Drop::kWrongLength;
     case protocol::Reject::kUnknownCommand:
       return Drop::kUnknownCommand;
+    case protocol::Reject::kNoPacket:
+      return Drop::kNoPacket;
   }
   return Drop::kForeignId;
 }
 
 }  // namespace
 
-Bus::Bus(const BusConfig& config) : wire_(config.bitrate), motors_(config), faults_(config.seed) {
+Bus::Bus(const BusConfig& config)
+    : wire_(config),
+      serial_(config.serial),
+      seed_(config.seed),
+      motors_(config),
+      faults_(config.seed) {
   for (const ServoConfig& servo : config.servos) {
     const MotorPlace motor = motors_.place_of(servo, config);
     Servo firmware(servo, motors_.bank(motor).telemetry(motor.lane));
@@ -49,6 +58,10 @@ void Bus::receive(const TimedFrame& in) {
   }
   if (in.frame.kind == protocol::FrameKind::kFd) {
     stats_.drop(Drop::kCanFd);  // no classical bus carries it
+    return;
+  }
+  if (protocol::is_serial(in.frame) != serial_.has_value() || (serial_ && in.frame.dlc == 0)) {
+    stats_.drop(serial_ ? Drop::kNoPacket : Drop::kForeignId);
     return;
   }
   const SimTime at = std::max(in.at, time_);
@@ -126,24 +139,33 @@ std::optional<SimTime> Bus::next_due() const {
 void Bus::deliver_next() {
   if (destroy_next()) return;
   const auto delivery = wire_.deliver(time_);
-  assert(delivery);
+  assert(delivery || serial_);
+  if (delivery) deliver(*delivery);
+}
+
+void Bus::deliver(const WireDelivery& delivery) {
   if (had_errors_) {  // everybody's counters go down again
-    count_success(host_link_, delivery->from_host);
-    if (!delivery->from_host) {
-      int& errors = transmit_errors({delivery->frame, false, delivery->owner});
+    count_success(host_link_, delivery.from_host);
+    if (!delivery.from_host) {
+      int& errors = transmit_errors({delivery.frame, false, delivery.owner});
       errors = std::max(errors - 1, 0);
     }
   }
-  if (delivery->from_host) {
-    process_query(delivery->at, delivery->frame);
-    stats_.extra_frames += duplicates_.hear(delivery->at, delivery->frame, wire_, faults_, time_);
-  } else {
-    const std::uint32_t id = delivery->owner & 0x3FU;
-    const bool tells = (delivery->frame.id & 0x3FU) == id;
-    replies_.push_back({delivery->at, delivery->frame, delivery->after_rom_write,
-                        tells ? 0 : static_cast<int>(id)});
-    ++stats_.replies;
+  if (delivery.from_host) {
+    if (delivery.from_pieces) ++stats_.frames;
+    process_query(delivery.at, delivery.frame);
+    stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);
+    return;
   }
+  if (delivery.frame.dlc == 0 && serial_) {  // nothing of it could be told from another's
+    ++stats_.replies_lost;
+    return;
+  }
+  const std::uint32_t id = delivery.owner & 0x3FU;
+  const bool tells = (delivery.frame.id & 0x3FU) == id;
+  replies_.push_back(
+      {delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
+  ++stats_.replies;
 }
 
 void Bus::process_query(SimTime at, const protocol::Frame& frame) {
@@ -179,6 +201,11 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     stats_.drop(Drop::kFault);
     return;
   }
+  if (serial_ && node.link.deaf(wire_)) {
+    stats_.drop(Drop::kDriveBusy);
+    return;
+  }
+  if (serial_) servo.keep_received(heard);
   const auto understood = servo.understand(heard);
   if (const auto* query = std::get_if<protocol::Query>(&understood)) {
     if (node.link.full(wire_)) {
@@ -187,10 +214,10 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
       return;
     }
     ++stats_.queries;
-    answer(at, node, *query);
+    answer(at, node, *query, For::kOne);
   } else {
     servo.count_unknown_command();
-    stats_.drop(Drop::kUnknownCommand);
+    stats_.drop(drop_cause(std::get<protocol::Reject>(understood)));
   }
 }
 
@@ -222,12 +249,12 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
-      if (node.link.full(wire_)) {
+      if (node.link.deaf(wire_)) {
         faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
         continue;
       }
-      answer(at, node, *query);
+      answer(at, node, *query, For::kSeveral);
       answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
@@ -240,18 +267,20 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   }
 }
 
-void Bus::answer(SimTime at, Node& node, const protocol::Query& query) {
+void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom) {
   Servo& servo = node.servo;
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(node));
-  // Without a modelled wire the drive has no reply time either; flash takes its time all the same.
-  Outgoing said{wire_.bitrate() > 0 ? at + servo.reply_time() : at, servo.encode(reply)};
+  const bool silent = std::holds_alternative<protocol::NoReply>(reply);
+  Outgoing said{.ready = at + reply_time(node, whom),
+                .frame = silent ? protocol::Frame{} : servo.encode(reply)};
   if (servo.stats().rom_writes != writes_before) {
     said.after_rom_write = servo.stats().rom_writes;
     const SimTime done = node.memory.begin(at, servo);
     agenda_.enter(done, RomWritten{node.id()});
     said.ready = std::max(said.ready, done);
   }
+  if (silent) return;
   if (!faults_.any_active()) {
     node.link.last_said = said;
     stats_.replies_lost += node.link.send(wire_, said);
@@ -264,10 +293,35 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query) {
   stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
 }
 
+/// Without a modelled wire a drive on CAN has no reply time either; flash takes its time all the
+/// same. After a packet for several each has its turn by time, whether or not those before it
+/// answer (docs/rs485.md).
+SimTime Bus::reply_time(Node& node, For whom) const {
+  const ServoConfig& config = node.servo.config();
+  if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};
+  if (whom == For::kSeveral) {
+    constexpr int kReplyBits = 130;
+    const SimTime before = serial_->broadcast_reply_time.value_or(
+        wire_.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
+        : wire_.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
+                                       : std::chrono::microseconds(90));
+    return before + (node.id() - protocol::kMinId) * (wire_.bits(kReplyBits) + before);
+  }
+  if (config.reply_spread == SimTime{0}) return config.reply_time;
+  const std::uint64_t drawn =
+      mix(stream_seed(seed_, node.id(), SeedStream::kReplyTime) + node.link.replies_drawn++);
+  const double share = 2 * uniform(drawn) - 1;
+  return std::max(
+      config.reply_time + SimTime(static_cast<std::int64_t>(
+                              share * static_cast<double>(config.reply_spread.count()))),
+      SimTime{0});
+}
+
 BusStats Bus::stats() const {
   assert(settled());
   BusStats sum = stats_;
   sum.wire_busy = wire_.busy();
+  if (wire_.serial() != nullptr) sum.receiver = wire_.serial()->receiver_stats();
   sum.frames_waiting = wire_.host_queue_size();
   sum.replies_waiting = wire_.drive_frames();
   for (const Node& node : nodes_) {

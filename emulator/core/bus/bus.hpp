@@ -18,7 +18,7 @@
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "emulator/core/wire/can_errors.hpp"
-#include "emulator/core/wire/can_wire.hpp"
+#include "emulator/core/wire/wire.hpp"
 #include "protocol/codec.hpp"
 
 namespace lk::emulator {
@@ -31,8 +31,9 @@ struct Surroundings {
   model::LoadParams load;
 };
 
-/// One CAN bus with its drives: a pure function of configuration, seed and timed frames.
-/// Splitting `advance_to` at other instants gives the same replies, byte for byte. Copyable.
+/// One bus, CAN or RS-485, with its drives: a pure function of configuration, seed and timed
+/// frames. Splitting `advance_to` at other instants gives the same replies, byte for byte.
+/// Copyable.
 class Bus {
  public:
   explicit Bus(const BusConfig& config);
@@ -141,17 +142,24 @@ class Bus {
   void deliver_next();
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
-  void answer(SimTime at, Node& node, const protocol::Query& query);
+  /// Whom a query is for, as the wire has it.
+  enum class For : std::uint8_t { kOne, kSeveral };
+  void answer(SimTime at, Node& node, const protocol::Query& query, For whom);
+  /// How long after the last bit of a query the drive answers.
+  SimTime reply_time(Node& node, For whom) const;
+  void deliver(const WireDelivery& delivery);
   /// A fault destroys the frame whose last bit is due. Returns false when none does.
   bool destroy_next();
   /// The controller that wanted to send this has given it up.
-  void leave_bus(const CanWire::Candidate& given_up);
+  void leave_bus(const WireCandidate& given_up);
   /// The counter of whoever sends this.
-  int& transmit_errors(const CanWire::Candidate& frame);
+  int& transmit_errors(const WireCandidate& frame);
 
   SimTime time_{0};
   SimTime motors_at_{0};  // where all of them are at least
-  CanWire wire_;
+  Wire wire_;
+  std::optional<SerialConfig> serial_;
+  std::uint64_t seed_;
   Motors motors_;
   Nodes nodes_;
   HostLink host_link_;

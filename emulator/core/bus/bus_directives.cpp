@@ -116,7 +116,8 @@ void Bus::perform(const Task& task) {
                  [&](const Babbling& babbling) {
                    LiveFault& live = faults_[babbling.fault];
                    Node& node = nodes_.of(babbling.id);
-                   const Babble said = live.row().babble(live);
+                   Babble said = live.row().babble(live);
+                   if (serial_) said.frame.kind = protocol::FrameKind::kBytes, said.frame.id = 0;
                    agenda_.enter(time_ + said.period, babbling);
                    const bool silent = faults_.first(node.id(), &FaultRow::silences) != nullptr;
                    if (!node.power.alive || silent || !node.link.babble(wire_, said.frame, time_)) {
@@ -146,7 +147,7 @@ void Bus::look() {
 bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) {
   settle();
   Node& node = nodes_.of(id);
-  if (!node.power.alive || node.memory.size() >= CanWire::kDriveQueue) return false;
+  if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
   node.servo.write_setting(parameter, value, lane(node));
   agenda_.enter(node.memory.begin(time_, node.servo), RomWritten{id});
   faults_.count_shown(node.servo, time_);

@@ -85,12 +85,17 @@ void Bus::look_at(LiveFault& live) {
 
 bool Bus::destroy_next() {
   if (!faults_.any_active()) return false;
-  const CanWire::Candidate next = wire_.next();
+  if (wire_.serial() != nullptr && !wire_.serial()->take_judgement()) return false;
+  const WireCandidate next = wire_.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
   LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus);
   if (fault == nullptr) return false;
   fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
+  if (wire_.serial() != nullptr) {  // nobody notices, nobody sends again
+    wire_.serial()->spoil_next();
+    return false;
+  }
   had_errors_ = true;
   ++stats_.error_frames;
   int& errors = transmit_errors(next);
@@ -98,22 +103,22 @@ bool Bus::destroy_next() {
   if (!next.from_host) errors += kErrorStep;
   if (errors >= kBusOff) {
     errors = 0;
-    wire_.destroy_for_good(CanWire::kRecoveryBits);
+    wire_.can()->destroy_for_good(CanWire::kRecoveryBits);
     leave_bus(next);
   } else {
-    wire_.destroy(errors >= kErrorPassive ? CanWire::kSuspendBits : 0);
+    wire_.can()->destroy(errors >= kErrorPassive ? CanWire::kSuspendBits : 0);
   }
   return true;
 }
 
-int& Bus::transmit_errors(const CanWire::Candidate& frame) {
+int& Bus::transmit_errors(const WireCandidate& frame) {
   if (frame.from_host) return host_link_.transmit_errors;
   if (frame.owner >= Duplicates::kFirstOwner) return duplicates_.errors(frame.owner);
   return nodes_.of(static_cast<int>(frame.owner & 0x3FU)).link.errors;
 }
 
 /// That of the hosts, and that of a second drive, start anew by themselves.
-void Bus::leave_bus(const CanWire::Candidate& given_up) {
+void Bus::leave_bus(const WireCandidate& given_up) {
   if (given_up.from_host) {
     stats_.drop(Drop::kFault);
     return;

@@ -46,7 +46,9 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (agenda_due || replies) {
     return agenda_due && bring_to(t);
   }
-  const auto addressed = protocol::address(wire_.next().frame);
+  const protocol::Frame next = wire_.next().frame;
+  if (next.kind == protocol::FrameKind::kBytes) return bring_to(t);  // a packet may end in it
+  const auto addressed = protocol::address(next);
   const int* const id = std::get_if<int>(&addressed);
   if (id != nullptr && *id == protocol::kMultiDrive) {
     return bring_to(t);

@@ -25,7 +25,7 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
       {fault, owner, f_pwm_Hz, ticks_until(now, f_pwm_Hz), std::move(motor), std::move(servo)});
 }
 
-std::size_t Duplicates::remove(std::size_t fault, CanWire& wire, SimTime now) {
+std::size_t Duplicates::remove(std::size_t fault, Wire& wire, SimTime now) {
   std::size_t lost = 0;
   std::erase_if(drives_, [&](const Drive& drive) {
     if (drive.fault != fault) return false;
@@ -42,7 +42,7 @@ void Duplicates::advance_to(SimTime t) {
   }
 }
 
-std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, CanWire& wire,
+std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wire,
                              FaultBoard& faults, SimTime now) {
   std::size_t answers = 0;
   for (Drive& drive : drives_) {
@@ -51,15 +51,19 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, CanWire& 
     const int* const id = std::get_if<int>(&addressed);
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
     if (id == nullptr || (!for_several && servo.id() != *id) ||
-        servo.multi_drive_mode() != for_several || wire.drive_queue_full(drive.owner)) {
+        servo.multi_drive_mode() != for_several || wire.drive_queue_full(drive.owner) ||
+        wire.is_deaf(drive.owner)) {
       continue;
     }
     const auto understood = servo.understand(frame);
     const auto* const query = std::get_if<protocol::Query>(&understood);
     if (query == nullptr) continue;
     const std::uint64_t writes_before = servo.stats().rom_writes;
-    const protocol::Frame answer = servo.encode(servo.handle(*query, Lane{drive.motor, 0}));
-    SimTime ready = wire.bitrate() > 0 ? at + servo.reply_time() + kDuplicateLag : at;
+    const protocol::Reply reply = servo.handle(*query, Lane{drive.motor, 0});
+    if (std::holds_alternative<protocol::NoReply>(reply)) continue;
+    const protocol::Frame answer = servo.encode(reply);
+    const bool takes_time = wire.bitrate() > 0 || wire.serial() != nullptr;
+    SimTime ready = takes_time ? at + servo.reply_time() + kDuplicateLag : at;
     if (servo.stats().rom_writes != writes_before) {
       ready = std::max(ready, at + servo.config().flash.write_time);  // kept nowhere else
     }

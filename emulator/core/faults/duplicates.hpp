@@ -6,7 +6,7 @@
 
 #include "emulator/core/faults/fault_board.hpp"
 #include "emulator/core/servo/servo.hpp"
-#include "emulator/core/wire/can_wire.hpp"
+#include "emulator/core/wire/wire.hpp"
 #include "model/drive_bank.hpp"
 
 namespace lk::emulator {
@@ -30,10 +30,10 @@ class Duplicates {
   void add(const FaultBoard& faults, std::size_t fault, const Servo& original,
            std::int64_t f_pwm_Hz, SimTime now);
   /// The fault is over. Returns how many frames are lost with its drives.
-  std::size_t remove(std::size_t fault, CanWire& wire, SimTime now);
+  std::size_t remove(std::size_t fault, Wire& wire, SimTime now);
   void advance_to(SimTime t);
   /// A query's last bit is on the wire at `at`. Returns how many answers this brings forth.
-  std::size_t hear(SimTime at, const protocol::Frame& frame, CanWire& wire, FaultBoard& faults,
+  std::size_t hear(SimTime at, const protocol::Frame& frame, Wire& wire, FaultBoard& faults,
                    SimTime now);
   /// The transmit error counter of the owner of a frame.
   int& errors(std::uint32_t owner);

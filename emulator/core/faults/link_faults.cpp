@@ -105,9 +105,9 @@ void duplicate(OnReply& on) {
     on.extra += copies;
     all.insert(all.end(), copies, one);
   }
-  if (all.size() > CanWire::kDriveQueue) {
-    on.lost += all.size() - CanWire::kDriveQueue;
-    all.resize(CanWire::kDriveQueue);
+  if (all.size() > Wire::kDriveQueue) {
+    on.lost += all.size() - Wire::kDriveQueue;
+    all.resize(Wire::kDriveQueue);
   }
   on.out = std::move(all);
 }

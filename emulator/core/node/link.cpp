@@ -5,14 +5,14 @@
 
 namespace lk::emulator {
 
-std::size_t DriveLink::send(CanWire& wire, const Outgoing& out) {
+std::size_t DriveLink::send(Wire& wire, const Outgoing& out) {
   if (full(wire)) return 1;
   last_reply = std::max(out.ready, last_reply);
   wire.send_from_drive(last_reply, out.frame, out.after_rom_write, owner, blocked);
   return 0;
 }
 
-std::size_t DriveLink::send_all(CanWire& wire, const std::vector<Outgoing>& out) {
+std::size_t DriveLink::send_all(Wire& wire, const std::vector<Outgoing>& out) {
   std::size_t lost = 0;
   std::optional<Outgoing> behind = std::exchange(held_back, std::nullopt);
   for (const Outgoing& one : out) {
@@ -27,13 +27,13 @@ std::size_t DriveLink::send_all(CanWire& wire, const std::vector<Outgoing>& out)
   return lost;
 }
 
-bool DriveLink::babble(CanWire& wire, const protocol::Frame& frame, SimTime now) const {
+bool DriveLink::babble(Wire& wire, const protocol::Frame& frame, SimTime now) const {
   if (bus_off || full(wire) || wire.copies(owner, frame) >= 2) return false;
   wire.send_from_drive(now, frame, 0, owner, blocked);
   return true;
 }
 
-std::size_t DriveLink::forget(CanWire& wire, SimTime now) {
+std::size_t DriveLink::forget(Wire& wire, SimTime now) {
   const std::size_t lost = wire.forget_replies(owner, now) + (held_back ? 1 : 0);
   held_back.reset();
   last_said.reset();
@@ -41,17 +41,17 @@ std::size_t DriveLink::forget(CanWire& wire, SimTime now) {
   return lost;
 }
 
-std::size_t DriveLink::block(CanWire& wire, SimTime now) {
+std::size_t DriveLink::block(Wire& wire, SimTime now) {
   blocked = true;
   return wire.block(owner, now);
 }
 
-void DriveLink::release(CanWire& wire, SimTime now) {
+void DriveLink::release(Wire& wire, SimTime now) {
   blocked = false;
   wire.release(owner, now);
 }
 
-std::size_t DriveLink::let_go(CanWire& wire, SimTime now) {
+std::size_t DriveLink::let_go(Wire& wire, SimTime now) {
   if (!held_back) return 0;
   Outgoing late = *std::exchange(held_back, std::nullopt);
   late.ready = std::max(late.ready, now);

@@ -45,6 +45,11 @@ double distance(const Range& range, double value) {
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
+bool can_be_of_a_drive(const protocol::Frame& frame) {
+  return (frame.kind == protocol::FrameKind::kData && !frame.extended) ||
+         frame.kind == protocol::FrameKind::kSerial;
+}
+
 /// The command that a frame for several drives is to the drive `id`; nothing when it is none.
 std::optional<std::uint8_t> command_for(int id, const protocol::Frame& frame,
                                         const protocol::WireFormat& format) {
@@ -113,10 +118,7 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
 }
 
 void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
-  if (query.frame.kind != protocol::FrameKind::kData || query.frame.extended ||
-      query.frame.dlc == 0) {
-    return;
-  }
+  if (!can_be_of_a_drive(query.frame) || query.frame.dlc == 0) return;
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (Speaker& speaker : speakers_) {
     if (bus.multi_drive_mode(speaker.id) != for_several) continue;
@@ -130,7 +132,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
 }
 
 void Judge::hear_reply(const TimedFrame& reply) {
-  if (reply.frame.kind != protocol::FrameKind::kData || reply.frame.extended) return;
+  if (!can_be_of_a_drive(reply.frame)) return;
   const auto speaker = std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
   if (speaker == speakers_.end()) return;
   for (Trial& trial : trials_) {

@@ -92,10 +92,10 @@ Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
   turn_off_after_trip(before);
   lane.feed_input();
   ++stats_.queries;
-  const Context context{query.data, before, lane};
+  const Context context{query, before, lane};
   const Reply reply =
       std::visit([&](const auto& command) { return on(command, context); }, query.command);
-  ++stats_.replies;
+  if (!std::holds_alternative<protocol::NoReply>(reply)) ++stats_.replies;
   return reply;
 }
 
@@ -116,7 +116,7 @@ Reply Servo::on(const protocol::Off&, const Context& context) {
   motion_ = {};
   angles_.forget_turns(angles_.position(context.before));
   context.lane.command(model::Off{});
-  return Echo{context.request};
+  return echo(context);
 }
 
 Reply Servo::on(const protocol::Stop&, const Context& context) {
@@ -129,7 +129,7 @@ Reply Servo::on(const protocol::Stop&, const Context& context) {
       context.lane.command(model::Idle{});
     }
   }
-  return Echo{context.request};
+  return echo(context);
 }
 
 Reply Servo::on(const protocol::Run&, const Context& context) {
@@ -142,7 +142,7 @@ Reply Servo::on(const protocol::Run&, const Context& context) {
     tripped_ = false;
     context.lane.command(motion_.setpoint);
   }
-  return Echo{context.request};
+  return echo(context);
 }
 
 /// The reply tells what the coil is after the command, as that to 0x9B tells which errors are left.
@@ -204,7 +204,9 @@ Reply Servo::state_2(Opcode command, const model::Telemetry& telemetry) const {
 
 /// DATA[0] of the reply: that of the query, or what the manual misprints.
 Opcode Servo::reply_opcode(Opcode command) const {
-  if (!config_.quirks.manual_reply_bytes) return command;
+  if (!config_.quirks.manual_reply_bytes || format_.dialect.framing == protocol::Framing::kSerial) {
+    return command;
+  }
   const Opcode printed = protocol::find_command(static_cast<std::uint8_t>(command))->printed;
   return printed != Opcode{} ? printed : command;
 }

@@ -74,6 +74,8 @@ class Servo {
   protocol::Frame encode(const protocol::Reply& reply) const {
     return protocol::encode_reply(id(), reply, format_);
   }
+  /// A packet of RS-485 with this drive's ID arrived: 0x95 may look at what is left of it.
+  void keep_received(const protocol::Frame& packet);
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -103,7 +105,7 @@ class Servo {
 
  private:
   struct Context {
-    const protocol::Payload& request;
+    const protocol::Query& query;
     const model::Telemetry& before;
     const Lane& lane;
   };
@@ -117,6 +119,9 @@ class Servo {
     std::optional<std::int64_t> multi_turn_cdeg;
   };
 
+  static protocol::Echo echo(const Context& context) {
+    return {context.query.data, context.query.size};
+  }
   protocol::Reply on(const protocol::WriteZeroToRom&, const Context& context);
   protocol::Reply on(const protocol::ReadPid&, const Context& context) const;
   protocol::Reply on(const protocol::WritePidToRam& command, const Context& context);
@@ -127,7 +132,7 @@ class Servo {
   protocol::Reply on(const protocol::Stop&, const Context& context);
   protocol::Reply on(const protocol::Run&, const Context& context);
   protocol::Reply on(const protocol::Brake& command, const Context& context);
-  protocol::Reply on(const protocol::ReadEncoder&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadEncoder& command, const Context& context) const;
   protocol::Reply on(const protocol::WriteOffsetToRom& command, const Context& context);
   protocol::Reply on(const protocol::ReadMultiTurnAngle&, const Context& context) const;
   protocol::Reply on(const protocol::ReadSingleTurnAngle&, const Context& context) const;
@@ -151,6 +156,27 @@ class Servo {
   protocol::Reply on(const protocol::MultiSpeed& command, const Context& context);
   protocol::Reply on(const protocol::MultiPosition& command, const Context& context);
   protocol::Reply on(const protocol::MultiCommand& command, const Context& context);
+  // On RS-485 only: servo_serial.cpp.
+  protocol::Reply on(const protocol::ReadSetting& command, const Context& context) const;
+  protocol::Reply on(const protocol::WriteSettingToRam& command, const Context& context);
+  protocol::Reply on(const protocol::WriteSettingToRom& command, const Context& context);
+  protocol::Reply on(const protocol::ClearTurns&, const Context& context);
+  protocol::Reply on(const protocol::Restore&, const Context& context) const;
+  protocol::Reply on(const protocol::Connect&, const Context& context) const;
+  protocol::Reply on(const protocol::Disconnect&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadProduct&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadDeviceType&, const Context& context) const;
+  protocol::Reply on(const protocol::ReadSettingsBlock&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteSettingsBlock&, const Context& context);
+  protocol::Reply on(const protocol::ReadCalibration&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteCalibration&, const Context& context) const;
+  protocol::Reply on(const protocol::AlignReducer&, const Context& context) const;
+  protocol::Reply on(const protocol::RestoreSettings&, const Context& context);
+  protocol::Reply on(const protocol::RestoreCalibration&, const Context& context) const;
+  /// What 0x95 makes of its payload, or of what it takes for one.
+  std::int64_t zero_ram_angle(const protocol::ClearAngle& command, const Context& context) const;
+  /// RAM has changed as a whole.
+  void take_over_ram(const Lane& lane);
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
@@ -164,11 +190,11 @@ class Servo {
   std::int64_t within_max_angle(std::int64_t target_cdeg) const;
   /// The limits of a command in force have changed.
   void limit_anew(const Lane& lane);
-  Motion to_position(const CommandedPosition& position, std::uint16_t max_speed_dps) const;
-  Motion to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const;
-  std::optional<Motion> to_single_turn(const protocol::Position3& request,
-                                       std::uint16_t max_speed_dps, const Context& context) const;
-  Motion by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
+  Motion to_position(const CommandedPosition& position, double max_speed_dps) const;
+  Motion to_multi_turn(std::int64_t target_cdeg, double max_speed_dps) const;
+  std::optional<Motion> to_single_turn(const protocol::Position3& request, double max_speed_dps,
+                                       const Context& context) const;
+  Motion by_increment(std::int32_t increment_cdeg, double max_speed_dps,
                       const Context& context) const;
   /// Starts `motion` unless it is none (an invalid target), or the drive is off and waits for 0x88;
   /// state 2 in any case.
@@ -192,6 +218,8 @@ class Servo {
   bool tripped_ = false;        // and not switched on since
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
+  // D[3:6] of the last packet that had them; assumed before there is one (docs/rs485.md).
+  std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
   FirmwareFaults faults_;
   FirmwareFaults shown_faults_;
   ServoStats stats_;

@@ -79,7 +79,7 @@ Reply Servo::on(const protocol::MultiSpeed& command, const Context& context) {
 
 Reply Servo::on(const protocol::MultiPosition& command, const Context& context) {
   const auto own = slot();
-  return own ? on(protocol::Position1{100 * command.target_deg[*own]}, context)
+  return own ? on(protocol::Position1{std::llround(100 * command.target_deg[*own])}, context)
              : state_2(protocol::Position1::kOpcode, context.before);
 }
 
@@ -123,8 +123,7 @@ void Servo::limit_anew(const Lane& lane) {
   }
 }
 
-Servo::Motion Servo::to_position(const CommandedPosition& position,
-                                 std::uint16_t max_speed_dps) const {
+Servo::Motion Servo::to_position(const CommandedPosition& position, double max_speed_dps) const {
   // The loops hold it to Max Speed too, whatever that is by then.
   Motion motion =
       loop_motion(model::Position{angles_.theta(position), rad_s_from_dps(max_speed_dps)});
@@ -132,7 +131,9 @@ Servo::Motion Servo::to_position(const CommandedPosition& position,
   return motion;
 }
 
-Servo::Motion Servo::to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_speed_dps) const {
+Servo::Motion Servo::to_multi_turn(std::int64_t target_cdeg, double max_speed_dps) const {
+  // RS-485 has 64 bits for it; what 0x92 can never show is as good as its end.
+  target_cdeg = std::clamp(target_cdeg, protocol::kInt56Min, protocol::kInt56Max);
   Motion motion =
       to_position(angles_.multi_turn_target(within_max_angle(target_cdeg)), max_speed_dps);
   motion.multi_turn_cdeg = target_cdeg;
@@ -140,7 +141,7 @@ Servo::Motion Servo::to_multi_turn(std::int32_t target_cdeg, std::uint16_t max_s
 }
 
 std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& request,
-                                                   std::uint16_t max_speed_dps,
+                                                   double max_speed_dps,
                                                    const Context& context) const {
   const bool clockwise = request.direction == protocol::kClockwise;
   if ((!clockwise && request.direction != protocol::kCounterClockwise) ||
@@ -160,7 +161,7 @@ std::optional<Servo::Motion> Servo::to_single_turn(const protocol::Position3& re
   return motion;
 }
 
-Servo::Motion Servo::by_increment(std::int32_t increment_cdeg, std::uint16_t max_speed_dps,
+Servo::Motion Servo::by_increment(std::int32_t increment_cdeg, double max_speed_dps,
                                   const Context& context) const {
   CommandedPosition target =
       motion_.position.value_or(angles_.at(angles_.position(context.before)));

@@ -39,7 +39,7 @@ Reply Servo::on(const protocol::ReadPid&, const Context&) const {
 Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) {
   set_gains(ram_.gains, command.gains);
   configure(context.lane);
-  return Echo{context.request};
+  return echo(context);
 }
 
 Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) {
@@ -47,7 +47,7 @@ Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) 
   Registers wanted = rom_;
   set_gains(wanted.gains, command.gains);
   write_rom(RomParameter::kGains, wanted);
-  return Echo{context.request};
+  return echo(context);
 }
 
 Reply Servo::on(const protocol::ReadAcceleration&, const Context&) const {
@@ -57,7 +57,7 @@ Reply Servo::on(const protocol::ReadAcceleration&, const Context&) const {
 Reply Servo::on(const protocol::WriteAccelerationToRam& command, const Context& context) {
   ram_.acceleration_dps_s = std::max(command.acceleration_dps_s, 0);
   configure(context.lane);
-  return Echo{context.request};
+  return echo(context);
 }
 
 Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& context) {
@@ -69,7 +69,7 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the same target is another place from now on
   }
-  return Echo{context.request};
+  return echo(context);
 }
 
 /// In force after the next power-up only.
@@ -77,6 +77,9 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
   Registers wanted = rom_;
   wanted.encoder_offset = angles_.raw(angles_.position(context.before));
   write_rom(RomParameter::kEncoderOffset, wanted);
+  if (!format_.dialect.zero_answered && format_.dialect.framing == protocol::Framing::kSerial) {
+    return protocol::NoReply{};
+  }
   return protocol::ZeroWritten{wanted.encoder_offset};
 }
 
@@ -122,15 +125,23 @@ Reply Servo::on(const protocol::WriteParameter& command, const Context& context)
       command.parameter.id == protocol::ParameterId::kMaxAngle) {
     limit_anew(context.lane);
   }
-  return Echo{context.request};
+  if (format_.dialect.framing == protocol::Framing::kSerial) {  // it says what is in force now
+    return protocol::ParameterValue{get_parameter(ram_, command.parameter.id, format_),
+                                    protocol::WriteParameter::kOpcode};
+  }
+  return echo(context);
 }
 
 // --- angles ---
 
-Reply Servo::on(const protocol::ReadEncoder&, const Context& context) const {
+Reply Servo::on(const protocol::ReadEncoder& command, const Context& context) const {
   const std::int64_t position = angles_.position(context.before);
-  return protocol::Encoder{angles_.encoder(position, ram_.encoder_offset), angles_.raw(position),
-                           ram_.encoder_offset};
+  return protocol::Encoder{
+      .encoder_counts = angles_.encoder(position, ram_.encoder_offset),
+      .raw_counts = angles_.raw(position),
+      .offset_counts = ram_.encoder_offset,
+      .type = command.type,
+      .full_counts = angles_.in_full(position, command.type == protocol::kEncoderZeroed)};
 }
 
 Reply Servo::on(const protocol::ReadMultiTurnAngle&, const Context& context) const {
@@ -158,11 +169,11 @@ Reply Servo::on(const protocol::ClearAngle& command, const Context& context) {
     case protocol::ClearAngleMeaning::kSetsAngle:
       // Only a name changes: a position command in force keeps its place on the shaft, whatever
       // that is called now, and so the shaft does not move.
-      angles_.set_multi_turn(position, command.angle_cdeg);
+      angles_.set_multi_turn(position, zero_ram_angle(command, context));
       motion_.multi_turn_cdeg.reset();
       break;
   }
-  return Echo{context.request};
+  return echo(context);
 }
 
 }  // namespace lk::emulator

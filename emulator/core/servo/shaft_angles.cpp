@@ -61,6 +61,11 @@ std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) 
       floor_mod(std::int64_t{raw(position)} - std::int64_t{offset}, wire_counts_));
 }
 
+std::uint32_t ShaftAngles::in_full(std::int64_t position, bool from_offset) const {
+  return static_cast<std::uint32_t>(
+      floor_mod(position - (from_offset ? encoder_zero_ : 0), counts_));
+}
+
 std::uint32_t ShaftAngles::single_turn_cdeg(std::int64_t position) const {
   const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
   // The last half of 0.01° is the zero of the next circle.

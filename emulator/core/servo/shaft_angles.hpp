@@ -40,6 +40,8 @@ class ShaftAngles {
   std::uint16_t raw(std::int64_t position) const;
   /// (raw − offset) mod turn.
   std::uint16_t encoder(std::int64_t position, std::uint16_t offset) const;
+  /// The same with every bit that the encoder has: from its zero, or from the offset.
+  std::uint32_t in_full(std::int64_t position, bool from_offset) const;
   /// One more than the largest single-turn angle: 36000, or 36000·gear_ratio.
   std::uint32_t circle_cdeg() const { return circle_cdeg_; }
   /// 0..circle_cdeg() − 1, from the single-turn zero.

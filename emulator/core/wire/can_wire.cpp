@@ -152,11 +152,12 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   }
   const Turn turn = *turn_;
   const Waiting& frame = sender(turn);
-  const Delivery delivery{.at = turn.end,
-                          .frame = frame.frame,
-                          .from_host = !turn.drive,
-                          .after_rom_write = frame.after_rom_write,
-                          .owner = frame.owner};
+  std::optional<Delivery> delivery(std::in_place);  // a frame is copied once
+  delivery->at = turn.end;
+  delivery->frame = frame.frame;
+  delivery->from_host = !turn.drive;
+  delivery->after_rom_write = frame.after_rom_write;
+  delivery->owner = frame.owner;
   free_at_ = turn.start + frame.occupancy;
   busy_ += frame.occupancy;
   remove(turn);

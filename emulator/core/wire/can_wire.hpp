@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "emulator/core/sim_time.hpp"
+#include "emulator/core/wire/wire_frames.hpp"
 #include "protocol/frame.hpp"
 
 namespace lk::emulator {
@@ -21,20 +22,8 @@ class CanWire {
   /// Replies a drive holds ready; assumed: a controller's three mailboxes and a queue in front.
   static constexpr std::size_t kDriveQueue = 16;
 
-  /// A frame that got through.
-  struct Delivery {
-    SimTime at;  // its last bit
-    protocol::Frame frame;
-    bool from_host;
-    std::uint64_t after_rom_write;  // as given to send_from_drive
-    std::uint32_t owner;            // the same
-  };
-  /// A frame whose last bit is due, before it is known whether it gets through.
-  struct Candidate {
-    protocol::Frame frame;
-    bool from_host;
-    std::uint32_t owner;
-  };
+  using Delivery = WireDelivery;
+  using Candidate = WireCandidate;
 
   /// Of the frame that a bit error destroys. The error is taken to be in the CRC: the receivers'
   /// error flags begin behind the ACK delimiter (ISO 11898-1), where the 7 bits of the end of frame

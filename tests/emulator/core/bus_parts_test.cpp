@@ -66,7 +66,7 @@ TEST(MemoryPart, TakesOneWriteAfterTheOtherAndLosesThemWithThePower) {
 }
 
 TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
-  CanWire wire(0);
+  Wire wire(0);
   DriveLink link{.owner = 0x141};
   Outgoing held{3ms, kReply};
   held.held_back = true;
@@ -80,7 +80,7 @@ TEST(LinkPart, SendsInOrderAndHoldsOneBackUntilTheNextHasLeft) {
 }
 
 TEST(LinkPart, ABlockedQueueFillsUpAndIsForgottenWithThePower) {
-  CanWire wire(0);
+  Wire wire(0);
   DriveLink link{.owner = 0x141};
   EXPECT_EQ(link.block(wire, 0ms), 0U);
   for (std::size_t n = 0; n < CanWire::kDriveQueue; ++n) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <span>
 
 #include "tests/support/test_bus.hpp"
 
@@ -42,7 +43,7 @@ std::vector<TimedFrame> traffic(std::uint32_t seed, int count) {
     constexpr std::array<std::uint32_t, 8> kIds{0x141, 0x142, 0x143, 0x149,
                                                 0x160, 0x280, 0x144, 0x7FF};
     in.frame.id = kIds[below(kIds.size())];
-    for (auto& byte : in.frame.data) {
+    for (auto& byte : std::span(in.frame.data).first(protocol::kCanBytes)) {
       byte = static_cast<std::uint8_t>(below(4) == 0 ? below(256) : 0);
     }
     if (below(20) != 0) {

@@ -37,6 +37,23 @@ TEST(FrameText, OnlyHexadecimalDigitsAreDigits) {
   EXPECT_EQ(parsed("7aF#09afAF"), test::frame("7AF#09AFAF"));
 }
 
+TEST(FrameText, BytesOfRs485StandBehindItsName) {
+  const Frame packet = parsed("rs485#3E9A0100D9");
+  EXPECT_EQ(packet.kind, FrameKind::kSerial);
+  EXPECT_EQ(packet.id, 0x141U);
+  EXPECT_EQ(packet.dlc, 1);
+  EXPECT_EQ(packet.data[0], 0x9A);
+  EXPECT_EQ(frame_text(packet), "rs485#3E9A0100D9");
+  // A wrong sum, something behind it: bytes.
+  for (const char* text : {"rs485#3E9A0100D8", "rs485#3E9A0100D900", "rs485#FF"}) {
+    EXPECT_EQ(parsed(text).kind, FrameKind::kBytes) << text;
+    EXPECT_EQ(frame_text(parsed(text)), text);
+  }
+  EXPECT_EQ(problem("rs485#"), "no bytes behind rs485#");
+  EXPECT_EQ(problem("rs485#9"), "\"9\" is not a byte of two hexadecimal digits");
+  EXPECT_EQ(problem("rs485#" + std::string(238, '0')), "more than 118 bytes of data");
+}
+
 TEST(FrameText, AnIdentifierHasThreeOrEightDigits) {
   for (const std::string id : {"", "1", "14", "0141", "0000141", "000000141"}) {
     EXPECT_EQ(problem(id + "#9C"),

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -175,7 +176,8 @@ class LongRun {
       ++(error ? seen_errors_ : seen_replies_);
       note(static_cast<std::uint64_t>(reply.at.count()));
       note(reply.frame.id);
-      for (const std::uint8_t byte : reply.frame.data) note(byte);
+      for (const std::uint8_t byte : std::span(reply.frame.data).first(protocol::kCanBytes))
+        note(byte);
     }
     rom_writes_.clear();
     bus_.take_rom_writes(rom_writes_);

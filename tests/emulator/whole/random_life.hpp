@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <utility>
 
 #include "emulator/core/directive.hpp"
@@ -38,7 +39,8 @@ class RandomLife {
   /// For one drive or for several; sometimes nothing that a drive would answer.
   protocol::Frame frame() {
     protocol::Frame frame;
-    for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random_());
+    for (auto& byte : std::span(frame.data).first(protocol::kCanBytes))
+      byte = static_cast<std::uint8_t>(random_());
     if (one_in(2)) std::fill(frame.data.begin() + 1, frame.data.end(), std::uint8_t{0});
     frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(drive());
     const auto command =

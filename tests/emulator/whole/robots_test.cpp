@@ -27,12 +27,20 @@ std::vector<BusConfig> robot(const std::string& name) {
   return parse_config(text.str(), file, {}, test::profile);
 }
 
+bool is_serial(const ServoConfig& servo) {
+  return servo.quirks.dialect.framing == protocol::Framing::kSerial;
+}
+
 /// The one reply to a query.
 protocol::Frame ask(Bus& bus, const ServoConfig& servo, const protocol::Payload& payload) {
   protocol::Frame query;
   query.id = 0x140U + static_cast<std::uint32_t>(servo.id);
-  query.dlc = 8;
+  query.dlc = protocol::kCanBytes;
   query.data = payload;
+  if (is_serial(servo)) {
+    query.kind = protocol::FrameKind::kSerial;
+    query.dlc = payload[0] == 0xA4 ? 13 : 1;
+  }
   bus.receive({bus.time(), query});
   bus.advance_to(bus.time() + 2ms);
   std::vector<TimedFrame> replies;
@@ -53,8 +61,14 @@ std::int32_t angle_cdeg(Bus& bus, const ServoConfig& servo) {
 void go_to(Bus& bus, const ServoConfig& servo, std::int32_t target_cdeg) {
   const auto bits = static_cast<std::uint32_t>(target_cdeg);
   protocol::Payload payload{0xA4, 0, 100, 0};
+  std::size_t at = 4;
+  if (is_serial(servo)) {  // an int64 of 0.01°, and 10000 = 0x2710 of 0.01 dps
+    payload = {0xA4, 0, 0, 0, 0, 0, 0, 0, 0, 0x10, 0x27};
+    at = 1;
+    if (target_cdeg < 0) std::fill_n(payload.begin() + 5, 4, std::uint8_t{0xFF});
+  }
   for (std::size_t k = 0; k < 4; ++k) {
-    payload[4 + k] = static_cast<std::uint8_t>(bits >> 8U * k);
+    payload[at + k] = static_cast<std::uint8_t>(bits >> 8U * k);
   }
   ask(bus, servo, payload);
 }

@@ -88,7 +88,7 @@ TEST(LinkFaults, CorruptFlipsSoManyBits) {
   for (const int bits : {1, 3, 63, 64}) {
     Rig rig(bus_config({1}));
     rig.set(fault("corrupt", {1}, {static_cast<double>(bits), kReplies}));
-    std::set<std::array<std::uint8_t, 8>> different;
+    std::set<protocol::Payload> different;
     for (int n = 0; n < 20; ++n) {
       const auto replies = rig.talk(kState2);
       ASSERT_EQ(replies.size(), 1U);

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <variant>
+
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/wire/can_wire.hpp"
+#include "emulator/core/wire/serial_wire.hpp"
+
+namespace lk::emulator {
+
+/// The wire of a bus, of either kind: the verbs that both have (can_wire.hpp, serial_wire.hpp).
+class Wire {
+  // Asked for several times in every event.
+  template <class Self, class Act>
+  [[gnu::always_inline]] static auto of(Self& self, Act act) {
+    auto* const can = std::get_if<CanWire>(&self.medium_);
+    return can != nullptr ? act(*can) : act(std::get<SerialWire>(self.medium_));
+  }
+
+ public:
+  static constexpr std::size_t kHostQueue = CanWire::kHostQueue;
+  static constexpr std::size_t kDriveQueue = CanWire::kDriveQueue;
+  static_assert(kHostQueue == SerialWire::kHostQueue && kDriveQueue == SerialWire::kDriveQueue);
+
+  /// A CAN bus.
+  explicit Wire(std::int64_t bitrate) : medium_(std::in_place_type<CanWire>, bitrate) {}
+  explicit Wire(const BusConfig& config);
+
+  CanWire* can() { return std::get_if<CanWire>(&medium_); }
+  SerialWire* serial() { return std::get_if<SerialWire>(&medium_); }
+  const SerialWire* serial() const { return std::get_if<SerialWire>(&medium_); }
+
+  std::int64_t bitrate() const {
+    return of(*this, [](auto& wire) { return wire.bitrate(); });
+  }
+  SimTime bits(int count) const {
+    return of(*this, [&](auto& wire) { return wire.bits(count); });
+  }
+  bool host_queue_full() const {
+    return of(*this, [](auto& wire) { return wire.host_queue_full(); });
+  }
+  std::size_t host_queue_size() const {
+    return of(*this, [](auto& wire) { return wire.host_queue_size(); });
+  }
+  void send_from_host(SimTime at, const protocol::Frame& frame) {
+    of(*this, [&](auto& wire) { wire.send_from_host(at, frame); });
+  }
+  bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const {
+    return of(*this, [&](auto& wire) { return wire.drive_queue_full(owner, elsewhere); });
+  }
+  std::size_t drive_frames() const {
+    return of(*this, [](auto& wire) { return wire.drive_frames(); });
+  }
+  std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const {
+    return of(*this, [&](auto& wire) { return wire.copies(owner, frame); });
+  }
+  /// On RS-485: it has something to say yet, and hears nothing.
+  bool is_deaf(std::uint32_t owner) const {
+    return serial() != nullptr && serial()->is_sending(owner);
+  }
+  void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
+                       std::uint32_t owner, bool blocked) {
+    of(*this,
+       [&](auto& wire) { wire.send_from_drive(at, frame, after_rom_write, owner, blocked); });
+  }
+  std::size_t block(std::uint32_t owner, SimTime now) {
+    return of(*this, [&](auto& wire) { return wire.block(owner, now); });
+  }
+  void release(std::uint32_t owner, SimTime now) {
+    of(*this, [&](auto& wire) { wire.release(owner, now); });
+  }
+  std::size_t forget_replies(std::uint32_t owner, SimTime now) {
+    return of(*this, [&](auto& wire) { return wire.forget_replies(owner, now); });
+  }
+  std::optional<SimTime> next_reply_start() const {
+    return of(*this, [](auto& wire) { return wire.next_reply_start(); });
+  }
+  bool several_wait() const {
+    return of(*this, [](auto& wire) { return wire.several_wait(); });
+  }
+  [[gnu::always_inline]] std::optional<SimTime> next_due() const {
+    return of(*this, [](auto& wire) { return wire.next_due(); });
+  }
+  std::optional<WireDelivery> deliver(SimTime until) {
+    return of(*this, [&](auto& wire) { return wire.deliver(until); });
+  }
+  WireCandidate next() const {
+    return of(*this, [](auto& wire) { return wire.next(); });
+  }
+  SimTime busy() const {
+    return of(*this, [](auto& wire) { return wire.busy(); });
+  }
+
+ private:
+  std::variant<CanWire, SerialWire> medium_;
+};
+
+}  // namespace lk::emulator
