@@ -15,9 +15,9 @@ namespace {
 /// "legacy, late-legacy"
 std::string generations_with(const protocol::CommandInfo& command) {
   std::string names;
-  for (const auto& [name, dialect] : protocol::kGenerationRows) {
-    if (!command.when.on(protocol::wire_format(dialect, Series::kMf))) continue;
-    names += (names.empty() ? "" : ", ") + std::string(name);
+  for (const protocol::GenerationRow& row : protocol::kGenerationRows) {
+    if (!command.when.on(protocol::wire_format(row.dialect, Series::kMf))) continue;
+    names += (names.empty() ? "" : ", ") + std::string(row.name);
   }
   return names;
 }

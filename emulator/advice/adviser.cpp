@@ -23,6 +23,8 @@ namespace {
 
 constexpr Words kLength{"{1} of 8 bytes: the drive does not answer",
                         "{1} 个字节，应为 8 个：驱动器不回复"};
+constexpr Words kLen{"LEN {1} is not that of the command: the drive does not answer",
+                     "LEN {1} 不是该命令的长度：驱动器不回复"};
 constexpr Words kNobody{"no drive on this bus is in multi-drive mode: there is no answer",
                         "总线上没有驱动器处于广播模式：无人回复"};
 constexpr Words kNotThis{"the frame has something for this drive, whose multi-drive mode is off",
@@ -55,7 +57,8 @@ class Adviser::Desk {
 
   void hear(const TimedFrame& in) {
     ++heard_;
-    if (in.frame.kind != protocol::FrameKind::kData || in.frame.extended) return;
+    const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
+    if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
     if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
     if (protocol::find_multi_drive(in.frame.id) != nullptr) {
       hear_several(in);
@@ -132,7 +135,8 @@ class Adviser::Desk {
     watched.looks = kLooks;
     watched.last = {heard_, in.at, in.frame};
     ++watched.sent;
-    if (in.frame.dlc != 8) {
+    const bool serial = protocol::is_serial(in.frame);
+    if (!serial && in.frame.dlc != 8) {
       const double length = in.frame.dlc;
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
       return;
@@ -140,12 +144,17 @@ class Adviser::Desk {
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* query = std::get_if<protocol::Query>(&decoded);
     if (!drive.alive) return;
-    if (const auto found = watched.duplicate.hear(in, recent_)) {
+    if (const auto found = serial ? std::nullopt : watched.duplicate.hear(in, recent_)) {
       note(drive.id, *found, in);
       return;  // it is no host's
     }
     if (drive.multi_drive) {
       hear_in_vain(watched, in);
+      return;
+    }
+    if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
+      const double length = in.frame.dlc - 1;
+      note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
     }
     if (query == nullptr) {

@@ -51,7 +51,7 @@ constexpr std::array kRows = std::to_array<Row>({
 bool is_temperature(int C) { return (C > 1 || C < -1) && C >= -40; }
 
 bool same(const protocol::Payload& a, const protocol::Payload& b, unsigned mask) {
-  for (std::size_t n = 0; n < a.size(); ++n) {
+  for (std::size_t n = 0; n < protocol::kCanBytes; ++n) {
     if ((mask >> n & 1U) != 0 && a[n] != b[n]) return false;
   }
   return true;

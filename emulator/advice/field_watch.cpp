@@ -110,7 +110,7 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
 
 /// The fields of a query that are for the drive: of one to several, its slot.
 std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive& drive) {
-  const auto fields = protocol::info_of(heard.command).query;
+  const auto fields = protocol::info_of(heard.command, drive.format.dialect.framing).query;
   if (!protocol::is_multi_drive(heard.command)) return fields;
   const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
   return slot < fields.size() ? fields.subspan(slot, 1) : std::span<const protocol::Field>();

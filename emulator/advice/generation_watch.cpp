@@ -42,7 +42,7 @@ Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
   const auto about = [&](const Words& what, const Words* todo, double number = 0) {
     return Finding{AdviceKind::kUnknownCommand, &what, {number}, true, todo, frame.data[0]};
   };
-  const protocol::CommandInfo* row = protocol::find_command(frame.data[0]);
+  const protocol::CommandInfo* row = protocol::command_of(frame);
   if (row == nullptr) return about(kNobodyHas, &kLookUp);
   if (!protocol::fits(*row, drive.format.series)) return about(kSeriesLacks, &kOtherSeries);
   if (protocol::knows(drive.format, *row)) return about(kNoParameter, &kLookUp, frame.data[1]);
@@ -50,6 +50,7 @@ Finding unknown_command(const protocol::Frame& frame, const KnownDrive& drive) {
 }
 
 bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
+  if (drive.format.dialect.framing != protocol::Framing::kCan) return false;  // other bytes
   if (!heard.is<protocol::Position3>() && !heard.is<protocol::Position4>()) return false;
   const auto target = get_le<std::uint32_t>(heard.data, 4);
   // Wide targets go up to a turn of the output, which is 36000 times the gear ratio.
@@ -60,6 +61,7 @@ bool has_wide_target(const Heard& heard, const KnownDrive& drive) {
 std::optional<Finding> GenerationWatch::hear(const Heard& heard, const KnownDrive& drive) {
   const protocol::Payload& data = heard.data;
   const protocol::Dialect& dialect = drive.format.dialect;
+  if (dialect.framing != protocol::Framing::kCan) return std::nullopt;  // other bytes
   if (has_wide_target(heard, drive)) {
     return Finding{
         AdviceKind::kOtherGeneration,

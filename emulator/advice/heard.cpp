@@ -15,8 +15,15 @@ using protocol::Opcode;
 /// Of a frame of the protocol without a stuff bit, with the pause behind it (docs/protocol.md §5).
 constexpr std::int64_t kShortestFrame_bits = 108 + 3;
 
+/// Of RS-485: LEN 0, and ten bits a byte.
+constexpr std::int64_t kShortestPacket_bits = 50;
+
 SimTime shortest_answer(const ServoConfig& config, std::int64_t bitrate) {
   if (bitrate == 0) return SimTime{0};
+  if (config.quirks.dialect.framing == protocol::Framing::kSerial) {
+    return 2 * bits_duration(kShortestPacket_bits, bitrate) + config.reply_time -
+           config.reply_spread;
+  }
   return 2 * bits_duration(kShortestFrame_bits, bitrate) + config.reply_time;
 }
 
@@ -57,22 +64,19 @@ struct MotionReader {
     return MotionCommand{protocol::Position1::kOpcode, deg(c.target_cdeg)};
   }
   Motion operator()(const protocol::Position2& c) const {
-    return MotionCommand{protocol::Position2::kOpcode, deg(c.target_cdeg),
-                         static_cast<double>(c.max_speed_dps)};
+    return MotionCommand{protocol::Position2::kOpcode, deg(c.target_cdeg), c.max_speed_dps};
   }
   Motion operator()(const protocol::Position3& c) const {
     return MotionCommand{protocol::Position3::kOpcode, deg(c.target_cdeg)};
   }
   Motion operator()(const protocol::Position4& c) const {
-    return MotionCommand{protocol::Position4::kOpcode, deg(c.target_cdeg),
-                         static_cast<double>(c.max_speed_dps)};
+    return MotionCommand{protocol::Position4::kOpcode, deg(c.target_cdeg), c.max_speed_dps};
   }
   Motion operator()(const protocol::Position5& c) const {
     return MotionCommand{protocol::Position5::kOpcode, deg(c.increment_cdeg)};
   }
   Motion operator()(const protocol::Position6& c) const {
-    return MotionCommand{protocol::Position6::kOpcode, deg(c.increment_cdeg),
-                         static_cast<double>(c.max_speed_dps)};
+    return MotionCommand{protocol::Position6::kOpcode, deg(c.increment_cdeg), c.max_speed_dps};
   }
   Motion operator()(const protocol::MultiTorque& c) const {
     return of_slot(protocol::Torque::kOpcode, slot_of(id, c.iq_A));

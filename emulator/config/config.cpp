@@ -6,6 +6,7 @@
 #include "emulator/config/config_drive.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_events.hpp"
 
 namespace lk::emulator {
@@ -28,7 +29,13 @@ FirmwareRequest merge(FirmwareRequest all, const FirmwareRequest& of_bus) {
 }
 
 AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
-  return {request.interface, request.ids, merge(overrides.firmware, request.firmware)};
+  return {request.interface, request.ids, merge(overrides.firmware, request.firmware), nullptr, 0};
+}
+/// With what the bus is that the drives are on.
+AskedOfBus on_bus(AskedOfBus asked, const BusConfig& bus) {
+  asked.serial = bus.serial ? &*bus.serial : nullptr;
+  asked.bitrate = bus.bitrate;
+  return asked;
 }
 
 // --- the configuration file
@@ -40,17 +47,13 @@ AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
   for (const BusRequest& request : overrides.buses) {
     if (means(request, interface, one_in_each)) return asked_by(request, overrides);
   }
-  if (overrides.buses.empty()) return {interface, std::nullopt, overrides.firmware};
-  return {interface, std::vector<int>{}};  // the bus does not run
+  if (overrides.buses.empty()) return {interface, std::nullopt, overrides.firmware, nullptr, 0};
+  return {interface, std::vector<int>{}, {}, nullptr, 0};  // the bus does not run
 }
 
 BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t buses_in_file,
                    const Overrides& overrides, const FindProfile& find) {
   BusConfig bus;
-  bus.bitrate = file_bitrate;
-  if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
-  const std::string problem = bitrate_problem(bus.bitrate);
-  if (!problem.empty()) reader.fail("bitrate", problem);
   if (const auto interface = reader.text("interface")) {
     const std::string wrong = interface_name_problem(*interface);
     if (!wrong.empty()) reader.fail("interface", wrong);
@@ -58,7 +61,16 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   } else {
     reader.note_missing("interface");
   }
-  const AskedOfBus asked = asked_of(overrides, bus.interface, buses_in_file);
+  const bool serial = is_serial_name(bus.interface);
+  if (serial) bus.serial = read_serial(reader);
+  bus.bitrate = serial ? kDefaultBaud : file_bitrate;
+  if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
+  const std::string problem = serial ? baud_problem(bus.bitrate) : bitrate_problem(bus.bitrate);
+  if (!problem.empty()) reader.fail("bitrate", problem);
+  if (const auto& asked_rate = serial ? overrides.baud : overrides.bitrate) {
+    bus.bitrate = *asked_rate;
+  }
+  const AskedOfBus asked = on_bus(asked_of(overrides, bus.interface, buses_in_file), bus);
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {
     for (auto& servo : read_drive(drive, overrides, asked, find)) {
@@ -116,7 +128,7 @@ std::optional<std::size_t> place_of(const BusRequest& request,
 void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& overrides,
                 const FindProfile& find) {
   const std::vector<int>& ids = *request.ids;
-  const AskedOfBus asked = asked_by(request, overrides);
+  const AskedOfBus asked = on_bus(asked_by(request, overrides), bus);
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
     const auto known = std::find_if(bus.servos.begin(), bus.servos.end(),
@@ -152,6 +164,14 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
       bus = of_file[*place];
     } else {
       bus.seed = bus_seed(overrides.seed.value_or(kDefaultSeed), next_place++);
+      if (is_serial_name(request.interface)) {
+        bus.serial = SerialConfig{};
+        bus.bitrate = overrides.baud.value_or(kDefaultBaud);
+      }
+    }
+    if (is_serial_name(request.interface) != bus.serial.has_value()) {
+      throw std::invalid_argument("--bus " + request.interface + ": the file has " + bus.interface +
+                                  ", which is another wire");
     }
     bus.interface = request.interface;
     if (request.ids) select_ids(bus, request, overrides, find);
@@ -162,7 +182,9 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
   }
   if (overrides.buses.empty()) buses = std::move(of_file);
   if (overrides.bitrate) {
-    for (BusConfig& bus : buses) bus.bitrate = *overrides.bitrate;
+    for (BusConfig& bus : buses) {
+      if (!bus.serial) bus.bitrate = *overrides.bitrate;
+    }
   }
   return buses;
 }
@@ -170,6 +192,7 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
 }  // namespace
 
 std::string interface_name_problem(const std::string& name) {
+  if (is_serial_name(name)) return serial_name_problem(name);
   constexpr std::size_t kLongest = 15;  // IFNAMSIZ - 1
   if (name.empty()) return "an interface needs a name";
   if (name.size() > kLongest) return "\"" + name + "\" is longer than an interface name can be";

@@ -45,15 +45,16 @@ struct Overrides {
   std::vector<BusRequest> buses;
   std::optional<std::string> motor;  // of every drive: name or path
   std::optional<std::uint64_t> seed;
-  std::optional<std::int64_t> bitrate;
-  FirmwareRequest firmware;  // of every drive
+  std::optional<std::int64_t> bitrate;  // of every CAN bus
+  std::optional<std::int64_t> baud;     // of every RS-485 bus
+  FirmwareRequest firmware;             // of every drive
 };
 
 /// "1-4", "1,3,7-9": ascending. Throws std::invalid_argument with the reason: not a list, an ID
 /// outside 1..32, one given twice.
 std::vector<int> parse_ids(const std::string& text);
 
-/// Why `name` cannot be an interface's; empty when it can.
+/// Why `name` cannot be an interface's, nor an RS-485 bus's; empty when it can.
 std::string interface_name_problem(const std::string& name);
 
 /// Why `bitrate` cannot be a bus's; empty when it can: 0, or 10 kbit/s to 1 Mbit/s as CAN 2.0A has.

@@ -6,6 +6,7 @@
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_quirks.hpp"
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/ground/text.hpp"
 
@@ -46,11 +47,29 @@ void read_rom(TableReader& reader, RomParams& flash) {
   rom->finish();
 }
 
-ServoConfig as_delivered(const Profile& profile) {
+ServoConfig as_delivered(const Profile& profile, const AskedOfBus& asked) {
   ServoConfig servo;
   servo.profile = profile;
   servo.rom = profile.factory;
+  if (asked.serial != nullptr) {
+    servo.quirks.dialect.framing = protocol::Framing::kSerial;
+    servo.reply_time = asked.serial->reply_time;
+    servo.reply_spread = asked.serial->reply_spread;
+    servo.rate_code = rate_code(asked.bitrate, asked.serial->has_921600);
+  }
   return servo;
+}
+
+/// One that is in multi-drive mode needs the rate for it.
+void check_broadcast(TableReader& reader, const ServoConfig& servo, const AskedOfBus& asked) {
+  constexpr std::int64_t kSlowest = 1'000'000;
+  if (asked.serial == nullptr || !servo.rom.broadcast_mode) return;
+  if (asked.bitrate == 0 || asked.bitrate >= kSlowest) return;
+  auto settings = reader.table("settings");
+  const std::string problem = "needs 1, 2 or 4 Mbit/s on RS-485, and this bus has " +
+                              std::to_string(asked.bitrate) + " bit/s";
+  if (settings && settings->has("broadcast_mode")) settings->fail("broadcast_mode", problem);
+  reader.fail("motor", "is in broadcast mode, which " + problem);
 }
 
 std::string name_of(const AskedOfBus& asked, int id) {
@@ -81,13 +100,14 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
                                    const AskedOfBus& asked, const FindProfile& find) {
   const std::vector<int> ids = read_ids(reader);
   if (ids.empty()) reader.note_missing("id");
-  ServoConfig servo = as_delivered(read_motor(reader, overrides, find));
+  ServoConfig servo = as_delivered(read_motor(reader, overrides, find), asked);
   if (auto changes = reader.table("profile")) {
     read_drive_params(*changes, Presence::kOptional, servo.profile.drive);
     changes->finish();
   }
   if (const auto us = reader.integer("reply_time_us", 0, 100'000)) {
     servo.reply_time = std::chrono::microseconds(*us);
+    servo.reply_spread = SimTime{0};
   }
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
@@ -101,6 +121,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   read_load(reader, servo.profile.drive.load);
   reader.finish();
   check_drive(reader, servo);
+  check_broadcast(reader, servo, asked);
 
   std::vector<ServoConfig> servos;
   for (const int id : ids) {
@@ -114,7 +135,9 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
 bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const AskedOfBus& asked,
                           const FindProfile& find) {
   try {
-    read_with(reader, overrides, {asked.interface, asked.ids}, find);
+    AskedOfBus nothing = asked;
+    nothing.firmware = {};
+    read_with(reader, overrides, nothing, find);
     return true;
   } catch (const ConfigError&) {
     return false;
@@ -124,7 +147,7 @@ bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const 
 }  // namespace
 
 ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) {
-  ServoConfig servo = as_delivered(profile);
+  ServoConfig servo = as_delivered(profile, asked);
   servo.id = id;
   const toml::table nothing;
   TableReader reader(nothing, "--motor", "");

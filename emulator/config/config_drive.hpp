@@ -11,9 +11,11 @@ namespace lk::emulator {
 
 /// What the command line says of the drives of one bus.
 struct AskedOfBus {
-  std::string interface;                // as it is called there
-  std::optional<std::vector<int>> ids;  // of the drives that run; absent: all of the file
-  FirmwareRequest firmware{};           // of those
+  std::string interface;                 // as it is called there
+  std::optional<std::vector<int>> ids;   // of the drives that run; absent: all of the file
+  FirmwareRequest firmware{};            // of those
+  const SerialConfig* serial = nullptr;  // of an RS-485 bus
+  std::int64_t bitrate = 0;              // the same
 };
 
 /// A drive of which no file says anything. Throws std::invalid_argument, ConfigError.

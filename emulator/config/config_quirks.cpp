@@ -35,16 +35,27 @@ const Field<Dialect> kDialectSwitches[] = {
     {"multi_drive_more", &Dialect::multi_drive_more},
     {"all_error_bits", &Dialect::all_error_bits},
 };
+const Field<Dialect> kSerialSwitches[] = {
+    {"setting_commands", &Dialect::setting_commands},
+    {"clear_turns_command", &Dialect::clear_turns_command},
+    {"zero_ram_command", &Dialect::zero_ram_command},
+    {"typed_encoder", &Dialect::typed_encoder},
+    {"zero_answered", &Dialect::zero_answered},
+    {"tool_commands", &Dialect::tool_commands},
+    {"restore_command", &Dialect::restore_command},
+};
 // clang-format on
 using Choices = std::vector<std::string>;
 const Choices kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
 const Choices kClearAngle{"ignored", "implemented", "sets_angle"};
 const Choices kScales{"manual", "series"};
 const Choices kBootWraps{"half_circle", "half_turn"};
+const Choices kWrongLengths{"silent", "lax"};
 const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
-    "state_1", "clear_angle", "iq_scale", "phase_current_scale", "boot_wrap", "encoder_span"};
+    "state_1",   "clear_angle",  "iq_scale", "phase_current_scale",
+    "boot_wrap", "encoder_span", "wrong_len"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
@@ -61,6 +72,24 @@ std::optional<std::int64_t> read_either(TableReader& reader, const char* key, st
   const auto value = reader.integer(key, INT64_MIN, INT64_MAX);
   if (value && *value != one && *value != other) reader.fail(key, reason);
   return value;
+}
+
+/// What drives on RS-485 have, and those on CAN have not.
+void read_serial_dialect(TableReader& reader, Dialect& dialect) {
+  read_fields<Dialect>(reader, kSerialSwitches, Presence::kOptional, dialect);
+  if (const auto len = read_either(reader, "zero_ram_len", 0, 7, "0 or 7")) {
+    dialect.zero_ram_len = static_cast<std::uint8_t>(*len);
+  }
+  if (const auto bytes = reader.integer("product_info_bytes", 0, 58)) {
+    if (*bytes != 0 && *bytes != 42 && *bytes != 58) {
+      reader.fail("product_info_bytes", "must be 0, 42 or 58");
+    }
+    dialect.product_info_bytes = static_cast<std::uint8_t>(*bytes);
+  }
+  if (const auto word = reader.choice("wrong_len", kWrongLengths)) dialect.lax_length = *word == 1;
+  if (dialect.reply_id_base != protocol::kSingleDriveId) {
+    reader.fail("reply_id_base", "belongs to CAN");
+  }
 }
 
 void read_dialect(TableReader& reader, Dialect& dialect) {
@@ -81,6 +110,7 @@ void read_dialect(TableReader& reader, Dialect& dialect) {
   if (const auto base = read_either(reader, "reply_id_base", 0x140, 0x180, "0x140 or 0x180")) {
     dialect.reply_id_base = static_cast<std::uint32_t>(*base);
   }
+  if (dialect.framing == protocol::Framing::kSerial) read_serial_dialect(reader, dialect);
 }
 
 /// All switches as a configuration file says them, in one order.
@@ -101,6 +131,11 @@ class Printer {
     word("boot_wrap", kBootWraps, quirks.boot_wrap);
     const auto& span = quirks.encoder_span;
     say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
+    if (dialect.framing == protocol::Framing::kCan) return;
+    for (const auto& field : kSerialSwitches) flag(field, dialect);
+    say("zero_ram_len", std::to_string(dialect.zero_ram_len));
+    say("product_info_bytes", std::to_string(dialect.product_info_bytes));
+    say("wrong_len", quoted(kWrongLengths[dialect.lax_length ? 1 : 0]));
   }
   const std::vector<std::string>& lines() const { return lines_; }
 
@@ -209,7 +244,7 @@ Generation read_choice(const TableReader& reader, const std::string& word, const
 }  // namespace
 
 std::vector<std::string> switches_beside(Generation generation, const Quirks& quirks) {
-  const Printer preset(quirks_of(generation));
+  const Printer preset(quirks_of(generation, quirks.dialect.framing));
   const Printer drive(quirks);
   std::vector<std::string> differing;
   for (std::size_t k = 0; k < drive.lines().size(); ++k) {
@@ -246,7 +281,7 @@ void read_generation(TableReader& reader, const FirmwareRequest& asked, const st
     servo.generation = read_choice(reader, *in_file, servo.profile);
     servo.generation_given = true;
   }
-  servo.quirks = quirks_of(servo.generation);
+  servo.quirks = quirks_of(servo.generation, servo.quirks.dialect.framing);
   if (auto quirks = reader.table("quirks")) {
     read_quirks(*quirks, servo);
     quirks->finish();

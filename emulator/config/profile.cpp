@@ -1,5 +1,9 @@
 #include "emulator/config/profile.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string>
 #include <utility>
 
 #include "emulator/config/config_checks.hpp"
@@ -101,6 +105,42 @@ void check_rating(const TableReader& reader, const Rating& rating) {
                        "must not be above voltage_max_V");
 }
 
+/// A version is printed with two decimals, and a hundredth of it counts.
+void read_version(TableReader& product, const char* key, std::uint16_t& version) {
+  if (const auto number = product.number(key, 0, 655.35)) {
+    version = static_cast<std::uint16_t>(std::lround(*number * 100));
+  }
+}
+
+/// What 0x12 answers on RS-485.
+void read_product(TableReader& reader, Product& product) {
+  auto table = reader.table("product");
+  if (!table) return;
+  constexpr std::size_t kMostLetters = 20;
+  for (const auto& [key, name] :
+       {std::pair("driver", &product.driver), {"motor", &product.motor}}) {
+    const auto text = table->text(key);
+    if (!text) continue;
+    if (text->size() > kMostLetters) table->fail(key, "is longer than 20 bytes");
+    *name = *text;
+  }
+  read_version(*table, "hardware_version", product.hardware_version);
+  read_version(*table, "motor_version", product.motor_version);
+  read_version(*table, "firmware_version", product.firmware_version);
+  if (const auto text = table->text("chip_id")) {
+    const bool hexadecimal =
+        std::ranges::all_of(*text, [](unsigned char c) { return std::isxdigit(c) != 0; });
+    if (text->size() != 2 * product.chip_id.size() || !hexadecimal) {
+      table->fail("chip_id", "is not 24 hexadecimal digits");
+    }
+    for (std::size_t n = 0; n < product.chip_id.size(); ++n) {
+      product.chip_id[n] =
+          static_cast<std::uint8_t>(std::stoul(text->substr(2 * n, 2), nullptr, 16));
+    }
+  }
+  table->finish();
+}
+
 }  // namespace
 
 void read_drive_params(TableReader& reader, Presence presence, model::DriveParams& params) {
@@ -173,6 +213,7 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
     profile.seen_generation = static_cast<Generation>(*seen);
   }
   read_section(reader, "rating", fields::kRating, Presence::kOptional, profile.rating);
+  read_product(reader, profile.product);
   read_drive_params(reader, Presence::kRequired, profile.drive);
   if (auto factory = reader.table("factory")) {
     read_registers(*factory, Presence::kRequired, {.series = profile.series}, profile.factory);

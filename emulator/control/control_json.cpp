@@ -165,7 +165,7 @@ Json bus_json(const Line& line) {
                     {{"waiting", line.gate().waiting()},
                      {"failed_writes", line.gate().failed_writes()},
                      {"lost_replies", line.gate().lost_replies()}}}};
-  if (const SocketCanPort* port = line.port()) {
+  if (const Port* port = line.port()) {
     const PortStats sent = port->stats();
     counters["interface"] = {{"sent", sent.sent},
                              {"pending", sent.pending},

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/files/runtime_dir.hpp"
 #include "emulator/ground/start_error.hpp"
 
@@ -77,8 +78,8 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
     try {
       secure_directory(runtime_directory());
       remove_dead_sockets();
-      listen_at(runtime_directory() /
-                (world.lines().front()->name() + "-" + std::to_string(::getpid()) + ".sock"));
+      listen_at(runtime_directory() / (bus_file_name(world.lines().front()->name()) + "-" +
+                                       std::to_string(::getpid()) + ".sock"));
     } catch (const StartError& problem) {
       spdlog::warn("no control socket: {} (--control PATH puts it elsewhere, none does without)",
                    problem.what());

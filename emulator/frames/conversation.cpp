@@ -44,14 +44,16 @@ bool looks_like_a_reply(const Frame& frame) {
 /// Looks like a query, whatever came before it.
 bool looks_like_a_query(const Frame& frame) {
   const std::uint8_t command = frame.data[0];
-  if (protocol::has_state(command)) return frame.data[1] <= 1;
+  if (protocol::has_state(command)) {
+    return protocol::is_serial(frame) ? !looks_like_a_state(frame) : frame.data[1] <= 1;
+  }
   if (static_cast<Opcode>(command) == protocol::Brake::kOpcode) return frame.data[1] > 1;
   return zero_is_a_query(command) && all_zero(frame, 1);
 }
 
 /// These take as long as the memory does.
 bool writes_rom(const Frame& query) {
-  const auto* const command = protocol::find_command(query.data[0]);
+  const auto* const command = protocol::command_of(query);
   return command != nullptr && command->writes_rom;
 }
 
@@ -60,7 +62,7 @@ bool writes_rom(const Frame& query) {
 /// Who reads a frame of the drive.
 const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
   const ReplyReader& first = *reader_->reader_of(id);
-  const auto* row = protocol::find_command(frame.data[0]);
+  const auto* row = protocol::command_of(frame);
   const bool known = row == nullptr || protocol::answers(first.format, row->opcode);
   return known || other_ == nullptr ? first : *other_->reader_of(id);
 }

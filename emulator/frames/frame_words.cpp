@@ -29,6 +29,8 @@ std::string_view reason(protocol::Reject reject) {
       return "wrong length";
     case protocol::Reject::kUnknownCommand:
       return "unknown command";
+    case protocol::Reject::kNoPacket:
+      return "no packet";
   }
   return "";
 }
@@ -40,7 +42,7 @@ FrameWords meaningless(FrameWords words, std::string_view why, std::string_view 
 }
 
 std::string_view name_of(const protocol::Frame& frame) {
-  const auto* row = frame.dlc > 0 ? protocol::find_command(frame.data[0]) : nullptr;
+  const auto* row = protocol::command_of(frame);
   return row != nullptr ? row->name : std::string_view();
 }
 
@@ -50,7 +52,7 @@ bool is_reply(const protocol::Frame& frame, const ReplyReader& reader) {
 
 /// Of a reply of the drive; an echo says what its query said.
 Values replied(const protocol::Frame& frame, const ReplyReader& reader) {
-  const auto* const command = protocol::find_command(frame.data[0]);
+  const auto* const command = protocol::command_of(frame);
   if (command == nullptr || !is_reply(frame, reader)) return {};
   return reader.values(command->reply, frame.data,
                        command->echoed ? ReplyReader::By::kHost : ReplyReader::By::kDrive);
@@ -122,8 +124,8 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
     return meaningless(words, reason(*reject), "unknown");
   }
   const auto* const command = words.id == protocol::kMultiDrive
-                                  ? protocol::find_multi_drive(frame.id)
-                                  : protocol::find_command(frame.data[0]);
+                                  ? protocol::find_multi_drive(frame.id, framing_of(frame))
+                                  : protocol::command_of(frame);
   words.quantities = reader->values(command->query, frame.data, ReplyReader::By::kHost);
   words.values = values_text(words.quantities);
   return words;
@@ -132,6 +134,9 @@ FrameWords FrameReader::query(const protocol::Frame& frame) const {
 FrameWords FrameReader::reply(const protocol::Frame& frame) const {
   FrameWords words;
   if (frame.kind == protocol::FrameKind::kError) return meaningless(words, "error frame", "error");
+  if (frame.kind == protocol::FrameKind::kBytes) {
+    return meaningless(words, "no packet", "unknown");
+  }
   if (frame.dlc > 0) words.command = asked_text(frame.data[0]);
   words.name = name_of(frame);
   for (const ReplyReader& reader : readers_) {
@@ -156,7 +161,9 @@ std::string_view asked_name(std::uint32_t asked) {
     const auto* several = protocol::find_multi_drive(asked);
     return several != nullptr ? several->name : std::string_view();
   }
-  const auto* row = protocol::find_command(static_cast<std::uint8_t>(asked));
+  const auto byte = static_cast<std::uint8_t>(asked);
+  const auto* row = protocol::find_command(byte);
+  if (row == nullptr) row = protocol::find_command(byte, protocol::Framing::kSerial);
   return row != nullptr ? row->name : std::string_view();
 }
 

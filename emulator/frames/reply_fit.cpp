@@ -18,10 +18,11 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   const auto decoded = protocol::decode_reply(own, reader.format);
   const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
   if (content == nullptr) return Fit::kNo;
-  const bool same = reply.data == query.data;
+  const bool same = reply.data == query.data && reply.dlc == query.dlc;
   if (std::holds_alternative<protocol::Echo>(content->reply)) {
     return same ? Fit::kEither : Fit::kNo;
   }
+  if (is_serial(reply)) return same ? Fit::kEither : Fit::kYes;  // their lengths differ
   const bool state = protocol::has_state(reply.data[0]);
   // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
@@ -29,10 +30,12 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
 }
 
 bool looks_like_a_state(const protocol::Frame& frame) {
-  return protocol::has_state(frame.data[0]) && frame.data[1] > 1;
+  if (!protocol::has_state(frame.data[0])) return false;
+  return is_serial(frame) ? frame.dlc == protocol::kCanBytes : frame.data[1] > 1;
 }
 
 bool is_data(const protocol::Frame& frame) {
+  if (frame.kind == protocol::FrameKind::kSerial) return frame.dlc > 0;
   return frame.kind == protocol::FrameKind::kData && !frame.extended && frame.dlc == 8;
 }
 

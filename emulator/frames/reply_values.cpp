@@ -55,7 +55,7 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
   const auto decoded = protocol::decode_reply(frame, format);
   const auto* reply = std::get_if<protocol::ReplyFrame>(&decoded);
   if (reply == nullptr || reply->id != id) return {};
-  const auto* const command = protocol::find_command(frame.data[0]);
+  const auto* const command = protocol::command_of(frame);
   if (!command->echoed) return values(command->reply, frame.data, By::kDrive);
   // In two parts, which a double holds exactly.
   return {{"DATA[1..4]", bytes(frame.data, 1, 4)}, {"DATA[5..7]", bytes(frame.data, 5, 7)}};
@@ -63,7 +63,7 @@ std::vector<ReplyValue> ReplyReader::values(const protocol::Frame& frame) const 
 
 bool ReplyReader::answers_with(std::uint8_t asked, std::uint8_t said) const {
   if (asked == said) return true;
-  const auto* const command = protocol::find_command(asked);
+  const auto* const command = protocol::find_command(asked, format.dialect.framing);
   return manual_reply_bytes && command != nullptr && said != 0 &&
          static_cast<std::uint8_t>(command->printed) == said;
 }

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/files/json_table.hpp"
@@ -70,6 +71,7 @@ Json print_overrides(const Overrides& overrides) {
   if (overrides.motor) json["motor"] = *overrides.motor;
   if (overrides.seed) json["seed"] = *overrides.seed;
   if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
+  if (overrides.baud) json["baud"] = *overrides.baud;
   print_firmware(overrides.firmware, json);
   return json;
 }
@@ -85,6 +87,7 @@ Overrides parse_overrides(const Json& json) {
   if (json.contains("motor")) overrides.motor = json["motor"].get<std::string>();
   if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
   if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);
+  if (json.contains("baud")) overrides.baud = whole<std::int64_t>(json["baud"]);
   return overrides;
 }
 
@@ -243,7 +246,8 @@ class MadeFiles {
 };
 
 fs::path rom_file(const fs::path& directory, const BusConfig& bus, const ServoConfig& servo) {
-  return directory / "rom" / (bus.interface + "-" + std::to_string(servo.id) + ".toml");
+  return directory / "rom" /
+         (bus_file_name(bus.interface) + "-" + std::to_string(servo.id) + ".toml");
 }
 
 bool was_written(const ServoConfig& servo) {

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 
@@ -119,7 +120,7 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
     const std::string& bus = buses[i].interface;
     for (ServoConfig& servo : buses[i].servos) {
       const RomPlace place{directory.descriptor(),
-                           bus + "-" + std::to_string(servo.id) + ".toml",
+                           bus_file_name(bus) + "-" + std::to_string(servo.id) + ".toml",
                            i,
                            {bus, servo.id, servo.profile.name}};
       ::unlinkat(place.directory_fd, unfinished(place.name).c_str(), 0);
@@ -151,7 +152,8 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
         "--rom :memory:");
   }
   for (const BusConfig& bus : buses) {
-    directories_.emplace_back(base / bus.interface, "; give --rom DIR, or --rom :memory:");
+    directories_.emplace_back(base / bus_file_name(bus.interface),
+                              "; give --rom DIR, or --rom :memory:");
   }
 }
 

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 
+#include "emulator/config/config_serial.hpp"
+#include "protocol/serial_framing.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -9,6 +12,7 @@ constexpr std::uint32_t kSection = 0x0A0D0D0A;
 constexpr std::uint32_t kInterface = 1;
 constexpr std::uint32_t kPacket = 6;
 constexpr std::uint16_t kSocketCan = 227;
+constexpr std::uint16_t kUser0 = 147;  // no link type is of RS-485
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint16_t kPacketFlags = 2;
@@ -59,6 +63,12 @@ std::string socketcan(const protocol::Frame& frame) {
   return out;
 }
 
+/// Of RS-485: the bytes on the wire.
+std::string wire_text(const protocol::Frame& frame) {
+  const protocol::WireBytes bytes = protocol::wire_bytes(frame);
+  return {bytes.view().begin(), bytes.view().end()};
+}
+
 }  // namespace
 
 std::string pcapng_begin(std::span<const std::string> buses) {
@@ -70,7 +80,7 @@ std::string pcapng_begin(std::span<const std::string> buses) {
   std::string out = block(kSection, section);
   for (const std::string& bus : buses) {
     std::string body;
-    put(body, kSocketCan);
+    put(body, is_serial_name(bus) ? kUser0 : kSocketCan);
     put(body, std::uint16_t{0});
     put(body, std::uint32_t{0});  // frames are whole
     put_option(body, kInterfaceName, bus);
@@ -83,7 +93,7 @@ std::string pcapng_begin(std::span<const std::string> buses) {
 
 std::string pcapng_frame(std::size_t bus, SimTime at, const protocol::Frame& frame,
                          bool from_host) {
-  const std::string data = socketcan(frame);
+  const std::string data = protocol::is_serial(frame) ? wire_text(frame) : socketcan(frame);
   const auto at_ns = static_cast<std::uint64_t>(at.count());
   std::string body;
   put(body, static_cast<std::uint32_t>(bus));

@@ -65,6 +65,16 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
   }
 }
 
+/// How many bytes a packet of RS-485 needs for the command, with what is said of it.
+std::uint8_t size_of(const protocol::CommandInfo& command, const protocol::Payload& data,
+                     const protocol::WireFormat& format) {
+  if (command.query_len != nullptr) return static_cast<std::uint8_t>(1 + command.query_len(format));
+  const protocol::PayloadLength len = protocol::payload_length(command.query, data[1], format);
+  const bool more = std::any_of(data.begin() + 1 + len.min, data.end(),
+                                [](std::uint8_t byte) { return byte != 0; });
+  return static_cast<std::uint8_t>(1 + (more ? len.max : len.min));
+}
+
 }  // namespace
 
 std::optional<std::uint8_t> read_command_or_word(TableReader& reader, const std::string& key) {
@@ -72,10 +82,16 @@ std::optional<std::uint8_t> read_command_or_word(TableReader& reader, const std:
   const bool is_number = !text || text->empty() || (text->front() >= '0' && text->front() <= '9');
   if (is_number) return read_command(reader, key);
   std::vector<std::string> words;
-  for (const auto& command : protocol::commands()) words.emplace_back(command.word);
+  std::vector<std::uint8_t> bytes;
+  for (const auto rows : {protocol::commands(), protocol::serial_commands()}) {
+    for (const protocol::CommandInfo& command : rows) {
+      if (std::ranges::find(words, command.word) != words.end()) continue;
+      words.emplace_back(command.word);
+      bytes.push_back(static_cast<std::uint8_t>(command.opcode));
+    }
+  }
   const auto place = reader.choice(key, words);
-  return place ? std::optional(static_cast<std::uint8_t>(protocol::commands()[*place].opcode))
-               : std::nullopt;
+  return place ? std::optional(bytes[*place]) : std::nullopt;
 }
 
 protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
@@ -85,7 +101,12 @@ protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
   protocol::Frame frame;
   frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id);
   frame.data[0] = byte.value_or(0);
-  const auto* const command = protocol::find_command(frame.data[0]);
+  const bool serial = format.dialect.framing == protocol::Framing::kSerial;
+  if (serial) {
+    frame.kind = protocol::FrameKind::kSerial;
+    frame.dlc = 1;
+  }
+  const auto* const command = protocol::command_of(frame);
   if (command == nullptr) return frame;  // nothing is known to be behind it
   for (const WireField& field : command->query) {
     if (protocol::present(field, frame.data[1], format)) {
@@ -93,6 +114,7 @@ protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
     }
   }
   refuse_what_it_lacks(reader, command->query, frame.data, format);
+  if (serial) frame.dlc = size_of(*command, frame.data, format);
   return frame;
 }
 

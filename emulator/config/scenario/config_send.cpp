@@ -112,6 +112,10 @@ std::optional<int> drive_meant(TableReader& reader, const Scenario& scenario) {
 
 std::vector<protocol::Frame> read_frames(TableReader& reader, const BusConfig& bus) {
   const auto frame = read_raw(reader);
+  if (frame && protocol::is_serial(*frame) != bus.serial.has_value()) {
+    reader.fail("frame", bus.serial ? "is none of RS-485; write it like rs485#3E9A0100D9"
+                                    : "is none of CAN; write it like 141#9C00000000000000");
+  }
   return frame ? std::vector{*frame} : read_words(reader, bus);
 }
 

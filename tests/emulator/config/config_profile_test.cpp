@@ -12,6 +12,7 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/profile.hpp"
+#include "emulator/core/generation.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
 namespace lk::emulator {
@@ -45,12 +46,19 @@ std::vector<std::string> shipped_names() {
 TEST(ConfigProfile, TheExampleWithEveryKeyIsGood) {
   const auto file = kMotors.parent_path() / "buses/example.toml";
   const auto buses = parse_config(text_of(file), file.string(), {}, shipped);
-  ASSERT_EQ(buses.size(), 2U);
+  ASSERT_EQ(buses.size(), 3U);
   EXPECT_EQ(buses[0].servos[0].rom.max_torque_current_lsb, 600);
   EXPECT_EQ(buses[0].servos[0].quirks, Quirks{}) << "it shows the values of legacy";
   EXPECT_EQ(buses[0].servos[2].rom.max_power_permille, 600);
   EXPECT_EQ(buses[0].events.size(), 16U);
   EXPECT_EQ(buses[1].servos.size(), 3U);
+  EXPECT_EQ(buses[2].serial, [] {
+    SerialConfig defaults;
+    defaults.broadcast_reply_time = std::chrono::microseconds(45);  // that of 2 Mbit/s
+    return defaults;
+  }());
+  EXPECT_EQ(buses[2].servos[0].quirks, quirks_of(Generation::kV235, protocol::Framing::kSerial))
+      << "it shows the values of v235";
 }
 
 class ShippedMotor : public testing::TestWithParam<std::string> {};

@@ -47,7 +47,7 @@ TEST(ControlJson, ADriveTellsHowManyFramesLeftIt) {
 
 TEST(ControlJson, ADriveTellsWhatItsLoopsAreTold) {
   TestWorld t;
-  const auto said = [&](std::array<std::uint8_t, 8> data) {
+  const auto said = [&](const protocol::Payload& data) {
     protocol::Frame frame;
     frame.id = 0x141;
     frame.dlc = 8;

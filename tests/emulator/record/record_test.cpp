@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <span>
 #include <sstream>
 
 #include "emulator/config/candump_log.hpp"
@@ -147,7 +148,8 @@ class Record : public ::testing::Test {
       const std::size_t bus = dice() % 3 == 0 ? 1 : 0;
       protocol::Frame frame;
       frame.id = 0x141 + static_cast<std::uint32_t>(dice() % (bus == 0 ? 4 : 1));
-      for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(dice());
+      for (auto& byte : std::span(frame.data).first(protocol::kCanBytes))
+        byte = static_cast<std::uint8_t>(dice());
       frame.data[0] = kCommands[dice() % std::size(kCommands)];
       const SimTime at = live.time(bus) + SimTime(dice() % 600'000) - microseconds(100);
       live.host(bus, at, frame);

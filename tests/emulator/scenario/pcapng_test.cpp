@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "tests/support/frames.hpp"
+#include "tests/support/serial.hpp"
 
 namespace lk::emulator {
 namespace pcapng_test {
@@ -43,6 +44,14 @@ TEST(Pcapng, HasFramesAsSocketCanHasThem) {
   EXPECT_EQ(pcapng_frame(1, SimTime{0}, test::frame("181#9C0102"), false),
             bytes("06000000 38000000 01000000 00000000 00000000 0B000000 0B000000"
                   "00000181 03 00 0000 9C010200 0200 0400 01000000 0000 0000 38000000"));
+}
+
+TEST(Pcapng, HasTheBytesOfRs485AsTheyAreOnTheWire) {
+  const std::array<std::string, 1> buses{"rs485:/a"};
+  // LINKTYPE_USER0, 147 = 0x93.
+  EXPECT_EQ(pcapng_begin(buses).substr(28, 12), bytes("01000000 2C000000 9300 0000"));
+  EXPECT_EQ(pcapng_frame(0, SimTime{0}, test::packet("3E9A0100D9"), true).substr(20, 16),
+            bytes("05000000 05000000 3E9A0100D9 000000"));
 }
 
 TEST(Pcapng, SaysWhatKindOfFrameItIs) {

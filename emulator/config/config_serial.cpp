@@ -1,0 +1,95 @@
+#include "emulator/config/config_serial.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "emulator/ground/text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::string_view kPrefix = "rs485:";
+/// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.
+constexpr std::size_t kLongest = 90;
+/// Of the tool, by their numbers; without 921600 those behind it come one earlier.
+constexpr std::int64_t kRates[] = {9600,    19'200,  38'400,    57'600,    115'200,  230'400,
+                                   460'800, 921'600, 1'000'000, 2'000'000, 4'000'000};
+constexpr std::int64_t kOddRate = 921'600;  // the manuals have 1 Mbit/s in its place
+
+std::chrono::nanoseconds from_us(double us) {
+  return std::chrono::nanoseconds(std::llround(us * 1e3));
+}
+
+const std::vector<std::string> kResync{"scan", "idle"};
+const std::vector<std::string> kTermios{"as_tty", "raw"};
+const std::vector<std::string> kRate{"enforce", "ignore"};
+
+}  // namespace
+
+bool is_serial_name(std::string_view name) { return name.starts_with(kPrefix); }
+
+std::string serial_path(std::string_view name) { return std::string(name.substr(kPrefix.size())); }
+
+std::string serial_name_problem(const std::string& name) {
+  if (name.size() == kPrefix.size()) return "rs485: needs a path, like rs485:/tmp/arm";
+  if (name.size() > kLongest) {
+    return "\"" + name + "\" is longer than " + std::to_string(kLongest) + " characters";
+  }
+  const bool plain = std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
+  return plain ? "" : "\"" + name + "\" has characters that a log could not show";
+}
+
+std::string baud_problem(std::int64_t baud) {
+  const auto* const rate = std::ranges::find(kRates, baud);
+  if (baud == 0 || (rate != std::end(kRates) && baud != kOddRate)) return "";
+  std::vector<std::string> rates{"0"};
+  for (const std::int64_t one : kRates) {
+    if (one != kOddRate) rates.push_back(std::to_string(one));
+  }
+  return std::to_string(baud) + " is no bit rate of RS-485 drives: " + comma_list(rates);
+}
+
+std::uint8_t rate_code(std::int64_t baud, bool has_921600) {
+  const auto* const rate = std::ranges::find(kRates, baud);
+  if (rate == std::end(kRates)) return 0;
+  const bool moved = !has_921600 && baud > kOddRate;
+  return static_cast<std::uint8_t>(rate - std::begin(kRates) - (moved ? 1 : 0));
+}
+
+SerialConfig read_serial(TableReader& bus) {
+  SerialConfig serial;
+  auto reader = bus.table("rs485");
+  if (!reader) return serial;
+  if (const auto us = reader->number("reply_us", 0, 100'000)) serial.reply_time = from_us(*us);
+  if (const auto us = reader->number("reply_spread_us", 0, 100'000)) {
+    serial.reply_spread = from_us(*us);
+  }
+  if (serial.reply_spread > serial.reply_time) {
+    reader->fail(reader->has("reply_spread_us") ? "reply_spread_us" : "reply_us",
+                 "the spread must not be above reply_us: a reply would begin before its query");
+  }
+  if (const auto ms = reader->number("gap_ms", 0.01, 1000)) serial.gap = from_us(*ms * 1e3);
+  if (const auto word = reader->choice("resync", kResync)) serial.scan = *word == 0;
+  if (const auto len = reader->integer("max_len", 60, protocol::kMostLen)) {
+    serial.max_len = static_cast<std::uint8_t>(*len);
+  }
+  if (const auto bits = reader->integer("broadcast_gap_bits", 10, 10'000)) {
+    serial.broadcast_gap_bits = static_cast<int>(*bits);
+  }
+  if (const auto us = reader->number("broadcast_reply_us", 0, 100'000)) {
+    serial.broadcast_reply_time = from_us(*us);
+  }
+  if (const auto word = reader->choice("pty_termios", kTermios)) serial.as_tty = *word == 0;
+  if (const auto word = reader->choice("pty_rate", kRate)) serial.enforces_rate = *word == 0;
+  if (const auto codes = reader->integer("baud_codes", 10, 11)) serial.has_921600 = *codes == 11;
+  reader->finish();
+  return serial;
+}
+
+std::string bus_file_name(std::string name) {
+  std::ranges::replace(name, '/', '_');
+  return name;
+}
+
+}  // namespace lk::emulator
