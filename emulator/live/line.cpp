@@ -6,7 +6,10 @@
 #include <system_error>
 #include <utility>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/core/scenario/sampler.hpp"
+#include "emulator/transports/serial_port.hpp"
+#include "emulator/transports/socketcan_port.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -68,7 +71,16 @@ Line::Line(const BusConfig& config)
 
 void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
                    std::function<void()> on_frames) {
-  port_.emplace(loop, config_.interface, allowed, reception_for(config_), std::move(on_frames));
+  if (!config_.serial) {
+    port_ = std::make_unique<SocketCanPort>(loop, config_.interface, allowed,
+                                            reception_for(config_), std::move(on_frames));
+    return;
+  }
+  const SerialPortOptions options{.bitrate = config_.bitrate,
+                                  .as_tty = config_.serial->as_tty,
+                                  .enforces_rate = config_.serial->enforces_rate};
+  port_ = std::make_unique<SerialPort>(loop, name(), serial_path(name()), options,
+                                       std::move(on_frames));
 }
 
 void Line::take_in(const TimedFrame& in) {

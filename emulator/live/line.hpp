@@ -6,6 +6,7 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +15,9 @@
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/live/pacer.hpp"
 #include "emulator/rom/rom_gate.hpp"
-#include "emulator/transports/socketcan_port.hpp"
+#include "emulator/transports/netlink.hpp"
+#include "emulator/transports/port.hpp"
+#include "emulator/transports/socketcan.hpp"
 #include "protocol/opcodes.hpp"
 
 namespace lk::emulator {
@@ -52,14 +55,15 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() = default;
 
+  /// To its interface, or its serial port. Throws StartError.
   void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
 
   const BusConfig& config() const { return config_; }
   const std::string& name() const { return config_.interface; }
   const std::string& ids() const { return ids_; }  // "1-4,7"
   const Bus& bus() const { return bus_; }
-  SocketCanPort* port() { return port_ ? &*port_ : nullptr; }
-  const SocketCanPort* port() const { return port_ ? &*port_ : nullptr; }
+  Port* port() { return port_.get(); }
+  const Port* port() const { return port_.get(); }
   const RomGate& gate() const { return gate_; }
   bool is_up() const { return !port_ || port_->is_up(); }
 
@@ -133,7 +137,7 @@ class Line {
   RomGate gate_;
   Adviser adviser_;
   std::size_t advice_told_ = 0;
-  std::optional<SocketCanPort> port_;
+  std::unique_ptr<Port> port_;
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full

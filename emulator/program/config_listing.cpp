@@ -37,7 +37,7 @@ std::string count(std::size_t n, const char* what) {
 
 /// "mixed": not all switches are those of the generation.
 std::string generation_text(const ServoConfig& servo) {
-  const bool mixed = !(servo.quirks == quirks_of(servo.generation));
+  const bool mixed = !(servo.quirks == quirks_of(servo.generation, servo.quirks.dialect.framing));
   return std::string(generation_name(servo.generation)) + (mixed ? " mixed" : "");
 }
 

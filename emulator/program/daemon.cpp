@@ -16,11 +16,13 @@
 #include <system_error>
 #include <utility>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/privileges.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
+#include "emulator/transports/serial_port.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -94,6 +96,11 @@ void print_bus(const BusStats& bus, const std::string& title) {
   print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
   print_nonzero("unrequested frames of drives", bus.extra_frames);
   print_nonzero("error frames", bus.error_frames);
+  print_nonzero("RS-485: bytes that start no packet", bus.receiver.skipped_bytes);
+  print_nonzero("RS-485: headers whose sum is wrong", bus.receiver.bad_headers);
+  print_nonzero("RS-485: packets longer than any", bus.receiver.too_long);
+  print_nonzero("RS-485: packets whose sum is wrong", bus.receiver.bad_data);
+  print_nonzero("RS-485: packets broken off", bus.receiver.broken_off);
   print_nonzero("motion not executed: drive off or in error", bus.refused_motion);
   print_nonzero("motion not executed: target out of range", bus.invalid_targets);
   print_nonzero("writes to ROM", bus.rom_writes);
@@ -151,12 +158,17 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
         tell_written(place, write, error);
       }) {
-  check_can_support();
+  if (!std::ranges::all_of(buses, [](const BusConfig& bus) { return bus.serial.has_value(); })) {
+    check_can_support();
+  }
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
   // Nothing is made or brought up before all that exists has been looked at.
   for (const BusConfig& bus : buses) {
-    const LinkState link = link_state(bus.interface);
-    if (link.index != 0 || !options.create_buses) {
+    if (bus.serial) check_serial_path(bus.interface, serial_path(bus.interface));
+    const LinkState link = bus.serial ? LinkState{} : link_state(bus.interface);
+    if (bus.serial) {
+      // Nothing to look for in the kernel.
+    } else if (link.index != 0 || !options.create_buses) {
       check_interface(bus.interface, link, allowed);
     }
     for (const ServoConfig& servo : bus.servos) id_locks_.take(bus.interface, link, servo.id);
@@ -177,7 +189,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
   for (const BusConfig& bus : buses) {
-    if (options.create_buses) make(bus.interface);
+    if (options.create_buses && !bus.serial) make(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });

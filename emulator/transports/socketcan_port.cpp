@@ -125,6 +125,10 @@ void SocketCanPort::say_missing() const {
   }
 }
 
+Port::Batch SocketCanPort::next_batch(Wait wait) {
+  return socket_ ? socket_->receive(wait) : Batch{};
+}
+
 void SocketCanPort::note_error(int error) {
   spdlog::debug("{}: receive: {}", interface_, std::generic_category().message(error));
   // The socket has lost its interface; if there is one of that name again, it needs a new socket.

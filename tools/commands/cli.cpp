@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "emulator/config/config_quirks.hpp"
+#include "emulator/config/config_serial.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
@@ -48,6 +49,7 @@ struct Raw {
   std::string config;
   std::string seed;
   std::string bitrate;
+  std::string baud;
   std::string rom;
   std::string clock = "realtime";
   std::string control;
@@ -62,7 +64,9 @@ struct Raw {
 };
 
 void add_options(CLI::App& app, Raw& raw) {
-  app.add_option("--bus", raw.buses, "CAN interface to answer on, e.g. vcan0 (repeatable)")
+  app.add_option("--bus", raw.buses,
+                 "CAN interface to answer on, e.g. vcan0, or RS-485 at a path, e.g. rs485:/tmp/arm "
+                 "(repeatable)")
       ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
@@ -89,6 +93,9 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--seed", raw.seed, "seed of noise and boot angles (default 1)")->type_name("N");
   app.add_option("--bitrate", raw.bitrate,
                  "modelled bit rate in bit/s, 0 = frames take no time (default 1000000)")
+      ->type_name("N");
+  app.add_option("--baud", raw.baud,
+                 "bit rate of RS-485 in bit/s, 0 = bytes take no time (default 115200)")
       ->type_name("N");
   app.add_option("--rom", raw.rom,
                  "directory that keeps what drives write to ROM, or :memory: to keep nothing "
@@ -288,6 +295,12 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     const std::string problem = bitrate_problem(bitrate);
     if (!problem.empty()) throw StartError("--bitrate: " + problem);
     line.overrides.bitrate = bitrate;
+  }
+  if (app.count("--baud") > 0) {
+    const std::int64_t baud = parse_number("--baud", raw.baud);
+    const std::string problem = baud_problem(baud);
+    if (!problem.empty()) throw StartError("--baud: " + problem);
+    line.overrides.baud = baud;
   }
   if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
   const auto clock = parse_clock_mode(raw.clock);

@@ -1,0 +1,45 @@
+#include "emulator/transports/terminal.hpp"
+
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace lk::emulator {
+namespace {
+
+termios2 settings_of(int fd) {
+  termios2 settings{};
+  if (::ioctl(fd, TCGETS2, &settings) < 0) {
+    throw std::system_error(errno, std::generic_category(), "TCGETS2");
+  }
+  return settings;
+}
+
+}  // namespace
+
+std::int64_t output_rate(int fd) { return settings_of(fd).c_ospeed; }
+
+void make_raw(int fd, std::int64_t rate) {
+  termios2 settings = settings_of(fd);
+  settings.c_iflag = 0;
+  settings.c_oflag = 0;
+  settings.c_lflag = 0;
+  settings.c_cflag &= ~static_cast<tcflag_t>(CSIZE | PARENB | CSTOPB | CRTSCTS);
+  settings.c_cflag |= CS8 | CREAD | CLOCAL;
+  settings.c_cc[VMIN] = 1;
+  settings.c_cc[VTIME] = 0;
+  if (rate > 0) {
+    settings.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT));
+    settings.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
+    settings.c_ispeed = static_cast<speed_t>(rate);
+    settings.c_ospeed = static_cast<speed_t>(rate);
+  }
+  if (::ioctl(fd, TCSETS2, &settings) < 0) {
+    throw std::system_error(errno, std::generic_category(), "TCSETS2");
+  }
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,330 @@
+"""pyserial, Debian's, as a host of lk-emu on RS-485: hosts written for real drives open the same port in
+the same way. Needs no CAN bus. Prints how many transactions a second it came to, which decides nothing.
+
+usage: pyserial_host.py LK_EMU
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import termios
+import time
+import unittest
+
+import serial
+
+PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "lk-emu"
+PATIENCE_S = 20
+
+
+def packet(command: int, drive: int, data: bytes = b"") -> bytes:
+    """`3E CMD ID LEN HSUM data DSUM`."""
+    header = bytes([0x3E, command, drive, len(data)])
+    frame = header + bytes([sum(header) & 0xFF])
+    return frame + data + bytes([sum(data) & 0xFF]) if data else frame
+
+
+def read_packet(port: serial.Serial) -> bytes:
+    """A whole packet; b"" when none begins in time. Refuses what has a wrong sum."""
+    header = port.read(5)
+    if len(header) < 5:
+        return b""
+    assert header[0] == 0x3E and sum(header[:4]) & 0xFF == header[4], header.hex(" ")
+    if header[3] == 0:
+        return header
+    rest = port.read(header[3] + 1)
+    assert sum(rest[:-1]) & 0xFF == rest[-1], (header + rest).hex(" ")
+    return header + rest
+
+
+def ask(port: serial.Serial, command: int, drive: int, data: bytes = b"") -> bytes:
+    port.write(packet(command, drive, data))
+    return read_packet(port)
+
+
+class Emulator:
+    """The program, with a bus at each of `paths`."""
+
+    def __init__(self, *arguments: str):
+        self.process = subprocess.Popen(
+            [PROGRAM, "--rom", ":memory:", "--control", "none", *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.ready = self.process.stdout.readline()
+        assert self.ready.startswith("lk-emu ready"), self.process.communicate()
+
+    def stop(self) -> str:
+        self.process.send_signal(signal.SIGTERM)
+        out, err = self.process.communicate(timeout=PATIENCE_S)
+        self.errors = err
+        assert self.process.returncode == 0, err
+        return out
+
+
+@contextlib.contextmanager
+def emulator(*arguments: str):
+    running = Emulator(*arguments)
+    try:
+        yield running
+    finally:
+        if running.process.poll() is None:
+            running.process.kill()
+            running.process.communicate()
+
+
+class Rs485(unittest.TestCase):
+    def setUp(self):
+        own = tempfile.TemporaryDirectory()
+        self.addCleanup(own.cleanup)
+        self.directory = own.name
+        self.path = os.path.join(own.name, "arm")
+        self.bus = "rs485:" + self.path
+
+    def open(self, baud: int, path: str = "") -> serial.Serial:
+        port = serial.Serial(path or self.path, baud, timeout=2)
+        self.addCleanup(port.close)
+        return port
+
+    def test_a_host_talks_to_two_drives(self):
+        with emulator("--bus", self.bus, "--ids", "1-2", "--baud", "1000000",
+                      "--generation", "v236") as running:
+            self.assertEqual(running.ready.strip(), f"lk-emu ready {self.bus}:1-2")
+            port = self.open(1_000_000)
+            for drive in (1, 2):
+                state = ask(port, 0x9A, drive)
+                self.assertEqual(state[:4], bytes([0x3E, 0x9A, drive, 7]))
+                self.assertEqual(ask(port, 0x88, drive), packet(0x88, drive))
+                speed = ask(port, 0xA2, drive, (36000).to_bytes(4, "little"))
+                self.assertEqual(speed[:4], bytes([0x3E, 0xA2, drive, 7]))
+            # It turns: the encoder of state 2 changes.
+            places = {ask(port, 0x9C, 1)[10:12] for _ in range(20)}
+            self.assertGreater(len(places), 5)
+            summary = running.stop()
+            self.assertIn("26 queries, 26 replies", summary)
+        self.assertFalse(os.path.lexists(self.path), "the link is gone with the program")
+
+    def test_hosts_come_and_go_and_noise_changes_nothing(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "2000000"):
+            for _ in range(3):
+                with serial.Serial(self.path, 2_000_000, timeout=2) as port:
+                    self.assertEqual(len(ask(port, 0x9C, 1)), 13)
+            port = self.open(2_000_000)
+            noise = bytes((n * 37 + n // 251) & 0xFF for n in range(100_000))
+            for _ in range(100):  # 10 MB
+                port.write(noise)
+            deadline = time.monotonic() + PATIENCE_S
+            answer = b""
+            while len(answer) != 13 and time.monotonic() < deadline:
+                port.reset_input_buffer()
+                port.write(packet(0x9C, 1))
+                answer = port.read(13)  # spoiled as long as there is noise on the wire
+            self.assertEqual(answer[:4], bytes([0x3E, 0x9C, 1, 7]))
+
+    def test_a_terminal_that_is_not_raw_turns_carriage_returns_into_line_feeds(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
+            port = self.open(1_000_000)
+            attributes = termios.tcgetattr(port.fd)
+            # ID 1, gains of the angle loop 13: 0x0D arrives as 0x0A where ICRNL is left set.
+            gains = bytes([13, 100, 50, 40, 50, 50])
+            self.assertEqual(ask(port, 0x31, 1, gains), packet(0x31, 1, gains))
+            attributes[0] |= termios.ICRNL
+            termios.tcsetattr(port.fd, termios.TCSANOW, attributes)
+            port.write(packet(0x30, 1))
+            self.assertEqual(port.read(12)[5], 0x0A)
+
+    def test_a_fresh_terminal_is_a_terminal(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
+            fd = os.open(self.path, os.O_RDWR | os.O_NOCTTY)
+            self.addCleanup(os.close, fd)
+            iflag, oflag, _, lflag = termios.tcgetattr(fd)[:4]
+            self.assertTrue(iflag & termios.ICRNL and iflag & termios.IXON)
+            self.assertTrue(oflag & termios.OPOST)
+            self.assertTrue(lflag & termios.ECHO and lflag & termios.ICANON)
+
+    def test_a_wrong_rate_is_silence(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
+            port = serial.Serial(self.path, 115_200, timeout=0.3)
+            self.addCleanup(port.close)
+            self.assertEqual(ask(port, 0x9C, 1), b"")
+            port.baudrate = 1_000_000
+            port.timeout = 2
+            deadline = time.monotonic() + PATIENCE_S
+            answer = b""
+            while len(answer) != 13 and time.monotonic() < deadline:
+                port.write(packet(0x9C, 1))
+                answer = port.read(13)
+            self.assertEqual(len(answer), 13)
+            running.stop()
+            self.assertIn("the host is at 115200 bit/s and the drives are at 1000000", running.errors)
+
+    def test_without_a_rate_that_of_the_host_is_of_no_account(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "0"):
+            for baud in (9600, 4_000_000):
+                self.assertEqual(len(ask(self.open(baud), 0x9C, 1)), 13)
+
+    def test_twelve_drives_on_four_buses(self):
+        paths = [os.path.join(self.directory, f"leg{n}") for n in range(4)]
+        arguments = []
+        for path in paths:
+            arguments += ["--bus", "rs485:" + path, "--ids", "1-3"]
+        with emulator(*arguments, "--baud", "2000000", "--motor", "mg4005") as running:
+            ports = [self.open(2_000_000, path) for path in paths]
+            cycles = 200
+            begin = time.monotonic()
+            for _ in range(cycles):
+                for drive in (1, 2, 3):
+                    for port in ports:
+                        port.write(packet(0xA1, drive, (20).to_bytes(2, "little")))
+                    for port in ports:
+                        answer = read_packet(port)
+                        self.assertEqual(answer[:4], bytes([0x3E, 0xA1, drive, 7]))
+            rate = cycles / (time.monotonic() - begin)
+            print(f"12 drives on four buses at 2 Mbit/s: {rate:.0f} cycles a second", flush=True)
+            summary = running.stop()
+            self.assertEqual(summary.count(f"{3 * cycles} queries, {3 * cycles} replies"), 4, summary)
+
+    def lk_emu(self, *arguments: str) -> str:
+        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True,
+                              timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, 0, done)
+        return done.stdout
+
+    def test_a_recording_plays_again_and_is_told_in_words(self):
+        recording = os.path.join(self.directory, "recording")
+        with emulator("--bus", self.bus, "--ids", "1-2", "--baud", "1000000", "--generation", "v235",
+                      "--record", recording) as running:
+            port = self.open(1_000_000)
+            for drive in (1, 2):
+                ask(port, 0xA4, drive, (18000).to_bytes(8, "little") + (36000).to_bytes(4, "little"))
+                for _ in range(20):
+                    ask(port, 0x9C, drive)
+            port.write(packet(0x9A, 1)[:2])  # a packet in pieces, and rubbish
+            time.sleep(0.001)
+            port.write(packet(0x9A, 1)[2:] )
+            self.assertEqual(len(read_packet(port)), 13)
+            port.write(b"\x00\xff")
+            ask(port, 0x12, 2)
+            running.stop()
+        with open(os.path.join(recording, "frames.log"), encoding="ascii") as file:
+            log = file.read()
+        self.assertIn(f" {self.bus} rs485#3E12020052 T\n", log)
+        self.assertIn("identical", self.lk_emu("replay", recording))
+        words = self.lk_emu("decode", os.path.join(recording, "frames.log"), "--generation", "v235")
+        self.assertIn("position 2, multi-turn, max speed", words)
+        self.assertIn("angle 180", words)
+        self.assertIn("read product info", words)
+
+    def test_a_scenario_speaks_to_both_wires(self):
+        scenario = os.path.join(self.directory, "both.toml")
+        with open(scenario, "w", encoding="ascii") as file:
+            file.write(f"""
+about = "One arm on CAN, one on RS-485: the same words move both."
+robot = "robot.toml"
+duration_s = 1
+
+[[send]]
+bus = "vcan0"
+at_s = 0.1
+id = 1
+command = "speed"
+speed_dps = 90
+
+[[send]]
+bus = "{self.bus}"
+at_s = 0.1
+id = 1
+command = "speed"
+speed_dps = 90
+
+[[send]]
+bus = "{self.bus}"
+at_s = 0.9
+frame = "rs485#3E9C0100DB"
+
+[[expect]]
+says = "it turns"
+bus = "vcan0"
+id = 1
+signal = "speed_dps"
+at_s = 0.8
+min = 80
+max = 100
+
+[[expect]]
+says = "and so does the other"
+bus = "{self.bus}"
+id = 1
+signal = "speed_dps"
+at_s = 0.8
+min = 80
+max = 100
+
+[[expect]]
+says = "which answers"
+bus = "{self.bus}"
+id = 1
+reply = {{ command = "state_2", count = 1 }}
+""")
+        with open(os.path.join(self.directory, "robot.toml"), "w", encoding="ascii") as file:
+            file.write(f"""
+[[bus]]
+interface = "vcan0"
+[[bus.drive]]
+id = 1
+
+[[bus]]
+interface = "{self.bus}"
+[[bus.drive]]
+id = 1
+""")
+        self.assertIn("passed", self.lk_emu("run", scenario))
+        self.assertFalse(os.path.lexists(self.path), "a run makes no terminal")
+
+    def refused(self, *arguments: str) -> str:
+        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True,
+                              timeout=PATIENCE_S, check=False)
+        self.assertEqual(done.returncode, 2, done)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        return done.stderr
+
+    def test_what_cannot_be_is_told_in_a_line(self):
+        with open(self.path, "w", encoding="ascii") as file:
+            file.write("mine")
+        self.assertIn("is there already", self.refused("--bus", self.bus, "--ids", "1"))
+        with open(self.path, encoding="ascii") as file:
+            self.assertEqual(file.read(), "mine")
+        self.assertIn("is no bit rate of RS-485 drives",
+                      self.refused("--bus", self.bus, "--ids", "1", "--baud", "500000"))
+        self.assertIn("needs a path", self.refused("--bus", "rs485:", "--ids", "1"))
+        robot = os.path.join(self.directory, "robot.toml")
+        with open(robot, "w", encoding="ascii") as file:
+            file.write('[[bus]]\ninterface = "rs485:/tmp/x"\nbitrate = 460800\n'
+                       "[[bus.drive]]\nid = 1\nsettings.broadcast_mode = true\n")
+        self.assertIn("needs 1, 2 or 4 Mbit/s", self.refused("--config", robot, "--check"))
+
+    def test_two_programs_do_not_serve_one_path(self):
+        with emulator("--bus", self.bus, "--ids", "1"):
+            self.assertNotEqual(self.refused("--bus", self.bus, "--ids", "1"), "")
+            self.assertTrue(os.path.islink(self.path))
+
+    def test_a_link_that_a_killed_program_left_is_replaced(self):
+        with emulator("--bus", self.bus, "--ids", "1") as running:
+            running.process.kill()
+            running.process.communicate()
+        self.assertTrue(os.path.islink(self.path))
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
+            self.assertEqual(len(ask(self.open(1_000_000), 0x9C, 1)), 13)
+
+    def test_the_ms4015_of_the_log_says_who_it_is(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000", "--motor", "ms4015",
+                      "--generation", "seen"):
+            answer = ask(self.open(1_000_000), 0x12, 1)
+            log = ("3E 12 01 3A 8B 44 53 34 30 52 37" + " 00" * 14 + " 4D 53 34 30 31 35" +
+                   " 00" * 14 + " 35 37 35 30 30 32 73 18 78 03 4A 4B 2C 01 C8 00 EB 00 9C")
+            self.assertEqual(answer.hex(" ").upper(), log)
+
+
+if __name__ == "__main__":
+    unittest.main()
