@@ -28,8 +28,8 @@ std::string place_text(const WireField& field) {
 }
 
 std::string_view type_text(protocol::Wire wire) {
-  constexpr std::string_view kTypes[] = {"uint8",  "int8",  "uint16",       "int16",
-                                         "uint32", "int32", "signed 56 bit"};
+  constexpr std::string_view kTypes[] = {"uint8", "int8",          "uint16", "int16", "uint32",
+                                         "int32", "signed 56 bit", "uint24", "int64"};
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
@@ -68,7 +68,7 @@ std::string exists(const CommandInfo& command) {
 }
 
 std::string_view letters(protocol::Source source) {
-  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]"};
+  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]", "[T]"};
   return kLetters[static_cast<std::size_t>(source)];
 }
 
@@ -207,7 +207,77 @@ std::string field_rows() {
   return text;
 }
 
+// --- RS-485
+
+/// "D[0:3]", or "D[0]".
+std::string data_place(const WireField& field) {
+  const int first = field.byte - 1;
+  const int last = first + protocol::bytes_of(field.wire) - 1;
+  std::string text = "`D[" + std::to_string(first);
+  if (last > first) text += ":" + std::to_string(last);
+  return text + "]`";
+}
+
+/// What a command's fields are, those of parameters as one.
+std::string data_text(std::span<const WireField> fields) {
+  std::string text;
+  bool parameters = false;
+  for (const WireField& field : fields) {
+    if (field.parameter >= 0) {
+      parameters = true;
+      continue;
+    }
+    text.append(text.empty() ? "" : ", ").append(data_place(field)).append(" ").append(field.key);
+    text.append(" ").append(type_text(field.wire));
+    if (field.optional) text += ", may be left out";
+    if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
+  }
+  if (parameters) text += ", its value";
+  return text.empty() ? "–" : text;
+}
+
+/// The generations on a wire that know it, of the series that have it.
+std::string known_by(const CommandInfo* command, protocol::Framing framing) {
+  if (command == nullptr) return "–";
+  const bool ms = command->fits == protocol::Fits::kMsOnly;
+  std::string text;
+  std::size_t all = 0;
+  for (const protocol::GenerationRow& row : protocol::kGenerationRows) {
+    const protocol::Dialect& dialect =
+        framing == protocol::Framing::kCan ? row.dialect : row.serial;
+    const auto series = ms ? protocol::Series::kMs : protocol::Series::kMf;
+    if (!protocol::knows(protocol::wire_format(dialect, series), *command)) continue;
+    ++all;
+    text.append(text.empty() ? "" : ", ").append(row.name);
+  }
+  if (all == protocol::kGenerationRows.size()) return "all";
+  return text.empty() ? "none" : text;
+}
+
+std::string serial_row(const CommandInfo& command, const CommandInfo* on_can) {
+  const bool bytes = command.query_len != nullptr;
+  const std::string number = command.identifier != 0
+                                 ? "02 " + hex_text(command.identifier - 0x200).substr(2)
+                                 : hex_text(static_cast<unsigned>(command.opcode));
+  const std::string reply = command.echoed          ? "echo"
+                            : command.reply.empty() ? "bytes below, or none"
+                                                    : data_text(command.reply);
+  return "| " + number + " | " + std::string(command.name) + " | " +
+         (bytes ? std::string("bytes below") : data_text(command.query)) + " | " + reply + " | " +
+         known_by(&command, protocol::Framing::kSerial) + " | " +
+         known_by(on_can, protocol::Framing::kCan) + " |\n";
+}
+
 }  // namespace
+
+std::string serial_command_page() {
+  std::string text =
+      "| CMD | name | query | reply | on RS-485 | on CAN |\n|---|---|---|---|---|---|\n";
+  for (const CommandInfo& command : protocol::serial_commands()) {
+    text += serial_row(command, protocol::find_command(static_cast<std::uint8_t>(command.opcode)));
+  }
+  return text;
+}
 
 std::string command_page() { return command_rows() + "\n" + field_rows(); }
 

@@ -49,6 +49,9 @@ void write_dbc(const std::filesystem::path& directory, const lk::protocol::Gener
 
 int main(int argc, char** argv) {
   if (argc == 1) return std::fputs(lk::formats::command_page().c_str(), stdout) < 0 ? 1 : 0;
+  if (argc == 2 && std::string(argv[1]) == "--serial") {
+    return std::fputs(lk::formats::serial_command_page().c_str(), stdout) < 0 ? 1 : 0;
+  }
   if (argc != 3) return 2;
   try {
     const std::filesystem::path directory = argv[2];

@@ -81,18 +81,20 @@ struct Reader {
     return values;
   }
   Values operator()(const Position1& query) const {
-    return {{"angle_target", query.target_cdeg / 100.0}};
+    return {{"angle_target", static_cast<double>(query.target_cdeg) / 100.0}};
   }
   Values operator()(const Position2& query) const {
-    return {{"max_speed", query.max_speed_dps}, {"angle_target", query.target_cdeg / 100.0}};
+    return {{"max_speed", query.max_speed_dps},
+            {"angle_target", static_cast<double>(query.target_cdeg) / 100.0}};
   }
   Values operator()(const Position3& query) const {
-    return {{"direction", query.direction}, {"single_turn_target", query.target_cdeg / 100.0}};
+    return {{"direction", query.direction},
+            {"single_turn_target", static_cast<double>(query.target_cdeg) / 100.0}};
   }
   Values operator()(const Position4& query) const {
     return {{"direction", query.direction},
             {"max_speed", query.max_speed_dps},
-            {"single_turn_target", query.target_cdeg / 100.0}};
+            {"single_turn_target", static_cast<double>(query.target_cdeg) / 100.0}};
   }
   Values operator()(const Position5& query) const {
     return {{"increment", query.increment_cdeg / 100.0}};
@@ -168,6 +170,18 @@ struct Reader {
             {"i_c", reply.i_c_A}};
   }
   Values operator()(const ParameterValue& reply) const { return read(reply.parameter, format); }
+
+  // 0x90 has a type on RS-485 only.
+  Values operator()(const ReadEncoder&) const { return {}; }
+  // No frame of CAN is one of these: serial_codec_test.
+  Values operator()(const ReadSetting&) const { return of_the_other_wire(); }
+  Values operator()(const WriteSettingToRam&) const { return of_the_other_wire(); }
+  Values operator()(const WriteSettingToRom&) const { return of_the_other_wire(); }
+  Values operator()(const SettingValue&) const { return of_the_other_wire(); }
+  Values operator()(const SettingWritten&) const { return of_the_other_wire(); }
+  Values operator()(const DeviceType&) const { return of_the_other_wire(); }
+  Values operator()(const Block&) const { return of_the_other_wire(); }
+  static Values of_the_other_wire() { throw std::runtime_error("RS-485 alone has it"); }
 
   template <class Silent>
   Values operator()(const Silent&) const {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <span>
 
 #include "protocol/field_values.hpp"
 #include "tests/tools/formats/codec_values.hpp"
@@ -76,8 +77,9 @@ void expect_same(const Values& table, const Values& codec) {
 class Payloads {
  public:
   Payload next(Opcode opcode, bool reply, const WireFormat& format) {
-    Payload data;
-    for (auto& byte : data) byte = static_cast<std::uint8_t>(random_() & 0xFFU);
+    Payload data{};
+    for (auto& byte : std::span(data).first(protocol::kCanBytes))
+      byte = static_cast<std::uint8_t>(random_() & 0xFFU);
     data[0] = static_cast<std::uint8_t>(opcode);
     if (opcode == protocol::ReadParameter::kOpcode || opcode == protocol::WriteParameter::kOpcode) {
       constexpr std::uint8_t kIds[] = {0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26};
@@ -138,7 +140,8 @@ TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
       if (!protocol::knows(format, row)) continue;
       for (int n = 0; n < kTries; ++n) {
         Frame frame{.id = row.identifier};
-        for (auto& byte : frame.data) byte = static_cast<std::uint8_t>(random() & 0xFFU);
+        for (auto& byte : std::span(frame.data).first(protocol::kCanBytes))
+          byte = static_cast<std::uint8_t>(random() & 0xFFU);
         expect_same(table_values(multi_drive_fields(row, format), frame.data, Clamp::kYes),
                     test::query_values(frame, format));
       }
