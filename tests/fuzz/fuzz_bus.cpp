@@ -188,7 +188,7 @@ class Player {
       in.frame.extended = (head >> 13U & 1U) != 0;
       in.frame.dlc = static_cast<std::uint8_t>(head >> 9U & 15U);
     }
-    for (auto& byte : in.frame.data) {
+    for (auto& byte : std::span(in.frame.data).first(protocol::kCanBytes)) {
       byte = input.byte();
     }
     bus_.receive(in);

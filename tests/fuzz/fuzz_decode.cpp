@@ -60,7 +60,7 @@ Frame frame_from(const Bytes& bytes) {
   frame.kind = static_cast<FrameKind>(bytes[2] & 3U);
   frame.extended = (bytes[2] & 4U) != 0;
   frame.dlc = bytes[3];
-  for (std::size_t k = 0; k < frame.data.size(); ++k) {
+  for (std::size_t k = 0; k < kCanBytes; ++k) {
     frame.data[k] = bytes[4 + k];
   }
   return frame;

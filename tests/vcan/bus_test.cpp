@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <future>
@@ -164,8 +165,10 @@ struct Exchange {
 };
 
 std::chrono::microseconds wire_time(int id, const Payload& data) {
-  return std::chrono::microseconds(
-      protocol::frame_bits({.id = 0x140U + static_cast<unsigned>(id), .dlc = 8, .data = data}));
+  protocol::Frame frame;
+  frame.id = 0x140U + static_cast<unsigned>(id);
+  std::ranges::copy(data, frame.data.begin());
+  return std::chrono::microseconds(protocol::frame_bits(frame));
 }
 
 std::vector<Exchange> ask_in_turns(const std::vector<int>& ids, int rounds) {
