@@ -6,6 +6,7 @@ usage: pyserial_host.py LK_EMU
 
 import contextlib
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -184,6 +185,20 @@ class Rs485(unittest.TestCase):
             print(f"12 drives on four buses at 2 Mbit/s: {rate:.0f} cycles a second", flush=True)
             summary = running.stop()
             self.assertEqual(summary.count(f"{3 * cycles} queries, {3 * cycles} replies"), 4, summary)
+
+    def test_a_serial_port_is_served_as_it_is(self):
+        wire, port = os.openpty()  # the port of the emulator, and what it is wired to
+        self.addCleanup(os.close, wire)
+        self.addCleanup(os.close, port)
+        with emulator("--bus", "rs485:" + os.ttyname(port), "--ids", "1", "--baud", "1000000"):
+            iflag, oflag, _, lflag = termios.tcgetattr(port)[:4]
+            self.assertEqual((iflag, oflag, lflag), (0, 0, 0))
+            os.write(wire, packet(0x9C, 1))
+            answer = b""
+            while len(answer) < 13 and select.select([wire], [], [], PATIENCE_S)[0]:
+                answer += os.read(wire, 64)
+            self.assertEqual((len(answer), answer[:4]), (13, bytes([0x3E, 0x9C, 1, 7])))
+        self.assertTrue(os.path.exists(os.ttyname(port)))
 
     def lk_emu(self, *arguments: str) -> str:
         done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True,
