@@ -5,7 +5,7 @@
 namespace lk::emulator {
 
 /// What a drive draws from the bus's seed, and the faults of the bus; each has numbers of its own.
-enum class SeedStream : std::uint8_t { kNoise, kBootAngle, kFault, kReplyTime, kWire, kChipId };
+enum class SeedStream : std::uint8_t { kNoise, kBootAngle, kFault, kReplyTime, kWire };
 
 /// SplitMix64 (Steele, Lea, Flood 2014): neighbouring inputs give unrelated outputs.
 constexpr std::uint64_t mix(std::uint64_t x) {
