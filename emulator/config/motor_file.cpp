@@ -20,7 +20,8 @@ std::string plain(const std::string& path) {
 }
 
 /// What is not taken over: how the other motor is sold, and what is known of that one alone.
-constexpr const char* kOfOneMotor[] = {"extends", "aliases", "rating", "product", "seen_generation"};
+constexpr const char* kOfOneMotor[] = {"extends", "aliases", "rating", "product",
+                                       "seen_generation"};
 
 /// The motor that `document` extends; nothing: none.
 std::optional<MotorFile> base_of(const toml::table& document, const std::string& file,
