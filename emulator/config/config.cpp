@@ -58,6 +58,11 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   } else {
     reader.note_missing("interface");
   }
+  std::vector<std::string> adapters;
+  for (const AdapterProfile& profile : adapter_profiles()) adapters.emplace_back(profile.name);
+  if (const auto place = reader.choice("adapter", adapters)) {
+    bus.adapter = &adapter_profiles()[*place];
+  }
   const AskedOfBus asked = asked_of(overrides, bus.interface, buses_in_file);
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/adapter_times.hpp"
 #include "emulator/core/directive.hpp"
 #include "emulator/core/parameter_memory.hpp"
 #include "emulator/core/sim_time.hpp"
@@ -87,6 +88,7 @@ struct ServoConfig {
 struct BusConfig {
   std::string interface;             // "vcan0"
   std::int64_t bitrate = 1'000'000;  // bit/s; 0 = frames take no time and drives answer at once
+  const AdapterProfile* adapter = nullptr;  // of the hosts, one of adapter_profiles(); null: none
   std::uint64_t seed = 1;
   std::vector<ServoConfig> servos;     // ascending, distinct IDs
   std::vector<TimedDirective> events;  // ascending times; planned when the bus is made

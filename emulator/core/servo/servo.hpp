@@ -15,12 +15,22 @@
 
 namespace lk::emulator {
 
+/// After what a drive answers its next motion command and does not execute it.
+enum class LostAfter : std::uint8_t { kBoot, kLostInput, kClear, kOff };
+
 /// Injected faults of firmware and memory that last.
 struct FirmwareFaults {
   bool rom_write_fails = false;
   bool rom_worn = false;
   bool forgets_broadcast = false;
   bool forgets_limits = false;
+  bool clear_reply_before = false;
+  bool first_command_lost = false;
+  LostAfter lost_after = LostAfter::kLostInput;
+  bool mute_after_off = false;
+  bool encoder_wrap_at_boot = false;
+  int turns_at_boot = 0;  // by which the multi-turn angle is off
+  bool multi_turn_zero_at_boot = false;
 };
 
 enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
@@ -74,6 +84,12 @@ class Servo {
   protocol::Frame encode(const protocol::Reply& reply) const {
     return protocol::encode_reply(id(), reply, format_);
   }
+  /// Its reply to 0x9B shows the errors from before it cleared them.
+  bool clear_reply_before() const { return faults_.clear_reply_before; }
+  /// How often its controller has started, power-up included.
+  std::uint32_t starts() const { return starts_; }
+  /// It obeys, and nothing that it says leaves it until it starts anew.
+  bool is_mute() const { return mute_; }
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -155,6 +171,9 @@ class Servo {
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
   void forget_what_faults_forget();
+  /// Faults change the multi-turn angle that the drive has woken up with.
+  void misread_turns(const model::Telemetry& telemetry);
+  void lose_next_after(LostAfter what);
   /// The place of this drive in the commands for several; none above ID 4.
   std::optional<std::size_t> slot() const;
   /// The loops and protections read the registers again.
@@ -192,6 +211,9 @@ class Servo {
   bool tripped_ = false;        // and not switched on since
   Motion motion_;               // in force, or kept by a stop
   bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
+  std::uint32_t starts_ = 0;
+  bool mute_ = false;
+  bool loses_next_ = false;  // motion command
   FirmwareFaults faults_;
   FirmwareFaults shown_faults_;
   ServoStats stats_;

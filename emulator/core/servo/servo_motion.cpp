@@ -173,6 +173,9 @@ Reply Servo::execute(Opcode command, const std::optional<Motion>& motion, const 
     ++stats_.invalid_targets;
   } else if (run_state_ == RunState::kOff && (tripped_ || config_.quirks.off_needs_run)) {
     ++stats_.refused_motion;
+  } else if (loses_next_) {
+    loses_next_ = false;
+    shown_faults_.first_command_lost = true;
   } else {
     motion_ = *motion;
     run_state_ = RunState::kRunning;
