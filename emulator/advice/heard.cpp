@@ -95,14 +95,15 @@ struct MotionReader {
 
 }  // namespace
 
-KnownDrive::KnownDrive(const ServoConfig& config, std::int64_t bitrate)
+KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
     : id(config.id),
       format(protocol::wire_format(config.quirks.dialect, config.profile.series)),
       circle_cdeg(ShaftAngles(config.profile, config.quirks).circle_cdeg()),
       widest_circle_cdeg(emulator::widest_circle_cdeg(config.profile)),
       max_offset_counts(ShaftAngles(config.profile, config.quirks).max_wire_count()),
       no_load_dps(emulator::no_load_dps(config.profile)),
-      shortest_answer(emulator::shortest_answer(config, bitrate)),
+      shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
+      adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       wear(config.wear) {
   look_at(config.rom);
@@ -117,6 +118,8 @@ void KnownDrive::look(const Bus& bus) {
   angle_deg = servo.multi_turn_deg(telemetry);
   wear = servo.wear();
   refused_motion = servo.stats().refused_motion;
+  starts = servo.starts();
+  clear_reply_before = servo.clear_reply_before();
   look_at(servo.ram());
 }
 

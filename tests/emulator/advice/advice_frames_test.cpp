@@ -73,6 +73,7 @@ TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
   hear(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
   hear(host, 3ms, test::frame("141#A50100009F8C0000"));  // 359.99 deg
   hear(host, 4ms, test::frame("141#34000000FFFFFF7F"));
+  hear(host, 4ms, test::frame("141#9200000000000000"));  // the host knows where it stands
   hear(host, 5ms, test::frame("141#A3000000FFFFFF7F"));  // Max Angle is off
   EXPECT_EQ(host.all(), "");
   for (const char* wrong :
