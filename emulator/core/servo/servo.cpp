@@ -63,11 +63,20 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   ram_ = rom_;
   forget_what_faults_forget();
   angles_.set_offset(ram_.encoder_offset);
-  angles_.forget_turns(angles_.position(telemetry));
+  start_multi_turn(telemetry, config_.quirks.boot_multi_turn);
   run_state_ = RunState::kRunning;
   tripped_ = false;
   motion_ = {};
   brake_powered_ = false;
+}
+
+void Servo::start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from) {
+  const std::int64_t position = angles_.position(telemetry);
+  if (from == BootMultiTurn::kZero) {
+    angles_.set_multi_turn(position, 0);
+  } else {
+    angles_.forget_turns(position);
+  }
 }
 
 void Servo::power_cycle(const Lane& lane) {
@@ -114,7 +123,10 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
 Reply Servo::on(const protocol::Off&, const Context& context) {
   run_state_ = RunState::kOff;
   motion_ = {};
-  angles_.forget_turns(angles_.position(context.before));
+  const Quirks& quirks = config_.quirks;
+  start_multi_turn(context.before, quirks.off_multi_turn == OffMultiTurn::kAsBoot
+                                       ? quirks.boot_multi_turn
+                                       : BootMultiTurn::kSingleTurn);
   context.lane.command(model::Off{});
   return Echo{context.request};
 }
@@ -169,7 +181,8 @@ Reply Servo::on(const protocol::ReadState1&, const Context& context) const {
 
 Reply Servo::on(const protocol::ClearErrors&, const Context& context) {
   context.lane.clear_errors();
-  return state_1(protocol::ClearErrors::kOpcode, context.lane.telemetry());
+  const bool after = config_.quirks.clear_reply == ClearReply::kAfter;
+  return state_1(protocol::ClearErrors::kOpcode, after ? context.lane.telemetry() : context.before);
 }
 
 Reply Servo::on(const protocol::ReadState2&, const Context& context) const {

@@ -154,6 +154,7 @@ class Servo {
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
+  void start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from);
   void forget_what_faults_forget();
   /// The place of this drive in the commands for several; none above ID 4.
   std::optional<std::size_t> slot() const;
