@@ -81,7 +81,9 @@ struct MotionReader {
     return of_slot(protocol::Speed::kOpcode, slot_of(id, c.speed_dps));
   }
   Motion operator()(const protocol::MultiPosition& c) const {
-    return of_slot(protocol::Position1::kOpcode, slot_of(id, c.target_deg));
+    const auto target_cdeg = slot_of(id, c.target_cdeg);
+    return of_slot(protocol::Position1::kOpcode,
+                   target_cdeg ? std::optional(*target_cdeg / 100) : std::nullopt);
   }
   template <class Other>
   Motion operator()(const Other&) const {

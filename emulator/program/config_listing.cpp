@@ -155,6 +155,9 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
+  if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
+    all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
+  }
   return all;
 }
 

@@ -64,7 +64,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   ram_ = rom_;
   forget_what_faults_forget();
   angles_.set_offset(ram_.encoder_offset);
-  angles_.forget_turns(angles_.position(telemetry));
+  start_multi_turn(telemetry, config_.quirks.boot_multi_turn);
   misread_turns(telemetry);
   run_state_ = RunState::kRunning;
   tripped_ = false;
@@ -73,6 +73,15 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   mute_ = false;
   loses_next_ = false;
   lose_next_after(LostAfter::kBoot);
+}
+
+void Servo::start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from) {
+  const std::int64_t position = angles_.position(telemetry);
+  if (from == BootMultiTurn::kZero) {
+    angles_.set_multi_turn(position, 0);
+  } else {
+    angles_.forget_turns(position);
+  }
 }
 
 void Servo::power_cycle(const Lane& lane) {
@@ -124,7 +133,10 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
 Reply Servo::on(const protocol::Off&, const Context& context) {
   run_state_ = RunState::kOff;
   motion_ = {};
-  angles_.forget_turns(angles_.position(context.before));
+  const Quirks& quirks = config_.quirks;
+  start_multi_turn(context.before, quirks.off_multi_turn == OffMultiTurn::kAsBoot
+                                       ? quirks.boot_multi_turn
+                                       : BootMultiTurn::kSingleTurn);
   context.lane.command(model::Off{});
   lose_next_after(LostAfter::kOff);
   mute_ = mute_ || faults_.mute_after_off;

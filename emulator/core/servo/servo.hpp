@@ -85,7 +85,9 @@ class Servo {
     return protocol::encode_reply(id(), reply, format_);
   }
   /// Its reply to 0x9B shows the errors from before it cleared them.
-  bool clear_reply_before() const { return faults_.clear_reply_before; }
+  bool clear_reply_before() const {
+    return faults_.clear_reply_before || config_.quirks.clear_reply == ClearReply::kBefore;
+  }
   /// How often its controller has started, power-up included.
   std::uint32_t starts() const { return starts_; }
   /// It obeys, and nothing that it says leaves it until it starts anew.
@@ -170,6 +172,7 @@ class Servo {
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
+  void start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from);
   void forget_what_faults_forget();
   /// Faults change the multi-turn angle that the drive has woken up with.
   void misread_turns(const model::Telemetry& telemetry);

@@ -79,7 +79,7 @@ Reply Servo::on(const protocol::MultiSpeed& command, const Context& context) {
 
 Reply Servo::on(const protocol::MultiPosition& command, const Context& context) {
   const auto own = slot();
-  return own ? on(protocol::Position1{100 * command.target_deg[*own]}, context)
+  return own ? on(protocol::Position1{command.target_cdeg[*own]}, context)
              : state_2(protocol::Position1::kOpcode, context.before);
 }
 

@@ -46,6 +46,18 @@ TEST(AdviceClear, IsOfAHostThatClearsWhatIsClear) {
             "those from before");
 }
 
+TEST(AdviceClear, IsOfDrivesThatAlwaysAnswerSo) {
+  ServoConfig servo = test::servo_config(1);
+  servo.quirks.clear_reply = ClearReply::kBefore;
+  servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  AnsweredHost host(servo);
+  host.repeat(2, 1ms, query(ReadState2{}));
+  host.wait(200ms);
+  host.repeat(2, 1ms, query(ReadState2{}));
+  for (int n = 0; n < 3; ++n) clear(host);
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 1U);
+}
+
 TEST(AdviceClear, IsNotOfOneThatReadsTheState) {
   AnsweredHost host = tripped();
   for (int n = 0; n < 5; ++n) {

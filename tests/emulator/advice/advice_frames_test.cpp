@@ -250,11 +250,11 @@ TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
   config.servos[0].rom.max_angle_deg = 90;
   AdvisedHost host(config);
   hear(host, 1ms, test::frame("281#E803E80300000000"));  // 1000 dps
-  hear(host, 2ms, test::frame("282#5A00C80000000000"));  // 90°, and 200° of drive 2
+  hear(host, 2ms, test::frame("282#2823204E00000000"));  // 90°, and 200° of drive 2
   EXPECT_EQ(host.all(), "");
   hear(host, 3ms, test::frame("281#E903000000000000"));
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 1U);
-  hear(host, 4ms, test::frame("282#A5FF000000000000"));  // -91°
+  hear(host, 4ms, test::frame("282#74DC000000000000"));  // -91°
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 2U);
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
 }
