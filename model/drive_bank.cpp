@@ -157,15 +157,17 @@ void DriveBank::State::derive_control(std::size_t drive) {
   const DriveParams params = by_own_clock(unit.params, unit.faults);
   unit.motion_params = motion_params(params, unit.settings);
   with_block(drive, [&](auto& block, std::size_t lane) {
-    put(block.loop_params, lane, current_loop_params(params, unit.settings));
+    CurrentLoopParams<double> loop = current_loop_params(params, unit.settings);
+    loop.rad_e_offset -= unit.faults.commutation_offset;
+    put(block.loop_params, lane, loop);
   });
 }
 
 void DriveBank::State::run_firmware(std::size_t drive) {
   Unit& unit = units[drive];
   const double T_m = unit.motion_params.T_m;  // by the drive's clock
-  if (unit.params.brake.tau > 0.0 &&
-      move_brake(unit.params.brake, T_m / unit.faults.clock_ratio, unit.brake)) {
+  if (unit.params.brake.tau > 0.0 && move_brake(unit.params.brake, T_m / unit.faults.clock_ratio,
+                                                unit.brake, unit.faults.brake_delay)) {
     derive_plant(drive);
     stopped = true;  // the tick has the plant's numbers in registers
   }
@@ -184,7 +186,7 @@ void DriveBank::State::run_firmware(std::size_t drive) {
 void DriveBank::State::die(std::size_t drive) {
   Unit& unit = units[drive];
   unit.setpoint = Off{};
-  unit.brake.coil_on = false;
+  unit.brake.switch_coil(false);
   with_block(drive, [](auto& block, std::size_t lane) {
     put(block.orders, lane, CurrentOrders<double>{});
   });
@@ -351,7 +353,7 @@ void DriveBank::connect_supply(std::size_t drive, bool connected) {
 }
 void DriveBank::set_brake_coil(std::size_t drive, bool on) {
   State::Unit& unit = state_->units[drive];
-  unit.brake.coil_on = on && unit.life.life == Life::kAlive;
+  unit.brake.switch_coil(on && unit.life.life == Life::kAlive);
 }
 void DriveBank::turn_shaft(std::size_t drive, double angle) {
   State::Unit& unit = state_->units[drive];

@@ -50,6 +50,7 @@ struct Faults {
 
   // Power stage
   bool bridge_dead = false;        // the switches never close; the firmware does not know
+  double commutation_offset = 0;   // rad electrical, of what the firmware commutates by
   std::array<LegFault, 3> legs{};  // phases a, b, c
 
   // Mechanics
@@ -65,6 +66,7 @@ struct Faults {
   /// output is put back to where the rotor is.
   bool coupling_broken = false;
   double theta_min = -kNoStop, theta_max = kNoStop;  // rad at the output, beside the load's own
+  double brake_delay = 0;  // s, ≥ 0, from switching the coil until the brake begins to move
 
   // Power
   double v_source_max = 1e9;     // V, the source gives no more than this

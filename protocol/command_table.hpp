@@ -98,7 +98,7 @@ inline constexpr auto kMultiDriveRows = [] {
     command<MultiSpeed, State2>({.name = "speed", .name_zh = "速度", .source = Source::kNewerManuals, .when = kMultiDriveMore, .each = Speed::kOpcode},
       slots(&MultiSpeed::speed_dps, {.wire = Wire::kI16, .unit = Unit::kDegreePerSecond, .range = Range::kMaxSpeed, .beyond = Beyond::kDriveClamps}, {"speed_target_1", "speed_target_2", "speed_target_3", "speed_target_4"}), kState2),
     command<MultiPosition, State2>({.name = "position, multi-turn", .name_zh = "多圈位置", .source = Source::kNewerManuals, .when = kMultiDriveMore, .each = Position1::kOpcode},
-      slots(&MultiPosition::target_deg, {.wire = Wire::kI16, .unit = Unit::kDegree, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}, {"angle_target_1", "angle_target_2", "angle_target_3", "angle_target_4"}), kState2),
+      slots(&MultiPosition::target_cdeg, {.wire = Wire::kI16, .scale = Scale::kHundredth, .unit = Unit::kDegree, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}, {"angle_target_1", "angle_target_2", "angle_target_3", "angle_target_4"}), kState2),
     command<MultiCommand, State2>({.name = "any single command", .name_zh = "任意单电机命令", .source = Source::kNewerManuals, .when = kMultiDriveMore},
       slots(&MultiCommand::opcodes, {.wire = Wire::kU8}, {"command_1", "command_2", "command_3", "command_4"}), kState2));
 }();

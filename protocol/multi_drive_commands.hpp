@@ -23,7 +23,7 @@ struct MultiSpeed {
 
 struct MultiPosition {
   static constexpr std::uint32_t kIdentifier = 0x282;
-  std::array<double, kMultiDriveSlots> target_deg{};
+  std::array<std::int16_t, kMultiDriveSlots> target_cdeg{};
   bool operator==(const MultiPosition&) const = default;
 };
 

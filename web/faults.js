@@ -9,7 +9,7 @@ import {buses, driveName, store} from './store.js';
 import {faultName, language, name as nameOf, said, t} from './words.js';
 
 /// "to, V"; in Chinese as its list has it.
-const parameterName = (key) => nameOf('parameters', key).replace(/ (s|ms|us|V|A|C|deg|Nm|Nms|Hz|dps)$/, ', $1');
+const parameterName = (key) => nameOf('parameters', key).replace(/ (s|ms|us|m|V|A|C|deg|Nm|Nms|Hz|dps)$/, ', $1');
 /// The list has the program's own names too: whoever writes a scenario needs them.
 const kindName = (kind) => (language === 'en' ? nameOf('fault_names', kind) : `${nameOf('fault_names', kind)} ${kind}`);
 

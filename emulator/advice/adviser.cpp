@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "emulator/advice/answer_watch.hpp"
 #include "emulator/advice/bus_watch.hpp"
 #include "emulator/advice/duplicate_watch.hpp"
 #include "emulator/advice/field_watch.hpp"
@@ -14,7 +15,9 @@
 #include "emulator/advice/pace_watch.hpp"
 #include "emulator/advice/path_watch.hpp"
 #include "emulator/advice/rom_watch.hpp"
+#include "emulator/advice/setting_watch.hpp"
 #include "emulator/advice/speed_watch.hpp"
+#include "emulator/advice/start_watch.hpp"
 #include "emulator/advice/trouble_watch.hpp"
 #include "emulator/core/bus/bus.hpp"
 
@@ -51,7 +54,7 @@ class Adviser::Desk {
     index_of_id_.fill(-1);
     for (const ServoConfig& servo : config.servos) {
       index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
-      drives_.emplace_back(KnownDrive(servo, config.bitrate));
+      drives_.emplace_back(KnownDrive(servo, config));
     }
   }
 
@@ -66,14 +69,32 @@ class Adviser::Desk {
     }
     const auto id =
         static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
-    if (id == 0 || id >= index_of_id_.size() || index_of_id_[id] < 0) {
+    if (id == 0 || id >= index_of_id_.size()) {
+      recent_.keep(in.frame);
+      return;
+    }
+    if (const auto found = dead_.hear(in, static_cast<int>(id))) {
+      note(static_cast<int>(id), *found, in);
+    }
+    for (Watched& watched : drives_) watched.setting.hear_elsewhere(static_cast<int>(id));
+    if (index_of_id_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
     }
     hear_single(drives_[static_cast<std::size_t>(index_of_id_[id])], in);
   }
 
-  void hear_reply(const protocol::Frame& reply) { recent_.keep(reply); }
+  void hear_reply(const protocol::Frame& reply) {
+    recent_.keep(reply);
+    const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
+    if (reply.kind != protocol::FrameKind::kData || id == 0 || id >= index_of_id_.size()) return;
+    dead_.hear_reply(static_cast<int>(id));
+    if (index_of_id_[id] < 0) return;
+    Watched& watched = drives_[static_cast<std::size_t>(index_of_id_[id])];
+    watched.guess.hear_reply(reply.data[0]);
+    watched.timeout.hear_reply();
+    watched.setting.hear_reply(reply.data);
+  }
 
   void look(const Bus& bus) {
     if (bus.time() < next_look_) return;
@@ -120,6 +141,11 @@ class Adviser::Desk {
     WindUpWatch wind_up;
     SpeedWatch speed;
     TroubleWatch trouble;
+    ClearWatch clear;
+    FirstTargetWatch first_target;
+    GuessWatch guess;
+    TimeoutWatch timeout;
+    SettingWatch setting;
   };
 
   /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
@@ -141,6 +167,9 @@ class Adviser::Desk {
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
       return;
     }
+    for (const Finding& found : watched.setting.hear(in.at, in.frame.data, drive)) {
+      note(drive.id, found, in);
+    }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* query = std::get_if<protocol::Query>(&decoded);
     if (!drive.alive) return;
@@ -157,6 +186,7 @@ class Adviser::Desk {
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
     }
+    note(drive.id, watched.guess.hear(in.at, in.frame.data[0]), in);
     if (query == nullptr) {
       note(drive.id, unknown_command(in.frame, drive), in);
       return;
@@ -252,6 +282,9 @@ class Adviser::Desk {
     note(drive.id, watched.jump.hear(heard, drive), in);
     note(drive.id, watched.wind_up.hear(heard, drive), in);
     note(drive.id, watched.speed.hear(heard, drive), in);
+    note(drive.id, watched.clear.hear(heard, drive), in);
+    note(drive.id, watched.first_target.hear(heard, drive), in);
+    note(drive.id, watched.timeout.hear(heard, drive), in);
     note(drive.id, watched.trouble.hear(heard, {heard_, in.at, in.frame}, drive), in);
   }
 
@@ -266,6 +299,7 @@ class Adviser::Desk {
   std::size_t turn_ = 0;  // whose it is to be looked at anyway
   int foreign_ = 0;       // frames for several drives that no drive here knows
   RecentFrames recent_;
+  DeadWatch dead_;
   WireWatch wire_;
   BusyWatch busy_;
   int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet

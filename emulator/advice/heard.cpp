@@ -85,7 +85,9 @@ struct MotionReader {
     return of_slot(protocol::Speed::kOpcode, slot_of(id, c.speed_dps));
   }
   Motion operator()(const protocol::MultiPosition& c) const {
-    return of_slot(protocol::Position1::kOpcode, slot_of(id, c.target_deg));
+    const auto target_cdeg = slot_of(id, c.target_cdeg);
+    return of_slot(protocol::Position1::kOpcode,
+                   target_cdeg ? std::optional(*target_cdeg / 100) : std::nullopt);
   }
   template <class Other>
   Motion operator()(const Other&) const {
@@ -99,14 +101,15 @@ struct MotionReader {
 
 }  // namespace
 
-KnownDrive::KnownDrive(const ServoConfig& config, std::int64_t bitrate)
+KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
     : id(config.id),
       format(protocol::wire_format(config.quirks.dialect, config.profile.series)),
       circle_cdeg(ShaftAngles(config.profile, config.quirks).circle_cdeg()),
       widest_circle_cdeg(emulator::widest_circle_cdeg(config.profile)),
       max_offset_counts(ShaftAngles(config.profile, config.quirks).max_wire_count()),
       no_load_dps(emulator::no_load_dps(config.profile)),
-      shortest_answer(emulator::shortest_answer(config, bitrate)),
+      shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
+      adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       wear(config.wear) {
   look_at(config.rom);
@@ -121,6 +124,8 @@ void KnownDrive::look(const Bus& bus) {
   angle_deg = servo.multi_turn_deg(telemetry);
   wear = servo.wear();
   refused_motion = servo.stats().refused_motion;
+  starts = servo.starts();
+  clear_reply_before = servo.clear_reply_before();
   look_at(servo.ram());
 }
 

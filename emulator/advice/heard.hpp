@@ -11,9 +11,11 @@
 
 namespace lk::emulator {
 
+inline double in_s(SimTime time) { return std::chrono::duration<double>(time).count(); }
+
 /// A drive, up to 1 ms ago.
 struct KnownDrive {
-  KnownDrive(const ServoConfig& config, std::int64_t bitrate);
+  KnownDrive(const ServoConfig& config, const BusConfig& bus);
   /// `bus` must be settled.
   void look(const Bus& bus);
 
@@ -25,6 +27,7 @@ struct KnownDrive {
   std::uint16_t max_offset_counts;
   double no_load_dps;       // of the rotor, at the configured supply
   SimTime shortest_answer;  // from a query's start to the last bit of its reply; 0: no wire
+  SimTime adapter_worst;    // that the hosts' adapter adds to that, at most; 0: no adapter
   std::uint32_t endurance;  // writes of one parameter
 
   // How it was.
@@ -38,6 +41,8 @@ struct KnownDrive {
   std::optional<SimTime> input_window = std::nullopt;  // after which lost input trips
   RomWear wear{};
   std::uint64_t refused_motion = 0;
+  std::uint32_t starts = 1;
+  bool clear_reply_before = false;  // its reply to 0x9B shows the errors from before
 
   /// There is a query that it answers: in multi-drive mode only those for several are.
   bool can_be_asked() const;

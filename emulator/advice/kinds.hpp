@@ -30,8 +30,17 @@ enum class AdviceKind : std::uint8_t {
   kErrorIgnored,
   kDuplicateId,
   kUnknownCommand,
+  kTrustsClearReply,
+  kPollsDead,
+  kTimeoutBelowLatency,
+  kFirstTargetFar,
+  kDialectGuessed,
+  kParameterSpace,
+  kIdSetNotScanned,
+  kSettingNotSaved,
+  kRestartAwaited,
 };
-inline constexpr std::size_t kAdviceKinds = 18;
+inline constexpr std::size_t kAdviceKinds = 27;
 
 struct AdviceRow {
   AdviceKind kind;

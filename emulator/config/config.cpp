@@ -61,6 +61,11 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   } else {
     reader.note_missing("interface");
   }
+  std::vector<std::string> adapters;
+  for (const AdapterProfile& profile : adapter_profiles()) adapters.emplace_back(profile.name);
+  if (const auto place = reader.choice("adapter", adapters)) {
+    bus.adapter = &adapter_profiles()[*place];
+  }
   const bool serial = is_serial_name(bus.interface);
   if (serial) bus.serial = read_serial(reader);
   bus.bitrate = serial ? kDefaultBaud : file_bitrate;

@@ -50,12 +50,15 @@ const Choices kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
 const Choices kClearAngle{"ignored", "implemented", "sets_angle"};
 const Choices kScales{"manual", "series"};
 const Choices kBootWraps{"half_circle", "half_turn"};
+const Choices kBootMultiTurns{"single_turn", "zero"};
+const Choices kOffMultiTurns{"as_boot", "single_turn"};
+const Choices kClearReplies{"after", "before"};
 const Choices kWrongLengths{"silent", "lax"};
 const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
-    "state_1",   "clear_angle",  "iq_scale", "phase_current_scale",
-    "boot_wrap", "encoder_span", "wrong_len"};
+    "state_1",         "clear_angle",    "iq_scale",    "phase_current_scale", "boot_wrap",
+    "boot_multi_turn", "off_multi_turn", "clear_reply", "encoder_span", "wrong_len"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
@@ -129,6 +132,9 @@ class Printer {
     say("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
     for (const auto& field : kQuirkSwitches) flag(field, quirks);
     word("boot_wrap", kBootWraps, quirks.boot_wrap);
+    word("boot_multi_turn", kBootMultiTurns, quirks.boot_multi_turn);
+    word("off_multi_turn", kOffMultiTurns, quirks.off_multi_turn);
+    word("clear_reply", kClearReplies, quirks.clear_reply);
     const auto& span = quirks.encoder_span;
     say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
     if (dialect.framing == protocol::Framing::kCan) return;
@@ -160,6 +166,9 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
   read_fields<Quirks>(reader, kQuirkSwitches, Presence::kOptional, servo.quirks);
   read_dialect(reader, servo.quirks.dialect);
   read_word(reader, "boot_wrap", kBootWraps, servo.quirks.boot_wrap);
+  read_word(reader, "boot_multi_turn", kBootMultiTurns, servo.quirks.boot_multi_turn);
+  read_word(reader, "off_multi_turn", kOffMultiTurns, servo.quirks.off_multi_turn);
+  read_word(reader, "clear_reply", kClearReplies, servo.quirks.clear_reply);
   EncoderSpan span = servo.quirks.encoder_span.value_or(servo.profile.encoder_span);
   read_word(reader, "encoder_span", kSpans, span);
   servo.quirks.encoder_span.reset();

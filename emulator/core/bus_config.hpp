@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/adapter_times.hpp"
 #include "emulator/core/directive.hpp"
 #include "emulator/core/parameter_memory.hpp"
 #include "emulator/core/sim_time.hpp"
@@ -26,6 +27,13 @@ enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
 /// rotor turn.
 enum class BootWrap : std::uint8_t { kHalfCircle, kHalfTurn };
 
+/// Where the multi-turn angle starts at power-up.
+enum class BootMultiTurn : std::uint8_t { kSingleTurn, kZero };
+/// What becomes of it at 0x80: as at power-up, or it continues from the single-turn angle.
+enum class OffMultiTurn : std::uint8_t { kAsBoot, kSingleTurn };
+/// Which flags the reply to 0x9B shows: those left, or those from before.
+enum class ClearReply : std::uint8_t { kAfter, kBefore };
+
 /// The rows of protocol::kGenerationRows, in their order.
 enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236 };
 
@@ -39,6 +47,9 @@ struct Quirks {
   bool off_needs_run = false;             // 0xA0..0xA8 after 0x80 wait for 0x88
   bool stop_holds = false;                // 0x81 holds the position instead of freeing the shaft
   BootWrap boot_wrap = BootWrap::kHalfCircle;
+  BootMultiTurn boot_multi_turn = BootMultiTurn::kSingleTurn;
+  OffMultiTurn off_multi_turn = OffMultiTurn::kSingleTurn;
+  ClearReply clear_reply = ClearReply::kAfter;
   std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
@@ -120,6 +131,8 @@ struct BusConfig {
   std::string interface;  // "vcan0", "rs485:/tmp/arm"
   // bit/s; 0 = frames take no time, and on CAN drives answer at once
   std::int64_t bitrate = 1'000'000;
+  // Of the hosts, one of adapter_profiles(); null: none.
+  const AdapterProfile* adapter = nullptr;
   std::uint64_t seed = 1;
   std::optional<SerialConfig> serial;  // of RS-485; nothing: CAN
   std::vector<ServoConfig> servos;     // ascending, distinct IDs

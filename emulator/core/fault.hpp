@@ -41,7 +41,7 @@ class FaultValue {
  private:
   std::variant<double, FaultChoice> value_;
 };
-inline constexpr std::size_t kMostFaultParams = 3;
+inline constexpr std::size_t kMostFaultParams = 5;
 using FaultValues = std::array<FaultValue, kMostFaultParams>;
 
 /// A fault as it is asked for. It begins when its directive is performed; a trigger is the

@@ -4,8 +4,9 @@
 
 namespace lk::emulator {
 
-/// What a drive draws from the bus's seed, and the faults of the bus; each has numbers of its own.
-enum class SeedStream : std::uint8_t { kNoise, kBootAngle, kFault, kReplyTime, kWire };
+/// What draws from the bus's seed: its drives, its faults, its hosts' adapter; each has numbers of
+/// its own.
+enum class SeedStream : std::uint8_t { kNoise, kBootAngle, kFault, kReplyTime, kWire, kAdapter };
 
 /// SplitMix64 (Steele, Lea, Flood 2014): neighbouring inputs give unrelated outputs.
 constexpr std::uint64_t mix(std::uint64_t x) {

@@ -12,7 +12,7 @@ namespace lk::emulator {
 using SimTime = std::chrono::nanoseconds;
 
 /// A frame and an instant. Of a host's frame: when the host put it on its interface. Of a drive's:
-/// when its last bit was on the bus.
+/// when its last bit was on the bus; where hosts have an adapter, when that hands it over.
 struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;

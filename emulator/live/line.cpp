@@ -88,8 +88,8 @@ void Line::take_in(const TimedFrame& in) {
     keep_for_later(in);
     return;
   }
-  // The bus would look for room by itself, but nobody would watch it doing so.
-  if (in.at > bus_.time() && (bus_.host_queue_full() || !listeners_.empty())) {
+  // The bus would go there by itself, but nobody would watch it doing so.
+  if (in.at > bus_.time() && (bus_.host_queue_full() || bus_.adapted() || !listeners_.empty())) {
     advance_to(in.at);
   }
   put_on_bus(in);

@@ -31,6 +31,11 @@ std::string bitrate_text(std::int64_t bitrate) {
   return fmt::format("{} kbit/s", number(static_cast<double>(bitrate) / 1e3));
 }
 
+/// ", adapter ch348"
+std::string adapter_text(const BusConfig& bus) {
+  return bus.adapter != nullptr ? fmt::format(", adapter {}", bus.adapter->name) : "";
+}
+
 std::string count(std::size_t n, const char* what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }
@@ -150,6 +155,9 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
+  if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
+    all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
+  }
   return all;
 }
 
@@ -246,9 +254,10 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
   std::string notes;
   std::size_t next = 2;
   for (const auto& bus : buses) {
-    text += fmt::format("{}{}: {}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
-                        bitrate_text(bus.bitrate), count(bus.servos.size(), "drive"),
-                        count(bus.events.size(), "event"), bus.seed);
+    text +=
+        fmt::format("{}{}: {}{}, {}, {}, seed {}\n", text.empty() ? "" : "\n", bus.interface,
+                    bitrate_text(bus.bitrate), adapter_text(bus), count(bus.servos.size(), "drive"),
+                    count(bus.events.size(), "event"), bus.seed);
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);

@@ -11,11 +11,26 @@ namespace lk::model {
 
 struct BrakeState {
   bool coil_on = false;
-  double pressed = 1.0;  // 0..1, share of the brake's torque in force
+  double pressed = 1.0;         // 0..1, share of the brake's torque in force
+  double since_switched = 1e9;  // s
+
+  void switch_coil(bool on) {
+    if (on == coil_on) return;
+    coil_on = on;
+    since_switched = 0.0;
+  }
+  /// It has not begun to follow its coil, `delay` seconds late.
+  bool waits(double delay) const {
+    return since_switched < delay && pressed != (coil_on ? 0.0 : 1.0);
+  }
 };
 
-/// `T` seconds; returns true if the torque changed. Even in time either way (assumed).
-inline bool move_brake(const BrakeParams& p, double T, BrakeState& s) {
+/// `T` seconds; returns true if the torque changed. Even in time either way (assumed), from `delay`
+/// seconds after the coil was switched on.
+inline bool move_brake(const BrakeParams& p, double T, BrakeState& s, double delay = 0.0) {
+  const bool waits = s.waits(delay);
+  s.since_switched += T;
+  if (waits) return false;
   const double before = s.pressed;
   const double time = s.coil_on ? p.release_time : p.engage_time;
   const double step = time > 0.0 ? T / time : 1.0;

@@ -62,6 +62,8 @@ Faults thrown(Dice& dice) {
   f.v_source_max = dice.seldom() ? dice.between(0.0, 30.0) : 1e9;
   f.supply_cut = dice.seldom();
   f.no_regeneration = dice.seldom();
+  f.commutation_offset = dice.seldom() ? dice.between(-4.0, 4.0) : 0.0;
+  f.brake_delay = dice.seldom() ? dice.between(0.0, 0.2) : 0.0;
   f.clock_ratio = dice.seldom() ? dice.between(0.5, 2.0) : 1.0;
   return f;
 }

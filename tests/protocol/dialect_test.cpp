@@ -141,6 +141,7 @@ const GoldenQuery kQueries[] = {
     {"142#C1260000FFFFFFFF", 2, WriteParameter{{ParameterId::kSpeedRamp, {}, -1}}},
     {"281#0100FFFFFF7F0080", kMultiDrive, MultiSpeed{{1, -1, 32767, -32768}}},
     {"282#0100FFFFFF7F0080", kMultiDrive, MultiPosition{{1, -1, 32767, -32768}}},
+    {"282#504600000000D8DC", kMultiDrive, MultiPosition{{18000, 0, 0, -9000}}},  // 180°, −90°
     {"288#9A009C00920000 00", kMultiDrive, MultiCommand{{0x9A, 0x9C, 0x92, 0}}},
 };
 

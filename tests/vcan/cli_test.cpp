@@ -255,6 +255,7 @@ sag_s = 1
       R"(      -       0  drawn    2   10000       -  -
 
 note: nowhere0 drive 3: supply of 12 V, the vendor says 24 to 48 V
+note: nowhere0 drive 3: answers 0x30 and 0xC0, and no drive was seen to do both
 note: nowhere0 drive 3: unlike v236: state_1 = "decivolt", pid_commands = true
 note: nowhere0 drive 3: brake of 300 mNm
 note: nowhere0 drive 3: protections on: stall

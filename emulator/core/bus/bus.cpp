@@ -38,6 +38,8 @@ Bus::Bus(const BusConfig& config)
       serial_(config.serial),
       seed_(config.seed),
       motors_(config),
+      own_adapter_(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
+      adapter_(own_adapter_, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
       faults_(config.seed) {
   for (const ServoConfig& servo : config.servos) {
     const MotorPlace motor = motors_.place_of(servo, config);
@@ -65,12 +67,18 @@ void Bus::receive(const TimedFrame& in) {
     return;
   }
   const SimTime at = std::max(in.at, time_);
-  if (wire_.host_queue_full()) advance_to(at);
+  if (adapted() || wire_.host_queue_full()) advance_to(at);
   if (wire_.host_queue_full()) {
     stats_.drop(Drop::kQueueFull);
     return;
   }
-  wire_.send_from_host(at, in.frame);
+  if (adapted()) {
+    const HostAdapter::ToWire written = adapter_.to_wire(at);
+    faults_.count_adapter(written.shown, in.frame, at);
+    wire_.send_from_host(written.at, in.frame);
+  } else {
+    wire_.send_from_host(at, in.frame);
+  }
   stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
 }
 
@@ -97,6 +105,8 @@ void Bus::deliver_to(SimTime until) {
     if (due && *due <= target) {
       if (agenda_.next_due() && *agenda_.next_due() <= time_) {
         perform(agenda_.take());
+      } else if (adapter_.next_due() && *adapter_.next_due() <= time_) {
+        hand_over(adapter_.take());
       } else {
         deliver_next();
       }
@@ -131,9 +141,27 @@ void Bus::restore_rom(int id, const Registers& rom, const RomWear& wear) {
 }
 
 std::optional<SimTime> Bus::next_due() const {
-  const std::optional<SimTime> wire = wire_.next_due();
-  const std::optional<SimTime> agenda = agenda_.next_due();
-  return wire && agenda ? std::min(wire, agenda) : wire ? wire : agenda;
+  std::optional<SimTime> next;
+  for (const auto& due : {wire_.next_due(), agenda_.next_due(), adapter_.next_due()}) {
+    if (due && (!next || *due < *next)) next = due;
+  }
+  return next;
+}
+
+void Bus::to_host(const TimedFrame& frame) {
+  if (!adapter_.in_use()) {
+    hand_over(frame);
+    return;
+  }
+  const AdapterShown shown = adapter_.from_wire(frame);
+  faults_.count_adapter(shown, frame.frame, time_);
+  if (shown.lost && frame.frame.kind != protocol::FrameKind::kError) ++stats_.replies_lost;
+  if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
+}
+
+void Bus::hand_over(const TimedFrame& frame) {
+  ++(frame.frame.kind == protocol::FrameKind::kError ? stats_.error_frames : stats_.replies);
+  replies_.push_back(frame);
 }
 
 void Bus::deliver_next() {
@@ -163,9 +191,7 @@ void Bus::deliver(const WireDelivery& delivery) {
   }
   const std::uint32_t id = delivery.owner & 0x3FU;
   const bool tells = (delivery.frame.id & 0x3FU) == id;
-  replies_.push_back(
-      {delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
-  ++stats_.replies;
+  to_host({delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
 }
 
 void Bus::process_query(SimTime at, const protocol::Frame& frame) {
@@ -269,6 +295,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
 
 void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom) {
   Servo& servo = node.servo;
+  const bool mute = servo.is_mute();
   const std::uint64_t writes_before = servo.stats().rom_writes;
   const protocol::Reply reply = servo.handle(query, lane(node));
   const bool silent = std::holds_alternative<protocol::NoReply>(reply);
@@ -281,6 +308,11 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom)
     said.ready = std::max(said.ready, done);
   }
   if (silent) return;
+  if (mute) {
+    faults_.count_shown(servo, time_);
+    ++stats_.replies_lost;
+    return;
+  }
   if (!faults_.any_active()) {
     node.link.last_said = said;
     stats_.replies_lost += node.link.send(wire_, said);
@@ -323,7 +355,7 @@ BusStats Bus::stats() const {
   sum.wire_busy = wire_.busy();
   if (wire_.serial() != nullptr) sum.receiver = wire_.serial()->receiver_stats();
   sum.frames_waiting = wire_.host_queue_size();
-  sum.replies_waiting = wire_.drive_frames();
+  sum.replies_waiting = wire_.drive_frames() + adapter_.waiting();
   for (const Node& node : nodes_) {
     sum.replies_waiting += node.link.held_back ? 1U : 0U;
     sum.refused_motion += node.servo.stats().refused_motion;

@@ -18,6 +18,7 @@
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "emulator/core/wire/can_errors.hpp"
+#include "emulator/core/wire/host_adapter.hpp"
 #include "emulator/core/wire/wire.hpp"
 #include "protocol/codec.hpp"
 
@@ -40,10 +41,12 @@ class Bus {
 
   /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only
   /// when the host's send queue is full does this move time, to `at`, to see whether the wire made
-  /// room by then.
+  /// room by then; or where hosts have an adapter, to see how that stands.
   void receive(const TimedFrame& in);
   /// A frame of a host would find no room now.
   bool host_queue_full() const { return wire_.host_queue_full(); }
+  /// Hosts have an adapter, or had: `receive` moves time to the frame.
+  bool adapted() const { return faults_.any_of_adapter() || adapter_.in_use(); }
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
   /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
@@ -52,8 +55,7 @@ class Bus {
   /// Brings the motors that stayed behind to `time()`. Whatever is done to the bus begins with
   /// this.
   void settle();
-  /// Moves out the replies that have left the wire since the last call, in order; appended to
-  /// `out`.
+  /// Moves out what hosts have got since the last call, in order; appended to `out`.
   void take_replies(std::vector<TimedFrame>& out);
   /// Moves out what drives have written to their ROM since the last call, in order; appended.
   void take_rom_writes(std::vector<RomWrite>& out);
@@ -140,6 +142,9 @@ class Bus {
   void look_at(LiveFault& live);
 
   void deliver_next();
+  /// A frame has come from the wire: hosts get it, through their adapter.
+  void to_host(const TimedFrame& frame);
+  void hand_over(const TimedFrame& frame);
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
   /// Whom a query is for, as the wire has it.
@@ -163,12 +168,14 @@ class Bus {
   Motors motors_;
   Nodes nodes_;
   HostLink host_link_;
+  AdapterTimes own_adapter_;  // as configured; faults come on top
+  HostAdapter adapter_;
   bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
   Agenda agenda_;
   Conditions conditions_;
   FaultBoard faults_;
   Duplicates duplicates_;
-  std::vector<TimedFrame> replies_;   // left the wire, not yet taken
+  std::vector<TimedFrame> replies_;   // hosts have got them; not yet taken
   std::vector<RomWrite> rom_writes_;  // not yet taken
   BusStats stats_;                    // sums over the drives are made on reading
 };

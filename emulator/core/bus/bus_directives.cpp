@@ -116,15 +116,19 @@ void Bus::perform(const Task& task) {
                  [&](const Babbling& babbling) {
                    LiveFault& live = faults_[babbling.fault];
                    Node& node = nodes_.of(babbling.id);
-                   Babble said = live.row().babble(live);
-                   if (serial_) said.frame.kind = protocol::FrameKind::kBytes, said.frame.id = 0;
-                   agenda_.enter(time_ + said.period, babbling);
+                   OnBabble on{live, node.servo, node.link, time_ - node.started};
+                   Babble said = live.row().babble(on);
+                   if (serial_ && said.frame) {
+                     said.frame->kind = protocol::FrameKind::kBytes, said.frame->id = 0;
+                   }
+                   agenda_.enter(time_ + said.pause, babbling);
                    const bool silent = faults_.first(node.id(), &FaultRow::silences) != nullptr;
-                   if (!node.power.alive || silent || !node.link.babble(wire_, said.frame, time_)) {
+                   if (!said.frame || !node.power.alive || silent ||
+                       !node.link.babble(wire_, *said.frame, time_)) {
                      return;
                    }
                    ++stats_.extra_frames;
-                   live.took_effect(time_, node.id(), &said.frame);
+                   live.took_effect(time_, node.id(), &*said.frame);
                  },
                  [&](const Look&) { look(); },
              },

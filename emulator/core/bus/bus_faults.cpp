@@ -23,6 +23,7 @@ void Bus::begin_fault(std::size_t fault) {
     }
     return;
   }
+  if (row.adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
   if (live.fault.duration) agenda_.enter(time_ + *live.fault.duration, FaultEnd{fault});
   for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
     live.anchors[n] = truth(live.fault.ids[n]).theta_out;
@@ -44,6 +45,7 @@ void Bus::end_fault(std::size_t fault) {
   faults_.stop(fault);
   agenda_.forget_fault<Babbling>(fault);
   stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
+  if (faults_[fault].row().adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
   for (const int id : faults_[fault].fault.ids) pass_on_faults(nodes_.of(id));
 }
 
@@ -89,7 +91,7 @@ bool Bus::destroy_next() {
   const WireCandidate next = wire_.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
-  LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus);
+  LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus, wire_.bitrate());
   if (fault == nullptr) return false;
   fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
   if (wire_.serial() != nullptr) {  // nobody notices, nobody sends again
@@ -97,9 +99,8 @@ bool Bus::destroy_next() {
     return false;
   }
   had_errors_ = true;
-  ++stats_.error_frames;
   int& errors = transmit_errors(next);
-  replies_.push_back({time_, report_error(host_link_, next.from_host)});
+  to_host({time_, report_error(host_link_, next.from_host)});
   if (!next.from_host) errors += kErrorStep;
   if (errors >= kBusOff) {
     errors = 0;

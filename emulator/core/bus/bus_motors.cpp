@@ -64,6 +64,7 @@ void Bus::follow_lives() {
     if (alive == node.power.alive) continue;
     node.power.alive = alive;
     if (alive) {
+      node.started = motors_.time(node.motor);
       node.servo.power_cycle(lane(node));
       faults_.count_shown(node.servo, time_);
     } else {
@@ -86,6 +87,7 @@ void Bus::power_cycle(int id) {
   Node& node = nodes_.of(id);
   if (!node.power.alive) return;
   lose_power(node, time_);
+  node.started = time_;
   node.servo.power_cycle(lane(node));
   faults_.count_shown(node.servo, time_);
 }

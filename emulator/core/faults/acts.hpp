@@ -3,6 +3,7 @@
 /// @file What the functions of a fault's row are given: a drive, or a frame, as the fault meets it.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "emulator/core/bus_config.hpp"
@@ -63,6 +64,13 @@ struct OnReply {
   void took_effect(const Outgoing& one) { live.took_effect(now, id, &one.frame); }
 };
 
+/// A frame whose last bit is due.
+struct OnWire {
+  LiveFault& live;
+  int sender;  // the drive, or kWholeBus
+  std::int64_t bitrate;
+};
+
 /// A drive at the instant at which something is done to it.
 struct AtOnce {
   LiveFault& live;
@@ -74,10 +82,17 @@ struct AtOnce {
   bool restart = false;               // the controller is to start anew after this
 };
 
-/// What a babbling drive says, and how often.
+/// A drive that may talk now without being asked.
+struct OnBabble {
+  LiveFault& live;
+  const Servo& servo;
+  const DriveLink& link;
+  SimTime running;  // since its controller started
+};
+/// What it says, if anything, and when it may again.
 struct Babble {
-  SimTime period;
-  protocol::Frame frame;
+  SimTime pause;
+  std::optional<protocol::Frame> frame;
 };
 
 }  // namespace lk::emulator

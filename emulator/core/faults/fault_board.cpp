@@ -42,6 +42,7 @@ std::size_t FaultBoard::arm(Fault fault, SimTime now) {
   assert(!full() && fault.row != nullptr);
   assert(!fault.every || *fault.every > fault.duration.value_or(SimTime{0}));
   fault.name = free_name(fault);
+  any_of_adapter_ = any_of_adapter_ || fault.row->adapter != nullptr;
   LiveFault live;
   live.fault = std::move(fault);
   live.evidence.armed_at = now;
@@ -56,6 +57,7 @@ bool FaultBoard::start(std::size_t fault, SimTime now) {
   if (live.evidence.state == State::kCleared) return false;
   ++live.beginnings;
   live.since = now;
+  live.destroyed = 0;
   live.evidence.began_at = live.evidence.began_at.value_or(now);
   if (live.row().momentary()) {
     live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
@@ -131,9 +133,27 @@ FirmwareFaults FaultBoard::firmware_faults(int id) const {
   for (const LiveFault& live : faults_) {
     if (live.active() && live.row().firmware != nullptr && live.is_of(id)) {
       sum.*live.row().firmware = true;
+      if (live.row().firmware_detail != nullptr) live.row().firmware_detail(live, sum);
     }
   }
   return sum;
+}
+
+AdapterTimes FaultBoard::adapter_times(AdapterTimes sum) const {
+  for (const LiveFault& live : faults_) {
+    if (live.active() && live.row().adapter != nullptr) live.row().adapter(live, sum);
+  }
+  return sum;
+}
+
+void FaultBoard::count_adapter(const AdapterShown& shown, const protocol::Frame& frame,
+                               SimTime now) {
+  if (!any_active()) return;
+  for (LiveFault& live : faults_) {
+    if (live.active() && live.row().adapter_shows != nullptr && shown.*live.row().adapter_shows) {
+      live.took_effect(now, kWholeBus, &frame);
+    }
+  }
 }
 
 void FaultBoard::count_shown(Servo& servo, SimTime now) {
@@ -180,12 +200,12 @@ FaultBoard::Said FaultBoard::say(int id, const DriveLink& link, const Outgoing& 
   return said;
 }
 
-LiveFault* FaultBoard::destroyer(int sender) {
+LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate) {
   if (!any_active()) return nullptr;
   for (LiveFault& live : faults_) {
-    if (live.active() && live.row().destroys != nullptr && live.row().destroys(live, sender)) {
-      return &live;
-    }
+    if (!live.active() || live.row().destroys == nullptr) continue;
+    OnWire on{live, sender, bitrate};
+    if (live.row().destroys(on)) return &live;
   }
   return nullptr;
 }

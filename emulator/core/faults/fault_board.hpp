@@ -9,6 +9,7 @@
 #include "emulator/core/faults/live_fault.hpp"
 #include "emulator/core/node/link.hpp"
 #include "emulator/core/servo/servo.hpp"
+#include "emulator/core/wire/host_adapter.hpp"
 #include "model/faults.hpp"
 
 namespace lk::emulator {
@@ -27,6 +28,8 @@ class FaultBoard {
   std::uint64_t bus_seed() const { return bus_seed_; }
   bool full() const { return faults_.size() >= kMost; }
   bool any_active() const { return active_ > 0; }
+  /// Some fault, over or not, is of the hosts' adapter.
+  bool any_of_adapter() const { return any_of_adapter_; }
   LiveFault& operator[](std::size_t fault) { return faults_[fault]; }
   const LiveFault& operator[](std::size_t fault) const { return faults_[fault]; }
   auto begin() { return faults_.begin(); }
@@ -53,6 +56,10 @@ class FaultBoard {
   LiveFault* first(int id, bool FaultRow::*trait);
   model::Faults plant_faults(const ServoConfig& servo, SimTime now) const;
   FirmwareFaults firmware_faults(int id) const;
+  /// What the active ones make of the hosts' adapter.
+  AdapterTimes adapter_times(AdapterTimes sum) const;
+  /// Counts what showed of that on a frame.
+  void count_adapter(const AdapterShown& shown, const protocol::Frame& frame, SimTime now);
   /// Counts what the firmware did because of one.
   void count_shown(Servo& servo, SimTime now);
   /// Returns false when the frame on the wire does not reach the drive; changes it when it reaches
@@ -69,7 +76,7 @@ class FaultBoard {
   Said say(int id, const DriveLink& link, const Outgoing& reply, SimTime now);
   /// The one that destroys the frame that drive `sender`, or kWholeBus, has on the wire; null when
   /// it gets through.
-  LiveFault* destroyer(int sender);
+  LiveFault* destroyer(int sender, std::int64_t bitrate);
   /// How much longer than others the drive stays off the bus after a bus-off.
   SimTime recovery(int id) const;
 
@@ -79,6 +86,7 @@ class FaultBoard {
   std::uint64_t bus_seed_;
   std::vector<LiveFault> faults_;
   std::size_t active_ = 0;
+  bool any_of_adapter_ = false;
   std::size_t turn_ = 0;  // which is looked at next
 };
 

@@ -19,13 +19,17 @@ struct Faults;
 
 namespace lk::emulator {
 
+struct AdapterShown;
+struct AdapterTimes;
 struct AtOnce;
 struct Babble;
 struct FirmwareFaults;
 struct LiveFault;
+struct OnBabble;
 struct OnPlant;
 struct OnQuery;
 struct OnReply;
+struct OnWire;
 struct ServoConfig;
 
 enum class FaultGroup : std::uint8_t {
@@ -65,15 +69,19 @@ struct FaultRow {
   // Frames: into the drive, out of it, and on the wire.
   void (*hear)(OnQuery& on) = nullptr;
   void (*say)(OnReply& on) = nullptr;
-  bool (*destroys)(LiveFault& live, int sender) = nullptr;
+  bool (*destroys)(OnWire& on) = nullptr;
   SimTime (*recovery)(const LiveFault& live) = nullptr;  // more time off the bus, after a bus-off
   bool silences = false;                                 // nothing leaves the drive
   bool blocks = false;                                   // what it says stays in its queue
   bool holds_back = false;                               // `say` may hold a frame back
-  Babble (*babble)(const LiveFault& live) = nullptr;     // it talks without being asked
+  Babble (*babble)(OnBabble& on) = nullptr;              // it talks without being asked
   double (*duplicate)(const LiveFault& live) = nullptr;  // a second drive, so many rad from it
-  // Firmware and memory.
+  // The hosts' adapter: what it adds, and where that shows.
+  void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
+  bool AdapterShown::*adapter_shows = nullptr;
+  // Firmware and memory: which flag, and what the parameters say of it.
   bool FirmwareFaults::*firmware = nullptr;
+  void (*firmware_detail)(const LiveFault& live, FirmwareFaults& sum) = nullptr;
   bool (*at_once)(AtOnce& on) = nullptr;  // done at an instant; whether it changed anything
   Words about = {};                       // what it does, a sentence
 

@@ -26,6 +26,20 @@ std::string without_parameter(const Fault& fault, const ServoConfig& servo) {
          (ms ? "max_power" : "max_torque_current") + ", not by this parameter";
 }
 
+constexpr std::string_view kLostAfterWords[] = {"boot", "lost_input", "clear", "off"};
+
+std::string answers_so_anyway(const Fault&, const ServoConfig& servo) {
+  return servo.quirks.clear_reply == ClearReply::kAfter
+             ? ""
+             : "drive " + std::to_string(servo.id) + " answers so anyway (quirks.clear_reply)";
+}
+
+std::string starts_so_anyway(const Fault&, const ServoConfig& servo) {
+  return servo.quirks.boot_multi_turn == BootMultiTurn::kSingleTurn
+             ? ""
+             : "drive " + std::to_string(servo.id) + " starts so anyway (quirks.boot_multi_turn)";
+}
+
 bool reset(AtOnce& on) {
   on.restart = true;
   return on.alive;
@@ -83,6 +97,18 @@ constexpr FaultRow kFirmwareRows[] = {
      .about = {"the drive wakes up without its mode for several drives", "驱动器醒来时忘了广播模式"}},
     {.word = "forgets_limits", .group = kFirmware, .firmware = &FirmwareFaults::forgets_limits,
      .about = {"the drive wakes up with the limits it was delivered with", "驱动器醒来时各项限值变回出厂值"}},
+    {.word = "clear_reply_before", .group = kFirmware, .impossible = answers_so_anyway, .firmware = &FirmwareFaults::clear_reply_before,
+     .about = {"the reply to 0x9B shows the errors from before it cleared them", "0x9B 的回复给出的是清除之前的错误标志"}},
+    {.word = "first_command_lost", .group = kFirmware, .params = {choice("after", kLostAfterWords, LostAfter::kLostInput)},
+     .firmware = &FirmwareFaults::first_command_lost, .firmware_detail = [](const LiveFault& live, FirmwareFaults& f) { f.lost_after = live.choice<LostAfter>(0); },
+     .about = {"the first motion command after a start, a trip of lost input, 0x9B or 0x80 is answered and not executed; refused ones do not count", "启动、输入丢失保护动作、0x9B 或 0x80 之后的第一条运动命令得到回复却不执行；被拒绝的不算"}},
+    {.word = "bus_held_after_off", .group = kFirmware, .firmware = &FirmwareFaults::mute_after_off,
+     .about = {"after the echo of 0x80 nothing that the drive says leaves it until it starts anew; it hears and obeys", "0x80 得到回复之后，驱动器发的东西一帧也出不来，直到重新启动；它听得见也照做"}},
+    {.word = "encoder_wrap_at_boot", .group = kFirmware, .params = {count("turns", -100, 100, 1)},
+     .firmware = &FirmwareFaults::encoder_wrap_at_boot, .firmware_detail = [](const LiveFault& live, FirmwareFaults& f) { f.turns_at_boot += static_cast<int>(live.number(0)); },
+     .about = {"at each start the multi-turn angle is off by so many turns of the rotor; the shaft has not moved and the single-turn angle is right", "每次启动后多圈角度都差这么多转子圈；轴没有动，单圈角度是对的"}},
+    {.word = "multi_turn_zero_at_boot", .group = kFirmware, .impossible = starts_so_anyway, .firmware = &FirmwareFaults::multi_turn_zero_at_boot,
+     .about = {"at each start the multi-turn angle is 0, wherever the shaft stands", "每次启动后多圈角度都是 0，不管轴停在哪里"}},
 };
 // clang-format on
 

@@ -7,6 +7,8 @@
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
 #include "emulator/core/units.hpp"
+#include "emulator/core/wire/can_errors.hpp"
+#include "protocol/command_info.hpp"
 
 namespace lk::emulator {
 
@@ -156,10 +158,77 @@ void change_id(OnReply& on) {
   });
 }
 
-Babble babble(const LiveFault& live) {
-  Babble babble{from_ms(live.number(0) * 1e-3), {}};
-  babble.frame.id = static_cast<std::uint32_t>(live.number(1));
-  return babble;
+Babble babble(OnBabble& on) {
+  Frame frame;
+  frame.id = static_cast<std::uint32_t>(on.live.number(1));
+  return {from_ms(on.live.number(0) * 1e-3), frame};
+}
+
+/// Until it has answered for the first time.
+Babble boot_garbage(OnBabble& on) {
+  const SimTime pause = from_ms(5 + 15 * on.live.draw());
+  if (on.running > from_ms(on.live.number(0)) || on.link.last_said) return {pause, std::nullopt};
+  Frame frame;
+  frame.id = on.servo.reply_id();
+  frame.dlc = static_cast<std::uint8_t>(on.live.draw() * 8);
+  for (std::size_t n = 0; n < frame.dlc; ++n) {
+    frame.data[n] = static_cast<std::uint8_t>(on.live.draw() * 256);
+  }
+  return {pause, frame};
+}
+
+/// By the fields of state 2.
+enum class Torn : std::uint8_t { kIq, kSpeed, kEncoder, kAny };
+constexpr std::string_view kTornWords[] = {"iq", "speed", "encoder", "any"};
+constexpr std::size_t kTornBytes[] = {2, 4, 6};  // where each begins
+
+bool has_state_2(const Frame& frame) {
+  const protocol::CommandInfo* const command = protocol::find_command(frame.data[0]);
+  return command != nullptr &&
+         std::ranges::find(command->reply, "speed", &protocol::Field::name) !=
+             command->reply.end() &&
+         !command->echoed;
+}
+
+/// The low byte of the sample before, the high byte of this one.
+void tear(OnReply& on) {
+  if (!on.link.last_said || !has_state_2(on.link.last_said->frame)) return;
+  change(on, [&](Outgoing& one) {
+    if (!has_state_2(one.frame)) return;
+    const auto field = on.live.choice<Torn>(0);
+    const auto place = field == Torn::kAny ? static_cast<std::size_t>(on.live.draw() * 3)
+                                           : static_cast<std::size_t>(field);
+    const std::size_t byte = kTornBytes[place];
+    one.frame.data[byte] = on.link.last_said->frame.data[byte];
+  });
+}
+
+// A drive at another bit rate hears errors; it answers each with an error flag of its own, eight of
+// its receive counter each, until it is error-passive.
+constexpr std::uint64_t kFlagsToPassive = kErrorPassive / kErrorStep;
+
+bool disturb(OnWire& on) {
+  if (on.bitrate == 0 || on.live.destroyed >= kFlagsToPassive * on.live.fault.ids.size()) {
+    return false;
+  }
+  ++on.live.destroyed;
+  return true;
+}
+
+void mishear(OnQuery& on) {
+  if (!on.would_be_answered()) return;
+  on.took_effect();
+  on.fate = OnQuery::Fate::kLost;
+}
+
+/// The share of frames that reflections destroy grows with their steepness and with the cable.
+bool reflect(OnWire& on) {
+  constexpr double kOfOneMissing = 0.01;  // at 1 Mbit/s on 2 m, assumed
+  constexpr double kOfBothMissing = 0.5;  // likewise
+  constexpr double kCable_m = 2;
+  const double Mbit_s = static_cast<double>(on.bitrate) * 1e-6;
+  const double worst = on.live.number(0) == 1 ? kOfOneMissing : kOfBothMissing;
+  return on.live.draw() < worst * Mbit_s * Mbit_s * on.live.number(1) / kCable_m;
 }
 
 // A row: word, group and parameters, what it does where; its words.
@@ -175,6 +244,8 @@ constexpr FaultRow kLinkRows[] = {
      .about = {"this many bits of the data, different ones each time, are flipped, and no CRC notices (a bad gateway or buffer)", "数据中有这么多位翻转，每次位置不同，而谁的 CRC 都没有发现（坏的网关或缓冲）"}},
     {.word = "stale", .group = kLink, .per_frame = true, .say = repeat_last,
      .about = {"in place of the reply the drive sends again what it said last; since its start, or there is nothing to repeat", "驱动器不发新回复，而把上一次的话再说一遍；启动以来没有说过话，就没有可重复的"}},
+    {.word = "torn_reply", .group = kLink, .params = {choice("field", kTornWords, Torn::kAny)}, .per_frame = true, .say = tear,
+     .about = {"a field of 16 bits of a reply with state 2 has the low byte of what the drive said before and the high byte of this reply", "状态 2 回复中一个 16 位字段的低字节来自上一次回复，高字节来自这一次"}},
     {.word = "reorder", .group = kLink, .per_frame = true, .say = hold_back, .holds_back = true,
      .about = {"the reply is held back and leaves behind the next one of the drive, or when the fault ends; what acknowledges a write to ROM is not held back", "回复被扣住，排到该驱动器下一个回复之后才发，或故障结束时发；ROM 写入的应答不扣"}},
     {.word = "wrong_dlc", .group = kLink, .params = {count("dlc", 0, 7, 4)}, .per_frame = true, .say = cut_off,
@@ -187,11 +258,17 @@ constexpr FaultRow kLinkRows[] = {
      .about = {"the drive hears and obeys, and nothing it sends leaves it", "驱动器听得见也照做，但发的东西一帧也出不来"}},
     {.word = "babbling", .group = kLink, .params = {number("period_us", 100, 10'000'000, 500), count("can_id", 0, 2047, 0)}, .babble = babble,
      .about = {"the drive sends a frame it was not asked for, over and over: 8 bytes of 0; when the wire is taken, no more than one waits behind another", "驱动器没人问也不停地发：8 个字节的 0；总线被占时，排队等待的不超过一帧"}},
-    {.word = "error_frames", .group = kLink, .of_bus = true, .per_frame = true, .destroys = [](LiveFault& live, int) { return live.hits(); },
+    {.word = "error_frames", .group = kLink, .of_bus = true, .per_frame = true, .destroys = [](OnWire& on) { return on.live.hits(); },
      .about = {"a bit error destroys the frame on the wire: all nodes see an error frame, and the sender sends it again, its error counter up by 8; at 256 it gives the frame up and leaves the bus for 128 times 11 bits", "位错误毁掉线上的帧：人人都看到错误帧，发送方重发，发送错误计数加 8；到 256 就放弃这一帧，离开总线 128 次 11 位的时间"}},
     {.word = "bus_off", .group = kLink, .params = {number("recovery_ms", 0, 3'600'000, 100)},
-     .destroys = [](LiveFault& live, int sender) { return live.is_of(sender); }, .recovery = [](const LiveFault& live) { return from_ms(live.number(0)); },
+     .destroys = [](OnWire& on) { return on.live.is_of(on.sender); }, .recovery = [](const LiveFault& live) { return from_ms(live.number(0)); },
      .about = {"everything the drive sends is destroyed: its error counter climbs by 8 each time, to error-passive (128) and bus-off (256); all it had to say is lost then, it is deaf and silent for 128 times 11 bits and the recovery time, and comes back with its counters at 0", "驱动器发什么都被破坏：错误计数每次加 8，先到被动错误（128），再到 bus-off（256）；此时它要说的全部丢掉，在 128 次 11 位加恢复时间内既听不见也不发，回来时计数为 0"}},
+    {.word = "boot_garbage", .group = kLink, .params = {number("for_ms", 0.01, 10'000, 100)}, .babble = boot_garbage,
+     .about = {"after each start the drive sends frames with its identifier, 0 to 7 bytes and random data, every 5 to 20 ms for this long, until it answers for the first time", "每次启动后，驱动器在这段时间内每 5 至 20 ms 发一帧：标识符是它自己的，0 至 7 个字节，数据随机，直到第一次应答"}},
+    {.word = "wrong_bitrate", .group = kLink, .hear = mishear, .destroys = disturb, .silences = true,
+     .about = {"the drive is at another bit rate than the bus: it hears and says nothing, and destroys the first 16 frames with error flags, until it is error-passive", "驱动器的波特率与总线不同：听不懂也不说话，并用错误标志毁掉最初 16 帧，直到进入被动错误状态"}},
+    {.word = "no_termination", .group = kLink, .params = {count("missing", 1, 2, 2), number("cable_m", 0.1, 1000, 2)}, .of_bus = true, .destroys = reflect,
+     .about = {"terminating resistors are missing: of the frames on the wire, at 1 Mbit/s and on 2 m of cable, 1 % without one and half without both end in error frames, more with the cable and with the square of the bit rate", "缺少终端电阻：1 Mbit/s、2 m 线缆时，缺一个有 1 % 的帧以错误帧告终，缺两个则有一半；随线缆长度成正比、随波特率的平方增加"}},
     {.word = "queue_full", .group = kLink, .say = [](OnReply& on) { for (const Outgoing& one : on.out) on.took_effect(one); }, .blocks = true,
      .about = {"nothing leaves the drive's send queue: replies pile up in it, and when it is full (16) queries are ignored; what waits leaves in order when the fault ends", "驱动器的发送队列什么也发不出去：回复在里面越积越多，满了（16）之后命令帧被忽略；故障结束后按顺序发出"}},
 };

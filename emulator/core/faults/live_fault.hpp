@@ -19,6 +19,7 @@ struct LiveFault {
   SimTime since{0};                  // when it began, this time
   std::optional<SimTime> looked_at;  // last, to see what shows of it
   std::vector<double> anchors;       // rad: where the outputs of `fault.ids` stood then
+  std::uint64_t destroyed = 0;       // frames on the wire, this time
   std::uint64_t random = 1;
 
   const FaultRow& row() const { return *fault.row; }

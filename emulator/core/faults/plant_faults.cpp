@@ -84,6 +84,10 @@ std::string without_play(const Fault&, const ServoConfig& servo) {
   return play ? "" : drive(servo) + " has no gear with play";
 }
 
+std::string without_brake(const Fault&, const ServoConfig& servo) {
+  return servo.profile.drive.brake.tau > 0 ? "" : drive(servo) + " has no brake";
+}
+
 bool kick(AtOnce& on) {
   const auto speeds = [&on] {
     const model::Truth truth = on.motor.bank.truth(on.motor.index);
@@ -143,6 +147,8 @@ constexpr FaultRow kPlantRows[] = {
      .about = {"a switch of a phase never opens: with its partner it shorts the link", "一相的一个开关管不再关断：与同臂的另一个管子一起把直流母线短路"}},
     {.word = "bridge_dead", .group = kPowerStage, .plant = [](const OnPlant&, F& f) { f.bridge_dead = true; },
      .about = {"no switch closes any more, and the firmware does not know", "所有开关管都不再导通，而固件不知道"}},
+    {.word = "calibration_lost", .group = kPowerStage, .params = {number("offset_deg", -180, 180, 90)}, .plant = [](const OnPlant& on, F& f) { f.commutation_offset += on.number() * kRadPerDeg; },
+     .about = {"the drive commutates this far (electrical) beside the rotor, as after a calibration that failed: current without torque, or torque the wrong way round; its angles are right", "换相角偏这么多（电角度），如同校准失败：有电流没有转矩，或者转矩方向相反；显示的角度是对的"}},
     {.word = "jam", .group = kMechanics, .params = {number("percent", 0, 100, 100)}, .plant = [](const OnPlant& on, F& f) { f.jam = std::max(f.jam, on.number() / 100); },
      .about = {"the output is clamped: dry friction of this share of the motor's peak torque; 100: locked, regardless of the load", "输出轴被夹住：相当于电机峰值转矩这一百分比的干摩擦；100：锁死，怎么推都不动"}},
     {.word = "friction", .group = kMechanics, .params = {needed("factor", 0, 1000)}, .plant = [](const OnPlant& on, F& f) { times(f.friction, on.number(), 0, 1000); },
@@ -164,6 +170,8 @@ constexpr FaultRow kPlantRows[] = {
        f.theta_max = std::min(f.theta_max, on.anchor() + on.number(1) * kRadPerDeg);
      },
      .about = {"something stands in the way of the output: it gets no further than these angles from where it stands", "有东西挡住输出轴：从所在位置出发，走不出这两个角度"}},
+    {.word = "brake_late", .group = kMechanics, .params = {number("delay_ms", 0.01, 10'000, 100)}, .impossible = without_brake, .plant = [](const OnPlant& on, F& f) { f.brake_delay = std::max(f.brake_delay, on.number() * 1e-3); },
+     .about = {"the brake begins to move this long after its coil was switched; 0x8C is answered at once with what was commanded", "制动器线圈通断之后这么久，制动器才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
     {.word = "sag", .group = kPower, .params = {needed("to_V", 0, 100)}, .plant = [](const OnPlant& on, F& f) { f.v_source_max = std::min(f.v_source_max, on.number()); },
      .about = {"the supply gives no more than this", "供电电源给不出更高的电压"}},
     {.word = "dip", .group = kPower, .params = {number("below_reset_V", 0, 60, 1)},

@@ -23,6 +23,7 @@ struct Node {
   Power power;
   Memory memory;
   DriveLink link;
+  SimTime started{0};  // its controller, last
 
   int id() const { return servo.id(); }
 };

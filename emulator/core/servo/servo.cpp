@@ -60,14 +60,28 @@ Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)
 }
 
 void Servo::wake_up(const model::Telemetry& telemetry) {
+  ++starts_;
   ram_ = rom_;
   forget_what_faults_forget();
   angles_.set_offset(ram_.encoder_offset);
-  angles_.forget_turns(angles_.position(telemetry));
+  start_multi_turn(telemetry, config_.quirks.boot_multi_turn);
+  misread_turns(telemetry);
   run_state_ = RunState::kRunning;
   tripped_ = false;
   motion_ = {};
   brake_powered_ = false;
+  mute_ = false;
+  loses_next_ = false;
+  lose_next_after(LostAfter::kBoot);
+}
+
+void Servo::start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from) {
+  const std::int64_t position = angles_.position(telemetry);
+  if (from == BootMultiTurn::kZero) {
+    angles_.set_multi_turn(position, 0);
+  } else {
+    angles_.forget_turns(position);
+  }
 }
 
 void Servo::power_cycle(const Lane& lane) {
@@ -89,12 +103,14 @@ std::variant<protocol::Query, protocol::Reject> Servo::understand(
 
 Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
   const model::Telemetry before = lane.telemetry();
+  const bool was_mute = mute_;
   turn_off_after_trip(before);
   lane.feed_input();
   ++stats_.queries;
   const Context context{query, before, lane};
   const Reply reply =
       std::visit([&](const auto& command) { return on(command, context); }, query.command);
+  shown_faults_.mute_after_off |= was_mute && faults_.mute_after_off;
   if (!std::holds_alternative<protocol::NoReply>(reply)) ++stats_.replies;
   return reply;
 }
@@ -107,6 +123,9 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
     tripped_ = true;
     motion_ = {};
   }
+  if ((telemetry.errors & model::bit(model::Error::kLostInput)) != 0) {
+    lose_next_after(LostAfter::kLostInput);
+  }
 }
 
 // --- run state ---
@@ -114,8 +133,13 @@ void Servo::turn_off_after_trip(const model::Telemetry& telemetry) {
 Reply Servo::on(const protocol::Off&, const Context& context) {
   run_state_ = RunState::kOff;
   motion_ = {};
-  angles_.forget_turns(angles_.position(context.before));
+  const Quirks& quirks = config_.quirks;
+  start_multi_turn(context.before, quirks.off_multi_turn == OffMultiTurn::kAsBoot
+                                       ? quirks.boot_multi_turn
+                                       : BootMultiTurn::kSingleTurn);
   context.lane.command(model::Off{});
+  lose_next_after(LostAfter::kOff);
+  mute_ = mute_ || faults_.mute_after_off;
   return echo(context);
 }
 
@@ -169,7 +193,11 @@ Reply Servo::on(const protocol::ReadState1&, const Context& context) const {
 
 Reply Servo::on(const protocol::ClearErrors&, const Context& context) {
   context.lane.clear_errors();
-  return state_1(protocol::ClearErrors::kOpcode, context.lane.telemetry());
+  lose_next_after(LostAfter::kClear);
+  const model::Telemetry after = context.lane.telemetry();
+  if (!clear_reply_before()) return state_1(protocol::ClearErrors::kOpcode, after);
+  shown_faults_.clear_reply_before |= context.before.errors != after.errors;
+  return state_1(protocol::ClearErrors::kOpcode, context.before);
 }
 
 Reply Servo::on(const protocol::ReadState2&, const Context& context) const {

@@ -15,12 +15,22 @@
 
 namespace lk::emulator {
 
+/// After what a drive answers its next motion command and does not execute it.
+enum class LostAfter : std::uint8_t { kBoot, kLostInput, kClear, kOff };
+
 /// Injected faults of firmware and memory that last.
 struct FirmwareFaults {
   bool rom_write_fails = false;
   bool rom_worn = false;
   bool forgets_broadcast = false;
   bool forgets_limits = false;
+  bool clear_reply_before = false;
+  bool first_command_lost = false;
+  LostAfter lost_after = LostAfter::kLostInput;
+  bool mute_after_off = false;
+  bool encoder_wrap_at_boot = false;
+  int turns_at_boot = 0;  // by which the multi-turn angle is off
+  bool multi_turn_zero_at_boot = false;
 };
 
 enum class RunState : std::uint8_t { kOff, kStopped, kRunning };
@@ -76,6 +86,14 @@ class Servo {
   }
   /// A packet of RS-485 with this drive's ID arrived: 0x95 may look at what is left of it.
   void keep_received(const protocol::Frame& packet);
+  /// Its reply to 0x9B shows the errors from before it cleared them.
+  bool clear_reply_before() const {
+    return faults_.clear_reply_before || config_.quirks.clear_reply == ClearReply::kBefore;
+  }
+  /// How often its controller has started, power-up included.
+  std::uint32_t starts() const { return starts_; }
+  /// It obeys, and nothing that it says leaves it until it starts anew.
+  bool is_mute() const { return mute_; }
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -180,7 +198,11 @@ class Servo {
 
   void turn_off_after_trip(const model::Telemetry& telemetry);
   void wake_up(const model::Telemetry& telemetry);
+  void start_multi_turn(const model::Telemetry& telemetry, BootMultiTurn from);
   void forget_what_faults_forget();
+  /// Faults change the multi-turn angle that the drive has woken up with.
+  void misread_turns(const model::Telemetry& telemetry);
+  void lose_next_after(LostAfter what);
   /// The place of this drive in the commands for several; none above ID 4.
   std::optional<std::size_t> slot() const;
   /// The loops and protections read the registers again.
@@ -220,6 +242,9 @@ class Servo {
   bool brake_powered_ = false;  // the coil, as commanded; released while it is powered
   // D[3:6] of the last packet that had them; assumed before there is one (docs/rs485.md).
   std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
+  std::uint32_t starts_ = 0;
+  bool mute_ = false;
+  bool loses_next_ = false;  // motion command
   FirmwareFaults faults_;
   FirmwareFaults shown_faults_;
   ServoStats stats_;

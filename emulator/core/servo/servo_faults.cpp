@@ -90,6 +90,23 @@ void Servo::forget_what_faults_forget() {
   }
 }
 
+void Servo::misread_turns(const model::Telemetry& telemetry) {
+  const std::int64_t position = angles_.position(telemetry);
+  const std::int64_t right_cdeg = angles_.multi_turn_cdeg(position);
+  if (faults_.multi_turn_zero_at_boot) {
+    angles_.set_multi_turn(position, 0);
+    shown_faults_.multi_turn_zero_at_boot |= right_cdeg != 0;
+  }
+  if (faults_.encoder_wrap_at_boot) {
+    angles_.miscount_turns(faults_.turns_at_boot);
+    shown_faults_.encoder_wrap_at_boot |= faults_.turns_at_boot != 0;
+  }
+}
+
+void Servo::lose_next_after(LostAfter what) {
+  loses_next_ = loses_next_ || (faults_.first_command_lost && faults_.lost_after == what);
+}
+
 bool Servo::damage_rom(RomParameter parameter) {
   const Registers before = rom_;
   copy_parameter(parameter, config_.profile.factory, rom_);

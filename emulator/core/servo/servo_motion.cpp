@@ -79,7 +79,7 @@ Reply Servo::on(const protocol::MultiSpeed& command, const Context& context) {
 
 Reply Servo::on(const protocol::MultiPosition& command, const Context& context) {
   const auto own = slot();
-  return own ? on(protocol::Position1{std::llround(100 * command.target_deg[*own])}, context)
+  return own ? on(protocol::Position1{command.target_cdeg[*own]}, context)
              : state_2(protocol::Position1::kOpcode, context.before);
 }
 
@@ -174,6 +174,9 @@ Reply Servo::execute(Opcode command, const std::optional<Motion>& motion, const 
     ++stats_.invalid_targets;
   } else if (run_state_ == RunState::kOff && (tripped_ || config_.quirks.off_needs_run)) {
     ++stats_.refused_motion;
+  } else if (loses_next_) {
+    loses_next_ = false;
+    shown_faults_.first_command_lost = true;
   } else {
     motion_ = *motion;
     run_state_ = RunState::kRunning;

@@ -56,6 +56,8 @@ class ShaftAngles {
   /// The turn count is lost: the multi-turn angle continues from the single-turn angle, wrapped as
   /// Quirks::boot_wrap says.
   void forget_turns(std::int64_t position);
+  /// The multi-turn angle is off by so many turns of the rotor from now on.
+  void miscount_turns(int turns) { multi_zero_ -= turns * counts_; }
   /// The present position becomes zero of the single- and the multi-turn angle.
   void clear(std::int64_t position);
   /// The present position has the multi-turn angle `angle_cdeg` from now on; nothing else changes.

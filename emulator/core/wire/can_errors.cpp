@@ -11,6 +11,7 @@ constexpr std::uint32_t kClassProtocol = 0x008;
 constexpr std::uint32_t kClassBusOff = 0x040;
 constexpr std::uint32_t kClassBusError = 0x080;
 constexpr std::uint32_t kClassCounters = 0x200;
+constexpr std::uint8_t kReceiveOverflow = 0x01;
 constexpr std::uint8_t kReceiveWarning = 0x04;
 constexpr std::uint8_t kTransmitWarning = 0x08;
 constexpr std::uint8_t kReceivePassive = 0x10;
@@ -52,6 +53,14 @@ protocol::Frame report_error(HostLink& host, bool sending) {
   if (host.transmit_errors >= kBusOff) frame.id |= kClassBusOff;
   frame.data[6] = static_cast<std::uint8_t>(std::min(host.transmit_errors, 255));
   frame.data[7] = static_cast<std::uint8_t>(host.receive_errors);
+  return frame;
+}
+
+protocol::Frame report_overrun() {
+  protocol::Frame frame;
+  frame.kind = protocol::FrameKind::kError;
+  frame.id = kClassController;
+  frame.data[1] = kReceiveOverflow;
   return frame;
 }
 

@@ -23,6 +23,8 @@ struct HostLink {
 /// The state of a drive's controller is nowhere on the wire: a host sees its bus errors and then
 /// its silence.
 protocol::Frame report_error(HostLink& host, bool sending);
+/// What it reports when it has lost what it was to hand over: the queue of its host was full.
+protocol::Frame report_overrun();
 /// A frame got through.
 void count_success(HostLink& host, bool sending);
 

@@ -73,6 +73,7 @@ TEST(AdviceField, BeginsBehindTheLastValueOfTheRange) {
   hear(host, 2ms, test::frame("141#A100000030F80000"));  // -2000
   hear(host, 3ms, test::frame("141#A50100009F8C0000"));  // 359.99 deg
   hear(host, 4ms, test::frame("141#34000000FFFFFF7F"));
+  hear(host, 4ms, test::frame("141#9200000000000000"));  // the host knows where it stands
   hear(host, 5ms, test::frame("141#A3000000FFFFFF7F"));  // Max Angle is off
   EXPECT_EQ(host.all(), "");
   for (const char* wrong :
@@ -249,11 +250,11 @@ TEST(AdviceField, KnowsTheSlotsOfSeveralDrives) {
   config.servos[0].rom.max_angle_deg = 90;
   AdvisedHost host(config);
   hear(host, 1ms, test::frame("281#E803E80300000000"));  // 1000 dps
-  hear(host, 2ms, test::frame("282#5A00C80000000000"));  // 90°, and 200° of drive 2
+  hear(host, 2ms, test::frame("282#2823204E00000000"));  // 90°, and 200° of drive 2
   EXPECT_EQ(host.all(), "");
   hear(host, 3ms, test::frame("281#E903000000000000"));
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 1U);
-  hear(host, 4ms, test::frame("282#A5FF000000000000"));  // -91°
+  hear(host, 4ms, test::frame("282#74DC000000000000"));  // -91°
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 1), 2U);
   EXPECT_EQ(host.count(AdviceKind::kFieldRange, 2), 0U);
 }

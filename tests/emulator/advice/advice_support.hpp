@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "emulator/advice/adviser.hpp"
 #include "tests/support/test_bus.hpp"
@@ -39,6 +40,7 @@ class AdvisedHost {
     const SimTime end = bus.time() + duration;
     while (bus.time() < end) {
       bus.advance_to(std::min(end, bus.time() + Adviser::kLookStep));
+      if (hears_replies) hear_replies();
       adviser.look(bus);
     }
   }
@@ -76,12 +78,27 @@ class AdvisedHost {
 
   Bus bus;
   Adviser adviser;
+  bool hears_replies = false;  // the adviser does, as in the program; else they stay on the bus
 
  private:
+  void hear_replies() {
+    std::vector<TimedFrame> replies;
+    bus.take_replies(replies);
+    for (const TimedFrame& reply : replies) adviser.hear_reply(reply.frame);
+  }
   static BusConfig with(const ServoConfig& servo, std::int64_t bitrate) {
     BusConfig config = test::bus_config({}, bitrate);
     config.servos.push_back(servo);
     return config;
+  }
+};
+
+/// The same, and its adviser hears replies too.
+class AnsweredHost : public AdvisedHost {
+ public:
+  template <class Config>
+  explicit AnsweredHost(const Config& config) : AdvisedHost(config) {
+    hears_replies = true;
   }
 };
 

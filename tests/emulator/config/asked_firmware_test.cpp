@@ -201,6 +201,7 @@ TEST(AskedFirmware, TakesWhatAFileTakes) {
   const std::map<std::string, std::string> lines = {
       {"reply_id_base", "0x180"}, {"single_turn_bits", "32"},       {"boot_wrap", "half_turn"},
       {"stop_holds", "true"},     {"clear_angle", "implemented"},   {"iq_scale", "series"},
+      {"clear_reply", "before"},  {"boot_multi_turn", "zero"},      {"off_multi_turn", "as_boot"},
       {"all_error_bits", "true"}, {"iq_command_limit_lsb", "2048"},
   };
   std::string in_file = kDrive;

@@ -51,8 +51,8 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
     if (row.per_frame) table += ", probability = 0.25";
     table +=
         row.momentary() ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
-    // Play is of gears, which none of these drives has.
-    if (row.word == "backlash") continue;
+    // None of these drives has a gear with play, or a brake.
+    if (row.word == "backlash" || row.word == "brake_late") continue;
     const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table);
     EXPECT_EQ(fault.row, &row);
     EXPECT_EQ(fault.name, "it");
@@ -110,6 +110,19 @@ TEST(FaultVocabulary, WhatIsCountedTakesNoFractions) {
         "{ kind = \"babbling\", can_id = 1.9 }"}) {
     EXPECT_THROW(only_fault(std::string("id = 5\nfault = ") + fault), ConfigError) << fault;
   }
+}
+
+TEST(FaultVocabulary, WhatADriveDoesAnywayIsNoFault) {
+  const auto drive = [](const std::string& quirk, const std::string& fault) {
+    return "[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n" + quirk +
+           "\n[[bus.event]]\nat_s = 1\nfault = \"" + fault + "\"";
+  };
+  EXPECT_EQ(parse_error(drive("quirks.clear_reply = \"before\"", "clear_reply_before")),
+            "robot.toml:8: bus.event.fault: clear_reply_before: drive 1 answers so anyway "
+            "(quirks.clear_reply)");
+  EXPECT_EQ(parse_error(drive("quirks.boot_multi_turn = \"zero\"", "multi_turn_zero_at_boot")),
+            "robot.toml:8: bus.event.fault: multi_turn_zero_at_boot: drive 1 starts so anyway "
+            "(quirks.boot_multi_turn)");
 }
 
 TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {
@@ -220,6 +233,8 @@ TEST(FaultVocabulary, MistakesOfFaults) {
        "robot.toml:12: bus.event.fault: current_stuck: drive 7 has no current sensors (MS series)"},
       {"id = 2\nfault = { kind = \"backlash\", factor = 2 }",
        "robot.toml:12: bus.event.fault: backlash: drive 2 has no gear with play"},
+      {"id = 2\nfault = \"brake_late\"",
+       "robot.toml:12: bus.event.fault: brake_late: drive 2 has no brake"},
       {"id = 2\nfault = \"error_frames\"",
        "robot.toml:11: bus.event.id: error_frames is of the bus as a whole"},
       {"ids = \"2,5\"\nfault = \"error_frames\"",

@@ -127,6 +127,13 @@ drive = [ { id = 1 } ]
   EXPECT_FALSE(lost.recoverable);
 }
 
+TEST(Config, AnAdapterIsOneOfTheTable) {
+  const std::string drive = "[[bus.drive]]\nid = 1\n";
+  const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
+  EXPECT_EQ(parse(bus + drive)[0].adapter, nullptr);
+  EXPECT_EQ(parse(bus + "adapter = \"ch348\"\n" + drive)[0].adapter, find_adapter("ch348"));
+}
+
 TEST(Config, MistakesNameFileLineKeyAndReason) {
   const std::string bus = "[[bus]]\ninterface = \"vcan0\"\n";
   const std::map<std::string, std::string> errors = {
@@ -139,6 +146,9 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
        "robot.toml:1: bitrate: 2000000 is out of range (0, or 10000 to 1000000 bit/s)"},
       {bus + "bitrate = 9999",
        "robot.toml:3: bus.bitrate: 9999 is out of range (0, or 10000 to 1000000 bit/s)"},
+      {bus + "adapter = \"ch349\"",
+       "robot.toml:3: bus.adapter: \"ch349\" is not one of none, ch348, ftdi_default, ftdi_1ms, "
+       "slcan_115200, usb_can, usb_can_hs"},
       {bus, "robot.toml:1: bus.drive: missing"},
       {"[[bus]]\n[[bus.drive]]\nid = 1", "robot.toml:1: bus.interface: missing"},
       {"[[bus]]\ninterface = \"a/b\"",

@@ -282,6 +282,53 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   EXPECT_EQ(rotor.ask("141#9400000000000000"), frame("141#9400000094110000"));
 }
 
+// docs/protocol.md §7: where the multi-turn angle starts is one thing, what 0x80 makes of it
+// another.
+TEST(Generation, MultiTurnAngleStartsAtZeroOnDrivesThatDoSo) {
+  auto config = mg4005(Generation::kV236, 90);
+  config.quirks.boot_multi_turn = BootMultiTurn::kZero;
+  Host host(config);
+  EXPECT_EQ(host.ask("141#9200000000000000"), frame("141#9200000000000000"));
+  EXPECT_EQ(host.single_turn_cdeg(), 9000) << "the encoder knows where it stands";
+  host.ask("141#A300000028230000");  // 90° from there
+  host.wait(2s);
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 9000, 10);
+  EXPECT_NEAR(static_cast<double>(host.single_turn_cdeg()), 18000, 10);
+  host.ask("141#8000000000000000");
+  EXPECT_NEAR(static_cast<double>(host.multi_turn_cdeg()), 18000, 10) << "single-turn again";
+
+  config.quirks.off_multi_turn = OffMultiTurn::kAsBoot;
+  Host as_boot(config);
+  as_boot.ask("141#A300000028230000");
+  as_boot.wait(2s);
+  as_boot.ask("141#8000000000000000");
+  EXPECT_EQ(as_boot.multi_turn_cdeg(), 0);
+  as_boot.bus.power_cycle(1);
+  EXPECT_EQ(as_boot.multi_turn_cdeg(), 0);
+  config.quirks.boot_multi_turn = BootMultiTurn::kSingleTurn;
+  Host wrapped(config);
+  wrapped.ask("141#8000000000000000");
+  EXPECT_EQ(wrapped.multi_turn_cdeg(), 9000);
+}
+
+// docs/protocol.md §4: under-voltage has passed; 0x9B clears it, whatever its reply shows.
+TEST(Generation, ClearRepliesShowTheFlagsFromBeforeOnDrivesThatDoSo) {
+  for (const ClearReply shown : {ClearReply::kAfter, ClearReply::kBefore}) {
+    auto config = drive(Generation::kV236);
+    config.quirks.clear_reply = shown;
+    config.rom.protections[0] = {.enabled = true, .threshold = 18, .hysteresis = 1};
+    Host host(config);
+    host.bus.set_supply_voltage(1, 15);
+    host.wait(500ms);
+    host.bus.set_supply_voltage(1, 24);
+    host.wait(500ms);
+    ASSERT_EQ(host.ask("141#9A00000000000000").data[7], 1);
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], shown == ClearReply::kBefore ? 1 : 0);
+    EXPECT_EQ(host.ask("141#9A00000000000000").data[7], 0);
+    EXPECT_EQ(host.ask("141#9B00000000000000").data[7], 0);
+  }
+}
+
 TEST(Generation, TargetsCoverTheOutputTurn) {
   const auto moved_to = [](const char* text) {
     Host host(mg4005(Generation::kV236, 90));

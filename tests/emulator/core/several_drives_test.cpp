@@ -74,7 +74,7 @@ TEST(SeveralDrives, Speed) {
 
 TEST(SeveralDrives, Position) {
   Host host = several();
-  const auto replies = host.talk(frame("282#6400 9CFF 6400 6400"));  // 100, −100, 100, 100
+  const auto replies = host.talk(frame("282#1027 F0D8 1027 1027"));  // ±10000 = ±100°
   ASSERT_EQ(ids(replies), (Ids{0x141, 0x142, 0x143, 0x146}));
   EXPECT_EQ(replies[0].data[0], 0xA3);
   host.wait(2s);

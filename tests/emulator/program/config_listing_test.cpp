@@ -29,5 +29,12 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   EXPECT_EQ(spoken(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
 }
 
+TEST(ConfigListing, NamesTheAdapterOfABus) {
+  BusConfig bus = test::bus_config({1}, 1'000'000);
+  EXPECT_EQ(describe_run({bus}).substr(0, 22), "test: 1 Mbit/s, 1 driv");
+  bus.adapter = find_adapter("ch348");
+  EXPECT_EQ(describe_run({bus}).substr(0, 38), "test: 1 Mbit/s, adapter ch348, 1 drive");
+}
+
 }  // namespace config_listing_test
 }  // namespace lk::emulator

@@ -186,6 +186,9 @@ class RandomLife {
           below(static_cast<unsigned>(parameter.choices.size())));
     }
     if (!parameter.required && one_in(4)) return parameter.fallback;
+    // While what hosts have written waits in their adapter, nobody says anything.
+    if (parameter.word == "stall_ms") return between(parameter.min, 20);
+    if (parameter.word == "tx_us" || parameter.word == "tail_us") return between(0, 20'000);
     // Mostly what may happen, at times the most that may be asked for.
     const double value = between(parameter.min, parameter.max);
     return one_in(4) ? value : std::clamp(value / 1000, parameter.min, parameter.max);

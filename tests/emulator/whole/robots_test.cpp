@@ -164,7 +164,8 @@ TEST(Robots, TheBenchHasWhatSomeDrivesOnlyHave) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, Robot,
-                         testing::Values("bench", "example", "gimbal", "quadruped", "turntable"),
+                         testing::Values("bench", "example", "gimbal", "mixed", "quadruped",
+                                         "turntable"),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST(Robots, AreAllTested) {
@@ -172,7 +173,7 @@ TEST(Robots, AreAllTested) {
   for (const auto& entry : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/buses")) {
     if (entry.path().extension() == ".toml") ++files;
   }
-  EXPECT_EQ(files, 5U) << "name the new one above";
+  EXPECT_EQ(files, 6U) << "name the new one above";
 }
 
 }  // namespace robots_test

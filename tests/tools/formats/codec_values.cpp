@@ -111,7 +111,9 @@ struct Reader {
     return slots("speed_target_", query.speed_dps);
   }
   Values operator()(const MultiPosition& query) const {
-    return slots("angle_target_", query.target_deg);
+    Values values = slots("angle_target_", query.target_cdeg);
+    for (auto& [name, value] : values) value /= 100.0;
+    return values;
   }
   Values operator()(const MultiCommand& query) const { return slots("command_", query.opcodes); }
 

@@ -23,13 +23,16 @@ using test::frame;
 struct Situation {
   std::vector<FaultValue> values = {};
   int id = 1;
+  std::string_view adapter = "none";
 };
+constexpr auto kOnBoot = static_cast<FaultChoice>(LostAfter::kBoot);
 const std::map<std::string_view, Situation> kSituations = {
     {"drop", {}},
     {"delay", {{3}}},
     {"duplicate", {}},
     {"corrupt", {}},
     {"stale", {}},
+    {"torn_reply", {}},
     {"reorder", {}},
     {"wrong_dlc", {}},
     {"wrong_id", {}},
@@ -38,7 +41,14 @@ const std::map<std::string_view, Situation> kSituations = {
     {"babbling", {}},
     {"error_frames", {}},
     {"bus_off", {}},
+    {"boot_garbage", {{}, 2}},
+    {"wrong_bitrate", {}},
+    {"no_termination", {}},
     {"queue_full", {}},
+    {"adapter_latency", {{100, 100}}},
+    {"adapter_batch", {}},
+    {"adapter_overrun", {{1}, 1, "ftdi_default"}},
+    {"write_stalls", {{2, 20}}},
     {"encoder_stuck", {}},
     {"encoder_jump", {{10}}},
     {"encoder_noise", {{1}}},
@@ -58,6 +68,7 @@ const std::map<std::string_view, Situation> kSituations = {
     {"switch_open", {}},
     {"switch_shorted", {}},
     {"bridge_dead", {}},
+    {"calibration_lost", {}},
     {"jam", {}},
     {"friction", {{3}}},
     {"inertia", {{3}}},
@@ -66,6 +77,7 @@ const std::map<std::string_view, Situation> kSituations = {
     {"backlash", {{3}}},
     {"coupling_broken", {}},
     {"end_stop", {{-5, 5}}},
+    {"brake_late", {{}, 2}},
     {"sag", {{15}}},
     {"dip", {}},
     {"cut", {}},
@@ -81,10 +93,16 @@ const std::map<std::string_view, Situation> kSituations = {
     {"ram_flipped", {}},
     {"forgets_broadcast", {{}, 3}},
     {"forgets_limits", {}},
+    {"clear_reply_before", {}},
+    {"first_command_lost", {{kOnBoot}}},
+    {"bus_held_after_off", {}},
+    {"encoder_wrap_at_boot", {}},
+    {"multi_turn_zero_at_boot", {}},
 };
 
-/// Geared drives with play and a load; the third answers commands for several only.
-BusConfig config() {
+/// Geared drives with play and a load; the second has a brake, the third answers commands for
+/// several only.
+BusConfig config(std::string_view adapter) {
   BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
   for (ServoConfig& servo : config.servos) {
     model::MechanicsParams& mechanics = servo.profile.drive.mechanics;
@@ -97,7 +115,12 @@ BusConfig config() {
     servo.profile.drive.load.J = 0.02;
     servo.rom.acceleration_dps_s = 50'000;
   }
+  config.servos[0].rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {
+      true, 12, 0.5, 0};
+  config.servos[1].profile.drive.brake.tau = 1;
+  config.servos[1].quirks.dialect.brake_command = true;
   config.servos[2].rom.broadcast_mode = true;
+  config.adapter = find_adapter(adapter);
   return config;
 }
 
@@ -108,9 +131,10 @@ struct Life {
   std::vector<FaultReport> faults;
 };
 
-/// They are asked all the time; the first turns to and fro, is written to, and is started anew.
-Life live(const Fault* fault) {
-  Bus bus(config());
+/// They are asked all the time; the first turns to and fro, is written to, is started anew, loses
+/// its voltage and is switched off.
+Life live(const Fault* fault, std::string_view adapter) {
+  Bus bus(config(adapter));
   if (fault != nullptr) bus.plan({500ms, {kWholeBus, SetFault{*fault}}});
   Life life;
   std::vector<RomWrite> writes;
@@ -126,9 +150,16 @@ Life live(const Fault* fault) {
                       : "141#3200656532323232");
     if (at == 2600ms) send("141#3300000000000000");  // acceleration
     if (at == 1800ms) bus.apply({1, PowerCycle{100ms}});
+    if (at == 600ms) send("142#8C01000000000000");  // release the brake
+    if (at == 600ms) send("142#A2000000C0D40100");  // 1200 dps
+    if (at == 1s) send("142#8C00000000000000");
+    if (at == 1800ms) bus.apply({2, PowerCycle{100ms}});
     if (at == 1800ms) bus.apply({3, PowerCycle{100ms}});
+    if (at == 2600ms) bus.apply({1, Sag{10, 300ms}});
+    if (at == 2950ms) send("141#9B00000000000000");
+    if (at == 2980ms) send("141#8000000000000000");
     bus.advance_to(at + 5ms);
-    for (const int id : {1, 3}) {
+    for (const int id : {1, 2, 3}) {
       for (const Signal& signal : signals()) life.signals.push_back(signal.read(bus.view(id)));
     }
   }
@@ -141,7 +172,7 @@ Life live(const Fault* fault) {
 }
 
 TEST(EveryFault, ChangesSomethingAndSaysSo) {
-  const Life healthy = live(nullptr);
+  std::map<std::string_view, Life> healthy;
   EXPECT_EQ(kSituations.size(), fault_table().size());
   for (const FaultRow& row : fault_table()) {
     SCOPED_TRACE(row.word);
@@ -155,9 +186,13 @@ TEST(EveryFault, ChangesSomethingAndSaysSo) {
     std::ranges::copy(situation.values, fault.values.begin());
     if (!row.of_bus) fault.ids = {situation.id};
     if (row.of_bus) fault.probability = 0.5;  // or nobody is left to say anything
-    const Life faulty = live(&fault);
-    EXPECT_TRUE(faulty.wire != healthy.wire || faulty.signals != healthy.signals ||
-                faulty.rom != healthy.rom);
+    if (!healthy.contains(situation.adapter)) {
+      healthy[situation.adapter] = live(nullptr, situation.adapter);
+    }
+    const Life& sound = healthy[situation.adapter];
+    const Life faulty = live(&fault, situation.adapter);
+    EXPECT_TRUE(faulty.wire != sound.wire || faulty.signals != sound.signals ||
+                faulty.rom != sound.rom);
     ASSERT_EQ(faulty.faults.size(), 1U);
     const FaultEvidence& evidence = faulty.faults[0].evidence;
     EXPECT_GT(evidence.effects, 0U);
@@ -170,9 +205,10 @@ TEST(EveryFault, ChangesSomethingAndSaysSo) {
 /// A function stands where a fault acts; one that acts nowhere would never take effect.
 TEST(EveryFault, ActsSomewhere) {
   for (const FaultRow& row : fault_table()) {
-    EXPECT_TRUE(row.plant != nullptr || row.hear != nullptr || row.say != nullptr ||
-                row.destroys != nullptr || row.babble != nullptr || row.duplicate != nullptr ||
-                row.firmware != nullptr || row.at_once != nullptr)
+    EXPECT_EQ(row.adapter == nullptr, row.adapter_shows == nullptr) << row.word;
+    EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.hear != nullptr ||
+                row.say != nullptr || row.destroys != nullptr || row.babble != nullptr ||
+                row.duplicate != nullptr || row.firmware != nullptr || row.at_once != nullptr)
         << row.word;
     EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
     EXPECT_EQ(find_fault(row.word), &row) << "two of this word";

@@ -1,0 +1,262 @@
+// Advice that owners of robots would have needed, and none for hosts that do it right.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/advice/advice_support.hpp"
+#include "tests/support/faults.hpp"
+
+namespace lk::emulator {
+namespace advice_field_test {
+
+using protocol::ClearErrors;
+using protocol::Position1;
+using protocol::ReadMultiTurnAngle;
+using protocol::ReadPid;
+using protocol::ReadState1;
+using protocol::ReadState2;
+
+// --- the reply to 0x9B
+
+/// Lost input has tripped; 0x9B shows what it clears.
+AnsweredHost tripped(bool before = true) {
+  ServoConfig servo = test::servo_config(1);
+  servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  AnsweredHost host(servo);
+  if (before) host.bus.apply({kWholeBus, SetFault{test::fault_of("clear_reply_before", {}, {1})}});
+  host.repeat(2, 1ms, query(ReadState2{}));
+  host.wait(200ms);
+  host.repeat(2, 1ms, query(ReadState2{}));
+  return host;
+}
+
+void clear(AnsweredHost& host) {
+  host.repeat(1, 50ms, query(ClearErrors{}));
+  host.repeat(10, 50ms, query(ReadState2{}));
+}
+
+TEST(AdviceClear, IsOfAHostThatClearsWhatIsClear) {
+  AnsweredHost host = tripped();
+  clear(host);
+  clear(host);
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 0U);
+  clear(host);
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 1U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kTrustsClearReply), Language::kEnglish),
+            "0x9B for the 3. time within 1.1 s: the first has cleared the errors, its reply shows "
+            "those from before");
+}
+
+TEST(AdviceClear, IsOfDrivesThatAlwaysAnswerSo) {
+  ServoConfig servo = test::servo_config(1);
+  servo.quirks.clear_reply = ClearReply::kBefore;
+  servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.1, 0, 0};
+  AnsweredHost host(servo);
+  host.repeat(2, 1ms, query(ReadState2{}));
+  host.wait(200ms);
+  host.repeat(2, 1ms, query(ReadState2{}));
+  for (int n = 0; n < 3; ++n) clear(host);
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 1U);
+}
+
+TEST(AdviceClear, IsNotOfOneThatReadsTheState) {
+  AnsweredHost host = tripped();
+  for (int n = 0; n < 5; ++n) {
+    clear(host);
+    host.repeat(1, 10ms, query(ReadState1{}));
+  }
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdviceClear, IsNotOfADriveThatSaysWhatIsLeftNorOfNewErrors) {
+  AnsweredHost host = tripped(false);
+  for (int n = 0; n < 5; ++n) clear(host);
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 0U);
+  AnsweredHost again = tripped();
+  for (int n = 0; n < 5; ++n) {
+    clear(again);
+    again.wait(200ms);  // it trips anew
+    again.repeat(1, 2ms, query(ReadState2{}));
+  }
+  EXPECT_EQ(again.count(AdviceKind::kTrustsClearReply), 0U);
+}
+
+TEST(AdviceClear, IsNotOfAHostThatClearsNowAndThen) {
+  AnsweredHost host = tripped();
+  for (int n = 0; n < 5; ++n) {
+    clear(host);
+    host.repeat(60, 50ms, query(ReadState2{}));
+  }
+  EXPECT_EQ(host.count(AdviceKind::kTrustsClearReply), 0U);
+}
+
+// --- drives that do not answer
+
+void poll(AnsweredHost& host, int id, int times, SimTime gap) {
+  for (int n = 0; n < times; ++n) {
+    host.repeat(1, gap / 2, query(ReadState2{}));
+    host.repeat(1, gap / 2, query(ReadState2{}, id));
+  }
+}
+
+TEST(AdvicePolls, IsOfAnIdThatNeverAnswersAtFullRate) {
+  AnsweredHost host(test::servo_config(1));
+  poll(host, 7, 90, 20ms);
+  EXPECT_EQ(host.all(), "");
+  poll(host, 7, 20, 20ms);
+  EXPECT_GT(host.count(AdviceKind::kPollsDead, 7), 0U);
+  EXPECT_EQ(host.count(AdviceKind::kPollsDead, 1), 0U);
+}
+
+TEST(AdvicePolls, IsOfADriveWithoutPower) {
+  AnsweredHost host(test::powered_bus({1, 2}));
+  host.bus.apply({2, PowerOff{}});
+  host.wait(5s);
+  poll(host, 2, 110, 20ms);
+  EXPECT_GT(host.count(AdviceKind::kPollsDead, 2), 0U);
+}
+
+TEST(AdvicePolls, IsNotOfAHostThatBacksOff) {
+  AnsweredHost host(test::servo_config(1));
+  poll(host, 7, 15, 20ms);
+  for (int n = 0; n < 60; ++n) {
+    host.repeat(50, 20ms, query(ReadState2{}));
+    host.repeat(1, 1ms, query(ReadState2{}, 7));
+  }
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdvicePolls, IsNotOfAHostThatLooksForOneDriveOnly) {
+  AnsweredHost host(test::servo_config(1));
+  host.repeat(500, 20ms, query(ReadState2{}, 7));
+  EXPECT_EQ(host.all(), "");
+}
+
+/// Another program has that drive: its replies have the identifier of the queries.
+TEST(AdvicePolls, IsNotOfADriveElsewhere) {
+  AnsweredHost host(test::servo_config(1));
+  for (int n = 0; n < 500; ++n) {
+    host.repeat(1, 5ms, query(ReadState2{}));
+    host.send(query(ReadState2{}, 7));
+    host.repeat(1, 1ms, query(ReadState2{}));  // before the other reads the reply
+    host.repeat(1, 5ms, test::frame("147#9C19000000000008"));
+  }
+  EXPECT_EQ(host.count(AdviceKind::kPollsDead, 7), 0U);
+}
+
+// --- the adapter's latency
+
+AnsweredHost behind_ch348() {
+  BusConfig config = test::bus_config({1}, 1'000'000);
+  config.adapter = find_adapter("ch348");
+  return AnsweredHost(config);
+}
+
+/// A reply takes 0.34 ms on the wire and 0.54 ms in the adapter.
+TEST(AdviceTimeout, IsOfAHostThatGoesOnBeforeTheReplyIsThere) {
+  AnsweredHost host = behind_ch348();
+  host.repeat(5, 600us, query(ReadState2{}));
+  EXPECT_EQ(host.all(), "");
+  host.repeat(20, 600us, query(ReadState2{}));
+  EXPECT_GT(host.count(AdviceKind::kTimeoutBelowLatency), 0U);
+}
+
+TEST(AdviceTimeout, IsNotOfOneThatWaitsLonger) {
+  AnsweredHost host = behind_ch348();
+  host.repeat(500, 2ms, query(ReadState2{}));
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdviceTimeout, IsNotOfLostReplies) {
+  AnsweredHost host = behind_ch348();
+  host.bus.apply({kWholeBus, SetFault{test::fault_of("silent", {}, {1})}});
+  host.repeat(100, 2ms, query(ReadState2{}));
+  host.bus.apply({kWholeBus, ClearFault{"all"}});
+  host.wait(20ms);
+  host.repeat(100, 2ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kTimeoutBelowLatency), 0U) << host.all();
+}
+
+TEST(AdviceTimeout, IsNotGivenWithoutAnAdapter) {
+  AnsweredHost host(test::servo_config(1));
+  host.repeat(100, 600us, query(ReadState2{}));
+  EXPECT_EQ(host.all(), "");
+}
+
+// --- the first target
+
+protocol::Frame target(double deg) {
+  return query(Position1{static_cast<std::int32_t>(100 * deg)});
+}
+
+TEST(AdviceFirstTarget, IsOfHalfATurnAndMoreFromAnUnreadAngle) {
+  AnsweredHost host(test::servo_config(1));  // stands at 45 degrees
+  host.repeat(3, 2ms, query(ReadState2{}));
+  host.repeat(2, 2ms, target(225));
+  EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kFirstTargetFar), Language::kEnglish),
+            "the first target after a start, 225°, is 180° from where the rotor stands, 45°");
+}
+
+TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
+  AnsweredHost near(test::servo_config(1));
+  near.repeat(1, 2ms, target(224));
+  near.repeat(1, 2ms, target(1000));  // the host knows where it goes
+  EXPECT_EQ(near.count(AdviceKind::kFirstTargetFar), 0U);
+  AnsweredHost asks(test::servo_config(1));
+  asks.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  asks.repeat(1, 2ms, target(1000));
+  EXPECT_EQ(asks.count(AdviceKind::kFirstTargetFar), 0U);
+}
+
+TEST(AdviceFirstTarget, IsOfEachStart) {
+  AnsweredHost host(test::servo_config(1));
+  host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  host.repeat(1, 3s, target(720));
+  host.bus.power_cycle(1);
+  host.wait(2ms);
+  host.repeat(3, 2ms, query(ReadState2{}));
+  host.repeat(1, 2ms, target(720));  // where it stands, and two turns away by its count
+  EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
+}
+
+// --- what a drive speaks
+
+const protocol::Frame kReadParameter = test::frame("141#C00A000000000000");
+
+TEST(AdviceGuess, IsOfOneProbeWithoutAnAnswer) {
+  AnsweredHost host(test::servo_config(1));  // legacy: it has no 0xC0
+  host.repeat(1, 10ms, kReadParameter);
+  host.repeat(49, 100ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kDialectGuessed), 0U);
+  host.repeat(5, 100ms, query(ReadState2{}));
+  ASSERT_EQ(host.count(AdviceKind::kDialectGuessed), 1U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kDialectGuessed), Language::kEnglish).substr(0, 23),
+            "0xC0 was asked once, 5.");
+}
+
+TEST(AdviceGuess, IsOfAFrameThatWasLost) {
+  AnsweredHost host(test::servo_config(1));
+  host.bus.apply({kWholeBus, SetFault{test::fault_of("silent", {}, {1})}});
+  host.repeat(1, 10ms, query(ReadPid{}));
+  host.bus.apply({kWholeBus, ClearFault{"all"}});
+  host.repeat(60, 100ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kDialectGuessed), 1U);
+}
+
+TEST(AdviceGuess, IsNotOfOneWhoAsksAgainOrIsAnsweredOrLeaves) {
+  AnsweredHost again(test::servo_config(1));
+  again.repeat(3, 10ms, kReadParameter);
+  again.repeat(100, 100ms, query(ReadState2{}));
+  EXPECT_EQ(again.count(AdviceKind::kDialectGuessed), 0U);
+  AnsweredHost answered(test::servo_config(1));
+  answered.repeat(1, 10ms, query(ReadPid{}));
+  answered.repeat(100, 100ms, query(ReadState2{}));
+  EXPECT_EQ(answered.all(), "");
+  AnsweredHost gone(test::servo_config(1));
+  gone.repeat(1, 10ms, kReadParameter);
+  gone.repeat(5, 2s, query(ReadState2{}));
+  EXPECT_EQ(gone.count(AdviceKind::kDialectGuessed), 0U);
+}
+
+}  // namespace advice_field_test
+}  // namespace lk::emulator

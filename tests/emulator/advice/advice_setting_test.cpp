@@ -1,0 +1,116 @@
+// Advice about settings over the bus: by the frames alone, for which no drive here has to have the
+// commands. The replies are those of docs/protocol.md.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/advice/advice_support.hpp"
+
+namespace lk::emulator {
+namespace advice_setting_test {
+
+using protocol::ReadState2;
+
+const protocol::Frame kWriteId9 = test::frame("141#42050A0009000000");
+const protocol::Frame kWriteSpeed = test::frame("141#4205E200407E0500");
+const protocol::Frame kSave = test::frame("141#4405FA0000000000");
+const protocol::Frame kSavedReply = test::frame("141#4405010000000000");
+const protocol::Frame kRestart = test::frame("141#0700000000000000");
+
+/// What the host says, and the drive after it.
+void say(AnsweredHost& host, const protocol::Frame& query, const protocol::Frame& reply) {
+  host.repeat(1, 1ms, query);
+  host.adviser.hear_reply(reply);
+  host.wait(1ms);
+}
+void restart(AnsweredHost& host) {
+  host.repeat(1, 1ms, kRestart);
+  host.bus.power_cycle(1);
+  host.wait(100ms);
+}
+
+TEST(AdviceSettings, OfTheOtherTableAreMixedUp) {
+  AnsweredHost host(test::servo_config(1));
+  for (const auto* good : {"141#42050A0009000000", "141#42A0640014000500", "141#C00A000000000000",
+                           "141#C11E000000100000"}) {
+    host.repeat(1, 1ms, test::frame(good));
+  }
+  EXPECT_EQ(host.count(AdviceKind::kParameterSpace), 0U);
+  for (const auto* mixed : {"141#420A640014000500", "141#4220000040420F00", "141#C0050A0000000000",
+                            "141#C196000000000000", "141#C0EA000000000000"}) {
+    host.repeat(1, 1ms, test::frame(mixed));
+  }
+  EXPECT_EQ(host.count(AdviceKind::kParameterSpace), 5U);
+}
+
+TEST(AdviceSettings, AreLostWhenTheDriveRestartsUnsaved) {
+  AnsweredHost host(test::servo_config(1));
+  say(host, kWriteSpeed, kWriteSpeed);
+  EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 0U);
+  restart(host);
+  EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 1U);
+  host.repeat(5, 1ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 1U);
+}
+
+TEST(AdviceSettings, AreLostWithThePowerToo) {
+  AnsweredHost host(test::servo_config(1));
+  say(host, kWriteSpeed, kWriteSpeed);
+  host.bus.power_cycle(1);
+  host.wait(5ms);
+  host.repeat(2, 2ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 1U);
+}
+
+TEST(AdviceSettings, ThatAreSavedOrWereNeverTakenAreNotLost) {
+  AnsweredHost host(test::servo_config(1));
+  say(host, kWriteSpeed, kWriteSpeed);
+  say(host, kSave, kSavedReply);
+  restart(host);
+  host.repeat(1, 1ms, kWriteSpeed);  // without a reply
+  restart(host);
+  EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 0U);
+}
+
+TEST(AdviceSettings, ANewIdIsToBeLookedFor) {
+  AnsweredHost host(test::servo_config(1));
+  say(host, kWriteId9, kWriteId9);
+  say(host, kSave, kSavedReply);
+  host.repeat(20, 1ms, query(ReadState2{}));  // still the old one
+  restart(host);
+  host.repeat(9, 10ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
+  host.repeat(1, 10ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 1U);
+}
+
+TEST(AdviceSettings, AHostThatLooksForTheNewIdGetsNoAdvice) {
+  AnsweredHost host(test::servo_config(1));
+  say(host, kWriteId9, kWriteId9);
+  say(host, kSave, kSavedReply);
+  restart(host);
+  host.repeat(5, 10ms, query(ReadState2{}));
+  host.repeat(1, 10ms, query(ReadState2{}, 9));
+  host.repeat(50, 10ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
+}
+
+TEST(AdviceSettings, ARestartHasNoReplyToWaitFor) {
+  AnsweredHost host(test::powered_drive());
+  host.repeat(3, 1ms, query(ReadState2{}));
+  restart(host);
+  host.repeat(1, 1ms, kRestart);
+  EXPECT_EQ(host.count(AdviceKind::kRestartAwaited), 1U);
+}
+
+TEST(AdviceSettings, ARestartNowAndThenIsGoodAndSoIsOneThatNothingComesOf) {
+  AnsweredHost host(test::servo_config(1));
+  for (int n = 0; n < 3; ++n) {
+    restart(host);
+    host.wait(2s);
+  }
+  host.repeat(5, 100ms, kRestart);  // to a drive that does not have the command
+  EXPECT_EQ(host.count(AdviceKind::kRestartAwaited), 0U);
+}
+
+}  // namespace advice_setting_test
+}  // namespace lk::emulator

@@ -1,0 +1,240 @@
+// The adapter between a host and its wire: its arithmetic, its profiles, and a bus behind it.
+
+#include "emulator/core/wire/host_adapter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/support/faults.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace host_adapter_test {
+
+using namespace std::chrono_literals;
+using test::frame;
+
+TimedFrame reply(SimTime at) { return {at, frame("141#9C19000000000000")}; }
+
+std::vector<SimTime> arrivals(HostAdapter& adapter) {
+  std::vector<SimTime> times;
+  while (adapter.next_due()) times.push_back(adapter.take().at);
+  return times;
+}
+
+AdapterTimes times_of(std::string_view profile) { return find_adapter(profile)->times; }
+
+/// Rounds per second of a host that takes no time and asks three drives one after the other: 90 us
+/// of wire and 150 us of reply time each, three drives at 2 Mbit/s.
+double rounds_Hz(std::string_view profile) {
+  constexpr int kRounds = 20'000;
+  constexpr int kDrives = 3;
+  HostAdapter adapter(times_of(profile), 1);
+  SimTime now{0};
+  for (int n = 0; n < kRounds * kDrives; ++n) {
+    const SimTime on_wire = adapter.in_use() ? adapter.to_wire(now).at : now;
+    now = on_wire + 90us + 150us;
+    if (!adapter.in_use()) continue;
+    adapter.from_wire(reply(now));
+    now = adapter.take().at;
+  }
+  return kRounds / std::chrono::duration<double>(now).count();
+}
+
+TEST(HostAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
+  EXPECT_NEAR(rounds_Hz("none"), 1389, 1);
+  const double ch348_Hz = rounds_Hz("ch348");
+  EXPECT_GE(ch348_Hz, 415 * 0.95);
+  EXPECT_LE(ch348_Hz, 443 * 1.05);
+}
+
+TEST(HostAdapter, TheLineOfTextCarries523FramesASecond) {
+  constexpr double kFrame_s = 1 / 523.6;  // 22 characters of 10 bits at 115200 baud
+  HostAdapter adapter(times_of("slcan_115200"), 1);
+  SimTime last{0};
+  for (int n = 0; n < 500; ++n) {
+    last = adapter.to_wire(0s).at;
+    adapter.from_wire(reply(0s));
+  }
+  EXPECT_NEAR(std::chrono::duration<double>(last).count(), 500 * kFrame_s, 0.001);
+  const auto times = arrivals(adapter);
+  EXPECT_NEAR(std::chrono::duration<double>(times.back()).count(), 500 * kFrame_s, 0.001);
+  EXPECT_NEAR(std::chrono::duration<double>(times.front()).count(), 0.00191, 1e-5);
+}
+
+TEST(HostAdapter, BundlesComeAtTicksInOrder) {
+  HostAdapter adapter(times_of("usb_can"), 1);
+  for (const SimTime at : {100us, 900us, 1000us, 1001us}) adapter.from_wire(reply(at));
+  EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{1ms, 1ms, 1ms, 2ms}));
+}
+
+TEST(HostAdapter, AFullBufferGoesAtOnce) {
+  HostAdapter adapter({.batch_us = 16'000, .batch_most = 3}, 1);
+  for (const SimTime at : {100us, 200us, 300us}) adapter.from_wire(reply(at));
+  EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{300us, 300us, 300us}));
+  adapter.from_wire(reply(400us));
+  EXPECT_EQ(arrivals(adapter), std::vector<SimTime>{16ms});
+  HostAdapter bytes(times_of("ftdi_default"), 1);  // 62 of them, where frames are bytes
+  bytes.from_wire(reply(100us), 31);
+  bytes.from_wire(reply(200us), 31);
+  EXPECT_EQ(arrivals(bytes), (std::vector<SimTime>{200us, 200us}));
+}
+
+TEST(HostAdapter, LosesTheNewestAndSaysSoOnce) {
+  HostAdapter adapter({.batch_us = 1000, .depth = 2}, 1);
+  EXPECT_FALSE(adapter.from_wire(reply(100us)).lost);
+  EXPECT_FALSE(adapter.from_wire(reply(200us)).lost);
+  const AdapterShown third = adapter.from_wire(reply(300us));
+  EXPECT_TRUE(third.lost && third.reported);
+  const AdapterShown fourth = adapter.from_wire(reply(400us));
+  EXPECT_TRUE(fourth.lost && !fourth.reported);
+  EXPECT_EQ(arrivals(adapter), (std::vector<SimTime>{1ms, 1ms}));
+  EXPECT_FALSE(adapter.from_wire(reply(1100us)).lost);
+}
+
+TEST(HostAdapter, HoldsNoMoreThanAQueueWithoutADepthToo) {
+  HostAdapter adapter({.rx_us = 1e6}, 1);
+  for (int n = 0; n < 5000; ++n) adapter.from_wire(reply(0s));
+  EXPECT_EQ(arrivals(adapter).size(), kMostInAdapter);
+}
+
+TEST(HostAdapter, EverySecondWriteStallsWhileNothingAnswers) {
+  HostAdapter adapter({.stall_every = 2, .stall_us = 5.2e6}, 1);
+  SimTime now = 1s;
+  std::vector<SimTime> blocked;
+  for (int n = 0; n < 4; ++n) {
+    const SimTime written = adapter.to_wire(now).at;
+    blocked.push_back(written - now);
+    now = written + 20ms;  // the host's time-out
+  }
+  EXPECT_EQ(blocked, (std::vector<SimTime>{0s, 5200ms, 0s, 5200ms}));
+  for (int n = 0; n < 4; ++n) {  // something answers
+    EXPECT_EQ(adapter.to_wire(now).at, now);
+    adapter.from_wire(reply(now + 1ms));
+    now += 20ms;
+  }
+}
+
+TEST(HostAdapter, WhatIsWrittenDuringAStallWaitsBehindIt) {
+  HostAdapter adapter({.stall_every = 1, .stall_us = 1e6}, 1);
+  EXPECT_EQ(adapter.to_wire(100ms).at, 1100ms);
+  EXPECT_EQ(adapter.to_wire(200ms).at, 1100ms);
+}
+
+TEST(HostAdapter, NothingOvertakesWhateverTheJitter) {
+  HostAdapter adapter(
+      {.tx_us = 50, .rx_us = 50, .jitter_us = 100, .tail_us = 1000, .tail_probability = 0.1}, 1);
+  SimTime before{0};
+  for (int n = 0; n < 1000; ++n) {
+    const SimTime at = 10us * n;
+    const SimTime there = adapter.to_wire(at).at;
+    EXPECT_GE(there, before);
+    EXPECT_GE(there, at);
+    before = there;
+    adapter.from_wire(reply(at));
+  }
+  const auto times = arrivals(adapter);
+  EXPECT_TRUE(std::ranges::is_sorted(times));
+}
+
+TEST(HostAdapter, EveryProfileHasANameOfItsOwnAndASource) {
+  EXPECT_EQ(adapter_profiles().front().name, "none");
+  EXPECT_FALSE(adapter_profiles().front().times.any());
+  for (const AdapterProfile& profile : adapter_profiles()) {
+    EXPECT_EQ(find_adapter(profile.name), &profile);
+    EXPECT_FALSE(profile.source.empty());
+  }
+  EXPECT_EQ(find_adapter("ch349"), nullptr);
+}
+
+// --- a bus behind one
+
+BusConfig behind(std::string_view profile) {
+  BusConfig config = test::bus_config({1, 2}, 1'000'000);
+  config.adapter = find_adapter(profile);
+  return config;
+}
+
+TEST(BusBehindAnAdapter, HostsGetRepliesWhenItHandsThemOver) {
+  Bus bus(behind("usb_can"));
+  for (const SimTime at : {0us, 400us}) bus.receive({at, frame("141#9C00000000000000")});
+  bus.advance_to(999us);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  EXPECT_TRUE(replies.empty());
+  EXPECT_EQ(bus.stats().replies_waiting, 2U);
+  EXPECT_EQ(bus.next_due(), 1ms);
+  bus.advance_to(1ms);
+  bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 2U);
+  for (const TimedFrame& one : replies) EXPECT_EQ(one.at, 1ms);
+  EXPECT_EQ(bus.stats().replies, 2U);
+}
+
+TEST(BusBehindAnAdapter, QueriesReachTheWireLate) {
+  Bus plain(behind("none"));
+  Bus late(behind("slcan_115200"));
+  std::vector<TimedFrame> replies;
+  for (Bus* const bus : {&plain, &late}) {
+    bus->receive({0s, frame("141#9C00000000000000")});
+    bus->advance_to(10ms);
+    bus->take_replies(replies);
+  }
+  ASSERT_EQ(replies.size(), 2U);
+  // There and back: 22 characters of 10 bits at 115200 baud each.
+  const SimTime more = replies[1].at - replies[0].at;
+  EXPECT_NEAR(std::chrono::duration<double>(more).count(), 2 * 220.0 / 115'200, 1e-8);
+}
+
+TEST(BusBehindAnAdapter, AnOverrunIsAnErrorFrame) {
+  Bus bus(behind("usb_can"));
+  bus.apply({kWholeBus, SetFault{test::fault_of("adapter_overrun", {1})}});
+  for (const SimTime at : {0us, 300us}) bus.receive({at, frame("141#9C00000000000000")});
+  bus.advance_to(2ms);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].frame.id, 0x141U);
+  EXPECT_EQ(replies[1].frame.kind, protocol::FrameKind::kError);
+  EXPECT_EQ(replies[1].frame.id, 0x004U);      // CAN_ERR_CRTL
+  EXPECT_EQ(replies[1].frame.data[1], 0x01U);  // CAN_ERR_CRTL_RX_OVERFLOW
+  EXPECT_EQ(bus.stats().replies_lost, 1U);
+  EXPECT_EQ(bus.stats().error_frames, 1U);
+  EXPECT_EQ(bus.faults()[0].evidence.effects, 1U);
+}
+
+TEST(BusBehindAnAdapter, LatencyOfAFaultEndsWithIt) {
+  Bus bus(test::bus_config({1}));
+  Fault fault = test::fault_of("adapter_latency", {1000, 2000});
+  fault.duration = 5ms;
+  bus.apply({kWholeBus, SetFault{fault}});
+  for (const SimTime at : {0ms, 10ms}) bus.receive({at, frame("141#9C00000000000000")});
+  bus.advance_to(20ms);
+  std::vector<TimedFrame> replies;
+  bus.take_replies(replies);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].at, 3ms);
+  EXPECT_EQ(replies[1].at, 10ms);
+}
+
+TEST(BusBehindAnAdapter, TheSameSeedGivesTheSameTimes) {
+  const auto run = [](SimTime step) {
+    Bus bus(behind("ch348"));
+    std::vector<TimedFrame> replies;
+    for (SimTime at{0}; at < 200ms; at += 1ms) {
+      bus.receive({at, frame("141#9C00000000000000")});
+      for (SimTime t = at; t < at + 1ms; t += step) bus.advance_to(t);
+    }
+    bus.advance_to(300ms);
+    bus.take_replies(replies);
+    return replies;
+  };
+  const auto once = run(1ms);
+  EXPECT_TRUE(once == run(130us));
+  EXPECT_EQ(once.size(), 200U);
+}
+
+}  // namespace host_adapter_test
+}  // namespace lk::emulator
