@@ -188,14 +188,7 @@ inline constexpr auto kSerialRows = [] {
 }();
 
 /// Commands to the drives 1..4 in multi-drive mode: 0x280 is CMD 0x80 of a packet that begins with 02.
-inline constexpr auto kSerialMultiDriveRows = [] {
-  using namespace table;
-  constexpr auto kTargets = slots(&MultiPosition::target_deg, {.wire = Wire::kI16, .scale = Scale::kCenti, .unit = Unit::kDegree, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}, {"angle_target_1", "angle_target_2", "angle_target_3", "angle_target_4"});
-  return rows(
-    at<0>(kMultiDriveRows), at<1>(kMultiDriveRows),
-    command<MultiPosition, State2>(at<2>(kMultiDriveRows).traits, kTargets, kState2),
-    at<3>(kMultiDriveRows));
-}();
+inline constexpr auto kSerialMultiDriveRows = kMultiDriveRows;
 // clang-format on
 
 }  // namespace lk::protocol

@@ -48,7 +48,7 @@ const GoldenQuery kQueries[] = {
     {"02 80 64 00 00 00 9C FF 00 00 81", kM35, MultiTorque{{100 * kMfLsb_A, 0, -100 * kMfLsb_A, 0}},
      kMultiDrive},
     {"02 81 00 00 68 01 00 00 30 FD 19", kM35, MultiSpeed{{0, 360, 0, -720}}, kMultiDrive},
-    {"02 82 50 46 00 00 00 00 D8 DC CE", kM35, MultiPosition{{180, 0, 0, -90}}, kMultiDrive},
+    {"02 82 50 46 00 00 00 00 D8 DC CE", kM35, MultiPosition{{18000, 0, 0, -9000}}, kMultiDrive},
     // 02 + 88 + 9C + 81 = 1A7; the vendor prints CF.
     {"02 88 9C 00 00 00 00 00 81 00 A7", kM35, MultiCommand{{0x9C, 0, 0, 0x81}}, kMultiDrive},
     // By hand.

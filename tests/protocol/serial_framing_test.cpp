@@ -25,7 +25,7 @@ constexpr std::chrono::nanoseconds kByte = 10us;  // 1 Mbit/s
 struct Line {
   Receiver receiver;
   std::chrono::nanoseconds now{1s};
-  std::vector<std::string> heard;
+  std::vector<std::string> heard = {};
 
   void send(const Bytes& sent) {
     for (const std::uint8_t byte : sent) {
@@ -145,7 +145,7 @@ Bytes rubbish(std::mt19937& random, int pieces) {
       const std::size_t length = random() % 4 == 0 ? random() % good.size() : good.size();
       all.insert(all.end(), good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length));
     } else {
-      for (unsigned k = random() % 20; k > 0; --k) {
+      for (auto k = random() % 20; k > 0; --k) {
         all.push_back(random() % 3 == 0 ? 0x3E : static_cast<std::uint8_t>(random()));
       }
     }

@@ -116,6 +116,8 @@ std::string_view source_words(protocol::Source source) {
       return "seen on drives, the manual prints another byte";
     case protocol::Source::kNewerManuals:
       return "the manuals V2.35 and V2.36";
+    case protocol::Source::kTool:
+      return "the vendor's PC tool";  // not on CAN
   }
   return "";
 }

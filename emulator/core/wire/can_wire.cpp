@@ -14,8 +14,19 @@ CanWire::CanWire(std::int64_t bitrate) : bitrate_(bitrate), hosts_(kHostQueue) {
   drives_.reserve(kDriveQueue * protocol::kMaxDrivesPerBus);
 }
 
+CanWire::CanFrame::CanFrame(const protocol::Frame& frame)
+    : id(frame.id), kind(frame.kind), extended(frame.extended), dlc(frame.dlc) {
+  std::copy_n(frame.data.begin(), data.size(), data.begin());
+}
+
+CanWire::CanFrame::operator protocol::Frame() const {
+  protocol::Frame frame{.id = id, .kind = kind, .extended = extended, .dlc = dlc};
+  std::ranges::copy(data, frame.data.begin());
+  return frame;
+}
+
 CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) const {
-  Waiting result{.at = at, .frame = frame};
+  Waiting result{.at = at, .frame = CanFrame(frame)};
   if (bitrate_ > 0) {  // else nobody waits for anybody: all priorities equal, replies at once
     const int bits = protocol::frame_bits(frame);
     result.priority = protocol::arbitration_field(frame);
@@ -44,8 +55,9 @@ bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const
 }
 
 std::size_t CanWire::copies(std::uint32_t owner, const protocol::Frame& frame) const {
+  const CanFrame wanted(frame);
   const auto same = [&](const Waiting& reply) {
-    return reply.owner == owner && reply.frame == frame;
+    return reply.owner == owner && reply.frame == wanted;
   };
   return static_cast<std::size_t>(std::ranges::count_if(drives_, same));
 }
@@ -154,7 +166,7 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
   const Waiting& frame = sender(turn);
   std::optional<Delivery> delivery(std::in_place);  // a frame is copied once
   delivery->at = turn.end;
-  delivery->frame = frame.frame;
+  delivery->frame = protocol::Frame(frame.frame);
   delivery->from_host = !turn.drive;
   delivery->after_rom_write = frame.after_rom_write;
   delivery->owner = frame.owner;
@@ -168,7 +180,7 @@ std::optional<CanWire::Delivery> CanWire::deliver(SimTime until) {
 CanWire::Candidate CanWire::next() const {
   assert(turn_);
   const Waiting& frame = sender(*turn_);
-  return {frame.frame, !turn_->drive, frame.owner};
+  return {protocol::Frame(frame.frame), !turn_->drive, frame.owner};
 }
 
 SimTime CanWire::bits(int count) const {

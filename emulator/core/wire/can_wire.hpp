@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -98,9 +99,22 @@ class CanWire {
   SimTime busy() const { return busy_; }
 
  private:
+  /// A frame without the room that packets of RS-485 need: a full queue is copied with its bus.
+  struct CanFrame {
+    CanFrame() = default;
+    explicit CanFrame(const protocol::Frame& frame);
+    explicit operator protocol::Frame() const;
+    friend bool operator==(const CanFrame&, const CanFrame&) = default;
+
+    std::uint32_t id = 0;
+    protocol::FrameKind kind = protocol::FrameKind::kData;
+    bool extended = false;
+    std::uint8_t dlc = 0;
+    std::array<std::uint8_t, protocol::kCanBytes> data{};
+  };
   struct Waiting {
     SimTime at{0};
-    protocol::Frame frame;
+    CanFrame frame;
     std::uint64_t after_rom_write = 0;
     std::uint32_t owner = 0;
     bool blocked = false;
