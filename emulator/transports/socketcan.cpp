@@ -48,7 +48,7 @@ can_frame from_frame(const protocol::Frame& frame) {
   raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U);
   if (frame.kind == protocol::FrameKind::kError) raw.can_id |= CAN_ERR_FLAG;
   raw.len = frame.dlc;
-  std::copy(frame.data.begin(), frame.data.end(), raw.data);
+  std::copy_n(frame.data.begin(), CAN_MAX_DLEN, raw.data);
   return raw;
 }
 
