@@ -58,7 +58,7 @@ const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
     "state_1",         "clear_angle",    "iq_scale",    "phase_current_scale", "boot_wrap",
-    "boot_multi_turn", "off_multi_turn", "clear_reply", "encoder_span", "wrong_len"};
+    "boot_multi_turn", "off_multi_turn", "clear_reply", "encoder_span",        "wrong_len"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.

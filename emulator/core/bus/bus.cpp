@@ -191,7 +191,8 @@ void Bus::deliver(const WireDelivery& delivery) {
   }
   const std::uint32_t id = delivery.owner & 0x3FU;
   const bool tells = (delivery.frame.id & 0x3FU) == id;
-  to_host({delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
+  to_host(
+      {delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
 }
 
 void Bus::process_query(SimTime at, const protocol::Frame& frame) {
