@@ -105,7 +105,8 @@ std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
   const auto own = std::ranges::find_if(
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });
   if (own != sending_.end() && own->start >= now) {  // else it goes on to its end
-    drives_.insert(drives_.begin(), own->what);
+    drives_.push_back(own->what);
+    std::ranges::rotate(drives_, drives_.end() - 1);  // it was the first
     sending_.erase(own);
   }
   std::size_t count = 0;
