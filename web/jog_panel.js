@@ -12,7 +12,8 @@ export function jogPanel() {
   const speed = number('jog_speed_label', 90);
   const angle = number('jog_angle_label', 90);
   const within = number('jog_max_speed_label', 360, {min: 1, max: 65535, step: 1});
-  const say = (word, key) => button(t(key), () => command({command: word}, t('jog_sent', {what: t(key)})), {'aria-label': t(`jog_${key}`)});
+  const say = (word, attributes = {}) =>
+    button(t(word), () => command({command: word}, t('jog_sent', {what: t(word)})), {'aria-label': t(`jog_${word}`), ...attributes});
   const turn = async (sign) => {
     const numbers = numbersOf(speed);
     if (numbers) await command({command: 'speed', speed_dps: sign * numbers[0]}, t('jog_sent', {what: t('speed')}));
@@ -22,7 +23,7 @@ export function jogPanel() {
     if (numbers) await command({command: word, [key]: sign * numbers[0], max_speed_dps: numbers[1]}, t('jog_sent', {what}));
   };
   return [
-    el('div', {class: 'row'}, say('run', 'run'), say('stop', 'stop'), button(t('off'), () => command({command: 'off'}, t('jog_sent', {what: t('off')})), {class: 'danger', 'aria-label': t('jog_off')})),
+    el('div', {class: 'row'}, say('run'), say('stop'), say('off', {class: 'danger'})),
     el('div', {class: 'row'}, labelled(t('speed'), speed), '°/s', button('−', () => turn(-1), {'aria-label': t('jog_back')}), button('+', () => turn(1), {'aria-label': t('jog_forth')})),
     el('div', {class: 'row'}, labelled(t('angle'), angle), '°', labelled(t('jog_max_speed'), within), '°/s'),
     el('div', {class: 'row'}, button(t('jog_go'), () => move('position_2', 'angle_deg', 1, t('jog_go'))),
