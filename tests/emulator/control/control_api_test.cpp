@@ -405,7 +405,7 @@ TEST(ControlApi, TellsWhatHostsDoWrong) {
   EXPECT_EQ(advice[0]["first_s"], 0);
   EXPECT_EQ(advice[0]["frame"], "142#9A");
   EXPECT_EQ(advice[0]["what"], "1 of 8 bytes: the drive does not answer");
-  EXPECT_EQ(advice[0]["todo_zh"], "所有帧都发 8 个字节，不用的字节填 0");
+  EXPECT_EQ(advice[0]["todo_zh"], "每帧的长度要与命令相符：CAN 上都是 8 个字节，不用的字节填 0");
   ASSERT_EQ(told.size(), 1U) << "once, however often it happens";
   EXPECT_EQ(line.adviser().mark_of(2), "wrong-length");
   EXPECT_EQ(line.adviser().mark_of(3), "");
