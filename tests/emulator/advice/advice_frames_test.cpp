@@ -59,7 +59,8 @@ TEST(AdviceLength, IsOfDrivesOnly) {
   EXPECT_EQ(advice.first, 4ms);
   EXPECT_EQ(advice_line("vcan0", advice, Language::kEnglish),
             "vcan0:1: wrong-length: 1 of 8 bytes: the drive does not answer (2 times, "
-            "first 141#9A at 0.004 s): give each frame the length of its command: 8 bytes on CAN, unused ones 0");
+            "first 141#9A at 0.004 s): give each frame the length of its command: 8 bytes on CAN, "
+            "unused ones 0");
   EXPECT_EQ(advice_line("vcan0", advice, Language::kChinese),
             "vcan0:1: wrong-length: 1 个字节，应为 8 个：驱动器不回复（2 次，首次 141#9A，0.004 "
             "s）：每帧的长度要与命令相符：CAN 上都是 8 个字节，不用的字节填 0");
