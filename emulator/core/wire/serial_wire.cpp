@@ -106,7 +106,7 @@ std::size_t SerialWire::block(std::uint32_t owner, SimTime now) {
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });
   if (own != sending_.end() && own->start >= now) {  // else it goes on to its end
     drives_.push_back(own->what);
-    std::ranges::rotate(drives_, drives_.end() - 1);  // it was the first
+    std::rotate(drives_.begin(), drives_.end() - 1, drives_.end());  // it was the first
     sending_.erase(own);
   }
   std::size_t count = 0;
