@@ -25,7 +25,12 @@ struct Position {
 struct OpenLoop {
   double power = 0;
 };  // −1..1, v_q as a share of the largest voltage the bus allows (MS series)
-using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop>;
+/// The current's vector, in MS drives the voltage's, turns by itself from where the rotor stands,
+/// and leads the rotor, whatever the encoder says: as drives calibrate.
+struct Lead {
+  double omega_e = 0;
+};  // rad/s, electrical
+using Setpoint = std::variant<Off, Idle, Torque, Speed, Position, OpenLoop, Lead>;
 
 /// Gains as the wire carries them: bytes in `legacy`, 16 bits in `v236`, on one scale;
 /// docs/model.md gives the rule that makes them physical.

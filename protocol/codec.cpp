@@ -66,9 +66,9 @@ std::size_t place_of(const CommandInfo& command, bool serial) {
 }
 
 /// Is a value given that is not in the list of those that are known?
-bool has_unknown(std::span<const Field> fields, const Payload& data) {
-  return std::ranges::any_of(fields, [&data](const Field& field) {
-    return field.beyond == Beyond::kUnknownCommand &&
+bool has_unknown(std::span<const Field> fields, const Payload& data, const WireFormat& format) {
+  return std::ranges::any_of(fields, [&](const Field& field) {
+    return field.beyond == Beyond::kUnknownCommand && present(field, data, format) &&
            std::ranges::find(field.values, static_cast<unsigned>(data[field.byte]),
                              &Value::number) == field.values.end();
   });
@@ -79,7 +79,7 @@ bool takes_length(const CommandInfo& command, std::uint8_t len, const Payload& d
                   const WireFormat& format) {
   const PayloadLength right = command.query_len != nullptr
                                   ? PayloadLength{command.query_len(format), 0}
-                                  : payload_length(command.query, data[1], format);
+                                  : payload_length(command.query, data, format);
   if (len == right.min || (len == right.max && right.max > right.min)) return true;
   switch (command.wrong_length) {
     case WrongLength::kBySwitch:
@@ -104,7 +104,7 @@ std::variant<Query, Reject> decode_single(int id, const Payload& data, std::uint
     const auto len = static_cast<std::uint8_t>(size - 1);
     if (size == 0 || !takes_length(*command, len, data, format)) return Reject::kWrongLength;
   }
-  if (has_unknown(command->query, data)) return Reject::kUnknownCommand;
+  if (has_unknown(command->query, data, format)) return Reject::kUnknownCommand;
   const ReadCommand read = serial ? kReadCommand<kSerialRows>[place_of(*command, true)]
                                   : kReadCommand<kCommandRows>[place_of(*command, false)];
   return Query{id, read(data, format), data, size};
@@ -121,7 +121,7 @@ constexpr bool can_be_in_a_slot(std::uint8_t command) {
 bool has_length(const CommandInfo& command, const Frame& frame, const WireFormat& format) {
   if (frame.dlc == 0) return false;
   if (command.echoed || command.reply.empty()) return true;
-  return frame.dlc - 1 == payload_length(command.reply, frame.data[1], format).min;
+  return frame.dlc - 1 == payload_length(command.reply, frame.data, format).min;
 }
 
 }  // namespace
@@ -149,7 +149,9 @@ const CommandInfo& info_of(const Command& command, Framing framing) {
 }
 
 std::optional<std::uint8_t> reply_command(const Command& command) {
-  if (std::holds_alternative<MultiCommand>(command)) return std::nullopt;
+  if (std::holds_alternative<MultiCommand>(command) || std::holds_alternative<Restart>(command)) {
+    return std::nullopt;
+  }
   const Opcode opcode = std::visit(
       []<class Kind>(const Kind&) {
         if constexpr (requires { Kind::kIdentifier; }) {
@@ -240,7 +242,7 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   const bool serial = format.dialect.framing == Framing::kSerial;
   const CommandInfo* command = find_command(frame.data[0], format.dialect.framing);
   const bool unknown = command == nullptr || !knows(format, *command) ||
-                       (!command->echoed && has_unknown(command->reply, frame.data));
+                       (!command->echoed && has_unknown(command->reply, frame.data, format));
   if (unknown) {
     return Reject::kUnknownCommand;
   }

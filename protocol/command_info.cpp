@@ -39,6 +39,7 @@ constexpr CommandInfo info() {
     info.identifier = Query::kIdentifier;
   }
   info.echoed = std::is_same_v<typename Row::ReplyType, Echo>;
+  info.answered = !std::is_same_v<typename Row::ReplyType, NoReply>;
   info.query = kFields<kRows, true, kPlace>;
   info.reply = info.echoed ? info.query : std::span<const Field>(kFields<kRows, false, kPlace>);
   return info;
@@ -106,12 +107,12 @@ const CommandInfo* find_multi_drive(std::uint32_t identifier, Framing framing) {
   return row != rows.end() ? &*row : nullptr;
 }
 
-PayloadLength payload_length(std::span<const Field> fields, std::uint8_t second,
+PayloadLength payload_length(std::span<const Field> fields, const Payload& data,
                              const WireFormat& format) {
   int min = 1;
   int max = 1;
   for (const Field& field : fields) {
-    if (!present(field, second, format)) continue;
+    if (!present(field, data, format)) continue;
     const int end = std::max<int>(field.byte + bytes_of(field.wire), field.end);
     max = std::max(max, end);
     if (!field.optional) min = std::max(min, end);
@@ -138,7 +139,7 @@ std::optional<double> reply_quantity(std::string_view word, const Payload& data,
   const CommandInfo* command = find_command(data[0], format.dialect.framing);
   if (command == nullptr || command->echoed) return std::nullopt;
   const auto is_it = [&](const Field& field) {
-    return field.spoken() == word && present(field, data[1], format);
+    return field.spoken() == word && present(field, data, format);
   };
   const auto field = std::ranges::find_if(command->reply, is_it);
   return field != command->reply.end() ? std::optional(quantity(*field, raw(*field, data), format))

@@ -23,6 +23,7 @@ enum class Source : std::uint8_t {
   kManualAndHardware,  // the manual, and its effect confirmed on real drives
   kHardware,           // the manual prints another DATA[0]; real drives use this one
   kNewerManuals,       // V2.35 and V2.36
+  kSecondPrint,        // the second print of V2.36
   kTool,               // what the vendor's PC tool sends on RS-485
 };
 
@@ -54,6 +55,7 @@ struct CommandInfo : CommandTraits {
   Opcode opcode{};               // of one to a drive
   std::uint32_t identifier = 0;  // of one to several
   bool echoed = false;           // the reply repeats the query
+  bool answered = true;          // it has a reply at all
   std::span<const Field> query = {};
   std::span<const Field> reply = {};  // those of the query, where it is echoed
 };
@@ -88,8 +90,8 @@ struct PayloadLength {
   std::uint8_t min = 0;
   std::uint8_t max = 0;  // with the fields that may be left out
 };
-/// LEN of a query or reply with these fields, whose DATA[1] is `second`.
-PayloadLength payload_length(std::span<const Field> fields, std::uint8_t second,
+/// LEN of a query or reply with these fields and this DATA.
+PayloadLength payload_length(std::span<const Field> fields, const Payload& data,
                              const WireFormat& format);
 
 /// The quantities that replies of their own have, by their words, each once.

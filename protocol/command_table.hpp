@@ -46,12 +46,19 @@ inline constexpr auto kNoFields = rows();
 inline constexpr auto kCommandRows = [] {
   using namespace table;
   return rows(
-    command<WriteZeroToRom, ZeroWritten>({.name = "write present position to ROM as zero", .name_zh = "写入当前位置到 ROM 作为零点", .word = "write_zero", .source = Source::kManualAndHardware, .writes_rom = true}, kNoFields, kOffset),
+    command<Restart, NoReply>({.name = "restart", .name_zh = "重启", .word = "restart", .source = Source::kSecondPrint, .when = kRestartCommand}, kNoFields, kNoFields),
+    command<Calibrate, Calibrated>({.name = "calibrate encoder", .name_zh = "校准编码器", .word = "calibrate", .source = Source::kSecondPrint, .when = kCalibrateCommand, .writes_rom = true}, kNoFields, kCalibrated),
+    command<WriteZeroToRom, ZeroWritten>({.name = "write present position to ROM as zero", .name_zh = "写入当前位置到 ROM 作为零点", .word = "write_zero", .source = Source::kManualAndHardware, .writes_rom = true}, kNoFields, kZeroWritten),
     command<ReadPid, Pid>({.name = "read PID", .name_zh = "读取 PID 参数", .word = "pid", .when = kPidCommands}, kNoFields, kGains),
     echoed<WritePidToRam>({.name = "write PID to RAM", .name_zh = "写入 PID 参数到 RAM", .word = "write_pid", .when = kPidCommands}, kGains),
     echoed<WritePidToRom>({.name = "write PID to ROM", .name_zh = "写入 PID 参数到 ROM", .word = "write_pid_to_rom", .when = kPidCommands, .writes_rom = true}, kGains),
     command<ReadAcceleration, Acceleration>({.name = "read acceleration", .name_zh = "读取加速度", .word = "acceleration", .when = kPidCommands}, kNoFields, kAcceleration),
     echoed<WriteAccelerationToRam>({.name = "write acceleration to RAM", .name_zh = "写入加速度到 RAM", .word = "write_acceleration", .when = kPidCommands}, kAcceleration),
+    command<ReadMaxTorque, MaxTorque>({.name = "read max torque current", .name_zh = "读取最大转矩电流", .word = "max_torque", .source = Source::kHardware, .when = kMaxTorqueCommands}, kNoFields, kMaxTorque),
+    echoed<WriteMaxTorque>({.name = "write max torque current to RAM", .name_zh = "写入最大转矩电流到 RAM", .word = "write_max_torque", .source = Source::kHardware, .when = kMaxTorqueCommands}, kMaxTorque),
+    command<ReadStoredSetting, StoredSettingValue>({.name = "read setting", .name_zh = "读取设置", .word = "read_setting", .source = Source::kSecondPrint, .when = kSettingCommands}, kStoredSettingId, kStoredSetting),
+    command<WriteStoredSetting, StoredSettingValue>({.name = "write setting", .name_zh = "写入设置", .word = "write_setting", .source = Source::kSecondPrint, .when = kSettingCommands}, kStoredSetting, kStoredSetting),
+    command<SaveSettings, SettingsSaved>({.name = "save settings", .name_zh = "保存设置", .word = "save_settings", .source = Source::kSecondPrint, .when = kSettingCommands, .writes_rom = true}, kSave, kSavedReply),
     echoed<Off>({.name = "off", .name_zh = "关闭", .word = "off", .source = Source::kManualAndHardware}, kNoFields),
     echoed<Stop>({.name = "stop", .name_zh = "停止", .word = "stop"}, kNoFields),
     echoed<Run>({.name = "run", .name_zh = "运行", .word = "run", .source = Source::kManualAndHardware}, kNoFields),

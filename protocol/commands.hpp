@@ -14,6 +14,18 @@
 
 namespace lk::protocol {
 
+/// Starts the drive anew, without a reply.
+struct Restart {
+  static constexpr Opcode kOpcode{0x07};
+  bool operator==(const Restart&) const = default;
+};
+
+/// Turns the shaft to and fro to find how the encoder lies to the windings.
+struct Calibrate {
+  static constexpr Opcode kOpcode{0x18};
+  bool operator==(const Calibrate&) const = default;
+};
+
 struct WriteZeroToRom {
   static constexpr Opcode kOpcode{0x19};
   bool operator==(const WriteZeroToRom&) const = default;
@@ -45,6 +57,41 @@ struct WriteAccelerationToRam {
   static constexpr Opcode kOpcode{0x34};
   std::int32_t acceleration_dps_s = 0;
   bool operator==(const WriteAccelerationToRam&) const = default;
+};
+
+struct ReadMaxTorque {
+  static constexpr Opcode kOpcode{0x37};
+  bool operator==(const ReadMaxTorque&) const = default;
+};
+
+struct WriteMaxTorque {
+  static constexpr Opcode kOpcode{0x38};
+  std::int32_t max_torque_lsb = 0;  // of the iq command; per mille of the power on MS
+  bool operator==(const WriteMaxTorque&) const = default;
+};
+
+// Settings on CAN; those of RS-485 are in serial_commands.hpp.
+
+struct ReadStoredSetting {
+  static constexpr Opcode kOpcode{0x40};
+  StoredSetting setting;  // which
+  bool operator==(const ReadStoredSetting&) const = default;
+};
+
+struct WriteStoredSetting {
+  static constexpr Opcode kOpcode{0x42};
+  StoredSetting setting;
+  bool operator==(const WriteStoredSetting&) const = default;
+};
+
+// What 0x44 has to say to be obeyed.
+inline constexpr std::uint8_t kSaveItem = 0xFA;
+
+struct SaveSettings {
+  static constexpr Opcode kOpcode{0x44};
+  std::uint8_t table = kNamedSettings;
+  std::uint8_t item = kSaveItem;
+  bool operator==(const SaveSettings&) const = default;
 };
 
 struct Off {

@@ -83,6 +83,8 @@ enum class Range : std::uint8_t {
   kSpeedSetting,  // a Max Speed
   kAngleSetting,  // a Max Angle
   kCurrentRamp,   // a current ramp
+  kMaxTorque,     // a Max Torque Current or Power in 0x38
+  kBetween,       // Field::min..Field::max
 };
 
 /// What becomes of a value out of range.
@@ -126,7 +128,9 @@ struct Field {
   Range range = Range::kWidth;
   Beyond beyond = Beyond::kClamped;
   When when = kAlways;
-  int parameter = -1;  // >= 0: only where DATA[1] is this
+  int parameter = -1;             // >= 0: only where DATA[1] is this
+  int item = -1;                  // >= 0: and DATA[2] is this
+  std::int32_t min = 0, max = 0;  // of Range::kBetween
   Period period = Period::kNone;
   bool zero_is_none = false;   // 0 says nothing
   bool may_be_unsaid = false;  // in words: 0 where it is

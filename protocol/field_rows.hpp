@@ -57,6 +57,34 @@ inline constexpr Value kParameters[] = {
     {static_cast<unsigned>(ParameterId::kCurrentRamp), "current ramp"},
     {static_cast<unsigned>(ParameterId::kSpeedRamp), "speed ramp"}};
 
+inline constexpr Value kCalibrations[] = {
+    {0, "not done"},
+    {protocol::kCalibrationDone, "done"},
+    {protocol::kCalibrationDone | kPhasesReversed, "done, phases reversed"},
+    {kPhasesReversed, "not done, phases reversed"}};
+inline constexpr Value kSettingTables[] = {{kNamedSettings, "named by the next byte"},
+                                           {0xA0, "gains of the angle loop"},
+                                           {0xA4, "gains of the speed loop"},
+                                           {0xA8, "gains of the current loop"}};
+inline constexpr Value kSettingItems[] = {{0x0A, "driver ID"},
+                                          {0x0B, "bus type"},
+                                          {0x0C, "bit rate on RS-485"},
+                                          {0x0D, "bit rate on CAN"},
+                                          {0xE0, "Max Torque Current, on MS Max Power"},
+                                          {0xE2, "Max Speed"},
+                                          {0xE4, "Max Angle"},
+                                          {0xEA, "current ramp"},
+                                          {0xEC, "speed ramp"}};
+inline constexpr Value kSaveTable[] = {{kNamedSettings, "settings"}};
+inline constexpr Value kSaveItems[] = {{kSaveItem, "save"}};
+inline constexpr Value kBusTypes[] = {{0, "none"}, {1, "RS-485"}, {2, "CAN"}};
+inline constexpr Value kSerialRates[] = {
+    {0, "9600"},   {1, "19200"},  {2, "38400"},   {3, "57600"},   {4, "115200"},  {5, "230400"},
+    {6, "460800"}, {7, "921600"}, {8, "1000000"}, {9, "2000000"}, {10, "4000000"}};
+inline constexpr Value kCanRates[] = {
+    {0, "100000"}, {1, "125000"}, {2, "250000"}, {3, "500000"}, {4, "1000000"}};
+inline constexpr Value kSaved[] = {{0, "failed"}, {1, "saved"}};
+
 // --- fields
 // clang-format off
 
@@ -73,6 +101,19 @@ inline constexpr auto kAcceleration = rows(
 
 inline constexpr auto kOffset = rows(
     row([](auto& c) -> auto& { return c.offset_counts; }, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .range = Range::kEncoder, .beyond = Beyond::kDriveClamps, .period = Period::kEncoder}));
+
+/// What 0x19 has made the zero.
+inline constexpr auto kZeroWritten = rows(
+    row(&ZeroWritten::offset_counts, {.name = "encoder_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 6, .wire = Wire::kU16, .when = kNarrowZero, .period = Period::kEncoder}),
+    row(&ZeroWritten::offset_counts, {.name = "zero_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 4, .wire = Wire::kU32, .when = kWideZero, .period = Period::kEncoder}));
+
+inline constexpr auto kCalibrated = rows(
+    row(&Calibrated::align_value, {.name = "align_value", .label = "Align value", .key = "align_value", .byte = 1, .wire = Wire::kU32}),
+    row(&Calibrated::align_ratio, {.name = "align_ratio", .label = "Align ratio", .key = "align_ratio", .byte = 5, .wire = Wire::kU16}),
+    row(&Calibrated::status, {.name = "calibration", .label = "Calibration", .key = "calibration", .byte = 7, .values = kCalibrations}));
+
+inline constexpr auto kMaxTorque = rows(
+    row([](auto& c) -> auto& { return c.max_torque_lsb; }, {.name = "max_torque", .label = "Max Torque Current, on MS Max Power", .key = "max_torque_lsb", .byte = 4, .wire = Wire::kI32, .range = Range::kMaxTorque, .beyond = Beyond::kDriveClamps}));
 
 inline constexpr auto kTarget = rows(
     row([](auto& c) -> auto& { return c.target_cdeg; }, {.name = "angle_target", .label = "Target angle", .key = "angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .range = Range::kMaxAngle, .beyond = Beyond::kDriveClamps}));
@@ -142,6 +183,57 @@ inline constexpr auto kParameter = rows(
     row(kNumber, {.name = "register_max_angle", .label = "Max Angle", .key = "max_angle_deg", .byte = 4, .wire = Wire::kI32, .scale = Scale::kHundredth, .range = Range::kAngleSetting, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kMaxAngle)}),
     row(kNumber, {.name = "register_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .byte = 4, .wire = Wire::kI32, .scale = Scale::kThousandth, .range = Range::kCurrentRamp, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kCurrentRamp)}),
     row(kNumber, {.name = "register_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .byte = 4, .wire = Wire::kI32, .range = Range::kNotNegative, .beyond = Beyond::kDriveClamps, .parameter = number(ParameterId::kSpeedRamp)}));
+
+inline constexpr auto kStoredSettingId = rows(
+    row([](auto& c) -> auto& { return c.setting.table; }, {.name = "setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
+    row([](auto& c) -> auto& { return c.setting.item; }, {.name = "setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
+
+/// One of the settings that DATA[2] names.
+constexpr Field stored(StoredSettingId id, Field field) {
+  field.byte = 4;
+  field.beyond = Beyond::kNotExecuted;
+  field.parameter = kNamedSettings;
+  field.item = static_cast<int>(id) >> 8;
+  if (field.range == Range::kWidth) field.range = Range::kBetween;
+  return field;
+}
+/// Kp, Ki or Kd of a loop.
+constexpr Field stored_gain(StoredSettingId id, Field field) {
+  field.wire = Wire::kU16, field.range = Range::kBetween, field.max = kMostGain;
+  field.beyond = Beyond::kNotExecuted;
+  field.parameter = static_cast<int>(id);
+  return field;
+}
+inline constexpr auto kStoredKp = [](auto& c) -> auto& { return c.setting.gains.kp; };
+inline constexpr auto kStoredKi = [](auto& c) -> auto& { return c.setting.gains.ki; };
+inline constexpr auto kStoredKd = [](auto& c) -> auto& { return c.setting.gains.kd; };
+inline constexpr auto kStoredNumber = [](auto& c) -> auto& { return c.setting.number; };
+inline constexpr auto kStoredSetting = joined(kStoredSettingId, rows(
+    row(kStoredKp, stored_gain(StoredSettingId::kAngleGains, {.name = "setting_angle_kp", .label = "Kp of the angle loop", .key = "kp", .byte = 2})),
+    row(kStoredKi, stored_gain(StoredSettingId::kAngleGains, {.name = "setting_angle_ki", .label = "Ki of the angle loop", .key = "ki", .byte = 4})),
+    row(kStoredKd, stored_gain(StoredSettingId::kAngleGains, {.name = "setting_angle_kd", .label = "Kd of the angle loop", .key = "kd", .byte = 6})),
+    row(kStoredKp, stored_gain(StoredSettingId::kSpeedGains, {.name = "setting_speed_kp", .label = "Kp of the speed loop", .key = "kp", .byte = 2})),
+    row(kStoredKi, stored_gain(StoredSettingId::kSpeedGains, {.name = "setting_speed_ki", .label = "Ki of the speed loop", .key = "ki", .byte = 4})),
+    row(kStoredKd, stored_gain(StoredSettingId::kSpeedGains, {.name = "setting_speed_kd", .label = "Kd of the speed loop", .key = "kd", .byte = 6})),
+    row(kStoredKp, stored_gain(StoredSettingId::kCurrentGains, {.name = "setting_iq_kp", .label = "Kp of the current loop", .key = "kp", .byte = 2})),
+    row(kStoredKi, stored_gain(StoredSettingId::kCurrentGains, {.name = "setting_iq_ki", .label = "Ki of the current loop", .key = "ki", .byte = 4})),
+    row(kStoredKd, stored_gain(StoredSettingId::kCurrentGains, {.name = "setting_iq_kd", .label = "Kd of the current loop", .key = "kd", .byte = 6})),
+    row(kStoredNumber, stored(StoredSettingId::kDriverId, {.name = "setting_driver_id", .label = "Driver ID, 0: the DIP switch's", .key = "driver_id", .max = kMaxId})),
+    row(kStoredNumber, stored(StoredSettingId::kBusType, {.name = "setting_bus_type", .label = "Bus type", .key = "bus_type", .range = Range::kWords, .values = kBusTypes})),
+    row(kStoredNumber, stored(StoredSettingId::kSerialRate, {.name = "setting_rs485_rate", .label = "Bit rate on RS-485", .key = "rs485_rate", .range = Range::kWords, .values = kSerialRates})),
+    row(kStoredNumber, stored(StoredSettingId::kCanRate, {.name = "setting_can_rate", .label = "Bit rate on CAN", .key = "can_rate", .range = Range::kWords, .values = kCanRates})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .wire = Wire::kI16, .scale = Scale::kIqCommand, .when = kNotOnMs, .max = kMostTorque_lsb})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_power", .label = "Max Power", .key = "max_power_permille", .wire = Wire::kI16, .when = kOnMs, .max = kOpenLoopLimit_permille})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxSpeed, {.name = "setting_max_speed", .label = "Max Speed", .key = "max_speed_dps", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = kMostSpeed_cdps})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxAngle, {.name = "setting_max_angle", .label = "Max Angle", .key = "max_angle_deg", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = INT32_MAX})),
+    row(kStoredNumber, stored(StoredSettingId::kCurrentRamp, {.name = "setting_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .wire = Wire::kI16, .scale = Scale::kThousandth, .max = kMostCurrentRamp_mA_s})),
+    row(kStoredNumber, stored(StoredSettingId::kSpeedRamp, {.name = "setting_speed_ramp", .label = "Speed ramp", .key = "acceleration_dps_s", .wire = Wire::kI32, .max = kMostSpeedRamp_dps_s}))));
+inline constexpr auto kSave = rows(
+    row(&SaveSettings::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .may_be_unsaid = true, .values = kSaveTable}),
+    row(&SaveSettings::item, {.name = "save_item", .label = "That it is saved", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .may_be_unsaid = true, .values = kSaveItems}));
+inline constexpr auto kSavedReply = rows(
+    row(&SettingsSaved::table, {.name = "save", .label = "What is saved", .key = "parameter", .byte = 1, .values = kSaveTable}),
+    row(&SettingsSaved::saved, {.name = "saved", .label = "Saved", .key = "saved", .byte = 2, .scale = Scale::kFlag, .values = kSaved}));
 
 /// The same field for each of the drives 1..4: `member` is an array.
 template <class Member>

@@ -72,18 +72,22 @@ constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
     case Range::kSpeedSetting:
     case Range::kAngleSetting:
     case Range::kCurrentRamp:
+    case Range::kMaxTorque:
+    case Range::kBetween:  // the field's own
       return width(wire);
   }
   return width(wire);
 }
 
 constexpr RawRange raw_range(const Field& field, const WireFormat& format) {
+  if (field.range == Range::kBetween) return {field.min, field.max};
   return raw_range(field.range, field.wire, format);
 }
 
-/// Is the field in frames whose DATA[1] is `second`?
-constexpr bool present(const Field& field, std::uint8_t second, const WireFormat& format) {
-  return (field.parameter < 0 || field.parameter == second) && field.when.on(format);
+/// Is the field in frames with this DATA?
+constexpr bool present(const Field& field, const Payload& data, const WireFormat& format) {
+  return (field.parameter < 0 || field.parameter == data[1]) &&
+         (field.item < 0 || field.item == data[2]) && field.when.on(format);
 }
 
 /// The number that a drive takes for one that a host has written.

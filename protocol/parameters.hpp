@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file Gains, and the parameters of 0xC0 and 0xC1.
+/// @file Gains, the parameters of 0xC0 and 0xC1, and the settings of 0x40 and 0x42 on CAN.
 
 #include <cstdint>
 
@@ -36,6 +36,45 @@ struct Parameter {
   LoopGains gains;          // 0x0A, 0x0B, 0x0C
   std::int32_t number = 0;  // the others
   bool operator==(const Parameter&) const = default;
+};
+
+// The most that parameters and settings can be where ranges are printed.
+inline constexpr std::int32_t kMostGain = 2000;
+inline constexpr std::int32_t kMostTorque_lsb = 2000;
+inline constexpr std::int32_t kMostSpeed_cdps = 600'000;
+inline constexpr std::int32_t kMostCurrentRamp_mA_s = 30'000;
+inline constexpr std::int32_t kMostSpeedRamp_dps_s = 600'000;
+
+/// What 0x40 and 0x42 can name on CAN: DATA[1], or 0x05 there and DATA[2].
+enum class StoredSettingId : std::uint16_t {
+  kDriverId = 0x0A05,          // 0: that of the DIP switch
+  kBusType = 0x0B05,           // BusType
+  kSerialRate = 0x0C05,        // code of the bit rate on RS-485
+  kCanRate = 0x0D05,           // code of the bit rate on CAN
+  kMaxTorqueCurrent = 0xE005,  // Max Power on MS
+  kMaxSpeed = 0xE205,
+  kMaxAngle = 0xE405,
+  kCurrentRamp = 0xEA05,
+  kSpeedRamp = 0xEC05,
+  kAngleGains = 0x00A0,
+  kSpeedGains = 0x00A4,
+  kCurrentGains = 0x00A8,
+};
+/// DATA[1] of the settings that DATA[2] names.
+inline constexpr std::uint8_t kNamedSettings = 0x05;
+
+/// Which bus a drive is set to serve.
+enum class BusType : std::uint8_t { kNone, kSerial, kCan };
+
+struct StoredSetting {
+  std::uint8_t table = kNamedSettings;  // DATA[1]
+  std::uint8_t item = 0;                // DATA[2] of kNamedSettings
+  LoopGains gains;                      // 0xA0, 0xA4, 0xA8
+  std::int32_t number = 0;              // the others
+  constexpr StoredSettingId id() const {
+    return static_cast<StoredSettingId>(table | (table == kNamedSettings ? item << 8 : 0));
+  }
+  bool operator==(const StoredSetting&) const = default;
 };
 
 }  // namespace lk::protocol

@@ -60,6 +60,16 @@ inline constexpr Quantity kQuantities[] = {
     {"encoder_type"},
     {"device_type"},
     {"refused"},
+    {"item"},
+    {"driver_id", Unit::kNone, "driver ID", "驱动器 ID"},
+    {"bus_type"},
+    {"rs485_rate"},
+    {"can_rate"},
+    {"saved"},
+    {"align_value", Unit::kNone, "align value", "对齐值"},
+    {"align_ratio", Unit::kNone, "align ratio", "对齐比例"},
+    {"calibration"},
+    {"max_torque_lsb", Unit::kNone, "max torque current", "最大转矩电流"},
 };
 // clang-format on
 

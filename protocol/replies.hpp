@@ -20,8 +20,37 @@ struct Echo {
 };
 
 struct ZeroWritten {
-  std::uint16_t offset_counts = 0;
+  std::uint32_t offset_counts = 0;
+  std::uint8_t encoder = 0;  // where the reply says so (RS-485): that of the motor
   bool operator==(const ZeroWritten&) const = default;
+};
+
+/// The reply to 0x18; all 0 when the drive did not begin.
+struct Calibrated {
+  std::uint32_t align_value = 0;
+  std::uint16_t align_ratio = 0;  // per mille of the travel that was commanded
+  std::uint8_t status = 0;        // kCalibrationDone, kPhasesReversed
+  bool operator==(const Calibrated&) const = default;
+};
+inline constexpr std::uint8_t kCalibrationDone = 0x01;
+inline constexpr std::uint8_t kPhasesReversed = 0x10;
+
+struct MaxTorque {
+  std::int32_t max_torque_lsb = 0;
+  bool operator==(const MaxTorque&) const = default;
+};
+
+/// What a setting is, or will be after the next start.
+struct StoredSettingValue {
+  StoredSetting setting;
+  Opcode command = ReadStoredSetting::kOpcode;  // that it replies to
+  bool operator==(const StoredSettingValue&) const = default;
+};
+
+struct SettingsSaved {
+  std::uint8_t table = kNamedSettings;
+  bool saved = false;
+  bool operator==(const SettingsSaved&) const = default;
 };
 
 struct Pid {
@@ -125,6 +154,7 @@ struct NoReply {
 
 using Reply = std::variant<Echo, ZeroWritten, Pid, Acceleration, BrakeState, Encoder,
                            MultiTurnAngle, SingleTurnAngle, State1, State2, State3, ParameterValue,
-                           SettingValue, SettingWritten, DeviceType, Block, NoReply>;
+                           SettingValue, SettingWritten, DeviceType, Block, NoReply, Calibrated,
+                           MaxTorque, StoredSettingValue, SettingsSaved>;
 
 }  // namespace lk::protocol

@@ -112,7 +112,7 @@ void read_fields(Owner& owner, const Payload& data, const WireFormat& format) {
   for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
     constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
     constexpr const Field& field = row.field;
-    if (!present(field, data[1], format)) return;
+    if (!present(field, data, format)) return;
     std::int64_t number = get<field.wire>(data, field.byte);
     // Drives clamp what they are told; what they say they have clamped themselves.
     if constexpr (kSide == Side::kQuery) {
@@ -131,7 +131,7 @@ std::uint8_t write_fields(Payload& data, const Owner& owner, const WireFormat& f
   for_fields<kRows, kPlace, kSide>([&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
     constexpr const auto& row = at<N>(field_rows<kRows, kPlace, kSide>());
     constexpr const Field& field = row.field;
-    if (!present(field, data[1], format)) return;
+    if (!present(field, data, format)) return;
     const std::int64_t number = number_of<field.wire, field.scale>(
         std::invoke(row.member, owner), held_to<field.range, field.beyond, field.wire>(format),
         format);

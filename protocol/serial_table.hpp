@@ -119,6 +119,12 @@ inline constexpr auto kSerialSingleTurnTarget = rows(
 inline constexpr auto kSerialMaxSpeed = rows(
     row([](auto& c) -> auto& { return c.max_speed_dps; }, {.name = "max_speed", .label = "Max speed", .key = "max_speed_dps", .byte = 1, .wire = Wire::kU32, .scale = Scale::kCenti, .may_be_unsaid = true}));
 
+inline constexpr Value kEncoders[] = {{0, "motor"}, {1, "reducer"}};
+inline constexpr auto kSerialZeroWritten = rows(
+    row(&ZeroWritten::offset_counts, {.name = "zero_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 1, .wire = Wire::kU16, .when = kNarrowZero, .period = Period::kEncoder}),
+    row(&ZeroWritten::encoder, {.name = "zeroed_encoder", .label = "Encoder", .key = "encoder_type", .byte = 3, .when = kWideZero, .values = kEncoders}),
+    row(&ZeroWritten::offset_counts, {.name = "zero_offset", .label = "Encoder offset", .key = "offset_counts", .word = "offset", .byte = 4, .wire = Wire::kU32, .when = kWideZero, .period = Period::kEncoder}));
+
 inline constexpr auto kSerialEncoder = rows(
     row(&Encoder::encoder_counts, {.name = "encoder_position", .label = "Encoder", .key = "encoder_counts", .word = "encoder", .byte = 1, .wire = Wire::kU16, .when = kPlainEncoder, .period = Period::kEncoder}),
     row(&Encoder::raw_counts, {.name = "encoder_raw", .label = "Encoder, raw", .key = "raw_counts", .byte = 3, .wire = Wire::kU16, .when = kPlainEncoder, .period = Period::kEncoder}),
@@ -132,6 +138,7 @@ inline constexpr auto kSerialEncoder = rows(
 inline constexpr auto kSerialRows = [] {
   using namespace table;
   return rows(
+    as_on_can<Restart>(),
     command<Connect, Block>({.name = "connect", .name_zh = "连接", .word = "connect", .source = Source::kTool, .when = kToolCommands}, kNoFields, kNoFields),
     command<Disconnect, Block>({.name = "disconnect", .name_zh = "断开", .word = "disconnect", .source = Source::kTool, .when = kToolCommands}, kNoFields, kNoFields),
     command<ReadProduct, Block>({.name = "read product info", .name_zh = "读取产品信息", .word = "product", .when = kProductInfo}, kNoFields, kNoFields),
@@ -139,7 +146,8 @@ inline constexpr auto kSerialRows = [] {
     command<WriteSettingsBlock, Block>({.name = "write settings block to RAM", .name_zh = "写入设置块到 RAM", .word = "write_settings_block", .source = Source::kTool, .when = kToolCommands, .query_len = [](const WireFormat&) { return kSettingsBytes; }}, kNoFields, kNoFields),
     command<ReadCalibration, Block>({.name = "read calibration", .name_zh = "读取校准块", .word = "calibration", .source = Source::kTool, .when = kToolCommands}, kNoFields, kNoFields),
     command<WriteCalibration, Block>({.name = "write calibration", .name_zh = "写入校准块", .word = "write_calibration", .source = Source::kTool, .when = kToolCommands, .query_len = [](const WireFormat& f) { return f.series == Series::kMg ? kGearedCalibrationBytes : kCalibrationBytes; }}, kNoFields, kNoFields),
-    as_on_can<WriteZeroToRom>(0, -5),
+    as_on_can<Calibrate>(),
+    command<WriteZeroToRom, ZeroWritten>(can_row<WriteZeroToRom>().traits, kNoFields, kSerialZeroWritten),
     command<ReadDeviceType, DeviceType>({.name = "read device type", .name_zh = "读取设备类型", .word = "device_type", .source = Source::kTool, .when = kToolCommands}, kNoFields,
       rows(row(&DeviceType::type, {.name = "device_type", .label = "Device type", .key = "device_type", .byte = 1, .wire = Wire::kU16, .values = kDeviceTypes}))),
     command<AlignReducer, Block>({.name = "align reducer encoder", .name_zh = "对齐减速端编码器", .word = "align_reducer", .source = Source::kTool, .when = kToolCommands}, kNoFields, kNoFields),
@@ -148,6 +156,8 @@ inline constexpr auto kSerialRows = [] {
     as_on_can<WritePidToRom>(-1),
     command<ReadAcceleration, Acceleration>(traits_with<ReadAcceleration>(WrongLength::kAnswered), kNoFields, moved(kAcceleration, -3)),
     as_on_can<WriteAccelerationToRam>(-3),
+    as_on_can<ReadMaxTorque>(0, -3),
+    as_on_can<WriteMaxTorque>(-3),
     command<ReadSetting, SettingValue>({.name = "read setting", .name_zh = "读取设置", .word = "read_setting", .when = kSettingCommands},
       rows(row(&ReadSetting::id, {.name = "read_setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .end = 3, .values = kSettings})), kSetting),
     command<WriteSettingToRam, SettingWritten>({.name = "write setting to RAM", .name_zh = "写入设置到 RAM", .word = "write_setting", .when = kSettingCommands}, kSetting, kSettingWritten),

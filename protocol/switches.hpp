@@ -18,6 +18,19 @@ inline constexpr When kParameterCommands{
     "parameter_commands = true", [](const WireFormat& f) { return f.dialect.parameter_commands; }};
 inline constexpr When kMultiDriveMore{
     "multi_drive_more = true", [](const WireFormat& f) { return f.dialect.multi_drive_more; }};
+inline constexpr When kMaxTorqueCommands{"max_torque_commands = true", [](const WireFormat& f) {
+                                           return f.dialect.max_torque_commands;
+                                         }};
+inline constexpr When kSettingCommands{
+    "setting_commands = true", [](const WireFormat& f) { return f.dialect.setting_commands; }};
+inline constexpr When kRestartCommand{
+    "restart_command = true", [](const WireFormat& f) { return f.dialect.restart_command; }};
+inline constexpr When kCalibrateCommand{
+    "calibrate_command = true", [](const WireFormat& f) { return f.dialect.calibrate_command; }};
+inline constexpr When kNarrowZero{"zero_reply_bits = 16",
+                                  [](const WireFormat& f) { return !f.dialect.wide_zero_reply; }};
+inline constexpr When kWideZero{"zero_reply_bits = 32",
+                                [](const WireFormat& f) { return f.dialect.wide_zero_reply; }};
 inline constexpr When kSetsAngle{"clear_angle = \"sets_angle\"", [](const WireFormat& f) {
                                    return f.dialect.clear_angle == ClearAngleMeaning::kSetsAngle;
                                  }};
@@ -44,8 +57,6 @@ inline constexpr When kBusCurrent{
     "state_1 = \"centivolt_and_bus_current\"",
     [](const WireFormat& f) { return f.dialect.state_1 == State1Layout::kCentiVoltAndBusCurrent; }};
 // Of RS-485.
-inline constexpr When kSettingCommands{
-    "setting_commands = true", [](const WireFormat& f) { return f.dialect.setting_commands; }};
 inline constexpr When kClearTurnsCommand{"clear_turns_command = true", [](const WireFormat& f) {
                                            return f.dialect.clear_turns_command;
                                          }};
@@ -57,8 +68,6 @@ inline constexpr When kPlainEncoder{"typed_encoder = false",
                                     [](const WireFormat& f) { return !f.dialect.typed_encoder; }};
 inline constexpr When kTypedEncoder{"typed_encoder = true",
                                     [](const WireFormat& f) { return f.dialect.typed_encoder; }};
-inline constexpr When kZeroAnswered{"zero_answered = true",
-                                    [](const WireFormat& f) { return f.dialect.zero_answered; }};
 inline constexpr When kProductInfo{"product_info_bytes above 0", [](const WireFormat& f) {
                                      return f.dialect.product_info_bytes > 0;
                                    }};

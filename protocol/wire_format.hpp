@@ -18,8 +18,9 @@ inline constexpr const char* name_of(Series series) {
 /// Replies to 0x9A and 0x9B (docs/protocol.md §10.1).
 enum class State1Layout : std::uint8_t { kDeciVolt, kCentiVolt, kCentiVoltAndBusCurrent };
 
-/// What 0x95 does: nothing; what the manual says it is meant to do; take the angle in its payload.
-enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle };
+/// What 0x95 does: nothing; what the manual says it is meant to do; take the angle in its payload;
+/// make the angle 0.
+enum class ClearAngleMeaning : std::uint8_t { kIgnored, kImplemented, kSetsAngle, kZero };
 
 /// How much one LSB of a current is: as the manual prints it, or by series.
 enum class CurrentScale : std::uint8_t { kManual, kSeries };
@@ -40,14 +41,21 @@ struct Dialect {
   bool speed_iq_limit = false;      // 0xA2: iq limit at 2–3, and Max Speed limits the command
   bool brake_command = false;       // 0x8C
   bool parameter_commands = false;  // 0xC0, 0xC1
+  bool parameter_ranges =
+      false;  // 0xC1 clamps to the printed ranges and replies the value in force
   bool multi_drive_more = false;    // 0x281, 0x282, 0x288
+  bool max_torque_commands = true;  // 0x37, 0x38
+  bool setting_commands = false;    // 0x40, 0x42, 0x44; on CAN other settings than on RS-485
+  bool restart_command = false;     // 0x07
+  bool calibrate_command = false;   // 0x18
+  bool zero_stops = false;          // after 0x95 the drive is as after 0x81
+  bool wide_zero_reply = false;     // 0x19: uint32 at 4–7
   bool all_error_bits = false;      // else bits 0 and 3
   std::int16_t iq_command_limit_lsb = 2000;
   CurrentScale iq_scale = CurrentScale::kManual;
   CurrentScale phase_current_scale = CurrentScale::kManual;
   std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies, less the ID
   // Of RS-485 only.
-  bool setting_commands = false;         // 0x40, 0x42, 0x44
   bool clear_turns_command = false;      // 0x93
   bool zero_ram_command = true;          // 0x95
   std::uint8_t zero_ram_len = 0;         // its LEN: 0, or 7
@@ -73,6 +81,7 @@ inline constexpr Dialect kV235Dialect{
     .wide_single_turn_target = true,
     .pid_commands = false,
     .open_loop_command = true,
+    .max_torque_commands = false,
     .all_error_bits = true,
     .iq_command_limit_lsb = 2048,
     .iq_scale = CurrentScale::kSeries,
@@ -89,11 +98,23 @@ inline constexpr Dialect kV236Dialect{
     .brake_command = true,
     .parameter_commands = true,
     .multi_drive_more = true,
+    .max_torque_commands = false,
     .all_error_bits = true,
     .iq_command_limit_lsb = 2048,
     .iq_scale = CurrentScale::kSeries,
     .phase_current_scale = CurrentScale::kSeries,
 };
+inline constexpr Dialect kV236bDialect = [] {
+  Dialect dialect = kV236Dialect;
+  dialect.clear_angle = ClearAngleMeaning::kZero;
+  dialect.parameter_ranges = true;
+  dialect.setting_commands = true;
+  dialect.restart_command = true;
+  dialect.calibrate_command = true;
+  dialect.zero_stops = true;
+  dialect.wide_zero_reply = true;
+  return dialect;
+}();
 
 // The manuals of RS-485: the oldest, V2.35, V2.36.
 inline constexpr Dialect kM23Dialect{
@@ -127,11 +148,12 @@ inline constexpr Dialect kM35Dialect{
     .open_loop_command = true,
     .brake_command = true,
     .multi_drive_more = true,
+    .max_torque_commands = false,
+    .setting_commands = true,
     .all_error_bits = true,
     .iq_command_limit_lsb = 2048,
     .iq_scale = CurrentScale::kSeries,
     .phase_current_scale = CurrentScale::kSeries,
-    .setting_commands = true,
     .clear_turns_command = true,
 };
 inline constexpr Dialect kM36Dialect{
@@ -146,7 +168,9 @@ inline constexpr Dialect kM36Dialect{
     .speed_iq_limit = true,
     .brake_command = true,
     .parameter_commands = true,
+    .parameter_ranges = true,
     .multi_drive_more = true,
+    .max_torque_commands = false,
     .all_error_bits = true,
     .iq_command_limit_lsb = 2048,
     .iq_scale = CurrentScale::kSeries,
@@ -154,6 +178,15 @@ inline constexpr Dialect kM36Dialect{
     .zero_ram_len = 7,
     .typed_encoder = true,
 };
+/// The second print of V2.36 has no RS-485 part: its commands, in the packets of the first.
+inline constexpr Dialect kM36bDialect = [] {
+  Dialect dialect = kM36Dialect;
+  dialect.restart_command = true;
+  dialect.calibrate_command = true;
+  dialect.zero_stops = true;
+  dialect.wide_zero_reply = true;
+  return dialect;
+}();
 
 /// A generation of firmware: its name for people, and what it makes of the switches.
 struct GenerationRow {
@@ -167,6 +200,7 @@ inline constexpr std::array kGenerationRows = std::to_array<GenerationRow>({
     {"late-legacy", kLateLegacyDialect, kLateM23Dialect},
     {"v235", kV235Dialect, kM35Dialect},
     {"v236", kV236Dialect, kM36Dialect},
+    {"v236b", kV236bDialect, kM36bDialect},
 });
 
 /// How a drive speaks: what is where, and how much one LSB of what differs is. Everything else on

@@ -51,11 +51,8 @@ bool slot_is_empty(const protocol::Frame& frame, int id) {
 class Adviser::Desk {
  public:
   explicit Desk(const BusConfig& config) {
-    index_of_id_.fill(-1);
-    for (const ServoConfig& servo : config.servos) {
-      index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
-      drives_.emplace_back(KnownDrive(servo, config));
-    }
+    for (const ServoConfig& servo : config.servos) drives_.emplace_back(KnownDrive(servo, config));
+    find_addresses();
   }
 
   void hear(const TimedFrame& in) {
@@ -69,28 +66,32 @@ class Adviser::Desk {
     }
     const auto id =
         static_cast<std::size_t>(protocol::drive_at(in.frame.id, protocol::kSingleDriveId));
-    if (id == 0 || id >= index_of_id_.size()) {
+    if (id == 0 || id >= at_address_.size()) {
       recent_.keep(in.frame);
       return;
     }
     if (const auto found = dead_.hear(in, static_cast<int>(id))) {
       note(static_cast<int>(id), *found, in);
     }
-    for (Watched& watched : drives_) watched.setting.hear_elsewhere(static_cast<int>(id));
-    if (index_of_id_[id] < 0) {
+    for (Watched& watched : drives_) {
+      if (watched.drive.address == static_cast<int>(id)) continue;
+      note(watched.drive.id,
+           watched.setting.hear_elsewhere(in.at, static_cast<int>(id), watched.drive), in);
+    }
+    if (at_address_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
     }
-    hear_single(drives_[static_cast<std::size_t>(index_of_id_[id])], in);
+    hear_single(drives_[static_cast<std::size_t>(at_address_[id])], in);
   }
 
   void hear_reply(const protocol::Frame& reply) {
     recent_.keep(reply);
     const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
-    if (reply.kind != protocol::FrameKind::kData || id == 0 || id >= index_of_id_.size()) return;
+    if (reply.kind != protocol::FrameKind::kData || id == 0 || id >= at_address_.size()) return;
     dead_.hear_reply(static_cast<int>(id));
-    if (index_of_id_[id] < 0) return;
-    Watched& watched = drives_[static_cast<std::size_t>(index_of_id_[id])];
+    if (at_address_[id] < 0) return;
+    Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
     watched.guess.hear_reply(reply.data[0]);
     watched.timeout.hear_reply();
     watched.setting.hear_reply(reply.data);
@@ -106,16 +107,20 @@ class Adviser::Desk {
     }
     const BusStats stats = bus.stats();
     const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
+    bool moved = false;
     for (Watched& watched : drives_) {
       if (watched.looks == 0 && !watched.trouble.waits()) continue;
       watched.looks = std::max(0, watched.looks - 1);
+      const int address = watched.drive.address;
       watched.drive.look(bus);
+      moved = moved || watched.drive.address != address;
       if (!watched.drive.multi_drive) watched.in_vain = 0;
       watched.wind_up.look(watched.drive);
       if (const auto seen = watched.trouble.look(bus.time(), arrived, watched.drive)) {
         given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
       }
     }
+    if (moved) find_addresses();
     look_at_wire(bus.time(), stats);
   }
 
@@ -155,6 +160,14 @@ class Adviser::Desk {
   static constexpr SimTime kTryAgain = std::chrono::seconds(1);  // assumed
   /// It may try which generation it has to do with, and others than drives use identifiers.
   static constexpr int kForeign = 3;  // assumed
+
+  /// Of drives that share an ID the first is watched.
+  void find_addresses() {
+    at_address_.fill(-1);
+    for (std::size_t n = drives_.size(); n-- > 0;) {
+      at_address_[static_cast<std::size_t>(drives_[n].drive.address)] = static_cast<int>(n);
+    }
+  }
 
   void hear_single(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
@@ -239,19 +252,19 @@ class Adviser::Desk {
   void hear_slot(Watched& watched, const TimedFrame& in) {
     const KnownDrive& drive = watched.drive;
     if (!drive.multi_drive) {
-      if (slot_is_empty(in.frame, drive.id)) return;
+      if (slot_is_empty(in.frame, drive.address)) return;
       note(drive.id, Finding{AdviceKind::kMultiWithoutMode, &kNotThis}, in);
       return;
     }
     if (!protocol::knows_multi_drive(drive.format, in.frame.id)) {
-      if (slot_is_empty(in.frame, drive.id)) return;
+      if (slot_is_empty(in.frame, drive.address)) return;
       note(drive.id, Finding{AdviceKind::kOtherGeneration, &kNotKnown}, in);
       return;
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
     const auto* several = std::get_if<protocol::Query>(&decoded);
     if (several == nullptr) return;
-    const auto own = protocol::for_drive(drive.id, *several, drive.format);
+    const auto own = protocol::for_drive(drive.address, *several, drive.format);
     const auto* query = std::get_if<protocol::Query>(&own);
     if (query != nullptr) hear_understood(watched, in, *query);
   }
@@ -262,16 +275,16 @@ class Adviser::Desk {
     for (Watched& watched : drives_) {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
-    if (most != nullptr) most_ = most->drive.id;
-    if (const auto busy = busy_.look(stats); busy && most_ != 0) {
-      const auto index = static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(most_)]);
-      given_.note(most_, busy->finding, drives_[index].last, busy->times);
+    if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
+    if (const auto busy = busy_.look(stats); busy && most_) {
+      given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
   }
 
   void hear_understood(Watched& watched, const TimedFrame& in, const protocol::Query& query) {
-    const Heard heard{in.at, query.data, query.command, motion_of(query.command, watched.drive.id)};
+    const Heard heard{in.at, query.data, query.command,
+                      motion_of(query.command, watched.drive.address)};
     const KnownDrive& drive = watched.drive;
     note(drive.id, beyond_range(heard, drive), in);
     note(drive.id, watched.generation.hear(heard, drive), in);
@@ -293,7 +306,7 @@ class Adviser::Desk {
   }
 
   std::vector<Watched> drives_;
-  std::array<int, protocol::kMaxId + 1> index_of_id_{};  // -1: no such drive
+  std::array<int, protocol::kMaxId + 1> at_address_{};  // -1: no drive answers there
   std::uint64_t heard_ = 0;
   SimTime next_look_{0};
   std::size_t turn_ = 0;  // whose it is to be looked at anyway
@@ -302,7 +315,7 @@ class Adviser::Desk {
   DeadWatch dead_;
   WireWatch wire_;
   BusyWatch busy_;
-  int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet
+  std::optional<std::size_t> most_;  // was spoken to most when any was last
   GivenList given_;
 };
 

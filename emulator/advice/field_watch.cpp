@@ -32,6 +32,8 @@ constexpr Words kAcceleration{"acceleration {1} dps/s is negative: the drive tak
                               "加速度 {1} dps/s 是负数：驱动器取 0，即没有斜坡"};
 constexpr Words kParameter{"the value {1} is beyond {2} to {3}: the drive takes the nearest",
                            "值 {1} 超出 {2} 到 {3}：驱动器取最近的值"};
+constexpr Words kSettingRange{"the setting {1} is beyond {2} to {3}: the drive keeps what it has",
+                              "设置 {1} 超出 {2} 到 {3}：驱动器保留原来的值"};
 constexpr Words kAction{"0x8C has no action {1} (0 engages, 1 releases, 16 reads): not executed",
                         "0x8C 没有动作 {1}（0 抱闸，1 松闸，16 读取）：不执行"};
 
@@ -84,6 +86,13 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
       return Against{&kParameter, number, 0, 100 * kMaxAngle_deg};
     case Range::kCurrentRamp:  // 1 mA/s
       return Against{&kParameter, number, 0, 1000 * kMaxCurrentRamp_A_s};
+    case Range::kMaxTorque:
+      return Against{
+          &kParameter, number, 0,
+          static_cast<double>(drive.format.series == Series::kMs ? protocol::kOpenLoopLimit_permille
+                                                                 : protocol::kMostTorque_lsb)};
+    case Range::kBetween:
+      return on_wire(kSettingRange, field, raw, drive);
     case Range::kWords:
     case Range::kWidth:
     case Range::kIqReply:
@@ -101,6 +110,12 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
     return std::nullopt;
   }
   const auto number = static_cast<double>(raw);
+  if (field.parameter >= 0) {
+    return Finding{AdviceKind::kFieldRange,
+                   &kSettingRange,
+                   {number, static_cast<double>(field.values.front().number),
+                    static_cast<double>(field.values.back().number)}};
+  }
   if (field.values.size() != 2) return Finding{AdviceKind::kFieldRange, &kAction, {number}};
   return Finding{AdviceKind::kFieldRange,
                  &kDirection,
@@ -112,7 +127,7 @@ std::optional<Finding> no_word(const protocol::Field& field, std::int64_t raw) {
 std::span<const protocol::Field> fields_for(const Heard& heard, const KnownDrive& drive) {
   const auto fields = protocol::info_of(heard.command, drive.format.dialect.framing).query;
   if (!protocol::is_multi_drive(heard.command)) return fields;
-  const auto slot = static_cast<std::size_t>(drive.id - protocol::kMinId);
+  const auto slot = static_cast<std::size_t>(drive.address - protocol::kMinId);
   return slot < fields.size() ? fields.subspan(slot, 1) : std::span<const protocol::Field>();
 }
 
@@ -124,7 +139,7 @@ std::optional<Finding> beyond_range(const Heard& heard, const KnownDrive& drive)
   const auto fields = fields_for(heard, drive);
   for (std::size_t n = fields.size(); n-- > 0;) {
     const protocol::Field& field = fields[n];
-    if (!protocol::present(field, heard.data[1], drive.format)) continue;
+    if (!protocol::present(field, heard.data, drive.format)) continue;
     const std::int64_t raw = protocol::raw(field, heard.data);
     if (const auto wrong = no_word(field, raw)) return wrong;
     const auto held = against(field, raw, drive);

@@ -111,6 +111,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
       adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
+      address(bus_place(config.rom, config).id),
       wear(config.wear) {
   look_at(config.rom);
 }
@@ -118,6 +119,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
 void KnownDrive::look(const Bus& bus) {
   const Servo& servo = bus.servo(id);
   const model::Telemetry telemetry = bus.telemetry(id);
+  address = servo.address();
   alive = telemetry.alive;
   errors = telemetry.errors;
   run_state = servo.run_state(telemetry);

@@ -31,6 +31,7 @@ struct KnownDrive {
   std::uint32_t endurance;  // writes of one parameter
 
   // How it was.
+  int address = 0;  // the ID that it answers at
   bool alive = true;
   bool multi_drive = false;
   RunState run_state = RunState::kRunning;

@@ -57,6 +57,11 @@ std::vector<Finding> SettingWatch::hear(SimTime at, const protocol::Payload& dat
   };
   add(mixed_up_tables(data));
   const bool restarts = data[0] == kRestartByte;
+  if (!moved_) old_id_ = drive.address;
+  if (moved_ && new_id_ == drive.address) {  // it is asked where it is now
+    moved_.reset();
+    new_id_.reset();
+  }
   start_ = drive.starts;
   const bool started = pending_start_ != drive.starts;
   if (pending_ && (restarts || started)) {
@@ -66,7 +71,7 @@ std::vector<Finding> SettingWatch::hear(SimTime at, const protocol::Payload& dat
   }
   if (new_id_ && saved_id_ && !moved_ && (restarts || started)) moved_ = at;
   if (restarts) add(hear_restart(at, drive));
-  if (!restarts) add(lost_place(at, drive));
+  if (!restarts) add(lost_place(at));
   return found;
 }
 
@@ -79,8 +84,9 @@ std::optional<Finding> SettingWatch::hear_restart(SimTime at, const KnownDrive& 
   return Finding{AdviceKind::kRestartAwaited, &kNoReply, {in_s(at - *before)}};
 }
 
-std::optional<Finding> SettingWatch::lost_place(SimTime at, const KnownDrive& drive) {
-  if (!moved_ || *new_id_ == drive.id) return std::nullopt;
+/// A query to where the drive was.
+std::optional<Finding> SettingWatch::lost_place(SimTime at) {
+  if (!moved_ || *new_id_ == old_id_) return std::nullopt;
   old_place_ = std::min(old_place_ + 1, kOldPlace);
   if (old_place_ < kOldPlace && at - *moved_ < kScan) return std::nullopt;
   const Finding found{AdviceKind::kIdSetNotScanned,
@@ -107,11 +113,14 @@ void SettingWatch::hear_reply(const protocol::Payload& data) {
   }
 }
 
-void SettingWatch::hear_elsewhere(int id) {
+std::optional<Finding> SettingWatch::hear_elsewhere(SimTime at, int id, const KnownDrive& drive) {
+  if (new_id_ && saved_id_ && !moved_ && drive.starts != pending_start_) moved_ = at;
+  if (moved_ && id == old_id_) return lost_place(at);
   if (moved_ && new_id_ == id) {
     moved_.reset();
     new_id_.reset();
   }
+  return std::nullopt;
 }
 
 }  // namespace lk::emulator

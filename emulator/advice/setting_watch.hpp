@@ -22,17 +22,18 @@ class SettingWatch {
   /// A frame of 8 bytes for the drive; how it was looked at last may be from before.
   std::vector<Finding> hear(SimTime at, const protocol::Payload& data, const KnownDrive& drive);
   void hear_reply(const protocol::Payload& data);
-  /// A frame of a host for the drive `id`.
-  void hear_elsewhere(int id);
+  /// A frame of a host for another ID than that of the drive.
+  std::optional<Finding> hear_elsewhere(SimTime at, int id, const KnownDrive& drive);
 
  private:
   std::optional<Finding> hear_restart(SimTime at, const KnownDrive& drive);
-  std::optional<Finding> lost_place(SimTime at, const KnownDrive& drive);
+  std::optional<Finding> lost_place(SimTime at);
 
   bool pending_ = false;             // acknowledged and not saved
   std::uint32_t pending_start_ = 0;  // in which
   std::uint32_t start_ = 1;          // of the drive, at its last frame
   std::optional<int> new_id_;        // acknowledged
+  int old_id_ = 0;                   // where it was asked
   bool saved_id_ = false;
   std::optional<SimTime> moved_;       // when it has restarted with the new ID
   int old_place_ = 0;                  // queries since

@@ -56,6 +56,8 @@ ServoConfig as_delivered(const Profile& profile, const AskedOfBus& asked) {
     servo.reply_time = asked.serial->reply_time;
     servo.reply_spread = asked.serial->reply_spread;
     servo.rate_code = rate_code(asked.bitrate, asked.serial->has_921600);
+  } else {
+    servo.rate_code = can_rate_code(asked.bitrate);
   }
   return servo;
 }
@@ -108,6 +110,12 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   if (const auto us = reader.integer("reply_time_us", 0, 100'000)) {
     servo.reply_time = std::chrono::microseconds(*us);
     servo.reply_spread = SimTime{0};
+  }
+  if (const auto id = reader.integer("dip_id", protocol::kMinId, protocol::kMaxId)) {
+    servo.dip_id = static_cast<int>(*id);
+  }
+  if (const auto s = reader.number("calibrate_s", 0.1, 600)) {
+    servo.calibrate_time = SimTime(std::llround(*s * 1e9));
   }
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;

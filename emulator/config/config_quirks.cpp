@@ -34,9 +34,14 @@ const Field<Dialect> kDialectSwitches[] = {
     {"parameter_commands", &Dialect::parameter_commands},
     {"multi_drive_more", &Dialect::multi_drive_more},
     {"all_error_bits", &Dialect::all_error_bits},
+    {"max_torque_commands", &Dialect::max_torque_commands},
+    {"setting_commands", &Dialect::setting_commands},
+    {"restart_command", &Dialect::restart_command},
+    {"calibrate_command", &Dialect::calibrate_command},
+    {"parameter_ranges", &Dialect::parameter_ranges},
+    {"zero_stops", &Dialect::zero_stops},
 };
 const Field<Dialect> kSerialSwitches[] = {
-    {"setting_commands", &Dialect::setting_commands},
     {"clear_turns_command", &Dialect::clear_turns_command},
     {"zero_ram_command", &Dialect::zero_ram_command},
     {"typed_encoder", &Dialect::typed_encoder},
@@ -47,18 +52,23 @@ const Field<Dialect> kSerialSwitches[] = {
 // clang-format on
 using Choices = std::vector<std::string>;
 const Choices kState1{"decivolt", "centivolt", "centivolt_and_bus_current"};
-const Choices kClearAngle{"ignored", "implemented", "sets_angle"};
+const Choices kClearAngle{"ignored", "implemented", "sets_angle", "zero"};
 const Choices kScales{"manual", "series"};
 const Choices kBootWraps{"half_circle", "half_turn"};
 const Choices kBootMultiTurns{"single_turn", "zero"};
 const Choices kOffMultiTurns{"as_boot", "single_turn"};
 const Choices kClearReplies{"after", "before"};
+const Choices kIdChanges{"restart", "save", "write"};
+const Choices kIdChangeReplies{"old", "new"};
+const Choices kSettingReads{"pending", "active"};
+const Choices kCalibrateBusy{"silent", "answers"};
 const Choices kWrongLengths{"silent", "lax"};
 const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
-    "state_1",         "clear_angle",    "iq_scale",    "phase_current_scale", "boot_wrap",
-    "boot_multi_turn", "off_multi_turn", "clear_reply", "encoder_span",        "wrong_len"};
+    "state_1",         "clear_angle",     "iq_scale",     "phase_current_scale", "boot_wrap",
+    "boot_multi_turn", "off_multi_turn",  "clear_reply",  "encoder_span",        "wrong_len",
+    "id_change",       "id_change_reply", "setting_read", "calibrate_busy"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
@@ -107,6 +117,9 @@ void read_dialect(TableReader& reader, Dialect& dialect) {
   if (const auto bits = read_either(reader, "single_turn_target_bits", 16, 32, "16 or 32")) {
     dialect.wide_single_turn_target = *bits == 32;
   }
+  if (const auto bits = read_either(reader, "zero_reply_bits", 16, 32, "16 or 32")) {
+    dialect.wide_zero_reply = *bits == 32;
+  }
   if (const auto limit = read_either(reader, "iq_command_limit_lsb", 2000, 2048, "2000 or 2048")) {
     dialect.iq_command_limit_lsb = static_cast<std::int16_t>(*limit);
   }
@@ -124,6 +137,7 @@ class Printer {
     word("state_1", kState1, dialect.state_1);
     say("single_turn_bits", dialect.wide_single_turn ? "32" : "16");
     say("single_turn_target_bits", dialect.wide_single_turn_target ? "32" : "16");
+    say("zero_reply_bits", dialect.wide_zero_reply ? "32" : "16");
     for (const auto& field : kDialectSwitches) flag(field, dialect);
     word("clear_angle", kClearAngle, dialect.clear_angle);
     say("iq_command_limit_lsb", std::to_string(dialect.iq_command_limit_lsb));
@@ -135,6 +149,10 @@ class Printer {
     word("boot_multi_turn", kBootMultiTurns, quirks.boot_multi_turn);
     word("off_multi_turn", kOffMultiTurns, quirks.off_multi_turn);
     word("clear_reply", kClearReplies, quirks.clear_reply);
+    word("id_change", kIdChanges, quirks.id_change);
+    word("id_change_reply", kIdChangeReplies, quirks.id_change_reply);
+    word("setting_read", kSettingReads, quirks.setting_read);
+    word("calibrate_busy", kCalibrateBusy, quirks.calibrate_busy);
     const auto& span = quirks.encoder_span;
     say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
     if (dialect.framing == protocol::Framing::kCan) return;
@@ -169,6 +187,10 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
   read_word(reader, "boot_multi_turn", kBootMultiTurns, servo.quirks.boot_multi_turn);
   read_word(reader, "off_multi_turn", kOffMultiTurns, servo.quirks.off_multi_turn);
   read_word(reader, "clear_reply", kClearReplies, servo.quirks.clear_reply);
+  read_word(reader, "id_change", kIdChanges, servo.quirks.id_change);
+  read_word(reader, "id_change_reply", kIdChangeReplies, servo.quirks.id_change_reply);
+  read_word(reader, "setting_read", kSettingReads, servo.quirks.setting_read);
+  read_word(reader, "calibrate_busy", kCalibrateBusy, servo.quirks.calibrate_busy);
   EncoderSpan span = servo.quirks.encoder_span.value_or(servo.profile.encoder_span);
   read_word(reader, "encoder_span", kSpans, span);
   servo.quirks.encoder_span.reset();

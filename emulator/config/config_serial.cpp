@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 
 #include "emulator/ground/text.hpp"
@@ -15,6 +16,7 @@ constexpr std::size_t kLongest = 90;
 /// Of the tool, by their numbers; without 921600 those behind it come one earlier.
 constexpr std::int64_t kRates[] = {9600,    19'200,  38'400,    57'600,    115'200,  230'400,
                                    460'800, 921'600, 1'000'000, 2'000'000, 4'000'000};
+constexpr std::int64_t kCanRates[] = {100'000, 125'000, 250'000, 500'000, 1'000'000};
 constexpr std::int64_t kOddRate = 921'600;  // the manuals have 1 Mbit/s in its place
 
 std::chrono::nanoseconds from_us(double us) {
@@ -55,6 +57,21 @@ std::uint8_t rate_code(std::int64_t baud, bool has_921600) {
   if (rate == std::end(kRates)) return 0;
   const bool moved = !has_921600 && baud > kOddRate;
   return static_cast<std::uint8_t>(rate - std::begin(kRates) - (moved ? 1 : 0));
+}
+
+std::int64_t serial_rate_of(std::uint8_t code) {
+  return code < std::size(kRates) ? kRates[code] : 0;
+}
+
+std::int64_t can_rate_of(std::uint8_t code) {
+  return code < std::size(kCanRates) ? kCanRates[code] : 0;
+}
+
+std::uint8_t can_rate_code(std::int64_t bitrate) {
+  if (bitrate == 0) return std::size(kCanRates) - 1;
+  const auto* const nearest = std::ranges::min_element(
+      kCanRates, {}, [&](std::int64_t rate) { return std::abs(rate - bitrate); });
+  return static_cast<std::uint8_t>(nearest - std::begin(kCanRates));
 }
 
 SerialConfig read_serial(TableReader& bus) {

@@ -23,6 +23,11 @@ std::string serial_name_problem(const std::string& name);
 std::string baud_problem(std::int64_t baud);
 /// The number that the vendor's tool has for a rate; 0 for one that it has not.
 std::uint8_t rate_code(std::int64_t baud, bool has_921600);
+/// The same of CAN: that of the nearest rate, for 0 that of 1 Mbit/s.
+std::uint8_t can_rate_code(std::int64_t bitrate);
+/// The rates of these numbers; 0: there is none.
+std::int64_t serial_rate_of(std::uint8_t code);
+std::int64_t can_rate_of(std::uint8_t code);
 
 /// What the table `rs485` of a bus says, if there is one.
 SerialConfig read_serial(TableReader& bus);

@@ -45,6 +45,17 @@ inline const Field<R> kRegisters[] = {
     {"broadcast_mode", &R::broadcast_mode},
 };
 
+/// What hosts write with 0x42 (docs/protocol.md §10.7); what a drive is wired to is not written.
+inline const Field<R> kPlace[] = {
+    {"driver_id", &R::driver_id, 1, 0, 32},
+    {"bus_type", &R::bus_type, 1, 0, 2},
+    {"rs485_rate", &R::serial_rate, 1, 0, 10},
+    {"can_rate", &R::can_rate, 1, 0, 4},
+};
+inline const Field<R> kAlignment[] = {
+    {"align_value", &R::align_value, 1, 0, 2147483647.0},
+};
+
 /// What limits the loops of the series: MS, and all others.
 inline constexpr Field<R> max_power() { return {"max_power_permille", &R::max_power_permille, 1, 0, 850}; }
 inline constexpr Field<R> max_torque_current(double limit_lsb) {

@@ -31,6 +31,11 @@ constexpr const char* kKeys[] = {
     "current_ramp_A_s",
     "broadcast_mode",
     "protection",
+    "align_value",
+    "driver_id",
+    "bus_type",
+    "rs485_rate",
+    "can_rate",
 };
 static_assert(std::size(kKeys) == kRomParameters);
 
@@ -45,9 +50,14 @@ std::span<const Field<Registers>> row_of(std::size_t parameter) {
   if (is(RomParameter::kMaxTorqueCurrent, parameter)) return {&kMaxTorqueCurrent, 1};
   if (is(RomParameter::kMaxPower, parameter)) return {&kMaxPower, 1};
   const std::string_view key = kKeys[parameter];
-  const auto* row = std::ranges::find(fields::kRegisters, key, &Field<Registers>::key);
-  assert(row != std::end(fields::kRegisters));
-  return {row, 1};
+  using Rows = std::span<const Field<Registers>>;
+  for (const Rows rows :
+       {Rows(fields::kRegisters), Rows(fields::kPlace), Rows(fields::kAlignment)}) {
+    const auto row = std::ranges::find(rows, key, &Field<Registers>::key);
+    if (row != rows.end()) return {&*row, 1};
+  }
+  assert(false && "each parameter has a row");
+  return {};
 }
 
 // --- values to text

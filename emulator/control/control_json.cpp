@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/faults/fault_table.hpp"
@@ -111,6 +112,36 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
   return nullptr;
 }
 
+/// Where a drive is found, and from the next start on what is different then.
+Json place_json(const Servo& servo) {
+  const auto json = [](const BusPlace& place) {
+    constexpr const char* kBuses[] = {"none", "rs485", "can"};
+    return Json{{"id", place.id},
+                {"bus_type", kBuses[static_cast<std::size_t>(place.bus)]},
+                {"rs485_rate", serial_rate_of(place.serial_rate)},
+                {"can_rate", can_rate_of(place.can_rate)}};
+  };
+  Json place = json(servo.place());
+  place["heard"] = servo.on_its_bus() && servo.at_its_rate();
+  place["saved"] = json(bus_place(servo.rom(), servo.config()));
+  place["pending"] =
+      servo.has_pending() ? json(bus_place(servo.pending(), servo.config())) : Json(nullptr);
+  return place;
+}
+
+/// The drives that are found elsewhere than where they are wired and configured, or will be.
+Json moved_json(const Line& line) {
+  Json moved = Json::array();
+  for (const ServoConfig& config : line.config().servos) {
+    const Servo& servo = line.bus().servo(config.id);
+    const BusPlace wired = bus_place(Registers{}, config);
+    const bool at_home =
+        servo.place() == wired && bus_place(servo.rom(), config) == wired && !servo.has_pending();
+    if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo)}});
+  }
+  return moved;
+}
+
 /// What a drive is made of and what it started with: nothing of it changes.
 Json built_json(const ServoConfig& servo) {
   const model::DriveParams& drive = servo.profile.drive;
@@ -179,6 +210,7 @@ Json bus_json(const Line& line) {
           {"up", line.is_up()},
           {"time_s", seconds(line.bus().time())},
           {"bitrate", line.config().bitrate},
+          {"moved", moved_json(line)},
           {"planned", line.bus().planned_directives() + line.bus().unmet_directives()},
           {"counters", counters}};
 }
@@ -196,6 +228,7 @@ Json drive_json(const Line& line, int id) {
   const ServoStats& stats = drive.servo.stats();
   return {{"bus", line.name()},
           {"id", id},
+          {"place", place_json(drive.servo)},
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
           {"series", protocol::name_of(servo.profile.series)},

@@ -5,6 +5,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
 #include <optional>
+#include <utility>
 
 #include "emulator/control/control_json.hpp"
 #include "emulator/core/frame_text.hpp"
@@ -105,9 +106,11 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
     std::uint64_t number;  // of a host's frame, as the adviser counts
   };
 
-  Json row(const Gathered& gathered) const {
+  Json row(const Gathered& gathered) {
     const TimedFrame& timed = gathered.frame;
     const bool query = gathered.direction == Direction::kQuery;
+    if (std::exchange(moves_, line_.bus().moves()) != line_.bus().moves())
+      reader_.follow(line_.bus());
     const FrameWords words = query ? reader_.query(timed.frame) : reader_.reply(timed.frame);
     Json json = {{"time_s", seconds(timed.at)},
                  {"from", query ? "host" : "drive"},
@@ -167,6 +170,7 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
   boost::asio::steady_timer timer_;
   Line& line_;
   FrameReader reader_;
+  std::uint64_t moves_ = 0;  // of the bus, that the reader has followed
   std::shared_ptr<HttpShared> shared_;
   std::shared_ptr<Entrance> entrance_;
   beast::http::request<beast::http::string_body> upgrade_;

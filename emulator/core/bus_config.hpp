@@ -34,8 +34,18 @@ enum class OffMultiTurn : std::uint8_t { kAsBoot, kSingleTurn };
 /// Which flags the reply to 0x9B shows: those left, or those from before.
 enum class ClearReply : std::uint8_t { kAfter, kBefore };
 
+/// When an ID or a bit rate that 0x42 has written is in force: from the next start, after 0x44, or
+/// at once.
+enum class IdChange : std::uint8_t { kRestart, kSave, kWrite };
+/// From which ID the reply comes that it is in force after.
+enum class IdChangeReply : std::uint8_t { kOld, kNew };
+/// What 0x40 shows of a setting that was written and is not in force.
+enum class SettingRead : std::uint8_t { kPending, kActive };
+/// What becomes of other commands while 0x18 turns the shaft.
+enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
+
 /// The rows of protocol::kGenerationRows, in their order.
-enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236 };
+enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236, kV236b };
 
 /// Misprints of the manual, open points of the protocol, and what sets the generations apart: each
 /// its own switch (docs/protocol.md). The values here are those of `legacy`.
@@ -50,6 +60,10 @@ struct Quirks {
   BootMultiTurn boot_multi_turn = BootMultiTurn::kSingleTurn;
   OffMultiTurn off_multi_turn = OffMultiTurn::kSingleTurn;
   ClearReply clear_reply = ClearReply::kAfter;
+  IdChange id_change = IdChange::kRestart;
+  IdChangeReply id_change_reply = IdChangeReply::kOld;
+  SettingRead setting_read = SettingRead::kPending;
+  CalibrateBusy calibrate_busy = CalibrateBusy::kSilent;
   std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
 
   friend bool operator==(const Quirks&, const Quirks&) = default;
@@ -91,7 +105,8 @@ struct Profile {
 };
 
 struct ServoConfig {
-  int id = 1;  // 1..32
+  int id = 1;      // 1..32: its name; ROM may have it answer at another (Servo::address)
+  int dip_id = 0;  // 1..32, what its DIP switch says; 0: `id`
   Profile profile;
   Generation generation = Generation::kLegacy;  // what `quirks` started from
   bool generation_given = false;                // and not the default
@@ -101,7 +116,8 @@ struct ServoConfig {
   RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
   SimTime reply_spread{0};                              // to either side, drawn for each reply
-  std::uint8_t rate_code = 4;  // of the bit rate on RS-485, in the tool's settings
+  std::uint8_t rate_code = 4;  // of its bus's bit rate, among those of its kind of bus
+  SimTime calibrate_time = std::chrono::seconds(4);  // of 0x18
   // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
   // whatever the drive makes of them. Drawn from seed and ID when absent.
   std::optional<double> boot_angle_deg;

@@ -11,6 +11,10 @@
 
 namespace lk::emulator {
 
+/// Of the settings by which a drive is found on its bus: never written, so it is what the drive is
+/// wired and configured as.
+inline constexpr std::uint8_t kAsWired = 0xFF;
+
 /// The drive's parameter memory. RAM starts as a copy of ROM at power-up.
 struct Registers {
   model::GainBytes gains;
@@ -23,6 +27,12 @@ struct Registers {
   double current_ramp_A_s = 0;                 // of the speed and position loops; 0 = none
   bool broadcast_mode = false;                 // answers the commands for several drives only
   std::array<model::Protection, model::kErrorKinds> protections{};  // by model::Error, SI
+  std::int32_t align_value = 0;                                     // what 0x18 found last
+  // Where the drive is found from the next start on; all may be kAsWired.
+  std::uint8_t driver_id = kAsWired;    // 0..32, 0 = that of the DIP switch
+  std::uint8_t bus_type = kAsWired;     // protocol::BusType
+  std::uint8_t serial_rate = kAsWired;  // code of the bit rate on RS-485, 0..10
+  std::uint8_t can_rate = kAsWired;     // code of the bit rate on CAN, 0..4
 
   friend bool operator==(const Registers&, const Registers&) = default;
 };
@@ -39,8 +49,13 @@ enum class RomParameter : std::uint8_t {
   kCurrentRamp,
   kBroadcastMode,
   kProtections,
+  kAlignValue,
+  kDriverId,
+  kBusType,
+  kSerialRate,
+  kCanRate,
 };
-inline constexpr std::size_t kRomParameters = 10;
+inline constexpr std::size_t kRomParameters = 15;
 /// How often each parameter was written.
 using RomWear = std::array<std::uint32_t, kRomParameters>;
 

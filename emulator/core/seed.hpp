@@ -6,7 +6,15 @@ namespace lk::emulator {
 
 /// What draws from the bus's seed: its drives, its faults, its hosts' adapter; each has numbers of
 /// its own.
-enum class SeedStream : std::uint8_t { kNoise, kBootAngle, kFault, kReplyTime, kWire, kAdapter };
+enum class SeedStream : std::uint8_t {
+  kNoise,
+  kBootAngle,
+  kFault,
+  kReplyTime,
+  kWire,
+  kAdapter,
+  kAlign
+};
 
 /// SplitMix64 (Steele, Lea, Flood 2014): neighbouring inputs give unrelated outputs.
 constexpr std::uint64_t mix(std::uint64_t x) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <variant>
 
+#include "emulator/core/bus/bus.hpp"
 #include "emulator/core/bus_stats.hpp"
 #include "emulator/core/servo/signals.hpp"
 
@@ -83,7 +84,14 @@ std::vector<std::string_view> error_words(unsigned errors) {
 }
 
 FrameReader::FrameReader(const BusConfig& bus) {
-  for (const ServoConfig& servo : bus.servos) readers_.emplace_back(servo);
+  for (const ServoConfig& servo : bus.servos) {
+    drives_.push_back(servo.id);
+    readers_.emplace_back(servo);
+  }
+}
+
+void FrameReader::follow(const Bus& bus) {
+  for (std::size_t n = 0; n < drives_.size(); ++n) readers_[n].id = bus.place(drives_[n]).id;
 }
 
 const ReplyReader* FrameReader::reader_of(int id) const {

@@ -10,6 +10,8 @@
 
 namespace lk::emulator {
 
+class Bus;
+
 /// A frame for a person.
 struct FrameWords {
   int id = 0;             // the drive that it is for or from; 0: several, or none
@@ -37,13 +39,16 @@ class FrameReader {
   FrameWords query(const protocol::Frame& frame) const;
   FrameWords reply(const protocol::Frame& frame) const;
 
-  /// What is known of a drive; null: there is none.
+  /// Drives of `bus`, the one it was made for, are found elsewhere.
+  void follow(const Bus& bus);
+  /// What is known of the drive at this ID; null: there is none.
   const ReplyReader* reader_of(int id) const;
 
  private:
   /// Some drive that knows the identifier for several, or any; null: there is none.
   const ReplyReader* reader_of_several(std::uint32_t frame_id) const;
 
+  std::vector<int> drives_;  // their configured IDs
   std::vector<ReplyReader> readers_;
 };
 

@@ -141,7 +141,8 @@ bool directions_tell(const std::vector<LoggedFrame>& log) {
 
 PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
   std::map<int, Drive> drives;
-  for (const ServoConfig& servo : bus.servos) drives.emplace(servo.id, Drive(servo, log));
+  for (const ServoConfig& servo : bus.servos)
+    drives.emplace(ReplyReader(servo).id, Drive(servo, log));
   PairedLog out;
   std::vector<bool> is_query(log.size(), false);
   for (std::size_t n = 0; n < log.size(); ++n) {

@@ -1,18 +1,37 @@
 #include "emulator/frames/reply_fit.hpp"
 
+#include <algorithm>
 #include <variant>
 
+#include "protocol/field_values.hpp"
+
 namespace lk::emulator {
+
+namespace {
+
+/// A reply repeats which parameter or setting it is about.
+bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& reply,
+                       const protocol::WireFormat& format) {
+  const protocol::CommandInfo* const command = protocol::command_of(query);
+  if (command == nullptr || protocol::find_multi_drive(query.id) != nullptr) return true;
+  const auto differs = [&](const protocol::Field& field) {
+    const auto repeated = [&](const protocol::Field& one) {
+      return one.key == field.key && one.byte == field.byte;
+    };
+    return field.beyond == protocol::Beyond::kUnknownCommand &&
+           protocol::present(field, query.data, format) &&
+           std::ranges::any_of(command->reply, repeated) &&
+           query.data[field.byte] != reply.data[field.byte];
+  };
+  return std::ranges::none_of(command->query, differs);
+}
+
+}  // namespace
 
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply) {
   if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
-  // The reply repeats which parameter it is about.
-  const bool of_parameter = command == static_cast<std::uint8_t>(protocol::ReadParameter::kOpcode);
-  if (of_parameter && protocol::find_multi_drive(query.id) == nullptr &&
-      reply.data[1] != query.data[1]) {
-    return Fit::kNo;
-  }
+  if (!is_about_the_same(query, reply, reader.format)) return Fit::kNo;
   protocol::Frame own = reply;
   own.id = reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(reader.id);
   const auto decoded = protocol::decode_reply(own, reader.format);

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 #include "protocol/field_values.hpp"
 
 namespace lk::emulator {
@@ -27,7 +28,7 @@ std::string shortest(double value) {
 }  // namespace
 
 ReplyReader::ReplyReader(const ServoConfig& servo)
-    : id(servo.id),
+    : id(bus_place(servo.rom, servo).id),
       format(protocol::wire_format(servo.quirks.dialect, servo.profile.series)),
       manual_reply_bytes(servo.quirks.manual_reply_bytes) {
   const ShaftAngles angles(servo.profile, servo.quirks);
@@ -39,7 +40,7 @@ std::vector<ReplyValue> ReplyReader::values(std::span<const protocol::Field> fie
                                             const protocol::Payload& data, By by) const {
   std::vector<ReplyValue> values;
   for (const protocol::Field& field : fields) {
-    if (!protocol::present(field, data[1], format)) continue;
+    if (!protocol::present(field, data, format)) continue;
     std::int64_t raw = protocol::raw(field, data);
     if (by == By::kHost) raw = protocol::taken(field, raw, format);
     if (field.zero_is_none && raw == 0) continue;

@@ -31,7 +31,7 @@ struct ReplyReader {
   /// A query with the command byte `asked` can have a reply with `said` in its place.
   bool answers_with(std::uint8_t asked, std::uint8_t said) const;
 
-  int id;
+  int id;  // that it answers at
   protocol::WireFormat format;
   double encoder_counts;    // of the encoder field
   double circle_deg;        // of the single-turn angle

@@ -135,6 +135,7 @@ void Line::advance_to(SimTime until) {
 }
 
 void Line::look_after_hosts() {
+  if (std::exchange(moves_, bus_.moves()) != bus_.moves() && on_move) on_move();
   adviser_.look(bus_);
   for (; advice_told_ < adviser_.given().size(); ++advice_told_) {
     if (on_advice) on_advice(adviser_.given()[advice_told_]);

@@ -94,6 +94,8 @@ class Line {
 
   /// What hosts do wrong on this bus.
   const Adviser& adviser() const { return adviser_; }
+  /// What is called when some drive has come to be found elsewhere.
+  std::function<void()> on_move;
   /// What is called with each advice when it is first given.
   std::function<void(const Advice&)> on_advice;
 
@@ -141,6 +143,7 @@ class Line {
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
+  std::uint64_t moves_ = 0;         // of the bus, when it was last looked at
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive
   std::map<int, std::uint64_t> refused_;  // writes to ROM, one after the other; by drive

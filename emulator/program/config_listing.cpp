@@ -7,6 +7,7 @@
 #include <map>
 
 #include "emulator/config/config_quirks.hpp"
+#include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
@@ -155,6 +156,8 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
+  const std::string place = place_note(bus_place(servo.rom, servo), servo);
+  if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
   }
@@ -191,7 +194,7 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
   const auto byte = static_cast<std::uint8_t>(opcode);
   const auto fields = protocol::find_command(byte)->reply;
   const auto field = std::ranges::find_if(fields, [&](const protocol::Field& one) {
-    return one.unit == unit && protocol::present(one, 0, format);
+    return one.unit == unit && protocol::present(one, {}, format);
   });
   return fmt::format("0x{:02X} {} {}{} in bytes {}-{}", byte,
                      small_letters(std::string(field->label)),
@@ -200,6 +203,20 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
 }
 
 }  // namespace
+
+std::string place_note(const BusPlace& place, const ServoConfig& servo) {
+  const bool serial = servo.quirks.dialect.framing == protocol::Framing::kSerial;
+  if (!is_on_its_bus(place, servo)) {
+    constexpr const char* kBuses[] = {"no bus", "RS-485", "CAN"};
+    return fmt::format("is silent, as it is set to {}",
+                       kBuses[static_cast<std::size_t>(place.bus)]);
+  }
+  if (!is_at_its_rate(place, servo)) {
+    return fmt::format("hears nothing, as it is set to {} bit/s",
+                       serial ? serial_rate_of(place.serial_rate) : can_rate_of(place.can_rate));
+  }
+  return place.id == servo.id ? "" : fmt::format("answers at ID {}", place.id);
+}
 
 std::vector<std::string> spoken(const BusConfig& bus) {
   std::map<std::string, std::string> ids_by_text;

@@ -4,8 +4,12 @@
 #include <vector>
 
 #include "emulator/core/bus_config.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 
 namespace lk::emulator {
+
+/// Where a drive is found, if not where it is wired and configured: "answers at ID 9"; else empty.
+std::string place_note(const BusPlace& place, const ServoConfig& servo);
 
 /// What would run, as a table for a person (`lk-emu --check`): one line a drive, then what is
 /// allowed and yet looks like a mistake.

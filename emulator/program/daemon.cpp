@@ -171,13 +171,15 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     } else if (link.index != 0 || !options.create_buses) {
       check_interface(bus.interface, link, allowed);
     }
-    for (const ServoConfig& servo : bus.servos) id_locks_.take(bus.interface, link, servo.id);
+    answered_ids_.take(bus, link);
   }
   const bool keeps_rom = !options.rom.in_memory;
   if (keeps_rom) rom_store_.emplace(options.rom, buses);
   if (options.junit) junit_.emplace(*options.junit, "--junit");
   for (std::size_t i = 0; i < buses.size(); ++i) {
     Line& line = world_.add(buses[i]);  // with what its drives have in ROM
+    answered_ids_.start(line);
+    line.on_move = [this, &line] { answered_ids_.follow(line); };
     line.on_advice = [this, &line](const Advice& advice) {
       // A host may ask once, to find out what it has to do with.
       const bool may_be_right = advice.found.kind == AdviceKind::kUnknownCommand;
@@ -327,7 +329,7 @@ void Daemon::wait_to_end() {
 
 void Daemon::follow_links() {
   for (auto& line : world_.lines()) line->port()->check_link();
-  id_locks_.hang_up();
+  answered_ids_.hang_up();
   say_ready_once();
 }
 
@@ -337,7 +339,8 @@ void Daemon::say_ready_once() {
   if (ready_ || !all_up) return;
   ready_ = true;
   std::string text = "ready";
-  for (const auto& line : world_.lines()) text += " " + line->name() + ":" + line->ids();
+  for (const auto& line : world_.lines())
+    text += " " + line->name() + ":" + line->ids() + moved_text(*line);
   std::printf("lk-emu %s\n", text.c_str());
   std::fflush(stdout);
   tell_service_manager("READY=1\nSTATUS=" + text);

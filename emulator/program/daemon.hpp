@@ -12,12 +12,12 @@
 #include "emulator/control/control_server.hpp"
 #include "emulator/files/output_file.hpp"
 #include "emulator/live/world.hpp"
+#include "emulator/program/answered_ids.hpp"
 #include "emulator/program/run_recording.hpp"
 #include "emulator/program/scenario_activity.hpp"
 #include "emulator/rom/rom_options.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/rom/rom_writer.hpp"
-#include "emulator/transports/id_locks.hpp"
 #include "emulator/transports/netlink.hpp"
 
 namespace lk::emulator {
@@ -71,7 +71,7 @@ class Daemon {
   /// The verdict, where it is wanted; gives the exit status.
   int conclude_scenario();
 
-  IdLocks id_locks_;
+  AnsweredIds answered_ids_;
   boost::asio::io_context loop_{1};
   World world_;
   ScenarioActivity scenario_;

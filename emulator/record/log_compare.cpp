@@ -150,7 +150,7 @@ LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& 
   out.strangers = paired.strangers;
   if (paired.sent.empty()) return out;
   std::map<int, ReplyReader> readers;
-  for (const ServoConfig& servo : bus.servos) readers.emplace(servo.id, servo);
+  for (const ServoConfig& servo : bus.servos) readers.emplace(ReplyReader(servo).id, servo);
   const SimTime first = paired.sent.front().at;
   const auto answers = assign(paired, first, emulate(paired.sent, first, bus), readers);
   Account account;

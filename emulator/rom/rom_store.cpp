@@ -113,6 +113,26 @@ void RomDirectory::lock() {
 
 // --- the files
 
+namespace {
+
+std::string rom_file_name(const std::string& bus, int id) {
+  return bus_file_name(bus) + "-" + std::to_string(id) + ".toml";
+}
+
+/// What the file holds goes over `servo`.
+void load(const fs::path& file, const std::string& bus, ServoConfig& servo) {
+  try {
+    read_rom(read_regular_file(file, kLongestRom), file.string(), bus, servo);
+  } catch (const ConfigError& problem) {
+    throw StartError(std::string(problem.what()) +
+                     " (give another --rom DIR, or start anew with --wipe-rom)");
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace
+
 RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
   take_directories(options, buses);
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -120,12 +140,31 @@ RomStore::RomStore(const RomOptions& options, std::vector<BusConfig>& buses) {
     const std::string& bus = buses[i].interface;
     for (ServoConfig& servo : buses[i].servos) {
       const RomPlace place{directory.descriptor(),
-                           bus_file_name(bus) + "-" + std::to_string(servo.id) + ".toml",
+                           rom_file_name(bus, servo.id),
                            i,
                            {bus, servo.id, servo.profile.name}};
       ::unlinkat(place.directory_fd, unfinished(place.name).c_str(), 0);
-      if (!options.wipe) load(place, directory, bus, servo);
+      const bool there =
+          ::faccessat(place.directory_fd, place.name.c_str(), F_OK, AT_SYMLINK_NOFOLLOW) == 0 ||
+          errno != ENOENT;
+      if (there && !options.wipe) load(directory.path() / place.name, bus, servo);
       places_.emplace(std::pair(i, servo.id), place);
+    }
+  }
+}
+
+void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses) {
+  if (options.in_memory || options.wipe) return;
+  const fs::path base = state_directory(std::getenv("XDG_STATE_HOME"), std::getenv("HOME"));
+  if (!options.directory && base.empty()) return;
+  for (BusConfig& bus : buses) {
+    const fs::path directory =
+        options.directory ? fs::path(*options.directory) : base / bus_file_name(bus.interface);
+    for (ServoConfig& servo : bus.servos) {
+      const fs::path file = directory / rom_file_name(bus.interface, servo.id);
+      if (std::error_code error; fs::exists(fs::symlink_status(file, error))) {
+        load(file, bus.interface, servo);
+      }
     }
   }
 }
@@ -154,23 +193,6 @@ void RomStore::take_directories(const RomOptions& options, const std::vector<Bus
   for (const BusConfig& bus : buses) {
     directories_.emplace_back(base / bus_file_name(bus.interface),
                               "; give --rom DIR, or --rom :memory:");
-  }
-}
-
-void RomStore::load(const RomPlace& place, const RomDirectory& directory, const std::string& bus,
-                    ServoConfig& servo) const {
-  if (::faccessat(place.directory_fd, place.name.c_str(), F_OK, AT_SYMLINK_NOFOLLOW) != 0 &&
-      errno == ENOENT) {
-    return;
-  }
-  const fs::path file = directory.path() / place.name;
-  try {
-    read_rom(read_regular_file(file, kLongestRom), file.string(), bus, servo);
-  } catch (const ConfigError& problem) {
-    throw StartError(std::string(problem.what()) +
-                     " (give another --rom DIR, or start anew with --wipe-rom)");
-  } catch (const std::invalid_argument& problem) {
-    throw StartError(problem.what());
   }
 }
 

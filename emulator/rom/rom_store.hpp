@@ -50,12 +50,14 @@ class RomStore {
   const RomDirectory& directory_of(std::size_t bus) const {
     return directories_[directories_.size() == 1 ? 0 : bus];
   }
-  void load(const RomPlace& place, const RomDirectory& directory, const std::string& bus,
-            ServoConfig& servo) const;
 
   std::deque<RomDirectory> directories_;                    // one, or one for each bus
   std::map<std::pair<std::size_t, int>, RomPlace> places_;  // by bus and id
 };
+
+/// Puts what their files hold over `buses`, as RomStore does, and leaves the disk as it is: for
+/// those who only want to see. Throws StartError.
+void peek_rom(const RomOptions& options, std::vector<BusConfig>& buses);
 
 /// The user's directory for ROM, without the bus; empty when there is none. From what the
 /// environment says, see the XDG Base Directory Specification.

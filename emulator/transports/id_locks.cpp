@@ -4,6 +4,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <set>
@@ -95,15 +96,25 @@ void IdLocks::take(const std::string& interface, const LinkState& link, int id) 
     if (::listen(socket.get(), kBacklog) < 0) {
       throw std::system_error(errno, std::generic_category(), "listen");
     }
-    held_.push_back(std::move(socket));
+    held_.push_back({interface, id, std::move(socket)});
   }
 }
 
+void IdLocks::release(const std::string& interface, int id) {
+  std::erase_if(held_,
+                [&](const Held& held) { return held.interface == interface && held.id == id; });
+}
+
+bool IdLocks::holds(const std::string& interface, int id) const {
+  return std::ranges::any_of(
+      held_, [&](const Held& held) { return held.interface == interface && held.id == id; });
+}
+
 void IdLocks::hang_up() const {
-  for (const Descriptor& lock : held_) {
+  for (const Held& held : held_) {
     int refused = 0;
     while (refused < kBacklog &&
-           Descriptor(::accept4(lock.get(), nullptr, nullptr, SOCK_CLOEXEC))) {
+           Descriptor(::accept4(held.socket.get(), nullptr, nullptr, SOCK_CLOEXEC))) {
       ++refused;
     }
   }

@@ -18,11 +18,19 @@ class IdLocks {
   /// what the kernel says of the interface; it need not exist yet. Throws StartError that tells who
   /// has it.
   void take(const std::string& interface, const LinkState& link, int id);
+  /// Lets go of the drive `id` on `interface`, if it holds it.
+  void release(const std::string& interface, int id);
+  bool holds(const std::string& interface, int id) const;
   /// Lets go of those who have asked who we are. Now and then, or the next ones are not told.
   void hang_up() const;
 
  private:
-  std::vector<Descriptor> held_;
+  struct Held {
+    std::string interface;
+    int id;
+    Descriptor socket;
+  };
+  std::vector<Held> held_;
 };
 
 }  // namespace lk::emulator

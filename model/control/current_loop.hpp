@@ -30,6 +30,7 @@ struct CurrentOrders {
   T omega_e{};  // rad/s, estimated
   T v_bus{24.0};
   T bridge_on{};  // 1 or 0
+  T behind_e{};   // rad, electrical: so far behind the rotor the vector is, that leads elsewhere
 };
 
 template <class T>
@@ -54,7 +55,7 @@ constexpr auto fields(P& p) {
 template <class O>
 requires requires(O o) { o.i_q_ref; }
 constexpr auto fields(O& o) {
-  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.bridge_on);
+  return std::tie(o.i_q_ref, o.v_q_ref, o.omega_e, o.v_bus, o.bridge_on, o.behind_e);
 }
 template <class S>
 requires requires(S s) {
@@ -111,7 +112,8 @@ template <bool may_be_off = true, class Real>
 inline void current_loop(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders,
                          const Held<Real>& held, const Measurement<Real>& m,
                          CurrentLoopState<Real>& s) {
-  const SinCos<Real> theta_e = sincos<Real>(m.encoder_counts * p.rad_e_per_count - p.rad_e_offset);
+  const SinCos<Real> theta_e =
+      sincos<Real>(m.encoder_counts * p.rad_e_per_count - p.rad_e_offset - orders.behind_e);
   const Dq<Real> i = park(clarke(Abc<Real>{m.i_a, m.i_b, -m.i_a - m.i_b}), theta_e);
   s.i_a = m.i_a;
   s.i_b = m.i_b;

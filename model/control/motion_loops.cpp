@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "model/control/current_loop.hpp"
 #include "model/control/current_loop_params.hpp"
@@ -26,6 +27,10 @@ void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
   s.omega_hat += p.observer_k2 * error * p.rad_per_count;
   s.omega_report += p.report_share * (s.omega_hat - s.omega_report);
 }
+
+/// Of the current limit, in voltage mode of the voltage, what leads the rotor: enough for friction
+/// and cogging, too little to heat a jammed motor at once (assumed).
+constexpr double kLeadCurrent = 0.5, kLeadVoltage = 0.25;
 
 double limit(double x, double most) { return std::clamp(x, -most, most); }
 
@@ -132,12 +137,24 @@ bool follows(const Setpoint& setpoint) {
   return std::holds_alternative<Speed>(setpoint) || std::holds_alternative<Position>(setpoint);
 }
 
+/// How far behind the rotor the axis of the current stands: a quarter of a turn first, where it
+/// holds the rotor and makes no torque.
+double lead_behind(const MotionParams& p, const Lead& setpoint, double encoder_counts,
+                   MotionState& s) {
+  s.lead += setpoint.omega_e * p.T_m;
+  const double turned = p.pole_pairs * (encoder_counts - s.lead_counts) * p.rad_per_count;
+  return turned - s.lead + 0.5 * std::numbers::pi;
+}
+
 /// Current reference of the setpoint in force, before the current ramp.
 double wanted_current(const MotionParams& p, const Setpoint& setpoint, double encoder_counts,
                       double v_bus, MotionState& s) {
   s.i_limit = p.i_q_max;
   if (const auto* torque = std::get_if<Torque>(&setpoint)) {
     return limit(torque->i_q, p.i_hardware);
+  }
+  if (std::holds_alternative<Lead>(setpoint)) {
+    return kLeadCurrent * std::min(p.i_q_max, p.i_hardware);
   }
   if (const auto* speed = std::get_if<Speed>(&setpoint)) {
     return speed_setpoint(p, *speed, v_bus, s);
@@ -175,6 +192,9 @@ double voltage_for(const MotionParams& p, const Setpoint& setpoint, double v_bus
                    const MotionState& s) {
   if (const auto* open_loop = std::get_if<OpenLoop>(&setpoint)) {
     return limit(open_loop->power, 1.0) * p.modulation * v_bus;
+  }
+  if (std::holds_alternative<Lead>(setpoint)) {
+    return kLeadVoltage * p.power_max * p.modulation * v_bus;
   }
   return p.R_s * s.i_q_ref + p.pole_pairs * s.omega_hat * p.psi_f;
 }
@@ -229,6 +249,10 @@ MotionState motion_state_at(double encoder_counts) {
 
 void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpoint& after,
                       double encoder_counts, MotionState& s) {
+  if (!std::holds_alternative<Lead>(before)) {
+    s.lead = 0.0;
+    s.lead_counts = encoder_counts;
+  }
   if (!follows(after)) {
     s.speed_integral = 0.0;
     s.omega_ref = 0.0;
@@ -256,6 +280,8 @@ void motion_loops(const MotionParams& p, const Setpoint& setpoint, double encode
   orders.v_q_ref = p.has_current_loop ? 0.0 : voltage_for(p, setpoint, v_bus, s);
   orders.omega_e = p.pole_pairs * s.omega_hat;
   orders.v_bus = v_bus;
+  const auto* lead = std::get_if<Lead>(&setpoint);
+  orders.behind_e = lead != nullptr ? lead_behind(p, *lead, encoder_counts, s) : 0.0;
   orders.bridge_on = std::holds_alternative<Off>(setpoint) ? 0.0 : 1.0;
 }
 

@@ -47,6 +47,7 @@ struct MotionState {
   double omega_ref = 0;                                    // rad/s, what the speed loop was told
   double i_q_ref = 0;                                      // A
   double i_limit = 1e9;                                    // A, in force for i_q_ref
+  double lead = 0, lead_counts = 0;  // rad electrical since, and where, Lead began
 };
 
 MotionParams motion_params(const DriveParams& drive, const ControlSettings& settings);

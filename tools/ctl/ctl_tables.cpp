@@ -60,6 +60,30 @@ std::string advice_blocks(const Json& advice, const char* what, const char* todo
   return text;
 }
 
+/// "ID 9, can, RS-485 115200 bit/s, CAN 500000 bit/s".
+std::string place_text(const Json& place) {
+  return fmt::format("ID {}, {}, RS-485 {} bit/s, CAN {} bit/s", number(place, "id"),
+                     word(place, "bus_type"), number(place, "rs485_rate"),
+                     number(place, "can_rate"));
+}
+
+/// A line for each drive of a bus that is not where it is configured, or will not be.
+std::string moved_lines(const Json& bus) {
+  std::string text;
+  for (const Json& drive : bus.value("moved", Json::array())) {
+    const Json& place = drive["place"];
+    text += fmt::format("{}: drive {} is at {}{}; after its next start at {}", word(bus, "bus"),
+                        number(drive, "id"), place_text(place),
+                        place.value("heard", true) ? "" : " and hears nothing here",
+                        place_text(place["saved"]));
+    if (!place["pending"].is_null()) {
+      text += fmt::format("; not saved: {}", place_text(place["pending"]));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string status_table(const Json& status) {
@@ -79,6 +103,7 @@ std::string status_table(const Json& status) {
                         number(counters, "replies"), number(counters, "replies_lost"),
                         number(counters, "waiting_for_time"));
   }
+  for (const Json& bus : status["buses"]) text += moved_lines(bus);
   return text;
 }
 

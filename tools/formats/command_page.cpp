@@ -33,14 +33,22 @@ std::string_view type_text(protocol::Wire wire) {
   return kTypes[static_cast<std::size_t>(wire)];
 }
 
+/// "0x0A", or "0x05 0xE2"; empty where the field is always there.
+std::string only_with(const WireField& field) {
+  if (field.parameter < 0) return "";
+  std::string text = hex_text(static_cast<unsigned>(field.parameter));
+  if (field.item >= 0) text += " " + hex_text(static_cast<unsigned>(field.item));
+  return text;
+}
+
 std::string fields_text(std::span<const WireField> fields) {
   std::string text;
-  int parameter = -1;
+  std::string before;
   for (const WireField& field : fields) {
-    if (!text.empty()) text += field.parameter != parameter ? "; " : ", ";
-    if (field.parameter != parameter)
-      text += hex_text(static_cast<unsigned>(field.parameter)) + ": ";
-    parameter = field.parameter;
+    const std::string with = only_with(field);
+    if (!text.empty()) text += with != before ? "; " : ", ";
+    if (with != before) text += with + ": ";
+    before = with;
     text.append(place_text(field)).append(" ").append(field.key);
     if (!field.when.words.empty()) text.append(" (").append(field.when.words).append(")");
   }
@@ -50,6 +58,7 @@ std::string fields_text(std::span<const WireField> fields) {
 /// The fields of a reply where they come first, and that command where they come again.
 std::string reply_text(const CommandInfo& command) {
   if (command.echoed) return "echo";
+  if (!command.answered) return "none";
   for (const CommandInfo& first : protocol::commands()) {
     if (&first == &command) break;
     if (!first.echoed &&
@@ -68,7 +77,7 @@ std::string exists(const CommandInfo& command) {
 }
 
 std::string_view letters(protocol::Source source) {
-  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]", "[T]"};
+  constexpr std::string_view kLetters[] = {"[M]", "[M][H]", "[H]", "[N]", "[N2]", "[T]"};
   return kLetters[static_cast<std::size_t>(source)];
 }
 
@@ -162,6 +171,10 @@ std::string range_text(const WireField& field) {
       return "from 0";
     case Range::kMaxCurrent:
       return "0..`iq_command_limit_lsb`; MS: 0..850";
+    case Range::kMaxTorque:
+      return "0..2000; MS: 0..850";
+    case Range::kBetween:
+      return std::to_string(field.min) + ".." + std::to_string(field.max);
     case Range::kSpeedSetting:
     case Range::kAngleSetting:
     case Range::kCurrentRamp:
@@ -260,6 +273,7 @@ std::string serial_row(const CommandInfo& command, const CommandInfo* on_can) {
                                  ? "02 " + hex_text(command.identifier - 0x200).substr(2)
                                  : hex_text(static_cast<unsigned>(command.opcode));
   const std::string reply = command.echoed          ? "echo"
+                            : !command.answered     ? "none"
                             : command.reply.empty() ? "bytes below, or none"
                                                     : data_text(command.reply);
   return "| " + number + " | " + std::string(command.name) + " | " +

@@ -85,11 +85,9 @@ void put_bits_and_scale(std::ostream& out, const Field& field, const std::string
 
 /// How a signal is multiplexed, as far as one number can say it: SG_MUL_VAL_ has the rest.
 void put_multiplexing(std::ostream& out, const Signal& signal) {
-  if (signal.field.parameter >= 0) {
-    out << " m" << signal.field.parameter;
-  } else {
-    out << " m" << signal.commands.front() << (signal.field.name == "parameter" ? "M" : "");
-  }
+  const Field& field = signal.field;
+  out << " m" << (field.selector.empty() ? signal.commands.front() : field.only_at)
+      << (field.selects ? "M" : "");
 }
 
 /// " 156-156, 161-161, 162-162": each by itself, since there are readers that know no ranges.
@@ -116,6 +114,8 @@ std::string_view source_words(protocol::Source source) {
       return "seen on drives, the manual prints another byte";
     case protocol::Source::kNewerManuals:
       return "the manuals V2.35 and V2.36";
+    case protocol::Source::kSecondPrint:
+      return "the second print of the manual V2.36";
     case protocol::Source::kTool:
       return "the vendor's PC tool";  // not on CAN
   }
@@ -166,11 +166,9 @@ class File {
     comments_ << "CM_ SG_ " << message.id << " " << field.name << " \"" << field.label << "\";\n";
     put_values(values_, message.id, field);
     if (!message.multiplexed) return;
-    multiplexing_ << "SG_MUL_VAL_ " << message.id << " " << field.name
-                  << (field.parameter < 0 ? " command" : " parameter");
-    put_each(multiplexing_, field.parameter < 0
-                                ? signal.commands
-                                : std::vector{static_cast<unsigned>(field.parameter)});
+    multiplexing_ << "SG_MUL_VAL_ " << message.id << " " << field.name << " "
+                  << (field.selector.empty() ? "command" : field.selector);
+    put_each(multiplexing_, field.selector.empty() ? signal.commands : std::vector{field.only_at});
     multiplexing_ << ";\n";
   }
 

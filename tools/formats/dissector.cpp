@@ -83,12 +83,26 @@ class Tables {
     out << " }\n\n";
   }
 
+  /// How many bytes behind the command say which parameter or setting it is about, in the query and
+  /// in its reply.
+  static int repeats(const protocol::CommandInfo& command) {
+    const auto is_repeated = [&](const protocol::Field& field) {
+      return field.beyond == protocol::Beyond::kUnknownCommand &&
+             std::ranges::any_of(command.reply, [&](const protocol::Field& one) {
+               return one.key == field.key && one.byte == field.byte;
+             });
+    };
+    return static_cast<int>(std::ranges::count_if(command.query, is_repeated));
+  }
+
   static void put_commands(std::ostream& out) {
     out << "local commands = {\n";
     for (const auto& row : protocol::commands()) {
       out << "  [" << lua_hex(static_cast<unsigned>(row.opcode))
           << "] = { name = " << lua_string(row.name)
-          << ", echo = " << (row.echoed ? "true" : "false") << " },\n";
+          << ", echo = " << (row.echoed ? "true" : "false")
+          << ", answered = " << (row.answered ? "true" : "false") << ", repeats = " << repeats(row)
+          << " },\n";
     }
     out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::multi_drive_commands()) {
@@ -121,7 +135,9 @@ class Tables {
       learn(field);
       text << " { " << lua_string(field.name) << ", " << field.first_bit << ", " << field.bits
            << ", " << (field.is_signed ? "true" : "false") << ", " << lua_number(field.lsb);
-      if (field.parameter >= 0) text << ", " << field.parameter;
+      if (!field.selector.empty()) {
+        text << ", " << lua_string(field.selector) << ", " << field.only_at;
+      }
       text << " },";
     }
     text << " }";

@@ -123,8 +123,10 @@ local function is_state(command) return (command >= 0x9A and command <= 0x9D) or
 -- Can a frame with `data` answer the query? nil: no.
 local function fit(asked, data, surely_a_reply)
   if asked.command ~= data[1] then return nil end
-  -- The reply to a read parameter repeats which one.
-  if data[1] == 0xC0 and not asked.several and asked.data[2] ~= data[2] then return nil end
+  -- A reply repeats which parameter or setting it is about; the gains among the settings have no second number.
+  local repeats = asked.several and 0 or commands[data[1]].repeats
+  if repeats > 0 and asked.data[2] ~= data[2] then return nil end
+  if repeats > 1 and data[2] == 0x05 and asked.data[3] ~= data[3] then return nil end
   if surely_a_reply then return SURELY end
   local equal = same(asked.data, data)
   if commands[data[1]].echo then return equal and ECHO_OR_NOT or nil end
@@ -222,7 +224,7 @@ local function learn_single(bus, id, frame, time, data, answers)
     record.kind, record.orphan = REPLY, true
     return
   end
-  record.expects = format().queries[data[1]] ~= nil
+  record.expects = format().queries[data[1]] ~= nil and commands[data[1]].answered
   if record.expects then
     drive.pending[#drive.pending + 1] = { frame = frame, time = time, command = data[1], data = data }
   end
@@ -235,13 +237,14 @@ end
 
 -- What is shown.
 
-local function add_fields(tree, tvb, layout, parameter)
-  local said, errors = {}, {}
+local function add_fields(tree, tvb, layout)
+  local said, errors, selected = {}, {}, {}
   for _, one in ipairs(layout) do
-    local name, first_bit, bits, is_signed, lsb, only_for = one[1], one[2], one[3], one[4], one[5], one[6]
-    if not only_for or only_for == parameter then
+    local name, first_bit, bits, is_signed, lsb, selector, only_at = one[1], one[2], one[3], one[4], one[5], one[6], one[7]
+    if not selector or selected[selector] == only_at then
       local about = names[name]
-      local value = scaled(raw_value(tvb, first_bit, bits, is_signed), lsb)
+      selected[name] = raw_value(tvb, first_bit, bits, is_signed)
+      local value = scaled(selected[name], lsb)
       local range = tvb(math.floor(first_bit / 8), math.ceil(bits / 8))
       if about.kind == "flag" then
         tree:add(about.field, range, value ~= 0)
@@ -284,7 +287,7 @@ local function show(tvb, pinfo, tree, title, name, layout, record)
     pinfo.cols.info = title .. name
     return
   end
-  local said = add_fields(tree, tvb, layout, byte(tvb, 1))
+  local said = add_fields(tree, tvb, layout)
   add_pairing(tree, record)
   pinfo.cols.info = title .. name .. (said ~= "" and ": " .. said or "")
 end

@@ -1,5 +1,8 @@
 #include "tools/formats/fields.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "protocol/commands.hpp"
 #include "protocol/field_values.hpp"
 #include "protocol/multi_drive_commands.hpp"
@@ -22,8 +25,19 @@ Field field_of(const protocol::Field& row, const protocol::WireFormat& format) {
           .unit = unit,
           .raw_min = range.min,
           .raw_max = range.max,
-          .values = {row.values.begin(), row.values.end()},
-          .parameter = row.parameter};
+          .values = {row.values.begin(), row.values.end()}};
+}
+
+/// Those that say which others there are: DATA[1] of the parameters, DATA[2] of the settings.
+void find_selector(std::vector<Field>& fields, const protocol::Field& row, Field& field) {
+  if (row.parameter < 0) return;
+  field.only_at = static_cast<unsigned>(row.item >= 0 ? row.item : row.parameter);
+  const unsigned at = row.item >= 0 ? 2 : 1;
+  const auto selector = std::ranges::find_if(fields, [&](const Field& one) {
+    return one.first_bit == 8 * at && one.bits == 8 && !one.values.empty();
+  });
+  selector->selects = true;
+  field.selector = selector->name;
 }
 
 }  // namespace
@@ -41,7 +55,10 @@ std::vector<Field> fields_of(std::span<const protocol::Field> rows,
                         .raw_max = 1,
                         .values = {{0, "no"}, {1, "yes"}}});
     }
-    if (row.flags.empty()) fields.push_back(field_of(row, format));
+    if (!row.flags.empty()) continue;
+    Field field = field_of(row, format);
+    find_selector(fields, row, field);
+    fields.push_back(std::move(field));
   }
   return fields;
 }

@@ -26,7 +26,10 @@ struct Field {
   std::int64_t raw_min = 0;
   std::int64_t raw_max = 0;  // where drives clamp a query they clamp it to these
   std::vector<Value> values = {};
-  int parameter = -1;  // >= 0: only where the field `parameter` is this (0xC0, 0xC1)
+  // Not empty: only where the field of this name, before it, is `only_at`.
+  std::string_view selector = {};
+  unsigned only_at = 0;
+  bool selects = false;  // it is the selector of others
 };
 
 /// Those of `rows` that `format` has; a byte of flags is a field for each.

@@ -12,6 +12,7 @@
 #include "tools/formats/command_page.hpp"
 #include "tools/formats/dbc.hpp"
 #include "tools/formats/dissector.hpp"
+#include "tools/formats/generation_page.hpp"
 
 namespace {
 
@@ -49,6 +50,9 @@ void write_dbc(const std::filesystem::path& directory, const lk::protocol::Gener
 
 int main(int argc, char** argv) {
   if (argc == 1) return std::fputs(lk::formats::command_page().c_str(), stdout) < 0 ? 1 : 0;
+  if (argc == 2 && std::string(argv[1]) == "--generations") {
+    return std::fputs(lk::formats::generation_page().c_str(), stdout) < 0 ? 1 : 0;
+  }
   if (argc == 2 && std::string(argv[1]) == "--serial") {
     return std::fputs(lk::formats::serial_command_page().c_str(), stdout) < 0 ? 1 : 0;
   }

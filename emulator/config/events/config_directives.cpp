@@ -117,6 +117,10 @@ constexpr std::pair<const char*, RomParameter> kSettings[] = {
     {"current_ramp_A_s", RomParameter::kCurrentRamp},
     {"broadcast_mode", RomParameter::kBroadcastMode},
     {"protection", RomParameter::kProtections},
+    {"driver_id", RomParameter::kDriverId},
+    {"bus_type", RomParameter::kBusType},
+    {"rs485_rate", RomParameter::kSerialRate},
+    {"can_rate", RomParameter::kCanRate},
 };
 
 /// One directive for each parameter that is said.
@@ -129,6 +133,7 @@ std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo)
                   .iq_limit_lsb = dialect.iq_command_limit_lsb,
                   .wide_gains = dialect.parameter_commands},
                  wanted);
+  read_fields<Registers>(settings, profile_fields::kPlace, Presence::kOptional, wanted);
   settings.finish();
   std::vector<Action> actions;
   ServoConfig changed = servo;

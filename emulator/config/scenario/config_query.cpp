@@ -55,11 +55,12 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
                           const protocol::Payload& data, const WireFormat& format) {
   for (const WireField& field : fields) {
     const auto is_it = [&](const WireField& other) {
-      return other.spoken() == field.spoken() && protocol::present(other, data[1], format);
+      return other.spoken() == field.spoken() && protocol::present(other, data, format);
     };
     const std::string key(field.spoken());
     if (std::ranges::any_of(fields, is_it) || !reader.has(key)) continue;
-    reader.fail(key, field.parameter >= 0 && field.parameter != data[1]
+    reader.fail(key, (field.parameter >= 0 && field.parameter != data[1]) ||
+                             (field.item >= 0 && field.item != data[2])
                          ? "belongs to another parameter"
                          : "this drive has it only with " + std::string(field.when.words));
   }
@@ -69,7 +70,7 @@ void refuse_what_it_lacks(TableReader& reader, std::span<const WireField> fields
 std::uint8_t size_of(const protocol::CommandInfo& command, const protocol::Payload& data,
                      const protocol::WireFormat& format) {
   if (command.query_len != nullptr) return static_cast<std::uint8_t>(1 + command.query_len(format));
-  const protocol::PayloadLength len = protocol::payload_length(command.query, data[1], format);
+  const protocol::PayloadLength len = protocol::payload_length(command.query, data, format);
   const bool more = std::any_of(data.begin() + 1 + len.min, data.end(),
                                 [](std::uint8_t byte) { return byte != 0; });
   return static_cast<std::uint8_t>(1 + (more ? len.max : len.min));
@@ -109,7 +110,7 @@ protocol::Frame read_query(TableReader& reader, const ServoConfig& servo) {
   const auto* const command = protocol::command_of(frame);
   if (command == nullptr) return frame;  // nothing is known to be behind it
   for (const WireField& field : command->query) {
-    if (protocol::present(field, frame.data[1], format)) {
+    if (protocol::present(field, frame.data, format)) {
       read_field(reader, field, format, frame.data);
     }
   }

@@ -28,6 +28,10 @@ struct SagEnd {
 struct RomWritten {
   int id;
 };
+/// Half of the time of a calibration has passed.
+struct CalibrationStep {
+  int id;
+};
 /// The end of a power cycle.
 struct Reconnect {
   int id;
@@ -54,8 +58,8 @@ struct Babbling {
 /// Conditions and faults that last are looked at.
 struct Look {};
 
-using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, Reconnect, BusOffEnd,
-                          FaultBegin, FaultEnd, Babbling, Look>;
+using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
+                          BusOffEnd, FaultBegin, FaultEnd, Babbling, Look>;
 
 /// What is going to happen on a bus besides frames, in order of time; what was entered first comes
 /// first among equals. A value.

@@ -45,8 +45,9 @@ Bus::Bus(const BusConfig& config)
     const MotorPlace motor = motors_.place_of(servo, config);
     Servo firmware(servo, motors_.bank(motor).telemetry(motor.lane));
     const Power power(servo.profile.drive.supply.v_source, motors_.alive(motor));
-    const DriveLink link{.owner = firmware.reply_id()};
+    const DriveLink link{.owner = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id)};
     nodes_.add({std::move(firmware), motor, power, Memory(), link});
+    follow_start(nodes_.of(servo.id));
   }
   rom_writes_.reserve(nodes_.size());
   for (const TimedDirective& event : config.events) plan(event);
@@ -202,50 +203,59 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     return;
   }
   const int id = std::get<int>(addressed);
-  if (id != protocol::kMultiDrive && !has(id)) {
-    stats_.drop(Drop::kNoSuchDrive);
-    return;
-  }
   if (id == protocol::kMultiDrive) {
     process_multi_drive(at, frame);
     return;
   }
-  // Whoever waits for the query has its turn before the drive hears it.
-  if (!conditions_.empty() && conditions_.count(id, frame.data[0], time_)) look();
-  Node& node = nodes_.of(id);
-  if (!node.power.alive) {
-    stats_.drop(Drop::kNoPower);
+  const std::uint32_t drives = nodes_.at_address(id);
+  if (drives == 0) {
+    stats_.drop(Drop::kNoSuchDrive);
     return;
   }
+  bool answered = false;
+  Drop cause = Drop::kNoSuchDrive;
+  nodes_.each(drives, [&](Node& node) {
+    const auto silent = hear(at, node, frame);
+    if (silent) {
+      cause = *silent;
+    } else if (std::exchange(answered, true)) {
+      ++stats_.extra_frames;  // a second drive with the ID answers too
+    }
+  });
+  if (answered) {
+    ++stats_.queries;
+  } else {
+    stats_.drop(cause);
+  }
+}
+
+std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& frame) {
+  // Whoever waits for the query has its turn before the drive hears it.
+  if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) look();
+  if (!node.power.alive) return Drop::kNoPower;
   Servo& servo = node.servo;
   if (servo.multi_drive_mode()) {
     servo.count_wrong_mode();
-    stats_.drop(Drop::kWrongMode);
-    return;
+    return Drop::kWrongMode;
   }
   protocol::Frame heard = frame;
-  if (!faults_.hear(node.link, servo, heard, time_)) {
-    stats_.drop(Drop::kFault);
-    return;
-  }
-  if (serial_ && node.link.deaf(wire_)) {
-    stats_.drop(Drop::kDriveBusy);
-    return;
+  if (!faults_.hear(node.link, servo, heard, time_)) return Drop::kFault;
+  if ((serial_ && node.link.deaf(wire_)) || servo.deaf_while_calibrating()) {
+    return Drop::kDriveBusy;
   }
   if (serial_) servo.keep_received(heard);
   const auto understood = servo.understand(heard);
-  if (const auto* query = std::get_if<protocol::Query>(&understood)) {
-    if (node.link.full(wire_)) {
-      faults_.count_ignored(node.id(), heard, time_);
-      stats_.drop(Drop::kDriveBusy);
-      return;
-    }
-    ++stats_.queries;
-    answer(at, node, *query, For::kOne);
-  } else {
+  const auto* query = std::get_if<protocol::Query>(&understood);
+  if (query == nullptr) {
     servo.count_unknown_command();
-    stats_.drop(drop_cause(std::get<protocol::Reject>(understood)));
+    return drop_cause(std::get<protocol::Reject>(understood));
   }
+  if (node.link.full(wire_)) {
+    faults_.count_ignored(node.id(), heard, time_);
+    return Drop::kDriveBusy;
+  }
+  answer(at, node, *query, For::kOne);
+  return std::nullopt;
 }
 
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
@@ -259,8 +269,8 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
   for (Node& node : nodes_) {
-    if (!node.power.alive) continue;
     Servo& servo = node.servo;
+    if (!node.power.alive || !servo.on_its_bus() || !servo.at_its_rate()) continue;
     protocol::Frame heard = frame;
     if (!faults_.hear(node.link, servo, heard, time_)) {
       cause = Drop::kFault;
@@ -276,7 +286,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
-      if (node.link.deaf(wire_)) {
+      if (node.link.deaf(wire_) || servo.deaf_while_calibrating()) {
         faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
         continue;
@@ -296,20 +306,29 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
 
 void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom) {
   Servo& servo = node.servo;
-  const bool mute = servo.is_mute();
-  const std::uint64_t writes_before = servo.stats().rom_writes;
+  const Before before{servo.is_mute(), servo.stats().rom_writes};
+  const bool calibrated = servo.calibrating();
   const protocol::Reply reply = servo.handle(query, lane(node));
+  if (!calibrated && servo.calibrating()) {
+    agenda_.enter(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
+  }
+  say(at, at + reply_time(node, whom), node, reply, before);
+  if (servo.take_move()) nodes_.find_addresses();
+  if (servo.take_restart()) restart(node);
+}
+
+void Bus::say(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply, Before before) {
+  Servo& servo = node.servo;
   const bool silent = std::holds_alternative<protocol::NoReply>(reply);
-  Outgoing said{.ready = at + reply_time(node, whom),
-                .frame = silent ? protocol::Frame{} : servo.encode(reply)};
-  if (servo.stats().rom_writes != writes_before) {
+  Outgoing said{.ready = ready, .frame = silent ? protocol::Frame{} : servo.encode(reply)};
+  if (servo.stats().rom_writes != before.rom_writes) {
     said.after_rom_write = servo.stats().rom_writes;
     const SimTime done = node.memory.begin(at, servo);
     agenda_.enter(done, RomWritten{node.id()});
     said.ready = std::max(said.ready, done);
   }
   if (silent) return;
-  if (mute) {
+  if (before.mute) {
     faults_.count_shown(servo, time_);
     ++stats_.replies_lost;
     return;
@@ -326,6 +345,19 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom)
   stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
 }
 
+void Bus::step_calibration(Node& node) {
+  const SimTime part = node.servo.config().calibrate_time / 2;
+  if (!node.servo.calibrating()) return;
+  if (node.servo.turn_back(lane(node))) {
+    agenda_.enter(time_ + part, CalibrationStep{node.id()});
+    return;
+  }
+  const Before before{node.servo.is_mute(), node.servo.stats().rom_writes};
+  const protocol::Reply reply =
+      node.servo.finish_calibration(lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
+  say(time_, time_, node, reply, before);
+}
+
 /// Without a modelled wire a drive on CAN has no reply time either; flash takes its time all the
 /// same. After a packet for several each has its turn by time, whether or not those before it
 /// answer (docs/rs485.md).
@@ -338,7 +370,7 @@ SimTime Bus::reply_time(Node& node, For whom) const {
         wire_.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
         : wire_.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
                                        : std::chrono::microseconds(90));
-    return before + (node.id() - protocol::kMinId) * (wire_.bits(kReplyBits) + before);
+    return before + (node.servo.address() - protocol::kMinId) * (wire_.bits(kReplyBits) + before);
   }
   if (config.reply_spread == SimTime{0}) return config.reply_time;
   const std::uint64_t drawn =

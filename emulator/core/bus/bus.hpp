@@ -99,6 +99,10 @@ class Bus {
   bool has(int id) const { return nodes_.has(id); }
   /// Whether the drive `id` answers commands for several drives, and those only. At any time.
   bool multi_drive_mode(int id) const { return nodes_.of(id).servo.multi_drive_mode(); }
+  /// Where the drive `id` is found. At any time.
+  const BusPlace& place(int id) const { return nodes_.of(id).servo.place(); }
+  /// Changes when some drive comes to be found elsewhere.
+  std::uint64_t moves() const { return nodes_.moves(); }
   // Of the drive `id`, which must be on the bus.
   const Servo& servo(int id) const {
     assert(settled());
@@ -145,14 +149,32 @@ class Bus {
   /// A frame has come from the wire: hosts get it, through their adapter.
   void to_host(const TimedFrame& frame);
   void hand_over(const TimedFrame& frame);
+  /// The controller of a drive that has been brought to now starts anew.
+  void restart(Node& node);
+  /// Its firmware has started: where it is found may be elsewhere.
+  void follow_start(Node& node);
+  /// A part of 0x18 is over.
+  void step_calibration(Node& node);
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
+  /// A drive hears a frame that is for it. Returns why it does not answer; nothing when it does.
+  std::optional<Drop> hear(SimTime at, Node& node, const protocol::Frame& frame);
   /// Whom a query is for, as the wire has it.
   enum class For : std::uint8_t { kOne, kSeveral };
   void answer(SimTime at, Node& node, const protocol::Query& query, For whom);
+  /// What came before a reply.
+  struct Before {
+    bool mute;                 // nothing that the drive said left it
+    std::uint64_t rom_writes;  // it had done so many
+  };
+  /// The reply leaves the drive from `ready` on, or when its flash is done.
+  void say(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply, Before before);
   /// How long after the last bit of a query the drive answers.
   SimTime reply_time(Node& node, For whom) const;
   void deliver(const WireDelivery& delivery);
+  /// A drive at another bit rate answers what it hears with an error flag, until it is
+  /// error-passive.
+  bool is_disturbed();
   /// A fault destroys the frame whose last bit is due. Returns false when none does.
   bool destroy_next();
   /// The controller that wanted to send this has given it up.
@@ -171,6 +193,7 @@ class Bus {
   AdapterTimes own_adapter_;  // as configured; faults come on top
   HostAdapter adapter_;
   bool had_errors_ = false;  // some frame has been destroyed: error counters may stand above 0
+  int flags_left_ = 0;       // of all nodes
   Agenda agenda_;
   Conditions conditions_;
   FaultBoard faults_;

@@ -103,6 +103,7 @@ void Bus::perform(const Task& task) {
                  [&](const RomWritten& written) {
                    rom_writes_.push_back(nodes_.of(written.id).memory.finish());
                  },
+                 [&](const CalibrationStep& step) { step_calibration(nodes_.of(step.id)); },
                  [&](const Reconnect& reconnect) {
                    if (nodes_.of(reconnect.id).power.alive) {
                      agenda_.enter(time_ + kDeathWatch, reconnect);
@@ -153,6 +154,7 @@ bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) 
   Node& node = nodes_.of(id);
   if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
   node.servo.write_setting(parameter, value, lane(node));
+  nodes_.find_addresses();
   agenda_.enter(node.memory.begin(time_, node.servo), RomWritten{id});
   faults_.count_shown(node.servo, time_);
   return true;

@@ -18,6 +18,7 @@ void Bus::begin_fault(std::size_t fault) {
       Node& node = nodes_.of(id);
       AtOnce on{live, node.servo, lane(node), node.memory, node.power.alive, rom_writes_};
       const bool changed = row.at_once(on);
+      if (changed) nodes_.find_addresses();
       if (on.restart) power_cycle(id);
       if (changed) live.took_effect(time_, id);
     }
@@ -85,15 +86,30 @@ void Bus::look_at(LiveFault& live) {
   }
 }
 
+bool Bus::is_disturbed() {
+  if (flags_left_ == 0 || wire_.can() == nullptr || wire_.bitrate() == 0) return false;
+  for (Node& node : nodes_) {
+    if (node.flags_left == 0 || !node.power.alive) continue;
+    --node.flags_left;
+    --flags_left_;
+    return true;
+  }
+  return false;
+}
+
 bool Bus::destroy_next() {
-  if (!faults_.any_active()) return false;
+  const bool disturbed = is_disturbed();
+  if (!disturbed && !faults_.any_active()) return false;
   if (wire_.serial() != nullptr && !wire_.serial()->take_judgement()) return false;
   const WireCandidate next = wire_.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
-  LiveFault* const fault = faults_.destroyer(of_drive ? id : kWholeBus, wire_.bitrate());
-  if (fault == nullptr) return false;
-  fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
+  LiveFault* const fault =
+      disturbed ? nullptr : faults_.destroyer(of_drive ? id : kWholeBus, wire_.bitrate());
+  if (!disturbed && fault == nullptr) return false;
+  if (fault != nullptr) {
+    fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);
+  }
   if (wire_.serial() != nullptr) {  // nobody notices, nobody sends again
     wire_.serial()->spoil_next();
     return false;

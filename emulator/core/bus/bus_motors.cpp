@@ -1,6 +1,7 @@
 // The motors of a bus: how they are brought to the instants at which somebody needs them, and what
 // becomes of a drive whose motor tells that its controller has died or started.
 
+#include <bit>
 #include <utility>
 
 #include "emulator/core/bus/bus.hpp"
@@ -53,7 +54,11 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (id != nullptr && *id == protocol::kMultiDrive) {
     return bring_to(t);
   }
-  return id != nullptr && has(*id) && bring_to(t, &nodes_.of(*id));
+  const std::uint32_t drives = id != nullptr ? nodes_.at_address(*id) : 0;
+  if (std::popcount(drives) > 1) return bring_to(t);
+  bool edge = false;
+  nodes_.each(drives, [&](const Node& node) { edge = bring_to(t, &node); });
+  return edge;
 }
 
 /// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
@@ -66,7 +71,7 @@ void Bus::follow_lives() {
     if (alive) {
       node.started = motors_.time(node.motor);
       node.servo.power_cycle(lane(node));
-      faults_.count_shown(node.servo, time_);
+      follow_start(node);
     } else {
       // A frame that starts as the tick ends does not start.
       lose_power(node, motors_.time(node.motor) - SimTime{1});
@@ -79,17 +84,30 @@ void Bus::lose_power(Node& node, SimTime at) {
   stats_.replies_lost += node.link.forget(wire_, at);
   node.link.errors = 0;
   if (std::exchange(node.link.bus_off, false)) agenda_.forget<BusOffEnd>(node.id());
+  agenda_.forget<CalibrationStep>(node.id());
   if (node.memory.lose_power(node.servo)) agenda_.forget<RomWritten>(node.id());
 }
 
 void Bus::power_cycle(int id) {
   settle();
   Node& node = nodes_.of(id);
-  if (!node.power.alive) return;
+  if (node.power.alive) restart(node);
+}
+
+void Bus::restart(Node& node) {
   lose_power(node, time_);
   node.started = time_;
   node.servo.power_cycle(lane(node));
+  follow_start(node);
+}
+
+void Bus::follow_start(Node& node) {
   faults_.count_shown(node.servo, time_);
+  nodes_.find_addresses();
+  const bool disturbs = node.servo.on_its_bus() && !node.servo.at_its_rate();
+  flags_left_ -= node.flags_left;
+  node.flags_left = disturbs ? kFlagsToPassive : 0;
+  flags_left_ += node.flags_left;
 }
 
 model::Telemetry Bus::telemetry(int id) const {

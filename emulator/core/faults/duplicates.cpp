@@ -14,6 +14,7 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
   // A zero that was written since moves no shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
   config.rom = original.rom();
+  config.rom.driver_id = static_cast<std::uint8_t>(original.address());
   model::DriveInit init = make_drive(config, faults.bus_seed());
   init.theta_m += live.row().duplicate(live);
   init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
@@ -50,7 +51,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const auto addressed = protocol::address(frame);
     const int* const id = std::get_if<int>(&addressed);
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
-    if (id == nullptr || (!for_several && servo.id() != *id) ||
+    if (id == nullptr || (!for_several && servo.address() != *id) ||
         servo.multi_drive_mode() != for_several || wire.drive_queue_full(drive.owner) ||
         wire.is_deaf(drive.owner)) {
       continue;

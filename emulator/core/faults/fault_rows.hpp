@@ -20,6 +20,9 @@ constexpr FaultParam count(std::string_view word, double min, double max, double
 constexpr FaultParam needed(std::string_view word, double min, double max) {
   return {.word = word, .min = min, .max = max, .required = true};
 }
+constexpr FaultParam needed_count(std::string_view word, double min, double max) {
+  return {.word = word, .min = min, .max = max, .required = true, .whole = true};
+}
 /// The words are those of an enumeration, in its order.
 template <class Choice>
 constexpr FaultParam choice(std::string_view word, std::span<const std::string_view> words,

@@ -12,8 +12,10 @@ using enum FaultGroup;
 
 /// By RomParameter, and all of them.
 constexpr std::string_view kParameterWords[] = {
-    "gains",     "acceleration", "encoder_offset", "max_torque_current", "max_power", "max_speed",
-    "max_angle", "current_ramp", "broadcast_mode", "protections",        "all"};
+    "gains",          "acceleration", "encoder_offset", "max_torque_current",
+    "max_power",      "max_speed",    "max_angle",      "current_ramp",
+    "broadcast_mode", "protections",  "align_value",    "driver_id",
+    "bus_type",       "rs485_rate",   "can_rate",       "all"};
 constexpr std::span<const std::string_view> kAllWords = kParameterWords;
 constexpr auto kAll = static_cast<RomParameter>(kRomParameters);
 
@@ -73,6 +75,16 @@ bool flip_ram(AtOnce& on) {
   return on.alive && on.servo.flip_ram(on.live.choice<RomParameter>(0), on.live.random, on.motor);
 }
 
+bool change_id(AtOnce& on) {
+  const int id = static_cast<int>(on.live.number(0));
+  if (!on.alive || on.servo.address() == id) return false;
+  on.servo.change_id(id);
+  if (!on.memory.damage(RomParameter::kDriverId, on.servo.rom())) {
+    on.rom_writes.push_back(rom_write(on.servo));
+  }
+  return true;
+}
+
 // A row: word, group and parameters, what it does where; its words.
 // clang-format off
 constexpr FaultRow kFirmwareRows[] = {
@@ -91,6 +103,8 @@ constexpr FaultRow kFirmwareRows[] = {
      .about = {"the memory has seen all the writes it can take: what is written does not stay", "存储器已到擦写寿命：写进去的留不住"}},
     {.word = "rom_damaged", .group = kFirmware, .params = {choice("parameter", kAllWords, kAll)}, .at_once = damage_rom,
      .about = {"a parameter in ROM is lost: it reads as delivered at the next start", "ROM 中一个参数丢失：下次启动读到的是出厂值"}},
+    {.word = "id_changed", .group = kFirmware, .params = {needed_count("new_id", protocol::kMinId, protocol::kMaxId)}, .at_once = change_id,
+     .about = {"the drive answers at this ID from now on, and ROM keeps it", "驱动器从此以这个 ID 应答，并存入 ROM"}},
     {.word = "ram_flipped", .group = kFirmware, .params = {choice("parameter", kAllWords.first(9), RomParameter::kMaxSpeed)}, .impossible = without_parameter, .at_once = flip_ram,
      .about = {"a bit of a setting in RAM flips; which one, the seed decides", "RAM 中一个设置翻转一位，哪一位由种子决定"}},
     {.word = "forgets_broadcast", .group = kFirmware, .firmware = &FirmwareFaults::forgets_broadcast,

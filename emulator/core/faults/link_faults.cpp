@@ -203,12 +203,9 @@ void tear(OnReply& on) {
   });
 }
 
-// A drive at another bit rate hears errors; it answers each with an error flag of its own, eight of
-// its receive counter each, until it is error-passive.
-constexpr std::uint64_t kFlagsToPassive = kErrorPassive / kErrorStep;
-
 bool disturb(OnWire& on) {
-  if (on.bitrate == 0 || on.live.destroyed >= kFlagsToPassive * on.live.fault.ids.size()) {
+  if (on.bitrate == 0 ||
+      on.live.destroyed >= std::uint64_t{kFlagsToPassive} * on.live.fault.ids.size()) {
     return false;
   }
   ++on.live.destroyed;

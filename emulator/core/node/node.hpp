@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <span>
@@ -24,19 +25,51 @@ struct Node {
   Memory memory;
   DriveLink link;
   SimTime started{0};  // its controller, last
+  int flags_left = 0;  // error flags that it sends yet because it is at another bit rate
 
   int id() const { return servo.id(); }
 };
 
-/// The drives of a bus, by ID, ascending. The ID is all that tells one from the other.
+/// The drives of a bus, by ID, ascending. The configured ID is all that tells one from the other;
+/// what a drive answers at is its address, which several may share.
 class Nodes {
  public:
-  Nodes() { index_of_id_.fill(-1); }
+  Nodes() {
+    index_of_id_.fill(-1);
+    at_address_.fill(0);
+  }
   /// The ID must be above those that are there.
   void add(Node node) {
     assert(!has(node.id()) && (nodes_.empty() || node.id() > nodes_.back().id()));
     index_of_id_[static_cast<std::size_t>(node.id())] = static_cast<std::int8_t>(nodes_.size());
     nodes_.push_back(std::move(node));
+    find_addresses();
+  }
+  /// Some drive answers elsewhere from now on.
+  void find_addresses() {
+    const auto before = at_address_;
+    at_address_.fill(0);
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+      const Servo& servo = nodes_[n].servo;
+      if (!servo.on_its_bus() || !servo.at_its_rate()) continue;
+      at_address_[static_cast<std::size_t>(servo.address())] |= 1U << n;
+    }
+    if (at_address_ != before) ++moves_;
+  }
+  /// How often some drive has come to be found elsewhere.
+  std::uint64_t moves() const { return moves_; }
+  /// The drives that hear what is sent to the ID, as bits that `each` takes; 0: none.
+  std::uint32_t at_address(int id) const {
+    return id >= protocol::kMinId && id <= protocol::kMaxId
+               ? at_address_[static_cast<std::size_t>(id)]
+               : 0;
+  }
+  /// Calls `act` with each of them.
+  template <class Act>
+  void each(std::uint32_t bits, Act act) {
+    for (; bits != 0; bits &= bits - 1) {
+      act(nodes_[static_cast<std::size_t>(std::countr_zero(bits))]);
+    }
   }
   bool has(int id) const {
     return id >= protocol::kMinId && id <= protocol::kMaxId &&
@@ -56,7 +89,9 @@ class Nodes {
     return static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(id)]);
   }
   std::vector<Node> nodes_;
-  std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};  // −1 = not on the bus
+  std::array<std::int8_t, protocol::kMaxId + 1> index_of_id_{};   // −1 = not on the bus
+  std::array<std::uint32_t, protocol::kMaxId + 1> at_address_{};  // a bit for each drive
+  std::uint64_t moves_ = 0;
 };
 
 }  // namespace lk::emulator

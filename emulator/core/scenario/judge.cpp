@@ -122,10 +122,11 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (Speaker& speaker : speakers_) {
     if (bus.multi_drive_mode(speaker.id) != for_several) continue;
-    if (query.frame.id == protocol::kSingleDriveId + static_cast<std::uint32_t>(speaker.id)) {
+    if (query.frame.id ==
+        protocol::kSingleDriveId + static_cast<std::uint32_t>(bus.place(speaker.id).id)) {
       speaker.asked[query.frame.data[0]] = query.at;
     } else if (for_several) {
-      const auto command = command_for(speaker.id, query.frame, speaker.format);
+      const auto command = command_for(bus.place(speaker.id).id, query.frame, speaker.format);
       if (command) speaker.asked[*command] = query.at;
     }
   }
@@ -133,7 +134,9 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
 
 void Judge::hear_reply(const TimedFrame& reply) {
   if (!can_be_of_a_drive(reply.frame)) return;
-  const auto speaker = std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
+  const auto speaker = reply.said_by != 0
+                           ? std::ranges::find(speakers_, reply.said_by, &Speaker::id)
+                           : std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
   if (speaker == speakers_.end()) return;
   for (Trial& trial : trials_) {
     const auto* replies = std::get_if<Replies>(&trial.expectation.what);

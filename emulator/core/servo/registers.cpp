@@ -16,6 +16,36 @@ constexpr double kSpeedLsb_dps = 0.01;
 constexpr double kAngleLsb_deg = 0.01;
 constexpr double kCurrentRampLsb_A_s = 1e-3;
 
+/// What the later prints let a parameter be.
+protocol::Parameter within_ranges(protocol::Parameter parameter) {
+  for (std::uint16_t* gain : {&parameter.gains.kp, &parameter.gains.ki, &parameter.gains.kd}) {
+    *gain = std::min<std::uint16_t>(*gain, protocol::kMostGain);
+  }
+  const auto most = [&](std::int32_t limit) {
+    parameter.number = std::min(parameter.number, limit);
+  };
+  switch (parameter.id) {
+    case ParameterId::kMaxTorqueCurrent:
+      most(protocol::kMostTorque_lsb);
+      break;
+    case ParameterId::kMaxSpeed:
+      most(protocol::kMostSpeed_cdps);
+      break;
+    case ParameterId::kCurrentRamp:
+      most(protocol::kMostCurrentRamp_mA_s);
+      break;
+    case ParameterId::kSpeedRamp:
+      most(protocol::kMostSpeedRamp_dps_s);
+      break;
+    case ParameterId::kAngleGains:
+    case ParameterId::kSpeedGains:
+    case ParameterId::kCurrentGains:
+    case ParameterId::kMaxAngle:
+      break;
+  }
+  return parameter;
+}
+
 }  // namespace
 
 model::ControlSettings control_settings(const Registers& registers,
@@ -73,9 +103,11 @@ protocol::Parameter get_parameter(const Registers& registers, protocol::Paramete
   return parameter;
 }
 
-void set_parameter(Registers& registers, const protocol::Parameter& parameter,
+void set_parameter(Registers& registers, const protocol::Parameter& wanted,
                    const protocol::WireFormat& format) {
   auto& gains = registers.gains;
+  const protocol::Parameter parameter =
+      format.dialect.parameter_ranges ? within_ranges(wanted) : wanted;
   const std::int32_t number = std::max(parameter.number, 0);  // no register knows a sign
   switch (parameter.id) {
     case ParameterId::kAngleGains:
@@ -117,6 +149,26 @@ void set_parameter(Registers& registers, const protocol::Parameter& parameter,
   }
 }
 
+RomParameter rom_parameter_of(ParameterId id, Series series) {
+  switch (id) {
+    case ParameterId::kAngleGains:
+    case ParameterId::kSpeedGains:
+    case ParameterId::kCurrentGains:
+      return RomParameter::kGains;
+    case ParameterId::kMaxTorqueCurrent:
+      return series == Series::kMs ? RomParameter::kMaxPower : RomParameter::kMaxTorqueCurrent;
+    case ParameterId::kMaxSpeed:
+      return RomParameter::kMaxSpeed;
+    case ParameterId::kMaxAngle:
+      return RomParameter::kMaxAngle;
+    case ParameterId::kCurrentRamp:
+      return RomParameter::kCurrentRamp;
+    case ParameterId::kSpeedRamp:
+      return RomParameter::kAcceleration;
+  }
+  return RomParameter::kGains;
+}
+
 void copy_parameter(RomParameter parameter, const Registers& from, Registers& to) {
   switch (parameter) {
     case RomParameter::kGains:
@@ -148,6 +200,21 @@ void copy_parameter(RomParameter parameter, const Registers& from, Registers& to
       return;
     case RomParameter::kProtections:
       to.protections = from.protections;
+      return;
+    case RomParameter::kAlignValue:
+      to.align_value = from.align_value;
+      return;
+    case RomParameter::kDriverId:
+      to.driver_id = from.driver_id;
+      return;
+    case RomParameter::kBusType:
+      to.bus_type = from.bus_type;
+      return;
+    case RomParameter::kSerialRate:
+      to.serial_rate = from.serial_rate;
+      return;
+    case RomParameter::kCanRate:
+      to.can_rate = from.can_rate;
       return;
   }
 }

@@ -25,6 +25,9 @@ protocol::Parameter get_parameter(const Registers& registers, protocol::Paramete
 void set_parameter(Registers& registers, const protocol::Parameter& parameter,
                    const protocol::WireFormat& format);
 
+/// Where ROM keeps what 0xC1 writes to RAM.
+RomParameter rom_parameter_of(protocol::ParameterId id, Series series);
+
 /// `parameter` of `to` becomes what it is in `from`.
 void copy_parameter(RomParameter parameter, const Registers& from, Registers& to);
 

@@ -71,6 +71,10 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   motion_ = {};
   brake_powered_ = false;
   mute_ = false;
+  place_ = bus_place(ram_, config_);
+  touched_.reset();
+  moves_ = false;
+  calibration_.reset();
   loses_next_ = false;
   lose_next_after(LostAfter::kBoot);
 }
@@ -96,7 +100,7 @@ std::variant<protocol::Query, protocol::Reject> Servo::understand(
   auto decoded = protocol::decode_query(frame, format_);
   const auto* query = std::get_if<protocol::Query>(&decoded);
   if (query != nullptr && query->id == protocol::kMultiDrive) {
-    return protocol::for_drive(id(), *query, format_);
+    return protocol::for_drive(address(), *query, format_);
   }
   return decoded;
 }

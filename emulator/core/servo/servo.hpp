@@ -1,8 +1,10 @@
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 
@@ -11,6 +13,7 @@
 #include "emulator/core/servo/lane.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "emulator/core/servo/shaft_angles.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 #include "protocol/codec.hpp"
 
 namespace lk::emulator {
@@ -42,7 +45,17 @@ class Servo {
   /// `boot` is what the motor's bank says before its first tick.
   Servo(const ServoConfig& config, const model::Telemetry& boot);
 
+  /// Its name, whatever ID it answers at.
   int id() const { return config_.id; }
+  /// Where it is found: the ID in force, the bus and the bit rates that it is set to.
+  const BusPlace& place() const { return place_; }
+  int address() const { return place_.id; }
+  bool on_its_bus() const { return is_on_its_bus(place_, config_); }
+  bool at_its_rate() const { return is_at_its_rate(place_, config_); }
+  /// What ROM will hold, and say of its place at the next start, once 0x44 has saved it.
+  Registers pending() const;
+  /// Settings that wait for 0x44.
+  bool has_pending() const { return touched_.any(); }
   const ServoConfig& config() const { return config_; }
   SimTime reply_time() const { return config_.reply_time; }
   /// Answers the commands for several drives only.
@@ -79,11 +92,28 @@ class Servo {
   protocol::Reply handle(const protocol::Query& query, const Lane& lane);
   /// Identifier of its replies.
   std::uint32_t reply_id() const {
-    return format_.dialect.reply_id_base + static_cast<std::uint32_t>(id());
+    return format_.dialect.reply_id_base + static_cast<std::uint32_t>(address());
   }
   protocol::Frame encode(const protocol::Reply& reply) const {
-    return protocol::encode_reply(id(), reply, format_);
+    return protocol::encode_reply(address(), reply, format_);
   }
+  /// 0x07 has been handled since the last call: the controller is to start anew.
+  bool take_restart() { return std::exchange(restarts_, false); }
+  /// The ID or the rate that the last query has brought into force without a restart is in force
+  /// from now on. Returns false when there is none.
+  bool take_move();
+  /// 0x18 turns the shaft, and there is no reply yet.
+  bool calibrating() const { return calibration_.has_value(); }
+  /// It obeys nothing meanwhile, and answers nothing either where calibrate_busy says so.
+  bool deaf_while_calibrating() const {
+    return calibrating() && config_.quirks.calibrate_busy == CalibrateBusy::kSilent;
+  }
+  /// A part of the time of 0x18 has passed. Returns whether another one follows.
+  bool turn_back(const Lane& lane);
+  /// All of it has; the drive is calibrating. `random` chooses the align value.
+  protocol::Reply finish_calibration(const Lane& lane, std::uint64_t random);
+  /// It answers at `id` from now on, and keeps that in ROM.
+  void change_id(int id);
   /// A packet of RS-485 with this drive's ID arrived: 0x95 may look at what is left of it.
   void keep_received(const protocol::Frame& packet);
   /// Its reply to 0x9B shows the errors from before it cleared them.
@@ -146,6 +176,17 @@ class Servo {
   protocol::Reply on(const protocol::WritePidToRom& command, const Context& context);
   protocol::Reply on(const protocol::ReadAcceleration&, const Context& context) const;
   protocol::Reply on(const protocol::WriteAccelerationToRam& command, const Context& context);
+  // Settings, restart and calibration: servo_settings.cpp.
+  protocol::Reply on(const protocol::Restart&, const Context& context);
+  protocol::Reply on(const protocol::Calibrate&, const Context& context);
+  protocol::Reply on(const protocol::ReadMaxTorque&, const Context& context) const;
+  protocol::Reply on(const protocol::WriteMaxTorque& command, const Context& context);
+  protocol::Reply on(const protocol::ReadStoredSetting& command, const Context& context) const;
+  protocol::Reply on(const protocol::WriteStoredSetting& command, const Context& context);
+  protocol::Reply on(const protocol::SaveSettings& command, const Context& context);
+  /// The place in `there` is in force after the reply.
+  void move_to(const Registers& there);
+  double lead_speed() const;
   protocol::Reply on(const protocol::Off&, const Context& context);
   protocol::Reply on(const protocol::Stop&, const Context& context);
   protocol::Reply on(const protocol::Run&, const Context& context);
@@ -222,11 +263,22 @@ class Servo {
   /// state 2 in any case.
   protocol::Reply execute(protocol::Opcode command, const std::optional<Motion>& motion,
                           const Context& context);
-  /// The register `parameter` of ROM becomes what `rom` says, unless its cells are worn out.
-  void write_rom(RomParameter parameter, const Registers& rom);
+  /// These registers of ROM become what `rom` says, in one write, but for worn out cells. Returns
+  /// false when one did not.
+  bool write_rom(std::span<const RomParameter> parameters, const Registers& rom);
   protocol::Reply state_1(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Reply state_2(protocol::Opcode command, const model::Telemetry& telemetry) const;
   protocol::Opcode reply_opcode(protocol::Opcode command) const;
+
+  /// A run of 0x18.
+  struct Calibration {
+    bool turned_back = false;
+    std::int64_t from = 0;    // position in which this half began
+    std::int64_t travel = 0;  // counts, of the halves before
+  };
+  static constexpr double kCalibrationTurns = 2;  // electrical, to either side (decided)
+  // A ratio beyond these means that the encoder does not follow the windings (decided).
+  static constexpr double kLeastAlignRatio = 900, kMostAlignRatio = 1100;
 
   ServoConfig config_;
   protocol::WireFormat format_;
@@ -245,6 +297,13 @@ class Servo {
   std::uint32_t starts_ = 0;
   bool mute_ = false;
   bool loses_next_ = false;  // motion command
+  BusPlace place_;           // in force
+  Registers pending_;        // those of touched_ wait for 0x44
+  std::bitset<kRomParameters> touched_;
+  Registers next_place_;  // while moves_: in force after the reply
+  bool moves_ = false;
+  bool restarts_ = false;
+  std::optional<Calibration> calibration_;
   FirmwareFaults faults_;
   FirmwareFaults shown_faults_;
   ServoStats stats_;

@@ -65,8 +65,13 @@ void flip(RomParameter parameter, std::uint64_t random, const protocol::Dialect&
     case RomParameter::kBroadcastMode:
       r.broadcast_mode = !r.broadcast_mode;
       break;
-    case RomParameter::kProtections:
-      break;  // thresholds of that many kinds: not offered
+    case RomParameter::kProtections:  // thresholds of that many kinds: not offered
+    case RomParameter::kAlignValue:   // no loop reads it
+    case RomParameter::kDriverId:     // in force from the next start on, which reads ROM
+    case RomParameter::kBusType:
+    case RomParameter::kSerialRate:
+    case RomParameter::kCanRate:
+      break;
   }
 }
 

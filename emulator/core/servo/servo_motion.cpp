@@ -58,7 +58,7 @@ Reply Servo::on(const protocol::Position6& command, const Context& context) {
 }
 
 std::optional<std::size_t> Servo::slot() const {
-  const int slot = id() - protocol::kMinId;
+  const int slot = address() - protocol::kMinId;
   return slot < protocol::kMultiDriveSlots ? std::optional(static_cast<std::size_t>(slot))
                                            : std::nullopt;
 }

@@ -12,6 +12,9 @@ using protocol::Reply;
 
 namespace {
 
+constexpr RomParameter kGainsAlone[] = {RomParameter::kGains};
+constexpr RomParameter kOffsetAlone[] = {RomParameter::kEncoderOffset};
+
 /// The six of 0x31 and 0x32; Kd is not among them.
 void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
   gains.angle_kp = bytes.angle_kp;
@@ -46,7 +49,7 @@ Reply Servo::on(const protocol::WritePidToRom& command, const Context& context) 
   on(protocol::WritePidToRam{command.gains}, context);
   Registers wanted = rom_;
   set_gains(wanted.gains, command.gains);
-  write_rom(RomParameter::kGains, wanted);
+  write_rom(kGainsAlone, wanted);
   return echo(context);
 }
 
@@ -63,7 +66,7 @@ Reply Servo::on(const protocol::WriteAccelerationToRam& command, const Context& 
 Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& context) {
   Registers wanted = rom_;
   wanted.encoder_offset = std::min(command.offset_counts, angles_.max_wire_count());
-  write_rom(RomParameter::kEncoderOffset, wanted);
+  write_rom(kOffsetAlone, wanted);
   if (config_.quirks.offset_write_takes_effect) {
     ram_.encoder_offset = wanted.encoder_offset;
     angles_.set_offset(ram_.encoder_offset);
@@ -76,7 +79,7 @@ Reply Servo::on(const protocol::WriteOffsetToRom& command, const Context& contex
 Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
   Registers wanted = rom_;
   wanted.encoder_offset = angles_.raw(angles_.position(context.before));
-  write_rom(RomParameter::kEncoderOffset, wanted);
+  write_rom(kOffsetAlone, wanted);
   if (!format_.dialect.zero_answered && format_.dialect.framing == protocol::Framing::kSerial) {
     return protocol::NoReply{};
   }
@@ -86,8 +89,10 @@ Reply Servo::on(const protocol::WriteZeroToRom&, const Context& context) {
 void Servo::write_setting(RomParameter parameter, const Registers& value, const Lane& lane) {
   Registers wanted = rom_;
   copy_parameter(parameter, value, wanted);
-  write_rom(parameter, wanted);
+  write_rom({&parameter, 1}, wanted);
   copy_parameter(parameter, value, ram_);
+  place_ = bus_place(ram_, config_);
+  touched_.reset(static_cast<std::size_t>(parameter));
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);
     motion_.single_turn.reset();  // the same target is another place from now on
@@ -96,22 +101,26 @@ void Servo::write_setting(RomParameter parameter, const Registers& value, const 
   limit_anew(lane);
 }
 
-/// Worn cells keep what they have; the firmware does not look, so the reply is the same.
-void Servo::write_rom(RomParameter parameter, const Registers& rom) {
+/// Worn cells keep what they have. Only 0x44 says so: with all others the firmware does not look.
+bool Servo::write_rom(std::span<const RomParameter> parameters, const Registers& rom) {
   rom_before_ = rom_;
   wear_before_ = wear_;
-  std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
   ++stats_.rom_writes;
   if (faults_.rom_write_fails || faults_.rom_worn) {
     shown_faults_.rom_write_fails |= faults_.rom_write_fails;
     shown_faults_.rom_worn |= faults_.rom_worn;
-    return;
+    return false;
   }
-  if (writes >= config_.flash.endurance) {
-    return;
+  bool all = true;
+  for (const RomParameter parameter : parameters) {
+    std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
+    const bool worn = writes >= config_.flash.endurance;
+    all = all && !worn;
+    if (worn) continue;
+    ++writes;
+    copy_parameter(parameter, rom, rom_);
   }
-  ++writes;
-  rom_ = rom;
+  return all;
 }
 
 Reply Servo::on(const protocol::ReadParameter& command, const Context&) const {
@@ -125,7 +134,8 @@ Reply Servo::on(const protocol::WriteParameter& command, const Context& context)
       command.parameter.id == protocol::ParameterId::kMaxAngle) {
     limit_anew(context.lane);
   }
-  if (format_.dialect.framing == protocol::Framing::kSerial) {  // it says what is in force now
+  const bool serial = format_.dialect.framing == protocol::Framing::kSerial;
+  if (serial || format_.dialect.parameter_ranges) {  // it says what is in force now
     return protocol::ParameterValue{get_parameter(ram_, command.parameter.id, format_),
                                     protocol::WriteParameter::kOpcode};
   }
@@ -172,7 +182,12 @@ Reply Servo::on(const protocol::ClearAngle& command, const Context& context) {
       angles_.set_multi_turn(position, zero_ram_angle(command, context));
       motion_.multi_turn_cdeg.reset();
       break;
+    case protocol::ClearAngleMeaning::kZero:
+      angles_.set_multi_turn(position, 0);
+      motion_.multi_turn_cdeg.reset();
+      break;
   }
+  if (format_.dialect.zero_stops) on(protocol::Stop{}, context);
   return echo(context);
 }
 

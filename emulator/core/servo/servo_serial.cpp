@@ -81,24 +81,8 @@ bool set_setting(Registers& registers, const protocol::Setting& setting,
 
 /// Where ROM keeps it.
 RomParameter rom_place(SettingId id, Series series) {
-  switch (id) {
-    case SettingId::kMaxTorqueCurrent:
-      return series == Series::kMs ? RomParameter::kMaxPower : RomParameter::kMaxTorqueCurrent;
-    case SettingId::kMaxSpeed:
-      return RomParameter::kMaxSpeed;
-    case SettingId::kMaxAngleLow:
-    case SettingId::kMaxAngleHigh:
-      return RomParameter::kMaxAngle;
-    case SettingId::kCurrentRamp:
-      return RomParameter::kCurrentRamp;
-    case SettingId::kSpeedRamp:
-      return RomParameter::kAcceleration;
-    case SettingId::kAngleGains:
-    case SettingId::kSpeedGains:
-    case SettingId::kCurrentGains:
-      break;
-  }
-  return RomParameter::kGains;
+  const auto parameter = parameter_of(id);
+  return parameter ? rom_parameter_of(*parameter, series) : RomParameter::kMaxAngle;
 }
 
 /// A reply of no bytes but the command.
@@ -127,7 +111,7 @@ Reply Servo::on(const protocol::WriteSettingToRom& command, const Context& conte
     Registers wanted = rom_;
     const RomParameter place = rom_place(command.setting.id, format_.series);
     set_setting(wanted, command.setting, format_);
-    write_rom(place, wanted);
+    write_rom({&place, 1}, wanted);
   }
   return protocol::SettingWritten{.command = protocol::WriteSettingToRom::kOpcode,
                                   .id = static_cast<std::uint8_t>(command.setting.id),

@@ -29,7 +29,7 @@ constexpr std::size_t kGains = 50, kMaxTorque = 68, kMaxSpeed = 72, kMaxAngle = 
 constexpr std::size_t kCurrentRamp = 88, kSpeedRamp = 92, kUniqueId = 96, kSaved = 100;
 constexpr std::uint32_t kSavedMark = 0x55AA'1234;
 constexpr std::uint8_t kOnSerial = 1;
-constexpr std::uint8_t kCan1M = 0;  // assumed: the tool's list of CAN rates is not known
+constexpr std::uint8_t kCan1M = 4;
 
 /// Where the block has the state of each protection.
 constexpr model::Error kInOrder[] = {model::Error::kMotorTemperature,
@@ -195,6 +195,7 @@ Block calibration_block(const ServoConfig& config, const Registers& ram) {
   data[0] = static_cast<std::uint8_t>(2 * drive.motor.pole_pairs);
   data[1] = encoder_type(drive.encoder.bits);
   data[2] = is_reversed(config);
+  put_le(data, 4, ram.align_value);
   data[12] = 1;  // aligned
   const std::size_t offset = geared ? 80 : 16;
   put_le(data, offset, std::uint32_t{ram.encoder_offset});

@@ -12,6 +12,10 @@ inline constexpr int kErrorWarning = 96;   // where drivers begin to warn
 inline constexpr int kErrorPassive = 128;  // it lets others go first
 inline constexpr int kBusOff = 256;        // it leaves the bus
 
+/// A drive at another bit rate hears errors; it answers each with an error flag of its own, eight
+/// of its receive counter each, until it is error-passive: so many flags.
+inline constexpr int kFlagsToPassive = kErrorPassive / kErrorStep;
+
 /// The controller of the hosts' adapter.
 struct HostLink {
   int transmit_errors = 0;

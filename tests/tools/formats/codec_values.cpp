@@ -53,6 +53,36 @@ Values read(const Parameter& parameter, const WireFormat& format) {
   return values;
 }
 
+/// Scales as docs/protocol.md §10.7 has them. Only what is for a setting is in its frame.
+Values read(const StoredSetting& setting, const WireFormat& format) {
+  Values values = {{"setting", setting.table}};
+  const auto loop = [&](const std::string& name) {
+    values["setting_" + name + "_kp"] = setting.gains.kp;
+    values["setting_" + name + "_ki"] = setting.gains.ki;
+    values["setting_" + name + "_kd"] = setting.gains.kd;
+  };
+  if (setting.table == 0xA0) loop("angle");
+  if (setting.table == 0xA4) loop("speed");
+  if (setting.table == 0xA8) loop("iq");
+  if (setting.table != 0x05) return values;
+  values["setting_item"] = setting.item;
+  const double number = setting.number;
+  if (setting.item == 0x0A) values["setting_driver_id"] = number;
+  if (setting.item == 0x0B) values["setting_bus_type"] = number;
+  if (setting.item == 0x0C) values["setting_rs485_rate"] = number;
+  if (setting.item == 0x0D) values["setting_can_rate"] = number;
+  if (setting.item == 0xE0 && format.series == Series::kMs) {
+    values["setting_max_power"] = number / 10;
+  } else if (setting.item == 0xE0) {
+    values["setting_max_torque_current"] = number * format.iq_command_lsb_A;
+  }
+  if (setting.item == 0xE2) values["setting_max_speed"] = number / 100;
+  if (setting.item == 0xE4) values["setting_max_angle"] = number / 100;
+  if (setting.item == 0xEA) values["setting_current_ramp"] = number / 1000;
+  if (setting.item == 0xEC) values["setting_speed_ramp"] = number;
+  return values;
+}
+
 struct Reader {
   const WireFormat& format;
 
@@ -106,6 +136,18 @@ struct Reader {
     return {{"read_parameter", static_cast<double>(query.id)}};
   }
   Values operator()(const WriteParameter& query) const { return read(query.parameter, format); }
+  Values operator()(const WriteMaxTorque& query) const {
+    return {{"max_torque", query.max_torque_lsb}};
+  }
+  Values operator()(const ReadStoredSetting& query) const {
+    Values values = {{"setting", query.setting.table}};
+    if (query.setting.table == 0x05) values["setting_item"] = query.setting.item;
+    return values;
+  }
+  Values operator()(const WriteStoredSetting& query) const { return read(query.setting, format); }
+  Values operator()(const SaveSettings& query) const {
+    return {{"save", query.table}, {"save_item", query.item}};
+  }
   Values operator()(const MultiTorque& query) const { return slots("iq_target_", query.iq_A); }
   Values operator()(const MultiSpeed& query) const {
     return slots("speed_target_", query.speed_dps);
@@ -119,7 +161,18 @@ struct Reader {
 
   // Replies.
   Values operator()(const ZeroWritten& reply) const {
-    return {{"encoder_offset", reply.offset_counts}};
+    return {
+        {format.dialect.wide_zero_reply ? "zero_offset" : "encoder_offset", reply.offset_counts}};
+  }
+  Values operator()(const Calibrated& reply) const {
+    return {{"align_value", reply.align_value},
+            {"align_ratio", reply.align_ratio},
+            {"calibration", reply.status}};
+  }
+  Values operator()(const MaxTorque& reply) const { return {{"max_torque", reply.max_torque_lsb}}; }
+  Values operator()(const StoredSettingValue& reply) const { return read(reply.setting, format); }
+  Values operator()(const SettingsSaved& reply) const {
+    return {{"save", reply.table}, {"saved", reply.saved ? 1.0 : 0.0}};
   }
   Values operator()(const Pid& reply) const { return read(reply.gains); }
   Values operator()(const Acceleration& reply) const {

@@ -7,33 +7,36 @@
 #include <fstream>
 #include <sstream>
 
+#include "tools/formats/generation_page.hpp"
+
 namespace lk::formats {
 namespace command_page_test {
 
-TEST(Documents, TheCommandsAreThoseOfTheTable) {
+/// What stands in the document between the markers of this name.
+std::string block(const std::string& file, const std::string& name) {
   std::ostringstream text;
-  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/protocol.md").rdbuf();
+  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/" + file).rdbuf();
   const std::string page = text.str();
-  const std::string begin = "<!-- begin commands -->\n";
+  const std::string begin = "<!-- begin " + name + " -->\n";
   const std::size_t first = page.find(begin);
-  const std::size_t last = page.find("<!-- end commands -->");
-  ASSERT_NE(first, std::string::npos);
-  ASSERT_NE(last, std::string::npos);
-  EXPECT_EQ(page.substr(first + begin.size(), last - first - begin.size()), command_page())
+  const std::size_t last = page.find("<!-- end " + name + " -->");
+  if (first == std::string::npos || last == std::string::npos) return "no such block";
+  return page.substr(first + begin.size(), last - first - begin.size());
+}
+
+TEST(Documents, TheCommandsAreThoseOfTheTable) {
+  EXPECT_EQ(block("protocol.md", "commands"), command_page())
       << "put what build/release/emulator/lk-emu-formats prints between the markers";
 }
 
 TEST(Documents, TheCommandsOfRs485AreThoseOfTheTable) {
-  std::ostringstream text;
-  text << std::ifstream(LKEMU_SOURCE_DIR "/docs/rs485.md").rdbuf();
-  const std::string page = text.str();
-  const std::string begin = "<!-- begin commands -->\n";
-  const std::size_t first = page.find(begin);
-  const std::size_t last = page.find("<!-- end commands -->");
-  ASSERT_NE(first, std::string::npos);
-  ASSERT_NE(last, std::string::npos);
-  EXPECT_EQ(page.substr(first + begin.size(), last - first - begin.size()), serial_command_page())
+  EXPECT_EQ(block("rs485.md", "commands"), serial_command_page())
       << "put what build/release/emulator/lk-emu-formats --serial prints between the markers";
+}
+
+TEST(Documents, TheGenerationsAreThoseOfTheTable) {
+  EXPECT_EQ(block("protocol.md", "generations"), generation_page())
+      << "put what build/release/emulator/lk-emu-formats --generations prints between the markers";
 }
 
 }  // namespace command_page_test

@@ -46,8 +46,12 @@ std::int64_t raw(const Field& field, const Payload& data) {
   return number;
 }
 
-bool present(const Field& field, const Payload& data) {
-  return field.parameter < 0 || field.parameter == data[1];
+/// Its selector says so; where that has a selector too, it is there as well.
+bool present(const std::vector<Field>& fields, const Field& field, const Payload& data) {
+  if (field.selector.empty()) return true;
+  const auto selector = std::ranges::find(fields, field.selector, &Field::name);
+  return selector != fields.end() && raw(*selector, data) == field.only_at &&
+         present(fields, *selector, data);
 }
 
 enum class Clamp : std::uint8_t { kNo, kYes };
@@ -55,7 +59,7 @@ enum class Clamp : std::uint8_t { kNo, kYes };
 Values table_values(const std::vector<Field>& fields, const Payload& data, Clamp clamp) {
   Values values;
   for (const Field& field : fields) {
-    if (!present(field, data)) continue;
+    if (!present(fields, field, data)) continue;
     auto number = raw(field, data);
     if (clamp == Clamp::kYes) number = std::clamp(number, field.raw_min, field.raw_max);
     EXPECT_TRUE(values.emplace(field.name, static_cast<double>(number) * field.lsb).second)
@@ -84,6 +88,17 @@ class Payloads {
     if (opcode == protocol::ReadParameter::kOpcode || opcode == protocol::WriteParameter::kOpcode) {
       constexpr std::uint8_t kIds[] = {0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26};
       data[1] = kIds[random_() % std::size(kIds)];
+    }
+    if (opcode == protocol::ReadStoredSetting::kOpcode ||
+        opcode == protocol::WriteStoredSetting::kOpcode) {
+      constexpr std::uint8_t kTables[] = {0x05, 0x05, 0x05, 0xA0, 0xA4, 0xA8};
+      constexpr std::uint8_t kItems[] = {0x0A, 0x0B, 0x0C, 0x0D, 0xE0, 0xE2, 0xE4, 0xEA, 0xEC};
+      data[1] = kTables[random_() % std::size(kTables)];
+      if (data[1] == 0x05) data[2] = kItems[random_() % std::size(kItems)];
+    }
+    if (opcode == protocol::SaveSettings::kOpcode) {
+      data[1] = 0x05;
+      data[2] = reply ? data[2] & 1U : 0xFA;
     }
     if (reply && opcode == protocol::Brake::kOpcode) data[1] &= 1U;
     const bool state_1 =
@@ -148,14 +163,15 @@ TEST(Fields, QueriesToSeveralDrivesDecodeAsTheCodecDoes) {
       ++seen;
     }
   }
-  EXPECT_EQ(seen, 4 * 3 + 12);  // 0x280 in four generations without MS, the others in V2.36
+  EXPECT_EQ(seen, 5 * 3 + 24);  // 0x280 in five generations without MS, the others in both V2.36
 }
 
 /// The bits of `data` that no field has.
 Payload unnamed(const std::vector<Field>& fields, Payload data) {
   data[0] = 0;
+  const Payload all_data = data;
   for (const Field& field : fields) {
-    if (!present(field, data)) continue;
+    if (!present(fields, field, all_data)) continue;
     for (unsigned bit = field.first_bit; bit < field.first_bit + field.bits; ++bit) {
       data[bit / 8] &= static_cast<std::uint8_t>(~(1U << (bit % 8)));
     }
@@ -168,17 +184,12 @@ TEST(Fields, NothingElseIsInWhatTheCodecWrites) {
     if (command.echoed) return;
     const auto reply = decode_reply(Frame{.id = 0x141, .data = data}, format);
     const auto written = encode_reply(1, std::get<protocol::ReplyFrame>(reply).reply, format);
-    // The parameter comes first, and what hangs on it is told by it.
-    auto fields = fields_of(command.reply, format);
-    std::ranges::reverse(fields);
-    EXPECT_EQ(unnamed(fields, written.data), Payload{});
+    EXPECT_EQ(unnamed(fields_of(command.reply, format), written.data), Payload{});
   });
   for_all(false, [](const WireFormat& format, const CommandInfo& command, const Payload& data) {
     const auto query = decode_query(Frame{.id = 0x141, .data = data}, format);
     const auto written = encode_query(1, std::get<protocol::Query>(query).command, format);
-    auto fields = fields_of(command.query, format);
-    std::ranges::reverse(fields);
-    EXPECT_EQ(unnamed(fields, written.data), Payload{});
+    EXPECT_EQ(unnamed(fields_of(command.query, format), written.data), Payload{});
   });
 }
 
@@ -190,11 +201,36 @@ TEST(Fields, AnEchoIsWhatTheCodecTakesForOne) {
       Payload data{static_cast<std::uint8_t>(opcode)};
       if (opcode == protocol::ReadParameter::kOpcode || opcode == protocol::WriteParameter::kOpcode)
         data[1] = 0x0A;
+      if (opcode == protocol::ReadStoredSetting::kOpcode ||
+          opcode == protocol::WriteStoredSetting::kOpcode ||
+          opcode == protocol::SaveSettings::kOpcode)
+        data = {data[0], 0x05, 0x0A};
       const auto reply = decode_reply(Frame{.id = 0x141, .data = data}, format);
       const auto& content = std::get<protocol::ReplyFrame>(reply).reply;
       EXPECT_EQ(command.echoed, std::holds_alternative<protocol::Echo>(content)) << command.name;
     }
   }
+}
+
+/// The numbers that the selectors of a field have where it is.
+std::map<std::string_view, unsigned> selectors(const std::vector<Field>& fields,
+                                               const Field& field) {
+  std::map<std::string_view, unsigned> all;
+  const Field* one = &field;
+  while (!one->selector.empty()) {
+    all.emplace(one->selector, one->only_at);
+    one = &*std::ranges::find(fields, one->selector, &Field::name);
+  }
+  return all;
+}
+
+/// Some selector has different numbers where they are.
+bool never_both(const std::vector<Field>& fields, const Field& one, const Field& other) {
+  const auto others = selectors(fields, other);
+  return std::ranges::any_of(selectors(fields, one), [&](const auto& selector) {
+    const auto found = others.find(selector.first);
+    return found != others.end() && found->second != selector.second;
+  });
 }
 
 // What readers of DBC files refuse: bits with two meanings, and names with two.
@@ -210,14 +246,14 @@ TEST(Fields, BitsHaveOneMeaningAndNamesToo) {
           EXPECT_EQ(first.first_bit, field.first_bit) << field.name;
           EXPECT_EQ(first.bits, field.bits) << field.name;
           EXPECT_EQ(first.lsb, field.lsb) << field.name;
-          EXPECT_EQ(first.parameter, field.parameter) << field.name;
+          EXPECT_EQ(first.selector, field.selector) << field.name;
+          EXPECT_EQ(first.only_at, field.only_at) << field.name;
           EXPECT_GE(field.first_bit, 8U) << field.name << " lies on the command";
           EXPECT_LE(field.first_bit + field.bits, 64U) << field.name;
           for (const Field& other : fields) {
             const bool apart = other.first_bit >= field.first_bit + field.bits ||
                                field.first_bit >= other.first_bit + other.bits;
-            const bool never_together =
-                field.parameter >= 0 && other.parameter >= 0 && field.parameter != other.parameter;
+            const bool never_together = never_both(fields, field, other);
             EXPECT_TRUE(apart || never_together || &field == &other)
                 << field.name << " lies on " << other.name;
           }

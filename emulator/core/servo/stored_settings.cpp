@@ -1,0 +1,117 @@
+#include "emulator/core/servo/stored_settings.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <iterator>
+#include <optional>
+
+#include "emulator/core/servo/registers.hpp"
+
+namespace lk::emulator {
+
+using protocol::BusType;
+using protocol::ParameterId;
+using protocol::StoredSettingId;
+
+namespace {
+
+// Rates that drives are delivered with on the bus that they are not wired to.
+constexpr std::uint8_t kSerial115200 = 4;
+constexpr std::uint8_t kCanOneMbit = 4;
+
+/// A setting: the parameter of 0xC0 that it is, or the register that says where the drive is found.
+struct SettingRow {
+  StoredSettingId id;
+  std::optional<ParameterId> parameter;
+  std::uint8_t Registers::*place = nullptr;
+  RomParameter rom = RomParameter::kGains;  // of a place
+};
+constexpr SettingRow kSettingRows[] = {
+    {StoredSettingId::kDriverId, {}, &Registers::driver_id, RomParameter::kDriverId},
+    {StoredSettingId::kBusType, {}, &Registers::bus_type, RomParameter::kBusType},
+    {StoredSettingId::kSerialRate, {}, &Registers::serial_rate, RomParameter::kSerialRate},
+    {StoredSettingId::kCanRate, {}, &Registers::can_rate, RomParameter::kCanRate},
+    {StoredSettingId::kMaxTorqueCurrent, ParameterId::kMaxTorqueCurrent},
+    {StoredSettingId::kMaxSpeed, ParameterId::kMaxSpeed},
+    {StoredSettingId::kMaxAngle, ParameterId::kMaxAngle},
+    {StoredSettingId::kCurrentRamp, ParameterId::kCurrentRamp},
+    {StoredSettingId::kSpeedRamp, ParameterId::kSpeedRamp},
+    {StoredSettingId::kAngleGains, ParameterId::kAngleGains},
+    {StoredSettingId::kSpeedGains, ParameterId::kSpeedGains},
+    {StoredSettingId::kCurrentGains, ParameterId::kCurrentGains},
+};
+
+const SettingRow& row_of(StoredSettingId id) {
+  const auto* const row = std::ranges::find(kSettingRows, id, &SettingRow::id);
+  assert(row != std::end(kSettingRows));
+  return *row;
+}
+
+BusType wired_to(const ServoConfig& config) {
+  return config.quirks.dialect.framing == protocol::Framing::kSerial ? BusType::kSerial
+                                                                     : BusType::kCan;
+}
+
+}  // namespace
+
+BusPlace bus_place(const Registers& registers, const ServoConfig& config) {
+  const bool serial = wired_to(config) == BusType::kSerial;
+  const auto or_wired = [](std::uint8_t setting, std::uint8_t wired) {
+    return setting == kAsWired ? wired : setting;
+  };
+  BusPlace place;
+  place.id = or_wired(registers.driver_id, static_cast<std::uint8_t>(config.id));
+  if (place.id == 0) place.id = config.dip_id != 0 ? config.dip_id : config.id;
+  place.bus = static_cast<BusType>(
+      or_wired(registers.bus_type, static_cast<std::uint8_t>(wired_to(config))));
+  place.serial_rate = or_wired(registers.serial_rate, serial ? config.rate_code : kSerial115200);
+  place.can_rate = or_wired(registers.can_rate, serial ? kCanOneMbit : config.rate_code);
+  return place;
+}
+
+bool is_on_its_bus(const BusPlace& place, const ServoConfig& config) {
+  return place.bus == wired_to(config);
+}
+
+bool is_at_its_rate(const BusPlace& place, const ServoConfig& config) {
+  const bool serial = wired_to(config) == BusType::kSerial;
+  return (serial ? place.serial_rate : place.can_rate) == config.rate_code;
+}
+
+protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
+                                   const ServoConfig& config, const protocol::WireFormat& format) {
+  protocol::StoredSetting setting{which.table, which.item, {}, 0};
+  const SettingRow& row = row_of(which.id());
+  if (row.parameter) {
+    const protocol::Parameter value = get_parameter(registers, *row.parameter, format);
+    setting.gains = value.gains;
+    setting.number = value.number;
+    return setting;
+  }
+  setting.number = registers.*row.place;
+  if (setting.number == kAsWired) {
+    const BusPlace place = bus_place(registers, config);
+    // In the order of the first rows.
+    const std::int32_t wired[] = {place.id, static_cast<std::int32_t>(place.bus), place.serial_rate,
+                                  place.can_rate};
+    setting.number = wired[&row - std::begin(kSettingRows)];
+  }
+  return setting;
+}
+
+void set_stored(Registers& registers, const protocol::StoredSetting& setting,
+                const protocol::WireFormat& format) {
+  const SettingRow& row = row_of(setting.id());
+  if (row.parameter) {
+    set_parameter(registers, {*row.parameter, setting.gains, setting.number}, format);
+  } else {
+    registers.*row.place = static_cast<std::uint8_t>(setting.number);
+  }
+}
+
+RomParameter rom_parameter_of(StoredSettingId id, Series series) {
+  const SettingRow& row = row_of(id);
+  return row.parameter ? rom_parameter_of(*row.parameter, series) : row.rom;
+}
+
+}  // namespace lk::emulator

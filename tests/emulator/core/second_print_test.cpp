@@ -1,0 +1,346 @@
+// The second print of V2.36: settings, ID and bit rate over the bus, restart, zero, ranges
+// (docs/protocol.md §10.7). Frames by hand.
+
+#include <gtest/gtest.h>
+
+#include "emulator/core/generation.hpp"
+#include "tests/emulator/core/faults/fault_support.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace second_print_test {
+
+using test::frame;
+using test::Host;
+
+ServoConfig drive(int id = 7, Series series = Series::kMg) {
+  return test::drive(Generation::kV236b, series, id);
+}
+
+BusConfig bus_of(std::initializer_list<ServoConfig> servos, std::int64_t bitrate = 0) {
+  BusConfig config = test::bus_config({}, bitrate);
+  config.servos = servos;
+  return config;
+}
+
+bool is_silent(Host& host, std::string_view query) { return host.talk(frame(query)).empty(); }
+
+/// On drive 7, now.
+void inject_seven(Host& host, std::string_view kind,
+                  std::initializer_list<FaultValue> values = {}) {
+  host.bus.apply({kWholeBus, SetFault{test::fault(kind, values, {}, {7})}});
+}
+
+TEST(SecondPrint, GoldenFrames) {
+  Host host(drive());
+  EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0007000000"));
+  EXPECT_EQ(host.ask("147#42050A0009000000"), frame("147#42050A0009000000"));
+  EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0009000000"));
+  EXPECT_EQ(host.ask("147#42050D0003000000"), frame("147#42050D0003000000"));
+  EXPECT_EQ(host.ask("147#4205E200407E0500"), frame("147#4205E200407E0500"));
+  EXPECT_EQ(host.ask("147#42A0640014000500"), frame("147#42A0640014000500"));
+  EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405010000000000"));
+  EXPECT_TRUE(is_silent(host, "147#0700000000000000"));
+}
+
+TEST(SecondPrint, TheOtherPrintIsSilent) {
+  Host host(test::drive(Generation::kV236, Series::kMg, 7));
+  for (const char* query : {"147#40050A0000000000", "147#42050A0009000000", "147#4405FA0000000000",
+                            "147#0700000000000000", "147#1800000000000000"}) {
+    EXPECT_TRUE(is_silent(host, query)) << query;
+  }
+  EXPECT_EQ(host.bus.servo(7).starts(), 1U);
+}
+
+TEST(SecondPrint, UnknownSettingsAndOtherSavesGetNoReply) {
+  Host host(drive());
+  for (const char* query :
+       {"147#4006000000000000", "147#4005010000000000", "147#40C0000000000000",
+        "147#42050E0001000000", "147#4405FB0000000000", "147#4404FA0000000000"}) {
+    EXPECT_TRUE(is_silent(host, query)) << query;
+  }
+  // DATA[3] is not looked at.
+  EXPECT_EQ(host.ask("147#42050AFF09000000"), frame("147#42050A0009000000"));
+}
+
+TEST(SecondPrint, EverySettingIsWrittenReadAndInForceAfterTheRestart) {
+  Host host(drive());
+  struct Case {
+    const char *write, *read;
+  };
+  for (const Case& one :
+       {Case{"4205E000D0070000", "4005E00000000000"},  // 2000
+        Case{"4205E200C0270900", "4005E20000000000"},  // 6000.00 dps
+        Case{"4205E400A08C0000", "4005E40000000000"},  // 360.00°
+        Case{"4205EA0030750000", "4005EA0000000000"},  // 30000
+        Case{"4205EC00C0270900", "4005EC0000000000"},  // 600000 dps/s
+        Case{"42A0010002000300", "40A0000000000000"}, Case{"42A4040005000600", "40A4000000000000"},
+        Case{"42A8070008000900", "40A8000000000000"}}) {
+    const std::string id = "147#";
+    auto value = frame(id + one.write);
+    EXPECT_EQ(host.ask(value), value);
+    value.data[0] = 0x40;
+    EXPECT_EQ(host.ask(id + one.read), value) << one.read;
+  }
+  // RAM is what it was, and 0xC0 shows it.
+  EXPECT_EQ(host.ask("147#C00A000000000000"), frame("147#C00A640064000000"));
+  const Registers before = host.bus.servo(7).ram();
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+  host.ask("147#4405FA0000000000");
+  EXPECT_EQ(host.bus.stats().rom_writes, 1U);
+  EXPECT_EQ(host.bus.servo(7).ram(), before);
+  host.talk(frame("147#0700000000000000"));
+  const Registers& ram = host.bus.servo(7).ram();
+  EXPECT_EQ(ram.max_torque_current_lsb, 2000);
+  EXPECT_EQ(ram.max_speed_dps, 6000);
+  EXPECT_EQ(ram.max_angle_deg, 360);
+  EXPECT_EQ(ram.current_ramp_A_s, 30);
+  EXPECT_EQ(ram.acceleration_dps_s, 600000);
+  EXPECT_EQ(host.ask("147#C00A000000000000"), frame("147#C00A010002000300"));
+  EXPECT_EQ(host.ask("147#C00B000000000000"), frame("147#C00B040005000600"));
+  EXPECT_EQ(host.ask("147#C00C000000000000"), frame("147#C00C070008000900"));
+}
+
+TEST(SecondPrint, ValuesBeyondTheirRangeAreNotWritten) {
+  Host host(drive());
+  for (const auto& [write, kept] : {std::pair{"42050A0021000000", "42050A0007000000"},  // ID 33
+                                    {"42050B0003000000", "42050B0002000000"},           // bus 3
+                                    {"42050C000B000000", "42050C0004000000"},     // RS-485 rate 11
+                                    {"42050D0005000000", "42050D0004000000"},     // CAN rate 5
+                                    {"4205E000D1070000", "4205E000E8030000"},     // 2001
+                                    {"4205E000FFFF0000", "4205E000E8030000"},     // −1
+                                    {"4205E200C1270900", "4205E20080A21900"},     // 6000.01 dps
+                                    {"42A0D10701000100", "42A0640064000000"}}) {  // Kp 2001
+    EXPECT_EQ(host.ask(std::string("147#") + write), frame(std::string("147#") + kept)) << write;
+  }
+  EXPECT_FALSE(host.bus.servo(7).has_pending());
+}
+
+TEST(SecondPrint, MaxPowerOfMsEndsAt850) {
+  Host host(drive(7, Series::kMs));
+  EXPECT_EQ(host.ask("147#4205E00052030000"), frame("147#4205E00052030000"));  // 850
+  EXPECT_EQ(host.ask("147#4205E00053030000"), frame("147#4205E00052030000"));
+}
+
+TEST(SecondPrint, TheIdMovesAtTheRestartAndIsKept) {
+  Host host(bus_of({drive(7)}));
+  host.ask("147#42050A0009000000");
+  host.ask("147#4405FA0000000000");
+  EXPECT_EQ(host.bus.place(7).id, 7);
+  EXPECT_TRUE(is_silent(host, "149#9C00000000000000"));
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_EQ(host.bus.place(7).id, 9);
+  EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
+  EXPECT_EQ(host.ask("149#40050A0000000000"), frame("149#40050A0009000000"));
+  host.bus.power_cycle(7);
+  EXPECT_EQ(host.ask("149#8100000000000000"), frame("149#8100000000000000"));
+}
+
+TEST(SecondPrint, WithoutSavingTheIdIsLostAtTheRestart) {
+  Host host(drive());
+  host.ask("147#42050A0009000000");
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0007000000"));
+}
+
+TEST(SecondPrint, IdZeroIsThatOfTheDipSwitch) {
+  ServoConfig servo = drive();
+  servo.dip_id = 3;
+  Host host(bus_of({servo}));
+  EXPECT_EQ(host.ask("147#42050A0000000000"), frame("147#42050A0000000000"));
+  host.ask("147#4405FA0000000000");
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_EQ(host.ask("143#40050A0000000000"), frame("143#40050A0000000000"));
+}
+
+TEST(SecondPrint, TwoDrivesAtOneIdBothAnswerAndObey) {
+  Host host(bus_of({drive(7), drive(9)}));
+  host.ask("147#42050A0009000000");
+  host.ask("147#4405FA0000000000");
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_EQ(host.talk(frame("149#9C00000000000000")).size(), 2U);
+  host.talk(frame("149#A200000040380000"));  // 144 dps
+  host.wait(std::chrono::milliseconds(300));
+  for (const int id : {7, 9}) EXPECT_GT(host.bus.telemetry(id).omega, 1.0) << id;
+  const BusStats stats = host.bus.stats();
+  EXPECT_EQ(stats.frames, 5U);
+  EXPECT_EQ(stats.queries, 5U);
+  EXPECT_EQ(stats.extra_frames, 2U);
+}
+
+TEST(SecondPrint, IdChangeAtOnce) {
+  for (const auto change : {IdChange::kWrite, IdChange::kSave}) {
+    for (const auto reply : {IdChangeReply::kOld, IdChangeReply::kNew}) {
+      ServoConfig servo = drive();
+      servo.quirks.id_change = change;
+      servo.quirks.id_change_reply = reply;
+      Host host(bus_of({servo}));
+      const std::string last = reply == IdChangeReply::kNew ? "149" : "147";
+      if (change == IdChange::kWrite) {
+        EXPECT_EQ(host.ask("147#42050A0009000000"), frame(last + "#42050A0009000000"));
+      } else {
+        EXPECT_EQ(host.ask("147#42050A0009000000"), frame("147#42050A0009000000"));
+        EXPECT_EQ(host.ask("147#4405FA0000000000"), frame(last + "#4405010000000000"));
+      }
+      EXPECT_EQ(host.bus.servo(7).starts(), 1U);
+      EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
+      EXPECT_EQ(host.ask("149#8100000000000000"), frame("149#8100000000000000"));
+    }
+  }
+}
+
+TEST(SecondPrint, SettingReadActiveShowsWhatIsInForce) {
+  ServoConfig servo = drive();
+  servo.quirks.setting_read = SettingRead::kActive;
+  Host host(bus_of({servo}));
+  EXPECT_EQ(host.ask("147#42050A0009000000"), frame("147#42050A0009000000"));
+  EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0007000000"));
+}
+
+TEST(SecondPrint, NothingPendingIsSavedWithoutAWrite) {
+  Host host(drive());
+  EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405010000000000"));
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+}
+
+TEST(SecondPrint, AFailedWriteSaysSo) {
+  Host host(drive());
+  inject_seven(host, "rom_write_fails");
+  host.ask("147#42050A0009000000");
+  EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405000000000000"));
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_EQ(host.bus.place(7).id, 7);
+}
+
+TEST(SecondPrint, SeveralSettingsAreOneWriteAndWearEachOnce) {
+  Host host(drive());
+  host.ask("147#42050A0009000000");
+  host.ask("147#4205E200407E0500");
+  host.ask("147#4405FA0000000000");
+  const RomWear& wear = host.bus.servo(7).wear();
+  EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
+  EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kMaxSpeed)], 1U);
+  EXPECT_EQ(wear[static_cast<std::size_t>(RomParameter::kGains)], 0U);
+  EXPECT_EQ(host.bus.stats().rom_writes, 1U);
+}
+
+TEST(SecondPrint, OfAnotherBusTypeItIsSilent) {
+  Host host(bus_of({drive(7)}));
+  host.ask("147#42050B0001000000");  // RS-485
+  host.ask("147#4405FA0000000000");
+  host.talk(frame("147#0700000000000000"));
+  EXPECT_TRUE(is_silent(host, "147#9C00000000000000"));
+  // Only somebody at the drive brings it back.
+  Registers value = host.bus.servo(7).rom();
+  value.bus_type = 2;
+  host.bus.write_setting(7, RomParameter::kBusType, value);
+  EXPECT_FALSE(is_silent(host, "147#9C00000000000000"));
+}
+
+TEST(SecondPrint, AtAnotherRateItHearsNothingAndDisturbsUntilErrorPassive) {
+  Host host(bus_of({drive(7), drive(8)}, 1'000'000));
+  using namespace std::chrono_literals;
+  host.talk(frame("147#42050D0003000000"), 2ms);  // 500 kbit/s
+  host.talk(frame("147#4405FA0000000000"), 2ms);
+  EXPECT_TRUE(host.talk(frame("147#0700000000000000"), 2ms).empty());
+  const auto heard = host.talk(frame("148#9C00000000000000"), 20ms);
+  // 128 of the receive error counter, in steps of 8: sixteen frames, and then the reply.
+  EXPECT_EQ(host.bus.stats().error_frames, 16U);
+  ASSERT_FALSE(heard.empty());
+  EXPECT_EQ(heard.back().id, 0x148U);
+  EXPECT_TRUE(host.talk(frame("147#9C00000000000000"), 5ms).empty());
+  EXPECT_EQ(host.bus.stats().error_frames, 16U);
+}
+
+TEST(SecondPrint, RestartForgetsRamErrorsAndReplies) {
+  using namespace std::chrono_literals;
+  Host host(bus_of({drive(7)}, 1'000'000));
+  host.talk(frame("147#C1200000E8030000"), 2ms);  // Max Speed 10 dps
+  EXPECT_EQ(host.bus.servo(7).ram().max_speed_dps, 10);
+  // The reply to the query before has not left yet.
+  host.bus.receive({host.bus.time(), frame("147#9C00000000000000")});
+  host.bus.receive({host.bus.time(), frame("147#0700000000000000")});
+  host.wait(5ms);
+  EXPECT_EQ(host.bus.servo(7).starts(), 2U);
+  EXPECT_EQ(host.bus.servo(7).ram().max_speed_dps, host.bus.servo(7).rom().max_speed_dps);
+}
+
+TEST(SecondPrint, ZeroMakesTheAngleNothingAndStops) {
+  Host host(drive());
+  host.talk(frame("147#A200000040380000"));
+  host.wait(std::chrono::milliseconds(500));
+  EXPECT_GT(host.multi_turn_cdeg(7), 4500);
+  // Whatever the payload says.
+  EXPECT_EQ(host.ask("147#9500000012345678"), frame("147#9500000012345678"));
+  EXPECT_EQ(host.multi_turn_cdeg(7), 0);
+  EXPECT_EQ(host.run_state(7), RunState::kStopped);
+}
+
+TEST(SecondPrint, TheZeroOfRomComesInFourBytes) {
+  Host host(drive());
+  const auto encoder = host.get<protocol::Encoder>(protocol::ReadEncoder{}, 7);
+  const protocol::Frame reply = host.ask("147#1900000000000000");
+  const unsigned raw = encoder.raw_counts;
+  EXPECT_EQ(reply.data[4], raw & 0xFFU);
+  EXPECT_EQ(reply.data[5], raw >> 8U);
+  EXPECT_EQ(reply.data[6], 0);
+  EXPECT_EQ(reply.data[7], 0);
+}
+
+TEST(SecondPrint, ParametersAreHeldToTheirRangesAndTheReplyShowsIt) {
+  Host host(drive());
+  EXPECT_EQ(host.ask("147#C120 0000 407E0500"), frame("147#C1200000407E0500"));
+  EXPECT_EQ(host.ask("147#C120 0000 C1270900"), frame("147#C1200000C0270900"));  // 6000.00 dps
+  EXPECT_EQ(host.ask("147#C10AD10702000300"), frame("147#C10AD00702000300"));    // Kp 2000
+  EXPECT_EQ(host.ask("147#C11E0000FF070000"), frame("147#C11E0000D0070000"));    // 2000
+  EXPECT_EQ(host.ask("147#C1240000FFFFFF7F"), frame("147#C124000030750000"));    // 30000
+  EXPECT_EQ(host.ask("147#C1260000FFFFFF7F"), frame("147#C1260000C0270900"));    // 600000
+}
+
+TEST(SecondPrint, TheClearReplyOfBefore) {
+  ServoConfig servo = drive(7);
+  servo.quirks.clear_reply = ClearReply::kBefore;
+  auto& protection = servo.rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)];
+  protection = {.enabled = true, .threshold = 20, .hysteresis = 1, .delay = 0, .recoverable = true};
+  Host host(bus_of({servo}));
+  host.bus.set_supply_voltage(7, 15);
+  host.wait(std::chrono::milliseconds(50));
+  host.bus.set_supply_voltage(7, 24);
+  host.wait(std::chrono::milliseconds(50));
+  const protocol::Frame reply = host.ask("147#9B00000000000000");
+  EXPECT_EQ(reply.data[6], 0x10);
+  EXPECT_EQ(reply.data[7], 0x01);
+  EXPECT_EQ(host.ask("147#9A00000000000000").data[7], 0x00);
+}
+
+TEST(SecondPrint, IdChangedFault) {
+  Host host(bus_of({drive(7)}));
+  inject_seven(host, "id_changed", {12.0});
+  EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
+  EXPECT_EQ(host.ask("14C#8100000000000000"), frame("14C#8100000000000000"));
+  host.bus.power_cycle(7);
+  EXPECT_EQ(host.bus.place(7).id, 12);
+}
+
+TEST(MaxTorqueCommands, OfLegacyDrives) {
+  Host host(test::drive(Generation::kLegacy, Series::kMf, 1));
+  EXPECT_EQ(host.ask("141#3700000000000000"), frame("141#37000000E8030000"));
+  EXPECT_EQ(host.ask("141#3800000064000000"), frame("141#3800000064000000"));
+  EXPECT_EQ(host.ask("141#3700000000000000"), frame("141#3700000064000000"));
+  EXPECT_EQ(host.ask("141#38000000FFFFFF7F"), frame("141#38000000FFFFFF7F"));
+  EXPECT_EQ(host.ask("141#3700000000000000"), frame("141#37000000D0070000"));  // 2000
+  host.bus.power_cycle(1);
+  EXPECT_EQ(host.ask("141#3700000000000000"), frame("141#37000000E8030000"));
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+}
+
+TEST(MaxTorqueCommands, NewerDrivesAreSilent) {
+  for (const auto generation : {Generation::kV235, Generation::kV236, Generation::kV236b}) {
+    Host host(test::drive(generation, Series::kMg, 1));
+    EXPECT_TRUE(is_silent(host, "141#3700000000000000"));
+    EXPECT_TRUE(is_silent(host, "141#3800000064000000"));
+  }
+}
+
+}  // namespace second_print_test
+}  // namespace lk::emulator

@@ -1,0 +1,136 @@
+// 0x18: the shaft is led to and fro, and the drive says how well its encoder followed.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "emulator/core/generation.hpp"
+#include "tests/emulator/core/faults/fault_support.hpp"
+#include "tests/support/profile.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace calibration_test {
+
+using namespace std::chrono_literals;
+using test::frame;
+using test::Host;
+
+ServoConfig drive(const char* motor = "mg4005") {
+  ServoConfig servo;
+  servo.id = 1;
+  servo.profile = test::profile(motor);
+  servo.generation = Generation::kV236b;
+  servo.quirks = quirks_of(Generation::kV236b);
+  servo.rom = servo.profile.factory;
+  servo.boot_angle_deg = 45;
+  return servo;
+}
+
+constexpr const char* kCalibrate = "141#1800000000000000";
+
+TEST(Calibration, TurnsTwoElectricalTurnsToAndFroAndAnswersWhenDone) {
+  for (const char* motor : {"mg4005", "mf7015", "ms3506", "mg8016", "mf9025"}) {
+    SCOPED_TRACE(motor);
+    Host host(drive(motor));
+    const double start = host.bus.truth(1).theta_m;
+    host.bus.receive({host.bus.time(), frame(kCalibrate)});
+    double most = 0;
+    for (int n = 0; n < 399; ++n) {
+      host.wait(10ms);
+      most = std::max(most, std::abs(host.bus.truth(1).theta_m - start));
+    }
+    std::vector<TimedFrame> replies;
+    host.bus.take_replies(replies);
+    EXPECT_TRUE(replies.empty());
+    host.wait(50ms);
+    host.bus.take_replies(replies);
+    ASSERT_EQ(replies.size(), 1U);
+    const protocol::Payload& data = replies[0].frame.data;
+    const int ratio = data[5] + 256 * data[6];
+    // Friction holds the rotor back by a part of a quarter of an electrical turn at each end of the
+    // two; nothing lets it run ahead.
+    EXPECT_GE(ratio, 900);
+    EXPECT_LE(ratio, 1010);
+    EXPECT_EQ(data[7] & protocol::kCalibrationDone, protocol::kCalibrationDone);
+    const double turns = 2.0 / host.bus.servo(1).config().profile.drive.motor.pole_pairs;
+    EXPECT_NEAR(most / (2 * std::numbers::pi), turns, 0.15 * turns);
+    EXPECT_EQ(host.bus.servo(1).wear()[static_cast<std::size_t>(RomParameter::kAlignValue)], 1U);
+  }
+}
+
+TEST(Calibration, OtherCommandsMeetSilenceMeanwhile) {
+  Host host(drive());
+  EXPECT_TRUE(host.talk(frame(kCalibrate), 1s).empty());
+  EXPECT_TRUE(host.talk(frame("141#9C00000000000000"), 1s).empty());
+  EXPECT_TRUE(host.talk(frame("141#A200000040380000"), 1s).empty());
+  EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 1500ms).size(), 1U);  // that of 0x18
+  EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 10ms).size(), 1U);
+}
+
+TEST(Calibration, OrAnswersWhereTheSwitchSaysSo) {
+  ServoConfig servo = drive();
+  servo.quirks.calibrate_busy = CalibrateBusy::kAnswers;
+  Host host(servo);
+  EXPECT_TRUE(host.talk(frame(kCalibrate), 500ms).empty());
+  EXPECT_EQ(host.talk(frame("141#9C00000000000000"), 10ms).size(), 1U);
+  EXPECT_EQ(host.talk(frame("141#A200000040380000"), 10ms).size(), 1U);  // not executed
+  const auto reply = host.talk(frame("141#9200000000000000"), 5s);
+  ASSERT_EQ(reply.size(), 2U);
+  EXPECT_EQ(reply[1].data[0], 0x18);
+  EXPECT_EQ(reply[1].data[7] & 1, 1);
+}
+
+TEST(Calibration, OffItAnswersAtOnceWithNothing) {
+  Host host(drive());
+  host.talk(frame("141#8000000000000000"), 10ms);
+  const auto replies = host.talk(frame(kCalibrate), 10ms);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0], frame(kCalibrate));
+}
+
+TEST(Calibration, AJamFailsItAndNothingIsWritten) {
+  Host host(drive());
+  test::inject(host, "jam", {100.0});
+  const auto replies = host.talk(frame(kCalibrate), 5s);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_LT(replies[0].data[5] + 256 * replies[0].data[6], 900);
+  EXPECT_EQ(replies[0].data[7] & 1, 0);
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+}
+
+TEST(Calibration, AStuckEncoderFailsIt) {
+  Host host(drive());
+  test::inject(host, "encoder_stuck", {});
+  const auto replies = host.talk(frame(kCalibrate), 5s);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].data[7] & 1, 0);
+}
+
+TEST(Calibration, WithoutPowerInBetweenNothingIsSaidOrWritten) {
+  Host host(drive());
+  host.talk(frame(kCalibrate), 1s);
+  host.bus.power_cycle(1);
+  host.wait(5s);
+  std::vector<TimedFrame> replies;
+  host.bus.take_replies(replies);
+  EXPECT_TRUE(replies.empty());
+  EXPECT_EQ(host.bus.stats().rom_writes, 0U);
+}
+
+TEST(Calibration, TheAlignValueComesFromSeedAndId) {
+  const auto align = [](std::uint64_t seed) {
+    BusConfig config = test::bus_config({});
+    config.servos.push_back(drive());
+    config.seed = seed;
+    Host host(config);
+    const auto replies = host.talk(frame(kCalibrate), 5s);
+    return std::vector(replies.at(0).data.begin() + 1, replies.at(0).data.begin() + 5);
+  };
+  EXPECT_EQ(align(1), align(1));
+  EXPECT_NE(align(1), align(2));
+}
+
+}  // namespace calibration_test
+}  // namespace lk::emulator
