@@ -92,7 +92,7 @@ inline constexpr auto kCommandRows = [] {
     command<ReadParameter, ParameterValue>({.name = "read parameter", .name_zh = "读取参数", .word = "read_parameter", .source = Source::kNewerManuals, .when = kParameterCommands},
       // A name of its own: nothing else depends on it here.
       rows(row(&ReadParameter::id, {.name = "read_parameter", .label = "Parameter", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kParameters})), kParameter),
-    echoed<WriteParameter>({.name = "write parameter to RAM", .name_zh = "写入参数到 RAM", .word = "write_parameter", .source = Source::kNewerManuals, .when = kParameterCommands}, kParameter));
+    command<WriteParameter, ParameterValue>({.name = "write parameter to RAM", .name_zh = "写入参数到 RAM", .word = "write_parameter", .source = Source::kNewerManuals, .when = kParameterCommands}, kParameter, kParameter));
 }();
 
 /// Commands to the drives 1..4 in multi-drive mode; their identifiers ascend. What each drive answers is the reply to the

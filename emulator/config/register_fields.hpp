@@ -45,7 +45,7 @@ inline const Field<R> kRegisters[] = {
     {"broadcast_mode", &R::broadcast_mode},
 };
 
-/// What hosts write with 0x42 (docs/protocol.md §10.7); what a drive is wired to is not written.
+/// What hosts write with 0x42 (docs/protocol.md §10.9); what a drive is wired to is not written.
 inline const Field<R> kPlace[] = {
     {"driver_id", &R::driver_id, 1, 0, 32},
     {"bus_type", &R::bus_type, 1, 0, 2},

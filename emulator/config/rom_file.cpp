@@ -60,6 +60,14 @@ std::span<const Field<Registers>> row_of(std::size_t parameter) {
   return {};
 }
 
+/// It says where the drive is found and was never written: files do not have it.
+bool is_as_wired(std::size_t parameter, const Registers& rom) {
+  const std::string_view key = kKeys[parameter];
+  const auto* row = std::ranges::find(fields::kPlace, key, &Field<Registers>::key);
+  return row != std::end(fields::kPlace) &&
+         rom.*std::get<std::uint8_t Registers::*>(row->member) == kAsWired;
+}
+
 // --- values to text
 
 std::string quoted(const std::string& text) {
@@ -212,7 +220,7 @@ std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear
   std::string tables;
   std::string writes = "\n[writes]\n";
   for (std::size_t p = 0; p < kRomParameters; ++p) {
-    if (wear[p] == 0) continue;
+    if (wear[p] == 0 || is_as_wired(p, rom)) continue;
     writes += std::string(kKeys[p]) + " = " + std::to_string(wear[p]) + '\n';
     if (is(RomParameter::kGains, p)) {
       settings += print_gains(rom.gains);

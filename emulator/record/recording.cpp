@@ -33,8 +33,10 @@ Number whole(const Json& json) {
 }
 
 RomWear read_wear(const Json& json) {
-  RomWear wear{};
-  for (std::size_t p = 0; p < wear.size(); ++p) wear[p] = whole<std::uint32_t>(json.at(p));
+  RomWear wear{};  // earlier versions had fewer parameters
+  for (std::size_t p = 0; p < std::min(wear.size(), json.size()); ++p) {
+    wear[p] = whole<std::uint32_t>(json.at(p));
+  }
   return wear;
 }
 

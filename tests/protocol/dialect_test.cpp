@@ -16,6 +16,7 @@ namespace dialect_test {
 
 using test::frame;
 
+constexpr WireFormat kMgV236b = wire_format(kV236bDialect, Series::kMg);
 constexpr WireFormat kMgV236 = wire_format(kV236Dialect, Series::kMg);
 constexpr WireFormat kMfV236 = wire_format(kV236Dialect, Series::kMf);
 constexpr WireFormat kMfV235 = wire_format(kV235Dialect, Series::kMf);
@@ -36,12 +37,13 @@ const Bytes kOfAll{0x19, 0x80, 0x81, 0x88, 0x90, 0x92, 0x94, 0x95, 0x9A, 0x9B,
 Bytes expected_of(std::string_view generation) {
   Bytes bytes = kOfAll;
   if (generation == "legacy" || generation == "late-legacy") {
-    bytes.merge(Bytes{0x30, 0x31, 0x32, 0x33, 0x34, 0x91});
+    bytes.merge(Bytes{0x30, 0x31, 0x32, 0x33, 0x34, 0x37, 0x38, 0x91});
   } else if (generation == "v235") {
     bytes.merge(Bytes{0x91, 0xA0});
   } else {
     bytes.merge(Bytes{0x8C, 0xA0, 0xC0, 0xC1});
   }
+  if (generation == "v236b") bytes.merge(Bytes{0x07, 0x18, 0x40, 0x42, 0x44});
   return bytes;
 }
 
@@ -55,6 +57,8 @@ TEST(Dialect, EachKnowsItsCommandsAndNoOthers) {
       }
       for (unsigned byte = 0; byte < 256; ++byte) {
         Frame query = frame("141#000A000000000000");  // a parameter that 0xC0 and 0xC1 know
+        if (byte == 0x40 || byte == 0x42) query = frame("141#00050A0001000000");
+        if (byte == 0x44) query = frame("141#0005FA0000000000");
         query.data[0] = static_cast<std::uint8_t>(byte);
         const auto result = decode_query(query, wire_format(preset.dialect, series));
         ASSERT_EQ(std::holds_alternative<Query>(result), expected.contains(byte))
@@ -70,7 +74,7 @@ TEST(Dialect, EachKnowsItsIdentifiersForSeveral) {
       for (std::uint32_t id = 0x200; id < 0x300; ++id) {
         Frame query;
         query.id = id;
-        const bool newest = preset.name == "v236" && (id == 0x281 || id == 0x282 || id == 0x288);
+        const bool newest = preset.name.starts_with("v236") && (id == 0x281 || id == 0x282 || id == 0x288);
         const bool torque = id == 0x280 && series != Series::kMs;
         const auto result = decode_query(query, wire_format(preset.dialect, series));
         EXPECT_EQ(std::holds_alternative<Query>(result), newest || torque) << id;
@@ -186,6 +190,31 @@ TEST(Dialect, GoldenQueriesBothDirections) {
   }
 }
 
+/// Which the first print has not.
+const GoldenQuery kSecondPrint[] = {
+    {"147#40050A0000000000", 7, ReadStoredSetting{{5, 0x0A, {}, 0}}},
+    {"147#40A0000000000000", 7, ReadStoredSetting{{0xA0, 0, {}, 0}}},
+    {"147#42050D0003000000", 7, WriteStoredSetting{{5, 0x0D, {}, 3}}},
+    {"147#4205E200407E0500", 7, WriteStoredSetting{{5, 0xE2, {}, 360000}}},
+    {"147#42A0640014000500", 7, WriteStoredSetting{{0xA0, 0, {100, 20, 5}, 0}}},
+    {"147#4405FA0000000000", 7, SaveSettings{}},
+    {"147#0700000000000000", 7, Restart{}},
+    {"147#1800000000000000", 7, Calibrate{}},
+};
+
+TEST(Dialect, QueriesOfTheSecondPrintBothDirections) {
+  for (const auto& golden : kSecondPrint) {
+    EXPECT_EQ(encode_query(golden.id, golden.command, kMgV236b), frame(golden.text));
+    const auto result = decode_query(frame(golden.text), kMgV236b);
+    const auto* query = std::get_if<Query>(&result);
+    ASSERT_NE(query, nullptr) << golden.text;
+    EXPECT_EQ(query->id, golden.id);
+    EXPECT_EQ(query->command, golden.command) << golden.text;
+    const auto first = decode_query(frame(golden.text), kMgV236);
+    EXPECT_EQ(std::get<Reject>(first), Reject::kUnknownCommand) << golden.text;
+  }
+}
+
 struct GoldenReply {
   const char* text;
   WireFormat format;
@@ -228,7 +257,19 @@ const GoldenReply kReplies[] = {
      ParameterValue{{ParameterId::kCurrentGains, {.kp = 1, .ki = 2, .kd = 0xFF03}, 0}}},
     {"141#C01E0000E8030000", kMgV236, ParameterValue{{ParameterId::kMaxTorqueCurrent, {}, 1000}}},
     {"141#C0200000A0A21900", kMgV236, ParameterValue{{ParameterId::kMaxSpeed, {}, 1680032}}},
-    {"141#C11E12345678 9ABC", kMgV236, Echo{{0xC1, 0x1E, 0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC}}},
+    {"141#C11E0000E8030000", kMgV236,
+     ParameterValue{{ParameterId::kMaxTorqueCurrent, {}, 1000}, WriteParameter::kOpcode}},
+    // the second print of V2.36: what it adds
+    {"141#40050A0007000000", kMgV236b, StoredSettingValue{{5, 0x0A, {}, 7}}},
+    {"141#42A0640014000500", kMgV236b,
+     StoredSettingValue{{0xA0, 0, {100, 20, 5}, 0}, WriteStoredSetting::kOpcode}},
+    {"141#4205E200407E0500", kMgV236b,
+     StoredSettingValue{{5, 0xE2, {}, 360000}, WriteStoredSetting::kOpcode}},
+    {"141#4405010000000000", kMgV236b, SettingsSaved{5, true}},
+    {"141#4405000000000000", kMgV236b, SettingsSaved{5, false}},
+    {"141#18393000 00E803 01", kMgV236b, Calibrated{12345, 1000, 1}},
+    {"141#19000000A2000000", kMgV236b, ZeroWritten{162}},
+    {"141#190000000000A200", kMgV236, ZeroWritten{162}},
 };
 
 TEST(Dialect, GoldenRepliesBothDirections) {

@@ -31,6 +31,8 @@ const Golden kGolden[] = {
     {"142#32000102030405FE", 2, WritePidToRom{{1, 2, 3, 4, 5, 254}}},
     {"143#3300000000000000", 3, ReadAcceleration{}},
     {"143#3400000010270000", 3, WriteAccelerationToRam{10000}},  // 10000 = 0x2710
+    {"143#3700000000000000", 3, ReadMaxTorque{}},
+    {"143#3800000064000000", 3, WriteMaxTorque{100}},
     {"144#8000000000000000", 4, Off{}},
     {"144#8100000000000000", 4, Stop{}},
     {"144#8800000000000000", 4, Run{}},
@@ -99,7 +101,7 @@ TEST(QueryCodec, DecodedSetEqualsTable) {
       EXPECT_EQ(std::get<Reject>(result), Reject::kUnknownCommand);
     }
   }
-  EXPECT_EQ(known, 26);
+  EXPECT_EQ(known, 28);
 }
 
 // Rubbish in unused bytes changes nothing but the bytes that an echo repeats.

@@ -20,6 +20,7 @@ using test::packet;
 constexpr WireFormat kM23 = wire_format(kM23Dialect, Series::kMf);
 constexpr WireFormat kM35 = wire_format(kM35Dialect, Series::kMf);
 constexpr WireFormat kM36 = wire_format(kM36Dialect, Series::kMf);
+constexpr WireFormat kM36b = wire_format(kM36bDialect, Series::kMf);
 constexpr WireFormat kMs35 = wire_format(kM35Dialect, Series::kMs);
 constexpr double kMfLsb_A = 33.0 / 4096;
 
@@ -31,6 +32,10 @@ struct GoldenQuery {
 };
 
 const GoldenQuery kQueries[] = {
+    {"3E 07 01 00 46", kM36b, Restart{}},
+    {"3E 18 01 00 57", kM36b, Calibrate{}},
+    {"3E 37 01 00 76", kM23, ReadMaxTorque{}},
+    {"3E 38 01 04 7B 64 00 00 00 64", kM23, WriteMaxTorque{100}},
     // A real MS4015 (a log of its host).
     {"3E 12 01 00 51", kMs35, ReadProduct{}},
     {"3E 88 01 00 C7", kMs35, Run{}},
@@ -127,6 +132,9 @@ struct GoldenReply {
 };
 
 const GoldenReply kReplies[] = {
+    {"3E 18 01 07 5E 39 30 00 00 E8 03 01 55", kM36b, Calibrated{12345, 1000, 1}},
+    {"3E 19 01 07 5F 00 00 00 A2 00 00 00 A2", kM36b, ZeroWritten{162}},
+    {"3E 37 01 04 7A E8 03 00 00 EB", kM23, MaxTorque{1000}},
     // A real MS4015.
     {"3E 90 01 06 D5 25 19 01 1E DC 04 3D", kMs35, Encoder{6437, 7681, 1244}},
     {"3E 90 01 06 D5 66 1A 42 1F DC 04 C1", kMs35, Encoder{6758, 8002, 1244}},
@@ -216,19 +224,25 @@ TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
 TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   struct Case {
     int opcode;
-    bool m23, m35, m36;
+    bool m23, m35, m36, m36b;
   };
   const Case cases[] = {
-      {0x30, true, false, false}, {0x34, true, false, false},  {0x91, true, false, false},
-      {0x40, false, true, false}, {0x42, false, true, false},  {0x44, false, true, false},
-      {0xC0, false, false, true}, {0xC1, false, false, true},  {0x93, false, true, false},
-      {0x95, false, true, true},  {0x8C, false, true, true},   {0x12, true, true, true},
-      {0x9A, true, true, true},   {0x89, false, false, false}, {0xBB, false, false, false}};
+      {0x30, true, false, false, false},  {0x34, true, false, false, false},
+      {0x37, true, false, false, false},  {0x38, true, false, false, false},
+      {0x91, true, false, false, false},  {0x40, false, true, false, false},
+      {0x42, false, true, false, false},  {0x44, false, true, false, false},
+      {0xC0, false, false, true, true},   {0xC1, false, false, true, true},
+      {0x93, false, true, false, false},  {0x95, false, true, true, true},
+      {0x8C, false, true, true, true},    {0x12, true, true, true, true},
+      {0x9A, true, true, true, true},     {0x07, false, false, false, true},
+      {0x18, false, false, false, true},  {0x89, false, false, false, false},
+      {0xBB, false, false, false, false}};
   for (const Case& one : cases) {
     const auto opcode = static_cast<Opcode>(one.opcode);
     EXPECT_EQ(answers(kM23, opcode), one.m23) << one.opcode;
     EXPECT_EQ(answers(kM35, opcode), one.m35) << one.opcode;
     EXPECT_EQ(answers(kM36, opcode), one.m36) << one.opcode;
+    EXPECT_EQ(answers(kM36b, opcode), one.m36b) << one.opcode;
   }
   EXPECT_TRUE(answers(kMs35, OpenLoop::kOpcode));
   EXPECT_FALSE(answers(kMs35, Torque::kOpcode));

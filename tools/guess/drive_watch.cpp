@@ -154,6 +154,9 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   }
   if (command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode))
     see_single_turn(sighting);
+  if (command == static_cast<std::uint8_t>(protocol::WriteZeroToRom::kOpcode)) {
+    see_zero(sighting);
+  }
   if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
   const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
   if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
@@ -222,6 +225,15 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
     evidence_.see(Trait::kState1, layouts, Weight::kLikely, sighting);
     off_at_.reset();
   }
+}
+
+/// An offset that has bits where only one of the layouts has them.
+void DriveWatch::see_zero(const Sighting& sighting) {
+  const Payload& data = sighting.frame.data;
+  ValueSet widths = 0;
+  if ((data[4] | data[5]) == 0) widths |= only(kNarrow);
+  if ((data[6] | data[7]) == 0) widths |= only(kWide);
+  if (widths != 0) evidence_.see(Trait::kZeroReply, widths, Weight::kSure, sighting);
 }
 
 void DriveWatch::see_single_turn(const Sighting& sighting) {

@@ -23,6 +23,10 @@ BusConfig every_command(Series series) {
     dialect.brake_command = true;
     dialect.parameter_commands = true;
     dialect.multi_drive_more = true;
+    dialect.max_torque_commands = true;
+    dialect.setting_commands = true;
+    dialect.calibrate_command = true;
+    dialect.restart_command = true;
     bus.servos.push_back(std::move(servo));
   }
   return bus;

@@ -25,6 +25,10 @@ enum class Trait : std::uint8_t {
   kOffset,
   kBrake,
   kParameters,
+  kMaxTorque,
+  kSettings,
+  kCalibrate,
+  kZeroReply,
   kOpenLoop,
   kSeveral,
   kErrorBits,
@@ -81,6 +85,13 @@ inline constexpr std::string_view kNeverShown[] = {
     "stop_holds",
     "offset_write_takes_effect",
     "boot_wrap",
+    "parameter_ranges",
+    "zero_stops",
+    "restart_command",
+    "id_change",
+    "id_change_reply",
+    "setting_read",
+    "calibrate_busy",
 };
 
 }  // namespace lk::emulator

@@ -47,7 +47,9 @@ void read_field(TableReader& reader, const WireField& field, const WireFormat& f
   const auto raw =
       field.values.empty() ? read_number(reader, field, format) : read_value(reader, field);
   if (!raw && !field.may_be_unsaid) reader.note_missing(std::string(field.spoken()));
-  protocol::put(field, protocol::taken(field, raw.value_or(0), format), data);
+  // What has one value only has that.
+  const std::int64_t unsaid = field.values.size() == 1 ? field.values.front().number : 0;
+  protocol::put(field, protocol::taken(field, raw.value_or(unsaid), format), data);
 }
 
 /// A quantity of the command that this drive's lacks is no mistake of spelling.

@@ -118,7 +118,7 @@ void Servo::limit_anew(const Lane& lane) {
     motion_.position = angles_.multi_turn_target(within_max_angle(*motion_.multi_turn_cdeg));
     std::get<model::Position>(motion_.setpoint).theta = angles_.theta(*motion_.position);
   }
-  if (run_state_ == RunState::kRunning) {
+  if (run_state_ == RunState::kRunning && !calibrating()) {
     lane.command(motion_.setpoint);
   }
 }
@@ -173,6 +173,8 @@ Reply Servo::execute(Opcode command, const std::optional<Motion>& motion, const 
   if (!motion) {
     ++stats_.invalid_targets;
   } else if (run_state_ == RunState::kOff && (tripped_ || config_.quirks.off_needs_run)) {
+    ++stats_.refused_motion;
+  } else if (calibrating()) {
     ++stats_.refused_motion;
   } else if (loses_next_) {
     loses_next_ = false;

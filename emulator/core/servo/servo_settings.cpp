@@ -1,5 +1,5 @@
 /// @file What only the second print of V2.36 has: settings over the bus, restart and calibration
-/// (docs/protocol.md §10.7), and 0x37 and 0x38 of older drives.
+/// (docs/protocol.md §10.9), and 0x37 and 0x38 of older drives.
 
 #include <algorithm>
 #include <cmath>

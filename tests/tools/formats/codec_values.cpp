@@ -53,7 +53,7 @@ Values read(const Parameter& parameter, const WireFormat& format) {
   return values;
 }
 
-/// Scales as docs/protocol.md §10.7 has them. Only what is for a setting is in its frame.
+/// Scales as docs/protocol.md §10.9 has them. Only what is for a setting is in its frame.
 Values read(const StoredSetting& setting, const WireFormat& format) {
   Values values = {{"setting", setting.table}};
   const auto loop = [&](const std::string& name) {
