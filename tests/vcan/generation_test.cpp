@@ -158,6 +158,53 @@ TEST_F(Configured, AParameterOfV236IsGoneAfterTheRestart) {
   EXPECT_EQ(host.query(1, {0xC0, 0x0A}), before);
 }
 
+// The classic way to lose a motor, and how it is found again.
+TEST_F(Configured, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
+  auto arguments = run_of("generation = \"v236b\"\n");
+  const auto holder = [&] {
+    return EmulatorProcess(
+               {"--bus", "vcan0", "--ids", "9", "--rom", ":memory:", "--control", "none"})
+        .wait();
+  };
+  {
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    const Payload id_9 = {0x42, 0x05, 0x0A, 0, 9};
+    EXPECT_EQ(host.query(1, id_9), id_9);
+    EXPECT_EQ(host.query(1, {0x44, 0x05, 0xFA}), (Payload{0x44, 0x05, 0x01}));
+    host.send(0x141, Payload{0x07});
+    ASSERT_TRUE(emulator.wait_for_log("drive 1 answers at ID 9"));
+    host.send(0x141, Payload{0x88});  // silence: the next frame is the reply to the next query
+    EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
+    EXPECT_NE(holder().err.find("vcan0: ID 9 is answered by lk-emu"), std::string::npos);
+    // The ID that it has left is free.
+    EmulatorProcess beside(
+        {"--bus", "vcan0", "--ids", "1", "--rom", ":memory:", "--control", "none"});
+    EXPECT_TRUE(beside.wait_ready());
+  }
+  {
+    auto check = arguments;
+    check.emplace_back("--check");
+    const auto checked = EmulatorProcess(check).wait();
+    EXPECT_EQ(checked.status, 0);
+    EXPECT_NE(checked.out.find("drive 1: answers at ID 9"), std::string::npos) << checked.out;
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
+    const auto result = emulator.stop();
+    EXPECT_NE(result.out.find("lk-emu ready vcan0:1 (1 answers at ID 9)"), std::string::npos)
+        << result.out;
+    EXPECT_NE(result.err.find("drive 1 answers at ID 9"), std::string::npos) << result.err;
+  }
+  arguments.emplace_back("--wipe-rom");
+  EmulatorProcess emulator(arguments);
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, {0x88}), Payload{0x88});
+}
+
 TEST_F(Configured, AnAngleSetWith95IsGoneAfterTheRestart) {
   const auto arguments = run_of("generation = \"v236\"\nboot_angle_deg = 30\n");
   for (int start = 0; start < 2; ++start) {

@@ -91,10 +91,15 @@ TEST(FaultVocabulary, TheChoicesOfMemoryFaultsStandInTheOrderOfTheParameters) {
       {"max_angle", RomParameter::kMaxAngle},
       {"current_ramp", RomParameter::kCurrentRamp},
       {"broadcast_mode", RomParameter::kBroadcastMode},
-      {"protections", RomParameter::kProtections}};
+      {"protections", RomParameter::kProtections},
+      {"align_value", RomParameter::kAlignValue},
+      {"driver_id", RomParameter::kDriverId},
+      {"bus_type", RomParameter::kBusType},
+      {"rs485_rate", RomParameter::kSerialRate},
+      {"can_rate", RomParameter::kCanRate}};
   for (const auto& [word, parameter] : words) {
     for (const std::string kind : {"rom_damaged", "ram_flipped"}) {
-      if (kind == "ram_flipped" && parameter == RomParameter::kProtections) continue;
+      if (kind == "ram_flipped" && parameter >= RomParameter::kProtections) continue;
       // MS drives only are limited by it.
       if (kind == "ram_flipped" && parameter == RomParameter::kMaxPower) continue;
       const Fault fault =

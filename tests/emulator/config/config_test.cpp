@@ -170,7 +170,7 @@ TEST(Config, MistakesNameFileLineKeyAndReason) {
        "robot.toml:5: bus.drive.boot_angle_deg: nan is out of range (-360 to 360)"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.clear_angle = \"no\"",
        "robot.toml:5: bus.drive.quirks.clear_angle: \"no\" is not one of ignored, implemented, "
-       "sets_angle"},
+       "sets_angle, zero"},
       {bus + "[[bus.drive]]\nid = 1\nquirks.stop_holds = 1",
        "robot.toml:5: bus.drive.quirks.stop_holds: must be true or false"},
       {bus + "[[bus.drive]]\nid = 1\nsettings.max_speed = 1",

@@ -33,10 +33,15 @@ Registers odd_registers() {
     const auto k = static_cast<double>(kind);
     rom.protections[kind] = {kind % 2 == 0, 50 + k / 7, 0.1 + k / 10, k / 3, kind % 3 == 0};
   }
+  rom.align_value = 65535;
+  rom.driver_id = 32;
+  rom.bus_type = 2;
+  rom.serial_rate = 10;
+  rom.can_rate = 0;
   return rom;
 }
 
-constexpr RomWear kEach = {1, 22, 333, 4444, 5, 6, 7, 8, 9, 4294967295};
+constexpr RomWear kEach = {1, 22, 333, 4444, 5, 6, 7, 8, 9, 4294967295, 11, 12, 13, 14, 15};
 
 std::string error_of(const std::string& text) {
   return config_error([&] {
@@ -57,6 +62,13 @@ TEST(RomFile, EveryParameterComesBackExactly) {
   }
   EXPECT_EQ(print_rom({"vcan0", 3, "mf7015"}, servo.rom, servo.wear),
             print_rom({"vcan0", 3, "mf7015"}, rom, kEach));
+}
+
+TEST(RomFile, WhereADriveIsWiredToIsNotWritten) {
+  const std::string text = print_rom({"vcan0", 3, "mf7015"}, drive().rom, kEach);
+  for (const char* key : {"driver_id", "bus_type", "rs485_rate", "can_rate"}) {
+    EXPECT_EQ(text.find(key), std::string::npos) << key;
+  }
 }
 
 TEST(RomFile, EachParameterComesAloneAndLeavesTheOthersToTheConfiguration) {

@@ -98,6 +98,7 @@ const std::map<std::string_view, Situation> kSituations = {
     {"bus_held_after_off", {}},
     {"encoder_wrap_at_boot", {}},
     {"multi_turn_zero_at_boot", {}},
+    {"id_changed", {{12}}},
 };
 
 /// Geared drives with play and a load; the second has a brake, the third answers commands for

@@ -15,7 +15,7 @@ using test::Host;
 using test::inject;
 using State = FaultEvidence::State;
 
-constexpr auto kAllParameters = static_cast<FaultChoice>(10);
+constexpr auto kAllParameters = static_cast<FaultChoice>(kRomParameters);
 
 void expect_once(const FaultEvidence& evidence, SimTime at) {
   EXPECT_EQ(evidence.began_at, at);
