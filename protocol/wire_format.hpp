@@ -41,6 +41,7 @@ struct Dialect {
   bool brake_command = false;       // 0x8C
   bool parameter_commands = false;  // 0xC0, 0xC1
   bool multi_drive_more = false;    // 0x281, 0x282, 0x288
+  std::uint8_t state_on_byte = 0;   // of state 1 while the drive is on; off is kBridgeOff
   bool all_error_bits = false;      // else bits 0 and 3
   std::int16_t iq_command_limit_lsb = 2000;
   CurrentScale iq_scale = CurrentScale::kManual;

@@ -13,6 +13,7 @@
 #include "emulator/advice/heard.hpp"
 #include "emulator/advice/hosts_watch.hpp"
 #include "emulator/advice/pace_watch.hpp"
+#include "emulator/advice/packet_watch.hpp"
 #include "emulator/advice/path_watch.hpp"
 #include "emulator/advice/rom_watch.hpp"
 #include "emulator/advice/setting_watch.hpp"
@@ -61,6 +62,13 @@ class Adviser::Desk {
   void hear(const TimedFrame& in) {
     ++heard_;
     const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
+    if (in.frame.kind == protocol::FrameKind::kBytes) {
+      if (const auto found = sum_.hear(in.frame)) note(kWholeBus, *found, in);
+      return;
+    }
+    if (serial) {
+      if (const auto found = talk_.hear(in, echoes_)) note(kWholeBus, *found, in);
+    }
     if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
     if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
     if (protocol::find_multi_drive(in.frame.id) != nullptr) {
@@ -84,16 +92,23 @@ class Adviser::Desk {
     hear_single(drives_[static_cast<std::size_t>(index_of_id_[id])], in);
   }
 
+  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+    for (const TerminalFlag flag : flags) note(kWholeBus, not_raw(flag), in);
+  }
+
   void hear_reply(const protocol::Frame& reply) {
     recent_.keep(reply);
     const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
-    if (reply.kind != protocol::FrameKind::kData || id == 0 || id >= index_of_id_.size()) return;
+    const bool readable =
+        reply.kind == protocol::FrameKind::kData || reply.kind == protocol::FrameKind::kSerial;
+    if (!readable || id == 0 || id >= index_of_id_.size()) return;
     dead_.hear_reply(static_cast<int>(id));
     if (index_of_id_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(index_of_id_[id])];
     watched.guess.hear_reply(reply.data[0]);
     watched.timeout.hear_reply();
-    watched.setting.hear_reply(reply.data);
+    // On RS-485 0x42 is in force at once, and no ID.
+    if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
   }
 
   void look(const Bus& bus) {
@@ -104,6 +119,7 @@ class Adviser::Desk {
       Watched& one = drives_[turn_++ % drives_.size()];
       one.looks = std::max(one.looks, 1);
     }
+    echoes_ = bus.echoes();
     const BusStats stats = bus.stats();
     const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
     for (Watched& watched : drives_) {
@@ -181,7 +197,10 @@ class Adviser::Desk {
       hear_in_vain(watched, in);
       return;
     }
+    const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
+    note(drive.id, payload, in);
     if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
+      if (payload) return;  // and that tells more
       const double length = in.frame.dlc - 1;
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
@@ -191,6 +210,7 @@ class Adviser::Desk {
       note(drive.id, unknown_command(in.frame, drive), in);
       return;
     }
+    if (serial) talk_.expect_reply(in, drive);
     hear_understood(watched, in, *query);
   }
 
@@ -302,7 +322,10 @@ class Adviser::Desk {
   DeadWatch dead_;
   WireWatch wire_;
   BusyWatch busy_;
-  int most_ = 0;  // the drive that was spoken to most when any was last; 0: none yet
+  TalkWatch talk_;
+  SumWatch sum_;
+  bool echoes_ = false;  // hosts read what they send
+  int most_ = 0;         // the drive that was spoken to most when any was last; 0: none yet
   GivenList given_;
 };
 
@@ -312,6 +335,9 @@ Adviser& Adviser::operator=(Adviser&&) noexcept = default;
 Adviser::~Adviser() = default;
 
 void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
+void Adviser::hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+  desk_->hear_terminal(flags, in);
+}
 void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
 std::uint64_t Adviser::heard() const { return desk_->heard(); }
 void Adviser::look(const Bus& bus) { desk_->look(bus); }

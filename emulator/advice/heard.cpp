@@ -109,6 +109,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       max_offset_counts(ShaftAngles(config.profile, config.quirks).max_wire_count()),
       no_load_dps(emulator::no_load_dps(config.profile)),
       shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
+      byte_time(bus.serial && bus.bitrate > 0 ? bits_duration(10, bus.bitrate) : SimTime{0}),
       adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       wear(config.wear) {

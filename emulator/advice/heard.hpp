@@ -27,6 +27,7 @@ struct KnownDrive {
   std::uint16_t max_offset_counts;
   double no_load_dps;       // of the rotor, at the configured supply
   SimTime shortest_answer;  // from a query's start to the last bit of its reply; 0: no wire
+  SimTime byte_time;        // on RS-485; 0: no wire
   SimTime adapter_worst;    // that the hosts' adapter adds to that, at most; 0: no adapter
   std::uint32_t endurance;  // writes of one parameter
 

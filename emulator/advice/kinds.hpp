@@ -39,8 +39,14 @@ enum class AdviceKind : std::uint8_t {
   kIdSetNotScanned,
   kSettingNotSaved,
   kRestartAwaited,
+  kTtyNotRaw,
+  kZeroWithoutPayload,
+  kCanPadding,
+  kTalksOverReply,
+  kEchoTaken,
+  kSumWrong,
 };
-inline constexpr std::size_t kAdviceKinds = 27;
+inline constexpr std::size_t kAdviceKinds = 33;
 
 struct AdviceRow {
   AdviceKind kind;

@@ -34,6 +34,10 @@ enum class OffMultiTurn : std::uint8_t { kAsBoot, kSingleTurn };
 /// Which flags the reply to 0x9B shows: those left, or those from before.
 enum class ClearReply : std::uint8_t { kAfter, kBefore };
 
+/// Who is not heard any more after the echo of 0x80, until the drive starts anew: on RS-485 it may
+/// keep the line, and nobody is.
+enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
+
 /// The rows of protocol::kGenerationRows, in their order.
 enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236 };
 
@@ -50,6 +54,7 @@ struct Quirks {
   BootMultiTurn boot_multi_turn = BootMultiTurn::kSingleTurn;
   OffMultiTurn off_multi_turn = OffMultiTurn::kSingleTurn;
   ClearReply clear_reply = ClearReply::kAfter;
+  OffHangs off_hangs = OffHangs::kNo;
   std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
 
   friend bool operator==(const Quirks&, const Quirks&) = default;

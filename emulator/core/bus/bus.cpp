@@ -148,7 +148,20 @@ std::optional<SimTime> Bus::next_due() const {
   return next;
 }
 
-void Bus::to_host(const TimedFrame& frame) {
+/// Hosts whose receiver stays on while they send read themselves first.
+void Bus::echo(SimTime at) {
+  LiveFault* const fault = faults_.echo();
+  if (fault == nullptr) return;
+  const SerialWire* const wire = wire_.serial();
+  if (wire == nullptr) return;
+  const TimedFrame echo{.at = at, .frame = wire->written(), .echo = true};
+  fault->took_effect(time_, kWholeBus, &echo.frame);
+  ++stats_.extra_frames;
+  to_host(echo);
+}
+
+void Bus::to_host(TimedFrame frame) {
+  if (serial_) faults_.read(frame.frame, time_);
   if (!adapter_.in_use()) {
     hand_over(frame);
     return;
@@ -180,7 +193,11 @@ void Bus::deliver(const WireDelivery& delivery) {
     }
   }
   if (delivery.from_host) {
-    if (delivery.from_pieces) ++stats_.frames;
+    if (delivery.from_pieces) {
+      ++stats_.frames;
+    } else {
+      echo(delivery.at);
+    }
     process_query(delivery.at, delivery.frame);
     stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);
     return;
@@ -188,6 +205,11 @@ void Bus::deliver(const WireDelivery& delivery) {
   if (delivery.frame.dlc == 0 && serial_) {  // nothing of it could be told from another's
     ++stats_.replies_lost;
     return;
+  }
+  if (delivery.met_host) {
+    if (LiveFault* const keeper = faults_.line_keeper()) {
+      keeper->took_effect(time_, kWholeBus, &delivery.frame);
+    }
   }
   const std::uint32_t id = delivery.owner & 0x3FU;
   const bool tells = (delivery.frame.id & 0x3FU) == id;
@@ -210,6 +232,7 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
     process_multi_drive(at, frame);
     return;
   }
+  if (line_is_kept()) return;
   // Whoever waits for the query has its turn before the drive hears it.
   if (!conditions_.empty() && conditions_.count(id, frame.data[0], time_)) look();
   Node& node = nodes_.of(id);
@@ -248,6 +271,18 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   }
 }
 
+/// A drive on RS-485 has not let go of the line: nobody hears what hosts send.
+bool Bus::line_is_kept() {
+  if (!serial_) return false;
+  const auto keeper = std::ranges::find_if(
+      nodes_, [](const Node& node) { return node.power.alive && node.servo.keeps_line(); });
+  if (keeper == nodes_.end()) return false;
+  keeper->servo.show_kept_line();
+  faults_.count_shown(keeper->servo, time_);
+  stats_.drop(Drop::kFault);
+  return true;
+}
+
 /// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
 /// that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
@@ -256,6 +291,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
     stats_.drop(Drop::kNoPower);
     return;
   }
+  if (line_is_kept()) return;
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
   for (Node& node : nodes_) {
@@ -320,7 +356,7 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom)
     return;
   }
   faults_.count_shown(servo, time_);
-  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, time_);
+  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, wire_.bitrate(), time_);
   if (!made.stale) node.link.last_said = said;
   stats_.extra_frames += made.extra;
   stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);

@@ -132,7 +132,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
 }
 
 void Judge::hear_reply(const TimedFrame& reply) {
-  if (!can_be_of_a_drive(reply.frame)) return;
+  if (reply.echo || !can_be_of_a_drive(reply.frame)) return;
   const auto speaker = std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
   if (speaker == speakers_.end()) return;
   for (Trial& trial : trials_) {

@@ -123,6 +123,27 @@ TEST(FaultVocabulary, WhatADriveDoesAnywayIsNoFault) {
   EXPECT_EQ(parse_error(drive("quirks.boot_multi_turn = \"zero\"", "multi_turn_zero_at_boot")),
             "robot.toml:8: bus.event.fault: multi_turn_zero_at_boot: drive 1 starts so anyway "
             "(quirks.boot_multi_turn)");
+  EXPECT_EQ(parse_error(drive("quirks.off_hangs = \"drive\"", "bus_held_after_off")),
+            "robot.toml:8: bus.event.fault: bus_held_after_off: drive 1 does so anyway "
+            "(quirks.off_hangs)");
+}
+
+TEST(FaultVocabulary, WhatBelongsToRs485IsNoneOfCan) {
+  const auto bus = [](const std::string& name, const std::string& fault) {
+    return "[[bus]]\ninterface = \"" + name +
+           "\"\n[[bus.drive]]\nid = 1\n[[bus.event]]\nat_s = 1\n" + fault;
+  };
+  for (const char* fault : {"fault = \"echo\"", "fault = \"cr_to_lf\"", "fault = \"late_release\"",
+                            "id = 1\nfault = \"checksum_bad\"", "id = 1\nfault = \"byte_lost\"",
+                            "id = 1\nfault = \"byte_gap\""}) {
+    EXPECT_EQ(parse(bus("rs485:/tmp/a", fault))[0].events.size(), 1U) << fault;
+    EXPECT_NE(parse_error(bus("a", fault)).find(" belongs to RS-485, and this is a CAN bus"),
+              std::string::npos)
+        << fault;
+  }
+  EXPECT_EQ(parse_error(bus("rs485:/tmp/a", "id = 1\nfault = \"multi_turn_zero_at_boot\"")),
+            "robot.toml:7: bus.event.fault: multi_turn_zero_at_boot: drive 1 starts so anyway "
+            "(quirks.boot_multi_turn)");
 }
 
 TEST(FaultVocabulary, BacklashNeedsAGearWithPlay) {

@@ -76,6 +76,8 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"boot_wrap = \"half_turn\"", [](Quirks& q) { q.boot_wrap = BootWrap::kHalfTurn; }},
       {"boot_multi_turn = \"zero\"", [](Quirks& q) { q.boot_multi_turn = BootMultiTurn::kZero; }},
       {"off_multi_turn = \"as_boot\"", [](Quirks& q) { q.off_multi_turn = OffMultiTurn::kAsBoot; }},
+      {"state_on_byte = 48", [](Quirks& q) { q.dialect.state_on_byte = 0x30; }},
+      {"off_hangs = \"bus\"", [](Quirks& q) { q.off_hangs = OffHangs::kBus; }},
       {"clear_reply = \"before\"", [](Quirks& q) { q.clear_reply = ClearReply::kBefore; }},
       {"encoder_span = \"output_turn\"",
        [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
