@@ -51,7 +51,7 @@ bool slot_is_empty(const protocol::Frame& frame, int id) {
 
 class Adviser::Desk {
  public:
-  explicit Desk(const BusConfig& config) {
+  explicit Desk(const BusConfig& config) : serial_(config.serial.has_value()) {
     index_of_id_.fill(-1);
     for (const ServoConfig& servo : config.servos) {
       index_of_id_[static_cast<std::size_t>(servo.id)] = static_cast<int>(drives_.size());
@@ -283,7 +283,8 @@ class Adviser::Desk {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
     if (most != nullptr) most_ = most->drive.id;
-    if (const auto busy = busy_.look(stats); busy && most_ != 0) {
+    // On RS-485 a drive that has something to say hears nothing, which is TalkWatch's.
+    if (const auto busy = busy_.look(stats); busy && most_ != 0 && !serial_) {
       const auto index = static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(most_)]);
       given_.note(most_, busy->finding, drives_[index].last, busy->times);
     }
@@ -312,6 +313,7 @@ class Adviser::Desk {
     if (finding) given_.note(id, *finding, {heard_, in.at, in.frame});
   }
 
+  bool serial_;
   std::vector<Watched> drives_;
   std::array<int, protocol::kMaxId + 1> index_of_id_{};  // -1: no such drive
   std::uint64_t heard_ = 0;

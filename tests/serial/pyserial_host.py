@@ -299,6 +299,27 @@ id = 1
 
     # Hosts in the manner of those that are published for real drives (docs/which-drive.md).
 
+    def test_every_fault_of_the_line_at_once_ends_nothing(self):
+        robot = os.path.join(self.directory, "robot.toml")
+        kinds = ("echo", "cr_to_lf", "late_release", "checksum_bad", "byte_lost", "byte_gap",
+                 "torn_reply", "duplicate_id", "no_termination", "babbling", "boot_garbage",
+                 "wrong_id", "wrong_dlc", "corrupt", "reorder", "adapter_overrun")
+        whole = ("echo", "cr_to_lf", "late_release", "no_termination", "adapter_overrun")
+        with open(robot, "w", encoding="ascii") as file:
+            file.write(f'[[bus]]\ninterface = "{self.bus}"\nbitrate = 1000000\n'
+                       '[[bus.drive]]\nids = "1-2"\n')
+            for kind in kinds:
+                drives = "" if kind in whole else 'ids = "1-2"\n'
+                file.write(f'[[bus.event]]\nat_s = 0\n{drives}fault = "{kind}"\n')
+        with emulator("--config", robot) as running:
+            port = self.open(1_000_000)
+            port.timeout = 0.005
+            for n in range(200):
+                port.write(packet(0x9C, 1 + n % 3))  # the third is not there
+                port.read(30)
+            self.assertIsNone(running.process.poll())
+            running.stop()
+
     def test_a_host_that_leaves_icrnl_set_is_told(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
             port = self.open(1_000_000)

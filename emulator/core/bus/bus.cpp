@@ -161,7 +161,11 @@ void Bus::echo(SimTime at) {
 }
 
 void Bus::to_host(TimedFrame frame) {
-  if (serial_) faults_.read(frame.frame, time_);
+  if (serial_) {
+    const int id = static_cast<int>(frame.frame.id & 0x3FU);
+    faults_.read(frame.frame, time_);
+    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // bytes tell nobody
+  }
   if (!adapter_.in_use()) {
     hand_over(frame);
     return;

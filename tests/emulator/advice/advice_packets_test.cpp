@@ -73,6 +73,7 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   host.write(1, 300us, torque);
   host.write(1, 20ms, torque);
   EXPECT_EQ(host.count(AdviceKind::kTalksOverReply, kWholeBus), 1U) << host.all();
+  EXPECT_EQ(host.count(AdviceKind::kFasterThanDrive), 0U) << host.all();  // no queue is full
   EXPECT_EQ(what_text(host.get(AdviceKind::kTalksOverReply, kWholeBus), Language::kEnglish),
             "3 times a packet before the reply to the last was over: this one came 300 µs after "
             "it, and the reply ends 360 µs after it at the earliest");

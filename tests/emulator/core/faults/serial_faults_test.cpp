@@ -107,6 +107,11 @@ TEST(SerialFaults, CarriageReturnsBecomeLineFeeds) {
   EXPECT_EQ(host.bus.servo(1).ram().gains.angle_kp, 13);  // what the host sends is not changed
   EXPECT_EQ(host.ask("3E 88 01 00 C7"), "3E 88 01 00 C7");
   EXPECT_EQ(effects(host), 1U);
+  host.write(host.bus.time(), bytes("3E 30 01 00 6F"));
+  const auto read = host.read_until(host.bus.time() + 20ms);
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].frame.kind, FrameKind::kBytes);
+  EXPECT_EQ(read[0].said_by, 1);  // the bytes do not tell
 }
 
 /// Of a reply that begins 150 us behind the packet, at 10 us a byte, a driver that stays on for
