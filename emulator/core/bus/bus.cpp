@@ -170,10 +170,25 @@ void Bus::to_host(TimedFrame frame) {
     hand_over(frame);
     return;
   }
+  if (serial_) {
+    bytes_to_host(frame);
+    return;
+  }
   const AdapterShown shown = adapter_.from_wire(frame);
   faults_.count_adapter(shown, frame.frame, time_);
   if (shown.lost && frame.frame.kind != protocol::FrameKind::kError) ++stats_.replies_lost;
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
+}
+
+/// Serial ports know nothing but bytes: those that find no room leave a hole, which nobody reports.
+void Bus::bytes_to_host(TimedFrame frame) {
+  const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
+  const std::size_t fits = std::min(bytes.size, adapter_.room());
+  if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
+  AdapterShown shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
+  if (shown.lost) ++stats_.replies_lost;
+  shown.lost = shown.lost || fits < bytes.size;
+  faults_.count_adapter(shown, frame.frame, time_);
 }
 
 void Bus::hand_over(const TimedFrame& frame) {

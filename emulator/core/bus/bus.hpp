@@ -149,6 +149,7 @@ class Bus {
   bool line_is_kept();
   void echo(SimTime at);
   void to_host(TimedFrame frame);
+  void bytes_to_host(TimedFrame frame);
   void hand_over(const TimedFrame& frame);
   void process_query(SimTime at, const protocol::Frame& frame);
   void process_multi_drive(SimTime at, const protocol::Frame& frame);
