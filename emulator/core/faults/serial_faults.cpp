@@ -40,9 +40,8 @@ void spoil_sum(OnReply& on) {
 
 void lose_byte(OnReply& on) {
   for (Outgoing& one : on.out) {
-    if (!on.live.hits()) continue;
+    if (!protocol::is_serial(one.frame) || one.frame.dlc == 0 || !on.live.hits()) continue;
     WireBytes bytes = protocol::wire_bytes(one.frame);
-    if (bytes.size == 0) continue;
     auto* const lost = bytes.bytes.begin() + static_cast<std::ptrdiff_t>(
                                                  on.live.draw() * static_cast<double>(bytes.size));
     std::copy(lost + 1, bytes.bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size), lost);
@@ -56,7 +55,8 @@ void lose_byte(OnReply& on) {
 void pause_inside(OnReply& on) {
   std::vector<Outgoing> parts;
   for (const Outgoing& one : on.out) {
-    const WireBytes bytes = protocol::wire_bytes(one.frame);
+    const bool serial = protocol::is_serial(one.frame);
+    const WireBytes bytes = serial ? protocol::wire_bytes(one.frame) : WireBytes{};
     if (bytes.size < 2 || !on.live.hits()) {
       parts.push_back(one);
       continue;

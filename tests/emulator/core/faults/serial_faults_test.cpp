@@ -153,6 +153,19 @@ TEST(SerialFaults, ADriveAtAnotherBitRateIsSilentAndLeavesOthersAlone) {
   EXPECT_EQ(effects(host), 1U);
 }
 
+/// Files are refused that ask for them there.
+TEST(SerialFaults, DoNothingOnCan) {
+  for (const FaultRow& row : fault_table()) {
+    if (!row.serial) continue;
+    Rig rig(bus_config({1}, kBitrate));
+    Fault made = fault_of(row);
+    if (!row.of_bus) made.ids = {1};
+    rig.set(made);
+    EXPECT_EQ(rig.talk(kAsk, 10ms), std::vector<Frame>{kAnswer}) << row.word;
+    EXPECT_EQ(rig.effects(), 0U) << row.word;
+  }
+}
+
 void expect_nobody_heard(SerialHost& host) {
   EXPECT_EQ(host.ask("3E 80 01 00 BF"), "3E 80 01 00 BF");
   EXPECT_EQ(host.ask("3E 9C 02 00 DC"), "");
