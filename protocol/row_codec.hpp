@@ -78,7 +78,7 @@ std::int64_t number_of(Member value, const RawRange& range, const WireFormat& fo
     return quantize<Number>(value, lsb(kScale, format), static_cast<Number>(range.min),
                             static_cast<Number>(range.max));
   } else if constexpr (kScale == Scale::kBridge) {
-    return value ? 0 : kBridgeOff;
+    return value ? format.dialect.state_on_byte : kBridgeOff;
   } else {
     return std::clamp(static_cast<std::int64_t>(value), range.min, range.max);
   }

@@ -102,6 +102,17 @@ std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes) {
   return std::nullopt;
 }
 
+Frame bytes_frame(std::span<const std::uint8_t> bytes) {
+  assert(bytes.size() <= kMostBytes);
+  const auto packet = packet_at(bytes);
+  if (packet && wire_bytes(*packet).size == bytes.size()) return *packet;
+  Frame frame;
+  frame.kind = FrameKind::kBytes;
+  frame.dlc = static_cast<std::uint8_t>(bytes.size());
+  std::ranges::copy(bytes, frame.data.begin());
+  return frame;
+}
+
 void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out) {
   Frame rest;  // what is no packet
   rest.kind = FrameKind::kBytes;

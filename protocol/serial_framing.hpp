@@ -38,6 +38,10 @@ WireBytes wire_bytes(const Frame& frame);
 /// wire_bytes of it.
 std::optional<Frame> packet_at(std::span<const std::uint8_t> bytes);
 
+/// The bytes as one frame: the packet that they are, all of them, or kBytes. No more than
+/// kMostBytes.
+Frame bytes_frame(std::span<const std::uint8_t> bytes);
+
 /// Bytes that were written at once, as frames: packets, and what is none as kBytes. Appended.
 void append_frames(std::span<const std::uint8_t> bytes, std::vector<Frame>& out);
 

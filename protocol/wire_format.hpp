@@ -50,6 +50,7 @@ struct Dialect {
   bool calibrate_command = false;   // 0x18
   bool zero_stops = false;          // after 0x95 the drive is as after 0x81
   bool wide_zero_reply = false;     // 0x19: uint32 at 4–7
+  std::uint8_t state_on_byte = 0;   // of state 1 while the drive is on; off is kBridgeOff
   bool all_error_bits = false;      // else bits 0 and 3
   std::int16_t iq_command_limit_lsb = 2000;
   CurrentScale iq_scale = CurrentScale::kManual;

@@ -6,6 +6,7 @@
 
 #include "emulator/advice/answer_watch.hpp"
 #include "emulator/advice/bus_watch.hpp"
+#include "emulator/advice/calibration_watch.hpp"
 #include "emulator/advice/duplicate_watch.hpp"
 #include "emulator/advice/field_watch.hpp"
 #include "emulator/advice/generation_watch.hpp"
@@ -13,6 +14,7 @@
 #include "emulator/advice/heard.hpp"
 #include "emulator/advice/hosts_watch.hpp"
 #include "emulator/advice/pace_watch.hpp"
+#include "emulator/advice/packet_watch.hpp"
 #include "emulator/advice/path_watch.hpp"
 #include "emulator/advice/rom_watch.hpp"
 #include "emulator/advice/setting_watch.hpp"
@@ -50,7 +52,7 @@ bool slot_is_empty(const protocol::Frame& frame, int id) {
 
 class Adviser::Desk {
  public:
-  explicit Desk(const BusConfig& config) {
+  explicit Desk(const BusConfig& config) : serial_(config.serial.has_value()) {
     for (const ServoConfig& servo : config.servos) drives_.emplace_back(KnownDrive(servo, config));
     find_addresses();
   }
@@ -58,6 +60,13 @@ class Adviser::Desk {
   void hear(const TimedFrame& in) {
     ++heard_;
     const bool serial = in.frame.kind == protocol::FrameKind::kSerial;
+    if (in.frame.kind == protocol::FrameKind::kBytes) {
+      if (const auto found = sum_.hear(in.frame)) note(kWholeBus, *found, in);
+      return;
+    }
+    if (serial) {
+      if (const auto found = talk_.hear(in, echoes_)) note(kWholeBus, *found, in);
+    }
     if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
     if (const auto found = wire_.hear()) note(kWholeBus, *found, in);
     if (protocol::find_multi_drive(in.frame.id) != nullptr) {
@@ -85,16 +94,23 @@ class Adviser::Desk {
     hear_single(drives_[static_cast<std::size_t>(at_address_[id])], in);
   }
 
+  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+    for (const TerminalFlag flag : flags) note(kWholeBus, not_raw(flag), in);
+  }
+
   void hear_reply(const protocol::Frame& reply) {
     recent_.keep(reply);
     const auto id = static_cast<std::size_t>(reply.id & 0x3FU);
-    if (reply.kind != protocol::FrameKind::kData || id == 0 || id >= at_address_.size()) return;
+    const bool readable =
+        reply.kind == protocol::FrameKind::kData || reply.kind == protocol::FrameKind::kSerial;
+    if (!readable || id == 0 || id >= at_address_.size()) return;
     dead_.hear_reply(static_cast<int>(id));
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
     watched.guess.hear_reply(reply.data[0]);
     watched.timeout.hear_reply();
-    watched.setting.hear_reply(reply.data);
+    // On RS-485 0x42 is in force at once, and no ID.
+    if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
   }
 
   void look(const Bus& bus) {
@@ -105,17 +121,22 @@ class Adviser::Desk {
       Watched& one = drives_[turn_++ % drives_.size()];
       one.looks = std::max(one.looks, 1);
     }
+    echoes_ = bus.echoes();
     const BusStats stats = bus.stats();
     const std::uint64_t arrived = heard_ - std::min(stats.frames_waiting, heard_);
     bool moved = false;
     for (Watched& watched : drives_) {
-      if (watched.looks == 0 && !watched.trouble.waits()) continue;
+      const bool waits = watched.trouble.waits() || watched.calibration.runs();
+      if (watched.looks == 0 && !waits) continue;
       watched.looks = std::max(0, watched.looks - 1);
       const int address = watched.drive.address;
       watched.drive.look(bus);
       moved = moved || watched.drive.address != address;
       if (!watched.drive.multi_drive) watched.in_vain = 0;
       watched.wind_up.look(watched.drive);
+      if (const auto loaded = watched.calibration.look(watched.drive)) {
+        given_.note(watched.drive.id, *loaded, watched.last);
+      }
       if (const auto seen = watched.trouble.look(bus.time(), arrived, watched.drive)) {
         given_.note(watched.drive.id, seen->finding, seen->suspect, seen->times);
       }
@@ -151,6 +172,7 @@ class Adviser::Desk {
     GuessWatch guess;
     TimeoutWatch timeout;
     SettingWatch setting;
+    CalibrationWatch calibration;
   };
 
   /// So often a drive is looked at after a frame for it: that takes a while to get there and act.
@@ -194,7 +216,10 @@ class Adviser::Desk {
       hear_in_vain(watched, in);
       return;
     }
+    const auto payload = serial ? wrong_payload(in.frame, drive) : std::nullopt;
+    note(drive.id, payload, in);
     if (query == nullptr && std::get<protocol::Reject>(decoded) == protocol::Reject::kWrongLength) {
+      if (payload) return;  // and that tells more
       const double length = in.frame.dlc - 1;
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
@@ -204,6 +229,7 @@ class Adviser::Desk {
       note(drive.id, unknown_command(in.frame, drive), in);
       return;
     }
+    if (serial) talk_.expect_reply(in, drive);
     hear_understood(watched, in, *query);
   }
 
@@ -276,7 +302,8 @@ class Adviser::Desk {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
     if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
-    if (const auto busy = busy_.look(stats); busy && most_) {
+    // On RS-485 a drive that has something to say hears nothing, which is TalkWatch's.
+    if (const auto busy = busy_.look(stats); busy && most_ && !serial_) {
       given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
@@ -305,6 +332,7 @@ class Adviser::Desk {
     if (finding) given_.note(id, *finding, {heard_, in.at, in.frame});
   }
 
+  bool serial_;
   std::vector<Watched> drives_;
   std::array<int, protocol::kMaxId + 1> at_address_{};  // -1: no drive answers there
   std::uint64_t heard_ = 0;
@@ -315,6 +343,9 @@ class Adviser::Desk {
   DeadWatch dead_;
   WireWatch wire_;
   BusyWatch busy_;
+  TalkWatch talk_;
+  SumWatch sum_;
+  bool echoes_ = false;              // hosts read what they send
   std::optional<std::size_t> most_;  // was spoken to most when any was last
   GivenList given_;
 };
@@ -325,6 +356,9 @@ Adviser& Adviser::operator=(Adviser&&) noexcept = default;
 Adviser::~Adviser() = default;
 
 void Adviser::hear(const TimedFrame& in) { desk_->hear(in); }
+void Adviser::hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
+  desk_->hear_terminal(flags, in);
+}
 void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
 std::uint64_t Adviser::heard() const { return desk_->heard(); }
 void Adviser::look(const Bus& bus) { desk_->look(bus); }

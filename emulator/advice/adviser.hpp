@@ -7,6 +7,7 @@
 
 #include "emulator/advice/advice.hpp"
 #include "emulator/core/bus_config.hpp"
+#include "emulator/ground/terminal_flag.hpp"
 
 namespace lk::emulator {
 
@@ -25,6 +26,8 @@ class Adviser {
 
   /// A host puts `in.frame` on the bus at `in.at`.
   void hear(const TimedFrame& in);
+  /// The host whose terminal is set to `flags` has written `in`, which was heard last.
+  void hear_terminal(const TerminalFlags& flags, const TimedFrame& in);
   /// A drive here has put `reply` on the bus.
   void hear_reply(const protocol::Frame& reply);
   /// The number of the frame heard last, from 1 on.

@@ -27,8 +27,11 @@ struct KnownDrive {
   std::uint16_t max_offset_counts;
   double no_load_dps;       // of the rotor, at the configured supply
   SimTime shortest_answer;  // from a query's start to the last bit of its reply; 0: no wire
+  SimTime byte_time;        // on RS-485; 0: no wire
   SimTime adapter_worst;    // that the hosts' adapter adds to that, at most; 0: no adapter
   std::uint32_t endurance;  // writes of one parameter
+  double gear_ratio;
+  double rated_Nm;  // at the output; 0: not printed
 
   // How it was.
   int address = 0;  // the ID that it answers at
@@ -43,6 +46,8 @@ struct KnownDrive {
   RomWear wear{};
   std::uint64_t refused_motion = 0;
   std::uint32_t starts = 1;
+  bool calibrating = false;  // 0x18 turns the shaft
+  double torque_Nm = 0;      // of the motor, at the output
   bool clear_reply_before = false;  // its reply to 0x9B shows the errors from before
 
   /// There is a query that it answers: in multi-drive mode only those for several are.

@@ -39,8 +39,15 @@ enum class AdviceKind : std::uint8_t {
   kIdSetNotScanned,
   kSettingNotSaved,
   kRestartAwaited,
+  kTtyNotRaw,
+  kZeroWithoutPayload,
+  kCanPadding,
+  kTalksOverReply,
+  kEchoTaken,
+  kSumWrong,
+  kMovesUnasked,
 };
-inline constexpr std::size_t kAdviceKinds = 27;
+inline constexpr std::size_t kAdviceKinds = 34;
 
 struct AdviceRow {
   AdviceKind kind;

@@ -62,13 +62,15 @@ const Choices kIdChanges{"restart", "save", "write"};
 const Choices kIdChangeReplies{"old", "new"};
 const Choices kSettingReads{"pending", "active"};
 const Choices kCalibrateBusy{"silent", "answers"};
+const Choices kOffHangs{"no", "drive", "bus"};
 const Choices kWrongLengths{"silent", "lax"};
 const Choices kSpans{"rotor_turn", "output_turn"};
 /// The switches that have one of these words.
 constexpr std::string_view kWordKeys[] = {
-    "state_1",         "clear_angle",     "iq_scale",     "phase_current_scale", "boot_wrap",
-    "boot_multi_turn", "off_multi_turn",  "clear_reply",  "encoder_span",        "wrong_len",
-    "id_change",       "id_change_reply", "setting_read", "calibrate_busy"};
+    "state_1",         "clear_angle",     "iq_scale",       "phase_current_scale",
+    "boot_wrap",       "boot_multi_turn", "off_multi_turn", "clear_reply",
+    "off_hangs",       "encoder_span",    "wrong_len",      "id_change",
+    "id_change_reply", "setting_read",    "calibrate_busy"};
 constexpr const char* kSeen = "seen";
 
 /// An enumeration, by the words in the order of its values.
@@ -126,6 +128,10 @@ void read_dialect(TableReader& reader, Dialect& dialect) {
   if (const auto base = read_either(reader, "reply_id_base", 0x140, 0x180, "0x140 or 0x180")) {
     dialect.reply_id_base = static_cast<std::uint32_t>(*base);
   }
+  if (const auto byte = reader.integer("state_on_byte", 0, 255)) {
+    if (*byte == protocol::kBridgeOff) reader.fail("state_on_byte", "0x10 is what says off");
+    dialect.state_on_byte = static_cast<std::uint8_t>(*byte);
+  }
   if (dialect.framing == protocol::Framing::kSerial) read_serial_dialect(reader, dialect);
 }
 
@@ -144,6 +150,7 @@ class Printer {
     word("iq_scale", kScales, dialect.iq_scale);
     word("phase_current_scale", kScales, dialect.phase_current_scale);
     say("reply_id_base", dialect.reply_id_base == protocol::kSingleDriveId ? "0x140" : "0x180");
+    say("state_on_byte", std::to_string(dialect.state_on_byte));
     for (const auto& field : kQuirkSwitches) flag(field, quirks);
     word("boot_wrap", kBootWraps, quirks.boot_wrap);
     word("boot_multi_turn", kBootMultiTurns, quirks.boot_multi_turn);
@@ -153,6 +160,7 @@ class Printer {
     word("id_change_reply", kIdChangeReplies, quirks.id_change_reply);
     word("setting_read", kSettingReads, quirks.setting_read);
     word("calibrate_busy", kCalibrateBusy, quirks.calibrate_busy);
+    word("off_hangs", kOffHangs, quirks.off_hangs);
     const auto& span = quirks.encoder_span;
     say("encoder_span", span ? quoted(kSpans[static_cast<std::size_t>(*span)]) : "the motor's");
     if (dialect.framing == protocol::Framing::kCan) return;
@@ -191,6 +199,7 @@ void read_quirks(TableReader& reader, ServoConfig& servo) {
   read_word(reader, "id_change_reply", kIdChangeReplies, servo.quirks.id_change_reply);
   read_word(reader, "setting_read", kSettingReads, servo.quirks.setting_read);
   read_word(reader, "calibrate_busy", kCalibrateBusy, servo.quirks.calibrate_busy);
+  read_word(reader, "off_hangs", kOffHangs, servo.quirks.off_hangs);
   EncoderSpan span = servo.quirks.encoder_span.value_or(servo.profile.encoder_span);
   read_word(reader, "encoder_span", kSpans, span);
   servo.quirks.encoder_span.reset();

@@ -313,6 +313,7 @@ Json fault_kinds_json() {
                      {"about", row.about.en},
                      {"about_zh", row.about.zh},
                      {"of_bus", row.of_bus},
+                     {"rs485", row.serial},
                      {"per_frame", row.per_frame},
                      {"momentary", row.momentary()},
                      {"parameters", params}});

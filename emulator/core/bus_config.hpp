@@ -43,6 +43,9 @@ enum class IdChangeReply : std::uint8_t { kOld, kNew };
 enum class SettingRead : std::uint8_t { kPending, kActive };
 /// What becomes of other commands while 0x18 turns the shaft.
 enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
+/// Who is not heard any more after the echo of 0x80, until the drive starts anew: on RS-485 it may
+/// keep the line, and nobody is.
+enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// The rows of protocol::kGenerationRows, in their order.
 enum class Generation : std::uint8_t { kLegacy, kLateLegacy, kV235, kV236, kV236b };
@@ -64,6 +67,7 @@ struct Quirks {
   IdChangeReply id_change_reply = IdChangeReply::kOld;
   SettingRead setting_read = SettingRead::kPending;
   CalibrateBusy calibrate_busy = CalibrateBusy::kSilent;
+  OffHangs off_hangs = OffHangs::kNo;
   std::optional<EncoderSpan> encoder_span;  // where it is not the motor's
 
   friend bool operator==(const Quirks&, const Quirks&) = default;

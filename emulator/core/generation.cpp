@@ -18,6 +18,8 @@ Quirks quirks_of(Generation generation, protocol::Framing framing) {
   const bool newer = generation != Generation::kLegacy && generation != Generation::kLateLegacy;
   quirks.run_resumes = !newer;
   quirks.off_needs_run = newer;
+  // Two teams on RS-485 saw 0 where power came on, two on CAN the single-turn angle.
+  if (framing == protocol::Framing::kSerial) quirks.boot_multi_turn = BootMultiTurn::kZero;
   return quirks;
 }
 

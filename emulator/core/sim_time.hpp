@@ -17,7 +17,8 @@ struct TimedFrame {
   SimTime at{0};
   protocol::Frame frame;
   std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
-  int said_by = 0;  // of a drive's: its ID, when the identifier does not tell; else 0
+  int said_by = 0;    // of a drive's: its ID, when the identifier does not tell; else 0
+  bool echo = false;  // no drive's: the host's own, which it reads
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };

@@ -103,6 +103,11 @@ void Line::put_on_bus(const TimedFrame& in) {
     send_replies();
   }
   adviser_.hear(effective);
+  if (port_ && !told_terminal_ && effective.frame.kind == protocol::FrameKind::kSerial) {
+    const TerminalFlags flags = port_->host_flags();
+    told_terminal_ = !flags.empty();
+    adviser_.hear_terminal(flags, effective);
+  }
   for (const Listener& listener : listeners_) {
     if (listener.query) listener.query(effective);
   }
@@ -180,8 +185,10 @@ void Line::send_replies() {
   const bool up = is_up();
   for (const TimedFrame& reply : replies_) {
     const int id = reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
-    if (up) ++sent_[static_cast<std::size_t>(id)];
-    adviser_.hear_reply(reply.frame);
+    if (!reply.echo) {
+      if (up) ++sent_[static_cast<std::size_t>(id)];
+      adviser_.hear_reply(reply.frame);
+    }
     for (const Listener& listener : listeners_) {
       if (listener.reply) listener.reply(reply);
     }

@@ -138,6 +138,7 @@ class Line {
   Bus bus_;
   RomGate gate_;
   Adviser adviser_;
+  bool told_terminal_ = false;  // that the host's is not raw
   std::size_t advice_told_ = 0;
   std::unique_ptr<Port> port_;
   std::list<Watcher> watchers_;

@@ -188,18 +188,25 @@ std::vector<std::string> remarks(const ServoConfig& servo) {
   return all;
 }
 
-/// "0x9A voltage 0.1 V in bytes 3-4": where its reply has the first field of that unit.
+/// "0x9A voltage 0.1 V in bytes 3-4", on RS-485 "in D[2:3]": where its reply has the first field of
+/// that unit.
 std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char* symbol,
                        const protocol::WireFormat& format) {
   const auto byte = static_cast<std::uint8_t>(opcode);
-  const auto fields = protocol::find_command(byte)->reply;
+  const bool serial = format.dialect.framing == protocol::Framing::kSerial;
+  const auto rows = protocol::serial_commands();
+  const auto fields = serial
+                          ? std::ranges::find(rows, opcode, &protocol::CommandInfo::opcode)->reply
+                          : protocol::find_command(byte)->reply;
   const auto field = std::ranges::find_if(fields, [&](const protocol::Field& one) {
     return one.unit == unit && protocol::present(one, {}, format);
   });
-  return fmt::format("0x{:02X} {} {}{} in bytes {}-{}", byte,
-                     small_letters(std::string(field->label)),
-                     number(protocol::lsb(field->scale, format)), symbol, field->byte,
-                     field->byte + protocol::bytes_of(field->wire) - 1);
+  const int first = field->byte;
+  const int last = first + static_cast<int>(protocol::bytes_of(field->wire)) - 1;
+  return fmt::format("0x{:02X} {} {}{} in {}", byte, small_letters(std::string(field->label)),
+                     number(protocol::lsb(field->scale, format)), symbol,
+                     serial ? fmt::format("D[{}:{}]", first - 1, last - 1)
+                            : fmt::format("bytes {}-{}", first, last));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ RomGate::RomGate(const BusConfig& bus) {
 }
 
 void RomGate::pass(const TimedFrame& reply, std::vector<protocol::Frame>& out) {
-  if (reply.frame.kind == protocol::FrameKind::kError) {
+  if (reply.frame.kind == protocol::FrameKind::kError || reply.echo) {
     out.push_back(reply.frame);  // no drive's
     return;
   }

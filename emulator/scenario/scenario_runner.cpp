@@ -104,7 +104,7 @@ class Advisers {
       Adviser& adviser = advisers_[one.bus].adviser;
       if (one.from_host) {
         adviser.hear(one.frame);
-      } else {
+      } else if (!one.frame.echo) {
         adviser.hear_reply(one.frame.frame);
       }
     }

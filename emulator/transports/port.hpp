@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "emulator/ground/terminal_flag.hpp"
 #include "emulator/transports/socketcan.hpp"
 
 namespace lk::emulator {
@@ -56,6 +57,9 @@ class Port {
   /// Replies in our hands still.
   virtual std::size_t pending() const = 0;
   virtual PortStats stats() const = 0;
+  /// What the terminal of the host that wrote last changes on its way; none: not a terminal, or
+  /// raw.
+  virtual TerminalFlags host_flags() const { return {}; }
 
  private:
   virtual Batch next_batch(Wait wait) = 0;

@@ -167,6 +167,10 @@ bool SerialPort::rate_is_right() {
   return !wrong_rate_;
 }
 
+TerminalFlags SerialPort::host_flags() const {
+  return linked_.empty() || !is_up() ? TerminalFlags{} : flags_of(fd_.get());
+}
+
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   const ssize_t size = ::read(fd_.get(), bytes_.data(), bytes_.size());
   if (size <= 0) {

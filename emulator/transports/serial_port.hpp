@@ -40,6 +40,7 @@ class SerialPort final : public Port {
   int descriptor() const override { return fd_ ? fd_.get() : -1; }
   std::size_t pending() const override { return 0; }
   PortStats stats() const override { return stats_; }
+  TerminalFlags host_flags() const override;
 
  private:
   Batch next_batch(Wait wait) override;

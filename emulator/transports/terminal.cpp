@@ -22,6 +22,22 @@ termios2 settings_of(int fd) {
 
 std::int64_t output_rate(int fd) { return settings_of(fd).c_ospeed; }
 
+TerminalFlags flags_of(int fd) {
+  const termios2 settings = settings_of(fd);
+  TerminalFlags flags;
+  const auto add = [&flags](tcflag_t set, TerminalFlag flag) {
+    if (set != 0) flags.push_back(flag);
+  };
+  add(settings.c_iflag & ICRNL, TerminalFlag::kIcrnl);
+  add(settings.c_iflag & INLCR, TerminalFlag::kInlcr);
+  add(settings.c_iflag & IGNCR, TerminalFlag::kIgncr);
+  add(settings.c_iflag & ISTRIP, TerminalFlag::kIstrip);
+  add(settings.c_iflag & IXON, TerminalFlag::kIxon);
+  add(settings.c_oflag & OPOST, TerminalFlag::kOpost);
+  add(settings.c_lflag & ECHO, TerminalFlag::kEcho);
+  return flags;
+}
+
 void make_raw(int fd, std::int64_t rate) {
   termios2 settings = settings_of(fd);
   settings.c_iflag = 0;

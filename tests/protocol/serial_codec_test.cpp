@@ -249,6 +249,17 @@ TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   EXPECT_FALSE(answers(kMs35, ReadState3::kOpcode));
 }
 
+/// V2.35 prints 0x91 for CAN alone, and 0x8C for RS-485 alone.
+TEST(SerialCodec, ADriveMayKnowACommandOnOneWireOnly) {
+  const auto* const v235 = std::ranges::find(kGenerationRows, "v235", &GenerationRow::name);
+  const WireFormat can = wire_format(v235->dialect, Series::kMf);
+  const WireFormat serial = wire_format(v235->serial, Series::kMf);
+  EXPECT_TRUE(answers(can, WriteOffsetToRom::kOpcode));
+  EXPECT_FALSE(answers(serial, WriteOffsetToRom::kOpcode));
+  EXPECT_FALSE(answers(can, Brake::kOpcode));
+  EXPECT_TRUE(answers(serial, Brake::kOpcode));
+}
+
 TEST(SerialCodec, NobodyIsAddressedBeyondTheIds) {
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 01 00 D9"))), 1);
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 20 00 F8"))), 32);

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <random>
+#include <utility>
 
 #include "protocol/codec.hpp"
 #include "tests/support/serial.hpp"
@@ -194,6 +195,25 @@ TEST(SerialFraming, EveryPacketComesBackAsItWas) {
     EXPECT_EQ(sent.size, frame.dlc == 1 ? 5U : 5U + frame.dlc);
     EXPECT_EQ(packet_at(sent.view()), frame);
   }
+}
+
+/// Of a real drive whose host's terminal had ICRNL set: as sent, and as it arrived.
+TEST(SerialFraming, TheLogsBadRepliesAreGoodWithTheirCarriageReturns) {
+  const std::pair<const char*, const char*> replies[] = {
+      {"3E A4 01 07 EA 21 00 00 0D 00 2C 19 73", "3E A4 01 07 EA 21 00 00 0A 00 2C 19 73"},
+      {"3E A4 01 07 EA 21 6C 00 AE 02 B0 20 0D", "3E A4 01 07 EA 21 6C 00 AE 02 B0 20 0A"},
+      {"3E A4 01 07 EA 21 64 00 82 02 74 90 0D", "3E A4 01 07 EA 21 64 00 82 02 74 90 0A"},
+      {"3E A4 01 07 EA 21 52 00 0D 02 FC AA 28", "3E A4 01 07 EA 21 52 00 0A 02 FC AA 28"}};
+  for (const auto& [sent, arrived] : replies) {
+    EXPECT_EQ(bytes_frame(bytes(sent)).kind, FrameKind::kSerial) << sent;
+    EXPECT_EQ(bytes_frame(bytes(arrived)).kind, FrameKind::kBytes) << arrived;
+  }
+}
+
+/// Printed by the vendor with a wrong sum.
+TEST(SerialFraming, WhatTheVendorPrintsWrongIsNoPacket) {
+  EXPECT_FALSE(packet_at(bytes("3E 12 01 00 45")));
+  EXPECT_FALSE(packet_at(bytes("02 88 9C 00 00 00 00 00 81 00 CF")));
 }
 
 }  // namespace serial_framing_test

@@ -297,6 +297,109 @@ id = 1
         self.assertIn("passed", self.lk_emu("run", scenario))
         self.assertFalse(os.path.lexists(self.path), "a run makes no terminal")
 
+    # Hosts in the manner of those that are published for real drives (docs/which-drive.md).
+
+    def test_every_fault_of_the_line_at_once_ends_nothing(self):
+        robot = os.path.join(self.directory, "robot.toml")
+        kinds = ("echo", "cr_to_lf", "late_release", "checksum_bad", "byte_lost", "byte_gap",
+                 "torn_reply", "duplicate_id", "no_termination", "babbling", "boot_garbage",
+                 "wrong_id", "wrong_dlc", "corrupt", "reorder", "adapter_overrun")
+        whole = ("echo", "cr_to_lf", "late_release", "no_termination", "adapter_overrun")
+        with open(robot, "w", encoding="ascii") as file:
+            file.write(f'[[bus]]\ninterface = "{self.bus}"\nbitrate = 1000000\n'
+                       '[[bus.drive]]\nids = "1-2"\n')
+            for kind in kinds:
+                drives = "" if kind in whole else 'ids = "1-2"\n'
+                file.write(f'[[bus.event]]\nat_s = 0\n{drives}fault = "{kind}"\n')
+        with emulator("--config", robot) as running:
+            port = self.open(1_000_000)
+            port.timeout = 0.005
+            for n in range(200):
+                port.write(packet(0x9C, 1 + n % 3))  # the third is not there
+                port.read(30)
+            self.assertIsNone(running.process.poll())
+            running.stop()
+
+    def test_a_host_that_leaves_icrnl_set_is_told(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
+            port = self.open(1_000_000)
+            attributes = termios.tcgetattr(port.fd)
+            attributes[0] |= termios.ICRNL
+            termios.tcsetattr(port.fd, termios.TCSANOW, attributes)
+            gains = bytes([13, 100, 50, 40, 50, 50])
+            port.write(packet(0x31, 1, gains))
+            answer = port.read(12)
+            self.assertEqual(answer[5:11], bytes([10]) + gains[1:])
+            self.assertNotEqual(sum(answer[5:11]) & 0xFF, answer[11])
+            running.stop()
+        self.assertIn("tty-not-raw: ICRNL is set", running.errors)
+        self.assertEqual(running.errors.count("tty-not-raw: "), 2)  # when it comes, and at the end
+
+    def test_a_host_that_makes_its_port_raw_is_told_nothing(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
+            port = self.open(1_000_000)
+            for _ in range(50):
+                self.assertEqual(len(ask(port, 0x9C, 1)), 13)
+            running.stop()
+        for kind in ("tty-not-raw", "talks-over-reply", "can-padding"):
+            self.assertNotIn(kind, running.errors)
+
+    def test_a_host_of_the_oldest_manual_reads_its_voltage(self):
+        with emulator("--bus", self.bus, "--ids", "1"):
+            port = self.open(115_200)
+            port.write(packet(0x9A, 1))
+            data = port.read(13)[5:12]
+            self.assertEqual(len(data), 7)
+            volts = int.from_bytes(data[2:4], "little") / 10
+            self.assertTrue(20 < volts < 30, volts)  # the motor's supply is 24 V
+
+    def test_a_host_that_reads_no_replies_to_motion_talks_over_them(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "460800",
+                      "--generation", "v235") as running:
+            port = self.open(460_800)
+            for n in range(20):
+                port.write(packet(0xA1, 1, n.to_bytes(2, "little")))
+                port.write(packet(0xA2, 1, (100 * n).to_bytes(4, "little")))
+                port.reset_input_buffer()
+                time.sleep(0.02)  # the host's own rhythm
+            running.stop()
+        self.assertIn("talks-over-reply: ", running.errors)
+
+    def test_the_connect_sequence_of_the_pc_tool(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--motor", "mg5010", "--generation", "v235"):
+            port = self.open(115_200)
+            lengths = [len(ask(port, command, 1)) for command in (0x1F, 0x12, 0x16, 0x14, 0x10)]
+            self.assertEqual(lengths, [8, 64, 6 + 108, 6 + 104, 5])
+
+    def test_a_host_with_the_lengths_of_can_is_told(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "2000000", "--generation", "v236",
+                      "--motor", "mg4005") as running:
+            port = self.open(2_000_000)
+            port.timeout = 0.1
+            self.assertEqual(ask(port, 0x8C, 1, bytes([0x10, 0, 0, 0, 0, 0, 0])), b"")
+            self.assertEqual(ask(port, 0x95, 1), packet(0x95, 1))
+            running.stop()
+        self.assertIn("can-padding: 0x8C with LEN 7", running.errors)
+        self.assertIn("zero-without-payload: ", running.errors)
+
+    def test_three_drives_behind_a_ch348(self):
+        robot = os.path.join(self.directory, "robot.toml")
+        for adapter in ("none", "ch348"):
+            with open(robot, "w", encoding="ascii") as file:
+                file.write(f'[[bus]]\ninterface = "{self.bus}"\nbitrate = 2000000\n'
+                           f'adapter = "{adapter}"\n[[bus.drive]]\nids = "1-3"\nmotor = "mg4005"\n')
+            with emulator("--config", robot):
+                port = self.open(2_000_000)
+                cycles = 200
+                begin = time.monotonic()
+                for _ in range(cycles):
+                    for drive in (1, 2, 3):
+                        self.assertEqual(len(ask(port, 0x9C, drive)), 13)
+                rate = cycles / (time.monotonic() - begin)
+                print(f"three drives at 2 Mbit/s, adapter {adapter}: {rate:.0f} cycles a second",
+                      flush=True)
+                port.close()
+
     def refused(self, *arguments: str) -> str:
         done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True,
                               timeout=PATIENCE_S, check=False)

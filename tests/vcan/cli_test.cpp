@@ -63,7 +63,7 @@ const BadInput kBadInput[] = {
      "lk-emu: ctl: no scenario \"jamed_joint\", did you mean jammed_joint? (in "},
     {"UnknownGeneration",
      {"--bus", "vcan0", "--ids", "1", "--generation", "v237"},
-     "lk-emu: --generation: \"v237\" is not one of legacy, late-legacy, v235, v236, seen"},
+     "lk-emu: --generation: \"v237\" is not one of legacy, late-legacy, v235, v236, v236b, seen"},
     {"GenerationTwice",
      {"--bus", "a", "--ids", "1", "--generation", "v235", "--generation", "v236"},
      "lk-emu: --generation is given twice for the same drives"},

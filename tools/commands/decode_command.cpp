@@ -51,7 +51,7 @@ struct DecodeApp {
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
     app.add_option(
            "--generation", generation,
-           "firmware of the drives: legacy (default), late-legacy, v235, v236, or seen: what "
+           "firmware of the drives: legacy (default), late-legacy, v235, v236, v236b, or seen: what "
            "drives of the motor were seen to speak")
         ->type_name("GENERATION");
     app.add_option("--motor", motor,

@@ -28,6 +28,7 @@ std::vector<std::string> params_of(const FaultRow& row) {
 
 std::string scope_of(const FaultRow& row) {
   std::string text = row.of_bus ? "bus" : "drives";
+  if (row.serial) text += ", RS-485";
   if (row.per_frame) text += ", each frame";
   if (row.momentary()) text += ", at once";
   return text;

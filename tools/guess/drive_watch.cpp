@@ -79,6 +79,7 @@ bool in_order(const std::optional<SimTime>& a, const std::optional<SimTime>& b, 
 void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
   ++queries_;
   const Sighting sighting{told.frame, at};
+  if (protocol::is_serial(told.frame)) evidence_.on_serial();
   const bool several = protocol::find_multi_drive(told.frame.id) != nullptr;
   if (several) {
     const bool counts = several_known_ && (told.frame.id == protocol::MultiSpeed::kIdentifier ||
@@ -91,7 +92,7 @@ void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
              told.frame.data[0] == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     off_at_.reset();
   }
-  motion_.query(sighting);
+  if (!protocol::is_serial(told.frame)) motion_.query(sighting);
 }
 
 void DriveWatch::settle(const Settled& settled) {
@@ -136,11 +137,13 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   const Sighting sighting{heard, at};
   const std::uint8_t command = told.frame.data[0];
   const bool fits = told.choices > 0;
+  const bool serial = protocol::is_serial(heard);
+  if (serial) evidence_.on_serial();
   if (told.sure && fits) {
     const std::uint32_t base = heard.id - static_cast<std::uint32_t>(told.drive);
     const std::size_t value = static_cast<std::size_t>(
         std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
-    evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
+    if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
     if (told.latency && *told.latency > SimTime{0}) {
       fastest_ = timed_ == 0 ? *told.latency : std::min(fastest_, *told.latency);
       slowest_ = std::max(slowest_, *told.latency);
@@ -152,32 +155,36 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
       command == static_cast<std::uint8_t>(protocol::ClearErrors::kOpcode)) {
     see_state_1(sighting);
   }
-  if (command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode))
+  if (!serial && command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode)) {
     see_single_turn(sighting);
-  if (command == static_cast<std::uint8_t>(protocol::WriteZeroToRom::kOpcode)) {
+  }
+  if (!serial && command == static_cast<std::uint8_t>(protocol::WriteZeroToRom::kOpcode)) {
     see_zero(sighting);
   }
   if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
   const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
   if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
-  motion_.reply({told.frame, at}, evidence_);
+  if (!serial) motion_.reply({told.frame, at}, evidence_);
 }
 
 /// An angle of 0 has the bytes of its query: right after 0x95, where the drive was to count from 0.
 void DriveWatch::unclear(const Told& told, std::optional<SimTime> at) {
   const bool angle =
       told.frame.data[0] == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode);
-  if (angle && paced(told)) motion_.reply({told.frame, at}, evidence_);
+  if (angle && paced(told) && !protocol::is_serial(told.frame))
+    motion_.reply({told.frame, at}, evidence_);
 }
 
 /// That there is a reply, and what its DATA[0] is.
 void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
+  const bool serial = protocol::is_serial(sighting.frame);
   if (told.asked > 0xFF) {
+    if (serial) return;
     see_several(told, sighting);
     return;
   }
   const auto* const command = protocol::find_command(static_cast<std::uint8_t>(told.asked));
-  if (told.sure && command != nullptr && command->printed != Opcode{}) {
+  if (!serial && told.sure && command != nullptr && command->printed != Opcode{}) {
     const bool repeats = told.frame.data[0] == told.asked;
     evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
                   sighting);

@@ -8,6 +8,7 @@
 
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
+#include "protocol/wire_format.hpp"
 #include "tools/guess/traits.hpp"
 
 namespace lk::emulator {
@@ -44,6 +45,9 @@ class Evidence {
   void see(Trait trait, ValueSet allowed, Weight weight, const Sighting& sighting);
   /// The same of what was seen before it was known what it says.
   void see(Trait trait, ValueSet allowed, const Frames& frames);
+  /// It was on RS-485.
+  void on_serial() { framing_ = protocol::Framing::kSerial; }
+  protocol::Framing framing() const { return framing_; }
   /// Of the commands that every drive answers.
   void count_answer(bool answered) { ++(answered ? answered_ : lost_); }
 
@@ -64,6 +68,7 @@ class Evidence {
   std::uint64_t enough_silence() const;
 
   std::map<Trait, BySet> seen_;
+  protocol::Framing framing_ = protocol::Framing::kCan;
   std::uint64_t answered_ = 0;
   std::uint64_t lost_ = 0;
 };

@@ -11,10 +11,19 @@ namespace {
 
 constexpr std::size_t kForeignReplies = 2;  // of Trait::kReplyId: 0x240
 
+/// On RS-485 the watchers know the layout of state 1, and who answers what; the rest has other
+/// places, or is not there.
+bool is_looked_for(Trait trait, protocol::Framing framing) {
+  if (framing == protocol::Framing::kCan) return true;
+  return trait == Trait::kState1 || trait == Trait::kErrorBits || trait == Trait::kSeries ||
+         trait == Trait::kOpenLoop || trait == Trait::kPid || trait == Trait::kOffset ||
+         trait == Trait::kBrake || trait == Trait::kParameters;
+}
+
 /// Does the trait say something about the generation of such a drive? 0xA0 is for MS drives, and
 /// they know no current.
 bool counts(Trait trait, const Evidence& evidence) {
-  if (row_of(trait).of == nullptr) return false;
+  if (row_of(trait).of == nullptr || !is_looked_for(trait, evidence.framing())) return false;
   const ValueSet series = evidence.open(Trait::kSeries);
   if (trait == Trait::kOpenLoop) return series == only(kMs);
   if (trait == Trait::kSpeedLimit) return series == only(kNotMs);
@@ -23,7 +32,7 @@ bool counts(Trait trait, const Evidence& evidence) {
 
 GenerationFit fit_of(Generation generation, const Evidence& evidence) {
   GenerationFit fit{.generation = generation, .against = {}};
-  const Quirks quirks = quirks_of(generation);
+  const Quirks quirks = quirks_of(generation, evidence.framing());
   for (std::size_t n = 0; n < kTraitCount; ++n) {
     const auto trait = static_cast<Trait>(n);
     if (!counts(trait, evidence)) continue;
@@ -69,6 +78,7 @@ std::vector<Generation> candidates_of(const Guess& guess) {
 
 Guess guess_of(const Evidence& evidence) {
   Guess guess;
+  guess.framing = evidence.framing();
   for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
     guess.generations.push_back(fit_of(static_cast<Generation>(n), evidence));
     if (guess.generations.back().against.empty()) {
@@ -90,7 +100,8 @@ Guess guess_of(const Evidence& evidence) {
       guess.decided.push_back(trait);
     }
     const ValueSet series = evidence.open(Trait::kSeries);
-    const bool relevant = (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
+    const bool relevant = is_looked_for(trait, guess.framing) &&
+                          (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
                           (trait != Trait::kSpeedLimit || series != only(kMs));
     if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
   }
@@ -117,9 +128,9 @@ std::vector<Trait> telling(const Guess& guess) {
   for (const Trait trait : guess.unknown) {
     const auto of = row_of(trait).of;
     if (of == nullptr) continue;
-    const std::size_t first = of(quirks_of(candidates.front()));
-    const bool same = std::ranges::all_of(candidates, [of, first](Generation generation) {
-      return of(quirks_of(generation)) == first;
+    const std::size_t first = of(quirks_of(candidates.front(), guess.framing));
+    const bool same = std::ranges::all_of(candidates, [&](Generation generation) {
+      return of(quirks_of(generation, guess.framing)) == first;
     });
     if (!same) traits.push_back(trait);
   }

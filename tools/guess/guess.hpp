@@ -32,7 +32,8 @@ struct Guess {
   Generation nearest = Generation::kLegacy;  // the first that fits, or has the least against it
   std::vector<QuirkOption> quirks;           // that `nearest` needs beside
   std::string_view encoder_span;             // no generation says it; empty: the log neither
-  bool ms = false;                           // sure to be of the MS series
+  protocol::Framing framing = protocol::Framing::kCan;
+  bool ms = false;  // sure to be of the MS series
   std::vector<Trait> decided;
   std::vector<Trait> unknown;        // that the log could have told, and does not
   std::vector<Trait> contradictory;  // frames say one thing and the other

@@ -70,7 +70,7 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
   }
   Json ask = Json::array();
   for (const Trait trait : telling(guess)) {
-    ask.push_back({{"key", key_of(trait)}, {"send", probe_text(trait, id)}});
+    ask.push_back({{"key", key_of(trait)}, {"send", probe_text(trait, id, guess.framing)}});
   }
   json["foreign"] = guess.foreign;
   json["fits"] = std::move(fits);

@@ -136,7 +136,7 @@ std::string summary_of(const Guess& guess, Language language) {
 }
 
 /// What to send to know more, or to wait for.
-std::string probe_line(Trait trait, int drive, Language language) {
+std::string probe_line(Trait trait, int drive, protocol::Framing framing, Language language) {
   const TraitRow& row = row_of(trait);
   if (row.probe.empty()) {
     return say({"    to distinguish them: {} ({})\n", "    要分辨它们：{}（{}）\n"}, language,
@@ -146,14 +146,14 @@ std::string probe_line(Trait trait, int drive, Language language) {
                                                  "    要分辨它们，请发送：{}（{}）\n"}
                                          : Words{"    to distinguish them, send: {} ({}; {})\n",
                                                  "    要分辨它们，请发送：{}（{}；{}）\n"};
-  return say(words, language, probe_text(trait, drive), row.key, row.how.in(language));
+  return say(words, language, probe_text(trait, drive, framing), row.key, row.how.in(language));
 }
 
 /// First what tells the generations apart, then the traits that nothing has been said of.
 std::string unknown_lines(const Guess& guess, int drive, Language language) {
   std::string text;
   const std::vector<Trait> apart = telling(guess);
-  for (const Trait trait : apart) text += probe_line(trait, drive, language);
+  for (const Trait trait : apart) text += probe_line(trait, drive, guess.framing, language);
   const auto said = [](const std::vector<Trait>& traits, Trait trait) {
     return std::ranges::find(traits, trait) != traits.end();
   };
@@ -231,7 +231,12 @@ class BusNames {
       if (is_virtual(interface)) taken_.insert(interface);
     }
   }
-  std::string name_for(const std::string& interface) {
+  std::string name_for(const std::string& interface, protocol::Framing framing) {
+    if (framing == protocol::Framing::kSerial) {
+      const std::string name = "rs485:/tmp/arm" + (arms_ > 0 ? std::to_string(arms_) : "");
+      ++arms_;
+      return name;
+    }
     if (is_virtual(interface)) return interface;
     int number = 0;
     while (!taken_.insert("vcan" + std::to_string(number)).second) ++number;
@@ -240,6 +245,7 @@ class BusNames {
 
  private:
   std::set<std::string> taken_;
+  int arms_ = 0;
 };
 
 /// Drives of a bus that are emulated alike.
@@ -267,6 +273,10 @@ std::map<std::string, Kind> kinds_of(const GuessedBus& bus) {
 /// What is not as sure as the command looks.
 std::vector<std::string> doubts(const Guess& guess, Language language) {
   std::vector<std::string> notes;
+  if (guess.framing == protocol::Framing::kSerial) {
+    notes.push_back(say(
+        {"the log does not show the bit rate: --baud", "日志里看不出波特率：--baud"}, language));
+  }
   if (guess.fits.size() == guess.generations.size()) {
     notes.push_back(say({"nothing in the log tells the generation: {} is the default",
                          "日志里看不出固件代：{} 是默认值"},
@@ -348,7 +358,7 @@ Starts starts_of(const Guesser& guesser, Language language) {
   for (const auto& [interface, bus] : guesser.buses()) {
     const std::map<std::string, Kind> kinds = kinds_of(bus);
     if (kinds.empty()) continue;
-    const std::string name = bus_names.name_for(interface);
+    const std::string name = bus_names.name_for(interface, kinds.begin()->second.guess.framing);
     if (kinds.size() == 1) {
       const auto& [options, kind] = *kinds.begin();
       starts.commands.push_back(

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+
+#include "emulator/core/frame_text.hpp"
 #include "protocol/codec.hpp"
 
 namespace lk::emulator {
@@ -117,15 +120,30 @@ constexpr std::array<TraitRow, kTraitCount> kRows{{
 }};
 // clang-format on
 
+/// LEN of what is asked on RS-485 (docs/rs485.md).
+std::uint8_t len_of(std::uint8_t command) {
+  return command == 0x8C ? 1 : command == 0xA0 ? 2 : command == 0xC0 ? 7 : 0;
+}
+
 }  // namespace
 
 const TraitRow& row_of(Trait trait) { return kRows.at(static_cast<std::size_t>(trait)); }
 
 ValueSet all_of(Trait trait) { return static_cast<ValueSet>((1U << row_of(trait).count) - 1U); }
 
-std::string probe_text(Trait trait, int drive) {
+std::string probe_text(Trait trait, int drive, protocol::Framing framing) {
   const std::string_view data = row_of(trait).probe;
   if (data.empty()) return "";
+  if (framing == protocol::Framing::kSerial) {
+    protocol::Frame frame;
+    frame.kind = protocol::FrameKind::kSerial;
+    frame.id = protocol::kSingleDriveId + static_cast<unsigned>(drive);
+    for (std::size_t n = 0; n < protocol::kCanBytes; ++n) {
+      std::from_chars(&data[2 * n], &data[2 * n] + 2, frame.data[n], 16);
+    }
+    frame.dlc = static_cast<std::uint8_t>(1 + len_of(frame.data[0]));
+    return frame_text(frame);
+  }
   return fmt::format("{:03X}#{}", protocol::kSingleDriveId + static_cast<unsigned>(drive), data);
 }
 

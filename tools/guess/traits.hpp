@@ -71,7 +71,7 @@ const TraitRow& row_of(Trait trait);
 /// All values of a trait.
 ValueSet all_of(Trait trait);
 /// The query that would tell, as cansend takes it; empty: there is none.
-std::string probe_text(Trait trait, int drive);
+std::string probe_text(Trait trait, int drive, protocol::Framing framing);
 
 /// The trait that decides whether a drive answers the command; none: all drives do.
 std::optional<Trait> trait_behind(protocol::Opcode opcode);

@@ -7,31 +7,6 @@
 #include "emulator/core/seed.hpp"
 
 namespace lk::emulator {
-namespace {
-
-Drop drop_cause(protocol::Reject reject) {
-  switch (reject) {
-    case protocol::Reject::kErrorFrame:
-      return Drop::kErrorFrame;
-    case protocol::Reject::kCanFd:
-      return Drop::kCanFd;
-    case protocol::Reject::kRemote:
-      return Drop::kRemote;
-    case protocol::Reject::kExtended:
-      return Drop::kExtended;
-    case protocol::Reject::kForeignId:
-      return Drop::kForeignId;
-    case protocol::Reject::kWrongLength:
-      return Drop::kWrongLength;
-    case protocol::Reject::kUnknownCommand:
-      return Drop::kUnknownCommand;
-    case protocol::Reject::kNoPacket:
-      return Drop::kNoPacket;
-  }
-  return Drop::kForeignId;
-}
-
-}  // namespace
 
 Bus::Bus(const BusConfig& config)
     : wire_(config),
@@ -149,15 +124,47 @@ std::optional<SimTime> Bus::next_due() const {
   return next;
 }
 
-void Bus::to_host(const TimedFrame& frame) {
+/// Hosts whose receiver stays on while they send read themselves first.
+void Bus::echo(SimTime at) {
+  LiveFault* const fault = faults_.echo();
+  if (fault == nullptr) return;
+  const SerialWire* const wire = wire_.serial();
+  if (wire == nullptr) return;
+  const TimedFrame echo{.at = at, .frame = wire->written(), .echo = true};
+  fault->took_effect(time_, kWholeBus, &echo.frame);
+  ++stats_.extra_frames;
+  to_host(echo);
+}
+
+void Bus::to_host(TimedFrame frame) {
+  if (serial_) {
+    const int id = static_cast<int>(frame.frame.id & 0x3FU);
+    faults_.read(frame.frame, time_);
+    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // bytes tell nobody
+  }
   if (!adapter_.in_use()) {
     hand_over(frame);
+    return;
+  }
+  if (serial_) {
+    bytes_to_host(frame);
     return;
   }
   const AdapterShown shown = adapter_.from_wire(frame);
   faults_.count_adapter(shown, frame.frame, time_);
   if (shown.lost && frame.frame.kind != protocol::FrameKind::kError) ++stats_.replies_lost;
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
+}
+
+/// Serial ports know nothing but bytes: those that find no room leave a hole, which nobody reports.
+void Bus::bytes_to_host(TimedFrame frame) {
+  const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
+  const std::size_t fits = std::min(bytes.size, adapter_.room());
+  if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
+  AdapterShown shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
+  if (shown.lost) ++stats_.replies_lost;
+  shown.lost = shown.lost || fits < bytes.size;
+  faults_.count_adapter(shown, frame.frame, time_);
 }
 
 void Bus::hand_over(const TimedFrame& frame) {
@@ -181,7 +188,11 @@ void Bus::deliver(const WireDelivery& delivery) {
     }
   }
   if (delivery.from_host) {
-    if (delivery.from_pieces) ++stats_.frames;
+    if (delivery.from_pieces) {
+      ++stats_.frames;
+    } else {
+      echo(delivery.at);
+    }
     process_query(delivery.at, delivery.frame);
     stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);
     return;
@@ -190,196 +201,15 @@ void Bus::deliver(const WireDelivery& delivery) {
     ++stats_.replies_lost;
     return;
   }
+  if (delivery.met_host) {
+    if (LiveFault* const keeper = faults_.line_keeper()) {
+      keeper->took_effect(time_, kWholeBus, &delivery.frame);
+    }
+  }
   const std::uint32_t id = delivery.owner & 0x3FU;
   const bool tells = (delivery.frame.id & 0x3FU) == id;
   to_host(
       {delivery.at, delivery.frame, delivery.after_rom_write, tells ? 0 : static_cast<int>(id)});
-}
-
-void Bus::process_query(SimTime at, const protocol::Frame& frame) {
-  const auto addressed = protocol::address(frame);
-  if (const auto* reject = std::get_if<protocol::Reject>(&addressed)) {
-    stats_.drop(drop_cause(*reject));
-    return;
-  }
-  const int id = std::get<int>(addressed);
-  if (id == protocol::kMultiDrive) {
-    process_multi_drive(at, frame);
-    return;
-  }
-  const std::uint32_t drives = nodes_.at_address(id);
-  if (drives == 0) {
-    stats_.drop(Drop::kNoSuchDrive);
-    return;
-  }
-  bool answered = false;
-  Drop cause = Drop::kNoSuchDrive;
-  nodes_.each(drives, [&](Node& node) {
-    const auto silent = hear(at, node, frame);
-    if (silent) {
-      cause = *silent;
-    } else if (std::exchange(answered, true)) {
-      ++stats_.extra_frames;  // a second drive with the ID answers too
-    }
-  });
-  if (answered) {
-    ++stats_.queries;
-  } else {
-    stats_.drop(cause);
-  }
-}
-
-std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& frame) {
-  // Whoever waits for the query has its turn before the drive hears it.
-  if (!conditions_.empty() && conditions_.count(node.id(), frame.data[0], time_)) look();
-  if (!node.power.alive) return Drop::kNoPower;
-  Servo& servo = node.servo;
-  if (servo.multi_drive_mode()) {
-    servo.count_wrong_mode();
-    return Drop::kWrongMode;
-  }
-  protocol::Frame heard = frame;
-  if (!faults_.hear(node.link, servo, heard, time_)) return Drop::kFault;
-  if ((serial_ && node.link.deaf(wire_)) || servo.deaf_while_calibrating()) {
-    return Drop::kDriveBusy;
-  }
-  if (serial_) servo.keep_received(heard);
-  const auto understood = servo.understand(heard);
-  const auto* query = std::get_if<protocol::Query>(&understood);
-  if (query == nullptr) {
-    servo.count_unknown_command();
-    return drop_cause(std::get<protocol::Reject>(understood));
-  }
-  if (node.link.full(wire_)) {
-    faults_.count_ignored(node.id(), heard, time_);
-    return Drop::kDriveBusy;
-  }
-  answer(at, node, *query, For::kOne);
-  return std::nullopt;
-}
-
-/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
-/// that came closest to it.
-void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
-  if (nodes_.size() > 0 &&
-      std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
-    stats_.drop(Drop::kNoPower);
-    return;
-  }
-  bool answered = false;
-  Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
-  for (Node& node : nodes_) {
-    Servo& servo = node.servo;
-    if (!node.power.alive || !servo.on_its_bus() || !servo.at_its_rate()) continue;
-    protocol::Frame heard = frame;
-    if (!faults_.hear(node.link, servo, heard, time_)) {
-      cause = Drop::kFault;
-      continue;
-    }
-    const auto understood = servo.understand(heard);
-    const auto* query = std::get_if<protocol::Query>(&understood);
-    if (query == nullptr) {
-      const bool unknown =
-          std::get<protocol::Reject>(understood) == protocol::Reject::kUnknownCommand;
-      if (unknown && servo.multi_drive_mode()) {
-        servo.count_unknown_command();
-        cause = Drop::kUnknownCommand;
-      }
-    } else if (servo.multi_drive_mode()) {
-      if (node.link.deaf(wire_) || servo.deaf_while_calibrating()) {
-        faults_.count_ignored(node.id(), heard, time_);
-        cause = Drop::kDriveBusy;
-        continue;
-      }
-      answer(at, node, *query, For::kSeveral);
-      answered = true;
-    } else if (cause == Drop::kForeignId) {
-      cause = Drop::kWrongMode;
-    }
-  }
-  if (answered) {
-    ++stats_.queries;
-  } else {
-    stats_.drop(cause);
-  }
-}
-
-void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom) {
-  Servo& servo = node.servo;
-  const Before before{servo.is_mute(), servo.stats().rom_writes};
-  const bool calibrated = servo.calibrating();
-  const protocol::Reply reply = servo.handle(query, lane(node));
-  if (!calibrated && servo.calibrating()) {
-    agenda_.enter(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
-  }
-  say(at, at + reply_time(node, whom), node, reply, before);
-  if (servo.take_move()) nodes_.find_addresses();
-  if (servo.take_restart()) restart(node);
-}
-
-void Bus::say(SimTime at, SimTime ready, Node& node, const protocol::Reply& reply, Before before) {
-  Servo& servo = node.servo;
-  const bool silent = std::holds_alternative<protocol::NoReply>(reply);
-  Outgoing said{.ready = ready, .frame = silent ? protocol::Frame{} : servo.encode(reply)};
-  if (servo.stats().rom_writes != before.rom_writes) {
-    said.after_rom_write = servo.stats().rom_writes;
-    const SimTime done = node.memory.begin(at, servo);
-    agenda_.enter(done, RomWritten{node.id()});
-    said.ready = std::max(said.ready, done);
-  }
-  if (silent) return;
-  if (before.mute) {
-    faults_.count_shown(servo, time_);
-    ++stats_.replies_lost;
-    return;
-  }
-  if (!faults_.any_active()) {
-    node.link.last_said = said;
-    stats_.replies_lost += node.link.send(wire_, said);
-    return;
-  }
-  faults_.count_shown(servo, time_);
-  const FaultBoard::Said made = faults_.say(node.id(), node.link, said, time_);
-  if (!made.stale) node.link.last_said = said;
-  stats_.extra_frames += made.extra;
-  stats_.replies_lost += made.lost + node.link.send_all(wire_, made.out);
-}
-
-void Bus::step_calibration(Node& node) {
-  const SimTime part = node.servo.config().calibrate_time / 2;
-  if (!node.servo.calibrating()) return;
-  if (node.servo.turn_back(lane(node))) {
-    agenda_.enter(time_ + part, CalibrationStep{node.id()});
-    return;
-  }
-  const Before before{node.servo.is_mute(), node.servo.stats().rom_writes};
-  const protocol::Reply reply =
-      node.servo.finish_calibration(lane(node), stream_seed(seed_, node.id(), SeedStream::kAlign));
-  say(time_, time_, node, reply, before);
-}
-
-/// Without a modelled wire a drive on CAN has no reply time either; flash takes its time all the
-/// same. After a packet for several each has its turn by time, whether or not those before it
-/// answer (docs/rs485.md).
-SimTime Bus::reply_time(Node& node, For whom) const {
-  const ServoConfig& config = node.servo.config();
-  if (!serial_) return wire_.bitrate() > 0 ? config.reply_time : SimTime{0};
-  if (whom == For::kSeveral) {
-    constexpr int kReplyBits = 130;
-    const SimTime before = serial_->broadcast_reply_time.value_or(
-        wire_.bitrate() >= 4'000'000   ? std::chrono::microseconds(30)
-        : wire_.bitrate() >= 2'000'000 ? std::chrono::microseconds(45)
-                                       : std::chrono::microseconds(90));
-    return before + (node.servo.address() - protocol::kMinId) * (wire_.bits(kReplyBits) + before);
-  }
-  if (config.reply_spread == SimTime{0}) return config.reply_time;
-  const std::uint64_t drawn =
-      mix(stream_seed(seed_, node.id(), SeedStream::kReplyTime) + node.link.replies_drawn++);
-  const double share = 2 * uniform(drawn) - 1;
-  return std::max(
-      config.reply_time + SimTime(static_cast<std::int64_t>(
-                              share * static_cast<double>(config.reply_spread.count()))),
-      SimTime{0});
 }
 
 BusStats Bus::stats() const {

@@ -46,6 +46,8 @@ class Bus {
   /// A frame of a host would find no room now.
   bool host_queue_full() const { return wire_.host_queue_full(); }
   /// Hosts have an adapter, or had: `receive` moves time to the frame.
+  /// Hosts read what they send.
+  bool echoes() const { return faults_.echo() != nullptr; }
   bool adapted() const { return faults_.any_of_adapter() || adapter_.in_use(); }
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
@@ -138,6 +140,7 @@ class Bus {
   void perform(const Task& task);
   void step_supply(Node& node);
   void begin_fault(std::size_t fault);
+  void keep_line();
   void end_fault(std::size_t fault);
   /// What the motor, the link and the firmware of a drive have to know of its faults.
   void pass_on_faults(Node& node);
@@ -147,7 +150,10 @@ class Bus {
 
   void deliver_next();
   /// A frame has come from the wire: hosts get it, through their adapter.
-  void to_host(const TimedFrame& frame);
+  bool line_is_kept();
+  void echo(SimTime at);
+  void to_host(TimedFrame frame);
+  void bytes_to_host(TimedFrame frame);
   void hand_over(const TimedFrame& frame);
   /// The controller of a drive that has been brought to now starts anew.
   void restart(Node& node);

@@ -25,6 +25,7 @@ void Bus::begin_fault(std::size_t fault) {
     return;
   }
   if (row.adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
+  if (row.keeps_line != nullptr) keep_line();
   if (live.fault.duration) agenda_.enter(time_ + *live.fault.duration, FaultEnd{fault});
   for (std::size_t n = 0; n < live.fault.ids.size(); ++n) {
     live.anchors[n] = truth(live.fault.ids[n]).theta_out;
@@ -47,7 +48,14 @@ void Bus::end_fault(std::size_t fault) {
   agenda_.forget_fault<Babbling>(fault);
   stats_.replies_lost += duplicates_.remove(fault, wire_, time_);
   if (faults_[fault].row().adapter != nullptr) adapter_.set(faults_.adapter_times(own_adapter_));
+  if (faults_[fault].row().keeps_line != nullptr) keep_line();
   for (const int id : faults_[fault].fault.ids) pass_on_faults(nodes_.of(id));
+}
+
+void Bus::keep_line() {
+  if (wire_.serial() == nullptr) return;
+  const LiveFault* const keeper = faults_.line_keeper();
+  wire_.serial()->keep_line(keeper != nullptr ? keeper->row().keeps_line(*keeper) : SimTime{0});
 }
 
 void Bus::pass_on_faults(Node& node) {
@@ -104,8 +112,9 @@ bool Bus::destroy_next() {
   const WireCandidate next = wire_.next();
   const int id = static_cast<int>(next.owner & 0x3FU);
   const bool of_drive = !next.from_host && next.owner < Duplicates::kFirstOwner;
-  LiveFault* const fault =
-      disturbed ? nullptr : faults_.destroyer(of_drive ? id : kWholeBus, wire_.bitrate());
+  LiveFault* const fault = disturbed ? nullptr
+                                     : faults_.destroyer(of_drive ? id : kWholeBus, wire_.bitrate(),
+                                                         serial_.has_value());
   if (!disturbed && fault == nullptr) return false;
   if (fault != nullptr) {
     fault->took_effect(time_, fault->row().of_bus ? kWholeBus : id, &next.frame);

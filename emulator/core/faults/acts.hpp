@@ -57,6 +57,7 @@ struct OnReply {
   SimTime now;
   const DriveLink& link;
   std::vector<Outgoing>& out;
+  std::int64_t bitrate;     // 0: frames take no time
   std::uint64_t lost = 0;   // frames that were to leave
   std::uint64_t extra = 0;  // frames that were not
   bool stale = false;       // it says what it said before
@@ -64,11 +65,21 @@ struct OnReply {
   void took_effect(const Outgoing& one) { live.took_effect(now, id, &one.frame); }
 };
 
+/// A frame on its way from the wire to the host.
+struct OnRead {
+  LiveFault& live;
+  SimTime now;
+  protocol::Frame& frame;
+
+  void took_effect() { live.took_effect(now, kWholeBus, &frame); }
+};
+
 /// A frame whose last bit is due.
 struct OnWire {
   LiveFault& live;
   int sender;  // the drive, or kWholeBus
   std::int64_t bitrate;
+  bool serial;  // RS-485
 };
 
 /// A drive at the instant at which something is done to it.

@@ -187,11 +187,11 @@ void FaultBoard::count_ignored(int id, const protocol::Frame& query, SimTime now
 }
 
 FaultBoard::Said FaultBoard::say(int id, const DriveLink& link, const Outgoing& reply,
-                                 SimTime now) {
+                                 std::int64_t bitrate, SimTime now) {
   Said said{.out = {reply}};
   for (LiveFault& live : faults_) {
     if (!live.active() || live.row().say == nullptr || !live.is_of(id)) continue;
-    OnReply on{live, id, now, link, said.out};
+    OnReply on{live, id, now, link, said.out, bitrate};
     live.row().say(on);
     said.lost += on.lost;
     said.extra += on.extra;
@@ -200,14 +200,42 @@ FaultBoard::Said FaultBoard::say(int id, const DriveLink& link, const Outgoing& 
   return said;
 }
 
-LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate) {
+LiveFault* FaultBoard::destroyer(int sender, std::int64_t bitrate, bool serial) {
   if (!any_active()) return nullptr;
   for (LiveFault& live : faults_) {
     if (!live.active() || live.row().destroys == nullptr) continue;
-    OnWire on{live, sender, bitrate};
+    OnWire on{live, sender, bitrate, serial};
     if (live.row().destroys(on)) return &live;
   }
   return nullptr;
+}
+
+void FaultBoard::read(protocol::Frame& frame, SimTime now) {
+  if (!any_active()) return;
+  for (LiveFault& live : faults_) {
+    if (!live.active() || live.row().read == nullptr) continue;
+    OnRead on{live, now, frame};
+    live.row().read(on);
+  }
+}
+
+LiveFault* FaultBoard::echo() { return const_cast<LiveFault*>(std::as_const(*this).echo()); }
+
+const LiveFault* FaultBoard::echo() const {
+  if (!any_active()) return nullptr;
+  const auto found = std::ranges::find_if(
+      faults_, [](const LiveFault& live) { return live.active() && live.row().echoes; });
+  return found != faults_.end() ? &*found : nullptr;
+}
+
+LiveFault* FaultBoard::line_keeper() {
+  const auto longest = std::ranges::max_element(faults_, {}, [](const LiveFault& live) {
+    const bool keeps = live.active() && live.row().keeps_line != nullptr;
+    return keeps ? live.row().keeps_line(live) : SimTime{-1};
+  });
+  const bool any =
+      longest != faults_.end() && longest->active() && longest->row().keeps_line != nullptr;
+  return any ? &*longest : nullptr;
 }
 
 SimTime FaultBoard::recovery(int id) const {

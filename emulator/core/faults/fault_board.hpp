@@ -73,10 +73,17 @@ class FaultBoard {
     std::uint64_t lost = 0, extra = 0;  // frames that do not leave, and that nobody asked for
     bool stale = false;                 // it was said before
   };
-  Said say(int id, const DriveLink& link, const Outgoing& reply, SimTime now);
+  Said say(int id, const DriveLink& link, const Outgoing& reply, std::int64_t bitrate, SimTime now);
   /// The one that destroys the frame that drive `sender`, or kWholeBus, has on the wire; null when
   /// it gets through.
-  LiveFault* destroyer(int sender, std::int64_t bitrate);
+  LiveFault* destroyer(int sender, std::int64_t bitrate, bool serial);
+  /// What the host reads in place of the frame, on RS-485.
+  void read(protocol::Frame& frame, SimTime now);
+  /// The one that lets hosts read what they send; null: they do not.
+  LiveFault* echo();
+  const LiveFault* echo() const;
+  /// The one that keeps the line for hosts, and how long behind what they send; null: none.
+  LiveFault* line_keeper();
   /// How much longer than others the drive stays off the bus after a bus-off.
   SimTime recovery(int id) const;
 

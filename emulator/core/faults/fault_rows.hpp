@@ -8,6 +8,7 @@ namespace lk::emulator {
 
 std::span<const FaultRow> link_faults();
 std::span<const FaultRow> adapter_faults();
+std::span<const FaultRow> serial_faults();
 std::span<const FaultRow> plant_faults();
 std::span<const FaultRow> firmware_faults();
 

@@ -28,7 +28,8 @@ std::string_view to_string(FaultGroup group) {
 std::span<const FaultRow> fault_table() {
   static const std::vector<FaultRow> table = [] {
     std::vector<FaultRow> all;
-    for (const auto rows : {link_faults(), adapter_faults(), plant_faults(), firmware_faults()}) {
+    for (const auto rows :
+         {link_faults(), adapter_faults(), serial_faults(), plant_faults(), firmware_faults()}) {
       all.insert(all.end(), rows.begin(), rows.end());
     }
     return all;

@@ -28,6 +28,7 @@ struct LiveFault;
 struct OnBabble;
 struct OnPlant;
 struct OnQuery;
+struct OnRead;
 struct OnReply;
 struct OnWire;
 struct ServoConfig;
@@ -58,6 +59,7 @@ struct FaultRow {
   FaultGroup group = FaultGroup::kLink;
   std::array<FaultParam, kMostFaultParams> params = {};
   bool of_bus = false;     // of the bus as a whole: takes no drives
+  bool serial = false;     // of RS-485 alone
   bool per_frame = false;  // takes a probability, of each frame
   bool needs_one = false;  // one of its parameters has to be said
   /// Why this drive cannot have it; empty when it can.
@@ -79,6 +81,11 @@ struct FaultRow {
   // The hosts' adapter: what it adds, and where that shows.
   void (*adapter)(const LiveFault& live, AdapterTimes& sum) = nullptr;
   bool AdapterShown::*adapter_shows = nullptr;
+  // The same on RS-485: what hosts read in place of a frame, that they read what they send, and for
+  // how long behind it they keep the line.
+  void (*read)(OnRead& on) = nullptr;
+  bool echoes = false;
+  SimTime (*keeps_line)(const LiveFault& live) = nullptr;
   // Firmware and memory: which flag, and what the parameters say of it.
   bool FirmwareFaults::*firmware = nullptr;
   void (*firmware_detail)(const LiveFault& live, FirmwareFaults& sum) = nullptr;

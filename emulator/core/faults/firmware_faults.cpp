@@ -36,6 +36,16 @@ std::string answers_so_anyway(const Fault&, const ServoConfig& servo) {
              : "drive " + std::to_string(servo.id) + " answers so anyway (quirks.clear_reply)";
 }
 
+/// By OffHangs, without its first.
+enum class Scope : std::uint8_t { kDrive, kBus };
+constexpr std::string_view kScopeWords[] = {"drive", "bus"};
+
+std::string hangs_so_anyway(const Fault&, const ServoConfig& servo) {
+  return servo.quirks.off_hangs == OffHangs::kNo
+             ? ""
+             : "drive " + std::to_string(servo.id) + " does so anyway (quirks.off_hangs)";
+}
+
 std::string starts_so_anyway(const Fault&, const ServoConfig& servo) {
   return servo.quirks.boot_multi_turn == BootMultiTurn::kSingleTurn
              ? ""
@@ -116,8 +126,9 @@ constexpr FaultRow kFirmwareRows[] = {
     {.word = "first_command_lost", .group = kFirmware, .params = {choice("after", kLostAfterWords, LostAfter::kLostInput)},
      .firmware = &FirmwareFaults::first_command_lost, .firmware_detail = [](const LiveFault& live, FirmwareFaults& f) { f.lost_after = live.choice<LostAfter>(0); },
      .about = {"the first motion command after a start, a trip of lost input, 0x9B or 0x80 is answered and not executed; refused ones do not count", "启动、输入丢失保护动作、0x9B 或 0x80 之后的第一条运动命令得到回复却不执行；被拒绝的不算"}},
-    {.word = "bus_held_after_off", .group = kFirmware, .firmware = &FirmwareFaults::mute_after_off,
-     .about = {"after the echo of 0x80 nothing that the drive says leaves it until it starts anew; it hears and obeys", "0x80 得到回复之后，驱动器发的东西一帧也出不来，直到重新启动；它听得见也照做"}},
+    {.word = "bus_held_after_off", .group = kFirmware, .params = {choice("scope", kScopeWords, Scope::kBus)}, .impossible = hangs_so_anyway,
+     .firmware = &FirmwareFaults::hangs_after_off, .firmware_detail = [](const LiveFault& live, FirmwareFaults& f) { f.off_hangs = std::max(f.off_hangs, live.choice<Scope>(0) == Scope::kBus ? OffHangs::kBus : OffHangs::kDrive); },
+     .about = {"after the echo of 0x80 nothing that the drive says leaves it until it starts anew; on CAN, and of one drive, it hears and obeys; on RS-485 it keeps the line, and nobody is heard", "0x80 得到回复之后，驱动器发的东西一帧也出不来，直到重新启动；在 CAN 上，或 scope 为 drive 时，它听得见也照做；在 RS-485 上它占住线路，谁的话都听不见"}},
     {.word = "encoder_wrap_at_boot", .group = kFirmware, .params = {count("turns", -100, 100, 1)},
      .firmware = &FirmwareFaults::encoder_wrap_at_boot, .firmware_detail = [](const LiveFault& live, FirmwareFaults& f) { f.turns_at_boot += static_cast<int>(live.number(0)); },
      .about = {"at each start the multi-turn angle is off by so many turns of the rotor; the shaft has not moved and the single-turn angle is right", "每次启动后多圈角度都差这么多转子圈；轴没有动，单圈角度是对的"}},

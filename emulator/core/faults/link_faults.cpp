@@ -9,6 +9,7 @@
 #include "emulator/core/units.hpp"
 #include "emulator/core/wire/can_errors.hpp"
 #include "protocol/command_info.hpp"
+#include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
 
@@ -183,6 +184,9 @@ constexpr std::string_view kTornWords[] = {"iq", "speed", "encoder", "any"};
 constexpr std::size_t kTornBytes[] = {2, 4, 6};  // where each begins
 
 bool has_state_2(const Frame& frame) {
+  if (frame.kind != protocol::FrameKind::kData && frame.kind != protocol::FrameKind::kSerial) {
+    return false;
+  }
   const protocol::CommandInfo* const command = protocol::find_command(frame.data[0]);
   return command != nullptr &&
          std::ranges::find(command->reply, "speed", &protocol::Field::name) !=
@@ -190,7 +194,8 @@ bool has_state_2(const Frame& frame) {
          !command->echoed;
 }
 
-/// The low byte of the sample before, the high byte of this one.
+/// The low byte of the sample before, the high byte of this one. On RS-485 the sum is that of this
+/// one.
 void tear(OnReply& on) {
   if (!on.link.last_said || !has_state_2(on.link.last_said->frame)) return;
   change(on, [&](Outgoing& one) {
@@ -199,11 +204,20 @@ void tear(OnReply& on) {
     const auto place = field == Torn::kAny ? static_cast<std::size_t>(on.live.draw() * 3)
                                            : static_cast<std::size_t>(field);
     const std::size_t byte = kTornBytes[place];
-    one.frame.data[byte] = on.link.last_said->frame.data[byte];
+    const std::uint8_t before = on.link.last_said->frame.data[byte];
+    if (one.frame.data[byte] == before) return;
+    if (!protocol::is_serial(one.frame)) {
+      one.frame.data[byte] = before;
+      return;
+    }
+    protocol::WireBytes bytes = protocol::wire_bytes(one.frame);
+    bytes.bytes[protocol::kHeaderBytes + byte - 1] = before;
+    one.frame = protocol::bytes_frame(bytes.view());
   });
 }
 
 bool disturb(OnWire& on) {
+  if (on.serial) return false;  // there is nothing to flag an error with
   if (on.bitrate == 0 ||
       on.live.destroyed >= std::uint64_t{kFlagsToPassive} * on.live.fault.ids.size()) {
     return false;

@@ -133,7 +133,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
 }
 
 void Judge::hear_reply(const TimedFrame& reply) {
-  if (!can_be_of_a_drive(reply.frame)) return;
+  if (reply.echo || !can_be_of_a_drive(reply.frame)) return;
   const auto speaker = reply.said_by != 0
                            ? std::ranges::find(speakers_, reply.said_by, &Speaker::id)
                            : std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);

@@ -1,5 +1,6 @@
 #include "emulator/core/servo/servo.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "emulator/core/seed.hpp"
@@ -70,7 +71,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   tripped_ = false;
   motion_ = {};
   brake_powered_ = false;
-  mute_ = false;
+  hung_ = OffHangs::kNo;
   place_ = bus_place(ram_, config_);
   touched_.reset();
   moves_ = false;
@@ -107,14 +108,14 @@ std::variant<protocol::Query, protocol::Reject> Servo::understand(
 
 Reply Servo::handle(const protocol::Query& query, const Lane& lane) {
   const model::Telemetry before = lane.telemetry();
-  const bool was_mute = mute_;
+  const bool was_mute = is_mute();
   turn_off_after_trip(before);
   lane.feed_input();
   ++stats_.queries;
   const Context context{query, before, lane};
   const Reply reply =
       std::visit([&](const auto& command) { return on(command, context); }, query.command);
-  shown_faults_.mute_after_off |= was_mute && faults_.mute_after_off;
+  shown_faults_.hangs_after_off |= was_mute && faults_.hangs_after_off;
   if (!std::holds_alternative<protocol::NoReply>(reply)) ++stats_.replies;
   return reply;
 }
@@ -143,7 +144,7 @@ Reply Servo::on(const protocol::Off&, const Context& context) {
                                        : BootMultiTurn::kSingleTurn);
   context.lane.command(model::Off{});
   lose_next_after(LostAfter::kOff);
-  mute_ = mute_ || faults_.mute_after_off;
+  hung_ = std::max({hung_, quirks.off_hangs, faults_.off_hangs});
   return echo(context);
 }
 

@@ -30,7 +30,8 @@ struct FirmwareFaults {
   bool clear_reply_before = false;
   bool first_command_lost = false;
   LostAfter lost_after = LostAfter::kLostInput;
-  bool mute_after_off = false;
+  bool hangs_after_off = false;
+  OffHangs off_hangs = OffHangs::kNo;  // then
   bool encoder_wrap_at_boot = false;
   int turns_at_boot = 0;  // by which the multi-turn angle is off
   bool multi_turn_zero_at_boot = false;
@@ -123,7 +124,11 @@ class Servo {
   /// How often its controller has started, power-up included.
   std::uint32_t starts() const { return starts_; }
   /// It obeys, and nothing that it says leaves it until it starts anew.
-  bool is_mute() const { return mute_; }
+  bool is_mute() const { return hung_ != OffHangs::kNo; }
+  /// On RS-485 it keeps the line, and nobody else is heard either.
+  bool keeps_line() const { return hung_ == OffHangs::kBus; }
+  /// That showed on a frame of others.
+  void show_kept_line() { shown_faults_.hangs_after_off |= faults_.hangs_after_off; }
   /// A frame with an unknown command byte arrived; a single-drive one in multi-drive mode did.
   void count_unknown_command() { ++stats_.unknown_commands; }
   void count_wrong_mode() { ++stats_.wrong_mode; }
@@ -295,7 +300,7 @@ class Servo {
   // D[3:6] of the last packet that had them; assumed before there is one (docs/rs485.md).
   std::int32_t left_in_buffer_cdeg_ = 0x0100'0000;
   std::uint32_t starts_ = 0;
-  bool mute_ = false;
+  OffHangs hung_ = OffHangs::kNo;
   bool loses_next_ = false;  // motion command
   BusPlace place_;           // in force
   Registers pending_;        // those of touched_ wait for 0x44

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -42,6 +43,10 @@ class HostAdapter {
   /// A frame has come from the wire at `frame.at`. `size` is what it counts in the queue: 1, its
   /// bytes where the adapter knows nothing but bytes, 0 what is never lost. A lost one is not kept.
   AdapterShown from_wire(const TimedFrame& frame, std::size_t size = 1);
+  /// How much fits into its queue yet, with a depth.
+  std::size_t room() const {
+    return times_.depth > 0 ? times_.depth - std::min(times_.depth, waiting_size_) : SIZE_MAX;
+  }
   /// Frames of drives under way to the host.
   std::size_t waiting() const;
   /// When the next one reaches the host.

@@ -153,7 +153,7 @@ bool SerialWire::overlaps(const Sending& one) const {
 bool SerialWire::goes_by_bytes(const Sending& one) const {
   if (one.bytes.size == 0) return false;
   if (one.heard > 0 || one.covered_until > one.start || one.spoilt || overlaps(one)) return true;
-  if (one.what.owner != kHost) return false;
+  if (one.what.owner != kHost) return keeps_line_ > SimTime{0} && host_keeps(one.start);
   const Frame& frame = one.what.frame;
   return frame.kind == FrameKind::kBytes || frame.id >= protocol::MultiTorque::kIdentifier ||
          !receiver_.idle() || frame.dlc - 1 > receiver_.rules().max_len;
@@ -223,6 +223,9 @@ std::optional<Frame> SerialWire::hear_byte(Sending& one) {
   std::uint8_t value = one.bytes.bytes[place];
   // A byte of another that is on the wire meanwhile: with which this one is heard, or not at all.
   bool spoiled = one.spoilt == place || begin < one.covered_until;
+  if (one.what.owner != kHost && keeps_line_ > SimTime{0} && host_keeps(begin)) {
+    spoiled = one.met_host = true;
+  }
   bool merged = begin < one.merged_until;
   bool merged_for_host = begin < one.merged_for_host_until;
   for (const Sending& other : sending_) {
@@ -245,6 +248,7 @@ std::optional<Frame> SerialWire::hear_byte(Sending& one) {
 WireDelivery SerialWire::delivery_of(const Sending& one, const std::optional<Frame>& packet) const {
   const Waiting& what = one.what;
   WireDelivery delivery{one.end, what.frame, what.owner == kHost, what.after_rom_write, what.owner};
+  delivery.met_host = one.met_host;
   if (delivery.from_host && packet) {
     delivery.frame = *packet;
   } else if (delivery.from_host || !one.clean) {
@@ -275,6 +279,7 @@ std::optional<WireDelivery> SerialWire::deliver(SimTime until) {
   for (Sending& other : sending_) cover(one, other, one.end);
   const std::uint32_t owner = one.what.owner;
   const SimTime end = one.end;
+  if (from_host) written_ = one.what.frame;
   sending_.erase(sending_.begin() + place);
   begin_next(owner, end);
   return delivery;

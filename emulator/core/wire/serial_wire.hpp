@@ -63,6 +63,10 @@ class SerialWire {
   void spoil_next();
 
   SimTime busy() const { return busy_; }
+  /// The host's frame that was delivered last, as it wrote it.
+  const protocol::Frame& written() const { return written_; }
+  /// So long behind what hosts send nobody else gets through; 0: they let go at once.
+  void keep_line(SimTime behind) { keeps_line_ = behind; }
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
  private:
@@ -87,11 +91,14 @@ class SerialWire {
     std::optional<std::size_t> spoilt = {};                 // this byte, by a fault
     bool judged = false;                                    // faults have had their say
     bool clean = true;                                      // as sent, so far
+    bool met_host = false;                                  // who kept the line
     std::array<std::uint8_t, protocol::kMostBytes> read{};  // by the host
     std::size_t read_size = 0;
   };
   static constexpr std::uint32_t kHost = 0;
 
+  /// Hosts keep the line at `at`, behind what they sent.
+  bool host_keeps(SimTime at) const { return at < host_free_at_ + keeps_line_; }
   SimTime byte_time(const Sending& one, std::size_t byte) const;
   bool host_sends() const;
   std::size_t of_drive(std::uint32_t owner) const;
@@ -118,6 +125,8 @@ class SerialWire {
   protocol::Receiver receiver_;
   std::uint64_t random_;
   SimTime host_free_at_{0};
+  SimTime keeps_line_{0};
+  protocol::Frame written_;
   SimTime busy_{0};
   std::vector<Sending> sending_;  // at most one of each sender
   std::deque<Waiting> hosts_;     // behind the one that is being sent

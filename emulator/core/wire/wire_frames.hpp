@@ -15,6 +15,7 @@ struct WireDelivery {
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
   std::uint32_t owner = 0;            // the same
   bool from_pieces = false;           // of a host: a packet that no frame of its own was
+  bool met_host = false;              // of a drive: hosts kept the line when it began
 };
 
 /// A frame whose last bit is due, before it is known whether it gets through.

@@ -112,5 +112,43 @@ TEST(AdviceSettings, ARestartNowAndThenIsGoodAndSoIsOneThatNothingComesOf) {
   EXPECT_EQ(host.count(AdviceKind::kRestartAwaited), 0U);
 }
 
+/// A drive that does what the frames say.
+ServoConfig second_print() { return test::drive(Generation::kV236b); }
+
+void move_to_9(AnsweredHost& host) {
+  for (const protocol::Frame& frame : {kWriteId9, kSave, kRestart}) host.repeat(1, 10ms, frame);
+}
+
+TEST(AdviceSettings, ADriveThatHasMovedIsAskedWhereItWas) {
+  AnsweredHost host(second_print());
+  move_to_9(host);
+  ASSERT_EQ(host.bus.place(1).id, 9);
+  host.repeat(9, 10ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
+  host.repeat(1, 10ms, query(ReadState2{}));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 1U);
+}
+
+TEST(AdviceSettings, ADriveThatHasMovedIsLookedForAndWatchedThere) {
+  AnsweredHost host(second_print());
+  move_to_9(host);
+  host.repeat(2, 10ms, query(ReadState2{}));
+  host.repeat(20, 10ms, query(ReadState2{}, 9));
+  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U) << host.all();
+  host.repeat(1, 10ms, test::frame("149#3000000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kUnknownCommand), 1U) << host.all();
+}
+
+TEST(AdviceCalibration, OfALoadedShaftIsTold) {
+  for (const double load_Nm : {0.0, 0.03}) {
+    ServoConfig servo = second_print();
+    servo.profile.rating.torque_rated_Nm = 0.1;
+    servo.profile.drive.load.tau = load_Nm;
+    AnsweredHost host(servo);
+    host.repeat(1, 5s, test::frame("141#1800000000000000"));
+    EXPECT_EQ(host.count(AdviceKind::kMovesUnasked), load_Nm > 0 ? 1U : 0U) << host.all();
+  }
+}
+
 }  // namespace advice_setting_test
 }  // namespace lk::emulator

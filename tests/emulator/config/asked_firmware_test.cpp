@@ -86,21 +86,25 @@ TEST(AskedFirmware, IsRefusedAsItWouldBeInAFile) {
     const char* message;
   };
   for (const Case& c : {
-           Case{{"v300", {}},
-                "--generation: \"v300\" is not one of legacy, late-legacy, v235, v236, seen"},
-           Case{{"", {}}, "--generation: \"\" is not one of legacy, late-legacy, v235, v236, seen"},
+           Case{
+               {"v300", {}},
+               "--generation: \"v300\" is not one of legacy, late-legacy, v235, v236, v236b, seen"},
+           Case{{"", {}},
+                "--generation: \"\" is not one of legacy, late-legacy, v235, v236, v236b, seen"},
            Case{{"seen", {}},
                 "--generation: vcan0 drive 1 (mf7015): no generation was seen of such drives; "
                 "lk-emu motors lists the motors that have one"},
            Case{{"v2.35", {}},
-                "--generation: \"v2.35\" is not one of legacy, late-legacy, v235, v236, seen, did "
+                "--generation: \"v2.35\" is not one of legacy, late-legacy, v235, v236, v236b, "
+                "seen, did "
                 "you mean v235?"},
+           Case{{"late_legacy", {}},
+                "--generation: \"late_legacy\" is not one of legacy, late-legacy, v235, v236, "
+                "v236b, seen, "
+                "did you mean late-legacy?"},
            Case{
-               {"late_legacy", {}},
-               "--generation: \"late_legacy\" is not one of legacy, late-legacy, v235, v236, seen, "
-               "did you mean late-legacy?"},
-           Case{{"v237", {}},
-                "--generation: \"v237\" is not one of legacy, late-legacy, v235, v236, seen"},
+               {"v237", {}},
+               "--generation: \"v237\" is not one of legacy, late-legacy, v235, v236, v236b, seen"},
            Case{{std::nullopt, {{"pid_command", "true"}}},
                 "--quirk: pid_command: unknown key, did you mean pid_commands?"},
            Case{{std::nullopt, {{"pid_commands", "yes"}}},

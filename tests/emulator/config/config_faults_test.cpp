@@ -24,8 +24,11 @@ std::vector<TimedDirective> events_of(const std::string& keys) {
 
 std::string error_of(const std::string& keys) { return parse_error(kBus + keys); }
 
-Fault only_fault(const std::string& keys) {
-  const auto events = events_of("at_s = 1\n" + keys);
+/// Drives of RS-485 where the kind is of that wire.
+Fault only_fault(const std::string& keys, const char* interface = "vcan0") {
+  std::string text = kBus;
+  text.replace(text.find("vcan0"), 5, interface);
+  const auto events = parse(text + "at_s = 1\n" + keys)[0].events;
   EXPECT_EQ(events.size(), 1U) << keys;
   EXPECT_EQ(events[0].directive.id, kWholeBus);
   return std::get<SetFault>(events[0].directive.what).fault;
@@ -53,7 +56,8 @@ TEST(FaultVocabulary, EveryKindIsReadWithAllThatItTakes) {
         row.momentary() ? ", every_s = 2, times = 3 }" : ", for_s = 0.5, every_s = 2, times = 3 }";
     // None of these drives has a gear with play, or a brake.
     if (row.word == "backlash" || row.word == "brake_late") continue;
-    const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table);
+    const Fault fault = only_fault((row.of_bus ? "fault = " : "id = 5\nfault = ") + table,
+                                   row.serial ? "rs485:/tmp/a" : "vcan0");
     EXPECT_EQ(fault.row, &row);
     EXPECT_EQ(fault.name, "it");
     EXPECT_EQ(fault.ids, row.of_bus ? std::vector<int>{} : std::vector{5}) << row.word;
@@ -126,6 +130,27 @@ TEST(FaultVocabulary, WhatADriveDoesAnywayIsNoFault) {
             "robot.toml:8: bus.event.fault: clear_reply_before: drive 1 answers so anyway "
             "(quirks.clear_reply)");
   EXPECT_EQ(parse_error(drive("quirks.boot_multi_turn = \"zero\"", "multi_turn_zero_at_boot")),
+            "robot.toml:8: bus.event.fault: multi_turn_zero_at_boot: drive 1 starts so anyway "
+            "(quirks.boot_multi_turn)");
+  EXPECT_EQ(parse_error(drive("quirks.off_hangs = \"drive\"", "bus_held_after_off")),
+            "robot.toml:8: bus.event.fault: bus_held_after_off: drive 1 does so anyway "
+            "(quirks.off_hangs)");
+}
+
+TEST(FaultVocabulary, WhatBelongsToRs485IsNoneOfCan) {
+  const auto bus = [](const std::string& name, const std::string& fault) {
+    return "[[bus]]\ninterface = \"" + name +
+           "\"\n[[bus.drive]]\nid = 1\n[[bus.event]]\nat_s = 1\n" + fault;
+  };
+  for (const char* fault : {"fault = \"echo\"", "fault = \"cr_to_lf\"", "fault = \"late_release\"",
+                            "id = 1\nfault = \"checksum_bad\"", "id = 1\nfault = \"byte_lost\"",
+                            "id = 1\nfault = \"byte_gap\""}) {
+    EXPECT_EQ(parse(bus("rs485:/tmp/a", fault))[0].events.size(), 1U) << fault;
+    EXPECT_NE(parse_error(bus("a", fault)).find(" belongs to RS-485, and this is a CAN bus"),
+              std::string::npos)
+        << fault;
+  }
+  EXPECT_EQ(parse_error(bus("rs485:/tmp/a", "id = 1\nfault = \"multi_turn_zero_at_boot\"")),
             "robot.toml:8: bus.event.fault: multi_turn_zero_at_boot: drive 1 starts so anyway "
             "(quirks.boot_multi_turn)");
 }

@@ -91,6 +91,8 @@ TEST(ConfigGeneration, EverySwitchIsSettableAlone) {
       {"boot_wrap = \"half_turn\"", [](Quirks& q) { q.boot_wrap = BootWrap::kHalfTurn; }},
       {"boot_multi_turn = \"zero\"", [](Quirks& q) { q.boot_multi_turn = BootMultiTurn::kZero; }},
       {"off_multi_turn = \"as_boot\"", [](Quirks& q) { q.off_multi_turn = OffMultiTurn::kAsBoot; }},
+      {"state_on_byte = 48", [](Quirks& q) { q.dialect.state_on_byte = 0x30; }},
+      {"off_hangs = \"bus\"", [](Quirks& q) { q.off_hangs = OffHangs::kBus; }},
       {"clear_reply = \"before\"", [](Quirks& q) { q.clear_reply = ClearReply::kBefore; }},
       {"encoder_span = \"output_turn\"",
        [](Quirks& q) { q.encoder_span = EncoderSpan::kOutputTurn; }},
@@ -290,7 +292,7 @@ TEST(ConfigGeneration, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"generation = \"v300\"",
        "robot.toml:5: bus.drive.generation: \"v300\" is not one of legacy, late-legacy, v235, "
-       "v236, seen"},
+       "v236, v236b, seen"},
       {"quirks.state_1 = \"volt\"",
        "robot.toml:5: bus.drive.quirks.state_1: \"volt\" is not one of decivolt, centivolt, "
        "centivolt_and_bus_current"},

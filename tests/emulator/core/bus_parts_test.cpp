@@ -170,7 +170,7 @@ TEST(FaultBoardPart, SumsUpWhatADriveHas) {
   EXPECT_FALSE(board.firmware_faults(2).rom_worn);
   EXPECT_EQ(board.first(1, &FaultRow::blocks), nullptr);
   EXPECT_EQ(board.first(2, &FaultRow::blocks), &board[4]);
-  const FaultBoard::Said said = board.say(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 1ms);
+  const FaultBoard::Said said = board.say(2, DriveLink{.owner = 0x142}, {1ms, kReply}, 0, 1ms);
   EXPECT_EQ(said.out.size(), 1U);
   EXPECT_EQ(board[4].evidence.effects, 1U);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/faults.hpp"
+#include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -15,6 +16,9 @@ namespace host_adapter_test {
 
 using namespace std::chrono_literals;
 using test::frame;
+
+const protocol::Frame kAskSerial[] = {
+    test::packet("3E 9C 01 00 DB"), test::packet("3E 9C 02 00 DC"), test::packet("3E 9C 03 00 DD")};
 
 TimedFrame reply(SimTime at) { return {at, frame("141#9C19000000000000")}; }
 
@@ -234,6 +238,64 @@ TEST(BusBehindAnAdapter, TheSameSeedGivesTheSameTimes) {
   const auto once = run(1ms);
   EXPECT_TRUE(once == run(130us));
   EXPECT_EQ(once.size(), 200U);
+}
+
+// --- RS-485 behind one
+
+BusConfig line_behind(std::string_view profile) {
+  std::vector<ServoConfig> drives;
+  for (int id = 1; id <= 3; ++id) drives.push_back(test::serial_drive(Generation::kV236, id));
+  BusConfig config = test::serial_bus(std::move(drives), 2'000'000);
+  config.adapter = find_adapter(profile);
+  return config;
+}
+
+/// Rounds per second of a host that takes no time and asks the three for their state.
+double polled_Hz(std::string_view profile) {
+  constexpr int kRounds = 1500;
+  test::SerialHost host(line_behind(profile));
+  for (int n = 0; n < 3 * kRounds; ++n) {
+    host.bus.receive({host.bus.time(), kAskSerial[n % 3]});
+    std::vector<TimedFrame> replies;
+    while (replies.empty()) replies = host.read_until(*host.bus.next_due());
+  }
+  return kRounds / std::chrono::duration<double>(host.bus.time()).count();
+}
+
+TEST(LineBehindAnAdapter, ThreeDrivesComeToTheRatesThatWereMeasured) {
+  EXPECT_NEAR(polled_Hz("none"), 1389, 1);  // 1 / (3 · (90 + 150) us)
+  const double ch348_Hz = polled_Hz("ch348");
+  EXPECT_GE(ch348_Hz, 415 * 0.95);
+  EXPECT_LE(ch348_Hz, 443 * 1.05);
+}
+
+/// 62 bytes: four replies of 13 and ten bytes of a fifth, which takes all with it.
+TEST(LineBehindAnAdapter, ABufferHoldsBytes) {
+  test::SerialHost host(line_behind("ftdi_default"));
+  std::vector<TimedFrame> replies;
+  for (int n = 0; n < 5; ++n) {
+    host.bus.receive({host.bus.time(), kAskSerial[0]});
+    replies = host.read_until(host.bus.time() + 500us);
+    EXPECT_EQ(replies.size(), n < 4 ? 0U : 5U) << n;
+  }
+}
+
+/// 20 bytes are a reply and seven bytes of the next; of the third there is nothing.
+TEST(LineBehindAnAdapter, AnOverrunIsAHole) {
+  test::SerialHost host(line_behind("ftdi_default"));
+  host.bus.apply({kWholeBus, SetFault{test::fault_of("adapter_overrun", {20})}});
+  for (int n = 0; n < 3; ++n) {
+    host.bus.receive({host.bus.time(), kAskSerial[0]});
+    host.bus.advance_to(host.bus.time() + 500us);
+  }
+  const auto replies = host.read_until(20ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].frame.kind, protocol::FrameKind::kSerial);
+  EXPECT_EQ(replies[1].frame.kind, protocol::FrameKind::kBytes);
+  EXPECT_EQ(replies[1].frame.dlc, 7);
+  EXPECT_EQ(host.bus.stats().error_frames, 0U);
+  EXPECT_EQ(host.bus.stats().replies_lost, 1U);
+  EXPECT_EQ(host.bus.faults()[0].evidence.effects, 2U);
 }
 
 }  // namespace host_adapter_test

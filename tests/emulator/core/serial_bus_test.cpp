@@ -245,6 +245,9 @@ TEST(SerialBus, EachModeHasItsPackets) {
   // 0x288: one of six commands; others nobody answers.
   const std::string states = several.ask("02 88 9C 00 9A 00 81 00 12 00 53");
   EXPECT_EQ(bytes(states).size(), 13 + 13 + 5U);
+  // Printed by the vendor: with a wrong sum, and the same with the right one.
+  EXPECT_EQ(several.ask("02 88 9C 00 00 00 00 00 81 00 CF"), "");
+  EXPECT_EQ(bytes(several.ask("02 88 9C 00 00 00 00 00 81 00 A7")).size(), 13 + 5U);
   // 180° to drive 1 are 180.00°.
   several.ask("02 82 50 46 00 00 00 00 D8 DC CE");
   const auto setpoint = several.bus.setpoint(1);

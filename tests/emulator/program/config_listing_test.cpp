@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -27,6 +28,17 @@ TEST(Spoken, NamesGenerationAndLayoutOfEachDrive) {
   bus.servos.resize(1);
   bus.servos[0].quirks.dialect.wide_single_turn = true;
   EXPECT_EQ(spoken(bus)[0].substr(0, 23), "vcan0:1: legacy mixed: ");
+}
+
+TEST(Spoken, NamesThePlacesOfRs485) {
+  BusConfig bus = test::serial_bus(
+      {test::serial_drive(Generation::kLegacy, 1), test::serial_drive(Generation::kV235, 2)});
+  bus.interface = "rs485:/tmp/arm";
+  EXPECT_EQ(spoken(bus),
+            (std::vector<std::string>{"rs485:/tmp/arm:1: legacy: 0x9A voltage 0.1 V in D[2:3], "
+                                      "0x94 single-turn angle 0.01° in D[0:3]",
+                                      "rs485:/tmp/arm:2: v235: 0x9A voltage 0.01 V in D[1:2], "
+                                      "0x94 single-turn angle 0.01° in D[0:3]"}));
 }
 
 TEST(ConfigListing, NamesTheAdapterOfABus) {

@@ -57,6 +57,10 @@ TEST(RomGate, AWrongIdentifierWaitsForItsOwnDriveAndErrorFramesForNone) {
   wrong.said_by = 1;
   g.pass(wrong);
   g.pass(reply(1, 2));
+  TimedFrame echo = reply(7, 9);  // a host's own, to a drive that is not here
+  echo.echo = true;
+  g.pass(echo);
+  EXPECT_EQ(g.left(), Marks{9});
   TimedFrame error = reply(40, 3);  // low bits of no drive here
   error.frame.kind = protocol::FrameKind::kError;
   g.pass(error);

@@ -43,6 +43,8 @@ std::vector<std::string> examples(const std::string& text) {
 }
 
 const std::string kBus = "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n";
+const std::string kSerialBus =
+    "[[bus]]\ninterface = \"rs485:/tmp/a\"\n[[bus.drive]]\nids = \"1-4\"\n";
 
 TEST(Documents, TheFaultsAreThoseOfTheTable) {
   EXPECT_EQ(generated(document("faults.md"), "faults"), fault_page())
@@ -91,7 +93,8 @@ TEST(FaultListing, ShowsEveryKindWithAnExampleThatIsAccepted) {
     const std::string example = page.substr(page.find(marker) + marker.size());
     // These drives have no gear and no brake.
     if (row.word == "backlash" || row.word == "brake_late") continue;
-    EXPECT_NO_THROW(parse(kBus + "[[bus.event]]\n" + example)) << example;
+    EXPECT_NO_THROW(parse((row.serial ? kSerialBus : kBus) + "[[bus.event]]\n" + example))
+        << example;
   }
 }
 

@@ -115,7 +115,7 @@ class Files(unittest.TestCase):
     def test_mistakes_are_said(self):
         for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "cannot read /"),
                                 (["--motor", "mf7051"], "did you mean mf7015?"),
-                                (["--generation", "v237"], "not one of legacy, late-legacy, v235, v236"),
+                                (["--generation", "v237"], "not one of legacy, late-legacy, v235, v236, v236b"),
                                 (["--guess", "--generation", "v235"], " excludes --g"),
                                 (["--guess", "--motor", "mg4005"], " excludes --"),
                                 (["--lang", "fr"], "neither en nor zh")):

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -54,6 +55,28 @@ TEST(Guess, NamesTheSwitchesOfAMixtureThatIsNone) {
   EXPECT_EQ(out[0]["quirks"], (Json{{"single_turn_bits", "16"}}));
   EXPECT_EQ(out[1]["commands"],
             Keys{"lk-emu --bus vcan0 --ids 2 --generation v235 --quirk single_turn_bits=16"});
+}
+
+/// The samples of docs/rs485.md: 48.7 V at D[2:3] is the oldest manual's; a drive with 48.72 V at
+/// D[1:2] that answers 0xC0 is of V2.36.
+TEST(Guess, TellsTheManualOfADriveOnRs485) {
+  EXPECT_EQ(guessed({"(1.000000) bus rs485#3E9A0100D9",
+                     "(1.000400) bus rs485#3E9A0107E02400E7010000000C"})[0]["fits"],
+            (Keys{"legacy", "late-legacy"}));
+  const auto newer = guessed(
+      {"(1.000000) bus rs485#3E9A0100D9", "(1.000400) bus rs485#3E9A0107E0240813000000003F"});
+  EXPECT_EQ(newer[0]["fits"], (Keys{"v235", "v236"}));
+  std::vector<std::string> asks;
+  for (const auto& ask : newer[0]["ask"]) asks.push_back(ask["send"]);
+  EXPECT_NE(std::ranges::find(asks, "rs485#3EC00107060A0000000000000A"), asks.end());
+  const auto out = guessed({"(1.000000) rs485:/dev/ttyUSB0 rs485#3E9A0100D9",
+                            "(1.000400) rs485:/dev/ttyUSB0 rs485#3E9A0107E0240813000000003F",
+                            "(1.010000) rs485:/dev/ttyUSB0 rs485#3EC00107060A0000000000000A",
+                            "(1.010400) rs485:/dev/ttyUSB0 rs485#3EC00107060A64001400050087"});
+  EXPECT_EQ(out[0]["fits"], Keys{"v236"});
+  EXPECT_EQ(out[0]["quirks"], Json::object());
+  // Never the port of the log.
+  EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v236"});
 }
 
 /// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.

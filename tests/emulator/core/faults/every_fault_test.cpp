@@ -10,6 +10,7 @@
 
 #include "emulator/core/generation.hpp"
 #include "tests/support/faults.hpp"
+#include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -49,6 +50,12 @@ const std::map<std::string_view, Situation> kSituations = {
     {"adapter_batch", {}},
     {"adapter_overrun", {{1}, 1, "ftdi_default"}},
     {"write_stalls", {{2, 20}}},
+    {"checksum_bad", {}},
+    {"byte_lost", {}},
+    {"byte_gap", {}},
+    {"echo", {}},
+    {"cr_to_lf", {}},
+    {"late_release", {{300}}},
     {"encoder_stuck", {}},
     {"encoder_jump", {{10}}},
     {"encoder_noise", {{1}}},
@@ -172,6 +179,22 @@ Life live(const Fault* fault, std::string_view adapter) {
   return life;
 }
 
+/// The same on RS-485, of one drive with a gain of 13 that is asked for its gains and its state.
+Life live_serial(const Fault* fault) {
+  ServoConfig servo = test::serial_drive(Generation::kLegacy);
+  servo.rom.gains.angle_kp = 13;
+  Bus bus(test::serial_bus({servo}));
+  if (fault != nullptr) bus.plan({500ms, {kWholeBus, SetFault{*fault}}});
+  for (SimTime at{0}; at < 1s; at += 5ms) {
+    bus.receive({at, test::packet(at % 10ms == 0ns ? "3E 30 01 00 6F" : "3E 9C 01 00 DB")});
+    bus.advance_to(at + 5ms);
+  }
+  Life life;
+  bus.take_replies(life.wire);
+  life.faults = bus.faults();
+  return life;
+}
+
 TEST(EveryFault, ChangesSomethingAndSaysSo) {
   std::map<std::string_view, Life> healthy;
   EXPECT_EQ(kSituations.size(), fault_table().size());
@@ -187,11 +210,12 @@ TEST(EveryFault, ChangesSomethingAndSaysSo) {
     std::ranges::copy(situation.values, fault.values.begin());
     if (!row.of_bus) fault.ids = {situation.id};
     if (row.of_bus) fault.probability = 0.5;  // or nobody is left to say anything
-    if (!healthy.contains(situation.adapter)) {
-      healthy[situation.adapter] = live(nullptr, situation.adapter);
+    const std::string_view where = row.serial ? "RS-485" : situation.adapter;
+    if (!healthy.contains(where)) {
+      healthy[where] = row.serial ? live_serial(nullptr) : live(nullptr, where);
     }
-    const Life& sound = healthy[situation.adapter];
-    const Life faulty = live(&fault, situation.adapter);
+    const Life& sound = healthy[where];
+    const Life faulty = row.serial ? live_serial(&fault) : live(&fault, where);
     EXPECT_TRUE(faulty.wire != sound.wire || faulty.signals != sound.signals ||
                 faulty.rom != sound.rom);
     ASSERT_EQ(faulty.faults.size(), 1U);
@@ -209,7 +233,8 @@ TEST(EveryFault, ActsSomewhere) {
     EXPECT_EQ(row.adapter == nullptr, row.adapter_shows == nullptr) << row.word;
     EXPECT_TRUE(row.plant != nullptr || row.adapter != nullptr || row.hear != nullptr ||
                 row.say != nullptr || row.destroys != nullptr || row.babble != nullptr ||
-                row.duplicate != nullptr || row.firmware != nullptr || row.at_once != nullptr)
+                row.duplicate != nullptr || row.read != nullptr || row.echoes ||
+                row.keeps_line != nullptr || row.firmware != nullptr || row.at_once != nullptr)
         << row.word;
     EXPECT_FALSE(row.about.en.empty() || row.about.zh.empty()) << row.word;
     EXPECT_EQ(find_fault(row.word), &row) << "two of this word";

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "emulator/advice/advice.hpp"
+#include "emulator/advice/heard.hpp"
+#include "emulator/ground/terminal_flag.hpp"
+
+namespace lk::emulator {
+
+/// What such a setting of the host's terminal does to packets.
+Finding not_raw(TerminalFlag flag);
+
+/// Of a packet of RS-485 with a length of CAN's, or 0x95 without what it needs.
+std::optional<Finding> wrong_payload(const protocol::Frame& frame, const KnownDrive& drive);
+
+/// Hosts that send while a drive answers, on one line of RS-485.
+class TalkWatch {
+ public:
+  static constexpr int kTimes = 3;
+
+  /// A packet of a host, whoever it is for. `echoes`: hosts read what they send.
+  std::optional<Finding> hear(const TimedFrame& in, bool echoes);
+  /// It is one that `drive` answers.
+  void expect_reply(const TimedFrame& in, const KnownDrive& drive);
+
+ private:
+  SimTime sent_{0};        // the last packet that is answered: when,
+  SimTime own_end_{0};     // when it was over,
+  SimTime reply_ends_{0};  // and its reply, at the earliest
+  int over_ = 0;
+  int after_echo_ = 0;
+};
+
+/// Packets whose sums a host makes by another rule.
+class SumWatch {
+ public:
+  static constexpr int kTimes = 3;
+
+  /// Bytes that were no packet.
+  std::optional<Finding> hear(const protocol::Frame& bytes);
+
+ private:
+  static constexpr std::size_t kRules = 3;
+  std::array<int, kRules> times_{};
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,160 @@
+// Advice for hosts on RS-485, and none for those that do it right.
+
+#include <gtest/gtest.h>
+
+#include "tests/emulator/advice/advice_support.hpp"
+#include "tests/support/faults.hpp"
+#include "tests/support/serial_bus.hpp"
+
+namespace lk::emulator {
+namespace advice_packets_test {
+
+using test::serial_bus;
+using test::serial_drive;
+
+/// A host on RS-485, which writes bytes.
+struct Wired : AnsweredHost {
+  explicit Wired(Generation generation = Generation::kV236)
+      : AnsweredHost(serial_bus({serial_drive(generation), serial_drive(generation, 2)})) {}
+  void write(std::string_view written) {
+    std::vector<protocol::Frame> frames;
+    protocol::append_frames(test::bytes(written), frames);
+    for (const protocol::Frame& frame : frames) send(frame);
+  }
+  void write(int times, SimTime gap, std::string_view written) {
+    for (int n = 0; n < times; ++n) {
+      write(written);
+      wait(gap);
+    }
+  }
+};
+
+TEST(AdvicePackets, ZeroWithoutItsPayload) {
+  Wired host;
+  host.write(2, 5ms, "3E 95 01 07 DB (8 x 00)");
+  EXPECT_EQ(host.all(), "");
+  host.write(2, 5ms, "3E 95 01 00 D4");
+  EXPECT_EQ(host.count(AdviceKind::kZeroWithoutPayload), 2U);
+  Wired older(Generation::kV235);  // its 0x95 has none
+  older.write(2, 5ms, "3E 95 01 00 D4");
+  EXPECT_EQ(older.all(), "");
+}
+
+/// misa-actuator's 0xA5 and 0x8C.
+TEST(AdvicePackets, PayloadsOfCan) {
+  Wired host;
+  host.write(1, 5ms, "3E A5 01 07 EB 01 00 00 28 23 00 00 4C");
+  EXPECT_EQ(host.count(AdviceKind::kCanPadding), 1U) << host.all();
+  EXPECT_EQ(host.count(AdviceKind::kWrongLength), 0U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kCanPadding), Language::kEnglish),
+            "0xA5 with LEN 7, which is CAN's");
+  host.write(1, 5ms, "3E 8C 01 07 D2 10 00 00 00 00 00 00 10");
+  host.write(1, 5ms, "3E 9A 01 07 E0 (8 x 00)");
+  EXPECT_EQ(host.count(AdviceKind::kCanPadding), 3U);
+  Wired right;
+  right.write(2, 5ms, "3E A5 01 04 E8 01 28 23 00 4C");
+  right.write(2, 5ms, "3E 8C 01 01 CC 10 10");
+  right.write(2, 5ms, "3E C0 01 07 06 0A (6 x 00) 0A");  // seven they are
+  EXPECT_EQ(right.all(), "");
+  Wired short_of;
+  short_of.write(1, 5ms, "3E A2 01 02 E3 A0 8C 2C");
+  EXPECT_EQ(short_of.count(AdviceKind::kWrongLength), 1U);
+}
+
+/// A reply ends 230 us behind an 0xA1 that ends 80 us behind its start: 310 us at the least.
+TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
+  const char* const torque = "3E A1 01 02 E2 64 00 64";
+  Wired host;
+  host.write(1, 300us, torque);
+  host.write(1, 20ms, "3E A1 02 02 E3 64 00 64");  // another drive, but the same line
+  host.write(1, 300us, torque);
+  host.write(1, 20ms, torque);
+  EXPECT_EQ(host.all(), "");
+  host.write(1, 300us, torque);
+  host.write(1, 20ms, torque);
+  EXPECT_EQ(host.count(AdviceKind::kTalksOverReply, kWholeBus), 1U) << host.all();
+  EXPECT_EQ(what_text(host.get(AdviceKind::kTalksOverReply, kWholeBus), Language::kEnglish),
+            "3 times a packet before the reply to the last was over: this one came 300 µs after "
+            "it, and the reply ends 360 µs after it at the earliest");
+  Wired at_once;  // the drive has a reply to give, and its queue is not full
+  for (int n = 0; n < 5; ++n) {
+    at_once.write(torque);
+    at_once.write(1, 20ms, torque);
+  }
+  EXPECT_GT(at_once.bus.stats().count(Drop::kDriveBusy), 0U);
+  EXPECT_GT(at_once.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
+  EXPECT_EQ(at_once.count(AdviceKind::kFasterThanDrive), 0U) << at_once.all();
+  Wired waits;
+  waits.write(500, 370us, torque);
+  waits.write(20, 300us, "3E A1 05 02 E6 64 00 64");  // nobody's
+  EXPECT_EQ(waits.count(AdviceKind::kTalksOverReply, kWholeBus), 0U) << waits.all();
+}
+
+TEST(AdvicePackets, WhoTakesItsEchoForTheReply) {
+  Wired host;
+  host.bus.apply({kWholeBus, SetFault{test::fault_of("echo")}});
+  host.wait(2ms);
+  for (int n = 0; n < 3; ++n) {
+    host.write(1, 100us, "3E 88 01 00 C7");  // 50 us of its own
+    host.write(1, 20ms, "3E 9C 01 00 DB");
+  }
+  EXPECT_EQ(host.count(AdviceKind::kEchoTaken, kWholeBus), 1U) << host.all();
+  EXPECT_EQ(host.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
+}
+
+/// 0xFF % 0xFF is 0, and 0x1A8 % 0xFF is 0xA9.
+TEST(AdvicePackets, SumsByAnotherRule) {
+  Wired header;
+  header.write(2, 5ms, "3E A4 1C 01 00 00 00");  // 3E + A4 + 1C + 01 = FF: 0 by 255
+  EXPECT_EQ(header.all(), "");
+  header.write(2, 5ms, "3E A4 1C 01 00 00 00");
+  EXPECT_EQ(header.count(AdviceKind::kSumWrong, kWholeBus), 2U);
+  Wired data;
+  data.write(3, 5ms, "3E A1 01 02 E2 FF 64 64");  // 163: 64 by 255, 63 by 256
+  EXPECT_EQ(what_text(data.get(AdviceKind::kSumWrong, kWholeBus), Language::kEnglish),
+            "the sum of the data is the remainder of a division by 255");
+  Wired both;
+  both.write(3, 5ms, "3E A1 01 02 E2 64 00 46");  // E2 + 64 = 146
+  EXPECT_EQ(what_text(both.get(AdviceKind::kSumWrong, kWholeBus), Language::kEnglish),
+            "the sum of the data counts the header in");
+  Wired noise;
+  for (int n = 0; n < 300; ++n) {
+    noise.write(1, 5ms, n % 2 == 0 ? "3E A1 01 02 E2 64 00 65" : "3E 9C 01 00 DA");
+  }
+  EXPECT_EQ(noise.all(), "");
+}
+
+TEST(AdvicePackets, NoneForAHostThatPollsTwoDrivesThatAnswer) {
+  Wired host;
+  for (int n = 0; n < 400; ++n) {
+    host.write(1, 5ms, "3E 9C 01 00 DB");
+    host.write(1, 5ms, "3E 9C 02 00 DC");
+  }
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdvicePackets, WhatIsWrittenToRamNeedsNoSaving) {
+  Wired host(Generation::kV235);
+  host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
+  host.write(10, 20ms, "3E 9C 01 00 DB");
+  host.bus.power_cycle(1);
+  host.wait(1s);
+  host.write(300, 20ms, "3E 9C 01 00 DB");
+  EXPECT_EQ(host.all(), "");
+}
+
+TEST(AdvicePackets, ATerminalThatIsNotRaw) {
+  Wired host;
+  const TimedFrame in{host.bus.time(), test::packet("3E 9C 01 00 DB")};
+  host.adviser.hear(in);
+  host.adviser.hear_terminal({TerminalFlag::kIcrnl, TerminalFlag::kIxon}, in);
+  EXPECT_EQ(host.count(AdviceKind::kTtyNotRaw, kWholeBus), 2U);
+  EXPECT_EQ(what_text(host.get(AdviceKind::kTtyNotRaw, kWholeBus), Language::kEnglish),
+            "ICRNL is set: a 0x0D in a reply arrives as 0x0A, and its sum is wrong");
+  Wired raw;
+  raw.adviser.hear_terminal({}, in);
+  EXPECT_EQ(raw.all(), "");
+}
+
+}  // namespace advice_packets_test
+}  // namespace lk::emulator
