@@ -26,6 +26,14 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
   return std::ranges::none_of(command->query, differs);
 }
 
+/// What a reply says a query of its kind says too, so that another query may look like it.
+bool says_the_same(const protocol::Frame& query) {
+  const protocol::CommandInfo* const command = protocol::command_of(query);
+  return command != nullptr && !command->echoed && !command->query.empty() &&
+         std::ranges::equal(command->query, command->reply, {}, &protocol::Field::name,
+                            &protocol::Field::name);
+}
+
 }  // namespace
 
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
@@ -45,7 +53,7 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
   const bool state = protocol::has_state(reply.data[0]);
   // A drive at 0 or 1 °C is taken for a host, whose DATA[1] is nothing or a direction.
   if (state) return same || reply.data[1] <= 1 ? Fit::kNo : Fit::kYes;
-  return same ? Fit::kEither : Fit::kYes;
+  return same || says_the_same(query) ? Fit::kEither : Fit::kYes;
 }
 
 bool looks_like_a_state(const protocol::Frame& frame) {

@@ -95,6 +95,13 @@ class Tables {
     return static_cast<int>(std::ranges::count_if(command.query, is_repeated));
   }
 
+  /// What a reply says a query says too.
+  static bool alike(const protocol::CommandInfo& command) {
+    return !command.echoed && !command.query.empty() &&
+           std::ranges::equal(command.query, command.reply, {}, &protocol::Field::name,
+                              &protocol::Field::name);
+  }
+
   static void put_commands(std::ostream& out) {
     out << "local commands = {\n";
     for (const auto& row : protocol::commands()) {
@@ -102,7 +109,7 @@ class Tables {
           << "] = { name = " << lua_string(row.name)
           << ", echo = " << (row.echoed ? "true" : "false")
           << ", answered = " << (row.answered ? "true" : "false") << ", repeats = " << repeats(row)
-          << " },\n";
+          << ", alike = " << (alike(row) ? "true" : "false") << " },\n";
     }
     out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::multi_drive_commands()) {

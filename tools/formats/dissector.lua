@@ -132,7 +132,7 @@ local function fit(asked, data, surely_a_reply)
   if commands[data[1]].echo then return equal and ECHO_OR_NOT or nil end
   -- DATA[1] of a state is a temperature; a host has nothing there, or a direction.
   if is_state(data[1]) then return not equal and data[2] > 1 and SURELY or nil end
-  return equal and ECHO_OR_NOT or SURELY
+  return (equal or commands[data[1]].alike) and ECHO_OR_NOT or SURELY
 end
 
 -- The reply to a command for several drives, from the drive `id`.

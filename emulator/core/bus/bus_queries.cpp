@@ -54,11 +54,8 @@ void Bus::process_query(SimTime at, const protocol::Frame& frame) {
   Drop cause = Drop::kNoSuchDrive;
   nodes_.each(drives, [&](Node& node) {
     const auto silent = hear(at, node, frame);
-    if (silent) {
-      cause = *silent;
-    } else if (std::exchange(answered, true)) {
-      ++stats_.extra_frames;  // a second drive with the ID answers too
-    }
+    answered = answered || !silent;
+    cause = silent.value_or(cause);
   });
   if (answered) {
     ++stats_.queries;

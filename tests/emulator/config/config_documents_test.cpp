@@ -125,14 +125,18 @@ TEST(ConfigDocuments, TheProtocolNamesSwitchesThatThereAre) {
   const auto example = keys_of_example();
   const std::regex last_cell(R"(^\|.*\| `([^`|]+)` \|$)");
   std::size_t rows = 0;
+  bool generated = false;  // command_page_test looks at that
   for (std::string line; std::getline(lines, line);) {
     std::smatch cell;
+    if (line.starts_with("<!-- begin")) generated = true;
+    if (line.starts_with("<!-- end")) generated = false;
+    if (generated) continue;
     if (!line.starts_with("| ") || line.ends_with("| switch |")) continue;
     ASSERT_TRUE(std::regex_match(line, cell, last_cell)) << line;
     EXPECT_TRUE(example.contains(cell[1])) << line;
     ++rows;
   }
-  EXPECT_EQ(rows, 18U);
+  EXPECT_EQ(rows, 13U);
 }
 
 TEST(ConfigDocuments, EveryRegisterIsExplained) {

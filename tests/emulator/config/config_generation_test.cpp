@@ -123,7 +123,7 @@ TEST(ConfigGeneration, SwitchesGoOnTopOfThePreset) {
 
 TEST(ConfigGeneration, HasItsNameAndNoSwitchBesideItself) {
   EXPECT_EQ(generation_names(),
-            (std::vector<std::string>{"legacy", "late-legacy", "v235", "v236"}));
+            (std::vector<std::string>{"legacy", "late-legacy", "v235", "v236", "v236b"}));
   for (const std::string& name : generation_names()) {
     const ServoConfig drive = drive_of("generation = \"" + name + "\"");
     EXPECT_EQ(generation_name(drive.generation), name);

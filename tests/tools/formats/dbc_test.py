@@ -20,13 +20,15 @@ import canmatrix.formats
 FRAME_VALUES, FORMATS = sys.argv[1], pathlib.Path(sys.argv.pop())
 sys.argv.pop()
 
-GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236"}
+GENERATIONS = {"legacy": "", "late-legacy": "-late-legacy", "v235": "-v235", "v236": "-v236", "v236b": "-v236b"}
 # Commands of the generations, docs/protocol.md §3 and §10.1; none that only MS drives have.
-LEGACY = [0x19, *range(0x30, 0x35), 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, *range(0x9A, 0x9E), *range(0xA1, 0xA9)]
-V235 = [command for command in LEGACY if not 0x30 <= command <= 0x34]
+LEGACY = [0x19, *range(0x30, 0x35), 0x37, 0x38, 0x80, 0x81, 0x88, 0x90, 0x91, 0x92, 0x94, 0x95, *range(0x9A, 0x9E), *range(0xA1, 0xA9)]
+V235 = [command for command in LEGACY if not 0x30 <= command <= 0x38]
 V236 = sorted({*V235, 0x8C, 0xC0, 0xC1} - {0x91})
-COMMANDS = {"legacy": LEGACY, "late-legacy": LEGACY, "v235": V235, "v236": V236}
-SEVERAL = {"legacy": [0x280], "late-legacy": [0x280], "v235": [0x280], "v236": [0x280, 0x281, 0x282, 0x288]}
+V236B = sorted([*V236, 0x07, 0x18, 0x40, 0x42, 0x44])
+COMMANDS = {"legacy": LEGACY, "late-legacy": LEGACY, "v235": V235, "v236": V236, "v236b": V236B}
+SEVERAL = {"legacy": [0x280], "late-legacy": [0x280], "v235": [0x280], "v236": [0x280, 0x281, 0x282, 0x288], "v236b": [0x280, 0x281, 0x282, 0x288]}
+SETTINGS = [0x0A, 0x0B, 0x0C, 0x0D, 0xE0, 0xE2, 0xE4, 0xEA, 0xEC]
 PARAMETERS = [0x0A, 0x0B, 0x0C, 0x1E, 0x20, 0x22, 0x24, 0x26]
 
 
@@ -118,9 +120,14 @@ class Dbc(unittest.TestCase):
                     data = bytearray([command, *draw.randbytes(7)])
                     if command in (0xC0, 0xC1):
                         data[1] = draw.choice(PARAMETERS)
+                    if command in (0x40, 0x42):
+                        data[1] = draw.choice([0x05, 0x05, 0xA0, 0xA4, 0xA8])
+                        data[2] = draw.choice(SETTINGS) if data[1] == 0x05 else data[2]
+                    if command == 0x44:
+                        data[1:3] = [0x05, data[2] & 1 if direction == "reply" else 0xFA]
                     if direction == "reply" and command == 0x8C:
                         data[1] &= 1  # the coil is powered, or not
-                    if direction == "reply" and generation == "v236" and command in (0x9A, 0x9B):
+                    if direction == "reply" and generation.startswith("v236") and command in (0x9A, 0x9B):
                         data[6] &= 0x10  # the bridge is on, or off
                     if direction == "query" and command in (0xA1, 0xA2):
                         # within the limits, to which the codec clamps

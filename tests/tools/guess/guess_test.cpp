@@ -29,7 +29,7 @@ using Keys = std::vector<std::string>;
 TEST(Guess, TellsTheLayoutOfOneCapturedState) {
   const auto drive = guessed({"  can0  141   [8]  9A 00 00 00 00 00 00 00",
                               "  can0  141   [8]  9A 24 08 13 00 00 00 00"})[0];
-  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
   EXPECT_EQ(open_values(drive, "state_1"), (Keys{"centivolt", "centivolt_and_bus_current"}));
   EXPECT_EQ(drive["findings"][0]["values"][1]["frames"][0]["frame"], "141#9A24081300000000");
 }
@@ -65,7 +65,7 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
             (Keys{"legacy", "late-legacy"}));
   const auto newer = guessed(
       {"(1.000000) bus rs485#3E9A0100D9", "(1.000400) bus rs485#3E9A0107E0240813000000003F"});
-  EXPECT_EQ(newer[0]["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(newer[0]["fits"], (Keys{"v235", "v236", "v236b"}));
   std::vector<std::string> asks;
   for (const auto& ask : newer[0]["ask"]) asks.push_back(ask["send"]);
   EXPECT_NE(std::ranges::find(asks, "rs485#3EC00107060A0000000000000A"), asks.end());
@@ -73,7 +73,7 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
                             "(1.000400) rs485:/dev/ttyUSB0 rs485#3E9A0107E0240813000000003F",
                             "(1.010000) rs485:/dev/ttyUSB0 rs485#3EC00107060A0000000000000A",
                             "(1.010400) rs485:/dev/ttyUSB0 rs485#3EC00107060A64001400050087"});
-  EXPECT_EQ(out[0]["fits"], Keys{"v236"});
+  EXPECT_EQ(out[0]["fits"], (Keys{"v236", "v236b"}));
   EXPECT_EQ(out[0]["quirks"], Json::object());
   // Never the port of the log.
   EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v236"});
@@ -82,7 +82,7 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
 /// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.
 TEST(Guess, NeedsNoQueries) {
   EXPECT_EQ(guessed({"can0  141   [8]  9A 1F 54 09 00 00 00 00"})[0]["fits"],
-            (Keys{"v235", "v236"}));
+            (Keys{"v235", "v236", "v236b"}));
 }
 
 // --- what frames say
@@ -101,7 +101,7 @@ TEST(Guess, ClaimsNothingByAFrameThatCanBeEither) {
 TEST(Guess, TellsBusCurrentByTheByteOfAnOffDrive) {
   const Keys lines{"(1.000000) can0 141#8000000000000000", "(1.000300) can0 141#8000000000000000",
                    "(1.010000) can0 141#9A00000000000000", "(1.010300) can0 141#9A24081300001000"};
-  EXPECT_EQ(guessed(lines)[0]["fits"], Keys{"v236"});
+  EXPECT_EQ(guessed(lines)[0]["fits"], (Keys{"v236", "v236b"}));
 }
 
 TEST(Guess, TellsAnOutputTurnByAnAngleBeyondATurn) {
@@ -129,7 +129,7 @@ Keys dialogue(const Keys& commands, std::string_view silent) {
 TEST(Guess, TellsACommandThatIsNotThereByItsSilenceBetweenAnswers) {
   const auto drive = guessed(dialogue({"9C", "30", "9C", "30", "9C"}, "30"))[0];
   EXPECT_EQ(open_values(drive, "pid_commands"), Keys{"false"});
-  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236"}));
+  EXPECT_EQ(drive["fits"], (Keys{"v235", "v236", "v236b"}));
   EXPECT_EQ(drive["findings"][1]["values"][0]["frames"][0]["frame"], "141#3000000000000000");
 }
 
