@@ -56,7 +56,7 @@ inline constexpr auto kCommandRows = [] {
     echoed<WriteAccelerationToRam>({.name = "write acceleration to RAM", .name_zh = "写入加速度到 RAM", .word = "write_acceleration", .when = kPidCommands}, kAcceleration),
     command<ReadMaxTorque, MaxTorque>({.name = "read max torque current", .name_zh = "读取最大转矩电流", .word = "max_torque", .source = Source::kHardware, .when = kMaxTorqueCommands}, kNoFields, kMaxTorque),
     echoed<WriteMaxTorque>({.name = "write max torque current to RAM", .name_zh = "写入最大转矩电流到 RAM", .word = "write_max_torque", .source = Source::kHardware, .when = kMaxTorqueCommands}, kMaxTorque),
-    command<ReadStoredSetting, StoredSettingValue>({.name = "read setting", .name_zh = "读取设置", .word = "read_setting", .source = Source::kSecondPrint, .when = kSettingCommands}, kStoredSettingId, kStoredSetting),
+    command<ReadStoredSetting, StoredSettingValue>({.name = "read setting", .name_zh = "读取设置", .word = "read_setting", .source = Source::kSecondPrint, .when = kSettingCommands}, kReadStoredSetting, kStoredSetting),
     command<WriteStoredSetting, StoredSettingValue>({.name = "write setting", .name_zh = "写入设置", .word = "write_setting", .source = Source::kSecondPrint, .when = kSettingCommands}, kStoredSetting, kStoredSetting),
     command<SaveSettings, SettingsSaved>({.name = "save settings", .name_zh = "保存设置", .word = "save_settings", .source = Source::kSecondPrint, .when = kSettingCommands, .writes_rom = true}, kSave, kSavedReply),
     echoed<Off>({.name = "off", .name_zh = "关闭", .word = "off", .source = Source::kManualAndHardware}, kNoFields),

@@ -188,6 +188,11 @@ inline constexpr auto kStoredSettingId = rows(
     row([](auto& c) -> auto& { return c.setting.table; }, {.name = "setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
     row([](auto& c) -> auto& { return c.setting.item; }, {.name = "setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
 
+/// Names of their own: no value depends on them in a query that reads.
+inline constexpr auto kReadStoredSetting = rows(
+    row([](auto& c) -> auto& { return c.setting.table; }, {.name = "read_setting", .label = "Setting", .key = "parameter", .byte = 1, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .values = kSettingTables}),
+    row([](auto& c) -> auto& { return c.setting.item; }, {.name = "read_setting_item", .label = "Setting, its number", .key = "item", .byte = 2, .range = Range::kWords, .beyond = Beyond::kUnknownCommand, .parameter = kNamedSettings, .values = kSettingItems}));
+
 /// One of the settings that DATA[2] names.
 constexpr Field stored(StoredSettingId id, Field field) {
   field.byte = 4;

@@ -140,8 +140,8 @@ struct Reader {
     return {{"max_torque", query.max_torque_lsb}};
   }
   Values operator()(const ReadStoredSetting& query) const {
-    Values values = {{"setting", query.setting.table}};
-    if (query.setting.table == 0x05) values["setting_item"] = query.setting.item;
+    Values values = {{"read_setting", query.setting.table}};
+    if (query.setting.table == 0x05) values["read_setting_item"] = query.setting.item;
     return values;
   }
   Values operator()(const WriteStoredSetting& query) const { return read(query.setting, format); }
