@@ -18,6 +18,9 @@ struct TimedFrame {
   protocol::Frame frame;
   std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
   int said_by = 0;  // of a drive's: its ID, when the identifier does not tell; else 0
+  // Of a host's: the number by which its port knows it; other hosts get to hear the frame. 0: the
+  // medium has told them already.
+  std::uint32_t sender = 0;
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };

@@ -152,7 +152,9 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
     last_frame_ = seen_;
     follow_clock(line);
     for (const ReceivedFrame& in : frames) {
-      const TimedFrame frame{clock_.shows(stamps_.arrival(in.stamp, seen_)), in.frame};
+      const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
+                             .frame = in.frame,
+                             .sender = in.sender};
       clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
     }
   };

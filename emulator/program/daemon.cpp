@@ -16,13 +16,13 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/privileges.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
-#include "emulator/transports/serial_port.hpp"
+#include "emulator/transports/make_port.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -81,6 +81,10 @@ void check_interface(const std::string& interface, const LinkState& link, Interf
   }
 }
 
+bool is_socketcan(const BusConfig& bus) {
+  return scheme_of(bus.interface).transport == Transport::kSocketCan;
+}
+
 /// Only what happened: a column of zeros hides the one number that matters.
 void print_nonzero(const char* what, std::uint64_t count) {
   if (count > 0) std::printf("    %-44s %10" PRIu64 "\n", what, count);
@@ -119,6 +123,9 @@ void print_port(const PortStats& port) {
   print_nonzero("waits for the send queue", port.waits_for_queue);
   print_nonzero("frames dropped by the kernel", port.kernel_drops);
   print_nonzero("times the interface went down or away", port.link_losses);
+  print_nonzero("frames lost: a client did not read", port.lost_unread);
+  print_nonzero("lines of clients answered as errors", port.malformed);
+  print_nonzero("clients refused: no room", port.refused);
 }
 
 /// Says of what is wrong which option it came with.
@@ -158,18 +165,17 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
         tell_written(place, write, error);
       }) {
-  if (!std::ranges::all_of(buses, [](const BusConfig& bus) { return bus.serial.has_value(); })) {
-    check_can_support();
-  }
+  if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
   // Nothing is made or brought up before all that exists has been looked at.
   for (const BusConfig& bus : buses) {
-    if (bus.serial) check_serial_path(bus.interface, serial_path(bus.interface));
-    const LinkState link = bus.serial ? LinkState{} : link_state(bus.interface);
-    if (bus.serial) {
-      // Nothing to look for in the kernel.
-    } else if (link.index != 0 || !options.create_buses) {
-      check_interface(bus.interface, link, allowed);
+    LinkState link;
+    if (is_socketcan(bus)) {
+      link = link_state(bus.interface);
+      if (link.index != 0 || !options.create_buses) check_interface(bus.interface, link, allowed);
+    } else {
+      check_place(bus.interface);
+      link.name = place_of(bus.interface);
     }
     for (const ServoConfig& servo : bus.servos) id_locks_.take(bus.interface, link, servo.id);
   }
@@ -189,7 +195,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
   for (const BusConfig& bus : buses) {
-    if (options.create_buses && !bus.serial) make(bus.interface);
+    if (options.create_buses && is_socketcan(bus)) make(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });

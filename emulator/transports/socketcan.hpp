@@ -16,6 +16,7 @@ namespace lk::emulator {
 struct ReceivedFrame {
   std::chrono::nanoseconds stamp{0};
   protocol::Frame frame;
+  std::uint32_t sender = 0;  // as in TimedFrame
 };
 
 /// What the kernel filter lets through.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/files/profile_files.hpp"
@@ -65,8 +66,8 @@ struct Raw {
 
 void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bus", raw.buses,
-                 "CAN interface to answer on, e.g. vcan0, or RS-485 at a path, e.g. rs485:/tmp/arm "
-                 "(repeatable)")
+                 "bus to answer on, like " + bus_examples() +
+                     " (repeatable; docs/buses.md tells who gets on which, and how)")
       ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")

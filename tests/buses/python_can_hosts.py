@@ -1,0 +1,200 @@
+"""python-can, Debian's, as a host of lk-emu on each kind of bus that needs no CAN in the kernel: the same
+conversations on all of them.
+
+usage: python_can_hosts.py LK_EMU
+"""
+
+import socket
+import unittest
+
+import can
+import serial
+
+import support
+from support import PATIENCE_S, count, emulator, free_port
+
+
+class SlcanTcp:
+    """Where a bus of this kind is, and how a host gets on it."""
+
+    def __init__(self, case: support.TestCase):
+        self.port = free_port()
+        self.name = f"slcan-tcp:{self.port}"
+        self.same = f"slcan-tcp:127.0.0.1:{self.port}"
+
+    def open(self) -> can.BusABC:
+        return can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{self.port}", sleep_after_open=0)
+
+
+KINDS = [SlcanTcp]
+
+
+def message(motor: int, *data: int) -> can.Message:
+    return can.Message(arbitration_id=0x140 + motor, data=bytes(data).ljust(8, b"\0"),
+                       is_extended_id=False)
+
+
+def text(frame: can.Message) -> str:
+    return f"{frame.arbitration_id:03X}#{bytes(frame.data).hex().upper()}"
+
+
+class Hosts(support.TestCase):
+    def on_each_kind(self):
+        for kind in KINDS:
+            with self.subTest(kind.__name__):
+                yield kind(self)
+
+    def open(self, place) -> can.BusABC:
+        bus = place.open()
+        self.addCleanup(bus.shutdown)
+        return bus
+
+    def hear(self, bus: can.BusABC) -> str:
+        frame = bus.recv(PATIENCE_S)
+        self.assertIsNotNone(frame, "nothing comes")
+        return text(frame)
+
+    def ask(self, bus: can.BusABC, motor: int, *data: int) -> str:
+        bus.send(message(motor, *data))
+        return self.hear(bus)
+
+    def test_a_host_talks_to_two_drives(self):
+        for place in self.on_each_kind():
+            with emulator("--bus", place.name, "--ids", "1-2") as running:
+                self.assertEqual(running.ready, f"lk-emu ready {place.name}:1-2")
+                bus = self.open(place)
+                for motor in (1, 2):
+                    self.assertRegex(self.ask(bus, motor, 0x9A), f"14{motor}#9A..00[0-9A-F]{{4}}000000$")
+                    self.assertEqual(self.ask(bus, motor, 0x88), f"14{motor}#8800000000000000")
+                    self.ask(bus, motor, 0xA2, 0, 0, 0, *(36000).to_bytes(4, "little"))
+                places = {self.ask(bus, 1, 0x9C)[-4:] for _ in range(20)}
+                self.assertGreater(len(places), 5, "it does not turn")
+                self.assertIn("26 queries, 26 replies", running.stop())
+
+    def test_hosts_hear_each_other_in_the_order_of_the_wire(self):
+        for place in self.on_each_kind():
+            with emulator("--bus", place.name, "--ids", "1"):
+                one, other = self.open(place), self.open(place)
+                self.ask(one, 1, 0x9A)  # both are there
+                self.ask(other, 1, 0x9B)
+                for _ in range(2):
+                    self.hear(other)  # of the first question, and what it was answered
+                for _ in range(2):
+                    self.hear(one)
+                said = [self.ask(one, 1, 0x92) for _ in range(50)]
+                heard = [self.hear(other) for _ in range(100)]
+                self.assertEqual(heard[0::2], ["141#9200000000000000"] * 50)
+                self.assertEqual(heard[1::2], said)
+
+    def test_a_recording_plays_again(self):
+        for n, place in enumerate(self.on_each_kind()):
+            recording = self.path(f"recording{n}")
+            with emulator("--bus", place.name, "--ids", "1-2", "--record", recording) as running:
+                bus = self.open(place)
+                self.ask(bus, 1, 0xA3, 0, 0, 0, *(18000).to_bytes(4, "little"))
+                for _ in range(20):
+                    self.ask(bus, 2, 0x9C)
+                running.stop()
+            with open(recording + "/frames.log", encoding="ascii") as file:
+                self.assertIn(f" {place.name} 142#9C00000000000000 T\n", file.read())
+            self.assertIn("identical", self.run_program("replay", recording))
+
+    def test_the_same_frames_give_the_same_bytes_on_all_kinds(self):
+        asked = [message(1, 0xA2, 0, 0, 0, *(36000).to_bytes(4, "little")), message(2, 0x9A),
+                 message(1, 0x9C), message(2, 0xA3, 0, 0, 0, *(9000).to_bytes(4, "little"))]
+        answers = {}
+        for place in self.on_each_kind():
+            control = self.path(type(place).__name__)
+            with emulator("--bus", place.name, "--ids", "1-2", "--clock", "stepped",
+                          control=control) as running:
+                bus, heard = self.open(place), []
+                for _ in range(10):
+                    for frame in asked:
+                        bus.send(frame)
+                    running.advance("10ms")
+                    heard += [self.hear(bus) for _ in asked]
+                answers[type(place).__name__] = heard
+        for kind, heard in answers.items():
+            self.assertEqual(heard, answers[KINDS[0].__name__], kind)
+        # They move: the speed of motor 1 in state 2 is not always the same.
+        speeds = {line[10:14] for line in answers[KINDS[0].__name__] if line.startswith("141#9C")}
+        self.assertGreater(len(speeds), 5)
+
+    def test_two_programs_do_not_serve_one_place(self):
+        for place in self.on_each_kind():
+            with emulator("--bus", place.name, "--ids", "1"):
+                self.assertIn("answered by lk-emu (pid",
+                              self.refused("--bus", place.same, "--ids", "1", "--rom", ":memory:"))
+
+    def test_a_host_that_comes_and_goes(self):
+        for place in self.on_each_kind():
+            with emulator("--bus", place.name, "--ids", "1"):
+                for _ in range(10):
+                    bus = place.open()
+                    self.assertRegex(self.ask(bus, 1, 0x9A), "^141#9A")
+                    bus.shutdown()
+
+
+class SlcanAlone(support.TestCase):
+    def test_the_adapter_says_who_it_is(self):
+        place = SlcanTcp(self)
+        with emulator("--bus", place.name, "--ids", "1"):
+            bus = place.open()
+            self.addCleanup(bus.shutdown)
+            self.assertEqual(bus.get_version(PATIENCE_S), (10, 13))
+            self.assertEqual(bus.get_serial_number(PATIENCE_S), "LKEM")
+
+    def test_a_wrong_rate_is_silence(self):
+        place = SlcanTcp(self)
+        with emulator("--bus", place.name, "--ids", "1") as running:
+            bus = can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{place.port}",
+                          sleep_after_open=0, bitrate=500_000)
+            self.addCleanup(bus.shutdown)
+            bus.send(message(1, 0x9A))
+            bus.set_bitrate(1_000_000)
+            bus.send(message(1, 0x9C))
+            self.assertRegex(text(bus.recv(PATIENCE_S)), "^141#9C")
+            summary = running.stop()
+            self.assertIn("is at 500000 bit/s and the drives are at 1000000", running.errors)
+            self.assertIn("1 queries, 1 replies", summary)
+
+    def test_who_may_reach_it_is_told(self):
+        port = free_port()
+        with emulator("--bus", f"slcan-tcp:0.0.0.0:{port}", "--ids", "1") as running:
+            running.stop()
+            self.assertIn("whoever reaches 0.0.0.0 can command these drives", running.errors)
+
+    def test_what_cannot_be_is_told_in_a_line(self):
+        place = SlcanTcp(self)
+        for name, why in (("slcan-tcp:", "needs a port, like slcan-tcp:29536"),
+                          ("slcan-tcp:70000", "PORT is 1 to 65535"),
+                          ("slcan-tcp:0", "PORT is 1 to 65535"),
+                          ("slcan-tcp:::1:29536", "of IPv6 in brackets"),
+                          ("slcan-tcp:300.0.0.1:29536", "ADDR is an IP address"),
+                          ("scan-tcp:29536", 'there is no kind of bus "scan-tcp:"')):
+            self.assertIn(why, self.refused("--bus", name, "--ids", "1"))
+        self.assertIn("cannot listen there",
+                      self.refused("--bus", f"slcan-tcp:192.0.2.1:{place.port}", "--ids", "1"))
+
+
+class Rs485Tcp(support.TestCase):
+    """Raw bytes for one host; pyserial is in tests/serial."""
+
+    def test_one_host_and_no_second(self):
+        port = free_port()
+        with emulator("--bus", f"rs485-tcp:{port}", "--ids", "1", "--baud", "1000000") as running:
+            line = serial.serial_for_url(f"socket://127.0.0.1:{port}", timeout=PATIENCE_S)
+            self.addCleanup(line.close)
+            line.write(bytes([0x3E, 0x9C, 1, 0, 0xDB]))
+            answer = line.read(13)
+            self.assertEqual((len(answer), answer[:4]), (13, bytes([0x3E, 0x9C, 1, 7])))
+            with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as second:
+                self.assertEqual(second.makefile("rb").readline(),
+                                 b"lk-emu: this line has its one host already\n")
+            line.write(bytes([0x3E, 0x9C, 1, 0, 0xDB]))
+            self.assertEqual(len(line.read(13)), 13)
+            self.assertEqual(count(running.stop(), "clients refused: no room"), 1)
+
+
+if __name__ == "__main__":
+    unittest.main(warnings="ignore")  # pyserial leaves its sockets to be closed by Python
