@@ -20,6 +20,10 @@ constexpr std::array kSchemes{
     BusScheme{kSlcanPty, "slcan-pty:", BusPlace::kPath, false, "slcan-pty:PATH",
               "slcan-pty:/tmp/ttyACM0",
               R"(python-can: interface="slcan", channel="/tmp/ttyACM0"; slcand)"},
+    BusScheme{
+        kSocketcand, "socketcand:", BusPlace::kPort, false, "socketcand:[ADDR:]PORT",
+        "socketcand:29536",
+        R"(python-can: interface="socketcand", channel="can0", host="127.0.0.1", port=29536)"},
     BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
               R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
     BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",

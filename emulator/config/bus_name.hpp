@@ -15,6 +15,7 @@ enum class Transport : std::uint8_t {
   kSocketCan,
   kSlcanTcp,
   kSlcanPty,
+  kSocketcand,
   kRs485,
   kRs485Tcp,
 };

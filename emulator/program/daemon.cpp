@@ -174,10 +174,10 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       link = link_state(bus.interface);
       if (link.index != 0 || !options.create_buses) check_interface(bus.interface, link, allowed);
     } else {
-      check_place(bus.interface);
       link.name = place_of(bus.interface);
     }
     for (const ServoConfig& servo : bus.servos) id_locks_.take(bus.interface, link, servo.id);
+    if (!is_socketcan(bus)) check_place(bus.interface);
   }
   const bool keeps_rom = !options.rom.in_memory;
   if (keeps_rom) rom_store_.emplace(options.rom, buses);

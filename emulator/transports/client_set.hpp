@@ -77,7 +77,8 @@ class ClientSet {
   std::string name_;
   Descriptor epoll_;
   Descriptor alarm_;  // for what conversations have due
-  Clients clients_;   // by number, which is their sender's
+  std::optional<Conversation::Time> alarm_at_;
+  Clients clients_;  // by number, which is their sender's
   std::uint32_t last_number_ = 0;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;

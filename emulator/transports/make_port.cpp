@@ -8,6 +8,7 @@
 #include "emulator/transports/serial_port.hpp"
 #include "emulator/transports/slcan.hpp"
 #include "emulator/transports/socketcan_port.hpp"
+#include "emulator/transports/socketcand.hpp"
 #include "emulator/transports/stream_port.hpp"
 
 namespace lk::emulator {
@@ -35,6 +36,11 @@ StreamPort::Setup slcan(const BusName& name, const BusConfig& bus) {
           [bitrate = bus.bitrate] { return std::make_unique<Slcan>(bitrate); }};
 }
 
+StreamPort::Setup socketcand(const BusName& name) {
+  return {name, kMostClients, "< error too many clients >",
+          [] { return std::make_unique<Socketcand>(); }, true};
+}
+
 StreamPort::Setup rs485_tcp(const BusName& name) {
   return {name, 1, "lk-emu: this line has its one host already\n",
           [] { return std::make_unique<SerialBytes>(); }};
@@ -58,6 +64,8 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
     case Transport::kSlcanTcp:
     case Transport::kSlcanPty:
       return stream(slcan(name, bus));
+    case Transport::kSocketcand:
+      return stream(socketcand(name));
     case Transport::kRs485Tcp:
       return stream(rs485_tcp(name));
   }

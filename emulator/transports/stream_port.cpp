@@ -22,7 +22,7 @@ StreamPort::StreamPort(boost::asio::io_context& loop, const std::string& name, S
     pty_.emplace(name_, setup_.place.path, true);
     clients_.add_lent(pty_->descriptor(), setup_.place.path, setup_.meet());
   } else {
-    listen();
+    listen(loop);
   }
   boost::system::error_code error;
   readiness_.assign(clients_.descriptor(), error);
@@ -34,7 +34,7 @@ StreamPort::~StreamPort() {
   if (readiness_.is_open()) readiness_.release();  // the descriptor closes itself
 }
 
-void StreamPort::listen() {
+void StreamPort::listen(boost::asio::io_context& loop) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(setup_.place.address, error);
   if (error) throw StartError(name_ + ": " + setup_.place.address + " is no IP address");
@@ -53,6 +53,9 @@ void StreamPort::listen() {
                  address.is_unspecified() ? ", which is all addresses of this machine" : "");
   }
   clients_.watch(acceptor_.native_handle());
+  if (setup_.beacon && address.is_v4() && !address.is_unspecified()) {
+    beacon_.emplace(loop, address.to_v4(), setup_.place.port);
+  }
 }
 
 /// Those who have been waiting.
@@ -84,6 +87,7 @@ void StreamPort::let_in() {
 
 void StreamPort::check_link() {
   if (acceptor_.is_open()) clients_.watch(acceptor_.native_handle());
+  if (beacon_) beacon_->look();
 }
 
 void StreamPort::wait_readable() {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/transports/beacon.hpp"
 #include "emulator/transports/client_set.hpp"
 #include "emulator/transports/pty_link.hpp"
 
@@ -26,6 +27,7 @@ class StreamPort final : public Port {
     std::size_t most_clients;
     std::string refusal;  // what one is told for whom there is no room
     Meet meet;
+    bool beacon = false;
   };
 
   /// `name` is the bus's. `on_frames` is called when there may be something to `receive`. Throws
@@ -47,7 +49,7 @@ class StreamPort final : public Port {
  private:
   Batch next_batch(Wait wait) override;
   void note_error(int /*error*/) override {}
-  void listen();
+  void listen(boost::asio::io_context& loop);
   void let_in();
   void wait_readable();
 
@@ -58,6 +60,7 @@ class StreamPort final : public Port {
   ClientSet clients_;
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::posix::stream_descriptor readiness_;  // watches the clients, who own the descriptor
+  std::optional<Beacon> beacon_;
   std::uint64_t sent_ = 0;
   std::uint64_t refused_ = 0;
   std::vector<ReceivedFrame> received_;

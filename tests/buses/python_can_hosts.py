@@ -1,9 +1,11 @@
-"""python-can, Debian's, as a host of lk-emu on each kind of bus that needs no CAN in the kernel: the same
+"""python-can, Debian's, as a host of lk-emu on each kind of bus, and on vcan0 where there is one: the same
 conversations on all of them.
 
 usage: python_can_hosts.py LK_EMU
 """
 
+import contextlib
+import os
 import socket
 import unittest
 
@@ -26,7 +28,38 @@ class SlcanTcp:
         return can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{self.port}", sleep_after_open=0)
 
 
-KINDS = [SlcanTcp]
+class Socketcand:
+    def __init__(self, case: support.TestCase):
+        self.port = free_port()
+        self.name = f"socketcand:{self.port}"
+        self.same = f"socketcand:127.0.0.1:{self.port}"
+
+    def open(self) -> can.BusABC:
+        return can.Bus(interface="socketcand", channel="can0", host="127.0.0.1", port=self.port)
+
+
+class SlcanPty:
+    def __init__(self, case: support.TestCase):
+        self.path = case.path("ttyACM0")
+        self.name = f"slcan-pty:{self.path}"
+        self.same = f"slcan-pty:{case.directory}/../{os.path.basename(case.directory)}/ttyACM0"
+
+    def open(self) -> can.BusABC:
+        return can.Bus(interface="slcan", channel=self.path, sleep_after_open=0)
+
+
+class Vcan:
+    name = same = "vcan0"
+
+    def __init__(self, case: support.TestCase):
+        pass
+
+    def open(self) -> can.BusABC:
+        return can.Bus(interface="socketcan", channel="vcan0")
+
+
+SHARED = [SlcanTcp, Socketcand] + ([Vcan] if os.path.exists("/sys/class/net/vcan0") else [])
+KINDS = [*SHARED, SlcanPty]
 
 
 def message(motor: int, *data: int) -> can.Message:
@@ -39,14 +72,19 @@ def text(frame: can.Message) -> str:
 
 
 class Hosts(support.TestCase):
-    def on_each_kind(self):
-        for kind in KINDS:
+    def on_each_kind(self, kinds=tuple(KINDS)):
+        for kind in kinds:
             with self.subTest(kind.__name__):
                 yield kind(self)
 
     def open(self, place) -> can.BusABC:
         bus = place.open()
-        self.addCleanup(bus.shutdown)
+
+        def close():
+            with contextlib.suppress(can.CanError):  # a terminal may have gone before
+                bus.shutdown()
+
+        self.addCleanup(close)
         return bus
 
     def hear(self, bus: can.BusABC) -> str:
@@ -72,7 +110,7 @@ class Hosts(support.TestCase):
                 self.assertIn("26 queries, 26 replies", running.stop())
 
     def test_hosts_hear_each_other_in_the_order_of_the_wire(self):
-        for place in self.on_each_kind():
+        for place in self.on_each_kind(SHARED):
             with emulator("--bus", place.name, "--ids", "1"):
                 one, other = self.open(place), self.open(place)
                 self.ask(one, 1, 0x9A)  # both are there
@@ -81,10 +119,10 @@ class Hosts(support.TestCase):
                     self.hear(other)  # of the first question, and what it was answered
                 for _ in range(2):
                     self.hear(one)
-                said = [self.ask(one, 1, 0x92) for _ in range(50)]
-                heard = [self.hear(other) for _ in range(100)]
-                self.assertEqual(heard[0::2], ["141#9200000000000000"] * 50)
-                self.assertEqual(heard[1::2], said)
+                for _ in range(50):
+                    said = self.ask(one, 1, 0x92)
+                    self.assertEqual(self.hear(other), "141#9200000000000000")
+                    self.assertEqual(self.hear(other), said)
 
     def test_a_recording_plays_again(self):
         for n, place in enumerate(self.on_each_kind()):
@@ -175,6 +213,58 @@ class SlcanAlone(support.TestCase):
             self.assertIn(why, self.refused("--bus", name, "--ids", "1"))
         self.assertIn("cannot listen there",
                       self.refused("--bus", f"slcan-tcp:192.0.2.1:{place.port}", "--ids", "1"))
+
+
+class SocketcandAlone(support.TestCase):
+    def setUp(self):
+        super().setUp()
+        self.place = Socketcand(self)
+
+    def connect(self, *words: str) -> socket.socket:
+        client = socket.create_connection(("127.0.0.1", self.place.port), PATIENCE_S)
+        self.addCleanup(client.close)
+        for word, answer in zip(("", *words), ("< hi >", *["< ok >"] * len(words))):
+            client.sendall(word.encode())
+            self.assertEqual(client.recv(64).decode(), answer)
+        return client
+
+    def test_the_broadcast_manager_asks_in_cycles(self):
+        with emulator("--bus", self.place.name, "--ids", "1-2"):
+            client = self.connect("< open can0 >")
+            client.sendall(b"< subscribe 0 0 141 >< add 0 5000 141 8 9C 0 0 0 0 0 0 0 >"
+                           b"< add 0 5000 142 8 9C 0 0 0 0 0 0 0 >")
+            text = ""
+            while text.count(">") < 20:
+                text += client.recv(4096).decode()
+            for line in text.split(">")[:20]:
+                self.assertRegex(line, r"^< frame 141 \d+\.\d{6} 9C (?:[0-9A-F]{2} ){7} $")
+            client.sendall(b"< delete 141 >< delete 142 >< echo >")
+            while not text.endswith("< echo >"):
+                text += client.recv(4096).decode()
+
+    def test_error_frames_are_told(self):
+        robot = self.path("robot.toml")
+        with open(robot, "w", encoding="ascii") as file:
+            file.write(f'[[bus]]\ninterface = "{self.place.name}"\n[[bus.drive]]\nid = 1\n'
+                       '[[bus.event]]\nat_s = 0.01\nfault = { kind = "error_frames", probability = 0.5 }\n')
+        with emulator("--config", robot):
+            client = self.connect("< open can0 >", "< rawmode >")
+            client.sendall(b"< send 141 8 9C 0 0 0 0 0 0 0 >")
+            text = ""
+            while "< error " not in text:
+                client.sendall(b"< send 141 8 9C 0 0 0 0 0 0 0 >")
+                text += client.recv(4096).decode()
+            self.assertRegex(text, r"< error [0-9A-F]{3} \d+\.\d{6} >")
+
+    def test_the_beacon_stays_on_this_machine(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(("127.255.255.255", 42000))
+            listener.settimeout(PATIENCE_S)
+            with emulator("--bus", self.place.name, "--ids", "1"):
+                text, sender = listener.recvfrom(2048)
+                self.assertEqual(sender[0], "127.0.0.1")
+                self.assertIn(f"<URL>can://127.0.0.1:{self.place.port}</URL>", text.decode())
 
 
 class Rs485Tcp(support.TestCase):
