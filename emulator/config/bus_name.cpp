@@ -24,6 +24,9 @@ constexpr std::array kSchemes{
         kSocketcand, "socketcand:", BusPlace::kPort, false, "socketcand:[ADDR:]PORT",
         "socketcand:29536",
         R"(python-can: interface="socketcand", channel="can0", host="127.0.0.1", port=29536)"},
+    BusScheme{kUdpMulticast, "udp-multicast:", BusPlace::kGroup, false,
+              "udp-multicast:[GROUP][:PORT][?ttl=1]", "udp-multicast:239.74.163.2",
+              R"(python-can: interface="udp_multicast", channel="239.74.163.2", hop_limit=0)"},
     BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
               R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
     BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",
@@ -34,6 +37,9 @@ constexpr std::array kSchemes{
 constexpr std::size_t kLongest = 90;
 constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
 constexpr const char* kLoopback = "127.0.0.1";
+// python-can's own.
+constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
+constexpr std::uint16_t kGroupPort = 43113;
 
 bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
@@ -81,22 +87,27 @@ bool looks_like_ipv6(std::string_view text) {
          text.find_first_not_of("0123456789abcdefABCDEF:.") == std::string_view::npos;
 }
 
-/// What stands behind the prefix; why not, or empty.
+/// "127.0.0.1", "[::1]", "localhost": without brackets; nothing where it is no address.
+std::optional<std::string> address_in(std::string_view text) {
+  if (text == "localhost") return kLoopback;
+  if (is_ipv4(text)) return std::string(text);
+  const bool bracketed = text.size() > 2 && text.front() == '[' && text.back() == ']';
+  if (!bracketed || !looks_like_ipv6(text.substr(1, text.size() - 2))) return std::nullopt;
+  return std::string(text.substr(1, text.size() - 2));
+}
+
+/// "[ADDR:]PORT", with what `out` has for an address that is not said. Why not, or empty.
 std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
   const std::string form(out.scheme->form);
   const std::size_t colon = rest.rfind(':');
   std::string_view digits = rest;
-  out.address = kLoopback;
   if (colon != std::string_view::npos) {
     digits = rest.substr(colon + 1);
-    std::string_view address = rest.substr(0, colon);
-    const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
-    if (bracketed) address = address.substr(1, address.size() - 2);
-    if (address == "localhost") address = kLoopback;
-    if (bracketed ? !looks_like_ipv6(address) : !is_ipv4(address)) {
+    const auto address = address_in(rest.substr(0, colon));
+    if (!address) {
       return "\"" + name + "\" is not " + form + ": ADDR is an IP address, of IPv6 in brackets";
     }
-    out.address = address;
+    out.address = *address;
   }
   const auto port = number(digits, 65535);
   if (!port || *port == 0) {
@@ -105,6 +116,41 @@ std::string read_port(const std::string& name, std::string_view rest, BusName& o
   }
   out.port = static_cast<std::uint16_t>(*port);
   return "";
+}
+
+bool is_group(const std::string& address) {
+  if (is_ipv4(address)) {
+    const auto first = number(std::string_view(address).substr(0, address.find('.')), 255);
+    return *first >= 224 && *first <= 239;
+  }
+  return address.starts_with("ff") || address.starts_with("FF");
+}
+
+/// "[GROUP][:PORT][?ttl=1]". Why not, or empty.
+std::string read_group(const std::string& name, std::string_view rest, BusName& out) {
+  const std::size_t question = rest.find('?');
+  if (question != std::string_view::npos) {
+    if (rest.substr(question) != "?ttl=1") {
+      return "\"" + name + "\" is not " + std::string(out.scheme->form);
+    }
+    out.ttl = 1;
+    rest = rest.substr(0, question);
+  }
+  out.address = kGroup;
+  out.port = kGroupPort;
+  if (const auto alone = address_in(rest)) {
+    out.address = *alone;
+  } else if (rest.starts_with(':')) {
+    const std::string problem = read_port(name, rest.substr(1), out);
+    if (!problem.empty()) return problem;
+  } else if (!rest.empty()) {
+    const std::string problem = read_port(name, rest, out);
+    if (!problem.empty()) return problem;
+  }
+  return is_group(out.address)
+             ? ""
+             : "\"" + name + "\": " + out.address +
+                   " is no multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
 }
 
 }  // namespace
@@ -138,16 +184,21 @@ std::variant<BusName, std::string> parse_bus_name(const std::string& name) {
     problem = "\"" + name + "\" is longer than " + std::to_string(kLongest) + " characters";
   } else if (!is_printable(name)) {
     problem = "\"" + name + "\" has characters that a log could not show";
+  } else if (out.scheme->place == BusPlace::kGroup) {
+    problem = read_group(name, rest, out);
   } else if (rest.empty()) {
     problem =
         std::string(out.scheme->prefix) +
         (out.scheme->place == BusPlace::kPath ? " needs a path, like " : " needs a port, like ") +
         std::string(out.scheme->example);
   } else if (out.scheme->place == BusPlace::kPort) {
+    out.address = kLoopback;
     problem = read_port(name, rest, out);
   }
   if (!problem.empty()) return problem;
-  if (out.scheme->place != BusPlace::kPort) out.path = rest;
+  const bool on_network =
+      out.scheme->place == BusPlace::kPort || out.scheme->place == BusPlace::kGroup;
+  if (!on_network) out.path = rest;
   return out;
 }
 

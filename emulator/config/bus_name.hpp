@@ -16,12 +16,13 @@ enum class Transport : std::uint8_t {
   kSlcanTcp,
   kSlcanPty,
   kSocketcand,
+  kUdpMulticast,
   kRs485,
   kRs485Tcp,
 };
 
 /// What stands behind the colon.
-enum class BusPlace : std::uint8_t { kInterface, kPath, kPort };
+enum class BusPlace : std::uint8_t { kInterface, kPath, kPort, kGroup };
 
 struct BusScheme {
   Transport transport;
@@ -40,8 +41,9 @@ std::string bus_examples();
 struct BusName {
   const BusScheme* scheme;
   std::string path = {};     // or the interface
-  std::string address = {};  // of a port: an IP address without brackets
+  std::string address = {};  // of a port or group: an IP address without brackets
   std::uint16_t port = 0;
+  int ttl = 0;  // of a group: how many networks away others may be
 };
 /// Or why it is no name of a bus.
 std::variant<BusName, std::string> parse_bus_name(const std::string& name);

@@ -108,6 +108,11 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
     spdlog::debug("{}: {} has left", name_, client.who);
     clients_.erase(found);
   }
+  // What has been written to a terminal may be on its way yet; reading fetches it, and epoll does
+  // not (the kernel's n_tty_read).
+  for (auto& [number, client] : clients_) {
+    if (!client.own) listen_to(client, out, collected.more);
+  }
   return collected;
 }
 
@@ -128,13 +133,12 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   return flush(client) && !heard_.hang_up;
 }
 
-bool ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
+void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
   const auto now = wall_now();
   heard_.frames.clear();
   client.conversation->take_due(now, heard_.frames);
   for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
   set_alarm();
-  return !heard_.frames.empty();
 }
 
 void ClientSet::set_alarm() {

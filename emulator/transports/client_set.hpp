@@ -66,7 +66,7 @@ class ClientSet {
   void add(Client client);
   /// False: the client has gone.
   bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
-  bool take_due(Client& client, std::vector<ReceivedFrame>& out);
+  void take_due(Client& client, std::vector<ReceivedFrame>& out);
   void show(Client& client, std::span<const protocol::Frame> frames);
   void put(Client& client, std::string_view bytes);
   /// As much as goes; false: the client has gone.

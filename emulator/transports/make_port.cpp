@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/transports/multicast_port.hpp"
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/serial_port.hpp"
 #include "emulator/transports/slcan.hpp"
@@ -66,6 +67,8 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
       return stream(slcan(name, bus));
     case Transport::kSocketcand:
       return stream(socketcand(name));
+    case Transport::kUdpMulticast:
+      return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
     case Transport::kRs485Tcp:
       return stream(rs485_tcp(name));
   }
@@ -80,7 +83,7 @@ void check_place(const std::string& bus) {
 std::string place_of(const std::string& bus) {
   const BusName name = bus_name(bus);
   const std::string prefix(name.scheme->prefix);
-  if (name.scheme->place == BusPlace::kPort) {
+  if (name.scheme->place == BusPlace::kPort || name.scheme->place == BusPlace::kGroup) {
     return prefix + name.address + ":" + std::to_string(name.port);
   }
   if (name.scheme->place == BusPlace::kInterface) return bus;

@@ -19,6 +19,7 @@ struct PortStats {
   // Of a port with clients (client_set.hpp):
   std::uint64_t lost_unread = 0;  // frames for a client that did not read, by client
   std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
+  std::uint64_t foreign = 0;      // datagrams of other machines
   std::uint64_t refused = 0;      // clients for whom there was no room
 };
 

@@ -16,8 +16,6 @@ constexpr const char* kBell = "\a";
 /// Of the command S, by its digit.
 constexpr std::array<std::int64_t, 9> kRates{10'000,  20'000,  50'000,  100'000,  125'000,
                                              250'000, 500'000, 800'000, 1'000'000};
-constexpr std::uint32_t kMostStandard = 0x7FF;
-constexpr std::uint32_t kMostExtended = 0x1FFFFFFF;
 
 /// All of `digits`, hexadecimal.
 std::optional<std::uint32_t> hexadecimal(std::string_view digits) {
@@ -42,7 +40,7 @@ std::optional<Frame> parse_slcan_frame(std::string_view line) {
   if (line.size() < 2 + digits) return std::nullopt;
   const auto id = hexadecimal(line.substr(1, digits));
   const auto length = static_cast<std::uint8_t>(line[1 + digits] - '0');
-  if (!id || *id > (frame.extended ? kMostExtended : kMostStandard) ||
+  if (!id || *id > (frame.extended ? protocol::kMostExtendedId : protocol::kMostStandardId) ||
       length > protocol::kCanBytes) {
     return std::nullopt;
   }

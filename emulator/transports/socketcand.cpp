@@ -15,8 +15,6 @@ using protocol::FrameKind;
 
 constexpr const char* kDone = "< ok >";
 constexpr const char* kUnknown = "< error unknown command >";
-constexpr std::uint32_t kMostShortId = 0x7FF;
-constexpr std::uint32_t kMostLongId = 0x1FFFFFFF;
 constexpr std::size_t kMostWords = 14;  // add, seconds, microseconds, identifier, length, bytes
 
 std::vector<std::string_view> words_of(std::string_view text) {
@@ -40,11 +38,11 @@ std::optional<std::uint32_t> number_of(std::string_view digits, int base, std::u
 
 /// Eight digits are an extended identifier, and so is what is too large for another.
 std::optional<Frame> read_id(std::string_view digits) {
-  const auto id = number_of(digits, 16, kMostLongId);
+  const auto id = number_of(digits, 16, protocol::kMostExtendedId);
   if (!id) return std::nullopt;
   Frame frame;
   frame.id = *id;
-  frame.extended = digits.size() == 8 || *id > kMostShortId;
+  frame.extended = digits.size() == 8 || *id > protocol::kMostStandardId;
   frame.dlc = 0;
   return frame;
 }

@@ -11,6 +11,7 @@ import unittest
 
 import can
 import serial
+from can.interfaces.udp_multicast import UdpMulticastBus
 
 import support
 from support import PATIENCE_S, count, emulator, free_port
@@ -48,6 +49,35 @@ class SlcanPty:
         return can.Bus(interface="slcan", channel=self.path, sleep_after_open=0)
 
 
+class OthersOnly(UdpMulticastBus):
+    """Datagrams to the group come back to who sent them, before all that they lead to."""
+
+    def __init__(self, *args, **kwargs):
+        self.own = []
+        super().__init__(*args, **kwargs)
+
+    def send(self, msg, timeout=None):
+        self.own.append(text(msg))
+        super().send(msg, timeout)
+
+    def _recv_internal(self, timeout):
+        frame, filtered = super()._recv_internal(timeout)
+        if frame is not None and self.own and text(frame) == self.own[0]:
+            del self.own[0]
+            return None, filtered
+        return frame, filtered
+
+
+class UdpMulticast:
+    def __init__(self, case: support.TestCase):
+        self.port = free_port()
+        self.name = f"udp-multicast:239.74.163.2:{self.port}"
+        self.same = self.name
+
+    def open(self) -> can.BusABC:
+        return OthersOnly("239.74.163.2", port=self.port, hop_limit=0)
+
+
 class Vcan:
     name = same = "vcan0"
 
@@ -58,7 +88,8 @@ class Vcan:
         return can.Bus(interface="socketcan", channel="vcan0")
 
 
-SHARED = [SlcanTcp, Socketcand] + ([Vcan] if os.path.exists("/sys/class/net/vcan0") else [])
+# Inside user-mode Linux there is no network that a group could be on.
+SHARED = [SlcanTcp, Socketcand] + ([Vcan] if os.path.exists("/sys/class/net/vcan0") else [UdpMulticast])
 KINDS = [*SHARED, SlcanPty]
 
 
@@ -265,6 +296,46 @@ class SocketcandAlone(support.TestCase):
                 text, sender = listener.recvfrom(2048)
                 self.assertEqual(sender[0], "127.0.0.1")
                 self.assertIn(f"<URL>can://127.0.0.1:{self.place.port}</URL>", text.decode())
+
+
+class UdpMulticastAlone(support.TestCase):
+    def setUp(self):
+        super().setUp()
+        if UdpMulticast not in KINDS:
+            self.skipTest("no network")
+
+    def test_the_default_group_is_that_of_python_can(self):
+        port = free_port()
+        with emulator("--bus", f"udp-multicast::{port}", "--ids", "1"):
+            with OthersOnly(port=port, hop_limit=0) as bus:
+                bus.send(message(1, 0x9A))
+                self.assertRegex(text(bus.recv(PATIENCE_S)), "^141#9A")
+
+    def test_what_is_no_message_is_counted(self):
+        port = free_port()
+        with emulator("--bus", f"udp-multicast:239.74.163.2:{port}", "--ids", "1") as running:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+                sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+                for datagram in (b"", b"\x91" * 500, b"\xdf\xff\xff\xff\xff", bytes(1400)):
+                    sender.sendto(datagram, ("239.74.163.2", port))
+            with OthersOnly("239.74.163.2", port=port, hop_limit=0) as bus:
+                bus.send(message(1, 0x9A))
+                self.assertRegex(text(bus.recv(PATIENCE_S)), "^141#9A")
+            self.assertEqual(count(running.stop(), "lines of clients answered as errors"), 4)
+
+    def test_others_are_let_in_where_that_is_said(self):
+        port = free_port()
+        with emulator("--bus", f"udp-multicast:239.74.163.2:{port}?ttl=1", "--ids", "1") as running:
+            running.stop()
+            self.assertIn("whoever is on a network of this machine can command these drives",
+                          running.errors)
+
+    def test_what_cannot_be_is_told_in_a_line(self):
+        for name, why in (("udp-multicast:192.0.2.1", "is no multicast group"),
+                          ("udp-multicast:239.1.1.1?ttl=2", "is not udp-multicast:[GROUP]"),
+                          ("udp-multicast:[::1]", "is no multicast group"),
+                          ("udp-multicast:239.1.1.1:0", "PORT is 1 to 65535")):
+            self.assertIn(why, self.refused("--bus", name, "--ids", "1", "--check"))
 
 
 class Rs485Tcp(support.TestCase):

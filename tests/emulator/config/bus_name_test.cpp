@@ -38,6 +38,23 @@ TEST(BusName, PortsAreOfLoopbackUnlessAnAddressIsSaid) {
   EXPECT_EQ(bus_name("slcan-tcp:[::1]:29536").port, 29536);
 }
 
+TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
+  const BusName plain = bus_name("udp-multicast:");
+  EXPECT_EQ(plain.address, "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173");
+  EXPECT_EQ(plain.port, 43113);
+  EXPECT_EQ(plain.ttl, 0);
+  EXPECT_EQ(bus_name("udp-multicast::5000").port, 5000);
+  EXPECT_EQ(bus_name("udp-multicast:239.74.163.2").address, "239.74.163.2");
+  EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").address, "ff02::1");
+  EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").port, 5000);
+  EXPECT_EQ(bus_name("udp-multicast:?ttl=1").ttl, 1);
+  for (const char* name : {"udp-multicast:127.0.0.1", "udp-multicast:240.0.0.0",
+                           "udp-multicast:ff02::1", "udp-multicast:[fe80::1]",
+                           "udp-multicast:?ttl=0", "udp-multicast::", "udp-multicast:239.1.1.1:"}) {
+    EXPECT_NE(problem(name), "") << name;
+  }
+}
+
 TEST(BusName, WhatIsNoneIsSaidSo) {
   for (const char* name : {"slcan-tcp:",
                            "slcan-tcp:0",
