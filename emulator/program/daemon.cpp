@@ -1,8 +1,6 @@
 #include "emulator/program/daemon.hpp"
 
 #include <spdlog/spdlog.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
@@ -18,11 +16,13 @@
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
+#include "emulator/program/bus_offer.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/privileges.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 #include "emulator/transports/make_port.hpp"
+#include "emulator/transports/socketcan.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -34,15 +34,11 @@ constexpr auto kLongestFlush = std::chrono::milliseconds(150);
 constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
 
 void check_can_support() {
-  const int fd = ::socket(PF_CAN, SOCK_RAW, 1);
-  if (fd >= 0) {
-    ::close(fd);
-    return;
+  const std::string problem = can_problem();
+  if (!problem.empty()) {
+    throw StartError(problem + ": try " + offer_without_can() +
+                     "; or sudo modprobe can-raw vcan, or run it under scripts/with-vcan");
   }
-  if (errno == EPERM || errno == EACCES) throw StartError("no permission to open a CAN socket");
-  throw StartError(
-      "this kernel has no CAN sockets: sudo modprobe can-raw vcan, or run it under "
-      "scripts/with-vcan");
 }
 
 void make(const std::string& interface) {

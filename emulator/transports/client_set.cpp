@@ -26,11 +26,11 @@ constexpr std::size_t kMostEvents = 64;
 constexpr std::uint64_t kWatched = 0;
 constexpr std::uint64_t kAlarm = UINT64_MAX;
 
-/// A client's kernel may keep its next bytes until it hears that these have come (RFC 896), and on
-/// this machine they are here before this returns. False: it is no TCP.
-bool acknowledge(const Descriptor& socket) {
+/// A client's kernel may keep its next bytes until it hears that these have come (RFC 896); on this
+/// machine they are here before this returns.
+void acknowledge(const Descriptor& socket) {
   const int now = 1;
-  return socket && ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now) == 0;
+  if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
 }
 
 std::chrono::nanoseconds wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
@@ -119,7 +119,8 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
 bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
   const ssize_t size = ::read(client.fd, bytes_.data(), bytes_.size());
   if (size <= 0) return size < 0 && (errno == EAGAIN || errno == EINTR);
-  more = more || static_cast<std::size_t>(size) == bytes_.size() || acknowledge(client.own);
+  more = more || static_cast<std::size_t>(size) == bytes_.size();
+  client.unheard = true;
   const auto now = wall_now();
   heard_ = {};
   client.conversation->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
@@ -130,7 +131,7 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   }
   put(client, heard_.answer);
   set_alarm();
-  return flush(client) && !heard_.hang_up;
+  return true;
 }
 
 void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
@@ -154,6 +155,13 @@ void ClientSet::set_alarm() {
     when.it_value = {.tv_sec = seconds.count(), .tv_nsec = (*first - seconds).count()};
   }
   ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+}
+
+void ClientSet::flush() {
+  for (auto& [number, client] : clients_) {
+    if (!client.unsent.empty() && !client.waits) flush(client);
+    if (std::exchange(client.unheard, false)) acknowledge(client.own);
+  }
 }
 
 void ClientSet::tell(std::span<const protocol::Frame> frames, std::uint32_t except) {
@@ -195,6 +203,7 @@ bool ClientSet::flush(Client& client) {
     if (size < 0 && errno != EAGAIN) return false;
     if (size < 0) break;
     left.remove_prefix(static_cast<std::size_t>(size));
+    client.unheard = false;  // it goes with these
   }
   client.unsent.erase(0, client.unsent.size() - left.size());
   wait_for_room(client, !client.unsent.empty());

@@ -46,6 +46,9 @@ class ClientSet {
   /// To all but the client `except`; 0: to all.
   void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
 
+  /// Answers leave, and what has come is acknowledged.
+  void flush();
+
   /// `lost_unread`, `malformed` and `sent`.
   const PortStats& stats() const { return stats_; }
 
@@ -57,6 +60,7 @@ class ClientSet {
     std::string who;
     std::unique_ptr<Conversation> conversation;
     std::string unsent;
+    bool unheard = false;   // bytes of it that its kernel has not been told of
     bool waits = false;     // for room to send
     bool loses = false;     // frames, and that was said
     bool troubled = false;  // and that was said

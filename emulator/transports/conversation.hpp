@@ -21,7 +21,6 @@ struct Heard {
   std::string answer;                   // for the client
   std::string trouble;                  // for the log, when there is some: once for each client
   std::uint64_t malformed = 0;          // lines that make no sense
-  bool hang_up = false;
 };
 
 class Conversation {

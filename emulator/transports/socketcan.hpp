@@ -79,6 +79,9 @@ class CanSocket {
   std::unique_ptr<Outgoing> outgoing_;
 };
 
+/// Why there are no CAN sockets to be had here; empty: there are.
+std::string can_problem();
+
 /// Waits until one of the sockets has something to receive; a socket of −1 never has. Returns false
 /// when there was nothing in time. `sockets[n].revents` tells which.
 bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience);

@@ -6,6 +6,7 @@ usage: python_can_hosts.py LK_EMU
 
 import contextlib
 import os
+import re
 import socket
 import unittest
 
@@ -205,6 +206,20 @@ class Hosts(support.TestCase):
 
 
 class SlcanAlone(support.TestCase):
+    def test_what_is_offered_where_there_is_no_vcan_works(self):
+        if Vcan in KINDS:
+            self.skipTest("there is one")
+        said = self.refused()
+        offer = re.search(r'no vcan here: try --bus slcan-tcp:(\d+) --ids 1-4, python-can: (.*?);', said)
+        self.assertIsNotNone(offer, said)
+        self.assertIn(f"try --bus slcan-tcp:{offer[1]} --ids 1-4", self.refused("--bus", "vcan0", "--ids", "1"))
+        port = str(free_port())  # others may be at that one
+        with emulator("--bus", f"slcan-tcp:{port}", "--ids", "1-4"):
+            bus = eval(f"can.Bus({offer[2].replace(offer[1], port)})")
+            self.addCleanup(bus.shutdown)
+            bus.send(message(4, 0x9A))
+            self.assertRegex(text(bus.recv(PATIENCE_S)), "^144#9A")
+
     def test_the_adapter_says_who_it_is(self):
         place = SlcanTcp(self)
         with emulator("--bus", place.name, "--ids", "1"):

@@ -15,6 +15,7 @@
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
+#include "emulator/program/bus_offer.hpp"
 #include "emulator/record/recording.hpp"
 #include "tools/commands/argument_problem.hpp"
 #include "tools/commands/commands.hpp"
@@ -371,6 +372,9 @@ std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts*
   ConfigTexts& read = texts != nullptr ? *texts : unwanted;
   const FindProfile find_profile = profile_finder(read.motors);
   try {
+    if (!command_line.config_file && command_line.overrides.buses.empty() && !command_line.check) {
+      throw StartError(bus_offer());
+    }
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
     read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
     read.config = read_regular_file(read.config_file, kLongestText);
