@@ -88,7 +88,7 @@ void ask(const Protocol& protocol, int fd) {
   say(fd, protocol.begin);
   for (std::size_t heard = 0; heard < protocol.begun.size();) heard += hear(fd).size();
   constexpr int kOneByOne = 20'000;
-  constexpr std::size_t kInAll = 200'000;
+  constexpr std::size_t kInAll = 64'000;
   constexpr std::size_t kAtOnce = 64;
   std::vector<double> us;
   std::string text;
