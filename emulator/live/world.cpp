@@ -171,7 +171,7 @@ SimTime World::follow_clock(Line& line) {
 
 void World::bring_to_now(Line& line) {
   if (!clock_.mode().stepped) bring_on(line);
-  if (line.port() != nullptr) line.port()->flush();
+  if (line.port() != nullptr) line.port()->end_turn();
 }
 
 void World::bring_on(Line& line) {
@@ -226,7 +226,7 @@ void World::take_in_all() {
   for (const auto& line : lines_) {
     for (int n = 0; n < kMostRounds; ++n) {
       const Taken taken = take_in(*line);
-      if (line->port() != nullptr) line->port()->flush();
+      if (line->port() != nullptr) line->port()->end_turn();
       if (!taken.any && !taken.more) break;
     }
   }

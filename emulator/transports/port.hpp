@@ -60,7 +60,7 @@ class Port {
   /// A frame of the host `sender`, for all the others; never called where frames have no sender.
   virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
   /// What could be said together with replies to what has been received leaves without them.
-  virtual void flush() {}
+  virtual void end_turn() {}
   /// To wait for frames; −1: there is none.
   virtual int descriptor() const = 0;
   /// Replies in our hands still.

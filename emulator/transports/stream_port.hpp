@@ -41,7 +41,7 @@ class StreamPort final : public Port {
   bool can_wait() const override { return false; }
   void send(std::span<const protocol::Frame> frames) override;
   void pass_on(const protocol::Frame& frame, std::uint32_t sender) override;
-  void flush() override { clients_.flush(); }
+  void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
   /// A client that does not read loses frames; nobody waits for it.
   std::size_t pending() const override { return 0; }

@@ -3,6 +3,7 @@
 usage: bad_clients.py LK_EMU
 """
 
+import collections
 import random
 import socket
 import unittest
@@ -138,6 +139,26 @@ class BadClients(support.TestCase):
             self.assertIn("does not read: frames for it are lost", running.errors)
             self.assertGreater(count(summary, "frames lost: a client did not read"), 1000)
             self.assertIn(f"{asked + 1} queries, {asked + 1} replies", summary)
+
+    def test_32_drives_at_the_limit_of_the_wire_lose_nothing(self):
+        sweeps = 200
+        with emulator("--bus", f"slcan-tcp:{self.port}", "--ids", "1-32", "--motor", "mg4005") as running:
+            client = self.client()
+            self.assertEqual(client.ask(b"O\r"), b"\r")
+            sweep = b"".join(b"t%03X89C00000000000000\r" % (0x140 + drive) for drive in range(1, 33))
+            client.say(sweep)
+            replies = collections.Counter()
+            for n in range(sweeps):
+                if n + 1 < sweeps:
+                    client.say(sweep)  # the next waits already: the wire is never idle
+                while replies.total() < 32 * (n + 1):
+                    line = client.hear()
+                    if line != b"z\r":
+                        replies[line[:6]] += 1
+            self.assertEqual(replies, {b"t%03X89" % (0x140 + drive): sweeps for drive in range(1, 33)})
+            summary = running.stop()
+            self.assertIn(f"{32 * sweeps} frames, {32 * sweeps} queries, {32 * sweeps} replies", summary)
+            self.assertNotIn("lost", summary)
 
     def test_lines_are_answered_as_the_protocol_says(self):
         with emulator(*self.arguments):
