@@ -11,6 +11,9 @@ namespace lk::protocol {
 /// bytes that are none.
 enum class FrameKind : std::uint8_t { kData, kRemote, kError, kFd, kSerial, kBytes };
 
+/// Of identifiers of 11 and of 29 bits.
+inline constexpr std::uint32_t kMostStandardId = 0x7FF;
+inline constexpr std::uint32_t kMostExtendedId = 0x1FFFFFFF;
 /// Data bytes of a CAN frame.
 inline constexpr std::size_t kCanBytes = 8;
 /// The largest LEN of a packet on RS-485 (docs/rs485.md).

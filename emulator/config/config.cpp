@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_drive.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_reader.hpp"
@@ -197,15 +198,9 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
 }  // namespace
 
 std::string interface_name_problem(const std::string& name) {
-  if (is_serial_name(name)) return serial_name_problem(name);
-  constexpr std::size_t kLongest = 15;  // IFNAMSIZ - 1
-  if (name.empty()) return "an interface needs a name";
-  if (name.size() > kLongest) return "\"" + name + "\" is longer than an interface name can be";
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
-    return c > ' ' && c < '\x7f' && c != '/' && c != ':';
-  });
-  if (!plain || name == "." || name == "..") return "\"" + name + "\" is not an interface name";
-  return "";
+  const auto parsed = parse_bus_name(name);
+  const auto* const problem = std::get_if<std::string>(&parsed);
+  return problem != nullptr ? *problem : "";
 }
 
 std::string bitrate_problem(std::int64_t bitrate) {

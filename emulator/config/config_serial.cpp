@@ -10,9 +10,6 @@
 namespace lk::emulator {
 namespace {
 
-constexpr std::string_view kPrefix = "rs485:";
-/// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.
-constexpr std::size_t kLongest = 90;
 /// Of the tool, by their numbers; without 921600 those behind it come one earlier.
 constexpr std::int64_t kRates[] = {9600,    19'200,  38'400,    57'600,    115'200,  230'400,
                                    460'800, 921'600, 1'000'000, 2'000'000, 4'000'000};
@@ -28,19 +25,6 @@ const std::vector<std::string> kTermios{"as_tty", "raw"};
 const std::vector<std::string> kRate{"enforce", "ignore"};
 
 }  // namespace
-
-bool is_serial_name(std::string_view name) { return name.starts_with(kPrefix); }
-
-std::string serial_path(std::string_view name) { return std::string(name.substr(kPrefix.size())); }
-
-std::string serial_name_problem(const std::string& name) {
-  if (name.size() == kPrefix.size()) return "rs485: needs a path, like rs485:/tmp/arm";
-  if (name.size() > kLongest) {
-    return "\"" + name + "\" is longer than " + std::to_string(kLongest) + " characters";
-  }
-  const bool plain = std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
-  return plain ? "" : "\"" + name + "\" has characters that a log could not show";
-}
 
 std::string baud_problem(std::int64_t baud) {
   const auto* const rate = std::ranges::find(kRates, baud);
@@ -102,11 +86,6 @@ SerialConfig read_serial(TableReader& bus) {
   if (const auto codes = reader->integer("baud_codes", 10, 11)) serial.has_921600 = *codes == 11;
   reader->finish();
   return serial;
-}
-
-std::string bus_file_name(std::string name) {
-  std::ranges::replace(name, '/', '_');
-  return name;
 }
 
 }  // namespace lk::emulator

@@ -1,10 +1,9 @@
 #pragma once
 
-/// @file A bus of RS-485: by its name, `rs485:PATH`, and the table `rs485` of a configuration file.
+/// @file A bus of RS-485: its bit rates, and the table `rs485` of a configuration file.
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/bus_config.hpp"
@@ -13,12 +12,6 @@ namespace lk::emulator {
 
 inline constexpr std::int64_t kDefaultBaud = 115'200;
 
-/// Is the bus of this name one of RS-485?
-bool is_serial_name(std::string_view name);
-/// Of such a name: where its terminal is.
-std::string serial_path(std::string_view name);
-/// Why the name of an RS-485 bus cannot be one; empty when it can.
-std::string serial_name_problem(const std::string& name);
 /// Why `baud` cannot be the bit rate of RS-485; empty when it can: 0, or one that drives have.
 std::string baud_problem(std::int64_t baud);
 /// The number that the vendor's tool has for a rate; 0 for one that it has not.
@@ -31,8 +24,5 @@ std::int64_t can_rate_of(std::uint8_t code);
 
 /// What the table `rs485` of a bus says, if there is one.
 SerialConfig read_serial(TableReader& bus);
-
-/// A name of a bus as a part of a file's name.
-std::string bus_file_name(std::string name);
 
 }  // namespace lk::emulator

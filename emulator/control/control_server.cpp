@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "emulator/files/runtime_dir.hpp"
 #include "emulator/ground/start_error.hpp"
 

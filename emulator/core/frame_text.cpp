@@ -10,8 +10,6 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::uint32_t kErrorFlag = 0x20000000;  // of Linux's can_id, which candump prints
-constexpr std::uint32_t kStandardMax = 0x7FF;
-constexpr std::uint32_t kExtendedMax = 0x1FFFFFFF;
 
 void add_hex(std::string& text, std::uint32_t value, int digits) {
   for (int digit = digits - 1; digit >= 0; --digit) {
@@ -46,16 +44,16 @@ std::string read_identifier(std::string_view text, protocol::Frame& frame) {
   if (!id || (text.size() != 3 && text.size() != 8)) {
     return quoted(text) + " is not an identifier of 3 or 8 hexadecimal digits";
   }
-  if (text.size() == 3 && *id > kStandardMax) {
+  if (text.size() == 3 && *id > protocol::kMostStandardId) {
     return quoted(text) + " is above 7FF; identifiers of 29 bits have 8 digits";
   }
   frame.id = *id;
   if (text.size() == 8 && (*id & kErrorFlag) != 0) {
     frame.kind = protocol::FrameKind::kError;
-    frame.id = *id & kExtendedMax;
+    frame.id = *id & protocol::kMostExtendedId;
   } else if (text.size() == 8) {
     frame.extended = true;
-    if (*id > kExtendedMax) return quoted(text) + " is above 1FFFFFFF";
+    if (*id > protocol::kMostExtendedId) return quoted(text) + " is above 1FFFFFFF";
   }
   return "";
 }

@@ -19,6 +19,9 @@ struct TimedFrame {
   std::uint64_t after_rom_write = 0;  // of a drive's: the RomWrite it acknowledges; 0 = none
   int said_by = 0;    // of a drive's: its ID, when the identifier does not tell; else 0
   bool echo = false;  // no drive's: the host's own, which it reads
+  // Of a host's: the number by which its port knows it; other hosts get to hear the frame. 0: the
+  // medium has told them already.
+  std::uint32_t sender = 0;
 
   friend bool operator==(const TimedFrame&, const TimedFrame&) = default;
 };

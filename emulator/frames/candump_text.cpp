@@ -12,8 +12,7 @@ namespace {
 
 using Direction = CandumpLine::Direction;
 
-constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
-constexpr std::size_t kLongestPath = 100;      // of an RS-485 bus
+constexpr std::size_t kLongestBus = 100;  // names of buses may be URIs
 constexpr std::size_t kMostFdBytes = 64;
 
 /// The next word, taken off the front of `rest`; empty at the end.
@@ -166,9 +165,8 @@ std::string read_line(std::string_view line, ShownFrame& out) {
     std::string problem = read_shown(line, out);
     if (!problem.empty()) return problem;
   }
-  const bool named = out.line.interface.size() <=
-                     (protocol::is_serial(out.line.frame) ? kLongestPath : kLongestInterface);
-  return named ? "" : in_quotes(out.line.interface) + " is too long a name for an interface";
+  const bool named = out.line.interface.size() <= kLongestBus;
+  return named ? "" : in_quotes(out.line.interface) + " is too long a name for a bus";
 }
 
 }  // namespace

@@ -6,10 +6,8 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/config/config_serial.hpp"
 #include "emulator/core/scenario/sampler.hpp"
-#include "emulator/transports/serial_port.hpp"
-#include "emulator/transports/socketcan_port.hpp"
+#include "emulator/transports/make_port.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -36,10 +34,6 @@ std::string print_ids(const std::vector<ServoConfig>& servos) {
     i = last + 1;
   }
   return text;
-}
-
-Reception reception_for(const BusConfig& bus) {
-  return bus.bitrate == 0 ? Reception::kDriveFrames : Reception::kEverything;
 }
 
 /// All of a line's watchers as one.
@@ -71,16 +65,7 @@ Line::Line(const BusConfig& config)
 
 void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
                    std::function<void()> on_frames) {
-  if (!config_.serial) {
-    port_ = std::make_unique<SocketCanPort>(loop, config_.interface, allowed,
-                                            reception_for(config_), std::move(on_frames));
-    return;
-  }
-  const SerialPortOptions options{.bitrate = config_.bitrate,
-                                  .as_tty = config_.serial->as_tty,
-                                  .enforces_rate = config_.serial->enforces_rate};
-  port_ = std::make_unique<SerialPort>(loop, name(), serial_path(name()), options,
-                                       std::move(on_frames));
+  port_ = make_port(loop, config_, allowed, std::move(on_frames));
 }
 
 void Line::take_in(const TimedFrame& in) {
@@ -184,6 +169,12 @@ void Line::send_replies() {
   leaving_.clear();
   const bool up = is_up();
   for (const TimedFrame& reply : replies_) {
+    if (reply.sender != 0) {
+      send(leaving_);
+      leaving_.clear();
+      if (port_) port_->pass_on(reply.frame, reply.sender);
+      continue;
+    }
     const int id = reply.said_by != 0 ? reply.said_by : static_cast<int>(reply.frame.id & 0x3FU);
     if (!reply.echo) {
       if (up) ++sent_[static_cast<std::size_t>(id)];

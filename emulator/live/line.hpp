@@ -55,7 +55,7 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() = default;
 
-  /// To its interface, or its serial port. Throws StartError.
+  /// To its port. Throws StartError.
   void connect(boost::asio::io_context& loop, Interfaces allowed, std::function<void()> on_frames);
 
   const BusConfig& config() const { return config_; }

@@ -152,7 +152,9 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
     last_frame_ = seen_;
     follow_clock(line);
     for (const ReceivedFrame& in : frames) {
-      const TimedFrame frame{clock_.shows(stamps_.arrival(in.stamp, seen_)), in.frame};
+      const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
+                             .frame = in.frame,
+                             .sender = in.sender};
       clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
     }
   };
@@ -168,7 +170,11 @@ SimTime World::follow_clock(Line& line) {
 }
 
 void World::bring_to_now(Line& line) {
-  if (clock_.mode().stepped) return;
+  if (!clock_.mode().stepped) bring_on(line);
+  if (line.port() != nullptr) line.port()->end_turn();
+}
+
+void World::bring_on(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
   // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
   line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
@@ -213,12 +219,16 @@ void World::advance(SimTime to, OnAdvanced done) {
 }
 
 /// What hosts sent before time was told to move is in the sockets by now: sending on a CAN socket
-/// hands the frame to all others of this machine. Bounded, as a host may go on sending.
+/// hands the frame to all others of this machine, and where a host's kernel waits until it hears of
+/// the bytes before, it does. Bounded, as a host may go on sending.
 void World::take_in_all() {
   constexpr int kMostRounds = 100;
   for (const auto& line : lines_) {
-    for (int n = 0; n < kMostRounds && take_in(*line).more; ++n)
-      ;
+    for (int n = 0; n < kMostRounds; ++n) {
+      const Taken taken = take_in(*line);
+      if (line->port() != nullptr) line->port()->end_turn();
+      if (!taken.any && !taken.more) break;
+    }
   }
 }
 

@@ -76,6 +76,7 @@ class World {
   Taken take_in(Line& line, CanSocket::Wait wait = CanSocket::Wait::kNot);
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
+  void bring_on(Line& line);
   void take_in_all();
   void go_on();
   void go_on_soon();

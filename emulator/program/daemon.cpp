@@ -1,8 +1,6 @@
 #include "emulator/program/daemon.hpp"
 
 #include <spdlog/spdlog.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
@@ -16,13 +14,15 @@
 #include <system_error>
 #include <utility>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
+#include "emulator/program/bus_offer.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "emulator/program/privileges.hpp"
 #include "emulator/program/service_manager.hpp"
 #include "emulator/scenario/scenario_report.hpp"
-#include "emulator/transports/serial_port.hpp"
+#include "emulator/transports/make_port.hpp"
+#include "emulator/transports/socketcan.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -34,15 +34,11 @@ constexpr auto kLongestFlush = std::chrono::milliseconds(150);
 constexpr auto kGoodbyeStep = std::chrono::milliseconds(2);
 
 void check_can_support() {
-  const int fd = ::socket(PF_CAN, SOCK_RAW, 1);
-  if (fd >= 0) {
-    ::close(fd);
-    return;
+  const std::string problem = can_problem();
+  if (!problem.empty()) {
+    throw StartError(problem + ": try " + offer_without_can() +
+                     "; or sudo modprobe can-raw vcan, or run it under scripts/with-vcan");
   }
-  if (errno == EPERM || errno == EACCES) throw StartError("no permission to open a CAN socket");
-  throw StartError(
-      "this kernel has no CAN sockets: sudo modprobe can-raw vcan, or run it under "
-      "scripts/with-vcan");
 }
 
 void make(const std::string& interface) {
@@ -79,6 +75,10 @@ void check_interface(const std::string& interface, const LinkState& link, Interf
                      " is not virtual (vcan, vxcan): real drives may be on it, and one with the "
                      "same ID would answer too; if there is none, start with --real-bus");
   }
+}
+
+bool is_socketcan(const BusConfig& bus) {
+  return scheme_of(bus.interface).transport == Transport::kSocketCan;
 }
 
 /// Only what happened: a column of zeros hides the one number that matters.
@@ -119,6 +119,10 @@ void print_port(const PortStats& port) {
   print_nonzero("waits for the send queue", port.waits_for_queue);
   print_nonzero("frames dropped by the kernel", port.kernel_drops);
   print_nonzero("times the interface went down or away", port.link_losses);
+  print_nonzero("frames lost: a client did not read", port.lost_unread);
+  print_nonzero("lines of clients answered as errors", port.malformed);
+  print_nonzero("datagrams of other machines, dropped", port.foreign);
+  print_nonzero("clients refused: no room", port.refused);
 }
 
 /// Says of what is wrong which option it came with.
@@ -158,20 +162,19 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
       rom_writer_([this](const RomPlace& place, const RomWrite& write, int error) {
         tell_written(place, write, error);
       }) {
-  if (!std::ranges::all_of(buses, [](const BusConfig& bus) { return bus.serial.has_value(); })) {
-    check_can_support();
-  }
+  if (std::ranges::any_of(buses, is_socketcan)) check_can_support();
   const auto allowed = options.real_bus ? Interfaces::kAll : Interfaces::kVirtualOnly;
   // Nothing is made or brought up before all that exists has been looked at.
   for (const BusConfig& bus : buses) {
-    if (bus.serial) check_serial_path(bus.interface, serial_path(bus.interface));
-    const LinkState link = bus.serial ? LinkState{} : link_state(bus.interface);
-    if (bus.serial) {
-      // Nothing to look for in the kernel.
-    } else if (link.index != 0 || !options.create_buses) {
-      check_interface(bus.interface, link, allowed);
+    LinkState link;
+    if (is_socketcan(bus)) {
+      link = link_state(bus.interface);
+      if (link.index != 0 || !options.create_buses) check_interface(bus.interface, link, allowed);
+    } else {
+      link.name = place_of(bus.interface);
     }
     answered_ids_.take(bus, link);
+    if (!is_socketcan(bus)) check_place(bus.interface);
   }
   const bool keeps_rom = !options.rom.in_memory;
   if (keeps_rom) rom_store_.emplace(options.rom, buses);
@@ -191,7 +194,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
   for (const BusConfig& bus : buses) {
-    if (options.create_buses && !bus.serial) make(bus.interface);
+    if (options.create_buses && is_socketcan(bus)) make(bus.interface);
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/files/json_table.hpp"

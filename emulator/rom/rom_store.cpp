@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "emulator/config/config_serial.hpp"
+#include "emulator/config/bus_name.hpp"
 #include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {

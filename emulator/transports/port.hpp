@@ -17,9 +17,14 @@ struct PortStats {
   std::uint64_t pending = 0;          // replies in our hands still
   std::uint64_t waits_for_queue = 0;  // times the send queue was full
   std::uint64_t link_losses = 0;      // times the interface went down or away
+  // Of a port with clients (client_set.hpp):
+  std::uint64_t lost_unread = 0;  // frames for a client that did not read, by client
+  std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
+  std::uint64_t foreign = 0;      // datagrams of other machines
+  std::uint64_t refused = 0;      // clients for whom there was no room
 };
 
-/// By which frames come into the process and leave it: a CAN interface, or a serial port.
+/// By which frames come into the process and leave it: a CAN interface, a serial port, clients.
 class Port {
  public:
   Port() = default;
@@ -51,7 +56,12 @@ class Port {
     return descriptor() >= 0;
   }
 
+  /// Frames of drives.
   virtual void send(std::span<const protocol::Frame> frames) = 0;
+  /// A frame of the host `sender`, for all the others; never called where frames have no sender.
+  virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
+  /// What could be said together with replies to what has been received leaves without them.
+  virtual void end_turn() {}
   /// To wait for frames; −1: there is none.
   virtual int descriptor() const = 0;
   /// Replies in our hands still.

@@ -3,14 +3,10 @@
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
-#include <climits>
-#include <cstdlib>
 #include <system_error>
 #include <utility>
 
@@ -23,51 +19,14 @@ namespace {
 
 /// What is read at once: as much as the kernel keeps for a terminal.
 constexpr std::size_t kReadBytes = 4096;
-constexpr const char* kTerminals = "/dev/pts/";
 
 std::string reason(int error) { return std::generic_category().message(error); }
-
-/// Where a link leads; empty: it is none.
-std::string target_of(const std::string& path) {
-  std::array<char, PATH_MAX> target{};
-  const ssize_t size = ::readlink(path.c_str(), target.data(), target.size());
-  return size > 0 ? std::string(target.data(), static_cast<std::size_t>(size)) : "";
-}
-
-/// A link that lk-emu made and could not remove: its terminal is gone.
-bool is_dead_link(const std::string& path) {
-  struct stat found {};
-  return target_of(path).starts_with(kTerminals) && ::stat(path.c_str(), &found) != 0;
-}
-
-bool is_device(const std::string& path) {
-  struct stat found {};
-  return ::stat(path.c_str(), &found) == 0 && S_ISCHR(found.st_mode) &&
-         !target_of(path).starts_with(kTerminals);
-}
 
 std::chrono::nanoseconds wall_clock() {
   return std::chrono::system_clock::now().time_since_epoch();
 }
 
 }  // namespace
-
-void check_serial_path(const std::string& name, const std::string& path) {
-  struct stat found {};
-  if (::lstat(path.c_str(), &found) != 0) {
-    if (errno == ENOENT) return;
-    throw StartError(name + ": " + reason(errno));
-  }
-  if (is_device(path) || is_dead_link(path)) return;
-  if (target_of(path).starts_with(kTerminals)) {
-    throw StartError(name + ": " + path +
-                     " leads to a terminal that somebody has open; remove the "
-                     "link, or give another path");
-  }
-  throw StartError(name + ": " + path +
-                   " is there already, and is neither a link of lk-emu's nor a serial port; "
-                   "remove it, or give another path");
-}
 
 SerialPort::SerialPort(boost::asio::io_context& loop, std::string name, std::string path,
                        const SerialPortOptions& options, std::function<void()> on_frames)
@@ -77,40 +36,17 @@ SerialPort::SerialPort(boost::asio::io_context& loop, std::string name, std::str
       on_frames_(std::move(on_frames)),
       readiness_(loop),
       bytes_(kReadBytes) {
-  check_serial_path(name_, path_);
-  if (is_device(path_)) {
+  check_terminal_path(name_, path_);
+  if (is_serial_device(path_)) {
     open_device();
   } else {
-    open_pty();
+    pty_.emplace(name_, path_, !options_.as_tty);
   }
   watch();
 }
 
 SerialPort::~SerialPort() {
   if (readiness_.is_open()) readiness_.release();  // the descriptor closes itself
-  if (!linked_.empty() && target_of(path_) == linked_) ::unlink(path_.c_str());
-}
-
-void SerialPort::open_pty() {
-  // Now, as the new terminal may get the number that the old one had.
-  if (is_dead_link(path_)) ::unlink(path_.c_str());
-  fd_ = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  std::array<char, 64> terminal{};
-  if (!fd_ || ::grantpt(fd_.get()) != 0 || ::unlockpt(fd_.get()) != 0 ||
-      ::ptsname_r(fd_.get(), terminal.data(), terminal.size()) != 0) {
-    throw StartError(name_ + ": no pseudo-terminal: " + reason(errno));
-  }
-  terminal_ = Descriptor(::open(terminal.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-  if (!terminal_) throw StartError(name_ + ": " + terminal.data() + ": " + reason(errno));
-  if (!options_.as_tty) make_raw(terminal_.get(), 0);
-  link_to(terminal.data());
-}
-
-void SerialPort::link_to(const std::string& terminal) {
-  if (::symlink(terminal.c_str(), path_.c_str()) != 0) {
-    throw StartError(name_ + ": cannot make the link " + path_ + ": " + reason(errno));
-  }
-  linked_ = terminal;
 }
 
 void SerialPort::open_device() {
@@ -127,7 +63,7 @@ void SerialPort::open_device() {
 
 /// A port that was unplugged may be back.
 void SerialPort::check_link() {
-  if (is_up() || !is_device(path_)) return;
+  if (is_up() || !is_serial_device(path_)) return;
   try {
     open_device();
     watch();
@@ -140,7 +76,7 @@ void SerialPort::check_link() {
 
 void SerialPort::watch() {
   boost::system::error_code error;
-  readiness_.assign(fd_.get(), error);
+  readiness_.assign(descriptor(), error);
   if (error) throw StartError(name_ + ": " + error.message());
   wait_readable();
 }
@@ -155,8 +91,8 @@ void SerialPort::wait_readable() {
 }
 
 bool SerialPort::rate_is_right() {
-  if (!linked_.empty() && options_.enforces_rate && options_.bitrate > 0) {
-    const std::int64_t rate = output_rate(fd_.get());
+  if (pty_ && options_.enforces_rate && options_.bitrate > 0) {
+    const std::int64_t rate = output_rate(descriptor());
     const bool wrong = rate != options_.bitrate;
     if (wrong && !wrong_rate_) {
       spdlog::warn("{}: the host is at {} bit/s and the drives are at {}: nobody understands it",
@@ -172,7 +108,7 @@ TerminalFlags SerialPort::host_flags() const {
 }
 
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
-  const ssize_t size = ::read(fd_.get(), bytes_.data(), bytes_.size());
+  const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
   if (size <= 0) {
     const bool nothing = size < 0 && (errno == EAGAIN || errno == EINTR);
     return {{}, false, nothing ? 0 : size == 0 ? EIO : errno};
@@ -195,6 +131,7 @@ void SerialPort::note_error(int error) {
   ++stats_.link_losses;
   readiness_.release();
   fd_ = Descriptor();
+  pty_.reset();
 }
 
 void SerialPort::send(std::span<const protocol::Frame> frames) {
@@ -208,7 +145,7 @@ void SerialPort::send(std::span<const protocol::Frame> frames) {
       continue;
     }
     const protocol::WireBytes bytes = protocol::wire_bytes(frame);
-    const ssize_t written = ::write(fd_.get(), bytes.bytes.data(), bytes.size);
+    const ssize_t written = ::write(descriptor(), bytes.bytes.data(), bytes.size);
     // What nobody reads is lost, as in the buffer of a real port.
     ++(written == static_cast<ssize_t>(bytes.size) ? stats_.sent : stats_.lost_queue_full);
   }

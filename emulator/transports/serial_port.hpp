@@ -4,12 +4,14 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "emulator/files/regular_file.hpp"
 #include "emulator/transports/port.hpp"
+#include "emulator/transports/pty_link.hpp"
 
 namespace lk::emulator {
 
@@ -19,10 +21,6 @@ struct SerialPortOptions {
   bool as_tty = true;         // a pseudo-terminal starts as a serial port does, not raw
   bool enforces_rate = true;  // a host at another rate is not understood
 };
-
-/// Whether `path` can be served: there is nothing, or a link of lk-emu's that leads nowhere any
-/// more, or a serial port. Throws StartError.
-void check_serial_path(const std::string& name, const std::string& path);
 
 /// An RS-485 bus as hosts have it: a pseudo-terminal with a link at a path, or a real serial port
 /// there. What is written at once stands on the wire back to back, from its arrival on.
@@ -37,7 +35,7 @@ class SerialPort final : public Port {
   bool is_up() const override { return descriptor() >= 0; }
   bool can_wait() const override { return false; }
   void send(std::span<const protocol::Frame> frames) override;
-  int descriptor() const override { return fd_ ? fd_.get() : -1; }
+  int descriptor() const override { return pty_ ? pty_->descriptor() : fd_ ? fd_.get() : -1; }
   std::size_t pending() const override { return 0; }
   PortStats stats() const override { return stats_; }
   TerminalFlags host_flags() const override;
@@ -45,9 +43,7 @@ class SerialPort final : public Port {
  private:
   Batch next_batch(Wait wait) override;
   void note_error(int error) override;
-  void open_pty();
   void open_device();
-  void link_to(const std::string& terminal);
   void watch();
   void wait_readable();
   /// The host's rate is the bus's; tells when that changes.
@@ -57,9 +53,8 @@ class SerialPort final : public Port {
   std::string path_;
   SerialPortOptions options_;
   std::function<void()> on_frames_;
-  Descriptor fd_;        // the master, or the port itself
-  Descriptor terminal_;  // the pseudo-terminal: as long as it is open here, hosts may come and go
-  std::string linked_;   // what the link leads to
+  std::optional<PtyLink> pty_;  // or
+  Descriptor fd_;               // the port itself
   boost::asio::posix::stream_descriptor readiness_;
   bool wrong_rate_ = false;
   bool told_missing_ = false;

@@ -228,12 +228,14 @@ std::size_t CanSocket::send_some(std::span<const protocol::Frame> frames) {
   return sent > 0 ? static_cast<std::size_t>(sent) : 0;
 }
 
-bool wait_for_frames(std::span<pollfd> sockets, std::chrono::nanoseconds patience) {
-  patience = std::max(patience, nanoseconds(0));
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(patience);
-  const timespec timeout{static_cast<time_t>(seconds.count()),
-                         static_cast<long>((patience - seconds).count())};
-  return ::ppoll(sockets.data(), sockets.size(), &timeout, nullptr) > 0;
+std::string can_problem() {
+  const int fd = ::socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  if (fd >= 0) {
+    ::close(fd);
+    return "";
+  }
+  if (errno == EPERM || errno == EACCES) return "no permission to open a CAN socket";
+  return "this kernel has no CAN sockets";
 }
 
 }  // namespace lk::emulator

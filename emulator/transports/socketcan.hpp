@@ -16,6 +16,7 @@ namespace lk::emulator {
 struct ReceivedFrame {
   std::chrono::nanoseconds stamp{0};
   protocol::Frame frame;
+  std::uint32_t sender = 0;  // as in TimedFrame
 };
 
 /// What the kernel filter lets through.
@@ -77,6 +78,9 @@ class CanSocket {
   std::unique_ptr<Buffers> buffers_;
   std::unique_ptr<Outgoing> outgoing_;
 };
+
+/// Why there are no CAN sockets to be had here; empty: there are.
+std::string can_problem();
 
 /// Waits until one of the sockets has something to receive; a socket of −1 never has. Returns false
 /// when there was nothing in time. `sockets[n].revents` tells which.

@@ -15,7 +15,7 @@ HALF_WAY = {"signal": "angle_deg", "crosses": 45}
 
 @pytest.fixture
 def bus(lkemu):
-    with can.Bus(interface="socketcan", channel=lkemu.bus) as bus:
+    with can.Bus(**lkemu.can_args) as bus:
         yield bus
 
 

@@ -10,7 +10,7 @@ import socket
 import stat
 import struct
 import tempfile
-from typing import List, NamedTuple, Optional, Set
+from typing import Any, Dict, List, NamedTuple, Optional, Set
 
 from .client import Client
 from .errors import Error, StartError
@@ -20,6 +20,7 @@ IFF_UP = 1
 CAP_NET_ADMIN = 12
 MOST_BUSES = 64  # nobody tests on more at a time
 PATIENCE_S = 2.0
+FIRST_PORT = 29536
 HINT = "run under scripts/with-vcan, or make one: sudo ip link add {0} type vcan && sudo ip link set {0} up"
 
 
@@ -50,6 +51,48 @@ def claim_free_bus(may_create: Optional[bool] = None) -> Claim:
         if lock is not None:
             return Claim(bus, lock, create=True)
     raise StartError(f"no free CAN bus: vcan0 to vcan{MOST_BUSES - 1} are all in use")
+
+
+def claim_any_bus(may_create: Optional[bool] = None) -> Claim:
+    """A free CAN bus, or where there is none to be had a port of this machine for slcan."""
+    try:
+        return claim_free_bus(may_create)
+    except StartError:
+        pass
+    for port in range(FIRST_PORT, FIRST_PORT + MOST_BUSES):
+        bus = f"slcan-tcp:{port}"
+        lock = try_lock(bus)
+        if lock is not None and port_is_free(port):
+            return Claim(bus, lock, create=False)
+        if lock is not None:
+            os.close(lock)
+    raise StartError(f"no free bus: ports {FIRST_PORT} to {FIRST_PORT + MOST_BUSES - 1} are all in use")
+
+
+def port_is_free(port: int) -> bool:
+    with socket.socket() as sock:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu will
+        try:
+            sock.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
+
+
+def can_args(bus: str) -> Dict[str, Any]:
+    """What python-can's can.Bus takes to get on a bus of this name (docs/buses.md)."""
+    scheme, colon, rest = bus.partition(":")
+    if not colon:
+        return {"interface": "socketcan", "channel": bus}
+    if scheme == "slcan-pty":
+        return {"interface": "slcan", "channel": rest, "sleep_after_open": 0.0}
+    address, _, port = rest.rpartition(":")
+    host = "127.0.0.1" if address in ("", "0.0.0.0", "localhost") else address
+    if scheme == "slcan-tcp":
+        return {"interface": "slcan", "channel": f"socket://{host}:{port}", "sleep_after_open": 0.0}
+    if scheme == "socketcand":
+        return {"interface": "socketcand", "channel": "can0", "host": host.strip("[]"), "port": int(port)}
+    raise Error(f"{bus}: docs/buses.md tells how to get on it")
 
 
 def check_can_support() -> None:

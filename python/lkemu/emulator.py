@@ -9,13 +9,13 @@ import tempfile
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union
 from urllib.parse import urlencode
 
-from .buses import Claim, claim_free_bus, runtime_directory
+from .buses import Claim, can_args, claim_any_bus, claim_free_bus, runtime_directory
 from .client import BASE, Client
 from .clock import Clock
 from .drive import Drive, Targets, When
 from .errors import Ended, Error, NoEffect, StartError
 from .faults import Evidence, Fault, Kind
-from .options import Buses, Ids, Options, Quirks, ids_text
+from .options import AUTO, Buses, Ids, Options, Quirks, ids_text
 from .program import Process, find_program
 from .telemetry import Telemetry
 
@@ -48,8 +48,9 @@ class Drives:
 class Emulator:
     """Virtual drives on a CAN bus, for as long as a `with` lasts.
 
-    bus: interface; None or "free": a free one, created if there is none and permissions allow; None with `config`:
-    those of the file; {"vcan0": "1-4", "vcan1": "1,2"}: several. ids: "1-4" (default), "1,3", 3 or [1, 3].
+    bus: interface, or a URI (docs/buses.md); None or "free": a free one, created if there is none and permissions allow;
+    "auto": slcan over TCP where that cannot be; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
+    several. ids: "1-4" (default), "1,3", 3 or [1, 3].
     config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's
     options. quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
     clock: "realtime", "stepped", "x10". program: path of lk-emu; else $LKEMU, this build's, the one in PATH.
@@ -107,7 +108,10 @@ class Emulator:
         if self._process is not None:
             raise StartError("this lk-emu runs already, or has run: make another Emulator")
         program = find_program(self._program)
-        claim = claim_free_bus(self.options.create_bus) if self.options.wants_free_bus else None
+        claim = None
+        if self.options.wants_free_bus:
+            find = claim_any_bus if self.options.bus == AUTO else claim_free_bus
+            claim = find(self.options.create_bus)
         try:
             self._launch(program, claim)
         except BaseException:
@@ -233,6 +237,11 @@ class Emulator:
         if not self.buses:
             raise Error("lk-emu was not started")
         return self.buses[0]
+
+    @property
+    def can_args(self) -> Dict[str, Any]:
+        """What python-can takes to get on `bus`, of whatever kind: `can.Bus(**emu.can_args)`."""
+        return can_args(self.bus)
 
     @property
     def clock(self) -> Clock:

@@ -9,6 +9,7 @@ Ids = Union[str, int, Sequence[int]]
 Buses = Union[str, Mapping[str, Ids], None]
 Quirks = Mapping[str, Union[str, int, bool]]
 FREE = "free"
+AUTO = "auto"  # free, or slcan over TCP where there is no CAN bus to be had
 
 
 def ids_text(ids: Ids) -> str:
@@ -40,7 +41,7 @@ class Options:
 
     @property
     def wants_free_bus(self) -> bool:
-        return self.bus == FREE or (self.bus is None and self.config is None)
+        return self.bus in (FREE, AUTO) or (self.bus is None and self.config is None)
 
     def buses(self, free: Optional[str]) -> List[Tuple[str, Optional[str]]]:
         """Interfaces and the drives on each; nothing where the file says it. `free` is the one that was found."""

@@ -21,7 +21,7 @@ LOG_LINES = 50  # of each output, in a report
 SHOWN = ("angle_deg", "speed_dps", "iq_A", "voltage_V")  # of each drive, in a report
 INI = {
     "program": "path of lk-emu; else $LKEMU, the build that the package is a part of, or the one in PATH",
-    "bus": 'CAN interface; "free": one that is not in use',
+    "bus": 'CAN interface or URI; "free": one that is not in use; "auto": slcan over TCP where there is none',
     "ids": "drives, e.g. 1-4",
     "config": "configuration file of lk-emu, from the ini file's directory, or the name of a shipped one",
     "motor": "motor of every drive, or a motor file, from the ini file's directory",
@@ -64,6 +64,7 @@ class Run:
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("lkemu", "virtual LK-TECH drives")
     group.addoption("--lkemu-program", metavar="PATH", help="lk-emu to start")
+    group.addoption("--lkemu-bus", metavar="BUS", help=INI["bus"] + " (over ini file and markers)")
     group.addoption("--lkemu-keep", action="store_true", help="keep recordings and logs of tests that pass, too")
     for name, about in INI.items():
         parser.addini(f"lkemu_{name}", f"lk-emu: {about}", default="")
@@ -140,8 +141,11 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
             if said[name] is not None:
                 said[name] = seen_from(request.path.parent, name, said[name])
         options.update(said)
-    program = config.getoption("--lkemu-program")
-    return {**options, "program": program} if program else options
+    for name in ("program", "bus"):
+        said = config.getoption(f"--lkemu-{name}")
+        if said:
+            options[name] = said
+    return options
 
 
 def end(run: Run, request: pytest.FixtureRequest) -> List[str]:

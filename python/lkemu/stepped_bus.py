@@ -7,6 +7,10 @@ from typing import Any, Iterator, Optional
 from .clock import Clock, Duration, seconds
 
 
+# Of the wall clock. python-can's slcan looks at one line in recv(0), which may be that a frame has been taken.
+GLANCE_S = 0.001
+
+
 class SteppedBus:
     """A can.Bus of python-can that lets time pass while its host waits; otherwise time stands.
 
@@ -16,12 +20,13 @@ class SteppedBus:
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms") -> None:
         self.bus, self.clock = bus, clock
         self._step_s = seconds(step)
+        self._glance_s = GLANCE_S if type(bus).__name__ == "slcanBus" else 0
 
     def recv(self, timeout: Optional[float] = None) -> Optional[Any]:
         """The next frame, or None after `timeout` seconds of the drives' time; without it, waits on."""
         left_s = float("inf") if timeout is None else timeout
         while True:
-            message = self.bus.recv(0)
+            message = self.bus.recv(self._glance_s)
             if message is not None or left_s <= 0:
                 return message
             step_s = min(self._step_s, left_s)

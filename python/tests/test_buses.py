@@ -36,6 +36,41 @@ def test_no_interface_at_all(world):
         buses.claim_free_bus()
 
 
+def test_where_there_is_none_auto_takes_a_port(world, monkeypatch):
+    monkeypatch.setattr(buses, "FIRST_PORT", 52000)  # where no other test is
+    first, second = buses.claim_any_bus(), buses.claim_any_bus()
+    names = [first.bus, second.bus]
+    assert len(set(names)) == 2 and all(name.startswith("slcan-tcp:520") for name in names)
+    os.close(first.lock)
+    assert buses.claim_any_bus().bus == first.bus
+    world.update({"vcan3": True})
+    assert buses.claim_any_bus().bus == "vcan3"
+
+
+def test_a_port_that_somebody_has_is_not_taken(world, monkeypatch):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        monkeypatch.setattr(buses, "FIRST_PORT", port)
+        monkeypatch.setattr(buses, "MOST_BUSES", 1)
+        with pytest.raises(lkemu.StartError, match="all in use"):
+            buses.claim_any_bus()
+    assert buses.claim_any_bus().bus == f"slcan-tcp:{port}"
+
+
+def test_how_hosts_get_on_a_bus():
+    slcan = {"interface": "slcan", "sleep_after_open": 0.0}
+    assert buses.can_args("vcan0") == {"interface": "socketcan", "channel": "vcan0"}
+    assert buses.can_args("slcan-tcp:29536") == {**slcan, "channel": "socket://127.0.0.1:29536"}
+    assert buses.can_args("slcan-tcp:[::1]:7") == {**slcan, "channel": "socket://[::1]:7"}
+    assert buses.can_args("slcan-pty:/tmp/tty") == {**slcan, "channel": "/tmp/tty"}
+    assert buses.can_args("socketcand:0.0.0.0:7") == {
+        "interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": 7}
+    with pytest.raises(lkemu.Error, match="docs/buses.md"):
+        buses.can_args("rs485:/tmp/arm")
+
+
 def test_one_is_made_where_that_is_allowed(world, monkeypatch):
     world.update({"vcan0": False, "vcan1": True})
     monkeypatch.setattr(buses, "may_make_interfaces", lambda: True)

@@ -141,6 +141,15 @@ def test_one_that_the_test_has_stopped_is_no_death(run):
     result.assert_outcomes(passed=1)
 
 
+def test_the_bus_of_the_command_line_is_over_ini_file_and_marker(run):
+    result = run(
+        "@pytest.mark.lkemu(bus='vcan1')\n"
+        "def test_it(lkemu):\n    assert lkemu.bus == 'slcan-tcp:29536'\n    assert lkemu.can_args['interface'] == 'slcan'\n",
+        "--lkemu-bus=slcan-tcp:29536",
+    )
+    result.assert_outcomes(passed=1)
+
+
 def test_recordings_of_passed_tests_go_unless_they_are_to_be_kept(run, pytester):
     passes = "def test_it(lkemu):\n    assert lkemu.options.record.endswith('recording')\n"
     for options, kept in (((), 0), (("--lkemu-keep",), 1)):

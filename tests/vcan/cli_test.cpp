@@ -31,7 +31,7 @@ TEST_P(Refused, WithOneLineAndStatus2) {
 }
 
 const BadInput kBadInput[] = {
-    {"Nothing", {}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
+    {"Nothing", {}, "lk-emu: no bus"},
     {"IdTooSmall", {"--bus", "vcan0", "--ids", "0"}, "lk-emu: --ids: ID 0 is outside 1..32"},
     {"IdTooLarge", {"--bus", "vcan0", "--ids", "1-33"}, "lk-emu: --ids: ID 33 is outside 1..32"},
     {"IdTwice", {"--bus", "vcan0", "--ids", "1-4,3"}, "lk-emu: --ids: ID 3 is given twice"},

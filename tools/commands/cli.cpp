@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
+#include "emulator/program/bus_offer.hpp"
 #include "emulator/record/recording.hpp"
 #include "tools/commands/argument_problem.hpp"
 #include "tools/commands/commands.hpp"
@@ -65,8 +67,8 @@ struct Raw {
 
 void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bus", raw.buses,
-                 "CAN interface to answer on, e.g. vcan0, or RS-485 at a path, e.g. rs485:/tmp/arm "
-                 "(repeatable)")
+                 "bus to answer on, like " + bus_examples() +
+                     " (repeatable; docs/buses.md tells who gets on which, and how)")
       ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")
@@ -370,6 +372,9 @@ std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts*
   ConfigTexts& read = texts != nullptr ? *texts : unwanted;
   const FindProfile find_profile = profile_finder(read.motors);
   try {
+    if (!command_line.config_file && command_line.overrides.buses.empty() && !command_line.check) {
+      throw StartError(bus_offer());
+    }
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
     read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
     read.config = read_regular_file(read.config_file, kLongestText);

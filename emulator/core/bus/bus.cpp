@@ -51,9 +51,9 @@ void Bus::receive(const TimedFrame& in) {
   if (adapted()) {
     const HostAdapter::ToWire written = adapter_.to_wire(at);
     faults_.count_adapter(written.shown, in.frame, at);
-    wire_.send_from_host(written.at, in.frame);
+    wire_.send_from_host(written.at, in.frame, in.sender);
   } else {
-    wire_.send_from_host(at, in.frame);
+    wire_.send_from_host(at, in.frame, in.sender);
   }
   stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
 }
@@ -152,7 +152,8 @@ void Bus::to_host(TimedFrame frame) {
   }
   const AdapterShown shown = adapter_.from_wire(frame);
   faults_.count_adapter(shown, frame.frame, time_);
-  if (shown.lost && frame.frame.kind != protocol::FrameKind::kError) ++stats_.replies_lost;
+  const bool reply = frame.sender == 0 && frame.frame.kind != protocol::FrameKind::kError;
+  if (shown.lost && reply) ++stats_.replies_lost;
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
 }
 
@@ -168,8 +169,9 @@ void Bus::bytes_to_host(TimedFrame frame) {
 }
 
 void Bus::hand_over(const TimedFrame& frame) {
-  ++(frame.frame.kind == protocol::FrameKind::kError ? stats_.error_frames : stats_.replies);
   replies_.push_back(frame);
+  if (frame.sender != 0) return;
+  ++(frame.frame.kind == protocol::FrameKind::kError ? stats_.error_frames : stats_.replies);
 }
 
 void Bus::deliver_next() {
@@ -192,6 +194,9 @@ void Bus::deliver(const WireDelivery& delivery) {
       ++stats_.frames;
     } else {
       echo(delivery.at);
+    }
+    if (delivery.owner != 0) {
+      to_host({.at = delivery.at, .frame = delivery.frame, .sender = delivery.owner});
     }
     process_query(delivery.at, delivery.frame);
     stats_.extra_frames += duplicates_.hear(delivery.at, delivery.frame, wire_, faults_, time_);

@@ -57,7 +57,8 @@ class Bus {
   /// Brings the motors that stayed behind to `time()`. Whatever is done to the bus begins with
   /// this.
   void settle();
-  /// Moves out what hosts have got since the last call, in order; appended to `out`.
+  /// Moves out what hosts have got since the last call, in order; appended to `out`: frames of
+  /// drives, and those of hosts that have a `sender`.
   void take_replies(std::vector<TimedFrame>& out);
   /// Moves out what drives have written to their ROM since the last call, in order; appended.
   void take_rom_writes(std::vector<RomWrite>& out);

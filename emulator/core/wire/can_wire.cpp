@@ -36,12 +36,14 @@ CanWire::Waiting CanWire::waiting(SimTime at, const protocol::Frame& frame) cons
   return result;
 }
 
-void CanWire::send_from_host(SimTime at, const protocol::Frame& frame) {
+void CanWire::send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender) {
   assert(!host_queue_full());
   if (host_count_ > 0) {
     at = std::max(at, hosts_[(host_head_ + host_count_ - 1) % kHostQueue].at);
   }
-  hosts_[(host_head_ + host_count_) % kHostQueue] = waiting(at, frame);
+  Waiting& last = hosts_[(host_head_ + host_count_) % kHostQueue];
+  last = waiting(at, frame);
+  last.owner = sender;
   ++host_count_;
   decide_turn();
 }

@@ -45,8 +45,8 @@ class CanWire {
   bool host_queue_full() const { return host_count_ == kHostQueue; }
   std::size_t host_queue_size() const { return host_count_; }
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
-  /// is kData or kRemote.
-  void send_from_host(SimTime at, const protocol::Frame& frame);
+  /// is kData or kRemote. `sender` comes back as the owner of what is delivered.
+  void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);
   // Drives are told apart by the identifier they answer with, their frames' owner, whatever
   // identifier a frame of theirs has.
 

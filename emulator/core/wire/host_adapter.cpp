@@ -82,7 +82,7 @@ AdapterShown HostAdapter::from_wire(const TimedFrame& frame, std::size_t size) {
 
 std::size_t HostAdapter::waiting() const {
   return static_cast<std::size_t>(std::ranges::count_if(waiting_, [](const Waiting& one) {
-    return one.frame.frame.kind != protocol::FrameKind::kError;
+    return one.frame.frame.kind != protocol::FrameKind::kError && one.frame.sender == 0;
   }));
 }
 

@@ -42,8 +42,13 @@ class Wire {
   std::size_t host_queue_size() const {
     return of(*this, [](auto& wire) { return wire.host_queue_size(); });
   }
-  void send_from_host(SimTime at, const protocol::Frame& frame) {
-    of(*this, [&](auto& wire) { wire.send_from_host(at, frame); });
+  /// `sender`: of a CAN bus, the host among the hosts; the owner of what `deliver` gives.
+  void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0) {
+    if (auto* const wire = can()) {
+      wire->send_from_host(at, frame, sender);
+    } else {
+      serial()->send_from_host(at, frame);  // whose hosts are one
+    }
   }
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const {
     return of(*this, [&](auto& wire) { return wire.drive_queue_full(owner, elsewhere); });

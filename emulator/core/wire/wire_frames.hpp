@@ -13,7 +13,7 @@ struct WireDelivery {
   protocol::Frame frame;
   bool from_host = false;
   std::uint64_t after_rom_write = 0;  // as given to send_from_drive
-  std::uint32_t owner = 0;            // the same
+  std::uint32_t owner = 0;            // the same; of a host: its `sender`
   bool from_pieces = false;           // of a host: a packet that no frame of its own was
   bool met_host = false;              // of a drive: hosts kept the line when it began
 };

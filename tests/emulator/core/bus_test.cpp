@@ -56,6 +56,24 @@ TEST(BusTiming, QueryReplyTimeReply) {
   EXPECT_TRUE(run_until(bus, 1s).empty());
 }
 
+/// A host that says who it is: the others get its frame when its last bit is on the wire.
+TEST(BusTiming, HostsHearEachOther) {
+  Bus bus(bus_config({1}, kBitrate));
+  const TimedFrame query{.at = 0us, .frame = frame("141#9A00000000000000"), .sender = 7};
+  const TimedFrame foreign{.at = 0us, .frame = frame("7FF#0000000000000000"), .sender = 9};
+  bus.receive(query);
+  bus.receive(foreign);
+  EXPECT_TRUE(run_until(bus, 120us - 1ns).empty());
+  const auto heard = run_until(bus, 1ms);
+  ASSERT_EQ(heard.size(), 3U);
+  EXPECT_EQ(heard[0], (TimedFrame{.at = 120us, .frame = query.frame, .sender = 7}));
+  EXPECT_EQ(heard[1], (TimedFrame{.at = 123us + 123us, .frame = foreign.frame, .sender = 9}));
+  // Ready at 220 µs, while the second query has the wire.
+  EXPECT_EQ(heard[2], (TimedFrame{123us + 126us + 118us, frame("141#9A1900F000000000")}));
+  EXPECT_EQ(bus.stats().replies, 1U);
+  EXPECT_EQ(bus.stats().replies_waiting, 0U);
+}
+
 TEST(BusTiming, ReplyTimeIsASetting) {
   auto config = bus_config({1}, kBitrate);
   config.servos[0].reply_time = 200us;

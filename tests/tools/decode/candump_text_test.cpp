@@ -94,7 +94,7 @@ TEST(CandumpText, RefusesEverythingElseInWordsThatAreSafeToPrint) {
         std::string("a FFFFFFFFF [0]"),
         std::string("a  TX"),
         std::string("TX"),
-        std::string("interface_of_16_b 141 [0]"),
+        std::string(101, 'v') + " 141 [0]",
         std::string("\x1b]0;title\a 141 [0]"),
         std::string("\x1b[2J 141 [0]"),
         std::string("a\0b 141 [0]", 11),

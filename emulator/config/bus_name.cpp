@@ -1,0 +1,216 @@
+#include "emulator/config/bus_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <optional>
+
+namespace lk::emulator {
+namespace {
+
+using enum Transport;
+
+constexpr std::array kSchemes{
+    BusScheme{kSocketCan, "", BusPlace::kInterface, false, "NAME", "vcan0",
+              "SocketCAN: everything on Linux"},
+    BusScheme{kSlcanTcp, "slcan-tcp:", BusPlace::kPort, false, "slcan-tcp:[ADDR:]PORT",
+              "slcan-tcp:29536",
+              R"(python-can: interface="slcan", channel="socket://127.0.0.1:29536")"},
+    BusScheme{kSlcanPty, "slcan-pty:", BusPlace::kPath, false, "slcan-pty:PATH",
+              "slcan-pty:/tmp/ttyACM0",
+              R"(python-can: interface="slcan", channel="/tmp/ttyACM0"; slcand)"},
+    BusScheme{
+        kSocketcand, "socketcand:", BusPlace::kPort, false, "socketcand:[ADDR:]PORT",
+        "socketcand:29536",
+        R"(python-can: interface="socketcand", channel="can0", host="127.0.0.1", port=29536)"},
+    BusScheme{kUdpMulticast, "udp-multicast:", BusPlace::kGroup, false,
+              "udp-multicast:[GROUP][:PORT][?ttl=1]", "udp-multicast:239.74.163.2",
+              R"(python-can: interface="udp_multicast", channel="239.74.163.2", hop_limit=0)"},
+    BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
+              R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
+    BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",
+              "rs485-tcp:29485", R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"))"},
+};
+
+/// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.
+constexpr std::size_t kLongest = 90;
+constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
+constexpr const char* kLoopback = "127.0.0.1";
+// python-can's own.
+constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
+constexpr std::uint16_t kGroupPort = 43113;
+
+bool is_printable(const std::string& name) {
+  return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
+}
+
+std::string interface_problem(const std::string& name) {
+  if (name.empty()) return "an interface needs a name";
+  const std::size_t colon = name.find(':');
+  if (colon != std::string::npos) {
+    return "\"" + name + "\" is not an interface name, and there is no kind of bus \"" +
+           name.substr(0, colon + 1) + "\"; like these: " + bus_examples();
+  }
+  if (name.size() > kLongestInterface) {
+    return "\"" + name + "\" is longer than an interface name can be";
+  }
+  if (!is_printable(name) || name.find('/') != std::string::npos || name == "." || name == "..") {
+    return "\"" + name + "\" is not an interface name";
+  }
+  return "";
+}
+
+std::optional<unsigned> number(std::string_view digits, unsigned most) {
+  unsigned value = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, value);
+  const bool whole = error == std::errc() && stop == end && !digits.empty();
+  return whole && value <= most ? std::optional(value) : std::nullopt;
+}
+
+/// "192.168.0.2"
+bool is_ipv4(std::string_view text) {
+  for (int n = 0; n < 4; ++n) {
+    const std::size_t dot = text.find('.');
+    if ((dot == std::string_view::npos) != (n == 3)) return false;
+    const std::string_view digits = text.substr(0, dot);
+    if (digits.size() > 3 || !number(digits, 255)) return false;
+    text.remove_prefix(n == 3 ? text.size() : dot + 1);
+  }
+  return true;
+}
+
+/// Of what IPv6 addresses are written with; the rest is said by whoever uses it.
+bool looks_like_ipv6(std::string_view text) {
+  return text.find(':') != std::string_view::npos &&
+         text.find_first_not_of("0123456789abcdefABCDEF:.") == std::string_view::npos;
+}
+
+/// "127.0.0.1", "[::1]", "localhost": without brackets; nothing where it is no address.
+std::optional<std::string> address_in(std::string_view text) {
+  if (text == "localhost") return kLoopback;
+  if (is_ipv4(text)) return std::string(text);
+  const bool bracketed = text.size() > 2 && text.front() == '[' && text.back() == ']';
+  if (!bracketed || !looks_like_ipv6(text.substr(1, text.size() - 2))) return std::nullopt;
+  return std::string(text.substr(1, text.size() - 2));
+}
+
+/// "[ADDR:]PORT", with what `out` has for an address that is not said. Why not, or empty.
+std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
+  const std::string form(out.scheme->form);
+  const std::size_t colon = rest.rfind(':');
+  std::string_view digits = rest;
+  if (colon != std::string_view::npos) {
+    digits = rest.substr(colon + 1);
+    const auto address = address_in(rest.substr(0, colon));
+    if (!address) {
+      return "\"" + name + "\" is not " + form + ": ADDR is an IP address, of IPv6 in brackets";
+    }
+    out.address = *address;
+  }
+  const auto port = number(digits, 65535);
+  if (!port || *port == 0) {
+    return "\"" + name + "\" is not " + form + ": PORT is 1 to 65535, as in " +
+           std::string(out.scheme->example);
+  }
+  out.port = static_cast<std::uint16_t>(*port);
+  return "";
+}
+
+bool is_group(const std::string& address) {
+  if (is_ipv4(address)) {
+    const auto first = number(std::string_view(address).substr(0, address.find('.')), 255);
+    return *first >= 224 && *first <= 239;
+  }
+  return address.starts_with("ff") || address.starts_with("FF");
+}
+
+/// "[GROUP][:PORT][?ttl=1]". Why not, or empty.
+std::string read_group(const std::string& name, std::string_view rest, BusName& out) {
+  const std::size_t question = rest.find('?');
+  if (question != std::string_view::npos) {
+    if (rest.substr(question) != "?ttl=1") {
+      return "\"" + name + "\" is not " + std::string(out.scheme->form);
+    }
+    out.ttl = 1;
+    rest = rest.substr(0, question);
+  }
+  out.address = kGroup;
+  out.port = kGroupPort;
+  if (const auto alone = address_in(rest)) {
+    out.address = *alone;
+  } else if (rest.starts_with(':')) {
+    const std::string problem = read_port(name, rest.substr(1), out);
+    if (!problem.empty()) return problem;
+  } else if (!rest.empty()) {
+    const std::string problem = read_port(name, rest, out);
+    if (!problem.empty()) return problem;
+  }
+  return is_group(out.address)
+             ? ""
+             : "\"" + name + "\": " + out.address +
+                   " is no multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
+}
+
+}  // namespace
+
+std::span<const BusScheme> bus_schemes() { return kSchemes; }
+
+std::string bus_examples() {
+  std::string all;
+  for (const BusScheme& scheme : kSchemes) {
+    all += (all.empty() ? "" : ", ") + std::string(scheme.example);
+  }
+  return all;
+}
+
+const BusScheme& scheme_of(std::string_view name) {
+  const auto found = std::ranges::find_if(kSchemes, [&](const BusScheme& scheme) {
+    return !scheme.prefix.empty() && name.starts_with(scheme.prefix);
+  });
+  return found != kSchemes.end() ? *found : kSchemes.front();
+}
+
+bool is_serial_name(std::string_view name) { return scheme_of(name).serial; }
+
+std::variant<BusName, std::string> parse_bus_name(const std::string& name) {
+  BusName out{&scheme_of(name)};
+  const std::string rest = name.substr(out.scheme->prefix.size());
+  std::string problem;
+  if (out.scheme->place == BusPlace::kInterface) {
+    problem = interface_problem(name);
+  } else if (name.size() > kLongest) {
+    problem = "\"" + name + "\" is longer than " + std::to_string(kLongest) + " characters";
+  } else if (!is_printable(name)) {
+    problem = "\"" + name + "\" has characters that a log could not show";
+  } else if (out.scheme->place == BusPlace::kGroup) {
+    problem = read_group(name, rest, out);
+  } else if (rest.empty()) {
+    problem =
+        std::string(out.scheme->prefix) +
+        (out.scheme->place == BusPlace::kPath ? " needs a path, like " : " needs a port, like ") +
+        std::string(out.scheme->example);
+  } else if (out.scheme->place == BusPlace::kPort) {
+    out.address = kLoopback;
+    problem = read_port(name, rest, out);
+  }
+  if (!problem.empty()) return problem;
+  const bool on_network =
+      out.scheme->place == BusPlace::kPort || out.scheme->place == BusPlace::kGroup;
+  if (!on_network) out.path = rest;
+  return out;
+}
+
+BusName bus_name(const std::string& name) {
+  auto parsed = parse_bus_name(name);
+  assert(std::holds_alternative<BusName>(parsed));
+  return std::get<BusName>(std::move(parsed));
+}
+
+std::string bus_file_name(std::string name) {
+  std::ranges::replace(name, '/', '_');
+  return name;
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,223 @@
+#include "emulator/transports/client_set.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <spdlog/spdlog.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// What is read of a client at once, so that none keeps the others waiting.
+constexpr std::size_t kClientBytes = 4096;
+constexpr std::size_t kMostEvents = 64;
+// What an event is of; above them numbers of clients.
+constexpr std::uint64_t kWatched = 0;
+constexpr std::uint64_t kAlarm = UINT64_MAX;
+
+/// A client's kernel may keep its next bytes until it hears that these have come (RFC 896); on this
+/// machine they are here before this returns.
+void acknowledge(const Descriptor& socket) {
+  const int now = 1;
+  if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
+}
+
+std::chrono::nanoseconds wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
+
+}  // namespace
+
+ClientSet::ClientSet(std::string name)
+    : name_(std::move(name)),
+      epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      alarm_(::timerfd_create(CLOCK_REALTIME, TFD_NONBLOCK | TFD_CLOEXEC)),
+      bytes_(kClientBytes) {
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
+  if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
+    throw StartError(name_ + ": " + std::generic_category().message(errno));
+  }
+}
+
+void ClientSet::watch(int fd) {
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = kWatched}};
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);  // EEXIST: it is watched already
+}
+
+void ClientSet::ignore(int fd) { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr); }
+
+void ClientSet::add(Descriptor fd, std::string who, std::unique_ptr<Conversation> conversation) {
+  Client client;
+  client.fd = fd.get();
+  client.own = std::move(fd);
+  client.who = std::move(who);
+  client.conversation = std::move(conversation);
+  add(std::move(client));
+}
+
+void ClientSet::add_lent(int fd, std::string who, std::unique_ptr<Conversation> conversation) {
+  Client client;
+  client.fd = fd;
+  client.who = std::move(who);
+  client.conversation = std::move(conversation);
+  add(std::move(client));
+}
+
+void ClientSet::add(Client client) {
+  client.number = ++last_number_;
+  epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
+  if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
+    spdlog::warn("{}: {}: {}", name_, client.who, std::generic_category().message(errno));
+    return;
+  }
+  spdlog::debug("{}: {} has come", name_, client.who);
+  client.unsent = client.conversation->greeting();
+  Client& there = clients_.emplace(client.number, std::move(client)).first->second;
+  if (!flush(there)) clients_.erase(there.number);
+}
+
+ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
+  std::array<epoll_event, kMostEvents> events{};
+  const int count = ::epoll_wait(epoll_.get(), events.data(), kMostEvents, 0);
+  Collected collected;
+  collected.more = count == static_cast<int>(kMostEvents);
+  for (int n = 0; n < count; ++n) {
+    const epoll_event& event = events[static_cast<std::size_t>(n)];
+    collected.watched = collected.watched || event.data.u64 == kWatched;
+    if (event.data.u64 == kAlarm) {
+      std::uint64_t times = 0;
+      if (::read(alarm_.get(), &times, sizeof times) < 0) continue;  // it was set anew
+      alarm_at_.reset();
+      for (auto& [number, client] : clients_) take_due(client, out);
+    }
+    const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
+    if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
+    Client& client = found->second;
+    const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
+                       ((event.events & ~EPOLLOUT) == 0 || listen_to(client, out, collected.more));
+    if (there) continue;
+    spdlog::debug("{}: {} has left", name_, client.who);
+    clients_.erase(found);
+  }
+  // What has been written to a terminal may be on its way yet; reading fetches it, and epoll does
+  // not (the kernel's n_tty_read).
+  for (auto& [number, client] : clients_) {
+    if (!client.own) listen_to(client, out, collected.more);
+  }
+  return collected;
+}
+
+bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
+  const ssize_t size = ::read(client.fd, bytes_.data(), bytes_.size());
+  if (size <= 0) return size < 0 && (errno == EAGAIN || errno == EINTR);
+  more = more || static_cast<std::size_t>(size) == bytes_.size();
+  client.unheard = true;
+  const auto now = wall_now();
+  heard_ = {};
+  client.conversation->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
+  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
+  stats_.malformed += heard_.malformed;
+  if (!heard_.trouble.empty() && !std::exchange(client.troubled, true)) {
+    spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
+  }
+  put(client, heard_.answer);
+  set_alarm();
+  return true;
+}
+
+void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
+  const auto now = wall_now();
+  heard_.frames.clear();
+  client.conversation->take_due(now, heard_.frames);
+  for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
+  set_alarm();
+}
+
+void ClientSet::set_alarm() {
+  std::optional<Conversation::Time> first;
+  for (const auto& [number, client] : clients_) {
+    const auto due = client.conversation->next_due();
+    if (due && (!first || *due < *first)) first = due;
+  }
+  if (first == std::exchange(alarm_at_, first)) return;
+  itimerspec when{};
+  if (first) {
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(*first);
+    when.it_value = {.tv_sec = seconds.count(), .tv_nsec = (*first - seconds).count()};
+  }
+  ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+}
+
+void ClientSet::flush() {
+  for (auto& [number, client] : clients_) {
+    if (!client.unsent.empty() && !client.waits) flush(client);
+    if (std::exchange(client.unheard, false)) acknowledge(client.own);
+  }
+}
+
+void ClientSet::tell(std::span<const protocol::Frame> frames, std::uint32_t except) {
+  for (auto& [number, client] : clients_) {
+    if (number != except) show(client, frames);
+  }
+}
+
+void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
+  const auto now = wall_now();
+  for (const protocol::Frame& frame : frames) {
+    shown_.clear();
+    client.conversation->show(frame, now, shown_);
+    put(client, shown_);
+  }
+  // One that has gone is found out by reading.
+  if (!client.waits) flush(client);
+}
+
+/// All of it, or nothing.
+void ClientSet::put(Client& client, std::string_view bytes) {
+  if (bytes.empty()) return;
+  if (client.unsent.size() + bytes.size() <= kMostUnsent) {
+    client.unsent += bytes;
+    return;
+  }
+  ++stats_.lost_unread;
+  client.conversation->note_loss();
+  if (!std::exchange(client.loses, true)) {
+    spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.who);
+  }
+}
+
+bool ClientSet::flush(Client& client) {
+  std::string_view left = client.unsent;
+  while (!left.empty()) {
+    const ssize_t size = ::write(client.fd, left.data(), left.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno != EAGAIN) return false;
+    if (size < 0) break;
+    left.remove_prefix(static_cast<std::size_t>(size));
+    client.unheard = false;  // it goes with these
+  }
+  client.unsent.erase(0, client.unsent.size() - left.size());
+  wait_for_room(client, !client.unsent.empty());
+  if (client.unsent.empty() && std::exchange(client.loses, false)) {
+    spdlog::info("{}: {} reads again", name_, client.who);
+  }
+  return true;
+}
+
+void ClientSet::wait_for_room(Client& client, bool waits) {
+  if (std::exchange(client.waits, waits) == waits) return;
+  const std::uint32_t interest = waits ? EPOLLIN | EPOLLOUT : EPOLLIN;
+  epoll_event event{.events = interest, .data = {.u64 = client.number}};
+  ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, client.fd, &event);
+}
+
+}  // namespace lk::emulator

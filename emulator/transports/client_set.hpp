@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/files/durable_file.hpp"
+#include "emulator/transports/conversation.hpp"
+#include "emulator/transports/port.hpp"
+
+namespace lk::emulator {
+
+/// The clients of a port, each a descriptor and a conversation. None can block the others or grow
+/// without bound: one that does not read loses frames.
+class ClientSet {
+ public:
+  /// Bytes kept for a client beyond what the kernel keeps: about a quarter of a second of a full
+  /// CAN bus.
+  static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
+
+  /// `name` is the bus's. Throws StartError.
+  explicit ClientSet(std::string name);
+
+  /// Can be read when a client has something to say, or something watched has.
+  int descriptor() const { return epoll_.get(); }
+  /// Another descriptor, beside the clients'; `collect` tells of it.
+  void watch(int fd);
+  void ignore(int fd);
+
+  /// It is closed with the client.
+  void add(Descriptor fd, std::string who, std::unique_ptr<Conversation> conversation);
+  /// A descriptor that somebody else closes.
+  void add_lent(int fd, std::string who, std::unique_ptr<Conversation> conversation);
+  std::size_t size() const { return clients_.size(); }
+
+  struct Collected {
+    bool watched = false;  // a watched descriptor has something
+    bool more = false;     // clients may have more to say
+  };
+  /// What clients have said, appended to `out`.
+  Collected collect(std::vector<ReceivedFrame>& out);
+  /// To all but the client `except`; 0: to all.
+  void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
+
+  /// Answers leave, and what has come is acknowledged.
+  void flush();
+
+  /// `lost_unread`, `malformed` and `sent`.
+  const PortStats& stats() const { return stats_; }
+
+ private:
+  struct Client {
+    std::uint32_t number = 0;
+    Descriptor own;
+    int fd = -1;
+    std::string who;
+    std::unique_ptr<Conversation> conversation;
+    std::string unsent;
+    bool unheard = false;   // bytes of it that its kernel has not been told of
+    bool waits = false;     // for room to send
+    bool loses = false;     // frames, and that was said
+    bool troubled = false;  // and that was said
+  };
+  using Clients = std::map<std::uint32_t, Client>;
+
+  void add(Client client);
+  /// False: the client has gone.
+  bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
+  void take_due(Client& client, std::vector<ReceivedFrame>& out);
+  void show(Client& client, std::span<const protocol::Frame> frames);
+  void put(Client& client, std::string_view bytes);
+  /// As much as goes; false: the client has gone.
+  bool flush(Client& client);
+  void wait_for_room(Client& client, bool waits);
+  void set_alarm();
+
+  std::string name_;
+  Descriptor epoll_;
+  Descriptor alarm_;  // for what conversations have due
+  std::optional<Conversation::Time> alarm_at_;
+  Clients clients_;  // by number, which is their sender's
+  std::uint32_t last_number_ = 0;
+  PortStats stats_;
+  std::vector<std::uint8_t> bytes_;
+  std::string shown_;
+  Heard heard_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,140 @@
+#include "emulator/transports/multicast_port.hpp"
+
+#include <ifaddrs.h>
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/multicast.hpp>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/transports/can_msgpack.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using boost::asio::ip::udp;
+namespace ip = boost::asio::ip;
+
+constexpr std::size_t kMostDatagrams = 64;  // at once
+
+std::chrono::nanoseconds datagram_clock() {
+  return std::chrono::system_clock::now().time_since_epoch();
+}
+
+std::set<ip::address> addresses_of_this_machine() {
+  std::set<ip::address> found;
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return found;
+  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, ::freeifaddrs);
+  for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr) continue;
+    if (one->ifa_addr->sa_family == AF_INET) {
+      sockaddr_in address{};
+      std::memcpy(&address, one->ifa_addr, sizeof address);
+      found.insert(ip::address_v4(ntohl(address.sin_addr.s_addr)));
+    } else if (one->ifa_addr->sa_family == AF_INET6) {
+      sockaddr_in6 address{};
+      std::memcpy(&address, one->ifa_addr, sizeof address);
+      ip::address_v6::bytes_type bytes;
+      std::memcpy(bytes.data(), &address.sin6_addr, bytes.size());
+      found.insert(ip::address_v6(bytes));  // without its scope
+    }
+  }
+  return found;
+}
+
+ip::address without_scope(const ip::address& address) {
+  return address.is_v6() ? ip::address(ip::address_v6(address.to_v6().to_bytes())) : address;
+}
+
+}  // namespace
+
+MulticastPort::MulticastPort(boost::asio::io_context& loop, const std::string& name,
+                             const BusName& group, std::function<void()> on_frames)
+    : name_(name),
+      from_afar_(group.ttl > 0),
+      on_frames_(std::move(on_frames)),
+      receiver_(loop),
+      sender_(loop),
+      own_addresses_(addresses_of_this_machine()),
+      bytes_(kLongestCanMsgpack + 1) {
+  boost::system::error_code error;
+  const auto address = ip::make_address(group.address, error);
+  if (error || !address.is_multicast()) {
+    throw StartError(name_ + ": " + group.address + " is no multicast group");
+  }
+  group_ = {address, group.port};
+  try {
+    join(address);
+    sender_.open(group_.protocol());
+    sender_.set_option(ip::multicast::hops(group.ttl));
+    sender_.bind({group_.protocol(), 0});
+    sender_.non_blocking(true);
+  } catch (const boost::system::system_error& problem) {
+    throw StartError(name_ + ": cannot join the group: " + problem.code().message());
+  }
+  sender_port_ = sender_.local_endpoint().port();
+  if (from_afar_) {
+    spdlog::warn("{}: whoever is on a network of this machine can command these drives", name_);
+  }
+  wait_readable();
+}
+
+void MulticastPort::join(const ip::address& group) {
+  receiver_.open(group_.protocol());
+  receiver_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
+  receiver_.bind(group_);  // not any address: other groups of this port are other buses
+  receiver_.set_option(ip::multicast::join_group(group));
+  receiver_.non_blocking(true);
+  descriptor_ = receiver_.native_handle();
+}
+
+void MulticastPort::check_link() { own_addresses_ = addresses_of_this_machine(); }
+
+void MulticastPort::wait_readable() {
+  receiver_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+    if (error) return;
+    on_frames_();
+    wait_readable();
+  });
+}
+
+bool MulticastPort::counts(const udp::endpoint& sender) {
+  const bool near = own_addresses_.contains(without_scope(sender.address()));
+  if (near) return sender.port() != sender_port_;
+  if (!from_afar_ && stats_.foreign++ == 0) {
+    spdlog::warn("{}: {} is another machine: its frames are dropped (?ttl=1 lets it in)", name_,
+                 sender.address().to_string());
+  }
+  return from_afar_;
+}
+
+Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
+  received_.clear();
+  for (std::size_t n = 0; n < kMostDatagrams; ++n) {
+    udp::endpoint sender;
+    boost::system::error_code error;
+    const std::size_t size = receiver_.receive_from(boost::asio::buffer(bytes_), sender, 0, error);
+    if (error) return {received_, false, 0};
+    if (!counts(sender)) continue;
+    if (const auto frame = parse_can_msgpack({bytes_.data(), size})) {
+      received_.push_back({datagram_clock(), *frame});
+    } else {
+      ++stats_.malformed;
+    }
+  }
+  return {received_, true, 0};
+}
+
+void MulticastPort::send(std::span<const protocol::Frame> frames) {
+  for (const protocol::Frame& frame : frames) {
+    boost::system::error_code error;
+    sender_.send_to(boost::asio::buffer(can_msgpack(frame, datagram_clock())), group_, 0, error);
+    ++(error ? stats_.lost_queue_full : stats_.sent);
+  }
+}
+
+}  // namespace lk::emulator

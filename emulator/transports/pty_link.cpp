@@ -1,0 +1,83 @@
+#include "emulator/transports/pty_link.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+#include "emulator/transports/terminal.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr const char* kTerminals = "/dev/pts/";
+
+std::string reason_of(int error) { return std::generic_category().message(error); }
+
+/// Where a link leads; empty: it is none.
+std::string target_of(const std::string& path) {
+  std::array<char, PATH_MAX> target{};
+  const ssize_t size = ::readlink(path.c_str(), target.data(), target.size());
+  return size > 0 ? std::string(target.data(), static_cast<std::size_t>(size)) : "";
+}
+
+/// A link that lk-emu made and could not remove: its terminal is gone.
+bool is_dead_link(const std::string& path) {
+  struct stat found {};
+  return target_of(path).starts_with(kTerminals) && ::stat(path.c_str(), &found) != 0;
+}
+
+}  // namespace
+
+bool is_serial_device(const std::string& path) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 && S_ISCHR(found.st_mode) &&
+         !target_of(path).starts_with(kTerminals);
+}
+
+void check_terminal_path(const std::string& name, const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0) {
+    if (errno == ENOENT) return;
+    throw StartError(name + ": " + reason_of(errno));
+  }
+  if (is_serial_device(path) || is_dead_link(path)) return;
+  if (target_of(path).starts_with(kTerminals)) {
+    throw StartError(name + ": " + path +
+                     " leads to a terminal that is open; remove the link, or give another path");
+  }
+  throw StartError(name + ": " + path +
+                   " is there already, and is neither a link of lk-emu's nor a serial port; "
+                   "remove it, or give another path");
+}
+
+PtyLink::PtyLink(const std::string& name, std::string path, bool raw) : path_(std::move(path)) {
+  // Now, as the new terminal may get the number that the old one had.
+  if (is_dead_link(path_)) ::unlink(path_.c_str());
+  master_ = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  std::array<char, 64> terminal{};
+  if (!master_ || ::grantpt(master_.get()) != 0 || ::unlockpt(master_.get()) != 0 ||
+      ::ptsname_r(master_.get(), terminal.data(), terminal.size()) != 0) {
+    throw StartError(name + ": no pseudo-terminal: " + reason_of(errno));
+  }
+  terminal_ = Descriptor(::open(terminal.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  if (!terminal_) throw StartError(name + ": " + terminal.data() + ": " + reason_of(errno));
+  if (raw) make_raw(terminal_.get(), 0);
+  if (::symlink(terminal.data(), path_.c_str()) != 0) {
+    throw StartError(name + ": cannot make the link " + path_ + ": " + reason_of(errno));
+  }
+  terminal_name_ = terminal.data();
+}
+
+PtyLink::~PtyLink() {
+  if (target_of(path_) == terminal_name_) ::unlink(path_.c_str());
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,56 @@
+#pragma once
+
+/// @file The protocol of Lawicel's adapters, CAN in ASCII (docs/buses.md).
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "emulator/transports/conversation.hpp"
+
+namespace lk::emulator {
+
+/// "t1418…", "R000001410": a frame as it stands in a line; nothing where the line is no frame.
+std::optional<protocol::Frame> parse_slcan_frame(std::string_view line);
+/// Without the carriage return. `frame` is kData or kRemote.
+std::string slcan_frame(const protocol::Frame& frame);
+
+/// The adapter of one client.
+class Slcan final : public Conversation {
+ public:
+  /// `bitrate` of the bus; 0: whatever the client sets.
+  explicit Slcan(std::int64_t bitrate) : bitrate_(bitrate) {}
+
+  void take(std::span<const std::uint8_t> bytes, Time now, Heard& heard) override;
+  void show(const protocol::Frame& frame, Time now, std::string& out) override;
+  void note_loss() override { flags_ |= kOverrun; }
+
+ private:
+  // Status flags of the command F.
+  static constexpr std::uint8_t kOverrun = 1U << 3U;
+  static constexpr std::uint8_t kBusError = 1U << 7U;
+  static constexpr std::size_t kLongestLine = 26;  // T, an identifier, a length, eight bytes
+
+  /// What a line is answered; nothing: it makes no sense, or not now.
+  std::optional<std::string> answer(std::string_view line, Heard& heard);
+  std::optional<std::string> send(std::string_view line, Heard& heard);
+  std::optional<std::string> set_rate(std::string_view digit, Heard& heard);
+  std::optional<std::string> set_up(std::string_view line, Heard& heard);
+  std::optional<std::string> open(std::string_view line);
+  bool accepts(const protocol::Frame& frame) const;
+  /// Bits of another length: nobody understands anybody.
+  bool wrong_rate() const { return bitrate_ > 0 && rate_ && *rate_ != bitrate_; }
+
+  std::int64_t bitrate_;
+  std::optional<std::int64_t> rate_;  // as the client set it
+  LineBuffer lines_{'\r', kLongestLine};
+  bool open_ = false;
+  bool listens_only_ = false;
+  bool stamps_ = false;
+  std::uint32_t code_ = 0;  // acceptance code and mask; a mask's 1: either will do
+  std::uint32_t mask_ = 0xFFFFFFFFU;
+  std::uint8_t flags_ = 0;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,100 @@
+#include "emulator/config/bus_name.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace lk::emulator {
+namespace bus_name_test {
+
+std::string problem(const std::string& name) {
+  const auto parsed = parse_bus_name(name);
+  const auto* const text = std::get_if<std::string>(&parsed);
+  return text != nullptr ? *text : "";
+}
+
+TEST(BusName, ABareNameIsAnInterface) {
+  const BusName name = bus_name("vcan0");
+  EXPECT_EQ(name.scheme->transport, Transport::kSocketCan);
+  EXPECT_EQ(name.path, "vcan0");
+}
+
+TEST(BusName, EachExampleIsOneOfItsScheme) {
+  for (const BusScheme& scheme : bus_schemes()) {
+    const std::string example(scheme.example);
+    ASSERT_EQ(problem(example), "");
+    EXPECT_EQ(bus_name(example).scheme, &scheme);
+    EXPECT_EQ(is_serial_name(example), scheme.serial);
+  }
+}
+
+TEST(BusName, PortsAreOfLoopbackUnlessAnAddressIsSaid) {
+  EXPECT_EQ(bus_name("slcan-tcp:29536").address, "127.0.0.1");
+  EXPECT_EQ(bus_name("slcan-tcp:29536").port, 29536);
+  EXPECT_EQ(bus_name("slcan-tcp:localhost:1").address, "127.0.0.1");
+  EXPECT_EQ(bus_name("slcan-tcp:0.0.0.0:65535").address, "0.0.0.0");
+  EXPECT_EQ(bus_name("slcan-tcp:[::1]:29536").address, "::1");
+  EXPECT_EQ(bus_name("slcan-tcp:[::1]:29536").port, 29536);
+}
+
+TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
+  const BusName plain = bus_name("udp-multicast:");
+  EXPECT_EQ(plain.address, "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173");
+  EXPECT_EQ(plain.port, 43113);
+  EXPECT_EQ(plain.ttl, 0);
+  EXPECT_EQ(bus_name("udp-multicast::5000").port, 5000);
+  EXPECT_EQ(bus_name("udp-multicast:239.74.163.2").address, "239.74.163.2");
+  EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").address, "ff02::1");
+  EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").port, 5000);
+  EXPECT_EQ(bus_name("udp-multicast:?ttl=1").ttl, 1);
+  for (const char* name : {"udp-multicast:127.0.0.1", "udp-multicast:240.0.0.0",
+                           "udp-multicast:ff02::1", "udp-multicast:[fe80::1]",
+                           "udp-multicast:?ttl=0", "udp-multicast::", "udp-multicast:239.1.1.1:"}) {
+    EXPECT_NE(problem(name), "") << name;
+  }
+}
+
+TEST(BusName, WhatIsNoneIsSaidSo) {
+  for (const char* name : {"slcan-tcp:",
+                           "slcan-tcp:0",
+                           "slcan-tcp:65536",
+                           "slcan-tcp:-1",
+                           "slcan-tcp:+1",
+                           "slcan-tcp:1x",
+                           "slcan-tcp:host:1",
+                           "slcan-tcp:::1:1",
+                           "slcan-tcp:[127.0.0.1]:1",
+                           "slcan-tcp:1.2.3:1",
+                           "slcan-tcp:1.2.3.256:1",
+                           "slcan-tcp:1.2.3.4.5:1",
+                           "slcan-tcp:1.2..4:1",
+                           "slcan-tcp:[::1]",
+                           "slcan-tcp:[]:1",
+                           "slcan-tcp:127.0.0.1:",
+                           "slcan-tcp: 1",
+                           "rs485:",
+                           "rs485:/tmp/a b",
+                           "slcan-pty:",
+                           "slcan:29536",
+                           "tcp://1",
+                           ""}) {
+    EXPECT_NE(problem(name), "") << name;
+  }
+  EXPECT_NE(problem("slcan-pty:/" + std::string(90, 'x')), "");
+}
+
+/// The page has the table as it is here.
+TEST(BusName, ThePageHasEachScheme) {
+  std::ifstream file(LKEMU_SOURCE_DIR "/docs/buses.md");
+  std::stringstream page;
+  page << file.rdbuf();
+  for (const BusScheme& scheme : bus_schemes()) {
+    std::ostringstream row;
+    row << "| `" << scheme.form << "` | `" << scheme.example << "` | " << scheme.hosts << " |\n";
+    EXPECT_NE(page.str().find(row.str()), std::string::npos) << row.str();
+  }
+}
+
+}  // namespace bus_name_test
+}  // namespace lk::emulator

@@ -1,0 +1,139 @@
+// The protocol of Lawicel's adapters, byte for byte, as its manual has it ("CAN232", commands S, O,
+// L, C, t, T, r, R, F, V, N, Z, M, m).
+
+#include "emulator/transports/slcan.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/frames.hpp"
+
+namespace lk::emulator {
+namespace slcan_test {
+
+using protocol::Frame;
+using protocol::FrameKind;
+using test::frame;
+using namespace std::chrono_literals;
+
+Heard say(Slcan& slcan, std::string_view line) {
+  Heard heard;
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(line.data());
+  slcan.take({bytes, line.size()}, 0s, heard);
+  return heard;
+}
+
+std::string shown(Slcan& slcan, const Frame& what, Conversation::Time now = 0s) {
+  std::string out;
+  slcan.show(what, now, out);
+  return out;
+}
+
+TEST(Slcan, AFrameOfEachKindThereAndBack) {
+  for (const char* line :
+       {"t1418A100000064000000", "t7FF0", "T1FFFFFFF2ABCD", "T000001410", "r1418", "R1234567F0"}) {
+    const auto parsed = parse_slcan_frame(line);
+    ASSERT_TRUE(parsed) << line;
+    EXPECT_EQ(slcan_frame(*parsed), line);
+  }
+  const Frame torque = *parse_slcan_frame("t1418A100000064000000");
+  EXPECT_EQ(torque, frame("141#A100000064000000"));
+  EXPECT_EQ(parse_slcan_frame("r1418")->kind, FrameKind::kRemote);
+  EXPECT_EQ(parse_slcan_frame("R1234567F0")->id, 0x1234567FU);
+  EXPECT_TRUE(parse_slcan_frame("T000001410")->extended);
+}
+
+TEST(Slcan, WhatIsNoFrame) {
+  for (const char* line :
+       {"", "t", "t141", "t1419", "t1418", "t14180", "t8000", "t1410 ", "t14110G", "t141100 ",
+        "t1411+1", "T200000000", "T0000014", "r14111", "x1410", "t-410"}) {
+    EXPECT_FALSE(parse_slcan_frame(line)) << line;
+  }
+}
+
+TEST(Slcan, NothingGoesBeforeItIsOpen) {
+  Slcan slcan(1'000'000);
+  EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
+  EXPECT_EQ(shown(slcan, frame("141#00")), "");
+  EXPECT_EQ(say(slcan, "S8\rO\r").answer, "\r\r");
+  const Heard heard = say(slcan, "t1410\rT000001410\r");
+  EXPECT_EQ(heard.answer, "z\rZ\r");
+  EXPECT_EQ(heard.frames.size(), 2U);
+  EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
+  EXPECT_EQ(say(slcan, "C\r").answer, "\r");
+  EXPECT_EQ(shown(slcan, frame("141#00")), "");
+}
+
+TEST(Slcan, LinesMayComeInPieces) {
+  Slcan slcan(0);
+  say(slcan, "O\r");
+  EXPECT_EQ(say(slcan, "t141").answer, "");
+  EXPECT_EQ(say(slcan, "19").frames.size(), 0U);
+  const Heard heard = say(slcan, "A\rt1");
+  ASSERT_EQ(heard.frames.size(), 1U);
+  EXPECT_EQ(heard.frames[0], frame("141#9A"));
+}
+
+TEST(Slcan, WhatIsTooLongIsOneMistake) {
+  Slcan slcan(0);
+  say(slcan, "O\r");
+  EXPECT_EQ(say(slcan, std::string(100'000, 't')).answer, "");
+  const Heard heard = say(slcan, "\rt1410\r");
+  EXPECT_EQ(heard.answer, "\az\r");
+  EXPECT_EQ(heard.malformed, 1U);
+}
+
+TEST(Slcan, WhoListensSendsNothing) {
+  Slcan slcan(0);
+  EXPECT_EQ(say(slcan, "L\r").answer, "\r");
+  EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
+  EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
+}
+
+TEST(Slcan, AnotherRateIsSilenceBothWays) {
+  Slcan slcan(1'000'000);
+  const Heard set = say(slcan, "S6\r");
+  EXPECT_EQ(set.answer, "\r");
+  EXPECT_NE(set.trouble.find("is at 500000 bit/s and the drives are at 1000000"),
+            std::string::npos);
+  say(slcan, "O\r");
+  const Heard heard = say(slcan, "t1410\r");
+  EXPECT_EQ(heard.answer, "z\r");
+  EXPECT_TRUE(heard.frames.empty());
+  EXPECT_EQ(shown(slcan, frame("141#00")), "");
+  EXPECT_EQ(say(slcan, "F\r").answer, "F80\r");
+  Slcan without_wire(0);
+  EXPECT_EQ(say(without_wire, "S0\rO\rt1410\r").frames.size(), 1U);
+}
+
+TEST(Slcan, LossesAndErrorsAreFlagsUntilTheyAreRead) {
+  Slcan slcan(0);
+  say(slcan, "O\r");
+  slcan.note_loss();
+  EXPECT_EQ(say(slcan, "F\rF\r").answer, "F08\rF00\r");
+  EXPECT_EQ(shown(slcan, {.kind = FrameKind::kError}), "");
+  EXPECT_EQ(say(slcan, "F\r").answer, "F80\r");
+}
+
+TEST(Slcan, StampsAreMillisecondsOfAMinute) {
+  Slcan slcan(0);
+  EXPECT_EQ(say(slcan, "Z1\rO\r").answer, "\r\r");
+  EXPECT_EQ(shown(slcan, frame("141#9A"), 59'999ms), "t14119AEA5F\r");
+  EXPECT_EQ(shown(slcan, frame("141#9A"), 60'000ms), "t14119A0000\r");
+  EXPECT_EQ(say(slcan, "Z0\r").answer, "\a");  // only while it is closed
+}
+
+/// SJA1000, two filters: identifier and RTR in the upper 12 bits of each half; a mask's 1 is
+/// either.
+TEST(Slcan, FiltersChooseIdentifiers) {
+  Slcan slcan(0);
+  // 0x141 << 5 = 0x2820; 0x142 << 5 = 0x2840; RTR either.
+  EXPECT_EQ(say(slcan, "M28202840\rm001F001F\rO\r").answer, "\r\r\r");
+  EXPECT_NE(shown(slcan, frame("141#00")), "");
+  EXPECT_NE(shown(slcan, frame("142#00")), "");
+  EXPECT_EQ(shown(slcan, frame("143#00")), "");
+  EXPECT_EQ(shown(slcan, frame("7FF#00")), "");
+  EXPECT_EQ(say(slcan, "M2820284\r").answer, "\a");
+}
+
+}  // namespace slcan_test
+}  // namespace lk::emulator

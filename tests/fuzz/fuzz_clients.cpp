@@ -1,0 +1,120 @@
+// Bytes of clients: slcan, socketcand, and datagrams of python-can.
+//
+// Input: a byte that chooses the protocol and the slices, then what the client sends. In slices and
+// at once it comes to the same; what is understood can be said again; nothing grows without bound.
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "emulator/transports/can_msgpack.hpp"
+#include "emulator/transports/slcan.hpp"
+#include "emulator/transports/socketcand.hpp"
+#include "tests/fuzz/support.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using fuzz::require;
+using protocol::Frame;
+using protocol::FrameKind;
+
+constexpr Conversation::Time kNow = std::chrono::seconds(1000);
+
+void check_frame(const Frame& frame) {
+  require(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
+  require(frame.dlc <= protocol::kCanBytes);
+  require(frame.id <= (frame.extended ? protocol::kMostExtendedId : protocol::kMostStandardId));
+}
+
+struct Said {
+  Heard heard;
+  std::vector<Frame> jobs;
+  std::string shown;
+};
+
+Said say(Conversation& client, std::span<const std::uint8_t> bytes, std::size_t slice) {
+  Said said;
+  while (!bytes.empty()) {
+    const std::size_t size = std::min(slice, bytes.size());
+    client.take(bytes.first(size), kNow, said.heard);
+    bytes = bytes.subspan(size);
+  }
+  // Only now: whatever it has set up is in force.
+  Frame frame{.id = 0x141, .dlc = 8};
+  for (const FrameKind kind : {FrameKind::kData, FrameKind::kRemote, FrameKind::kError}) {
+    frame.kind = kind;
+    client.show(frame, kNow, said.shown);
+  }
+  if (const auto due = client.next_due()) {
+    require(*due >= kNow);
+    client.take_due(*due, said.jobs);
+    require(!said.jobs.empty() && said.jobs.size() <= Socketcand::kMostJobs);
+    require(*client.next_due() > *due);
+  }
+  return said;
+}
+
+template <class Make>
+void check_conversation(std::span<const std::uint8_t> bytes, std::size_t slice, Make make) {
+  const std::unique_ptr<Conversation> one = make();
+  const std::unique_ptr<Conversation> other = make();
+  const Said at_once = say(*one, bytes, std::max<std::size_t>(bytes.size(), 1));
+  const Said in_slices = say(*other, bytes, slice);
+  require(at_once.heard.frames == in_slices.heard.frames);
+  require(at_once.heard.answer == in_slices.heard.answer);
+  require(at_once.heard.malformed == in_slices.heard.malformed);
+  require(at_once.jobs == in_slices.jobs);
+  require(at_once.shown == in_slices.shown);
+  // A byte ends one line at most, and a line has one answer.
+  require(at_once.heard.frames.size() <= bytes.size());
+  require(at_once.heard.answer.size() <= 32 * bytes.size());
+  for (const Frame& frame : at_once.heard.frames) check_frame(frame);
+  for (const Frame& frame : at_once.jobs) check_frame(frame);
+}
+
+void check_slcan(std::span<const std::uint8_t> bytes, std::size_t slice, std::int64_t bitrate) {
+  check_conversation(bytes, slice, [&] { return std::make_unique<Slcan>(bitrate); });
+  Slcan open(0);
+  Heard heard;
+  const std::uint8_t opens[] = {'\r', 'O', '\r'};
+  open.take(opens, kNow, heard);
+  open.take(bytes, kNow, heard);
+  for (const Frame& frame : heard.frames) {
+    require(parse_slcan_frame(slcan_frame(frame)) == frame);
+  }
+}
+
+void check_datagram(std::span<const std::uint8_t> bytes) {
+  const auto frame = parse_can_msgpack(bytes);
+  if (!frame || frame->kind == FrameKind::kFd || frame->kind == FrameKind::kError) return;
+  check_frame(*frame);
+  require(parse_can_msgpack(can_msgpack(*frame, kNow)) == *frame);
+}
+
+void check(std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return;
+  const std::uint8_t settings = bytes.front();
+  bytes = bytes.subspan(1);
+  const std::size_t slice = 1U + (settings >> 4U);
+  switch (settings & 3U) {
+    case 0:
+      check_slcan(bytes, slice, (settings & 4U) != 0 ? 1'000'000 : 0);
+      break;
+    case 1:
+    case 2:
+      check_conversation(bytes, slice, [] { return std::make_unique<Socketcand>(); });
+      break;
+    default:
+      check_datagram(bytes);
+  }
+}
+
+}  // namespace
+}  // namespace lk::emulator
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  lk::emulator::check({data, size});
+  return 0;
+}
