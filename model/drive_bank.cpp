@@ -76,11 +76,12 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source,
                                init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
                                unit.slow_noise);
-    unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
     const std::size_t drive = units.size();
     units.push_back(unit);
     derive_plant(drive);
     derive_control(drive);
+    units[drive].motion =
+        motion_state_at(units[drive].motion_params, counts_at(init.params, init.theta_m));
     with_block(drive, [&](auto& block, std::size_t lane) {
       put(block.plant, lane, plant_at_rest(init.params, init.theta_m, init.connected));
       CurrentLoopState<double> loop;
@@ -199,7 +200,7 @@ void DriveBank::State::restart(std::size_t drive) {
   });
   unit.protection = {};
   settings_changed(unit.settings.protections, unit.protection);
-  unit.motion = motion_state_at(counts);
+  unit.motion = motion_state_at(unit.motion_params, counts);
   unit.setpoint = Idle{};
 }
 
@@ -371,10 +372,9 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
     if (unit.faults.encoder != EncoderFault::kNone) {
       return;
     }
-    // A hand takes its time: encoder and observer have followed, and there is no speed in it.
-    const double counts = nearest(turn * unit.motion_params.counts_per_rad);
-    lane_of(block.loop.encoder_counts, lane) += counts;
-    unit.motion.counts_hat += counts;
+    // A hand takes its time: encoder and estimator have followed, and there is no speed in it.
+    lane_of(block.loop.encoder_counts, lane) += nearest(turn * unit.motion_params.counts_per_rad);
+    encoder_leapt(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
   });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {

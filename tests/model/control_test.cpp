@@ -235,7 +235,7 @@ TEST(IntegralGains, ZeroForgetsTheAngleLoops) {
   const DriveParams d = ideal_drive();
   ControlSettings settings = unlimited();
   MotionParams p = motion_params(d, settings);
-  MotionState s = motion_state_at(0.0);
+  MotionState s = motion_state_at(p, 0.0);
   CurrentOrders<double> orders;
   const Position target{0.01};  // of a shaft that is held at 0
   for (int n = 0; n < 100; ++n) {

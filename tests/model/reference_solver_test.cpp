@@ -33,7 +33,7 @@ class Firmware {
         plant_(plant_params(drive)),
         motion_params_(motion_params(drive, settings)),
         loop_params_(current_loop_params(drive, settings)),
-        motion_(motion_state_at(0.0)) {}
+        motion_(motion_state_at(motion_params_, 0.0)) {}
 
   void command(const Setpoint& setpoint) {
     setpoint_changed(motion_params_, setpoint_, setpoint, loop_.encoder_counts, motion_);

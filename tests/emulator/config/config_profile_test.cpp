@@ -205,10 +205,6 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
                    "over_voltage = { enabled = true, threshold_V = 7.0"),
             "factory.protection.over_voltage.threshold_V: over-voltage at 7 V must be above "
             "under-voltage at 7 V: one of them would always be there");
-  EXPECT_EQ(spoilt("f_pwm_kHz = 32", "f_pwm_kHz = 8"),
-            "control.estimator_bandwidth_rad_s: estimator_bandwidth_rad_s must not be above half "
-            "the rate of the motion loops, f_pwm_kHz / motion_divider: 1000 at most, and it is "
-            "2000");
   EXPECT_EQ(spoilt("gear_stiffness_Nm_rad = 0", "gear_stiffness_Nm_rad = 500"),
             "mechanics.J_out_g_cm2: J_out_g_cm2 must be above 0, for a springy gear moves it; or "
             "make the gear rigid, gear_stiffness_Nm_rad = 0");
