@@ -22,13 +22,14 @@ std::int64_t whole_counts(double counts) {
   return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
 }
 
-/// A plant at rest at `theta_m`, at ambient temperature, its link charged.
-PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
+/// A plant at rest at `theta_m`, all of it at `temp`, its link charged.
+PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, double temp,
+                                 bool connected = true) {
   PlantState<double> s;
   s.theta = theta_m;
   s.theta_out = theta_m / p.mechanics.gear_ratio;
   s.v_link = connected ? p.supply.v_source : 0.0;
-  s.temp_winding = s.temp_housing = s.temp_stage = p.thermal.temp_ambient;
+  s.temp_winding = s.temp_housing = s.temp_stage = temp;
   return s;
 }
 
@@ -73,8 +74,8 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     }
     unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
     unit.slow_sensors = slow_sensors(init.params.slow_sensor);
-    unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source,
-                               init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
+    const double temp = init.temp.value_or(init.params.thermal.temp_ambient);
+    unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source, {temp, temp, temp},
                                unit.slow_noise);
     const std::size_t drive = units.size();
     units.push_back(unit);
@@ -83,7 +84,7 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     units[drive].motion =
         motion_state_at(units[drive].motion_params, counts_at(init.params, init.theta_m));
     with_block(drive, [&](auto& block, std::size_t lane) {
-      put(block.plant, lane, plant_at_rest(init.params, init.theta_m, init.connected));
+      put(block.plant, lane, plant_at_rest(init.params, init.theta_m, temp, init.connected));
       CurrentLoopState<double> loop;
       loop.encoder_counts = counts_at(init.params, init.theta_m);
       put(block.loop, lane, loop);
@@ -102,7 +103,7 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     CurrentOrders<double> orders;
     orders.bridge_on = 1.0;
     put(block.plant_params, spare % kLanes, plant_params(resting));
-    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0));
+    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0, resting.thermal.temp_ambient));
     put(block.loop_params, spare % kLanes, current_loop_params(resting, drives.back().settings));
     put(block.loop, spare % kLanes, loop);
     put(block.orders, spare % kLanes, orders);
@@ -211,9 +212,11 @@ void DriveBank::State::run_motion_loops(std::size_t drive) {
   with_block(drive, [&](auto& block, std::size_t lane) {
     const double i_a = lane_of(block.loop.i_a, lane);
     const double i_b = lane_of(block.loop.i_b, lane);
-    unit.slow = measure_slowly(unit.slow_sensors, lane_of(block.plant.v_link, lane),
-                               lane_of(block.plant.temp_winding, lane),
-                               lane_of(block.plant.temp_stage, lane), unit.slow_noise);
+    unit.slow = measure_slowly(
+        unit.slow_sensors, lane_of(block.plant.v_link, lane),
+        {lane_of(block.plant.temp_winding, lane), lane_of(block.plant.temp_housing, lane),
+         lane_of(block.plant.temp_stage, lane)},
+        unit.slow_noise);
     if (unit.slow_sensors_faulty) {
       unit.slow = falsified(unit.slow_sensors, unit.faults, unit.slow);
     }

@@ -276,22 +276,29 @@ TEST(RealMs4015, ChangesItsSpeedLikeTheLog) {
   EXPECT_GE(host.bus.truth(1).omega_out * kDegPerRad, 600);
   host.wait(milliseconds(300));
 
-  host.get<protocol::State2>(protocol::Speed{.speed_dps = -44});
-  host.wait(milliseconds(500));
-  double most =
-      host.get<protocol::State2>(protocol::Speed{.speed_dps = 720}).power_permille / 1000.0;
-  for (int n = 0; n < 20; ++n) {
-    host.wait(std::chrono::microseconds(500));
-    most = std::max(most, host.state_2().power_permille / 1000.0);
+  double most = 0;
+  for (int start = 0; start < 8; ++start) {  // from different places between two cogs
+    host.get<protocol::State2>(protocol::Speed{.speed_dps = -44});
+    host.wait(milliseconds(500 + 13 * start));
+    host.get<protocol::State2>(protocol::Speed{.speed_dps = 720});
+    for (int n = 0; n < 20; ++n) {
+      host.wait(std::chrono::microseconds(500));
+      most = std::max(most, host.state_2().power_permille / 1000.0);
+    }
   }
   EXPECT_NEAR(most, 0.164, 0.2 * 0.164);
-  std::vector<double> cruise;
-  for (int n = 0; n < 100; ++n) {
+  std::vector<double> power;
+  std::vector<double> speed_dps;
+  for (int n = 0; n < 200; ++n) {
     host.wait(milliseconds(7));
-    cruise.push_back(host.state_2().power_permille / 1000.0);
+    const auto state = host.state_2();
+    power.push_back(state.power_permille / 1000.0);
+    speed_dps.push_back(state.speed_dps);
   }
-  EXPECT_GE(mean(cruise), 0.094);
-  EXPECT_LE(mean(cruise), 0.120);
+  EXPECT_GE(mean(power), 0.094);
+  EXPECT_LE(mean(power), 0.120);
+  // 26 ripples a turn, as seen; the loops' stiffness at 52 Hz is not: a fifth.
+  EXPECT_NEAR(deviation(speed_dps), 79, 0.2 * 79);
 }
 
 }  // namespace real_drive_test
