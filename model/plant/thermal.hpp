@@ -18,6 +18,9 @@ struct Heat {
   Real winding, housing, stage;
 };
 
+/// °C. No housing gets warmer: what friction can be made to give beyond has burnt it (assumed).
+inline constexpr double kHottestHousing = 300.0;
+
 inline namespace LKEMU_ISA {
 
 /// One explicit Euler step; the fastest time constant is seconds, the period tens of microseconds.
@@ -27,9 +30,9 @@ inline Temperatures<Real> thermal(const PlantParams<Real>& p, const Temperatures
   const Real to_housing = (t.winding - t.housing) * p.g_winding_housing;
   const Real to_ambient = (t.housing - p.temp_ambient) * p.g_housing_ambient;
   const Real from_stage = (t.stage - p.temp_ambient) * p.g_stage_ambient;
+  const Real housing = t.housing + (given.housing + to_housing - to_ambient) * p.heat_housing;
   return {t.winding + (given.winding - to_housing) * p.heat_winding,
-          t.housing + (given.housing + to_housing - to_ambient) * p.heat_housing,
-          t.stage + (given.stage - from_stage) * p.heat_stage};
+          min(housing, Real(kHottestHousing)), t.stage + (given.stage - from_stage) * p.heat_stage};
 }
 
 }  // namespace LKEMU_ISA
