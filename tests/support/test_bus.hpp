@@ -32,7 +32,8 @@ inline emulator::ServoConfig servo_config(int id) {
   return config;
 }
 
-/// What one count of its 14-bit encoder is of the reported speed, in 27 periods of 8 kHz; rounded up.
+/// What one count of its 14-bit encoder is of the reported speed, in 27 periods of 8 kHz; rounded
+/// up.
 inline constexpr double kSpeedStep_dps = 7;
 
 // LSB of iq from v235 on, by series.

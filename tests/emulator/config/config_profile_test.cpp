@@ -154,6 +154,16 @@ TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
   EXPECT_NEAR(lsb_A, 12.4, 0.05);
 }
 
+/// A motor file as people have copied it from 0.1.0: its numbers stay its own.
+TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
+  const Profile old = parse_profile(
+      text_of(LKEMU_SOURCE_DIR "/tests/emulator/config/fixtures/mg4005-0.1.0.toml"), "m.toml", "m");
+  EXPECT_EQ(old.drive.control.estimator_bandwidth, 2000);
+  EXPECT_EQ(old.drive.control.report_bandwidth, 300);
+  EXPECT_EQ(old.factory.current_ramp_A_s, 25);
+  EXPECT_EQ(old.drive.slow_sensor.board_share, 0);
+}
+
 TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
   const std::string good = text_of(kMotors / "mf7015.toml");
   const auto spoilt = [&](const std::string& from, const std::string& to) {
