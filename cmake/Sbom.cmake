@@ -5,6 +5,7 @@ set(sbom_parts
   #name          | licence                                 | in      | a file of it
   "Boost         | BSL-1.0                                 | program | boost/version.hpp"
   "CLI11         | BSD-3-Clause                            | program | CLI/CLI.hpp"
+  "Eigen         | MPL-2.0                                 | program | eigen3/Eigen/Core"
   "fmt           | MIT                                     | program | fmt/format.h"
   "glibc         | LGPL-2.1-or-later                       | static  | libc.a"
   "libgcc        | GPL-3.0-or-later WITH GCC-exception-3.1 | static  | libgcc.a"

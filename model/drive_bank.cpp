@@ -22,13 +22,14 @@ std::int64_t whole_counts(double counts) {
   return std::abs(counts) < 9e18 ? static_cast<std::int64_t>(counts) : 0;
 }
 
-/// A plant at rest at `theta_m`, at ambient temperature, its link charged.
-PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, bool connected = true) {
+/// A plant at rest at `theta_m`, all of it at `temp`, its link charged.
+PlantState<double> plant_at_rest(const DriveParams& p, double theta_m, double temp,
+                                 bool connected = true) {
   PlantState<double> s;
   s.theta = theta_m;
   s.theta_out = theta_m / p.mechanics.gear_ratio;
   s.v_link = connected ? p.supply.v_source : 0.0;
-  s.temp_winding = s.temp_housing = s.temp_stage = p.thermal.temp_ambient;
+  s.temp_winding = s.temp_housing = s.temp_stage = temp;
   return s;
 }
 
@@ -73,16 +74,17 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     }
     unit.slow_noise = noise_seed(init.seed ^ 0x510E527FADE682D1U);
     unit.slow_sensors = slow_sensors(init.params.slow_sensor);
-    unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source,
-                               init.params.thermal.temp_ambient, init.params.thermal.temp_ambient,
+    const double temp = init.temp.value_or(init.params.thermal.temp_ambient);
+    unit.slow = measure_slowly(unit.slow_sensors, init.params.supply.v_source, {temp, temp, temp},
                                unit.slow_noise);
-    unit.motion = motion_state_at(counts_at(init.params, init.theta_m));
     const std::size_t drive = units.size();
     units.push_back(unit);
     derive_plant(drive);
     derive_control(drive);
+    units[drive].motion =
+        motion_state_at(units[drive].motion_params, counts_at(init.params, init.theta_m));
     with_block(drive, [&](auto& block, std::size_t lane) {
-      put(block.plant, lane, plant_at_rest(init.params, init.theta_m, init.connected));
+      put(block.plant, lane, plant_at_rest(init.params, init.theta_m, temp, init.connected));
       CurrentLoopState<double> loop;
       loop.encoder_counts = counts_at(init.params, init.theta_m);
       put(block.loop, lane, loop);
@@ -101,7 +103,7 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     CurrentOrders<double> orders;
     orders.bridge_on = 1.0;
     put(block.plant_params, spare % kLanes, plant_params(resting));
-    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0));
+    put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0, resting.thermal.temp_ambient));
     put(block.loop_params, spare % kLanes, current_loop_params(resting, drives.back().settings));
     put(block.loop, spare % kLanes, loop);
     put(block.orders, spare % kLanes, orders);
@@ -199,7 +201,7 @@ void DriveBank::State::restart(std::size_t drive) {
   });
   unit.protection = {};
   settings_changed(unit.settings.protections, unit.protection);
-  unit.motion = motion_state_at(counts);
+  unit.motion = motion_state_at(unit.motion_params, counts);
   unit.setpoint = Idle{};
 }
 
@@ -210,9 +212,11 @@ void DriveBank::State::run_motion_loops(std::size_t drive) {
   with_block(drive, [&](auto& block, std::size_t lane) {
     const double i_a = lane_of(block.loop.i_a, lane);
     const double i_b = lane_of(block.loop.i_b, lane);
-    unit.slow = measure_slowly(unit.slow_sensors, lane_of(block.plant.v_link, lane),
-                               lane_of(block.plant.temp_winding, lane),
-                               lane_of(block.plant.temp_stage, lane), unit.slow_noise);
+    unit.slow = measure_slowly(
+        unit.slow_sensors, lane_of(block.plant.v_link, lane),
+        {lane_of(block.plant.temp_winding, lane), lane_of(block.plant.temp_housing, lane),
+         lane_of(block.plant.temp_stage, lane)},
+        unit.slow_noise);
     if (unit.slow_sensors_faulty) {
       unit.slow = falsified(unit.slow_sensors, unit.faults, unit.slow);
     }
@@ -371,10 +375,9 @@ void DriveBank::turn_shaft(std::size_t drive, double angle) {
     if (unit.faults.encoder != EncoderFault::kNone) {
       return;
     }
-    // A hand takes its time: encoder and observer have followed, and there is no speed in it.
-    const double counts = nearest(turn * unit.motion_params.counts_per_rad);
-    lane_of(block.loop.encoder_counts, lane) += counts;
-    unit.motion.counts_hat += counts;
+    // A hand takes its time: encoder and estimator have followed, and there is no speed in it.
+    lane_of(block.loop.encoder_counts, lane) += nearest(turn * unit.motion_params.counts_per_rad);
+    encoder_leapt(unit.motion_params, lane_of(block.loop.encoder_counts, lane), unit.motion);
   });
 }
 void DriveBank::set_ambient_temperature(std::size_t drive, double temp_ambient) {

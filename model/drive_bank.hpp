@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "model/drive_params.hpp"
@@ -16,9 +17,10 @@ namespace lk::model {
 struct DriveInit {
   DriveParams params;
   ControlSettings settings;
-  std::uint64_t seed = 1;  // noise only
-  double theta_m = 0.0;    // rad, where the shaft stands at power-up
-  bool connected = true;   // false: without supply, the link empty
+  std::uint64_t seed = 1;        // noise only
+  double theta_m = 0.0;          // rad, where the shaft stands at power-up
+  bool connected = true;         // false: without supply, the link empty
+  std::optional<double> temp{};  // °C, of all of it at power-up; nothing: as the air
 };
 
 /// Drives with one common PWM rate, advanced together, tick by tick. A value: copying it copies the

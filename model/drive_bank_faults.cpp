@@ -60,7 +60,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
     if (before.encoder != EncoderFault::kNone && faults.encoder == EncoderFault::kNone) {
       // The chip shows the truth again, and nobody has seen the speed of that leap.
       counts = counts_without_noise(p, s);
-      unit.motion.counts_hat = counts + 0.5;
+      encoder_leapt(unit.motion_params, counts, unit.motion);
     }
     block.faults[lane] =
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);

@@ -121,6 +121,8 @@ struct SlowSensorParams {
   double v_lsb = 0.01;    // V, bus voltage ADC
   double v_noise = 0.02;  // V rms
   double temp_lsb = 0.5;  // K, temperature ADC
+  // How much of what the board is warmer than the housing the motor's thermistor on it shows.
+  double board_share = 0.0;
 };
 
 /// How the firmware is built: rates, and the rule that turns byte gains into physical ones

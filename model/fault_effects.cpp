@@ -100,8 +100,8 @@ bool slow_measurements_differ(const Faults& faults, const PlantState<double>& st
   SlowSensors silent = sensors;
   silent.v_noise = 0.0;
   std::uint64_t unused = 1;
-  const SlowMeasurement healthy =
-      measure_slowly(silent, state.v_link, state.temp_winding, state.temp_stage, unused);
+  const SlowMeasurement healthy = measure_slowly(
+      silent, state.v_link, {state.temp_winding, state.temp_housing, state.temp_stage}, unused);
   const SlowMeasurement shown = falsified(sensors, faults, healthy);
   return std::abs(shown.v_bus - healthy.v_bus) >= 0.5 * sensors.v_lsb ||
          std::abs(shown.temp_motor - healthy.temp_motor) >= 0.5 * sensors.temp_lsb ||

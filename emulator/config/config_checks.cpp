@@ -133,19 +133,6 @@ void check_voltages(const TableReader& drive, const ServoConfig& servo) {
   }
 }
 
-/// Of the observer's two poles, z² − (2 − 2x − x²)·z + 1 − 2x with x = bandwidth·T, one is negative
-/// above x = 1/2: the estimated speed would swing to and fro from period to period. Above 0.83 it
-/// would grow without end.
-std::optional<ModelProblem> observer_problem(const model::DriveParams& d) {
-  const double most = 0.5 * d.inverter.f_pwm / d.control.motion_divider;
-  if (d.control.estimator_bandwidth <= most) return std::nullopt;
-  return ModelProblem{
-      {"control.estimator_bandwidth_rad_s", "inverter.f_pwm_kHz", "control.motion_divider"},
-      "estimator_bandwidth_rad_s must not be above half the rate of the motion loops, f_pwm_kHz / "
-      "motion_divider: " +
-          number(most) + " at most, and it is " + number(d.control.estimator_bandwidth)};
-}
-
 /// The exponential of the windings is a series that is good to R·T/L = 0.25, at 25 °C: of half as
 /// much again, when they are hot, it still makes less than 1e-6.
 std::optional<ModelProblem> winding_problem(const model::DriveParams& d) {
@@ -198,7 +185,7 @@ void check_model(const TableReader& drive, const ServoConfig& servo) {
 }  // namespace
 
 std::optional<ModelProblem> model_problem(const model::DriveParams& drive) {
-  for (const auto& problem_of : {observer_problem, winding_problem, gear_problem}) {
+  for (const auto& problem_of : {winding_problem, gear_problem}) {
     if (auto problem = problem_of(drive)) return problem;
   }
   return std::nullopt;

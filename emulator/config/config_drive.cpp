@@ -120,6 +120,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
   servo.boot_angle_deg = reader.number("boot_angle_deg", -turn_deg, turn_deg);
+  servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
   // What is asked for is not for drives that do not run: they may not have it.
   const auto running = first_running(ids, asked);
   read_generation(reader, running ? asked.firmware : FirmwareRequest{},

@@ -156,6 +156,7 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "encoder", fields::kEncoder, presence, params.encoder);
   read_section(reader, "current_sensor", fields::kCurrentSensor, presence, params.current_sensor);
   read_section(reader, "slow_sensor", fields::kSlowSensor, presence, params.slow_sensor);
+  read_section(reader, "thermistor", fields::kThermistor, Presence::kOptional, params.slow_sensor);
   read_section(reader, "control", fields::kControl, presence, params.control);
   if (reader.has("encoder")) check_direction(reader, params.encoder);
   if (reader.has("mechanics")) check_friction(reader, params.mechanics);

@@ -143,6 +143,10 @@ inline const Field<Sl> kSlowSensor[] = {
     {"v_noise_V", &Sl::v_noise, 1, 0, 5},
     {"temp_lsb_K", &Sl::temp_lsb, 1, 1e-3, 10},
 };
+/// Of the motor's temperature; a motor file without it has one that sees the winding alone.
+inline const Field<Sl> kThermistor[] = {
+    {"board_share", &Sl::board_share, 1, 0, 1},
+};
 
 using Co = model::ControlParams;
 inline const Field<Co> kControl[] = {

@@ -125,6 +125,8 @@ struct ServoConfig {
   // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
   // whatever the drive makes of them. Drawn from seed and ID when absent.
   std::optional<double> boot_angle_deg;
+  // Of all of the drive at power-up; that of the air when absent.
+  std::optional<double> boot_temperature_C;
   // The zero that the boot angle counts from: the shaft stays where it is when a host moves the
   // zero in ROM. That of `rom` when absent.
   std::optional<std::uint16_t> boot_offset;

@@ -11,8 +11,10 @@
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
+#include "emulator/core/servo/registers.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/ground/text.hpp"
+#include "emulator/margins/loop_margins.hpp"
 #include "protocol/command_info.hpp"
 #include "protocol/commands.hpp"
 #include "protocol/field_values.hpp"
@@ -138,6 +140,20 @@ std::array<std::size_t, kColumns.size()> widths_of(const std::vector<Row>& rows)
   return widths;
 }
 
+/// "the position loop rings …", where one does; that of the speed is inside the other.
+void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
+  const model::ControlSettings settings = control_settings(servo.rom);
+  for (const Loop loop : {Loop::kSpeed, Loop::kPosition}) {
+    const Margins m = loop_margins(servo.profile.drive, settings, loop);
+    if (!rings(m)) continue;
+    all.push_back(
+        fmt::format("the {} loop rings with these gains and this load: margins of {:.1f} "
+                    "dB and {:.0f} degrees",
+                    loop == Loop::kSpeed ? "speed" : "position", m.gain_dB, m.phase_deg));
+    return;
+  }
+}
+
 /// What runs all right and is rarely meant.
 std::vector<std::string> doubts(const ServoConfig& servo) {
   std::vector<std::string> all;
@@ -161,6 +177,7 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
   }
+  add_ringing(servo, all);
   return all;
 }
 

@@ -14,18 +14,25 @@ namespace {
 
 /// Inside this distance of its target the angle integrator works: it trims, it does not travel.
 constexpr double kTrimAngle = 0.02;  // rad, assumed
+/// Bits of the encoder field of the replies, from which the reported speed is made (assumed: a real
+/// drive at rest reports speeds in steps of about 5 °/s, 360°/65536 in a millisecond).
+constexpr int kShownBits = 16;
 /// Slower than this the sign of the estimated speed is noise, and nothing is called braking.
 constexpr double kRampSpeed = 0.5;  // rad/s, assumed
 
-/// Second-order observer (PLL) on the quantised encoder: natural frequency from the profile,
-/// damping 1.
+/// Speed and angle from the counts (docs/model.md §11): the difference of two readings, low-passed,
+/// for the loops; for the replies how far the encoder went, in whole counts of the reply, within
+/// the last window.
 void observe(const MotionParams& p, double encoder_counts, MotionState& s) {
-  s.counts_hat += p.T_m * s.omega_hat * p.counts_per_rad;
-  // The middle of the count is the best guess of where in it the shaft stands.
-  const double error = encoder_counts + 0.5 - s.counts_hat;
-  s.counts_hat += p.observer_k1 * error;
-  s.omega_hat += p.observer_k2 * error * p.rad_per_count;
-  s.omega_report += p.report_share * (s.omega_hat - s.omega_report);
+  const double difference = (encoder_counts - s.counts_before) * p.rad_s_per_count;
+  s.omega_hat += p.estimator_share * (difference - s.omega_hat);
+  s.counts_before = encoder_counts;
+  if (++s.periods_in_window >= p.window_periods) {
+    const double shown = floored(encoder_counts * p.shown_per_count);
+    s.omega_report = (shown - s.shown_before) * p.rad_s_per_shown;
+    s.shown_before = shown;
+    s.periods_in_window = 0;
+  }
 }
 
 /// Of the current limit, in voltage mode of the voltage, what leads the rotor: enough for friction
@@ -215,10 +222,11 @@ MotionParams motion_params(const DriveParams& drive, const ControlSettings& sett
   p.angle_ki = c.angle_ki_per_byte * bytes.angle_ki;
   p.speed_kp = kp_at_reference * bytes.speed_kp / c.ref_speed_kp_byte;
   p.speed_ki = kp_at_reference * c.speed_integral_rate * bytes.speed_ki / c.ref_speed_ki_byte;
-  const double x = c.estimator_bandwidth * p.T_m;
-  p.observer_k1 = 2.0 * x;
-  p.observer_k2 = c.estimator_bandwidth * x;
-  p.report_share = std::min(1.0, c.report_bandwidth * p.T_m);
+  p.rad_s_per_count = p.rad_per_count / p.T_m;
+  p.estimator_share = c.estimator_bandwidth * p.T_m / (1.0 + c.estimator_bandwidth * p.T_m);
+  p.window_periods = static_cast<int>(std::max(1.0, nearest(1.0 / (c.report_bandwidth * p.T_m))));
+  p.shown_per_count = 1.0 / static_cast<double>(1 << std::max(drive.encoder.bits - kShownBits, 0));
+  p.rad_s_per_shown = p.rad_s_per_count / (p.shown_per_count * p.window_periods);
   p.i_q_max = settings.i_q_max;
   p.omega_max = settings.omega_max;
   p.accel_max = settings.accel_max;
@@ -241,10 +249,15 @@ bool near_limit(const MotionParams& p, const MotionState& s, double v_bus, doubl
   return std::abs(v_q) > kMost * p.power_max * p.modulation * v_bus;
 }
 
-MotionState motion_state_at(double encoder_counts) {
+MotionState motion_state_at(const MotionParams& p, double encoder_counts) {
   MotionState s;
-  s.counts_hat = encoder_counts + 0.5;
+  encoder_leapt(p, encoder_counts, s);
   return s;
+}
+
+void encoder_leapt(const MotionParams& p, double encoder_counts, MotionState& s) {
+  s.counts_before = encoder_counts;
+  s.shown_before = floored(encoder_counts * p.shown_per_count);
 }
 
 void setpoint_changed(const MotionParams& p, const Setpoint& before, const Setpoint& after,

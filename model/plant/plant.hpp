@@ -166,12 +166,13 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
   if constexpr (parts.faults) {
     step.p_inverter += v_mean * i_short;
   }
-  const Temperatures<Real> heat =
-      thermal(p, {s.temp_winding, s.temp_housing, s.temp_stage}, p_copper, step.p_inverter);
+  const Real p_board = step.p_inverter + v_mean * i_logic;
+  const Temperatures<Real> heat = thermal<Real>(p, {s.temp_winding, s.temp_housing, s.temp_stage},
+                                                {p_copper, mech.p_friction + mech.p_gear, p_board});
 
   s.p_supply += v_mean * dc.i_source;
   s.p_copper += p_copper;
-  s.p_inverter += step.p_inverter + v_mean * i_logic;
+  s.p_inverter += p_board;
   s.p_friction += mech.p_friction;
   s.p_gear += mech.p_gear;
   s.p_load += mech.p_load;

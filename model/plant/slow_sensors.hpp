@@ -7,33 +7,35 @@
 #include "model/drive_params.hpp"
 #include "model/faults.hpp"
 #include "model/noise.hpp"
+#include "model/plant/thermal.hpp"
 #include "model/rounding.hpp"
 
 namespace lk::model {
 
 struct SlowMeasurement {
   double v_bus = 0;        // V
-  double temp_motor = 0;   // °C, at the winding
+  double temp_motor = 0;   // °C, at the winding, from the board
   double temp_driver = 0;  // °C, at the power stage
 };
 
 /// The converters, with the inverses of their steps.
 struct SlowSensors {
-  double v_noise, v_lsb, inv_v_lsb, temp_lsb, inv_temp_lsb;
+  double v_noise, v_lsb, inv_v_lsb, temp_lsb, inv_temp_lsb, board_share;
 };
 
 inline SlowSensors slow_sensors(const SlowSensorParams& p) {
-  return {p.v_noise, p.v_lsb, 1.0 / p.v_lsb, p.temp_lsb, 1.0 / p.temp_lsb};
+  return {p.v_noise, p.v_lsb, 1.0 / p.v_lsb, p.temp_lsb, 1.0 / p.temp_lsb, p.board_share};
 }
 
-inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link, double temp_winding,
-                                      double temp_stage, std::uint64_t& noise) {
+inline SlowMeasurement measure_slowly(const SlowSensors& p, double v_link,
+                                      const Temperatures<double>& temp, std::uint64_t& noise) {
   // The converter has no negative end: noise around an empty link must not become a negative
   // voltage.
   const double v_seen = max(v_link + p.v_noise * normal_deviate(noise), 0.0);
+  const double temp_motor = temp.winding + p.board_share * (temp.stage - temp.housing);
   return {nearest(v_seen * p.inv_v_lsb) * p.v_lsb,
-          nearest(temp_winding * p.inv_temp_lsb) * p.temp_lsb,
-          nearest(temp_stage * p.inv_temp_lsb) * p.temp_lsb};
+          nearest(temp_motor * p.inv_temp_lsb) * p.temp_lsb,
+          nearest(temp.stage * p.inv_temp_lsb) * p.temp_lsb};
 }
 
 /// Some of `faults` is about these sensors.

@@ -1,6 +1,7 @@
 #pragma once
 
-/// @file Heat: winding → housing → ambient, and the power stage → ambient (docs/model.md §6).
+/// @file Heat: winding → housing → ambient, and the board with the power stage → ambient
+/// (docs/model.md §6).
 
 #include "model/plant/plant_params.hpp"
 
@@ -11,18 +12,27 @@ struct Temperatures {
   Real winding, housing, stage;  // °C
 };
 
+/// What each is given, W.
+template <class Real>
+struct Heat {
+  Real winding, housing, stage;
+};
+
+/// °C. No housing gets warmer: what friction can be made to give beyond has burnt it (assumed).
+inline constexpr double kHottestHousing = 300.0;
+
 inline namespace LKEMU_ISA {
 
 /// One explicit Euler step; the fastest time constant is seconds, the period tens of microseconds.
 template <class Real>
 inline Temperatures<Real> thermal(const PlantParams<Real>& p, const Temperatures<Real>& t,
-                                  const Real& p_copper, const Real& p_inverter) {
+                                  const Heat<Real>& given) {
   const Real to_housing = (t.winding - t.housing) * p.g_winding_housing;
   const Real to_ambient = (t.housing - p.temp_ambient) * p.g_housing_ambient;
   const Real from_stage = (t.stage - p.temp_ambient) * p.g_stage_ambient;
-  return {t.winding + (p_copper - to_housing) * p.heat_winding,
-          t.housing + (to_housing - to_ambient) * p.heat_housing,
-          t.stage + (p_inverter - from_stage) * p.heat_stage};
+  const Real housing = t.housing + (given.housing + to_housing - to_ambient) * p.heat_housing;
+  return {t.winding + (given.winding - to_housing) * p.heat_winding,
+          min(housing, Real(kHottestHousing)), t.stage + (given.stage - from_stage) * p.heat_stage};
 }
 
 }  // namespace LKEMU_ISA

@@ -15,7 +15,7 @@ Move reference_move(double distance, double omega_max, double accel) {
   ControlSettings settings = unlimited();
   settings.accel_max = accel;
   const MotionParams p = motion_params(d, settings);
-  MotionState s = motion_state_at(0.0);
+  MotionState s = motion_state_at(p, 0.0);
   CurrentOrders<double> orders;
   const Position setpoint{distance, omega_max};
   setpoint_changed(p, Idle{}, setpoint, 0.0, s);
@@ -84,7 +84,7 @@ TEST(Trapezoid, ShaftArrivesWithIt) {
 /// A shaft that follows its reference, so that nothing but the profile moves it.
 struct Followed {
   MotionParams p;
-  MotionState s = motion_state_at(0.0);
+  MotionState s = motion_state_at(p, 0.0);
   double steepest = 0;  // rad/s²
 
   void run(const Setpoint& setpoint, double seconds) {

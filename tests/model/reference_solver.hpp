@@ -133,7 +133,8 @@ class ReferenceSolver {
     const double square = i_d * i_d + i_q * i_q;
     const double to_housing = (y[5] - y[6]) / h.R_winding_housing;
     dy[5] = (1.5 * R * square - to_housing) / h.C_winding;
-    dy[6] = (to_housing - (y[6] - h.temp_ambient) / h.R_housing_ambient) / h.C_housing;
+    dy[6] = (to_housing + m.B * omega * omega - (y[6] - h.temp_ambient) / h.R_housing_ambient) /
+            h.C_housing;
     const double p_stage = 1.5 * (p.inverter.R_on * square + drop_d * i_d + drop_q * i_q);
     dy[7] = (p_stage - (y[7] - h.temp_ambient) / h.R_stage_ambient) / h.C_stage;
   }

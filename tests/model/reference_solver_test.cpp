@@ -33,7 +33,7 @@ class Firmware {
         plant_(plant_params(drive)),
         motion_params_(motion_params(drive, settings)),
         loop_params_(current_loop_params(drive, settings)),
-        motion_(motion_state_at(0.0)) {}
+        motion_(motion_state_at(motion_params_, 0.0)) {}
 
   void command(const Setpoint& setpoint) {
     setpoint_changed(motion_params_, setpoint_, setpoint, loop_.encoder_counts, motion_);
@@ -42,7 +42,7 @@ class Firmware {
   /// One period: takes what the sensors see now, returns the duties that act in it.
   std::array<double, 3> step(const ReferenceState& s) {
     const double v_bus =
-        measure_slowly(slow_sensors(drive_.slow_sensor), s[4], s[5], s[7], noise_).v_bus;
+        measure_slowly(slow_sensors(drive_.slow_sensor), s[4], {s[5], s[6], s[7]}, noise_).v_bus;
     if (tick_++ % drive_.control.motion_divider == 0) {
       motion_loops(motion_params_, setpoint_, loop_.encoder_counts, v_bus, motion_, orders_);
     }

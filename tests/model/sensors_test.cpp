@@ -142,10 +142,18 @@ TEST(CurrentSensor, NoiseHasItsSpread) {
   EXPECT_NEAR(std::sqrt(square / kCount), 0.05, 0.05 * 5.0 * std::sqrt(1.7 / kCount) / 2.0);
 }
 
+TEST(SlowSensors, SeeTheMotorFromTheBoard) {
+  std::uint64_t noise = 1;
+  const SlowSensorParams p{.temp_lsb = 0.5, .board_share = 0.5};
+  // 60 °C and half of the 10 K that the board is warmer than the housing.
+  EXPECT_NEAR(measure_slowly(slow_sensors(p), 24.0, {60.0, 35.0, 45.0}, noise).temp_motor, 65.0,
+              1e-12);
+}
+
 TEST(SlowSensors, RoundVoltageAndTemperaturesToTheirSteps) {
   std::uint64_t noise = 1;
   const SlowSensorParams p{.v_lsb = 0.1, .v_noise = 0.0, .temp_lsb = 0.5};
-  const SlowMeasurement m = measure_slowly(slow_sensors(p), 23.96, 40.3, 61.74, noise);
+  const SlowMeasurement m = measure_slowly(slow_sensors(p), 23.96, {40.3, 30.0, 61.74}, noise);
   EXPECT_NEAR(m.v_bus, 24.0, 1e-12);
   EXPECT_NEAR(m.temp_motor, 40.5, 1e-12);
   EXPECT_NEAR(m.temp_driver, 61.5, 1e-12);

@@ -106,7 +106,7 @@ TEST(Heat, WindingOfAHeldHousingFollowsItsExponential) {
   const double power = 20.0;
   const auto periods = static_cast<int>(tau * p.f_s);
   for (int n = 0; n < periods; ++n) {
-    temp = thermal(p, temp, power, 0.0);
+    temp = thermal(p, temp, {power, 0.0, 0.0});
   }
   // After one time constant 63.2 % of 30 K. Euler's error: T/(2·τ) = 3.5e-7.
   EXPECT_NEAR(temp.winding, 25.0 + power * t.R_winding_housing * (1.0 - std::exp(-1.0)), 1e-4);
@@ -120,7 +120,7 @@ TEST(Heat, PowerStageHasItsOwnTimeConstant) {
   Temperatures<double> temp{25.0, 25.0, 25.0};
   const double tau = d.thermal.R_stage_ambient * d.thermal.C_stage;  // 225 s
   for (int n = 0; n < static_cast<int>(tau * p.f_s); ++n) {
-    temp = thermal(p, temp, 0.0, 2.0);
+    temp = thermal(p, temp, {0.0, 0.0, 2.0});
   }
   EXPECT_NEAR(temp.stage, 25.0 + 2.0 * d.thermal.R_stage_ambient * (1.0 - std::exp(-1.0)), 1e-4);
 }
@@ -133,9 +133,9 @@ TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
   const PlantParams<double> p = plant_params(d);
   Temperatures<double> temp{25.0, 25.0, 25.0};
   for (int n = 0; n < 20 * 32000; ++n) {  // 20 s, time constants below 0.7 s
-    temp = thermal(p, temp, 12.0, 1.0);
+    temp = thermal(p, temp, {12.0, 3.0, 1.0});
   }
-  EXPECT_NEAR(temp.housing, 40.0 + 12.0 * d.thermal.R_housing_ambient, 1e-6);
+  EXPECT_NEAR(temp.housing, 40.0 + (12.0 + 3.0) * d.thermal.R_housing_ambient, 1e-6);
   EXPECT_NEAR(temp.winding, temp.housing + 12.0 * d.thermal.R_winding_housing, 1e-6);
 }
 

@@ -177,7 +177,7 @@ class Bash(unittest.TestCase):
             (["--motor", "m"], motors),
             (["motors", "m"], motors),
             (["--bus", "vcan0", "--ids", "1-4", "--motor", "mf9"], {m for m in motors if m.startswith("mf9")}),
-            (["--motor", "MG4005"], {"MG4005-i10", "MG4005E-i10", "MG4005E-i10v3"}),
+            (["--motor", "MG4005"], {"MG4005-14P", "MG4005-i10", "MG4005E-i10", "MG4005E-i10v3"}),
             (["--config", "qu"], {"quadruped"}),
             (["--scenario", "jam"], {"jammed_joint"}),
             (["faults", "jam"], {f for f in faults if f.startswith("jam")}),

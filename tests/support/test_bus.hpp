@@ -32,6 +32,10 @@ inline emulator::ServoConfig servo_config(int id) {
   return config;
 }
 
+/// What one count of its 14-bit encoder is of the reported speed, in 27 periods of 8 kHz; rounded
+/// up.
+inline constexpr double kSpeedStep_dps = 7;
+
 // LSB of iq from v235 on, by series.
 inline constexpr double kMgLsb_A = 66.0 / 4096;
 inline constexpr double kMfLsb_A = 33.0 / 4096;

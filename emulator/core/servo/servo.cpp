@@ -48,7 +48,8 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
-          .theta_m = start_theta_m(config, start_deg)};
+          .theta_m = start_theta_m(config, start_deg),
+          .temp = config.boot_temperature_C};
 }
 
 Servo::Servo(const ServoConfig& config, const model::Telemetry& boot)

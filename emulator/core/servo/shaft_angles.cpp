@@ -43,11 +43,12 @@ ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
       sensor_(profile.drive.encoder) {
   const double span = encoder_turns(profile, quirks);
   counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);
+  const auto span_counts = std::llround(span * static_cast<double>(counts_));
   const double circle_turns = quirks.dialect.wide_single_turn ? span : 1.0;
   circle_counts_ = std::llround(circle_turns * static_cast<double>(counts_));
   circle_cdeg_ = static_cast<std::uint32_t>(std::llround(circle_turns * kTurn_cdeg));
   // Of what stands above. NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
-  wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? circle_counts_ : counts_;
+  wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? span_counts : counts_;
 }
 
 std::uint16_t ShaftAngles::raw(std::int64_t position) const {
@@ -86,12 +87,11 @@ double ShaftAngles::multi_turn_deg(double theta) const {
 
 void ShaftAngles::set_offset(std::uint16_t offset) {
   encoder_zero_ = std::llround(offset * counts_per_wire_lsb_);
-  single_zero_ = floor_mod(encoder_zero_, circle_counts_);
+  single_zero_ = encoder_zero_;
 }
 
 void ShaftAngles::forget_turns(std::int64_t position) {
-  const std::int64_t in_circle = floor_mod(position - single_zero_, circle_counts_);
-  const std::int64_t in_wrap = floor_mod(in_circle, wrap_counts_);
+  const std::int64_t in_wrap = floor_mod(position - single_zero_, wrap_counts_);
   // As the wire shows it: what is read as half of it is not the other end.
   const bool beyond_half = 2 * rounded_cdeg(in_wrap) > rounded_cdeg(wrap_counts_);
   const std::int64_t wrapped = beyond_half ? in_wrap - wrap_counts_ : in_wrap;
@@ -100,7 +100,7 @@ void ShaftAngles::forget_turns(std::int64_t position) {
 }
 
 void ShaftAngles::clear(std::int64_t position) {
-  single_zero_ = floor_mod(position, circle_counts_);
+  single_zero_ = position;
   set_multi_turn(position, 0);
 }
 

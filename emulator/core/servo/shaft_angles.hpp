@@ -53,8 +53,8 @@ class ShaftAngles {
 
   /// The encoder offset is in force from now on: the single-turn zero lies there.
   void set_offset(std::uint16_t offset);
-  /// The turn count is lost: the multi-turn angle continues from the single-turn angle, wrapped as
-  /// Quirks::boot_wrap says.
+  /// The turn count is lost: the multi-turn angle continues from where on the encoder's span the
+  /// shaft stands, counted from the single-turn zero and wrapped as Quirks::boot_wrap says.
   void forget_turns(std::int64_t position);
   /// The multi-turn angle is off by so many turns of the rotor from now on.
   void miscount_turns(int turns) { multi_zero_ -= turns * counts_; }

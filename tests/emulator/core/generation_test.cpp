@@ -278,6 +278,12 @@ TEST(Generation, SingleTurnAngleCoversTheOutputTurn) {
   EXPECT_NEAR(static_cast<double>(wrapped.multi_turn_cdeg()), 12000, 10);
   Host legacy(mg4005(Generation::kLegacy, 3599.0));
   EXPECT_EQ(legacy.ask("141#9400000000000000"), frame("141#9400000000003C8C"));  // 35900
+  // A real one, told 0xA4 1078.44° at power-up with 19631 of 65536 counts a turn of the output: it
+  // stays where it is.
+  Host log(mg4005(Generation::kLegacy, 1078.37));
+  EXPECT_EQ(protocol::get_le<std::uint16_t>(log.ask("141#9000000000000000").data, 4), 19631);
+  EXPECT_NEAR(static_cast<double>(log.multi_turn_cdeg()), 107844, 11);  // two counts
+  EXPECT_EQ(Host(mg4005(Generation::kLegacy, 3599.0)).multi_turn_cdeg(), -100);
   Host rotor(drive(Generation::kV236));
   EXPECT_EQ(rotor.ask("141#9400000000000000"), frame("141#9400000094110000"));
 }

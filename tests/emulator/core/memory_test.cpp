@@ -148,7 +148,7 @@ TEST(Memory, ASettingIsInForceAtOnceAndSurvivesWhenTheFlashIsDone) {
   EXPECT_FALSE(writes[0].rom.broadcast_mode);
   EXPECT_EQ(writes[0].wear[static_cast<std::size_t>(RomParameter::kMaxSpeed)], 1U);
   host.wait(500ms);
-  EXPECT_NEAR(host.state_2().speed_dps, 90.0, 3.0);
+  EXPECT_NEAR(host.state_2().speed_dps, 90.0, test::kSpeedStep_dps);
 
   wanted.max_speed_dps = 50;
   ASSERT_TRUE(host.bus.write_setting(1, RomParameter::kMaxSpeed, wanted));

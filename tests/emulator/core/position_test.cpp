@@ -259,6 +259,8 @@ TEST(Increments, StopKeepsTheBase) {
 TEST(ClearAngle, DropsPositionCommandsAndMovesBothZeros) {
   auto config = servo_config(1);
   config.quirks.dialect.clear_angle = protocol::ClearAngleMeaning::kImplemented;
+  // So that it rests where it is let go.
+  config.profile.drive.mechanics.tau_coulomb = config.profile.drive.mechanics.tau_static = 1e-3;
   Host host(config);
   host.ask(query(protocol::Position1{9000}));
   EXPECT_NEAR(rest_cdeg(host), 9000, kArrived_cdeg);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/profile.hpp"
 #include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
@@ -46,6 +47,28 @@ TEST(ConfigListing, NamesTheAdapterOfABus) {
   EXPECT_EQ(describe_run({bus}).substr(0, 22), "test: 1 Mbit/s, 1 driv");
   bus.adapter = find_adapter("ch348");
   EXPECT_EQ(describe_run({bus}).substr(0, 38), "test: 1 Mbit/s, adapter ch348, 1 drive");
+}
+
+/// A hip with a speed Kp of 250: against its gear it rings at 300 Hz.
+TEST(ConfigListing, SaysWhichLoopsRing) {
+  BusConfig bus = test::bus_config({1}, 1'000'000);
+  ServoConfig& servo = bus.servos[0];
+  servo.profile = test::profile("mg6010");
+  servo.rom = servo.profile.factory;
+  servo.profile.drive.load.J = 0.03;  // ten rotors
+  const std::string note = "note: test drive 1: the ";
+  EXPECT_EQ(describe_run({bus}).find(note), std::string::npos);
+  servo.rom.gains.speed_kp = 250;
+  EXPECT_NE(
+      describe_run({bus}).find(note + "speed loop rings with these gains and this load: margins"
+                                      " of -"),
+      std::string::npos)
+      << describe_run({bus});
+  // A load too heavy for the angle's gain: the speed alone would do.
+  servo.rom = servo.profile.factory;
+  servo.profile.drive.load.J = 0.3;
+  EXPECT_NE(describe_run({bus}).find(note + "position loop rings"), std::string::npos)
+      << describe_run({bus});
 }
 
 }  // namespace config_listing_test

@@ -110,19 +110,19 @@ TEST_P(Delivered, IsInvalidWhenItsFaultsHaveNoEffect) {
   EXPECT_NE(run(scenario).outcome, Outcome::kPassed);
 }
 
-/// An observer with a pole outside the unit circle (z² + z − 1 = 0 at a bandwidth of 1/T_m), which
-/// no file can ask for: switched off the shaft stands still, and yet the run says nothing about a
-/// motor.
+/// An estimator with its pole at −1.5 (1/(1 + x) at x = −5/3), which no file can ask for: the speed
+/// that the loops see swings to and fro without end.
 TEST(Verdict, IsInvalidWhenTheLoopsRunOutOfAllBounds) {
   Scenario scenario;
   scenario.robot = parse_config("[[bus]]\ninterface = \"a\"\n[[bus.drive]]\nid = 1\n", "a.toml", {},
                                 test::profile);
   scenario.duration = std::chrono::seconds(1);
   scenario.sends = {
-      {.at = std::chrono::milliseconds(60), .frame = test::frame("141#8000000000000000")}};
+      {.at = std::chrono::milliseconds(60), .frame = test::frame("141#A200000010270000")}};
   EXPECT_EQ(run(scenario).outcome, Outcome::kPassed);
   model::DriveParams& drive = scenario.robot[0].servos[0].profile.drive;
-  drive.control.estimator_bandwidth = drive.inverter.f_pwm / drive.control.motion_divider;
+  const double T_m = drive.control.motion_divider / drive.inverter.f_pwm;
+  drive.control.estimator_bandwidth = -5.0 / 3.0 / T_m;
   const Verdict verdict = run(scenario);
   EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
   ASSERT_EQ(verdict.invalid.size(), 1U);

@@ -60,7 +60,7 @@ TEST(FirmwareFaults, ADriveThatHangsTurnsOnAndHearsNothing) {
   EXPECT_EQ(evidence(host).first_effect_at, 300ms);
   EXPECT_EQ(evidence(host).first_on, "drive 1, 141#A200000000000000");
   host.wait(100ms);
-  EXPECT_NEAR(host.state_2().speed_dps, 180.0, 3.0);
+  EXPECT_NEAR(host.state_2().speed_dps, 180.0, test::kSpeedStep_dps);
 }
 
 TEST(FirmwareFaults, ADriveThatHangsMissesItsInput) {
@@ -360,7 +360,7 @@ TEST(MemoryFaults, ADriveForgetsItsLimits) {
     host.wait(500ms);
     return host.state_2().speed_dps;
   };
-  EXPECT_NEAR(speed_dps(), 90.0, 3.0);
+  EXPECT_NEAR(speed_dps(), 90.0, test::kSpeedStep_dps);
   inject(host, "forgets_limits");
   inject(host, "reset");
   EXPECT_EQ(evidence(host).first_effect_at, host.bus.time());
@@ -370,7 +370,7 @@ TEST(MemoryFaults, ADriveForgetsItsLimits) {
   EXPECT_GT(speed_dps(), 500.0);
   clear(host);
   inject(host, "reset");
-  EXPECT_NEAR(speed_dps(), 90.0, 3.0);
+  EXPECT_NEAR(speed_dps(), 90.0, test::kSpeedStep_dps);
 }
 
 TEST(MemoryFaults, WhoHasNothingToForgetForgetsNothing) {
