@@ -71,7 +71,7 @@ enum class Range : std::uint8_t {
   kIqCommand,     // ±Dialect::iq_command_limit_lsb
   kIqLimit,       // 0..Dialect::iq_command_limit_lsb
   kIqReply,       // ±2048
-  kOpenLoop,      // ±850 per mille
+  kOpenLoop,      // ±Dialect::open_loop_limit_permille
   kPowerReply,    // ±1000 per mille
   kTurn,          // 0..35999
   kCircle,        // 0..what 0x94 of the drive can read

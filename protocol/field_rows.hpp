@@ -228,7 +228,7 @@ inline constexpr auto kStoredSetting = joined(kStoredSettingId, rows(
     row(kStoredNumber, stored(StoredSettingId::kSerialRate, {.name = "setting_rs485_rate", .label = "Bit rate on RS-485", .key = "rs485_rate", .range = Range::kWords, .values = kSerialRates})),
     row(kStoredNumber, stored(StoredSettingId::kCanRate, {.name = "setting_can_rate", .label = "Bit rate on CAN", .key = "can_rate", .range = Range::kWords, .values = kCanRates})),
     row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_torque_current", .label = "Max Torque Current", .key = "max_current_A", .wire = Wire::kI16, .scale = Scale::kIqCommand, .when = kNotOnMs, .max = kMostTorque_lsb})),
-    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_power", .label = "Max Power", .key = "max_power_permille", .wire = Wire::kI16, .when = kOnMs, .max = kOpenLoopLimit_permille})),
+    row(kStoredNumber, stored(StoredSettingId::kMaxTorqueCurrent, {.name = "setting_max_power", .label = "Max Power", .key = "max_power_permille", .wire = Wire::kI16, .when = kOnMs, .max = kMostPower_permille})),
     row(kStoredNumber, stored(StoredSettingId::kMaxSpeed, {.name = "setting_max_speed", .label = "Max Speed", .key = "max_speed_dps", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = kMostSpeed_cdps})),
     row(kStoredNumber, stored(StoredSettingId::kMaxAngle, {.name = "setting_max_angle", .label = "Max Angle", .key = "max_angle_deg", .wire = Wire::kI32, .scale = Scale::kHundredth, .max = INT32_MAX})),
     row(kStoredNumber, stored(StoredSettingId::kCurrentRamp, {.name = "setting_current_ramp", .label = "Current ramp", .key = "current_ramp_A_s", .wire = Wire::kI16, .scale = Scale::kThousandth, .max = kMostCurrentRamp_mA_s})),

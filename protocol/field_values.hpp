@@ -56,7 +56,7 @@ constexpr RawRange raw_range(Range range, Wire wire, const WireFormat& format) {
     case Range::kIqReply:
       return {-kIqReplyLimit_lsb, kIqReplyLimit_lsb};
     case Range::kOpenLoop:
-      return {-kOpenLoopLimit_permille, kOpenLoopLimit_permille};
+      return {-format.dialect.open_loop_limit_permille, format.dialect.open_loop_limit_permille};
     case Range::kPowerReply:
       return {-kPowerReplyLimit_permille, kPowerReplyLimit_permille};
     case Range::kTurn:

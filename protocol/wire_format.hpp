@@ -57,15 +57,16 @@ struct Dialect {
   CurrentScale phase_current_scale = CurrentScale::kManual;
   std::uint32_t reply_id_base = kSingleDriveId;  // identifier of replies, less the ID
   // Of RS-485 only.
-  bool clear_turns_command = false;      // 0x93
-  bool zero_ram_command = true;          // 0x95
-  std::uint8_t zero_ram_len = 0;         // its LEN: 0, or 7
-  bool typed_encoder = false;            // 0x90 with a type and 32 bits
-  bool zero_answered = true;             // 0x19 has a reply
-  std::uint8_t product_info_bytes = 58;  // 0x12: 58, 42, or 0 for no reply
-  bool tool_commands = true;             // 0x10, 0x11, 0x14..0x17, 0x1F, 0x20, 0x48, 0x4A
-  bool restore_command = false;          // 0x89
-  bool lax_length = false;               // a LEN that is not the command's is answered
+  bool clear_turns_command = false;             // 0x93
+  bool zero_ram_command = true;                 // 0x95
+  std::uint8_t zero_ram_len = 0;                // its LEN: 0, or 7
+  bool typed_encoder = false;                   // 0x90 with a type and 32 bits
+  bool zero_answered = true;                    // 0x19 has a reply
+  std::int16_t open_loop_limit_permille = 850;  // range of 0xA0
+  std::uint8_t product_info_bytes = 58;         // 0x12: 58, 42, or 0 for no reply
+  bool tool_commands = true;                    // 0x10, 0x11, 0x14..0x17, 0x1F, 0x20, 0x48, 0x4A
+  bool restore_command = false;                 // 0x89
+  bool lax_length = false;                      // a LEN that is not the command's is answered
 
   friend bool operator==(const Dialect&, const Dialect&) = default;
 };
@@ -125,6 +126,7 @@ inline constexpr Dialect kM23Dialect{
     .multi_drive_more = true,
     .zero_ram_command = false,
     .zero_answered = false,
+    .open_loop_limit_permille = 1000,
     .product_info_bytes = 42,
 };
 inline constexpr Dialect kLateM23Dialect{
@@ -136,6 +138,7 @@ inline constexpr Dialect kLateM23Dialect{
     .iq_scale = CurrentScale::kSeries,
     .zero_ram_command = false,
     .zero_answered = false,
+    .open_loop_limit_permille = 1000,
     .product_info_bytes = 42,
 };
 inline constexpr Dialect kM35Dialect{
@@ -221,7 +224,7 @@ struct WireFormat {
 inline constexpr std::uint16_t kTurn_cdeg = 36000;
 inline constexpr std::int16_t kIqReplyLimit_lsb = 2048;
 inline constexpr std::int16_t kPowerReplyLimit_permille = 1000;  // MS
-inline constexpr std::int16_t kOpenLoopLimit_permille = 850;     // 0xA0 and Max Power
+inline constexpr std::int16_t kMostPower_permille = 850;         // Max Power
 
 /// Full scale is 2048: ±33 A on MG, ±16.5 A on the others. MS drives measure no current; what they
 /// are told of one (an iq limit) has no meaning there, but is a number all the same.

@@ -78,7 +78,7 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
     case Range::kMaxCurrent:
       return Against{&kParameter, number, 0,
                      static_cast<double>(drive.format.series == Series::kMs
-                                             ? protocol::kOpenLoopLimit_permille
+                                             ? protocol::kMostPower_permille
                                              : drive.format.dialect.iq_command_limit_lsb)};
     case Range::kSpeedSetting:  // 0.01 dps
       return Against{&kParameter, number, 100 * kMinSpeed_dps, 100 * kMaxSpeed_dps};
@@ -89,7 +89,7 @@ std::optional<Against> against(const protocol::Field& field, std::int64_t raw,
     case Range::kMaxTorque:
       return Against{
           &kParameter, number, 0,
-          static_cast<double>(drive.format.series == Series::kMs ? protocol::kOpenLoopLimit_permille
+          static_cast<double>(drive.format.series == Series::kMs ? protocol::kMostPower_permille
                                                                  : protocol::kMostTorque_lsb)};
     case Range::kBetween:
       return on_wire(kSettingRange, field, raw, drive);

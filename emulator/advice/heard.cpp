@@ -114,7 +114,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       endurance(config.flash.endurance),
       gear_ratio(config.profile.drive.mechanics.gear_ratio),
       rated_Nm(config.profile.rating.torque_rated_Nm),
-      address(bus_place(config.rom, config).id),
+      address(drive_place(config.rom, config).id),
       wear(config.wear) {
   look_at(config.rom);
 }

@@ -95,6 +95,10 @@ void read_serial_dialect(TableReader& reader, Dialect& dialect) {
   if (const auto len = read_either(reader, "zero_ram_len", 0, 7, "0 or 7")) {
     dialect.zero_ram_len = static_cast<std::uint8_t>(*len);
   }
+  if (const auto limit =
+          read_either(reader, "open_loop_limit_permille", 850, 1000, "850 or 1000")) {
+    dialect.open_loop_limit_permille = static_cast<std::int16_t>(*limit);
+  }
   if (const auto bytes = reader.integer("product_info_bytes", 0, 58)) {
     if (*bytes != 0 && *bytes != 42 && *bytes != 58) {
       reader.fail("product_info_bytes", "must be 0, 42 or 58");
@@ -166,6 +170,7 @@ class Printer {
     if (dialect.framing == protocol::Framing::kCan) return;
     for (const auto& field : kSerialSwitches) flag(field, dialect);
     say("zero_ram_len", std::to_string(dialect.zero_ram_len));
+    say("open_loop_limit_permille", std::to_string(dialect.open_loop_limit_permille));
     say("product_info_bytes", std::to_string(dialect.product_info_bytes));
     say("wrong_len", quoted(kWrongLengths[dialect.lax_length ? 1 : 0]));
   }

@@ -114,7 +114,7 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
 
 /// Where a drive is found, and from the next start on what is different then.
 Json place_json(const Servo& servo) {
-  const auto json = [](const BusPlace& place) {
+  const auto json = [](const DrivePlace& place) {
     constexpr const char* kBuses[] = {"none", "rs485", "can"};
     return Json{{"id", place.id},
                 {"bus_type", kBuses[static_cast<std::size_t>(place.bus)]},
@@ -123,9 +123,9 @@ Json place_json(const Servo& servo) {
   };
   Json place = json(servo.place());
   place["heard"] = servo.on_its_bus() && servo.at_its_rate();
-  place["saved"] = json(bus_place(servo.rom(), servo.config()));
+  place["saved"] = json(drive_place(servo.rom(), servo.config()));
   place["pending"] =
-      servo.has_pending() ? json(bus_place(servo.pending(), servo.config())) : Json(nullptr);
+      servo.has_pending() ? json(drive_place(servo.pending(), servo.config())) : Json(nullptr);
   return place;
 }
 
@@ -134,9 +134,9 @@ Json moved_json(const Line& line) {
   Json moved = Json::array();
   for (const ServoConfig& config : line.config().servos) {
     const Servo& servo = line.bus().servo(config.id);
-    const BusPlace wired = bus_place(Registers{}, config);
+    const DrivePlace wired = drive_place(Registers{}, config);
     const bool at_home =
-        servo.place() == wired && bus_place(servo.rom(), config) == wired && !servo.has_pending();
+        servo.place() == wired && drive_place(servo.rom(), config) == wired && !servo.has_pending();
     if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo)}});
   }
   return moved;

@@ -172,7 +172,7 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
-  const std::string place = place_note(bus_place(servo.rom, servo), servo);
+  const std::string place = place_note(drive_place(servo.rom, servo), servo);
   if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
@@ -228,7 +228,7 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
 
 }  // namespace
 
-std::string place_note(const BusPlace& place, const ServoConfig& servo) {
+std::string place_note(const DrivePlace& place, const ServoConfig& servo) {
   const bool serial = servo.quirks.dialect.framing == protocol::Framing::kSerial;
   if (!is_on_its_bus(place, servo)) {
     constexpr const char* kBuses[] = {"no bus", "RS-485", "CAN"};

@@ -104,7 +104,7 @@ bool SerialPort::rate_is_right() {
 }
 
 TerminalFlags SerialPort::host_flags() const {
-  return linked_.empty() || !is_up() ? TerminalFlags{} : flags_of(fd_.get());
+  return pty_ && is_up() ? flags_of(descriptor()) : TerminalFlags{};
 }
 
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {

@@ -220,6 +220,18 @@ TEST(SerialCodec, AWrongLengthIsTakenAsTheCommandHasIt) {
   EXPECT_EQ(refused("3E A2 01 06 E7 A0 8C 00 00 F4 01 21", kM35), Reject::kWrongLength);
 }
 
+/// The oldest manual goes further.
+TEST(SerialCodec, OpenLoopPowerIsHeldToWhatTheManualPrints) {
+  constexpr WireFormat kMs23 = wire_format(kM23Dialect, Series::kMs);
+  const auto power = [](const char* text, const WireFormat& format) {
+    const auto decoded = decode_query(packet(text), format);
+    return std::get<OpenLoop>(std::get<Query>(decoded).command).power_permille;
+  };
+  EXPECT_EQ(power("3E A0 01 02 E1 E8 03 EB", kMs23), 1000);
+  EXPECT_EQ(power("3E A0 01 02 E1 E8 03 EB", kMs35), 850);
+  EXPECT_EQ(power("3E A0 01 02 E1 18 FC 14", kMs23), -1000);
+}
+
 /// docs/rs485.md, the table of generations.
 TEST(SerialCodec, EachGenerationKnowsItsCommands) {
   struct Case {

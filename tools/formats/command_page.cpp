@@ -154,7 +154,7 @@ std::string range_text(const WireField& field) {
     case Range::kIqReply:
       return "±2048";
     case Range::kOpenLoop:
-      return "±850";
+      return "±850; oldest drives on RS-485: ±1000";
     case Range::kPowerReply:
       return "±1000";
     case Range::kTurn:

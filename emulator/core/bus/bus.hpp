@@ -103,7 +103,7 @@ class Bus {
   /// Whether the drive `id` answers commands for several drives, and those only. At any time.
   bool multi_drive_mode(int id) const { return nodes_.of(id).servo.multi_drive_mode(); }
   /// Where the drive `id` is found. At any time.
-  const BusPlace& place(int id) const { return nodes_.of(id).servo.place(); }
+  const DrivePlace& place(int id) const { return nodes_.of(id).servo.place(); }
   /// Changes when some drive comes to be found elsewhere.
   std::uint64_t moves() const { return nodes_.moves(); }
   // Of the drive `id`, which must be on the bus.

@@ -128,7 +128,7 @@ void set_parameter(Registers& registers, const protocol::Parameter& wanted,
     case ParameterId::kMaxTorqueCurrent:
       if (format.series == Series::kMs) {
         registers.max_power_permille =
-            std::min<std::int32_t>(number, protocol::kOpenLoopLimit_permille);
+            std::min<std::int32_t>(number, protocol::kMostPower_permille);
       } else {
         registers.max_torque_current_lsb =
             std::min<std::int32_t>(number, format.dialect.iq_command_limit_lsb);

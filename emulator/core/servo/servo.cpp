@@ -73,7 +73,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   motion_ = {};
   brake_powered_ = false;
   hung_ = OffHangs::kNo;
-  place_ = bus_place(ram_, config_);
+  place_ = drive_place(ram_, config_);
   touched_.reset();
   moves_ = false;
   calibration_.reset();

@@ -49,7 +49,7 @@ class Servo {
   /// Its name, whatever ID it answers at.
   int id() const { return config_.id; }
   /// Where it is found: the ID in force, the bus and the bit rates that it is set to.
-  const BusPlace& place() const { return place_; }
+  const DrivePlace& place() const { return place_; }
   int address() const { return place_.id; }
   bool on_its_bus() const { return is_on_its_bus(place_, config_); }
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
@@ -302,7 +302,7 @@ class Servo {
   std::uint32_t starts_ = 0;
   OffHangs hung_ = OffHangs::kNo;
   bool loses_next_ = false;  // motion command
-  BusPlace place_;           // in force
+  DrivePlace place_;         // in force
   Registers pending_;        // those of touched_ wait for 0x44
   std::bitset<kRomParameters> touched_;
   Registers next_place_;  // while moves_: in force after the reply

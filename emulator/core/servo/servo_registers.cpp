@@ -91,7 +91,7 @@ void Servo::write_setting(RomParameter parameter, const Registers& value, const 
   copy_parameter(parameter, value, wanted);
   write_rom({&parameter, 1}, wanted);
   copy_parameter(parameter, value, ram_);
-  place_ = bus_place(ram_, config_);
+  place_ = drive_place(ram_, config_);
   touched_.reset(static_cast<std::size_t>(parameter));
   if (parameter == RomParameter::kEncoderOffset) {
     angles_.set_offset(ram_.encoder_offset);

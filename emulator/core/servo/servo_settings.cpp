@@ -85,7 +85,7 @@ void Servo::move_to(const Registers& there) {
   moves_ = true;
   // With the old ID the reply leaves first: Bus::answer takes the move then.
   if (config_.quirks.id_change_reply == IdChangeReply::kNew)
-    place_ = bus_place(next_place_, config_);
+    place_ = drive_place(next_place_, config_);
 }
 
 bool Servo::take_move() {
@@ -94,7 +94,7 @@ bool Servo::take_move() {
                                RomParameter::kSerialRate, RomParameter::kCanRate}) {
     copy_parameter(parameter, next_place_, ram_);
   }
-  place_ = bus_place(ram_, config_);
+  place_ = drive_place(ram_, config_);
   return true;
 }
 
@@ -102,7 +102,7 @@ void Servo::change_id(int id) {
   rom_.driver_id = static_cast<std::uint8_t>(id);
   ++stats_.rom_writes;
   ram_.driver_id = rom_.driver_id;
-  place_ = bus_place(ram_, config_);
+  place_ = drive_place(ram_, config_);
 }
 
 Reply Servo::on(const protocol::Restart&, const Context&) {

@@ -54,12 +54,12 @@ BusType wired_to(const ServoConfig& config) {
 
 }  // namespace
 
-BusPlace bus_place(const Registers& registers, const ServoConfig& config) {
+DrivePlace drive_place(const Registers& registers, const ServoConfig& config) {
   const bool serial = wired_to(config) == BusType::kSerial;
   const auto or_wired = [](std::uint8_t setting, std::uint8_t wired) {
     return setting == kAsWired ? wired : setting;
   };
-  BusPlace place;
+  DrivePlace place;
   place.id = or_wired(registers.driver_id, static_cast<std::uint8_t>(config.id));
   if (place.id == 0) place.id = config.dip_id != 0 ? config.dip_id : config.id;
   place.bus = static_cast<BusType>(
@@ -69,11 +69,11 @@ BusPlace bus_place(const Registers& registers, const ServoConfig& config) {
   return place;
 }
 
-bool is_on_its_bus(const BusPlace& place, const ServoConfig& config) {
+bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config) {
   return place.bus == wired_to(config);
 }
 
-bool is_at_its_rate(const BusPlace& place, const ServoConfig& config) {
+bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config) {
   const bool serial = wired_to(config) == BusType::kSerial;
   return (serial ? place.serial_rate : place.can_rate) == config.rate_code;
 }
@@ -90,7 +90,7 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
   }
   setting.number = registers.*row.place;
   if (setting.number == kAsWired) {
-    const BusPlace place = bus_place(registers, config);
+    const DrivePlace place = drive_place(registers, config);
     // In the order of the first rows.
     const std::int32_t wired[] = {place.id, static_cast<std::int32_t>(place.bus), place.serial_rate,
                                   place.can_rate};

@@ -10,21 +10,21 @@
 namespace lk::emulator {
 
 /// Where a drive is found.
-struct BusPlace {
+struct DrivePlace {
   int id = 0;  // 1..32
   protocol::BusType bus = protocol::BusType::kCan;
   std::uint8_t serial_rate = 0;  // codes
   std::uint8_t can_rate = 0;
 
-  friend bool operator==(const BusPlace&, const BusPlace&) = default;
+  friend bool operator==(const DrivePlace&, const DrivePlace&) = default;
 };
 
 /// What the registers say of it, and where they do not, how the drive is wired.
-BusPlace bus_place(const Registers& registers, const ServoConfig& config);
+DrivePlace drive_place(const Registers& registers, const ServoConfig& config);
 
 /// Does the drive hear the bus that it is wired to, at the rate of that bus?
-bool is_on_its_bus(const BusPlace& place, const ServoConfig& config);
-bool is_at_its_rate(const BusPlace& place, const ServoConfig& config);
+bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config);
+bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config);
 
 /// The setting, one that there is, as the registers have it.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
