@@ -188,7 +188,7 @@ class Hosts(support.TestCase):
             self.assertEqual(heard, answers[KINDS[0].__name__], kind)
         # They move: the speed of motor 1 in state 2 is not always the same.
         speeds = {line[10:14] for line in answers[KINDS[0].__name__] if line.startswith("141#9C")}
-        self.assertGreater(len(speeds), 5)
+        self.assertGreater(len(speeds), 1)
 
     def test_two_programs_do_not_serve_one_place(self):
         for place in self.on_each_kind():

@@ -155,10 +155,15 @@ class RandomLife {
 
   emulator::Setting setting() {
     using emulator::RomParameter;
-    constexpr std::array kParameters{
-        RomParameter::kGains,       RomParameter::kAcceleration, RomParameter::kMaxTorqueCurrent,
-        RomParameter::kMaxPower,    RomParameter::kMaxSpeed,     RomParameter::kMaxAngle,
-        RomParameter::kCurrentRamp, RomParameter::kBroadcastMode};
+    constexpr std::array kParameters{RomParameter::kGains,
+                                     RomParameter::kAcceleration,
+                                     RomParameter::kMaxTorqueCurrent,
+                                     RomParameter::kMaxPower,
+                                     RomParameter::kMaxSpeed,
+                                     RomParameter::kMaxAngle,
+                                     RomParameter::kCurrentRamp,
+                                     RomParameter::kBroadcastMode,
+                                     RomParameter::kDriverId};  // it is told its own ID again
     emulator::Setting setting;
     setting.parameter = kParameters[static_cast<std::size_t>(below(kParameters.size()))];
     emulator::Registers& value = setting.value;
@@ -186,6 +191,7 @@ class RandomLife {
           below(static_cast<unsigned>(parameter.choices.size())));
     }
     if (!parameter.required && one_in(4)) return parameter.fallback;
+    if (parameter.word == "new_id") return 1.0 + below(static_cast<unsigned>(drives_));
     // While what hosts have written waits in their adapter, nobody says anything.
     if (parameter.word == "stall_ms") return between(parameter.min, 20);
     if (parameter.word == "tx_us" || parameter.word == "tail_us") return between(0, 20'000);
