@@ -46,8 +46,8 @@ struct KnownDrive {
   RomWear wear{};
   std::uint64_t refused_motion = 0;
   std::uint32_t starts = 1;
-  bool calibrating = false;  // 0x18 turns the shaft
-  double torque_Nm = 0;      // of the motor, at the output
+  bool calibrating = false;         // 0x18 turns the shaft
+  double torque_Nm = 0;             // of the motor, at the output
   bool clear_reply_before = false;  // its reply to 0x9B shows the errors from before
 
   /// There is a query that it answers: in multi-drive mode only those for several are.

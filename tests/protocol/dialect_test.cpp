@@ -74,7 +74,8 @@ TEST(Dialect, EachKnowsItsIdentifiersForSeveral) {
       for (std::uint32_t id = 0x200; id < 0x300; ++id) {
         Frame query;
         query.id = id;
-        const bool newest = preset.name.starts_with("v236") && (id == 0x281 || id == 0x282 || id == 0x288);
+        const bool newest =
+            preset.name.starts_with("v236") && (id == 0x281 || id == 0x282 || id == 0x288);
         const bool torque = id == 0x280 && series != Series::kMs;
         const auto result = decode_query(query, wire_format(preset.dialect, series));
         EXPECT_EQ(std::holds_alternative<Query>(result), newest || torque) << id;

@@ -238,17 +238,16 @@ TEST(SerialCodec, EachGenerationKnowsItsCommands) {
     int opcode;
     bool m23, m35, m36, m36b;
   };
-  const Case cases[] = {
-      {0x30, true, false, false, false},  {0x34, true, false, false, false},
-      {0x37, true, false, false, false},  {0x38, true, false, false, false},
-      {0x91, true, false, false, false},  {0x40, false, true, false, false},
-      {0x42, false, true, false, false},  {0x44, false, true, false, false},
-      {0xC0, false, false, true, true},   {0xC1, false, false, true, true},
-      {0x93, false, true, false, false},  {0x95, false, true, true, true},
-      {0x8C, false, true, true, true},    {0x12, true, true, true, true},
-      {0x9A, true, true, true, true},     {0x07, false, false, false, true},
-      {0x18, false, false, false, true},  {0x89, false, false, false, false},
-      {0xBB, false, false, false, false}};
+  const Case cases[] = {{0x30, true, false, false, false}, {0x34, true, false, false, false},
+                        {0x37, true, false, false, false}, {0x38, true, false, false, false},
+                        {0x91, true, false, false, false}, {0x40, false, true, false, false},
+                        {0x42, false, true, false, false}, {0x44, false, true, false, false},
+                        {0xC0, false, false, true, true},  {0xC1, false, false, true, true},
+                        {0x93, false, true, false, false}, {0x95, false, true, true, true},
+                        {0x8C, false, true, true, true},   {0x12, true, true, true, true},
+                        {0x9A, true, true, true, true},    {0x07, false, false, false, true},
+                        {0x18, false, false, false, true}, {0x89, false, false, false, false},
+                        {0xBB, false, false, false, false}};
   for (const Case& one : cases) {
     const auto opcode = static_cast<Opcode>(one.opcode);
     EXPECT_EQ(answers(kM23, opcode), one.m23) << one.opcode;

@@ -49,10 +49,10 @@ struct DecodeApp {
   DecodeApp() {
     app.footer(kDecodeFooter);
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
-    app.add_option(
-           "--generation", generation,
-           "firmware of the drives: legacy (default), late-legacy, v235, v236, v236b, or seen: what "
-           "drives of the motor were seen to speak")
+    app.add_option("--generation", generation,
+                   "firmware of the drives: legacy (default), late-legacy, v235, v236, v236b, or "
+                   "seen: what "
+                   "drives of the motor were seen to speak")
         ->type_name("GENERATION");
     app.add_option("--motor", motor,
                    std::string("motor of the drives, a name or a file, for the scales (default ") +

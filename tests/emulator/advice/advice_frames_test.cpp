@@ -185,8 +185,9 @@ TEST(AdviceGeneration, IsToldForEachCause) {
   EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
             "0x95 with the angle 90°: this drive ignores it, only v236 sets its angle so");
   EXPECT_EQ(host.adviser.given()[0].count, 1U);
-  EXPECT_EQ(what_text(host.adviser.given()[1], Language::kEnglish),
-            "0x8C, brake: no answer, this drive does not have the command; it is one of v236, v236b");
+  EXPECT_EQ(
+      what_text(host.adviser.given()[1], Language::kEnglish),
+      "0x8C, brake: no answer, this drive does not have the command; it is one of v236, v236b");
   EXPECT_EQ(host.adviser.given()[1].count, 3U);
 }
 

@@ -140,8 +140,7 @@ TEST(ConfigGeneration, WhatIsBesideItIsSaidAsAFileSaysIt) {
              "pid_commands = true", "offset_command = true", "open_loop_command = false",
              "speed_iq_limit = false", "brake_command = false", "parameter_commands = false",
              "multi_drive_more = false", "all_error_bits = false", "max_torque_commands = true",
-             "clear_angle = \"ignored\"",
-             "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
+             "clear_angle = \"ignored\"", "iq_command_limit_lsb = 2000", "iq_scale = \"manual\"",
              "phase_current_scale = \"manual\"", "run_resumes = true", "off_needs_run = false"}));
   EXPECT_EQ(
       switches_beside(Generation::kLegacy, quirks_of(Generation::kLateLegacy)),

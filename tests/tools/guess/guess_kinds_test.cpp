@@ -63,8 +63,19 @@ void poll(Logged& log, SimTime most, const std::function<bool()>& wanted) {
 /// Says everything that tells something, often enough, with answers around it.
 void interview(Logged& log) {
   for (int round = 0; round < 3; ++round) {
-    ask(log, {"9C", "9A", "94", "9C", "30", "33", "9C", "C00A", "9C", "37", "9C", "40050A", "9C", "8C10", "9C",
-              "9D", "9C", "9B", "A7", "A8", "9C", "A1", "9C",   "A0", "9C",   "3100646432283232",
+    ask(log, {"9C", "9A",
+              "94", "9C",
+              "30", "33",
+              "9C", "C00A",
+              "9C", "37",
+              "9C", "40050A",
+              "9C", "8C10",
+              "9C", "9D",
+              "9C", "9B",
+              "A7", "A8",
+              "9C", "A1",
+              "9C", "A0",
+              "9C", "3100646432283232",
               "9C"});
     log.send("141#9100000000000000", 20ms);
     ask(log, {"9C"});
