@@ -55,20 +55,20 @@ void ClientSet::watch(int fd) {
 
 void ClientSet::ignore(int fd) { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr); }
 
-void ClientSet::add(Descriptor fd, std::string who, std::unique_ptr<Conversation> conversation) {
+void ClientSet::add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
   Client client;
   client.fd = fd.get();
   client.own = std::move(fd);
   client.who = std::move(who);
-  client.conversation = std::move(conversation);
+  client.protocol = std::move(protocol);
   add(std::move(client));
 }
 
-void ClientSet::add_lent(int fd, std::string who, std::unique_ptr<Conversation> conversation) {
+void ClientSet::add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol) {
   Client client;
   client.fd = fd;
   client.who = std::move(who);
-  client.conversation = std::move(conversation);
+  client.protocol = std::move(protocol);
   add(std::move(client));
 }
 
@@ -80,7 +80,7 @@ void ClientSet::add(Client client) {
     return;
   }
   spdlog::debug("{}: {} has come", name_, client.who);
-  client.unsent = client.conversation->greeting();
+  client.unsent = client.protocol->greeting();
   Client& there = clients_.emplace(client.number, std::move(client)).first->second;
   if (!flush(there)) clients_.erase(there.number);
 }
@@ -123,7 +123,7 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   client.unheard = true;
   const auto now = wall_now();
   heard_ = {};
-  client.conversation->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
+  client.protocol->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
   for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
   stats_.malformed += heard_.malformed;
   if (!heard_.trouble.empty() && !std::exchange(client.troubled, true)) {
@@ -137,15 +137,15 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
 void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
   const auto now = wall_now();
   heard_.frames.clear();
-  client.conversation->take_due(now, heard_.frames);
+  client.protocol->take_due(now, heard_.frames);
   for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
   set_alarm();
 }
 
 void ClientSet::set_alarm() {
-  std::optional<Conversation::Time> first;
+  std::optional<ClientProtocol::Time> first;
   for (const auto& [number, client] : clients_) {
-    const auto due = client.conversation->next_due();
+    const auto due = client.protocol->next_due();
     if (due && (!first || *due < *first)) first = due;
   }
   if (first == std::exchange(alarm_at_, first)) return;
@@ -174,7 +174,7 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
   const auto now = wall_now();
   for (const protocol::Frame& frame : frames) {
     shown_.clear();
-    client.conversation->show(frame, now, shown_);
+    client.protocol->show(frame, now, shown_);
     put(client, shown_);
   }
   // One that has gone is found out by reading.
@@ -189,7 +189,7 @@ void ClientSet::put(Client& client, std::string_view bytes) {
     return;
   }
   ++stats_.lost_unread;
-  client.conversation->note_loss();
+  client.protocol->note_loss();
   if (!std::exchange(client.loses, true)) {
     spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.who);
   }

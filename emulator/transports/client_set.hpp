@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "emulator/files/durable_file.hpp"
-#include "emulator/transports/conversation.hpp"
+#include "emulator/transports/client_protocol.hpp"
 #include "emulator/transports/port.hpp"
 
 namespace lk::emulator {
 
-/// The clients of a port, each a descriptor and a conversation. None can block the others or grow
+/// The clients of a port, each a descriptor and a protocol. None can block the others or grow
 /// without bound: one that does not read loses frames.
 class ClientSet {
  public:
@@ -32,9 +32,9 @@ class ClientSet {
   void ignore(int fd);
 
   /// It is closed with the client.
-  void add(Descriptor fd, std::string who, std::unique_ptr<Conversation> conversation);
+  void add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
   /// A descriptor that somebody else closes.
-  void add_lent(int fd, std::string who, std::unique_ptr<Conversation> conversation);
+  void add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
   std::size_t size() const { return clients_.size(); }
 
   struct Collected {
@@ -58,7 +58,7 @@ class ClientSet {
     Descriptor own;
     int fd = -1;
     std::string who;
-    std::unique_ptr<Conversation> conversation;
+    std::unique_ptr<ClientProtocol> protocol;
     std::string unsent;
     bool unheard = false;   // bytes of it that its kernel has not been told of
     bool waits = false;     // for room to send
@@ -80,14 +80,14 @@ class ClientSet {
 
   std::string name_;
   Descriptor epoll_;
-  Descriptor alarm_;  // for what conversations have due
-  std::optional<Conversation::Time> alarm_at_;
+  Descriptor alarm_;  // for what protocols have due
+  std::optional<ClientProtocol::Time> alarm_at_;
   Clients clients_;  // by number, which is their sender's
   std::uint32_t last_number_ = 0;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;
   std::string shown_;
-  Heard heard_;
+  FromClient heard_;
 };
 
 }  // namespace lk::emulator

@@ -72,7 +72,7 @@ std::string slcan_frame(const Frame& frame) {
   return line;
 }
 
-void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, Heard& heard) {
+void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& heard) {
   const auto refuse = [&] {
     ++heard.malformed;
     heard.answer += kBell;
@@ -89,7 +89,7 @@ void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, Heard& heard
       refuse);
 }
 
-std::optional<std::string> Slcan::answer(std::string_view line, Heard& heard) {
+std::optional<std::string> Slcan::answer(std::string_view line, FromClient& heard) {
   while (line.starts_with('\n')) line.remove_prefix(1);  // of a terminal
   if (line.empty()) return kOk;
   switch (line.front()) {
@@ -123,7 +123,7 @@ std::optional<std::string> Slcan::answer(std::string_view line, Heard& heard) {
   return std::nullopt;
 }
 
-std::optional<std::string> Slcan::send(std::string_view line, Heard& heard) {
+std::optional<std::string> Slcan::send(std::string_view line, FromClient& heard) {
   const auto frame = parse_slcan_frame(line);
   if (!frame || !open_ || listens_only_) return std::nullopt;
   if (!wrong_rate()) heard.frames.push_back(*frame);
@@ -138,7 +138,7 @@ std::optional<std::string> Slcan::open(std::string_view line) {
 }
 
 /// What may be said only while the channel is closed.
-std::optional<std::string> Slcan::set_up(std::string_view line, Heard& heard) {
+std::optional<std::string> Slcan::set_up(std::string_view line, FromClient& heard) {
   if (open_) return std::nullopt;
   const std::string_view rest = line.substr(1);
   if (line.front() == 'S') return set_rate(rest, heard);
@@ -153,7 +153,7 @@ std::optional<std::string> Slcan::set_up(std::string_view line, Heard& heard) {
   return kOk;
 }
 
-std::optional<std::string> Slcan::set_rate(std::string_view digit, Heard& heard) {
+std::optional<std::string> Slcan::set_rate(std::string_view digit, FromClient& heard) {
   if (digit.size() != 1 || digit.front() < '0' || digit.front() > '8') return std::nullopt;
   rate_ = kRates[static_cast<std::size_t>(digit.front() - '0')];
   if (wrong_rate()) {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "emulator/transports/conversation.hpp"
+#include "emulator/transports/client_protocol.hpp"
 
 namespace lk::emulator {
 
@@ -17,12 +17,12 @@ std::optional<protocol::Frame> parse_slcan_frame(std::string_view line);
 std::string slcan_frame(const protocol::Frame& frame);
 
 /// The adapter of one client.
-class Slcan final : public Conversation {
+class Slcan final : public ClientProtocol {
  public:
   /// `bitrate` of the bus; 0: whatever the client sets.
   explicit Slcan(std::int64_t bitrate) : bitrate_(bitrate) {}
 
-  void take(std::span<const std::uint8_t> bytes, Time now, Heard& heard) override;
+  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
   void show(const protocol::Frame& frame, Time now, std::string& out) override;
   void note_loss() override { flags_ |= kOverrun; }
 
@@ -33,10 +33,10 @@ class Slcan final : public Conversation {
   static constexpr std::size_t kLongestLine = 26;  // T, an identifier, a length, eight bytes
 
   /// What a line is answered; nothing: it makes no sense, or not now.
-  std::optional<std::string> answer(std::string_view line, Heard& heard);
-  std::optional<std::string> send(std::string_view line, Heard& heard);
-  std::optional<std::string> set_rate(std::string_view digit, Heard& heard);
-  std::optional<std::string> set_up(std::string_view line, Heard& heard);
+  std::optional<std::string> answer(std::string_view line, FromClient& heard);
+  std::optional<std::string> send(std::string_view line, FromClient& heard);
+  std::optional<std::string> set_rate(std::string_view digit, FromClient& heard);
+  std::optional<std::string> set_up(std::string_view line, FromClient& heard);
   std::optional<std::string> open(std::string_view line);
   bool accepts(const protocol::Frame& frame) const;
   /// Bits of another length: nobody understands anybody.

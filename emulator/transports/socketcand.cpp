@@ -63,7 +63,7 @@ std::optional<Frame> read_frame(std::span<const std::string_view> words) {
 }
 
 /// "1 500000": seconds and microseconds.
-std::optional<Conversation::Time> read_time(std::string_view seconds, std::string_view us) {
+std::optional<ClientProtocol::Time> read_time(std::string_view seconds, std::string_view us) {
   constexpr std::uint32_t kLongest_s = 1'000'000;
   const auto whole = number_of(seconds, 10, kLongest_s);
   const auto part = number_of(us, 10, 999'999);
@@ -77,7 +77,7 @@ std::string id_text(const Frame& frame) {
 
 }  // namespace
 
-void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, Heard& heard) {
+void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) {
   const auto refuse = [&] {
     ++heard.malformed;
     heard.answer += kUnknown;
@@ -92,7 +92,7 @@ void Socketcand::take(std::span<const std::uint8_t> bytes, Time now, Heard& hear
       refuse);
 }
 
-bool Socketcand::obey(std::string_view text, Time now, Heard& heard) {
+bool Socketcand::obey(std::string_view text, Time now, FromClient& heard) {
   const Words words = words_of(text);
   if (words.empty() || words.size() > kMostWords) return false;
   const std::string_view word = words.front();
@@ -116,7 +116,7 @@ bool Socketcand::obey(std::string_view text, Time now, Heard& heard) {
   return false;
 }
 
-bool Socketcand::change_mode(std::string_view word, Heard& heard) {
+bool Socketcand::change_mode(std::string_view word, FromClient& heard) {
   if (word != "rawmode" && word != "bcmmode") return false;
   mode_ = word == "rawmode" ? Mode::kRaw : Mode::kBroadcastManager;
   jobs_.clear();  // they go with the mode
@@ -125,7 +125,7 @@ bool Socketcand::change_mode(std::string_view word, Heard& heard) {
   return true;
 }
 
-bool Socketcand::send(const Words& words, Heard& heard) {
+bool Socketcand::send(const Words& words, FromClient& heard) {
   if (words.front() == "send") {
     const auto frame = read_frame(std::span(words).subspan(1));
     if (frame) heard.frames.push_back(*frame);
@@ -223,7 +223,7 @@ void Socketcand::show(const Frame& frame, Time now, std::string& out) {
   }
 }
 
-std::optional<Conversation::Time> Socketcand::next_due() const {
+std::optional<ClientProtocol::Time> Socketcand::next_due() const {
   const auto first =
       std::ranges::min_element(jobs_, {}, [](const auto& job) { return job.second.due; });
   return first == jobs_.end() ? std::nullopt : std::optional(first->second.due);

@@ -10,18 +10,18 @@
 #include <string_view>
 #include <vector>
 
-#include "emulator/transports/conversation.hpp"
+#include "emulator/transports/client_protocol.hpp"
 
 namespace lk::emulator {
 
-class Socketcand final : public Conversation {
+class Socketcand final : public ClientProtocol {
  public:
   /// Frames that one client has sent in cycles, and subscriptions, each.
   static constexpr std::size_t kMostJobs = 256;
   static constexpr Time kShortestCycle = std::chrono::milliseconds(1);
 
   std::string greeting() const override { return "< hi >"; }
-  void take(std::span<const std::uint8_t> bytes, Time now, Heard& heard) override;
+  void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
   void show(const protocol::Frame& frame, Time now, std::string& out) override;
   std::optional<Time> next_due() const override;
   void take_due(Time now, std::vector<protocol::Frame>& out) override;
@@ -51,9 +51,9 @@ class Socketcand final : public Conversation {
   using Words = std::vector<std::string_view>;
 
   /// What is between the brackets. False: it is not understood.
-  bool obey(std::string_view text, Time now, Heard& heard);
-  bool change_mode(std::string_view word, Heard& heard);
-  bool send(const Words& words, Heard& heard);
+  bool obey(std::string_view text, Time now, FromClient& heard);
+  bool change_mode(std::string_view word, FromClient& heard);
+  bool send(const Words& words, FromClient& heard);
   bool add_job(const Words& words, Time now);
   bool change_job(const Words& words);
   bool remove(const Words& words);

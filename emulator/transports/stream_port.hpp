@@ -20,8 +20,8 @@ namespace lk::emulator {
 /// A bus whose hosts come over TCP, or by a pseudo-terminal, with the bytes of some protocol.
 class StreamPort final : public Port {
  public:
-  /// A conversation for the next client.
-  using Meet = std::function<std::unique_ptr<Conversation>()>;
+  /// A protocol for the next client.
+  using Meet = std::function<std::unique_ptr<ClientProtocol>()>;
   struct Setup {
     BusName place;
     std::size_t most_clients;

@@ -20,7 +20,7 @@ using fuzz::require;
 using protocol::Frame;
 using protocol::FrameKind;
 
-constexpr Conversation::Time kNow = std::chrono::seconds(1000);
+constexpr ClientProtocol::Time kNow = std::chrono::seconds(1000);
 
 void check_frame(const Frame& frame) {
   require(frame.kind == FrameKind::kData || frame.kind == FrameKind::kRemote);
@@ -29,12 +29,12 @@ void check_frame(const Frame& frame) {
 }
 
 struct Said {
-  Heard heard;
+  FromClient heard;
   std::vector<Frame> jobs;
   std::string shown;
 };
 
-Said say(Conversation& client, std::span<const std::uint8_t> bytes, std::size_t slice) {
+Said say(ClientProtocol& client, std::span<const std::uint8_t> bytes, std::size_t slice) {
   Said said;
   while (!bytes.empty()) {
     const std::size_t size = std::min(slice, bytes.size());
@@ -57,9 +57,9 @@ Said say(Conversation& client, std::span<const std::uint8_t> bytes, std::size_t 
 }
 
 template <class Make>
-void check_conversation(std::span<const std::uint8_t> bytes, std::size_t slice, Make make) {
-  const std::unique_ptr<Conversation> one = make();
-  const std::unique_ptr<Conversation> other = make();
+void check_protocol(std::span<const std::uint8_t> bytes, std::size_t slice, Make make) {
+  const std::unique_ptr<ClientProtocol> one = make();
+  const std::unique_ptr<ClientProtocol> other = make();
   const Said at_once = say(*one, bytes, std::max<std::size_t>(bytes.size(), 1));
   const Said in_slices = say(*other, bytes, slice);
   require(at_once.heard.frames == in_slices.heard.frames);
@@ -75,9 +75,9 @@ void check_conversation(std::span<const std::uint8_t> bytes, std::size_t slice, 
 }
 
 void check_slcan(std::span<const std::uint8_t> bytes, std::size_t slice, std::int64_t bitrate) {
-  check_conversation(bytes, slice, [&] { return std::make_unique<Slcan>(bitrate); });
+  check_protocol(bytes, slice, [&] { return std::make_unique<Slcan>(bitrate); });
   Slcan open(0);
-  Heard heard;
+  FromClient heard;
   const std::uint8_t opens[] = {'\r', 'O', '\r'};
   open.take(opens, kNow, heard);
   open.take(bytes, kNow, heard);
@@ -104,7 +104,7 @@ void check(std::span<const std::uint8_t> bytes) {
       break;
     case 1:
     case 2:
-      check_conversation(bytes, slice, [] { return std::make_unique<Socketcand>(); });
+      check_protocol(bytes, slice, [] { return std::make_unique<Socketcand>(); });
       break;
     default:
       check_datagram(bytes);

@@ -15,14 +15,14 @@ using protocol::FrameKind;
 using test::frame;
 using namespace std::chrono_literals;
 
-Heard say(Slcan& slcan, std::string_view line) {
-  Heard heard;
+FromClient say(Slcan& slcan, std::string_view line) {
+  FromClient heard;
   const auto* const bytes = reinterpret_cast<const std::uint8_t*>(line.data());
   slcan.take({bytes, line.size()}, 0s, heard);
   return heard;
 }
 
-std::string shown(Slcan& slcan, const Frame& what, Conversation::Time now = 0s) {
+std::string shown(Slcan& slcan, const Frame& what, ClientProtocol::Time now = 0s) {
   std::string out;
   slcan.show(what, now, out);
   return out;
@@ -55,7 +55,7 @@ TEST(Slcan, NothingGoesBeforeItIsOpen) {
   EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
   EXPECT_EQ(shown(slcan, frame("141#00")), "");
   EXPECT_EQ(say(slcan, "S8\rO\r").answer, "\r\r");
-  const Heard heard = say(slcan, "t1410\rT000001410\r");
+  const FromClient heard = say(slcan, "t1410\rT000001410\r");
   EXPECT_EQ(heard.answer, "z\rZ\r");
   EXPECT_EQ(heard.frames.size(), 2U);
   EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
@@ -68,7 +68,7 @@ TEST(Slcan, LinesMayComeInPieces) {
   say(slcan, "O\r");
   EXPECT_EQ(say(slcan, "t141").answer, "");
   EXPECT_EQ(say(slcan, "19").frames.size(), 0U);
-  const Heard heard = say(slcan, "A\rt1");
+  const FromClient heard = say(slcan, "A\rt1");
   ASSERT_EQ(heard.frames.size(), 1U);
   EXPECT_EQ(heard.frames[0], frame("141#9A"));
 }
@@ -77,7 +77,7 @@ TEST(Slcan, WhatIsTooLongIsOneMistake) {
   Slcan slcan(0);
   say(slcan, "O\r");
   EXPECT_EQ(say(slcan, std::string(100'000, 't')).answer, "");
-  const Heard heard = say(slcan, "\rt1410\r");
+  const FromClient heard = say(slcan, "\rt1410\r");
   EXPECT_EQ(heard.answer, "\az\r");
   EXPECT_EQ(heard.malformed, 1U);
 }
@@ -91,12 +91,12 @@ TEST(Slcan, WhoListensSendsNothing) {
 
 TEST(Slcan, AnotherRateIsSilenceBothWays) {
   Slcan slcan(1'000'000);
-  const Heard set = say(slcan, "S6\r");
+  const FromClient set = say(slcan, "S6\r");
   EXPECT_EQ(set.answer, "\r");
   EXPECT_NE(set.trouble.find("is at 500000 bit/s and the drives are at 1000000"),
             std::string::npos);
   say(slcan, "O\r");
-  const Heard heard = say(slcan, "t1410\r");
+  const FromClient heard = say(slcan, "t1410\r");
   EXPECT_EQ(heard.answer, "z\r");
   EXPECT_TRUE(heard.frames.empty());
   EXPECT_EQ(shown(slcan, frame("141#00")), "");

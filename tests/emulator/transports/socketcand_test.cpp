@@ -15,14 +15,14 @@ using protocol::FrameKind;
 using test::frame;
 using namespace std::chrono_literals;
 
-Heard say(Socketcand& daemon, std::string_view text, Conversation::Time now = 0s) {
-  Heard heard;
+FromClient say(Socketcand& daemon, std::string_view text, ClientProtocol::Time now = 0s) {
+  FromClient heard;
   const auto* const bytes = reinterpret_cast<const std::uint8_t*>(text.data());
   daemon.take({bytes, text.size()}, now, heard);
   return heard;
 }
 
-std::string shown(Socketcand& daemon, const Frame& what, Conversation::Time now = 1500ms) {
+std::string shown(Socketcand& daemon, const Frame& what, ClientProtocol::Time now = 1500ms) {
   std::string out;
   daemon.show(what, now, out);
   return out;
@@ -48,7 +48,7 @@ TEST(Socketcand, GreetsAndOpens) {
 TEST(Socketcand, SendsWhatIsAFrame) {
   Socketcand daemon;
   open(daemon, "< rawmode >");
-  const Heard heard =
+  const FromClient heard =
       say(daemon, "< send 141 8 9A 0 0 0 0 0 0 f ><send 00000141 0>\n< sendrtr 142 3 >");
   ASSERT_EQ(heard.frames.size(), 3U);
   EXPECT_EQ(heard.answer, "");
@@ -68,7 +68,7 @@ TEST(Socketcand, WhatIsNoneIsAnswered) {
         "< send 141 1 100 >", "< send 141 1 0 0 >", "< send 141 1 G >", "< send 20000000 0 >",
         "< send -1 0 >", "< send 141 8 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 >", "< controlmode >",
         "< add 1 0 141 0 >", "< sendrtr 141 9 >"}) {
-    const Heard heard = say(daemon, text);
+    const FromClient heard = say(daemon, text);
     EXPECT_EQ(heard.answer, "< error unknown command >") << text;
     EXPECT_EQ(heard.malformed, 1U) << text;
     EXPECT_TRUE(heard.frames.empty()) << text;

@@ -16,26 +16,26 @@
 namespace lk::emulator {
 
 /// What a client's bytes came to.
-struct Heard {
+struct FromClient {
   std::vector<protocol::Frame> frames;  // for the bus
   std::string answer;                   // for the client
   std::string trouble;                  // for the log, when there is some: once for each client
   std::uint64_t malformed = 0;          // lines that make no sense
 };
 
-class Conversation {
+class ClientProtocol {
  public:
   using Time = std::chrono::nanoseconds;
 
-  Conversation() = default;
-  Conversation(const Conversation&) = delete;
-  Conversation& operator=(const Conversation&) = delete;
-  virtual ~Conversation() = default;
+  ClientProtocol() = default;
+  ClientProtocol(const ClientProtocol&) = delete;
+  ClientProtocol& operator=(const ClientProtocol&) = delete;
+  virtual ~ClientProtocol() = default;
 
   /// What a new client is told.
   virtual std::string greeting() const { return ""; }
   /// Takes in bytes that came at `now`, in pieces of any size; adds to `heard`.
-  virtual void take(std::span<const std::uint8_t> bytes, Time now, Heard& heard) = 0;
+  virtual void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) = 0;
   /// Appends what the client is told of a frame on the bus. `now` is a reading of the wall clock.
   virtual void show(const protocol::Frame& frame, Time now, std::string& out) = 0;
   /// Something that was for the client is lost.
