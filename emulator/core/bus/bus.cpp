@@ -71,7 +71,7 @@ void Bus::deliver_to(SimTime until) {
     // Where everybody is brought, nobody may be ahead of what happens when a drive dies before its
     // frame starts: the wire is left to others then.
     const std::optional<SimTime> start = wire_.next_reply_start();
-    if (faults_or_conditions() && start && *start > time_) {
+    if ((faults_or_conditions() || flags_left_ > 0) && start && *start > time_) {
       target = std::min(target, *start);
     }
     if (bring_concerned_to(target)) {

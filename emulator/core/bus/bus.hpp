@@ -45,9 +45,9 @@ class Bus {
   void receive(const TimedFrame& in);
   /// A frame of a host would find no room now.
   bool host_queue_full() const { return wire_.host_queue_full(); }
-  /// Hosts have an adapter, or had: `receive` moves time to the frame.
   /// Hosts read what they send.
   bool echoes() const { return faults_.echo() != nullptr; }
+  /// Hosts have an adapter, or had: `receive` moves time to the frame.
   bool adapted() const { return faults_.any_of_adapter() || adapter_.in_use(); }
   /// Everything that happens up to and including `until`; not back in time.
   void advance_to(SimTime until);
@@ -150,9 +150,9 @@ class Bus {
   void look_at(LiveFault& live);
 
   void deliver_next();
-  /// A frame has come from the wire: hosts get it, through their adapter.
   bool line_is_kept();
   void echo(SimTime at);
+  /// A frame has come from the wire: hosts get it, through their adapter.
   void to_host(TimedFrame frame);
   void bytes_to_host(TimedFrame frame);
   void hand_over(const TimedFrame& frame);
@@ -160,6 +160,10 @@ class Bus {
   void restart(Node& node);
   /// Its firmware has started: where it is found may be elsewhere.
   void follow_start(Node& node);
+  /// Its ID, bus or rate in force is another.
+  void follow_place(Node& node);
+  /// What becomes of one drive may decide what others hear.
+  bool any_concerns_all() const;
   /// A part of 0x18 is over.
   void step_calibration(Node& node);
   void process_query(SimTime at, const protocol::Frame& frame);

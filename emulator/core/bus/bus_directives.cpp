@@ -153,8 +153,9 @@ bool Bus::write_setting(int id, RomParameter parameter, const Registers& value) 
   settle();
   Node& node = nodes_.of(id);
   if (!node.power.alive || node.memory.size() >= Wire::kDriveQueue) return false;
+  const DrivePlace place = node.servo.place();
   node.servo.write_setting(parameter, value, lane(node));
-  nodes_.find_addresses();
+  if (node.servo.place() != place) follow_place(node);
   agenda_.enter(node.memory.begin(time_, node.servo), RomWritten{id});
   faults_.count_shown(node.servo, time_);
   return true;

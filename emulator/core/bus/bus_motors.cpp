@@ -1,6 +1,7 @@
 // The motors of a bus: how they are brought to the instants at which somebody needs them, and what
 // becomes of a drive whose motor tells that its controller has died or started.
 
+#include <algorithm>
 #include <bit>
 #include <utility>
 
@@ -38,7 +39,7 @@ bool Bus::bring_concerned_to(SimTime t) {
   if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
     return false;
   }
-  if (nodes_.size() == 1) {
+  if (nodes_.size() == 1 || any_concerns_all()) {
     return bring_to(t);
   }
   if (replies && bring_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)))) {
@@ -101,8 +102,20 @@ void Bus::restart(Node& node) {
   follow_start(node);
 }
 
+/// A drive that starts anew may take another's ID, one at another rate destroys frames, one that
+/// hangs keeps the line: whether it has power then is to be known first.
+bool Bus::any_concerns_all() const {
+  return flags_left_ > 0 || std::ranges::any_of(nodes_, [](const Node& node) {
+           return node.servo.keeps_line() || node.servo.moves_at_start();
+         });
+}
+
 void Bus::follow_start(Node& node) {
   faults_.count_shown(node.servo, time_);
+  follow_place(node);
+}
+
+void Bus::follow_place(Node& node) {
   nodes_.find_addresses();
   const bool disturbs = node.servo.on_its_bus() && !node.servo.at_its_rate();
   flags_left_ -= node.flags_left;

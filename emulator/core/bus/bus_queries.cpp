@@ -75,9 +75,11 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
   }
   protocol::Frame heard = frame;
   if (!faults_.hear(node.link, servo, heard, time_)) return Drop::kFault;
-  if ((serial_ && node.link.deaf(wire_)) || servo.deaf_while_calibrating()) {
+  if (servo.deaf_while_calibrating()) {
+    lane(node).feed_input();  // the link has not failed
     return Drop::kDriveBusy;
   }
+  if (serial_ && node.link.deaf(wire_)) return Drop::kDriveBusy;
   if (serial_) servo.keep_received(heard);
   const auto understood = servo.understand(heard);
   const auto* query = std::get_if<protocol::Query>(&understood);
@@ -134,6 +136,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
         cause = Drop::kUnknownCommand;
       }
     } else if (servo.multi_drive_mode()) {
+      if (servo.deaf_while_calibrating()) lane(node).feed_input();
       if (node.link.deaf(wire_) || servo.deaf_while_calibrating()) {
         faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
@@ -156,12 +159,13 @@ void Bus::answer(SimTime at, Node& node, const protocol::Query& query, For whom)
   Servo& servo = node.servo;
   const Before before{servo.is_mute(), servo.stats().rom_writes};
   const bool calibrated = servo.calibrating();
+  const DrivePlace place = servo.place();
   const protocol::Reply reply = servo.handle(query, lane(node));
   if (!calibrated && servo.calibrating()) {
     agenda_.enter(at + servo.config().calibrate_time / 2, CalibrationStep{node.id()});
   }
   say(at, at + reply_time(node, whom), node, reply, before);
-  if (servo.take_move()) nodes_.find_addresses();
+  if (servo.take_move() && servo.place() != place) follow_place(node);
   if (servo.take_restart()) restart(node);
 }
 

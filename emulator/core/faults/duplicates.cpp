@@ -14,7 +14,11 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
   // A zero that was written since moves no shaft.
   config.boot_offset = config.boot_offset.value_or(config.rom.encoder_offset);
   config.rom = original.rom();
-  config.rom.driver_id = static_cast<std::uint8_t>(original.address());
+  const DrivePlace& place = original.place();
+  config.rom.driver_id = static_cast<std::uint8_t>(place.id);
+  config.rom.bus_type = static_cast<std::uint8_t>(place.bus);
+  config.rom.serial_rate = place.serial_rate;
+  config.rom.can_rate = place.can_rate;
   model::DriveInit init = make_drive(config, faults.bus_seed());
   init.theta_m += live.row().duplicate(live);
   init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
@@ -51,16 +55,21 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const auto addressed = protocol::address(frame);
     const int* const id = std::get_if<int>(&addressed);
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
-    if (id == nullptr || (!for_several && servo.address() != *id) ||
-        servo.multi_drive_mode() != for_several || wire.drive_queue_full(drive.owner) ||
-        wire.is_deaf(drive.owner)) {
+    if (id == nullptr || (!for_several && servo.address() != *id) || !servo.on_its_bus() ||
+        !servo.at_its_rate() || servo.multi_drive_mode() != for_several ||
+        wire.drive_queue_full(drive.owner) || wire.is_deaf(drive.owner)) {
       continue;
     }
     const auto understood = servo.understand(frame);
     const auto* const query = std::get_if<protocol::Query>(&understood);
-    if (query == nullptr) continue;
+    // 0x18 would have to be timed: a second drive does not calibrate.
+    if (query == nullptr || std::holds_alternative<protocol::Calibrate>(query->command)) continue;
     const std::uint64_t writes_before = servo.stats().rom_writes;
     const protocol::Reply reply = servo.handle(*query, Lane{drive.motor, 0});
+    if (servo.take_restart()) {
+      wire.forget_replies(drive.owner, now);
+      servo.power_cycle(Lane{drive.motor, 0});
+    }
     if (std::holds_alternative<protocol::NoReply>(reply)) continue;
     const protocol::Frame answer = servo.encode(reply);
     const bool takes_time = wire.bitrate() > 0 || wire.serial() != nullptr;
@@ -71,6 +80,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     drive.last_reply = std::max(ready, drive.last_reply);
     faults[drive.fault].took_effect(now, servo.id(), &answer);
     wire.send_from_drive(drive.last_reply, answer, 0, drive.owner, false);
+    servo.take_move();
     ++answers;
   }
   return answers;

@@ -89,7 +89,7 @@ bool change_id(AtOnce& on) {
   const int id = static_cast<int>(on.live.number(0));
   if (!on.alive || on.servo.address() == id) return false;
   on.servo.change_id(id);
-  if (!on.memory.damage(RomParameter::kDriverId, on.servo.rom())) {
+  if (!on.memory.damage(RomParameter::kDriverId, on.servo.rom(), 1)) {
     on.rom_writes.push_back(rom_write(on.servo));
   }
   return true;

@@ -20,7 +20,7 @@ struct Outgoing {
 
 /// The controller of a drive, between firmware and wire. A value; the wire is the bus's.
 struct DriveLink {
-  std::uint32_t owner;    // of its frames on the wire: the identifier that the drive answers with
+  std::uint32_t owner;    // of its frames on the wire: 0x140 + the configured ID
   int errors = 0;         // transmit error counter
   bool bus_off = false;   // neither sends nor hears
   bool blocked = false;   // nothing leaves its queue

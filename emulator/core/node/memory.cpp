@@ -28,8 +28,11 @@ bool Memory::lose_power(Servo& servo) {
   return true;
 }
 
-bool Memory::damage(RomParameter parameter, const Registers& rom) {
+bool Memory::damage(RomParameter parameter, const Registers& rom, std::uint32_t wear) {
+  const auto cell = static_cast<std::size_t>(parameter);
   for (Write& write : writes_) {
+    write.wear_before[cell] += wear;
+    write.after.wear[cell] += wear;
     copy_parameter(parameter, rom, write.rom_before);
     copy_parameter(parameter, rom, write.after.rom);
   }

@@ -24,9 +24,9 @@ class Memory {
   /// Without power the ROM of `servo` holds what stood there before the first write. Returns
   /// whether any was under way.
   bool lose_power(Servo& servo);
-  /// `parameter` is what it is in `rom` from now on, whatever becomes of the writes. Returns false
-  /// when there are none.
-  bool damage(RomParameter parameter, const Registers& rom);
+  /// `parameter` is what it is in `rom` from now on, whatever becomes of the writes, and has been
+  /// written `wear` times more. Returns false when there are none.
+  bool damage(RomParameter parameter, const Registers& rom, std::uint32_t wear = 0);
   /// What the first write replaces is this.
   void set_before(const Registers& rom, const RomWear& wear);
 

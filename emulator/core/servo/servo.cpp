@@ -75,6 +75,7 @@ void Servo::wake_up(const model::Telemetry& telemetry) {
   hung_ = OffHangs::kNo;
   place_ = drive_place(ram_, config_);
   touched_.reset();
+  saved_.reset();
   moves_ = false;
   calibration_.reset();
   loses_next_ = false;

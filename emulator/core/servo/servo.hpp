@@ -50,6 +50,8 @@ class Servo {
   int id() const { return config_.id; }
   /// Where it is found: the ID in force, the bus and the bit rates that it is set to.
   const DrivePlace& place() const { return place_; }
+  /// ROM has another place than that in force.
+  bool moves_at_start() const;
   int address() const { return place_.id; }
   bool on_its_bus() const { return is_on_its_bus(place_, config_); }
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
@@ -137,10 +139,7 @@ class Servo {
   /// `value`, which the drive must be able to hold, in RAM and in ROM.
   void write_setting(RomParameter parameter, const Registers& value, const Lane& lane);
   /// ROM holds this from now on.
-  void restore_rom(const Registers& rom, const RomWear& wear) {
-    rom_ = rom;
-    wear_ = wear;
-  }
+  void restore_rom(const Registers& rom, const RomWear& wear);
 
   /// What is wrong with the firmware and its memory, from now on.
   void set_faults(const FirmwareFaults& faults) { faults_ = faults; }
@@ -305,7 +304,8 @@ class Servo {
   DrivePlace place_;         // in force
   Registers pending_;        // those of touched_ wait for 0x44
   std::bitset<kRomParameters> touched_;
-  Registers next_place_;  // while moves_: in force after the reply
+  std::bitset<kRomParameters> saved_;  // written last by 0x44, with the values of pending_
+  Registers next_place_;               // while moves_: in force after the reply
   bool moves_ = false;
   bool restarts_ = false;
   std::optional<Calibration> calibration_;

@@ -113,6 +113,7 @@ bool Servo::write_rom(std::span<const RomParameter> parameters, const Registers&
   }
   bool all = true;
   for (const RomParameter parameter : parameters) {
+    saved_.reset(static_cast<std::size_t>(parameter));
     std::uint32_t& writes = wear_[static_cast<std::size_t>(parameter)];
     const bool worn = writes >= config_.flash.endurance;
     all = all && !worn;

@@ -71,11 +71,25 @@ Reply Servo::on(const protocol::SaveSettings& command, const Context&) {
   }
   const bool saved = write_rom(written, pending());
   if (saved) {
-    touched_.reset();
+    saved_ = std::exchange(touched_, {});
     if (config_.quirks.id_change == IdChange::kSave) move_to(rom_);
   }
   return protocol::SettingsSaved{command.table, saved};
 }
+
+void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
+  rom_ = rom;
+  wear_ = wear;
+  // What 0x44 has not brought into ROM after all still waits for it.
+  for (std::size_t p = 0; p < kRomParameters; ++p) {
+    Registers with = rom;
+    copy_parameter(static_cast<RomParameter>(p), pending_, with);
+    if (saved_[p] && with != rom) touched_.set(p);
+  }
+  saved_.reset();
+}
+
+bool Servo::moves_at_start() const { return drive_place(rom_, config_) != place_; }
 
 void Servo::move_to(const Registers& there) {
   for (const auto parameter : {RomParameter::kDriverId, RomParameter::kBusType,
@@ -100,6 +114,7 @@ bool Servo::take_move() {
 
 void Servo::change_id(int id) {
   rom_.driver_id = static_cast<std::uint8_t>(id);
+  ++wear_[static_cast<std::size_t>(RomParameter::kDriverId)];
   ++stats_.rom_writes;
   ram_.driver_id = rom_.driver_id;
   place_ = drive_place(ram_, config_);
@@ -129,6 +144,7 @@ Reply Servo::on(const protocol::WriteMaxTorque& command, const Context& context)
 // --- calibration
 
 Reply Servo::on(const protocol::Calibrate&, const Context& context) {
+  if (calibrating()) return protocol::NoReply{};  // the first goes on
   if (run_state_ == RunState::kOff || context.before.errors != 0) return protocol::Calibrated{};
   motion_ = {};
   run_state_ = RunState::kRunning;
@@ -158,6 +174,7 @@ bool Servo::turn_back(const Lane& lane) {
 Reply Servo::finish_calibration(const Lane& lane, std::uint64_t random) {
   const model::Telemetry now = lane.telemetry();
   turn_off_after_trip(now);
+  ++stats_.replies;
   Calibration done = *std::exchange(calibration_, std::nullopt);
   if (run_state_ != RunState::kRunning || !done.turned_back) return protocol::Calibrated{};
   lane.command(model::Idle{});
