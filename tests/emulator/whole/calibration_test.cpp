@@ -82,6 +82,31 @@ TEST(Calibration, OrAnswersWhereTheSwitchSaysSo) {
   EXPECT_EQ(reply[1].data[7] & 1, 1);
 }
 
+TEST(Calibration, ASecondOneMeanwhileChangesNothing) {
+  ServoConfig servo = drive();
+  servo.quirks.calibrate_busy = CalibrateBusy::kAnswers;
+  Host host(servo);
+  EXPECT_TRUE(host.talk(frame(kCalibrate), 1s).empty());
+  EXPECT_TRUE(host.talk(frame(kCalibrate), 1s).empty());
+  const auto replies = host.talk(frame("141#9C00000000000000"), 2500ms);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[1].data[0], 0x18);
+  EXPECT_EQ(replies[1].data[7] & protocol::kCalibrationDone, protocol::kCalibrationDone);
+}
+
+TEST(Calibration, FramesMeanwhileKeepTheLink) {
+  ServoConfig servo = drive();
+  servo.rom.protections[static_cast<std::size_t>(model::Error::kLostInput)] = {true, 0.5, 0, 0};
+  Host host(servo);
+  std::vector<protocol::Frame> heard = host.talk(frame(kCalibrate));
+  for (int n = 0; n < 410; ++n) {
+    for (const auto& one : host.talk(frame("141#9A00000000000000"), 10ms)) heard.push_back(one);
+  }
+  ASSERT_FALSE(heard.empty());
+  EXPECT_EQ(heard[0].data[0], 0x18);
+  EXPECT_EQ(heard[0].data[7] & protocol::kCalibrationDone, protocol::kCalibrationDone);
+}
+
 TEST(Calibration, OffItAnswersAtOnceWithNothing) {
   Host host(drive());
   host.talk(frame("141#8000000000000000"), 10ms);
