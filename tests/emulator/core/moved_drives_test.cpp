@@ -64,6 +64,7 @@ TEST(MovedDrives, ADeadDriveAtAnotherRateDestroysNothingHoweverTimeIsSplit) {
   for (const bool split : {false, true}) {
     BusConfig config = two(1'000'000);
     config.servos[1].rom.can_rate = 3;
+    config.servos[1].profile.drive.inverter.f_pwm = 16e3;  // it may stay behind
     Host host(config);
     host.bus.apply({7, PowerOff{}});
     const SimTime query = host.bus.time() + 1s;
