@@ -15,9 +15,12 @@ const kDrag_px = 4;    // less is a click: no hand is quite still
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-function range(self, min, max) {
+/// Never so narrow that numbers cannot tell the ticks of the axis apart: uPlot would count them for ever.
+export function range(self, min, max) {
   if (!Number.isFinite(min) || !Number.isFinite(max)) return [0, 1];
-  const span = max - min || Math.abs(max) * 0.1 || 1;
+  const size = Math.max(Math.abs(min), Math.abs(max));
+  const least = Math.max(size, 1) * 1e-9;
+  const span = max - min >= least ? max - min : size > least ? size * 0.1 : 1;
   return [min - span * 0.06, max + span * 0.06];
 }
 

@@ -233,6 +233,19 @@ def test_the_link_of_a_card_leads_to_its_drive_alone(scope):
     scope.go("scope?drive=vcan0/1")
 
 
+@pytest.mark.parametrize("values", [[48, 48 + 1e-14], [360, 360 + 1e-13], [48, 48], [0, 1e-300], [1e9, 1e9 + 1e-6], [-3, 5]])
+def test_values_a_rounding_apart_have_an_axis(scope, values):
+    ticks = scope.driver.execute_async_script("""
+      const [values, done] = arguments;
+      import('/panels.js').then(({range}) => {
+        const holder = document.body.appendChild(document.createElement('div'));
+        new uPlot({width: 300, height: 400, scales: {x: {time: false}, y: {range}}, series: [{}, {}],
+                   hooks: {draw: [(u) => { done(u.axes[1]._splits.length); holder.remove(); }]}},
+                  [[0, 1], values], holder);
+      }).catch((error) => done(String(error)));""", values)
+    assert 2 <= ticks <= 20
+
+
 @pytest.mark.parametrize("drive", ["vcan7/1", "vcan0/31", "vcan0"])
 def test_an_address_of_a_drive_that_is_not_there(scope, drive):
     before = scope.scope("s.traces.map((one) => one.label)")
