@@ -20,11 +20,11 @@ struct Outgoing {
 
 /// The controller of a drive, between firmware and wire. A value; the wire is the bus's.
 struct DriveLink {
-  std::uint32_t owner;    // of its frames on the wire: 0x140 + the configured ID
-  int errors = 0;         // transmit error counter
-  bool bus_off = false;   // neither sends nor hears
-  bool blocked = false;   // nothing leaves its queue
-  SimTime last_reply{0};  // a drive answers in order
+  std::uint32_t owner;                     // of its frames on the wire: 0x140 + the configured ID
+  int errors = 0;                          // transmit error counter
+  bool bus_off = false;                    // neither sends nor hears
+  bool blocked = false;                    // nothing leaves its queue
+  SimTime last_reply{0};                   // a drive answers in order
   std::optional<Outgoing> held_back = {};  // it leaves behind the next one
   std::optional<Outgoing> last_said = {};  // what stands in its buffer
   std::uint64_t replies_drawn = 0;         // times of replies
