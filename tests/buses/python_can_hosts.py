@@ -354,7 +354,7 @@ class UdpMulticastAlone(support.TestCase):
 
 
 class Rs485Tcp(support.TestCase):
-    """Raw bytes for one host; pyserial is in tests/serial."""
+    """Raw bytes for one host; pyserial is in pyserial_hosts.py."""
 
     def test_one_host_and_no_second(self):
         port = free_port()

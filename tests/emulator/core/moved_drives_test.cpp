@@ -18,11 +18,11 @@ using namespace std::chrono_literals;
 using test::frame;
 using test::Host;
 
-ServoConfig drive(int id = 7) {
-  ServoConfig config = test::drive(Generation::kV236b, Series::kMg, id);
-  const ServoConfig powered = test::powered_drive(id);
-  config.profile.drive.supply = powered.profile.drive.supply;
-  config.profile.drive.logic = powered.profile.drive.logic;
+ServoConfig drive(int id) {
+  ServoConfig config = test::powered_drive(id);
+  config.generation = Generation::kV236b;
+  config.quirks = quirks_of(Generation::kV236b);
+  config.profile.series = Series::kMg;
   return config;
 }
 
@@ -37,7 +37,7 @@ void save_id_nine(Host& host) {
   host.ask("147#4405FA0000000000");
 }
 
-std::size_t answers(Host& host, std::string_view query, SimTime window = 0ns) {
+std::size_t replies_to(Host& host, std::string_view query, SimTime window = 0ns) {
   return host.talk(frame(query), window).size();
 }
 
@@ -80,33 +80,33 @@ TEST(MovedDrives, AChangedRateDisturbsFromThenOnAndNoLonger) {
   Registers value = host.bus.servo(7).rom();
   value.can_rate = 3;
   host.bus.write_setting(7, RomParameter::kCanRate, value);
-  EXPECT_EQ(answers(host, "141#9C00000000000000", 20ms), 1U + 16U);
+  EXPECT_EQ(replies_to(host, "141#9C00000000000000", 20ms), 1U + 16U);
   value.can_rate = 3;
   host.bus.write_setting(7, RomParameter::kCanRate, value);  // as it was
-  EXPECT_EQ(answers(host, "141#9C00000000000000", 20ms), 1U);
+  EXPECT_EQ(replies_to(host, "141#9C00000000000000", 20ms), 1U);
   value.can_rate = 4;
   host.bus.write_setting(7, RomParameter::kCanRate, value);
-  EXPECT_EQ(answers(host, "147#9C00000000000000", 20ms), 1U);
+  EXPECT_EQ(replies_to(host, "147#9C00000000000000", 20ms), 1U);
   EXPECT_EQ(host.bus.stats().error_frames, 16U);
 }
 
 TEST(MovedDrives, TheSecondDriveOfAFaultMovesToo) {
   Host host(two());
-  host.bus.apply({kWholeBus, SetFault{test::fault("duplicate_id", {}, {}, {7})}});
+  test::inject(host, "duplicate_id", {}, {}, {7});
   for (const char* query :
        {"147#42050A0009000000", "147#4405FA0000000000", "147#0700000000000000"}) {
     host.talk(frame(query));
   }
-  EXPECT_EQ(answers(host, "147#9C00000000000000"), 0U);
-  EXPECT_EQ(answers(host, "149#9C00000000000000"), 2U);
+  EXPECT_EQ(replies_to(host, "147#9C00000000000000"), 0U);
+  EXPECT_EQ(replies_to(host, "149#9C00000000000000"), 2U);
 }
 
 TEST(MovedDrives, TheSecondDriveIsOnTheBusOfTheFirst) {
   BusConfig config = two();
   config.servos[1].rom.bus_type = 1;
   Host host(config);
-  host.bus.apply({kWholeBus, SetFault{test::fault("duplicate_id", {}, {}, {7})}});
-  EXPECT_EQ(answers(host, "147#9C00000000000000"), 0U);
+  test::inject(host, "duplicate_id", {}, {}, {7});
+  EXPECT_EQ(replies_to(host, "147#9C00000000000000"), 0U);
 }
 
 TEST(MovedDrives, WhatADiskHasLostIsSavedAgain) {
@@ -126,7 +126,7 @@ TEST(MovedDrives, WhatADiskHasLostIsSavedAgain) {
 
 TEST(MovedDrives, AnIdChangedByAFaultCountsAsWritten) {
   Host host(two());
-  host.bus.apply({kWholeBus, SetFault{test::fault("id_changed", {9.0}, {}, {7})}});
+  test::inject(host, "id_changed", {9.0}, {}, {7});
   EXPECT_EQ(host.bus.servo(7).wear()[static_cast<std::size_t>(RomParameter::kDriverId)], 1U);
 }
 

@@ -25,12 +25,6 @@ BusConfig bus_of(std::initializer_list<ServoConfig> servos, std::int64_t bitrate
 
 bool is_silent(Host& host, std::string_view query) { return host.talk(frame(query)).empty(); }
 
-/// On drive 7, now.
-void inject_seven(Host& host, std::string_view kind,
-                  std::initializer_list<FaultValue> values = {}) {
-  host.bus.apply({kWholeBus, SetFault{test::fault(kind, values, {}, {7})}});
-}
-
 TEST(SecondPrint, GoldenFrames) {
   Host host(drive());
   EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0007000000"));
@@ -123,7 +117,7 @@ TEST(SecondPrint, MaxPowerOfMsEndsAt850) {
 }
 
 TEST(SecondPrint, TheIdMovesAtTheRestartAndIsKept) {
-  Host host(bus_of({drive(7)}));
+  Host host(drive());
   host.ask("147#42050A0009000000");
   host.ask("147#4405FA0000000000");
   EXPECT_EQ(host.bus.place(7).id, 7);
@@ -146,7 +140,7 @@ TEST(SecondPrint, WithoutSavingTheIdIsLostAtTheRestart) {
 TEST(SecondPrint, IdZeroIsThatOfTheDipSwitch) {
   ServoConfig servo = drive();
   servo.dip_id = 3;
-  Host host(bus_of({servo}));
+  Host host(servo);
   EXPECT_EQ(host.ask("147#42050A0000000000"), frame("147#42050A0000000000"));
   host.ask("147#4405FA0000000000");
   host.talk(frame("147#0700000000000000"));
@@ -174,7 +168,7 @@ TEST(SecondPrint, IdChangeAtOnce) {
       ServoConfig servo = drive();
       servo.quirks.id_change = change;
       servo.quirks.id_change_reply = reply;
-      Host host(bus_of({servo}));
+      Host host(servo);
       const std::string last = reply == IdChangeReply::kNew ? "149" : "147";
       if (change == IdChange::kWrite) {
         EXPECT_EQ(host.ask("147#42050A0009000000"), frame(last + "#42050A0009000000"));
@@ -192,7 +186,7 @@ TEST(SecondPrint, IdChangeAtOnce) {
 TEST(SecondPrint, SettingReadActiveShowsWhatIsInForce) {
   ServoConfig servo = drive();
   servo.quirks.setting_read = SettingRead::kActive;
-  Host host(bus_of({servo}));
+  Host host(servo);
   EXPECT_EQ(host.ask("147#42050A0009000000"), frame("147#42050A0009000000"));
   EXPECT_EQ(host.ask("147#40050A0000000000"), frame("147#40050A0007000000"));
 }
@@ -205,7 +199,7 @@ TEST(SecondPrint, NothingPendingIsSavedWithoutAWrite) {
 
 TEST(SecondPrint, AFailedWriteSaysSo) {
   Host host(drive());
-  inject_seven(host, "rom_write_fails");
+  test::inject(host, "rom_write_fails", {}, {}, {7});
   host.ask("147#42050A0009000000");
   EXPECT_EQ(host.ask("147#4405FA0000000000"), frame("147#4405000000000000"));
   host.talk(frame("147#0700000000000000"));
@@ -225,7 +219,7 @@ TEST(SecondPrint, SeveralSettingsAreOneWriteAndWearEachOnce) {
 }
 
 TEST(SecondPrint, OfAnotherBusTypeItIsSilent) {
-  Host host(bus_of({drive(7)}));
+  Host host(drive());
   host.ask("147#42050B0001000000");  // RS-485
   host.ask("147#4405FA0000000000");
   host.talk(frame("147#0700000000000000"));
@@ -302,7 +296,7 @@ TEST(SecondPrint, TheClearReplyOfBefore) {
   servo.quirks.clear_reply = ClearReply::kBefore;
   auto& protection = servo.rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)];
   protection = {.enabled = true, .threshold = 20, .hysteresis = 1, .delay = 0, .recoverable = true};
-  Host host(bus_of({servo}));
+  Host host(servo);
   host.bus.set_supply_voltage(7, 15);
   host.wait(std::chrono::milliseconds(50));
   host.bus.set_supply_voltage(7, 24);
@@ -314,8 +308,8 @@ TEST(SecondPrint, TheClearReplyOfBefore) {
 }
 
 TEST(SecondPrint, IdChangedFault) {
-  Host host(bus_of({drive(7)}));
-  inject_seven(host, "id_changed", {12.0});
+  Host host(drive());
+  test::inject(host, "id_changed", {12.0}, {}, {7});
   EXPECT_TRUE(is_silent(host, "147#8100000000000000"));
   EXPECT_EQ(host.ask("14C#8100000000000000"), frame("14C#8100000000000000"));
   host.bus.power_cycle(7);

@@ -4,26 +4,19 @@
 
 #include <gtest/gtest.h>
 
-#include <charconv>
 #include <string_view>
 
 #include "tests/support/frames.hpp"
+#include "tests/support/serial.hpp"
 
 namespace lk::emulator {
 namespace can_msgpack_test {
 
 using protocol::Frame;
 using protocol::FrameKind;
+using test::bytes;
 using test::frame;
 using namespace std::chrono_literals;
-
-std::vector<std::uint8_t> bytes(std::string_view digits) {
-  std::vector<std::uint8_t> out(digits.size() / 2);
-  for (std::size_t n = 0; n < out.size(); ++n) {
-    std::from_chars(digits.data() + 2 * n, digits.data() + 2 * n + 2, out[n], 16);
-  }
-  return out;
-}
 
 // pack_message(can.Message(arbitration_id=0x141, data=b"\x9A" + bytes(7), is_extended_id=False))
 constexpr std::string_view kQuery =

@@ -7,25 +7,17 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "emulator/config/config.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "tests/support/frames.hpp"
-#include "tests/support/profile.hpp"
+#include "tests/support/robot.hpp"
 
 namespace lk::emulator {
 namespace robots_test {
 
+using test::robot;
 using namespace std::chrono_literals;
-
-std::vector<BusConfig> robot(const std::string& name) {
-  const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/buses/" + name + ".toml";
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return parse_config(text.str(), file, {}, test::profile);
-}
 
 bool is_serial(const ServoConfig& servo) {
   return servo.quirks.dialect.framing == protocol::Framing::kSerial;

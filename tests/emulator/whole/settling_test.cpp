@@ -7,17 +7,12 @@
 #include "emulator/config/config.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "model/drive_bank.hpp"
-#include "tests/support/profile.hpp"
+#include "tests/support/robot.hpp"
 
 namespace lk::emulator {
 namespace settling_test {
 
-std::vector<BusConfig> robot(const std::string& name) {
-  const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/buses/" + name + ".toml";
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return parse_config(text.str(), file, {}, test::profile);
-}
+using test::robot;
 
 /// The current that the rated torque takes; where none is printed, a tenth of the sensor's range.
 double rated_current_A(const Profile& profile) {

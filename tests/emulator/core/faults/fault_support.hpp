@@ -38,10 +38,12 @@ inline emulator::Fault fault(std::string_view kind,
   return made;
 }
 
-/// Begins now, on drive 1.
+/// Begins now.
 inline void inject(Host& host, std::string_view kind,
-                   std::initializer_list<emulator::FaultValue> values = {}, Course course = {}) {
-  host.bus.apply({emulator::kWholeBus, emulator::SetFault{fault(kind, values, course)}});
+                   std::initializer_list<emulator::FaultValue> values = {}, Course course = {},
+                   std::vector<int> ids = {1}) {
+  host.bus.apply(
+      {emulator::kWholeBus, emulator::SetFault{fault(kind, values, course, std::move(ids))}});
 }
 
 inline void clear(Host& host, const std::string& which = "all") {

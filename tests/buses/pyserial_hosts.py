@@ -1,24 +1,20 @@
 """pyserial, Debian's, as a host of lk-emu on RS-485: hosts written for real drives open the same port in
 the same way. Needs no CAN bus. Prints how many transactions a second it came to, which decides nothing.
 
-usage: pyserial_host.py LK_EMU
+usage: pyserial_hosts.py LK_EMU
 """
 
-import contextlib
 import os
 import select
 import signal
 import subprocess
-import sys
-import tempfile
 import termios
 import time
 import unittest
 
 import serial
 
-PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "lk-emu"
-PATIENCE_S = 20
+from support import PATIENCE_S, PROGRAM, TestCase, emulator
 
 
 def packet(command: int, drive: int, data: bytes = b"") -> bytes:
@@ -46,52 +42,21 @@ def ask(port: serial.Serial, command: int, drive: int, data: bytes = b"") -> byt
     return read_packet(port)
 
 
-class Emulator:
-    """The program, with a bus at each of `paths`."""
-
-    def __init__(self, *arguments: str):
-        self.process = subprocess.Popen(
-            [PROGRAM, "--rom", ":memory:", "--control", "none", *arguments],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.ready = self.process.stdout.readline()
-        assert self.ready.startswith("lk-emu ready"), self.process.communicate()
-
-    def stop(self) -> str:
-        self.process.send_signal(signal.SIGTERM)
-        out, err = self.process.communicate(timeout=PATIENCE_S)
-        self.errors = err
-        assert self.process.returncode == 0, err
-        return out
-
-
-@contextlib.contextmanager
-def emulator(*arguments: str):
-    running = Emulator(*arguments)
-    try:
-        yield running
-    finally:
-        if running.process.poll() is None:
-            running.process.kill()
-            running.process.communicate()
-
-
-class Rs485(unittest.TestCase):
+class Rs485(TestCase):
     def setUp(self):
-        own = tempfile.TemporaryDirectory()
-        self.addCleanup(own.cleanup)
-        self.directory = own.name
-        self.path = os.path.join(own.name, "arm")
-        self.bus = "rs485:" + self.path
+        super().setUp()
+        self.link = os.path.join(self.directory, "arm")
+        self.bus = "rs485:" + self.link
 
     def open(self, baud: int, path: str = "") -> serial.Serial:
-        port = serial.Serial(path or self.path, baud, timeout=2)
+        port = serial.Serial(path or self.link, baud, timeout=2)
         self.addCleanup(port.close)
         return port
 
     def test_a_host_talks_to_two_drives(self):
         with emulator("--bus", self.bus, "--ids", "1-2", "--baud", "1000000",
                       "--generation", "v236") as running:
-            self.assertEqual(running.ready.strip(), f"lk-emu ready {self.bus}:1-2")
+            self.assertEqual(running.ready, f"lk-emu ready {self.bus}:1-2")
             port = self.open(1_000_000)
             for drive in (1, 2):
                 state = ask(port, 0x9A, drive)
@@ -104,12 +69,12 @@ class Rs485(unittest.TestCase):
             self.assertGreater(len(places), 5)
             summary = running.stop()
             self.assertIn("26 queries, 26 replies", summary)
-        self.assertFalse(os.path.lexists(self.path), "the link is gone with the program")
+        self.assertFalse(os.path.lexists(self.link), "the link is gone with the program")
 
     def test_hosts_come_and_go_and_noise_changes_nothing(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "2000000"):
             for _ in range(3):
-                with serial.Serial(self.path, 2_000_000, timeout=2) as port:
+                with serial.Serial(self.link, 2_000_000, timeout=2) as port:
                     self.assertEqual(len(ask(port, 0x9C, 1)), 13)
             port = self.open(2_000_000)
             noise = bytes((n * 37 + n // 251) & 0xFF for n in range(100_000))
@@ -137,7 +102,7 @@ class Rs485(unittest.TestCase):
 
     def test_a_fresh_terminal_is_a_terminal(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
-            fd = os.open(self.path, os.O_RDWR | os.O_NOCTTY)
+            fd = os.open(self.link, os.O_RDWR | os.O_NOCTTY)
             self.addCleanup(os.close, fd)
             iflag, oflag, _, lflag = termios.tcgetattr(fd)[:4]
             self.assertTrue(iflag & termios.ICRNL and iflag & termios.IXON)
@@ -146,7 +111,7 @@ class Rs485(unittest.TestCase):
 
     def test_a_wrong_rate_is_silence(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
-            port = serial.Serial(self.path, 115_200, timeout=0.3)
+            port = serial.Serial(self.link, 115_200, timeout=0.3)
             self.addCleanup(port.close)
             self.assertEqual(ask(port, 0x9C, 1), b"")
             port.baudrate = 1_000_000
@@ -295,7 +260,7 @@ interface = "{self.bus}"
 id = 1
 """)
         self.assertIn("passed", self.lk_emu("run", scenario))
-        self.assertFalse(os.path.lexists(self.path), "a run makes no terminal")
+        self.assertFalse(os.path.lexists(self.link), "a run makes no terminal")
 
     # Hosts in the manner of those that are published for real drives (docs/which-drive.md).
 
@@ -408,10 +373,10 @@ id = 1
         return done.stderr
 
     def test_what_cannot_be_is_told_in_a_line(self):
-        with open(self.path, "w", encoding="ascii") as file:
+        with open(self.link, "w", encoding="ascii") as file:
             file.write("mine")
         self.assertIn("is there already", self.refused("--bus", self.bus, "--ids", "1"))
-        with open(self.path, encoding="ascii") as file:
+        with open(self.link, encoding="ascii") as file:
             self.assertEqual(file.read(), "mine")
         self.assertIn("is no bit rate of RS-485 drives",
                       self.refused("--bus", self.bus, "--ids", "1", "--baud", "500000"))
@@ -425,13 +390,13 @@ id = 1
     def test_two_programs_do_not_serve_one_path(self):
         with emulator("--bus", self.bus, "--ids", "1"):
             self.assertNotEqual(self.refused("--bus", self.bus, "--ids", "1"), "")
-            self.assertTrue(os.path.islink(self.path))
+            self.assertTrue(os.path.islink(self.link))
 
     def test_a_link_that_a_killed_program_left_is_replaced(self):
         with emulator("--bus", self.bus, "--ids", "1") as running:
             running.process.kill()
             running.process.communicate()
-        self.assertTrue(os.path.islink(self.path))
+        self.assertTrue(os.path.islink(self.link))
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
             self.assertEqual(len(ask(self.open(1_000_000), 0x9C, 1)), 13)
 
