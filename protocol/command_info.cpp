@@ -173,4 +173,16 @@ bool knows_multi_drive(const WireFormat& format, std::uint32_t identifier) {
   return command != nullptr && knows(format, *command);
 }
 
+bool repeats_in_reply(const CommandInfo& command, const Field& field) {
+  return field.beyond == Beyond::kUnknownCommand &&
+         std::ranges::any_of(command.reply, [&](const Field& one) {
+           return one.key == field.key && one.byte == field.byte;
+         });
+}
+
+bool reply_says_the_same(const CommandInfo& command) {
+  return !command.echoed && !command.query.empty() &&
+         std::ranges::equal(command.query, command.reply, {}, &Field::name, &Field::name);
+}
+
 }  // namespace lk::protocol

@@ -74,6 +74,11 @@ const CommandInfo* find_command(std::uint8_t byte, Framing framing = Framing::kC
 /// The command of an identifier; null when it is not one for several drives.
 const CommandInfo* find_multi_drive(std::uint32_t identifier, Framing framing = Framing::kCan);
 
+/// The reply repeats this field of the query, which says what the command is about.
+bool repeats_in_reply(const CommandInfo& command, const Field& field);
+/// What a reply says a query says too, so that one may look like the other; not an echo.
+bool reply_says_the_same(const CommandInfo& command);
+
 /// The wire of a frame.
 constexpr Framing framing_of(const Frame& frame) {
   return is_serial(frame) ? Framing::kSerial : Framing::kCan;

@@ -109,7 +109,8 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       max_offset_counts(ShaftAngles(config.profile, config.quirks).max_wire_count()),
       no_load_dps(emulator::no_load_dps(config.profile)),
       shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
-      byte_time(bus.serial && bus.bitrate > 0 ? bits_duration(10, bus.bitrate) : SimTime{0}),
+      byte_time(bus.serial && bus.bitrate > 0 ? bits_duration(kSerialBitsPerByte, bus.bitrate)
+                                              : SimTime{0}),
       adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       gear_ratio(config.profile.drive.mechanics.gear_ratio),
@@ -131,7 +132,7 @@ void KnownDrive::look(const Bus& bus) {
   refused_motion = servo.stats().refused_motion;
   starts = servo.starts();
   calibrating = servo.calibrating();
-  torque_Nm = bus.truth(id).tau_e * gear_ratio;
+  if (calibrating) torque_Nm = bus.truth(id).tau_e * gear_ratio;
   clear_reply_before = servo.clear_reply_before();
   look_at(servo.ram());
 }

@@ -78,7 +78,7 @@ std::optional<Finding> TalkWatch::hear(const TimedFrame& in, bool echoes) {
 }
 
 void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
-  if (drive.byte_time == SimTime{0} || in.at < reply_ends_) return;  // nobody hears it then
+  if (drive.byte_time == SimTime{0} || in.at < reply_ends_) return;  // no drive hears it then
   const protocol::CommandInfo* const command = protocol::find_command(in.frame.data[0]);
   const std::size_t query = protocol::wire_bytes(in.frame).size;
   std::size_t reply = protocol::kHeaderBytes;

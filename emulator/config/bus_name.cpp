@@ -81,7 +81,7 @@ bool is_ipv4(std::string_view text) {
   return true;
 }
 
-/// Of what IPv6 addresses are written with; the rest is said by whoever uses it.
+/// Of what IPv6 addresses are written with; the code that uses it reports the rest.
 bool looks_like_ipv6(std::string_view text) {
   return text.find(':') != std::string_view::npos &&
          text.find_first_not_of("0123456789abcdefABCDEF:.") == std::string_view::npos;

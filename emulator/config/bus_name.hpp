@@ -50,7 +50,7 @@ std::variant<BusName, std::string> parse_bus_name(const std::string& name);
 /// Of a name that is one.
 BusName bus_name(const std::string& name);
 
-/// By which scheme a name goes, be it right or wrong behind the colon.
+/// The scheme of a name, whether or not what follows the colon is valid.
 const BusScheme& scheme_of(std::string_view name);
 /// Is the bus of this name one of RS-485?
 bool is_serial_name(std::string_view name);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/profile_fields.hpp"
@@ -19,7 +20,7 @@ namespace fields = profile_fields;
 
 constexpr int kFormat = 1;
 
-/// By RomParameter: what it is called in [settings], and in [writes].
+/// By RomParameter: what it is called in [settings], in [writes], and in directives.
 constexpr const char* kKeys[] = {
     "gains",
     "acceleration_dps_s",
@@ -185,7 +186,7 @@ void read_table(TableReader& reader, const char* key, std::span<const Field<Sect
 }
 
 void read_protections(TableReader& reader, Registers& rom) {
-  auto protections = reader.table(kKeys[static_cast<std::size_t>(RomParameter::kProtections)]);
+  auto protections = reader.table(rom_key(RomParameter::kProtections));
   for (std::size_t kind = 0; kind < rom.protections.size(); ++kind) {
     const auto& keys = fields::kProtections[kind];
     read_table<model::Protection>(*protections, keys.name, keys.fields, rom.protections[kind]);
@@ -214,6 +215,8 @@ void read_settings(TableReader& settings, const RomWear& wear, ServoConfig& serv
 }
 
 }  // namespace
+
+const char* rom_key(RomParameter parameter) { return kKeys[static_cast<std::size_t>(parameter)]; }
 
 std::string print_rom(const RomOwner& owner, const Registers& rom, const RomWear& wear) {
   std::string settings = "\n[settings]\n";
@@ -256,6 +259,10 @@ void read_rom(const std::string& text, const std::string& file, const std::strin
   read_settings(*settings, with_rom.wear, with_rom);
   reader.finish();
   servo = std::move(with_rom);
+}
+
+std::string rom_file_name(const std::string& bus, int id) {
+  return bus_file_name(bus) + "-" + std::to_string(id) + ".toml";
 }
 
 }  // namespace lk::emulator

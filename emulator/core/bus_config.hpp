@@ -44,7 +44,7 @@ enum class SettingRead : std::uint8_t { kPending, kActive };
 /// What becomes of other commands while 0x18 turns the shaft.
 enum class CalibrateBusy : std::uint8_t { kSilent, kAnswers };
 /// Who is not heard any more after the echo of 0x80, until the drive starts anew: on RS-485 it may
-/// keep the line, and nobody is.
+/// hold the line, and no drive is heard.
 enum class OffHangs : std::uint8_t { kNo, kDrive, kBus };
 
 /// The rows of protocol::kGenerationRows, in their order.

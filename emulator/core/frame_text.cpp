@@ -85,8 +85,7 @@ std::variant<protocol::Frame, std::string> read_serial(std::string_view text) {
   std::string problem = read_bytes(text, bytes, bytes.data.size());
   if (problem.empty() && bytes.dlc == 0) problem = "no bytes behind rs485#";
   if (!problem.empty()) return problem;
-  const auto packet = protocol::packet_at({bytes.data.data(), bytes.dlc});
-  return packet && protocol::wire_bytes(*packet).size == bytes.dlc ? *packet : bytes;
+  return protocol::bytes_frame({bytes.data.data(), bytes.dlc});
 }
 
 /// What stands behind '#'.

@@ -10,6 +10,9 @@ namespace lk::emulator {
 /// bit rates of CAN 2.0A, whose bit is a whole number of nanoseconds.
 SimTime bits_duration(std::int64_t bits, std::int64_t bitrate);
 
+/// Of a byte on RS-485: start, eight, stop.
+inline constexpr int kSerialBitsPerByte = 10;
+
 /// The number of control ticks up to and including `t` ≥ 0, tick n being at n/f: ⌊t·f⌋, exactly.
 /// `f_Hz` in 1..1e6.
 std::int64_t ticks_until(SimTime t, std::int64_t f_Hz);

@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <numeric>
+#include <utility>
 #include <variant>
 
 #include "emulator/frames/reply_fit.hpp"
@@ -141,8 +142,11 @@ bool directions_tell(const std::vector<LoggedFrame>& log) {
 
 PairedLog pair_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
   std::map<int, Drive> drives;
-  for (const ServoConfig& servo : bus.servos)
-    drives.emplace(ReplyReader(servo).id, Drive(servo, log));
+  for (const ServoConfig& servo : bus.servos) {
+    Drive drive(servo, log);
+    const int id = drive.id();
+    drives.emplace(id, std::move(drive));
+  }
   PairedLog out;
   std::vector<bool> is_query(log.size(), false);
   for (std::size_t n = 0; n < log.size(); ++n) {

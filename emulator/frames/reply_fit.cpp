@@ -15,23 +15,17 @@ bool is_about_the_same(const protocol::Frame& query, const protocol::Frame& repl
   const protocol::CommandInfo* const command = protocol::command_of(query);
   if (command == nullptr || protocol::find_multi_drive(query.id) != nullptr) return true;
   const auto differs = [&](const protocol::Field& field) {
-    const auto repeated = [&](const protocol::Field& one) {
-      return one.key == field.key && one.byte == field.byte;
-    };
-    return field.beyond == protocol::Beyond::kUnknownCommand &&
+    return protocol::repeats_in_reply(*command, field) &&
            protocol::present(field, query.data, format) &&
-           std::ranges::any_of(command->reply, repeated) &&
            query.data[field.byte] != reply.data[field.byte];
   };
   return std::ranges::none_of(command->query, differs);
 }
 
-/// What a reply says a query of its kind says too, so that another query may look like it.
+/// Another query may look like the reply to this one.
 bool says_the_same(const protocol::Frame& query) {
   const protocol::CommandInfo* const command = protocol::command_of(query);
-  return command != nullptr && !command->echoed && !command->query.empty() &&
-         std::ranges::equal(command->query, command->reply, {}, &protocol::Field::name,
-                            &protocol::Field::name);
+  return command != nullptr && protocol::reply_says_the_same(*command);
 }
 
 }  // namespace

@@ -211,10 +211,7 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
                        const protocol::WireFormat& format) {
   const auto byte = static_cast<std::uint8_t>(opcode);
   const bool serial = format.dialect.framing == protocol::Framing::kSerial;
-  const auto rows = protocol::serial_commands();
-  const auto fields = serial
-                          ? std::ranges::find(rows, opcode, &protocol::CommandInfo::opcode)->reply
-                          : protocol::find_command(byte)->reply;
+  const auto fields = protocol::find_command(byte, format.dialect.framing)->reply;
   const auto field = std::ranges::find_if(fields, [&](const protocol::Field& one) {
     return one.unit == unit && protocol::present(one, {}, format);
   });

@@ -248,8 +248,7 @@ class MadeFiles {
 };
 
 fs::path rom_file(const fs::path& directory, const BusConfig& bus, const ServoConfig& servo) {
-  return directory / "rom" /
-         (bus_file_name(bus.interface) + "-" + std::to_string(servo.id) + ".toml");
+  return directory / "rom" / rom_file_name(bus.interface, servo.id);
 }
 
 bool was_written(const ServoConfig& servo) {

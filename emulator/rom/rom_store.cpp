@@ -115,10 +115,6 @@ void RomDirectory::lock() {
 
 namespace {
 
-std::string rom_file_name(const std::string& bus, int id) {
-  return bus_file_name(bus) + "-" + std::to_string(id) + ".toml";
-}
-
 /// What the file holds goes over `servo`.
 void load(const fs::path& file, const std::string& bus, ServoConfig& servo) {
   try {

@@ -24,7 +24,7 @@ Beacon::Beacon(boost::asio::io_context& loop, const address_v4& address, std::ui
   boost::system::error_code error;
   const std::string host = boost::asio::ip::host_name(error);
   text_ = beacon_text(error ? "localhost" : host, address.to_string(), port);
-  // One that cannot be sent is not: whoever knows the address needs none.
+  // A failed send is ignored: a client that knows the address needs no beacon.
   socket_.open(udp::v4(), error);
   socket_.set_option(boost::asio::socket_base::broadcast(true), error);
   socket_.bind({address, 0}, error);

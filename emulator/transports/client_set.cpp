@@ -113,6 +113,7 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
   for (auto& [number, client] : clients_) {
     if (!client.own) listen_to(client, out, collected.more);
   }
+  set_alarm();
   return collected;
 }
 
@@ -130,7 +131,6 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
     spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
   }
   put(client, heard_.answer);
-  set_alarm();
   return true;
 }
 
@@ -139,7 +139,6 @@ void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
   heard_.frames.clear();
   client.protocol->take_due(now, heard_.frames);
   for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
-  set_alarm();
 }
 
 void ClientSet::set_alarm() {

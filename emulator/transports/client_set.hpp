@@ -33,7 +33,7 @@ class ClientSet {
 
   /// It is closed with the client.
   void add(Descriptor fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
-  /// A descriptor that somebody else closes.
+  /// A descriptor that its owner closes.
   void add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
   std::size_t size() const { return clients_.size(); }
 

@@ -39,7 +39,7 @@ class Slcan final : public ClientProtocol {
   std::optional<std::string> set_up(std::string_view line, FromClient& heard);
   std::optional<std::string> open(std::string_view line);
   bool accepts(const protocol::Frame& frame) const;
-  /// Bits of another length: nobody understands anybody.
+  /// Bits of another length: neither side understands the other.
   bool wrong_rate() const { return bitrate_ > 0 && rate_ && *rate_ != bitrate_; }
 
   std::int64_t bitrate_;

@@ -43,7 +43,7 @@ class StreamPort final : public Port {
   void pass_on(const protocol::Frame& frame, std::uint32_t sender) override;
   void end_turn() override { clients_.flush(); }
   int descriptor() const override { return clients_.descriptor(); }
-  /// A client that does not read loses frames; nobody waits for it.
+  /// A client that does not read loses frames; nothing waits for it.
   std::size_t pending() const override { return 0; }
   PortStats stats() const override;
 

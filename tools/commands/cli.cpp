@@ -68,7 +68,7 @@ struct Raw {
 void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--bus", raw.buses,
                  "bus to answer on, like " + bus_examples() +
-                     " (repeatable; docs/buses.md tells who gets on which, and how)")
+                     " (repeatable; docs/buses.md says which hosts can use which, and how)")
       ->type_name("BUS")
       ->allow_extra_args(false);
   app.add_option("--ids", raw.ids, "IDs of the drives on that bus, 1..32: 1-4 or 1,3,7-9")

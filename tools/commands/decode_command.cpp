@@ -15,6 +15,7 @@
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_error.hpp"
 #include "emulator/config/config_quirks.hpp"
+#include "emulator/config/config_reader.hpp"
 #include "emulator/files/durable_file.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
@@ -50,9 +51,8 @@ struct DecodeApp {
     app.footer(kDecodeFooter);
     app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
     app.add_option("--generation", generation,
-                   "firmware of the drives: legacy (default), late-legacy, v235, v236, v236b, or "
-                   "seen: what "
-                   "drives of the motor were seen to speak")
+                   "firmware of the drives, one of " + comma_list(generation_words()) +
+                       " (default legacy); seen: what drives of the motor were seen to speak")
         ->type_name("GENERATION");
     app.add_option("--motor", motor,
                    std::string("motor of the drives, a name or a file, for the scales (default ") +

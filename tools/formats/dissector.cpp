@@ -86,20 +86,9 @@ class Tables {
   /// How many bytes behind the command say which parameter or setting it is about, in the query and
   /// in its reply.
   static int repeats(const protocol::CommandInfo& command) {
-    const auto is_repeated = [&](const protocol::Field& field) {
-      return field.beyond == protocol::Beyond::kUnknownCommand &&
-             std::ranges::any_of(command.reply, [&](const protocol::Field& one) {
-               return one.key == field.key && one.byte == field.byte;
-             });
-    };
-    return static_cast<int>(std::ranges::count_if(command.query, is_repeated));
-  }
-
-  /// What a reply says a query says too.
-  static bool alike(const protocol::CommandInfo& command) {
-    return !command.echoed && !command.query.empty() &&
-           std::ranges::equal(command.query, command.reply, {}, &protocol::Field::name,
-                              &protocol::Field::name);
+    return static_cast<int>(std::ranges::count_if(command.query, [&](const protocol::Field& field) {
+      return protocol::repeats_in_reply(command, field);
+    }));
   }
 
   static void put_commands(std::ostream& out) {
@@ -109,7 +98,7 @@ class Tables {
           << "] = { name = " << lua_string(row.name)
           << ", echo = " << (row.echoed ? "true" : "false")
           << ", answered = " << (row.answered ? "true" : "false") << ", repeats = " << repeats(row)
-          << ", alike = " << (alike(row) ? "true" : "false") << " },\n";
+          << ", alike = " << (protocol::reply_says_the_same(row) ? "true" : "false") << " },\n";
     }
     out << "}\n\nlocal several = {\n";
     for (const auto& row : protocol::multi_drive_commands()) {

@@ -8,6 +8,7 @@
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
+#include "emulator/config/rom_file.hpp"
 #include "emulator/core/servo/signals.hpp"
 
 namespace lk::emulator {
@@ -105,24 +106,6 @@ std::optional<Action> read_drive_action(TableReader& reader) {
   return action;
 }
 
-/// The keys of `settings`, and the parameter of ROM that each is part of.
-constexpr std::pair<const char*, RomParameter> kSettings[] = {
-    {"gains", RomParameter::kGains},
-    {"acceleration_dps_s", RomParameter::kAcceleration},
-    {"encoder_offset", RomParameter::kEncoderOffset},
-    {"max_torque_current_lsb", RomParameter::kMaxTorqueCurrent},
-    {"max_power_permille", RomParameter::kMaxPower},
-    {"max_speed_dps", RomParameter::kMaxSpeed},
-    {"max_angle_deg", RomParameter::kMaxAngle},
-    {"current_ramp_A_s", RomParameter::kCurrentRamp},
-    {"broadcast_mode", RomParameter::kBroadcastMode},
-    {"protection", RomParameter::kProtections},
-    {"driver_id", RomParameter::kDriverId},
-    {"bus_type", RomParameter::kBusType},
-    {"rs485_rate", RomParameter::kSerialRate},
-    {"can_rate", RomParameter::kCanRate},
-};
-
 /// One directive for each parameter that is said.
 std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo) {
   auto settings = *reader.table("settings");
@@ -139,8 +122,9 @@ std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo)
   ServoConfig changed = servo;
   changed.rom = wanted;
   check_settings(reader, changed);
-  for (const auto& [key, parameter] : kSettings) {
-    if (settings.has(key)) actions.emplace_back(Setting{parameter, wanted});
+  for (std::size_t p = 0; p < kRomParameters; ++p) {
+    const auto parameter = static_cast<RomParameter>(p);
+    if (settings.has(rom_key(parameter))) actions.emplace_back(Setting{parameter, wanted});
   }
   if (actions.empty()) reader.fail("settings", "there is no setting in it");
   return actions;

@@ -140,7 +140,7 @@ void Bus::to_host(TimedFrame frame) {
   if (serial_) {
     const int id = static_cast<int>(frame.frame.id & 0x3FU);
     faults_.read(frame.frame, time_);
-    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // bytes tell nobody
+    if (!frame.echo && frame.said_by == 0) frame.said_by = id;  // bytes do not say
   }
   if (!adapter_.in_use()) {
     hand_over(frame);
@@ -157,7 +157,7 @@ void Bus::to_host(TimedFrame frame) {
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
 }
 
-/// Serial ports know nothing but bytes: those that find no room leave a hole, which nobody reports.
+/// Serial ports know nothing but bytes: those that find no room leave an unreported hole.
 void Bus::bytes_to_host(TimedFrame frame) {
   const protocol::WireBytes bytes = protocol::wire_bytes(frame.frame);
   const std::size_t fits = std::min(bytes.size, adapter_.room());

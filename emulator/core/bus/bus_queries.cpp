@@ -95,7 +95,7 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
   return std::nullopt;
 }
 
-/// A drive on RS-485 has not let go of the line: nobody hears what hosts send.
+/// A drive on RS-485 still holds the line: no drive hears what hosts send.
 bool Bus::line_is_kept() {
   if (!serial_) return false;
   const auto keeper = std::ranges::find_if(

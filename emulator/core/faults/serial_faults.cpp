@@ -18,8 +18,6 @@ using enum FaultGroup;
 
 namespace {
 
-constexpr int kBitsPerByte = 10;  // start, eight, stop
-
 enum class Sum : std::uint8_t { kHeader, kData };
 constexpr std::string_view kSumWords[] = {"header", "data"};
 
@@ -69,7 +67,7 @@ void pause_inside(OnReply& on) {
     rest.frame = protocol::bytes_frame(bytes.view().subspan(first));
     rest.ready += from_ms(on.live.number(0));
     if (on.bitrate > 0) {
-      rest.ready += bits_duration(kBitsPerByte * static_cast<int>(first), on.bitrate);
+      rest.ready += bits_duration(kSerialBitsPerByte * static_cast<int>(first), on.bitrate);
     }
     parts.push_back(begin);
     parts.push_back(rest);

@@ -51,7 +51,10 @@ class Servo {
   /// Where it is found: the ID in force, the bus and the bit rates that it is set to.
   const DrivePlace& place() const { return place_; }
   /// ROM has another place than that in force.
-  bool moves_at_start() const;
+  bool moves_at_start() const {
+    return rom_.driver_id != ram_.driver_id || rom_.bus_type != ram_.bus_type ||
+           rom_.serial_rate != ram_.serial_rate || rom_.can_rate != ram_.can_rate;
+  }
   int address() const { return place_.id; }
   bool on_its_bus() const { return is_on_its_bus(place_, config_); }
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
@@ -127,7 +130,7 @@ class Servo {
   std::uint32_t starts() const { return starts_; }
   /// It obeys, and nothing that it says leaves it until it starts anew.
   bool is_mute() const { return hung_ != OffHangs::kNo; }
-  /// On RS-485 it keeps the line, and nobody else is heard either.
+  /// On RS-485 it holds the line, so no other drive is heard either.
   bool keeps_line() const { return hung_ == OffHangs::kBus; }
   /// That showed on a frame of others.
   void show_kept_line() { shown_faults_.hangs_after_off |= faults_.hangs_after_off; }
@@ -188,8 +191,8 @@ class Servo {
   protocol::Reply on(const protocol::ReadStoredSetting& command, const Context& context) const;
   protocol::Reply on(const protocol::WriteStoredSetting& command, const Context& context);
   protocol::Reply on(const protocol::SaveSettings& command, const Context& context);
-  /// The place in `there` is in force after the reply.
-  void move_to(const Registers& there);
+  /// The place in `pending()` is in force after the reply.
+  void move();
   double lead_speed() const;
   protocol::Reply on(const protocol::Off&, const Context& context);
   protocol::Reply on(const protocol::Stop&, const Context& context);
@@ -305,8 +308,7 @@ class Servo {
   Registers pending_;        // those of touched_ wait for 0x44
   std::bitset<kRomParameters> touched_;
   std::bitset<kRomParameters> saved_;  // written last by 0x44, with the values of pending_
-  Registers next_place_;               // while moves_: in force after the reply
-  bool moves_ = false;
+  bool moves_ = false;                 // to the place in `pending()`, after the reply
   bool restarts_ = false;
   std::optional<Calibration> calibration_;
   FirmwareFaults faults_;

@@ -57,7 +57,7 @@ Reply Servo::on(const protocol::WriteStoredSetting& command, const Context& cont
     pending_ = pending();
     set_stored(pending_, command.setting, format_);
     touched_.set(static_cast<std::size_t>(rom_parameter_of(command.setting.id(), format_.series)));
-    if (config_.quirks.id_change == IdChange::kWrite) move_to(pending_);
+    if (config_.quirks.id_change == IdChange::kWrite) move();
   }
   return protocol::StoredSettingValue{get_stored(pending(), command.setting, config_, format_),
                                       protocol::WriteStoredSetting::kOpcode};
@@ -72,7 +72,7 @@ Reply Servo::on(const protocol::SaveSettings& command, const Context&) {
   const bool saved = write_rom(written, pending());
   if (saved) {
     saved_ = std::exchange(touched_, {});
-    if (config_.quirks.id_change == IdChange::kSave) move_to(rom_);
+    if (config_.quirks.id_change == IdChange::kSave) move();
   }
   return protocol::SettingsSaved{command.table, saved};
 }
@@ -89,24 +89,20 @@ void Servo::restore_rom(const Registers& rom, const RomWear& wear) {
   saved_.reset();
 }
 
-bool Servo::moves_at_start() const { return drive_place(rom_, config_) != place_; }
-
-void Servo::move_to(const Registers& there) {
-  for (const auto parameter : {RomParameter::kDriverId, RomParameter::kBusType,
-                               RomParameter::kSerialRate, RomParameter::kCanRate}) {
-    copy_parameter(parameter, there, next_place_);
-  }
+void Servo::move() {
   moves_ = true;
   // With the old ID the reply leaves first: Bus::answer takes the move then.
-  if (config_.quirks.id_change_reply == IdChangeReply::kNew)
-    place_ = drive_place(next_place_, config_);
+  if (config_.quirks.id_change_reply == IdChangeReply::kNew) {
+    place_ = drive_place(pending(), config_);
+  }
 }
 
 bool Servo::take_move() {
   if (!std::exchange(moves_, false)) return false;
+  const Registers next = pending();
   for (const auto parameter : {RomParameter::kDriverId, RomParameter::kBusType,
                                RomParameter::kSerialRate, RomParameter::kCanRate}) {
-    copy_parameter(parameter, next_place_, ram_);
+    copy_parameter(parameter, next, ram_);
   }
   place_ = drive_place(ram_, config_);
   return true;

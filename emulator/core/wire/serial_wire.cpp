@@ -13,8 +13,6 @@ namespace lk::emulator {
 using protocol::Frame;
 using protocol::FrameKind;
 
-constexpr int kBitsPerByte = 10;  // start, eight, stop
-
 SerialWire::SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules,
                        std::uint64_t seed)
     : bitrate_(bitrate), receiver_(rules), random_(seed) {
@@ -27,7 +25,7 @@ SimTime SerialWire::bits(int count) const {
 
 /// When the byte begins; the last ends where the next would begin.
 SimTime SerialWire::byte_time(const Sending& one, std::size_t byte) const {
-  return one.start + bits(kBitsPerByte * static_cast<int>(byte));
+  return one.start + bits(kSerialBitsPerByte * static_cast<int>(byte));
 }
 
 // --- who sends

@@ -65,7 +65,7 @@ class SerialWire {
   SimTime busy() const { return busy_; }
   /// The host's frame that was delivered last, as it wrote it.
   const protocol::Frame& written() const { return written_; }
-  /// So long behind what hosts send nobody else gets through; 0: they let go at once.
+  /// How long after a host's bytes the line stays blocked; 0: it is released at once.
   void keep_line(SimTime behind) { keeps_line_ = behind; }
   const protocol::ReceiverStats& receiver_stats() const { return receiver_.stats(); }
 
