@@ -194,6 +194,7 @@ Profile parse_profile(const MotorFile& motor, const FindMotorFile& find_base) {
   profile.files = std::move(document.files);
   profile.aliases = reader.texts("aliases");
   reader.text("extends");
+  reader.table("identified");  // for `lk-emu identify --expect`
   if (const auto model = reader.text("model")) {
     profile.model = *model;
   } else {

@@ -7,6 +7,8 @@ constexpr Command kCommands[] = {
     {"ctl", "inspect and control a running lk-emu", run_ctl, ctl_app},
     {"decode", "explain the frames of a bus, from candump's output", run_decode, decode_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
+    {"identify", "find a motor's numbers in logs of it, and write a motor file", run_identify,
+     identify_app},
     {"motors", "list the motor profiles, or show one of them", run_motors, motors_app},
     {"plot", "draw a CSV file of a run as SVG", run_plot, plot_app},
     {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,

@@ -33,6 +33,9 @@ std::shared_ptr<CLI::App> decode_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> faults_app();
+// identify_command.cpp
+int run_identify(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> identify_app();
 // motors_command.cpp
 int run_motors(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> motors_app();

@@ -1,0 +1,416 @@
+#include "tools/identify/balance_fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace lk::emulator {
+namespace {
+
+using Index = Eigen::Index;
+using Windows = std::vector<BalanceWindow>;
+
+/// The jackknife's groups, each of every 24th run of ten windows: windows that overlap stay
+/// together, and every group has something of each part of the log.
+constexpr std::size_t kGroups = 24;
+constexpr std::size_t kRun = 10;
+constexpr double kStudent = 2.069;  // 95 % of Student's t with kGroups − 1 degrees
+
+constexpr int kHighestOrder = 200;
+constexpr std::size_t kMostOrders = 4;
+/// By how many variances of the residuals a new order must lower their sum of squares: with 200 to
+/// choose from, noise does it once in 10⁷ logs; overlapping windows count twice.
+constexpr double kOrderGain = 2 * 43;
+
+std::size_t group_of(std::size_t window) { return window / kRun % kGroups; }
+
+/// Weights of the windows, 1/A²: those with a commanded current are better known than measured
+/// ones.
+struct Weights {
+  double measured = 1;
+  double commanded = 1;
+
+  double of(const BalanceWindow& window) const { return window.commanded ? commanded : measured; }
+};
+
+/// Sums of a least-squares problem.
+struct Sums {
+  Eigen::MatrixXd normal;
+  Eigen::VectorXd right;
+
+  explicit Sums(Index terms)
+      : normal(Eigen::MatrixXd::Zero(terms, terms)), right(Eigen::VectorXd::Zero(terms)) {}
+  void add(const BalanceWindow& window, double weight) {
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(window.terms, weight);
+    right += weight * window.iq_A * window.terms;
+  }
+  /// Of the terms that are `used`; 0 for the others.
+  Eigen::VectorXd solve(const std::vector<Index>& used) const {
+    const auto count = static_cast<Index>(used.size());
+    Eigen::MatrixXd a(count, count);
+    Eigen::VectorXd b(count);
+    for (Index i = 0; i < count; ++i) {
+      b(i) = right(used[static_cast<std::size_t>(i)]);
+      for (Index k = 0; k < count; ++k) {
+        const Index row = used[static_cast<std::size_t>(i)];
+        const Index column = used[static_cast<std::size_t>(k)];
+        a(i, k) = normal(std::max(row, column), std::min(row, column));
+      }
+    }
+    // Terms have units: each is scaled to 1 before it is solved.
+    const Eigen::VectorXd scale = a.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * a * scale.asDiagonal();
+    const Eigen::VectorXd found =
+        scaled.completeOrthogonalDecomposition().solve(scale.cwiseProduct(b)).cwiseProduct(scale);
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(right.size());
+    for (Index i = 0; i < count; ++i) all(used[static_cast<std::size_t>(i)]) = found(i);
+    return all;
+  }
+};
+
+double residual_A(const BalanceWindow& window, const Eigen::VectorXd& coefficients) {
+  return window.iq_A - window.terms.dot(coefficients);
+}
+
+Index place(BalanceTerm term) { return static_cast<Index>(term); }
+
+/// Fits, weighs by what is left, and fits again. Windows whose command is not the one that the drive
+/// had, because a line of the log is lost, are left out: by what is left of them. Of measured
+/// currents none is: what is far off there is often what tells the inertia.
+class Regression {
+ public:
+  Regression(const Windows& windows, std::vector<Index> used)
+      : windows_(windows), used_(std::move(used)), kept_(windows.size(), true) {
+    for (int round = 0; round < 6; ++round) {
+      fit();
+      weigh();
+      if (round > 0) trim();
+    }
+    fit();
+  }
+
+  const Eigen::VectorXd& coefficients() const { return coefficients_; }
+  const Weights& weights() const { return weights_; }
+  bool kept(std::size_t window) const { return kept_[window]; }
+  /// The weighted sum of squares, where every window has the variance 1.
+  double loss() const {
+    double sum = 0;
+    for (std::size_t n = 0; n < windows_.size(); ++n) {
+      if (kept_[n]) sum += weights_.of(windows_[n]) * std::pow(residual_A(windows_[n], coefficients_), 2);
+    }
+    return sum;
+  }
+  /// The coefficients without each group.
+  std::vector<Eigen::VectorXd> jackknife() const {
+    std::vector<Sums> groups = sums();
+    Sums whole(terms());
+    for (const Sums& group : groups) {
+      whole.normal += group.normal;
+      whole.right += group.right;
+    }
+    std::vector<Eigen::VectorXd> without;
+    for (Sums& group : groups) {
+      group.normal = whole.normal - group.normal;
+      group.right = whole.right - group.right;
+      without.push_back(group.solve(used_));
+    }
+    return without;
+  }
+
+ private:
+  Index terms() const { return windows_.front().terms.size(); }
+  std::vector<Sums> sums() const {
+    std::vector<Sums> groups(kGroups, Sums(terms()));
+    for (std::size_t n = 0; n < windows_.size(); ++n) {
+      if (kept_[n]) groups[group_of(n)].add(windows_[n], weights_.of(windows_[n]));
+    }
+    return groups;
+  }
+  void fit() {
+    Sums whole(terms());
+    for (std::size_t n = 0; n < windows_.size(); ++n) {
+      if (kept_[n]) whole.add(windows_[n], weights_.of(windows_[n]));
+    }
+    coefficients_ = whole.solve(used_);
+  }
+  void weigh() {
+    std::array<double, 2> squares{};
+    std::array<double, 2> counts{};
+    for (std::size_t n = 0; n < windows_.size(); ++n) {
+      if (!kept_[n]) continue;
+      const std::size_t kind = windows_[n].commanded ? 1 : 0;
+      squares[kind] += std::pow(residual_A(windows_[n], coefficients_), 2);
+      counts[kind] += 1;
+    }
+    const auto weight = [&](std::size_t kind) {
+      return counts[kind] > static_cast<double>(used_.size()) + 10 && squares[kind] > 0
+                 ? counts[kind] / squares[kind]
+                 : 0.0;
+    };
+    weights_ = {weight(0), weight(1)};
+    if (weights_.measured == 0 && weights_.commanded == 0) weights_ = {1, 1};
+  }
+
+  /// Beyond five standard deviations, as the median of what is left has them.
+  void trim() {
+    std::vector<double> left;
+    for (const BalanceWindow& w : windows_) {
+      if (w.commanded) left.push_back(std::abs(residual_A(w, coefficients_)));
+    }
+    if (left.empty()) return;
+    const auto middle = left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2);
+    std::ranges::nth_element(left, middle);
+    constexpr double kDeviationOfMedian = 1.4826;
+    const double most_A = 5 * kDeviationOfMedian * *middle;
+    for (std::size_t n = 0; n < windows_.size(); ++n) {
+      const BalanceWindow& w = windows_[n];
+      kept_[n] = !w.commanded || std::abs(residual_A(w, coefficients_)) <= most_A;
+    }
+  }
+
+  const Windows& windows_;
+  std::vector<Index> used_;
+  std::vector<bool> kept_;
+  Weights weights_;
+  Eigen::VectorXd coefficients_;
+};
+
+/// What a function of the coefficients is, and how well it is known.
+template <class Function>
+Estimate estimate(const Regression& regression, const std::vector<Eigen::VectorXd>& without,
+                  Function of) {
+  const double whole = of(regression.coefficients());
+  double mean = 0;
+  for (const auto& one : without) mean += of(one) / kGroups;
+  double squares = 0;
+  for (const auto& one : without) squares += std::pow(of(one) - mean, 2);
+  return {whole, kStudent * std::sqrt(squares * (kGroups - 1) / kGroups)};
+}
+
+/// Which of the terms are looked for.
+struct Looked {
+  bool pulses = false;  // for their friction apart
+  bool gravity = false;
+  bool gear_loss = false;
+};
+
+std::vector<Index> used_terms(const Looked& looked, std::size_t orders) {
+  std::vector<Index> used{place(BalanceTerm::kInertia), place(BalanceTerm::kCoulomb),
+                          place(BalanceTerm::kViscous), place(BalanceTerm::kConstant)};
+  if (looked.pulses) {
+    used.push_back(place(BalanceTerm::kPulseCoulomb));
+    used.push_back(place(BalanceTerm::kPulseViscous));
+  }
+  if (looked.gravity) {
+    used.push_back(place(BalanceTerm::kGravitySin));
+    used.push_back(place(BalanceTerm::kGravityCos));
+  }
+  if (looked.gear_loss) used.push_back(place(BalanceTerm::kGearLoss));
+  for (std::size_t n = 0; n < 2 * orders; ++n) used.push_back(kFixedTerms + static_cast<Index>(n));
+  return used;
+}
+
+/// The order that explains most of what is left; 0: none explains enough.
+int next_order(const Windows& windows, const Regression& regression,
+               const Eigen::MatrixXcd& averages, const std::vector<int>& known) {
+  int best = 0;
+  double most = kOrderGain;
+  for (int order = 1; order <= averages.cols(); ++order) {
+    if (std::ranges::find(known, order) != known.end()) continue;
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t n = 0; n < windows.size(); ++n) {
+      if (!regression.kept(n)) continue;
+      const auto average = averages(static_cast<Index>(n), order - 1);
+      const Eigen::Vector2d row(average.real(), average.imag());
+      const double weight = regression.weights().of(windows[n]);
+      normal += weight * row * row.transpose();
+      right += weight * residual_A(windows[n], regression.coefficients()) * row;
+    }
+    const double gain = right.dot(normal.completeOrthogonalDecomposition().solve(right));
+    if (gain <= most) continue;
+    most = gain;
+    best = order;
+  }
+  return best;
+}
+
+/// The delay with the least loss, within a few milliseconds: a grid, then a parabola.
+double best_delay_s(const Track& track, BalanceShape shape, const std::vector<Index>& used) {
+  constexpr double kStep_s = 0.25e-3;
+  constexpr int kSteps = 20;
+  std::vector<double> loss;
+  for (int n = -kSteps / 2; n <= kSteps; ++n) {
+    shape.delay_s = n * kStep_s;
+    const Windows windows = balance_windows(track, shape);
+    if (windows.size() < kFewestWindows) return 0;
+    double squares = 0;
+    double count = 0;
+    const Regression regression(windows, used);
+    for (std::size_t k = 0; k < windows.size(); ++k) {
+      if (!windows[k].commanded || !regression.kept(k)) continue;
+      squares += std::pow(residual_A(windows[k], regression.coefficients()), 2);
+      count += 1;
+    }
+    if (count < kFewestWindows) return 0;
+    loss.push_back(squares / count);
+  }
+  const auto least = std::ranges::min_element(loss) - loss.begin();
+  double between = 0;
+  if (least > 0 && least + 1 < std::ssize(loss)) {
+    const double before = loss[static_cast<std::size_t>(least) - 1];
+    const double here = loss[static_cast<std::size_t>(least)];
+    const double after = loss[static_cast<std::size_t>(least) + 1];
+    if (before + after > 2 * here) between = 0.5 * (before - after) / (before - 2 * here + after);
+  }
+  return (static_cast<double>(least) - kSteps / 2 + between) * kStep_s;
+}
+
+bool output_turned_far(const Track& track) {
+  const auto [low, high] = std::ranges::minmax_element(track.samples, {}, &TrackSample::angle_rad);
+  return (high->angle_rad - low->angle_rad) / track.servo.profile.drive.mechanics.gear_ratio >=
+         kGravityTravel_rad;
+}
+
+/// Without the largest hundredth: lines that the log has lost.
+double trimmed_rms(std::vector<double>& values) {
+  const auto kept = values.size() - values.size() / 100;
+  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(kept) - 1);
+  double squares = 0;
+  for (std::size_t n = 0; n < kept; ++n) squares += values[n] * values[n];
+  return std::sqrt(squares / static_cast<double>(kept));
+}
+
+/// Of the windows that the fit has kept, or would have, each in its own deviations.
+double rms_A(const Windows& windows, const Regression& regression) {
+  double squares = 0;
+  double sum = 0;
+  for (std::size_t n = 0; n < windows.size(); ++n) {
+    if (!regression.kept(n)) continue;
+    const double weight = regression.weights().of(windows[n]);
+    squares += weight * std::pow(residual_A(windows[n], regression.coefficients()), 2);
+    sum += weight;
+  }
+  return std::sqrt(squares / sum);
+}
+
+/// Fitted on every other run of windows, tried on those between.
+double held_out_ratio(const Windows& windows, const std::vector<Index>& used) {
+  Windows halves[2];
+  for (std::size_t n = 0; n < windows.size(); ++n) halves[n / kRun % 2].push_back(windows[n]);
+  const Regression half(halves[0], used);
+  std::vector<double> left[2];
+  for (int k = 0; k < 2; ++k) {
+    for (const BalanceWindow& w : halves[k]) {
+      left[k].push_back(std::sqrt(half.weights().of(w)) *
+                        std::abs(residual_A(w, half.coefficients())));
+    }
+  }
+  return trimmed_rms(left[1]) / trimmed_rms(left[0]);
+}
+
+/// The autocorrelation of what is left in windows that follow each other and share no sample.
+double autocorrelation(const Windows& windows, const Regression& regression) {
+  const auto left = [&](std::size_t n) {
+    return std::sqrt(regression.weights().of(windows[n])) *
+           residual_A(windows[n], regression.coefficients());
+  };
+  double products = 0;
+  double squares = 0;
+  for (std::size_t n = 0; n + 2 < windows.size(); ++n) {
+    const bool follows = windows[n + 2].first == windows[n].last;
+    if (!follows || !regression.kept(n) || !regression.kept(n + 2)) continue;
+    products += left(n) * left(n + 2);
+    squares += left(n) * left(n);
+  }
+  return squares > 0 ? products / squares : 0;
+}
+
+BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, const Looked& looked,
+                     const BalanceShape& shape) {
+  BalanceFit fit;
+  const Regression regression(windows, used);
+  const auto without = regression.jackknife();
+  const auto of = [&](auto function) { return estimate(regression, without, function); };
+  const auto coefficient = [&](BalanceTerm term) {
+    return of([term](const auto& c) { return c(place(term)); });
+  };
+  const auto amplitude = [](const auto& c) {
+    return std::hypot(c(place(BalanceTerm::kGravitySin)), c(place(BalanceTerm::kGravityCos)));
+  };
+  fit.inertia_A_s2 = coefficient(BalanceTerm::kInertia);
+  fit.coulomb_A = coefficient(BalanceTerm::kCoulomb);
+  fit.viscous_A_s = coefficient(BalanceTerm::kViscous);
+  fit.constant_A = coefficient(BalanceTerm::kConstant);
+  if (looked.gravity) fit.gravity_A = of(amplitude);
+  if (looked.gear_loss) {
+    fit.gear_loss =
+        of([amplitude](const auto& c) { return c(place(BalanceTerm::kGearLoss)) / amplitude(c); });
+  }
+  fit.gravity_phase_rad = shape.gravity_phase_rad;
+  fit.coefficients = regression.coefficients();
+  for (std::size_t n = 0; n < shape.orders.size(); ++n) {
+    const Index at = kFixedTerms + 2 * static_cast<Index>(n);
+    fit.cogging.push_back(
+        {shape.orders[n], of([at](const auto& c) { return std::hypot(c(at), c(at + 1)); }),
+         std::atan2(fit.coefficients(at), fit.coefficients(at + 1))});
+  }
+  std::ranges::sort(fit.cogging, std::greater{},
+                    [](const Cogging& one) { return one.amplitude_A.value; });
+  fit.delay_s = shape.delay_s;
+  fit.check = {windows.size(),
+               static_cast<std::size_t>(std::ranges::count_if(
+                   windows, [](const BalanceWindow& w) { return w.commanded; })),
+               rms_A(windows, regression), held_out_ratio(windows, used),
+               autocorrelation(windows, regression)};
+  return fit;
+}
+
+/// In short pulses the flange of the output hangs on the rotor or, within the play, does not.
+void add_flange(const Track& track, BalanceFit& fit) {
+  const model::MechanicsParams& m = track.servo.profile.drive.mechanics;
+  const double share = m.J_out / (m.gear_ratio * m.gear_ratio * m.J + m.J_out);
+  fit.inertia_A_s2.half_width =
+      std::hypot(fit.inertia_A_s2.half_width, share / 2 * fit.inertia_A_s2.value);
+}
+
+}  // namespace
+
+std::optional<BalanceFit> fit_balance(const Track& track) {
+  BalanceShape shape;
+  Windows windows = balance_windows(track, shape);
+  if (windows.size() < kFewestWindows) return std::nullopt;
+  const bool geared = track.servo.profile.drive.mechanics.gear_ratio > 1;
+  const auto commanded = static_cast<std::size_t>(
+      std::ranges::count_if(windows, [](const BalanceWindow& w) { return w.commanded; }));
+  Looked looked{.pulses = geared && commanded >= kFewestWindows &&
+                          windows.size() - commanded >= kFewestWindows,
+                .gravity = output_turned_far(track)};
+  shape.delay_s = best_delay_s(track, shape, used_terms(looked, 0));
+  windows = balance_windows(track, shape);
+  const Eigen::MatrixXcd averages = order_averages(track, windows, kHighestOrder);
+  while (shape.orders.size() < kMostOrders) {
+    const Regression regression(windows, used_terms(looked, shape.orders.size()));
+    const int order = next_order(windows, regression, averages, shape.orders);
+    if (order == 0) break;
+    shape.orders.push_back(order);
+    windows = balance_windows(track, shape);
+  }
+  if (looked.gravity && geared) {
+    const Regression regression(windows, used_terms(looked, shape.orders.size()));
+    const Eigen::VectorXd& c = regression.coefficients();
+    shape.gravity_phase_rad =
+        std::atan2(c(place(BalanceTerm::kGravityCos)), c(place(BalanceTerm::kGravitySin)));
+    looked.gear_loss = true;
+  }
+  const auto used = used_terms(looked, shape.orders.size());
+  shape.delay_s = best_delay_s(track, shape, used);
+  windows = balance_windows(track, shape);
+  BalanceFit fit = estimates(windows, used, looked, shape);
+  if (geared) add_flange(track, fit);
+  fit.windows = std::move(windows);
+  return fit;
+}
+
+}  // namespace lk::emulator
