@@ -25,13 +25,21 @@ constexpr double kOrderGain = 2 * 43;
 
 std::size_t group_of(std::size_t window) { return window / kRun % kGroups; }
 
-/// Weights of the windows, 1/A²: those with a commanded current are better known than measured
-/// ones.
-struct Weights {
-  double measured = 1;
-  double commanded = 1;
+double acceleration(const BalanceWindow& window) {
+  return window.terms(static_cast<Index>(BalanceTerm::kInertia));
+}
 
-  double of(const BalanceWindow& window) const { return window.commanded ? commanded : measured; }
+/// Weights of the windows, 1/A²: those with a commanded current are better known than measured
+/// ones, and these the less the faster it changed between its samples: with the acceleration.
+struct Weights {
+  double commanded = 1;
+  double measured_A2 = 1;        // variance of a measured one at steady speed
+  double per_acceleration2 = 0;  // and how that grows with its square
+
+  double of(const BalanceWindow& window) const {
+    if (window.commanded) return commanded;
+    return 1 / (measured_A2 + per_acceleration2 * std::pow(acceleration(window), 2));
+  }
 };
 
 /// Sums of a least-squares problem.
@@ -135,21 +143,36 @@ class Regression {
     coefficients_ = whole.solve(used_);
   }
   void weigh() {
-    std::array<double, 2> squares{};
-    std::array<double, 2> counts{};
+    double squares = 0;
+    double count = 0;
+    std::vector<std::pair<double, double>> measured;  // acceleration², what is left²
     for (std::size_t n = 0; n < windows_.size(); ++n) {
       if (!kept_[n]) continue;
-      const std::size_t kind = windows_[n].commanded ? 1 : 0;
-      squares[kind] += std::pow(residual_A(windows_[n], coefficients_), 2);
-      counts[kind] += 1;
+      const double left = std::pow(residual_A(windows_[n], coefficients_), 2);
+      if (!windows_[n].commanded) {
+        measured.emplace_back(std::pow(acceleration(windows_[n]), 2), left);
+        continue;
+      }
+      squares += left;
+      count += 1;
     }
-    const auto weight = [&](std::size_t kind) {
-      return counts[kind] > static_cast<double>(used_.size()) + 10 && squares[kind] > 0
-                 ? counts[kind] / squares[kind]
-                 : 0.0;
-    };
-    weights_ = {weight(0), weight(1)};
-    if (weights_.measured == 0 && weights_.commanded == 0) weights_ = {1, 1};
+    if (squares > 0) weights_.commanded = count / squares;
+    if (measured.size() > 20) weigh_measured(measured);
+  }
+  /// The quieter half has the variance of steady speed, the other one the rest.
+  void weigh_measured(std::vector<std::pair<double, double>>& measured) {
+    const auto half = measured.size() / 2;
+    std::ranges::nth_element(measured, measured.begin() + static_cast<std::ptrdiff_t>(half));
+    double steady = 0;
+    for (std::size_t n = 0; n < half; ++n) steady += measured[n].second;
+    double more = 0;
+    double accelerations = 0;
+    weights_.measured_A2 = std::max(steady / static_cast<double>(half), 1e-12);
+    for (std::size_t n = half; n < measured.size(); ++n) {
+      more += measured[n].second - weights_.measured_A2;
+      accelerations += measured[n].first;
+    }
+    weights_.per_acceleration2 = accelerations > 0 ? std::max(more / accelerations, 0.0) : 0.0;
   }
 
   /// Beyond five standard deviations, as the median of what is left has them.
@@ -188,8 +211,14 @@ Estimate estimate(const Regression& regression, const std::vector<Eigen::VectorX
   return {whole, kStudent * std::sqrt(squares * (kGroups - 1) / kGroups)};
 }
 
+double gravity_of(const Eigen::VectorXd& coefficients) {
+  return std::hypot(coefficients(place(BalanceTerm::kGravitySin)),
+                    coefficients(place(BalanceTerm::kGravityCos)));
+}
+
 /// Which of the terms are looked for.
 struct Looked {
+  bool viscous = true;
   bool pulses = false;  // for their friction apart
   bool gravity = false;
   bool gear_loss = false;
@@ -197,11 +226,10 @@ struct Looked {
 
 std::vector<Index> used_terms(const Looked& looked, std::size_t orders) {
   std::vector<Index> used{place(BalanceTerm::kInertia), place(BalanceTerm::kCoulomb),
-                          place(BalanceTerm::kViscous), place(BalanceTerm::kConstant)};
-  if (looked.pulses) {
-    used.push_back(place(BalanceTerm::kPulseCoulomb));
-    used.push_back(place(BalanceTerm::kPulseViscous));
-  }
+                          place(BalanceTerm::kConstant)};
+  if (looked.viscous) used.push_back(place(BalanceTerm::kViscous));
+  if (looked.pulses) used.push_back(place(BalanceTerm::kPulseCoulomb));
+  if (looked.pulses && looked.viscous) used.push_back(place(BalanceTerm::kPulseViscous));
   if (looked.gravity) {
     used.push_back(place(BalanceTerm::kGravitySin));
     used.push_back(place(BalanceTerm::kGravityCos));
@@ -267,18 +295,41 @@ double best_delay_s(const Track& track, BalanceShape shape, const std::vector<In
   return (static_cast<double>(least) - kSteps / 2 + between) * kStep_s;
 }
 
+/// Friction tells its viscous part by being another at another speed, and not while the speed
+/// changes: of the windows with little acceleration, the fast ones are so much faster than the slow
+/// ones (assumed).
+bool has_speeds(const Windows& windows) {
+  constexpr double kSpread = 2.5;
+  std::vector<std::pair<double, double>> by_acceleration;
+  for (const BalanceWindow& w : windows) {
+    by_acceleration.emplace_back(std::abs(acceleration(w)), std::abs(w.speed_rad_s));
+  }
+  std::ranges::sort(by_acceleration);
+  std::vector<double> speeds;
+  for (std::size_t n = 0; n < by_acceleration.size() / 2; ++n) {
+    speeds.push_back(by_acceleration[n].second);
+  }
+  std::ranges::sort(speeds);
+  return speeds[speeds.size() * 9 / 10] > kSpread * speeds[speeds.size() / 10];
+}
+
 bool output_turned_far(const Track& track) {
   const auto [low, high] = std::ranges::minmax_element(track.samples, {}, &TrackSample::angle_rad);
   return (high->angle_rad - low->angle_rad) / track.servo.profile.drive.mechanics.gear_ratio >=
          kGravityTravel_rad;
 }
 
-/// Without the largest hundredth: lines that the log has lost.
-double trimmed_rms(std::vector<double>& values) {
-  const auto kept = values.size() - values.size() / 100;
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(kept) - 1);
+/// In deviations, without the largest hundredth: lines that the log has lost.
+double trimmed_rms(const Windows& windows, const Regression& regression) {
+  std::vector<double> left;
+  for (const BalanceWindow& w : windows) {
+    left.push_back(std::sqrt(regression.weights().of(w)) *
+                   std::abs(residual_A(w, regression.coefficients())));
+  }
+  const auto kept = left.size() - left.size() / 100;
+  std::ranges::nth_element(left, left.begin() + static_cast<std::ptrdiff_t>(kept) - 1);
   double squares = 0;
-  for (std::size_t n = 0; n < kept; ++n) squares += values[n] * values[n];
+  for (std::size_t n = 0; n < kept; ++n) squares += left[n] * left[n];
   return std::sqrt(squares / static_cast<double>(kept));
 }
 
@@ -295,19 +346,20 @@ double rms_A(const Windows& windows, const Regression& regression) {
   return std::sqrt(squares / sum);
 }
 
-/// Fitted on every other run of windows, tried on those between.
+/// Each half, of every other run of windows, is fitted and tried on the other: what is left there,
+/// over what is left where it was fitted.
 double held_out_ratio(const Windows& windows, const std::vector<Index>& used) {
   Windows halves[2];
   for (std::size_t n = 0; n < windows.size(); ++n) halves[n / kRun % 2].push_back(windows[n]);
-  const Regression half(halves[0], used);
-  std::vector<double> left[2];
-  for (int k = 0; k < 2; ++k) {
-    for (const BalanceWindow& w : halves[k]) {
-      left[k].push_back(std::sqrt(half.weights().of(w)) *
-                        std::abs(residual_A(w, half.coefficients())));
-    }
+  double held_out = 0;
+  double fitted = 0;
+  for (const Windows& half : halves) {
+    const Regression regression(half, used);
+    const Windows& other = &half == halves ? halves[1] : halves[0];
+    fitted += std::pow(trimmed_rms(half, regression), 2);
+    held_out += std::pow(trimmed_rms(other, regression), 2);
   }
-  return trimmed_rms(left[1]) / trimmed_rms(left[0]);
+  return std::sqrt(held_out / fitted);
 }
 
 /// The autocorrelation of what is left in windows that follow each other and share no sample.
@@ -336,17 +388,18 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   const auto coefficient = [&](BalanceTerm term) {
     return of([term](const auto& c) { return c(place(term)); });
   };
-  const auto amplitude = [](const auto& c) {
-    return std::hypot(c(place(BalanceTerm::kGravitySin)), c(place(BalanceTerm::kGravityCos)));
-  };
   fit.inertia_A_s2 = coefficient(BalanceTerm::kInertia);
   fit.coulomb_A = coefficient(BalanceTerm::kCoulomb);
   fit.viscous_A_s = coefficient(BalanceTerm::kViscous);
+  if (!looked.viscous) {
+    // What of it grows with the speed is in it: a tenth, assumed.
+    fit.coulomb_A.half_width = std::hypot(fit.coulomb_A.half_width, 0.1 * fit.coulomb_A.value);
+  }
   fit.constant_A = coefficient(BalanceTerm::kConstant);
-  if (looked.gravity) fit.gravity_A = of(amplitude);
+  if (looked.gravity) fit.gravity_A = of(gravity_of);
   if (looked.gear_loss) {
     fit.gear_loss =
-        of([amplitude](const auto& c) { return c(place(BalanceTerm::kGearLoss)) / amplitude(c); });
+        of([](const auto& c) { return c(place(BalanceTerm::kGearLoss)) / gravity_of(c); });
   }
   fit.gravity_phase_rad = shape.gravity_phase_rad;
   fit.coefficients = regression.coefficients();
@@ -367,12 +420,16 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   return fit;
 }
 
-/// In short pulses the flange of the output hangs on the rotor or, within the play, does not.
-void add_flange(const Track& track, BalanceFit& fit) {
+/// What the windows do not see of the inertia: the current rises along a curve, where a delay is
+/// fitted, and stamps are late (1 %, assumed). Within the play of a gear, and in short pulses, the
+/// flange of the output hangs on the rotor or does not.
+void widen_inertia(const Track& track, Estimate& inertia) {
+  constexpr double kUnseen = 0.01;
   const model::MechanicsParams& m = track.servo.profile.drive.mechanics;
-  const double share = m.J_out / (m.gear_ratio * m.gear_ratio * m.J + m.J_out);
-  fit.inertia_A_s2.half_width =
-      std::hypot(fit.inertia_A_s2.half_width, share / 2 * fit.inertia_A_s2.value);
+  const double flange =
+      m.gear_ratio > 1 ? m.J_out / (m.gear_ratio * m.gear_ratio * m.J + m.J_out) : 0.0;
+  inertia.half_width =
+      std::hypot(inertia.half_width, kUnseen * inertia.value, flange / 2 * inertia.value);
 }
 
 }  // namespace
@@ -384,7 +441,8 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
   const bool geared = track.servo.profile.drive.mechanics.gear_ratio > 1;
   const auto commanded = static_cast<std::size_t>(
       std::ranges::count_if(windows, [](const BalanceWindow& w) { return w.commanded; }));
-  Looked looked{.pulses = geared && commanded >= kFewestWindows &&
+  Looked looked{.viscous = has_speeds(windows),
+                .pulses = geared && commanded >= kFewestWindows &&
                           windows.size() - commanded >= kFewestWindows,
                 .gravity = output_turned_far(track)};
   shape.delay_s = best_delay_s(track, shape, used_terms(looked, 0));
@@ -397,18 +455,21 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
     shape.orders.push_back(order);
     windows = balance_windows(track, shape);
   }
-  if (looked.gravity && geared) {
+  if (looked.gravity) {
+    // Where there is none, what a gear takes of it looks like friction.
     const Regression regression(windows, used_terms(looked, shape.orders.size()));
     const Eigen::VectorXd& c = regression.coefficients();
+    looked.gravity = quality_of(estimate(regression, regression.jackknife(), gravity_of)) !=
+                     Quality::kUnknown;
+    looked.gear_loss = looked.gravity && geared;
     shape.gravity_phase_rad =
         std::atan2(c(place(BalanceTerm::kGravityCos)), c(place(BalanceTerm::kGravitySin)));
-    looked.gear_loss = true;
   }
   const auto used = used_terms(looked, shape.orders.size());
   shape.delay_s = best_delay_s(track, shape, used);
   windows = balance_windows(track, shape);
   BalanceFit fit = estimates(windows, used, looked, shape);
-  if (geared) add_flange(track, fit);
+  widen_inertia(track, fit.inertia_A_s2);
   fit.windows = std::move(windows);
   return fit;
 }

@@ -16,7 +16,7 @@ struct Estimate {
   double high() const { return value + half_width; }
 };
 
-/// How well it is known: A within 5 %, B within 20 %, C within 50 %, which is too rough for a motor
+/// How well it is known: A within 5 %, B within 15 %, C within 50 %, which is too rough for a motor
 /// file; U: the log does not tell it (assumed).
 enum class Quality : std::uint8_t { kA, kB, kC, kUnknown };
 
@@ -24,7 +24,7 @@ constexpr Quality quality_of(const Estimate& estimate) {
   const double value = estimate.value < 0 ? -estimate.value : estimate.value;
   if (!(value > 0) || !(estimate.half_width <= 0.5 * value)) return Quality::kUnknown;
   if (estimate.half_width <= 0.05 * value) return Quality::kA;
-  return estimate.half_width <= 0.2 * value ? Quality::kB : Quality::kC;
+  return estimate.half_width <= 0.15 * value ? Quality::kB : Quality::kC;
 }
 constexpr bool is_told(const Estimate& estimate) {
   return quality_of(estimate) <= Quality::kB;

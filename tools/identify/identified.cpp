@@ -18,16 +18,16 @@ std::optional<Estimate> current_noise_A(const Track& track) {
   double squares = 0;
   double count = 0;
   double sum = 0;
-  for (std::size_t n = 3; n < track.samples.size(); ++n) {
+  for (std::size_t n = 2; n < track.samples.size(); ++n) {
     const auto order_at = [&](std::size_t k) {
       return std::ranges::upper_bound(track.orders, track.samples[k].time_s, {},
                                       &TrackOrder::time_s) -
              1;
     };
-    if (track.orders.empty() || track.samples[n - 3].time_s < track.orders.front().time_s) continue;
+    if (track.orders.empty() || track.samples[n - 2].time_s < track.orders.front().time_s) continue;
     const auto now = order_at(n);
-    if (now->what != Follows::kTorque || std::abs(track.samples[n].speed_rad_s) > 0) continue;
-    const auto before = order_at(n - 3);
+    if (now->what != Follows::kTorque) continue;
+    const auto before = order_at(n - 2);
     if (before->what != Follows::kTorque || before->value != now->value) continue;
     const double off_A = track.samples[n].iq_A - now->value;
     sum += off_A;
@@ -39,7 +39,8 @@ std::optional<Estimate> current_noise_A(const Track& track) {
   const double lsb_A =
       protocol::wire_format(track.servo.quirks.dialect, track.servo.profile.series).iq_reply_lsb_A;
   const double real = std::sqrt(std::max(variance - lsb_A * lsb_A / 12, 0.0));
-  return Estimate{real, 1.96 * real / std::sqrt(2 * count)};
+  // The loop answers its own noise, and iq is made of two currents by the angle (14 %, assumed).
+  return Estimate{real, std::hypot(1.96 * real / std::sqrt(2 * count), 0.14 * real)};
 }
 
 void find_cogging(IdentifiedDrive& drive, std::optional<Estimate>& amplitude) {
@@ -56,7 +57,7 @@ void find_cogging(IdentifiedDrive& drive, std::optional<Estimate>& amplitude) {
 
 /// In the order of quantities().
 std::vector<std::optional<Estimate>> estimates(IdentifiedDrive& drive) {
-  std::optional<Estimate> inertia, coulomb, viscous, cogging, gravity, efficiency, delay, angle_kp;
+  std::optional<Estimate> inertia, coulomb, viscous, cogging, gravity, efficiency, angle_kp, noise;
   if (drive.balance) {
     inertia = drive.balance->inertia_A_s2;
     coulomb = drive.balance->coulomb_A;
@@ -70,6 +71,9 @@ std::vector<std::optional<Estimate>> estimates(IdentifiedDrive& drive) {
       efficiency = Estimate{eta, loss->half_width / ((1 + x) * (1 + x) * eta)};
     }
   }
+  if (drive.track.servo.profile.drive.control.has_current_loop) {
+    noise = current_noise_A(drive.track);
+  }
   if (drive.position_loop) angle_kp = drive.position_loop->angle_kp_per_s;
   std::optional<Estimate> k_t, R, no_load;
   if (drive.voltage) {
@@ -77,7 +81,7 @@ std::vector<std::optional<Estimate>> estimates(IdentifiedDrive& drive) {
     R = drive.voltage->R_ohm;
     no_load = drive.voltage->no_load_rad_s;
   }
-  return {inertia, coulomb,  viscous, cogging, gravity, efficiency, drive.speed_loop.kp_A_s, drive.speed_loop.ki_A, angle_kp, current_noise_A(drive.track), no_load, k_t, R};
+  return {inertia, coulomb,  viscous, cogging, gravity, efficiency, drive.speed_loop.kp_A_s, drive.speed_loop.ki_A, angle_kp, noise, no_load, k_t, R};
 }
 
 /// The same of the motor file, with the load that nobody knows left out.
@@ -101,7 +105,7 @@ std::vector<double> of_base(const ServoConfig& servo) {
           drive.current_sensor.noise * std::sqrt(4.0 / 3),
           most_V / p_psi,
           k_t,
-          drive.motor.R_s + drive.inverter.R_on};
+          drive.motor.R_s + drive.inverter.R_on + drive.supply.R_source / 2};
 }
 
 }  // namespace
@@ -125,11 +129,11 @@ const std::vector<Quantity>& quantities() {
        "moves (0xA4) of 30 degrees and more with rests between them, 200 exchanges per second"},
       {"iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0",
        "0xA1 with torque 0 for two seconds, shaft at rest"},
-      {"no_load_rad_s", "speed where the voltage is used up", "rad/s", "line of iq over speed at the limit",
+      {"no_load_rad_s", "speed where the voltage is used up", "rad/s", "iq over speed at the limit",
        "0xA1 with a large current from rest to full speed, shaft free"},
-      {"k_t_Nm_A", "torque constant", "Nm/A", "that line, and the voltage of 0x9A",
+      {"k_t_Nm_A", "torque constant", "Nm/A", "the same, and the voltage of 0x9A",
        "the same with 0x9A among the queries; or a known inertia or weight on the shaft"},
-      {"R_ohm", "resistance of a phase with its switch", "ohm", "that line, and the voltage of 0x9A",
+      {"R_ohm", "resistance of a phase, its switch, half the supply", "ohm", "the same, and the voltage of 0x9A",
        "the same with 0x9A among the queries"},
   };
   return all;
@@ -143,12 +147,14 @@ const Quantity* find_identified(std::string_view key) {
 IdentifiedDrive identify(Track track) {
   IdentifiedDrive drive;
   drive.track = std::move(track);
-  drive.balance = fit_balance(drive.track);
+  // An MS drive reports a share of the voltage in place of a current.
+  const bool has_iq = drive.track.servo.profile.drive.control.has_current_loop;
+  if (has_iq) drive.balance = fit_balance(drive.track);
   if (drive.balance) {
     drive.speed_loop = fit_speed_loop(drive.track, *drive.balance);
     drive.position_loop = fit_position_loop(drive.track, *drive.balance, drive.speed_loop);
   }
-  drive.voltage = fit_voltage(drive.track);
+  if (has_iq) drive.voltage = fit_voltage(drive.track);
   const auto found = estimates(drive);
   const auto base = of_base(drive.track.servo);
   for (std::size_t n = 0; n < quantities().size(); ++n) {

@@ -118,21 +118,11 @@ Section windings(const IdentifiedDrive& drive) {
   const model::DriveParams& base = drive.track.servo.profile.drive;
   Section section("motor");
   if (told(drive, "R_ohm")) {
-    section.add("R_s_ohm", number(drive, "R_ohm") - base.inverter.R_on, value_of(drive, "R_ohm"));
+    section.add("R_s_ohm", number(drive, "R_ohm") - base.inverter.R_on - base.supply.R_source / 2, value_of(drive, "R_ohm"));
   }
   if (told(drive, "k_t_Nm_A")) {
     section.add("psi_f_Wb", number(drive, "k_t_Nm_A") / 1.5 / base.motor.pole_pairs,
                 value_of(drive, "k_t_Nm_A"));
-  }
-  return section;
-}
-
-Section sensors(const IdentifiedDrive& drive) {
-  Section section("current_sensor");
-  if (told(drive, "iq_noise_A")) {
-    // Of two phases: iq has √(4/3) of one's.
-    section.add("noise_A", number(drive, "iq_noise_A") / std::sqrt(4.0 / 3),
-                value_of(drive, "iq_noise_A"));
   }
   return section;
 }
@@ -180,7 +170,7 @@ std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
   const double k_t = own_k_t ? number(drive, "k_t_Nm_A") : motor_figures(profile).k_t_Nm_A;
   std::string text = fmt::format(
       "# {} as drive {} of a robot has it.\n"
-      "# A within 5 %, B within 20 %, with the 95 % interval of the log.\n"
+      "# A within 5 %, B within 15 %, with the 95 % interval of the log.\n"
       "# In Nm with {}: {:.4g} Nm/A.\n",
       profile.model, drive.track.id,
       own_k_t ? "the torque constant that the log shows"
@@ -190,7 +180,7 @@ std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
   text += load_lines(drive, k_t) + not_told(drive);
   text += fmt::format("\nextends = {}\nmodel = {}\n", toml_string(base),
                       toml_string(profile.model + ", identified"));
-  text += windings(drive).text() + mechanics(drive, k_t).text() + sensors(drive).text() +
+  text += windings(drive).text() + mechanics(drive, k_t).text() +
           control(drive, k_t).text();
   return text + identified_table(drive, logs);
 }

@@ -56,7 +56,7 @@ A_PER_LSB = {lsb}
 COUNTS, ROTOR_TURNS = {counts:.0f}, {span:g}  # of the encoder field, and what they span
 FIRST_QUERIES = [{queries}]
 RATE_HZ = {rate:g}
-SPEED_DPS = {speed:g}  # of the speeds; pulses end at twice as much, everything at five times
+SPEED_DPS = {speed:g}  # of the speeds; pulses end at twice as much, everything coasts from five times on
 TRAVEL_TURNS = {turns:g}  # of the rotor, to either side
 # what, A or dps or degrees from the start, seconds
 STEPS = [

@@ -53,8 +53,23 @@ class Watch:
             step = (counts - self.counts + COUNTS // 2) % COUNTS - COUNTS // 2
             self.turns += step / COUNTS * ROTOR_TURNS
         self.counts = counts
-        if abs(self.speed_dps) > 5 * SPEED_DPS or abs(self.turns) > TRAVEL_TURNS:
-            sys.exit(f"stopped at {self.speed_dps} dps, {self.turns:.1f} turns of the rotor from the start")
+        if abs(self.turns) > TRAVEL_TURNS:
+            sys.exit(f"stopped {self.turns:.1f} turns of the rotor from the start")
+
+    def limited(self, what, value):
+        """A torque that would make it faster yet than it may be is none."""
+        too_fast = what == "torque" and value * self.speed_dps > 0 and abs(self.speed_dps) > 2 * SPEED_DPS
+        return 0 if too_fast else value
+
+
+def coast(bus, log, watch):
+    """The host was late, and a pulse too long: without torque until the rotor is slow again."""
+    end = time.monotonic() + 5
+    while abs(watch.speed_dps) > SPEED_DPS:
+        if time.monotonic() > end:
+            sys.exit(f"stopped at {watch.speed_dps} dps, which friction does not end")
+        watch.take(exchange(bus, command("torque", 0, 0), log))
+        time.sleep(1 / RATE_HZ)
 
 
 def run(bus, log):
@@ -68,8 +83,9 @@ def run(bus, log):
     for number, (what, value, seconds) in enumerate(STEPS):
         print(f"\rstep {number + 1} of {len(STEPS)}", end="", file=sys.stderr)
         for _ in range(max(1, round(seconds * RATE_HZ))):
-            too_fast = what == "torque" and value * watch.speed_dps > 0 and abs(watch.speed_dps) > 2 * SPEED_DPS
-            watch.take(exchange(bus, command(what, 0 if too_fast else value, start_cdeg), log))
+            watch.take(exchange(bus, command(what, watch.limited(what, value), start_cdeg), log))
+            if abs(watch.speed_dps) > 5 * SPEED_DPS:
+                coast(bus, log, watch)
             next_at = max(next_at + 1 / RATE_HZ, time.monotonic())
             time.sleep(max(0.0, next_at - time.monotonic()))
 

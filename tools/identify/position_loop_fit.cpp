@@ -17,6 +17,10 @@ namespace {
 /// Moves that are looked at: more add little (assumed).
 constexpr double kMostMoves_s = 6;
 constexpr double kLeastMove_rad = 0.1;
+/// A log with longer steps, in times of the loop, does not see how the error dies away; and an
+/// emulation that is as far off is not of the same loop (assumed).
+constexpr double kLongestStep = 1.6;
+constexpr double kFarthest_rad = 0.01;
 constexpr double kRadPerCentideg = std::numbers::pi / 18000;
 /// Of log gains that nothing is known of: a factor of e either way.
 constexpr double kUnknownGain = 1;
@@ -271,11 +275,10 @@ std::optional<PositionLoopFit> fit_position_loop(const Track& track, const Balan
   differences.df(at, jacobian);
   const Unknowns by = at.array() - 1;
   const Eigen::MatrixXd covariance = (jacobian.transpose() * jacobian).inverse();
-  const auto estimate = [&](Unknown which) {
-    const double value = std::exp(before(which) + by(which));
-    return Estimate{value, kStudentMany * value * std::sqrt(covariance(which, which))};
-  };
-  PositionLoopFit fit{estimate(kAngleKp), estimate(kSpeedKp), estimate(kSpeedKi), 0, {}, {}, {}};
+  PositionLoopFit fit;
+  fit.angle_kp_per_s.value = std::exp(before(kAngleKp) + by(kAngleKp));
+  fit.angle_kp_per_s.half_width =
+      kStudentMany * fit.angle_kp_per_s.value * std::sqrt(covariance(kAngleKp, kAngleKp));
   fit.emulated_rad = emulation.run(by.cwiseMin(3.0).cwiseMax(-3.0));
   for (std::size_t n = 0; n < emulation.count(); ++n) {
     fit.time_s.push_back(emulation.time_s(n));
@@ -283,6 +286,10 @@ std::optional<PositionLoopFit> fit_position_loop(const Track& track, const Balan
     fit.rms_rad += std::pow(fit.emulated_rad[n] - fit.logged_rad[n], 2);
   }
   fit.rms_rad = std::sqrt(fit.rms_rad / static_cast<double>(emulation.count()));
+  if (fit.angle_kp_per_s.value * track.median_step_s > kLongestStep ||
+      fit.rms_rad > kFarthest_rad) {
+    return std::nullopt;
+  }
   return fit;
 }
 

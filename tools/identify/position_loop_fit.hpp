@@ -7,13 +7,11 @@
 
 namespace lk::emulator {
 
-/// The gains of the position loop, and of the speed loop within it, from moves: the emulator makes
-/// them with the mechanics that the balance has found, and the gains are those with which its shaft
-/// follows the log's (Levenberg and Marquardt).
+/// Kp of the position loop, from moves: the emulator makes them with the mechanics that the balance
+/// has found, and the gain is the one with which its shaft follows the log's (Levenberg and
+/// Marquardt).
 struct PositionLoopFit {
   Estimate angle_kp_per_s;
-  Estimate speed_kp_A_s;  // per rad; with what the speed loop's own fit says
-  Estimate speed_ki_A;    // per rad; the same
   double rms_rad = 0;     // of what is left
   std::vector<double> time_s, logged_rad, emulated_rad;  // for a picture
 };

@@ -36,6 +36,10 @@ std::string base_text(const IdentifiedValue& one) {
 /// What people have to know of how sure this is.
 std::vector<std::string> beliefs(const IdentifiedDrive& drive) {
   std::vector<std::string> lines;
+  if (!drive.track.servo.profile.drive.control.has_current_loop) {
+    lines.emplace_back("An MS drive reports no current: of its mechanics its log tells nothing.");
+    return lines;
+  }
   if (!drive.balance) {
     lines.emplace_back("The shaft hardly turned: a log of it at work, or that of a plan, would tell more.");
     return lines;
@@ -239,7 +243,7 @@ std::string identified_report(const std::vector<IdentifiedDrive>& drives,
   std::string html = kHead;
   std::string names;
   for (const std::string& log : logs) names += (names.empty() ? "" : ", ") + xml_escaped(log);
-  html += "<p>" + names + ". Quality: A within 5 %, B within 20 %, C within 50 %, U: not told.</p>\n";
+  html += "<p>" + names + ". Quality: A within 5 %, B within 15 %, C within 50 %, U: not told.</p>\n";
   for (const IdentifiedDrive& drive : drives) html += drive_html(drive);
   return html + "</body></html>\n";
 }

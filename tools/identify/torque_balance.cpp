@@ -37,13 +37,22 @@ class Paths {
       }
     }
   }
-  /// Calls `take(Point)` along the path from one sample to the next, with the window's weights.
+  /// Calls `take(Point)` along the path from one sample to the next, with the window's weights. For
+  /// measured currents at the samples, as these are interpolated: what is too fast for that is
+  /// missed on both sides.
   template <class Take>
-  void along(std::size_t n, std::size_t first, std::size_t middle, std::size_t last,
+  void along(std::size_t n, std::size_t first, std::size_t middle, std::size_t last, bool commanded,
              Take take) const {
     const TrackSample& a = track_.samples[n];
     const TrackSample& b = track_.samples[n + 1];
     const double step_s = b.time_s - a.time_s;
+    if (!commanded) {
+      const double from = weight(a.time_s, first, middle, last);
+      const double to = weight(b.time_s, first, middle, last);
+      take(Point{a.angle_rad, nodes_[n], (2 * from + to) * step_s / 6});
+      take(Point{b.angle_rad, nodes_[n + 1], (from + 2 * to) * step_s / 6});
+      return;
+    }
     for (int part = 0; part < kParts; ++part) {
       const double u = (part + 0.5) / kParts;
       // Hermite's cubic through both angles with both speeds.
@@ -199,7 +208,7 @@ std::vector<BalanceWindow> balance_windows(const Track& track, const BalanceShap
       return terms(static_cast<Eigen::Index>(which));
     };
     for (std::size_t n = first; n < last; ++n) {
-      paths.along(n, first, middle, last, [&](const Point& point) {
+      paths.along(n, first, middle, last, given.commanded, [&](const Point& point) {
         const double loss = std::abs(std::sin(point.angle_rad / m.gear_ratio + shape.gravity_phase_rad));
         const double out_rad = point.angle_rad / m.gear_ratio;
         term(BalanceTerm::kCoulomb) += friction_shape(m, point.speed_rad_s) * point.weight_s;
@@ -239,7 +248,7 @@ Eigen::MatrixXcd order_averages(const Track& track, const std::vector<BalanceWin
     const double whole_s =
         (track.samples[window.last].time_s - track.samples[window.first].time_s) / 2;
     for (std::size_t n = window.first; n < window.last; ++n) {
-      paths.along(n, window.first, window.middle, window.last, [&](const Point& point) {
+      paths.along(n, window.first, window.middle, window.last, window.commanded, [&](const Point& point) {
         const std::complex<double> once = std::polar(1.0, point.angle_rad);
         std::complex<double> power = point.weight_s / whole_s;
         for (int order = 0; order < highest; ++order) averages(row, order) += power *= once;

@@ -12,14 +12,14 @@ namespace {
 constexpr double kShare = 0.8;
 constexpr double kLess_A = 0.3;
 constexpr std::size_t kFewest = 40;
-/// The fastest of them are so much faster than the slowest (assumed).
-constexpr double kSpread = 1.3;
+/// Their currents differ by so much: a line needs two ends (assumed).
+constexpr double kSpread_A = 1.5;
 constexpr double kFewDegrees = 2.1;  // 95 % of Student's t with 19
 constexpr std::size_t kJackknifeParts = 20;   // of the jackknife
 
-/// Current and speed in the direction of turning, and the voltage of the supply then (0: unknown).
+/// Current and speed in the direction of turning.
 struct LimitedPoint {
-  double speed_rad_s, iq_A, supply_V;
+  double speed_rad_s, iq_A;
 };
 
 std::vector<LimitedPoint> limited(const Track& track) {
@@ -40,41 +40,31 @@ std::vector<LimitedPoint> limited(const Track& track) {
         iq_A > sign * told_A - kLess_A) {
       continue;
     }
-    points.push_back({sign * sample.speed_rad_s, iq_A, track.supply_V});
+    points.push_back({sign * sample.speed_rad_s, iq_A});
   }
   return points;
 }
 
-/// iq = a − b·ω
-struct Line {
-  double a, b;
+struct Windings {
+  double R, p_psi;
 };
-Line line_of(const std::vector<LimitedPoint>& points, std::size_t without) {
-  double n = 0, w = 0, i = 0, ww = 0, wi = 0;
+/// By least squares, without one part of the points.
+Windings windings_of(const std::vector<LimitedPoint>& points, std::size_t without, double most_V,
+                     const model::MotorParams& motor) {
+  double ii = 0, iw = 0, ww = 0, iv = 0, wv = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (k * kJackknifeParts / points.size() == without) continue;
-    const LimitedPoint& p = points[k];
-    n += 1;
-    w += p.speed_rad_s;
-    i += p.iq_A;
-    ww += p.speed_rad_s * p.speed_rad_s;
-    wi += p.speed_rad_s * p.iq_A;
+    const auto& [w, i] = points[k];
+    const double d_V = motor.pole_pairs * w * motor.L_q * i;
+    const double v = std::sqrt(std::max(most_V * most_V - d_V * d_V, 0.0));
+    ii += i * i;
+    iw += i * w;
+    ww += w * w;
+    iv += i * v;
+    wv += w * v;
   }
-  const double b = -(n * wi - w * i) / (n * ww - w * w);
-  return {(i + b * w) / n, b};
-}
-
-template <class Function>
-Estimate estimate(const std::vector<LimitedPoint>& points, Function of) {
-  double mean = 0;
-  std::vector<double> without;
-  for (std::size_t part = 0; part < kJackknifeParts; ++part) {
-    without.push_back(of(line_of(points, part)));
-    mean += without.back() / kJackknifeParts;
-  }
-  double squares = 0;
-  for (const double one : without) squares += (one - mean) * (one - mean);
-  return {of(line_of(points, kJackknifeParts)), kFewDegrees * std::sqrt(squares * (kJackknifeParts - 1) / kJackknifeParts)};
+  const double determinant = ii * ww - iw * iw;
+  return {(iv * ww - wv * iw) / determinant, (wv * ii - iv * iw) / determinant};
 }
 
 }  // namespace
@@ -82,18 +72,28 @@ Estimate estimate(const std::vector<LimitedPoint>& points, Function of) {
 std::optional<VoltageFit> fit_voltage(const Track& track) {
   std::vector<LimitedPoint> points = limited(track);
   if (points.size() < kFewest) return std::nullopt;
-  const auto [slowest, fastest] = std::ranges::minmax_element(points, {}, &LimitedPoint::speed_rad_s);
-  if (fastest->speed_rad_s < kSpread * slowest->speed_rad_s) return std::nullopt;
-  // The parts of the jackknife have all speeds.
-  VoltageFit fit{estimate(points, [](const Line& l) { return l.a; }),
-                 estimate(points, [](const Line& l) { return l.a / l.b; }), {}, {}};
-  if (!(fit.stall_A.value > 0) || !(fit.no_load_rad_s.value > 0)) return std::nullopt;
-  if (track.supply_V <= 0) return fit;
+  const auto [least, most] = std::ranges::minmax_element(points, {}, &LimitedPoint::iq_A);
+  if (most->iq_A < least->iq_A + kSpread_A) return std::nullopt;
+  const model::DriveParams& drive = track.servo.profile.drive;
+  const double supply_V = track.supply_V > 0 ? track.supply_V : drive.supply.v_source;
   // docs/model.md §9: the largest voltage of a phase.
-  const double most_V =
-      (2 * track.servo.profile.drive.inverter.duty_max - 1) * track.supply_V / std::sqrt(3.0);
-  fit.k_t_Nm_A = estimate(points, [most_V](const Line& l) { return 1.5 * most_V * l.b / l.a; });
-  fit.R_ohm = estimate(points, [most_V](const Line& l) { return most_V / l.a; });
+  const double most_V = (2 * drive.inverter.duty_max - 1) * supply_V / std::sqrt(3.0);
+  const auto estimate = [&](auto of) {
+    double mean = 0;
+    std::vector<double> without;
+    for (std::size_t part = 0; part < kJackknifeParts; ++part) {
+      without.push_back(of(windings_of(points, part, most_V, drive.motor)));
+      mean += without.back() / kJackknifeParts;
+    }
+    double squares = 0;
+    for (const double one : without) squares += (one - mean) * (one - mean);
+    return Estimate{of(windings_of(points, kJackknifeParts, most_V, drive.motor)),
+                    kFewDegrees * std::sqrt(squares * (kJackknifeParts - 1) / kJackknifeParts)};
+  };
+  VoltageFit fit{estimate([most_V](const Windings& w) { return most_V / w.p_psi; }), {}, {}};
+  if (track.supply_V <= 0) return fit;
+  fit.k_t_Nm_A = estimate([](const Windings& w) { return 1.5 * w.p_psi; });
+  fit.R_ohm = estimate([](const Windings& w) { return w.R; });
   return fit;
 }
 
