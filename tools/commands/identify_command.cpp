@@ -49,11 +49,13 @@ struct IdentifyApp {
 
   IdentifyApp() {
     app.footer(kIdentifyFooter);
-    app.add_option("LOG", logs, "what candump -L logged of the motor at work, or the script of --plan");
-    app.add_option("--motor", motor,
-                   std::string("what is known of the motor, a name or a file: gear, encoder, torque "
-                               "constant (default ") +
-                       kDefaultMotor + ")")
+    app.add_option("LOG", logs,
+                   "what candump -L logged of the motor at work, or the script of --plan");
+    app.add_option(
+           "--motor", motor,
+           std::string("what is known of the motor, a name or a file: gear, encoder, torque "
+                       "constant (default ") +
+               kDefaultMotor + ")")
         ->type_name("MOTOR");
     app.add_option("--generation", generation,
                    "firmware of the drives, one of " + comma_list(generation_words()) +
@@ -63,7 +65,8 @@ struct IdentifyApp {
         ->type_name("ID")
         ->check(CLI::Range(1, kMaxId));
     app.add_option("-o,--output", output, "motor file to write")->type_name("FILE");
-    app.add_option("--report", report, "page with pictures to write, one HTML file")->type_name("FILE");
+    app.add_option("--report", report, "page with pictures to write, one HTML file")
+        ->type_name("FILE");
     app.add_option("--expect", expect, "motor file of an earlier time; says what has changed")
         ->type_name("FILE");
     app.add_option("--plan", plan,
@@ -146,14 +149,15 @@ int read_logs(const IdentifyApp& given, const Profile& base) {
   std::vector<IdentifiedDrive> drives;
   for (Track& track : tracks_of(given, base)) drives.push_back(identify(std::move(track)));
   if (drives.empty()) {
-    throw StartError(fmt::format(
-        "identify: no drive{} has told enough of its shaft: {} replies to 0x9C or to motion commands "
-        "are needed",
-        given.id != 0 ? fmt::format(" {}", given.id) : "", kFewestSamples));
+    throw StartError(
+        fmt::format("identify: no drive{} has told enough of its shaft: {} replies to 0x9C or to "
+                    "motion commands "
+                    "are needed",
+                    given.id != 0 ? fmt::format(" {}", given.id) : "", kFewestSamples));
   }
   if (drives.size() > 1 && (!given.output.empty() || !given.expect.empty())) {
-    throw StartError(fmt::format("identify: the log has {} drives; say which with --id",
-                                 drives.size()));
+    throw StartError(
+        fmt::format("identify: the log has {} drives; say which with --id", drives.size()));
   }
   for (const IdentifiedDrive& drive : drives) {
     std::fputs(identified_table_text(drive).c_str(), stdout);
@@ -166,7 +170,8 @@ int read_logs(const IdentifyApp& given, const Profile& base) {
     write_file(given.report, "--report", identified_report(drives, given.logs));
   }
   if (given.expect.empty()) return 0;
-  const auto expected = expected_values(read_regular_file(given.expect, kLongestText), given.expect);
+  const auto expected =
+      expected_values(read_regular_file(given.expect, kLongestText), given.expect);
   const auto changed = changes(drives.front(), expected, given.expect);
   for (const std::string& line : changed) std::printf("%s\n", line.c_str());
   if (changed.empty()) std::printf("as %s has it\n", given.expect.c_str());

@@ -83,8 +83,8 @@ double residual_A(const BalanceWindow& window, const Eigen::VectorXd& coefficien
 
 Index place(BalanceTerm term) { return static_cast<Index>(term); }
 
-/// Fits, weighs by what is left, and fits again. Windows whose command is not the one that the drive
-/// had, because a line of the log is lost, are left out: by what is left of them. Of measured
+/// Fits, weighs by what is left, and fits again. Windows whose command is not the one that the
+/// drive had, because a line of the log is lost, are left out: by what is left of them. Of measured
 /// currents none is: what is far off there is often what tells the inertia.
 class Regression {
  public:
@@ -105,7 +105,8 @@ class Regression {
   double loss() const {
     double sum = 0;
     for (std::size_t n = 0; n < windows_.size(); ++n) {
-      if (kept_[n]) sum += weights_.of(windows_[n]) * std::pow(residual_A(windows_[n], coefficients_), 2);
+      if (kept_[n])
+        sum += weights_.of(windows_[n]) * std::pow(residual_A(windows_[n], coefficients_), 2);
     }
     return sum;
   }
@@ -405,9 +406,9 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   fit.coefficients = regression.coefficients();
   for (std::size_t n = 0; n < shape.orders.size(); ++n) {
     const Index at = kFixedTerms + 2 * static_cast<Index>(n);
-    fit.cogging.push_back(
-        {shape.orders[n], of([at](const auto& c) { return std::hypot(c(at), c(at + 1)); }),
-         std::atan2(fit.coefficients(at), fit.coefficients(at + 1))});
+    fit.cogging.push_back({shape.orders[n],
+                           of([at](const auto& c) { return std::hypot(c(at), c(at + 1)); }),
+                           std::atan2(fit.coefficients(at), fit.coefficients(at + 1))});
   }
   std::ranges::sort(fit.cogging, std::greater{},
                     [](const Cogging& one) { return one.amplitude_A.value; });
@@ -420,16 +421,38 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   return fit;
 }
 
-/// What the windows do not see of the inertia: the current rises along a curve, where a delay is
-/// fitted, and stamps are late (1 %, assumed). Within the play of a gear, and in short pulses, the
-/// flange of the output hangs on the rotor or does not.
-void widen_inertia(const Track& track, Estimate& inertia) {
-  constexpr double kUnseen = 0.01;
+/// What the windows do not see of the inertia. Where torques were commanded: the current rises
+/// along a curve, where a delay is fitted, and stamps are late (1 %, assumed). Where they were not,
+/// a current may have come and gone between two samples (a half, assumed). Within the play of a
+/// gear, and in short pulses, the flange of the output hangs on the rotor or does not.
+void widen_inertia(const Track& track, std::size_t commanded, Estimate& inertia) {
+  const double unseen = commanded >= kFewestWindows ? 0.01 : 0.5;
   const model::MechanicsParams& m = track.servo.profile.drive.mechanics;
   const double flange =
       m.gear_ratio > 1 ? m.J_out / (m.gear_ratio * m.gear_ratio * m.J + m.J_out) : 0.0;
   inertia.half_width =
-      std::hypot(inertia.half_width, kUnseen * inertia.value, flange / 2 * inertia.value);
+      std::hypot(inertia.half_width, unseen * inertia.value, flange / 2 * inertia.value);
+}
+
+/// The acceleration of a window with measured currents is smoother than the rotor's: of a ripple it
+/// sees sinc²(frequency · half a window). Half of the rest may have gone to the inertia unseen
+/// (assumed). Windows count by what they tell of the ripple.
+void widen_cogging(const Track& track, const Windows& windows, const std::vector<int>& orders,
+                   std::vector<Cogging>& cogging) {
+  const double half_s = std::max(kHalfWindow_s, track.median_step_s);
+  for (Cogging& one : cogging) {
+    const auto place = kFixedTerms + 2 * (std::ranges::find(orders, one.order) - orders.begin());
+    double unseen = 0;
+    double sum = 0;
+    for (const BalanceWindow& w : windows) {
+      const double tells = w.terms.segment(place, 2).squaredNorm();
+      const double x = one.order * std::abs(w.speed_rad_s) * half_s / 2;  // π times both
+      if (!w.commanded) unseen += tells * (1 - std::pow(std::sin(x) / x, 2));
+      sum += tells;
+    }
+    one.amplitude_A.half_width =
+        std::hypot(one.amplitude_A.half_width, unseen / sum / 2 * one.amplitude_A.value);
+  }
 }
 
 }  // namespace
@@ -459,8 +482,8 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
     // Where there is none, what a gear takes of it looks like friction.
     const Regression regression(windows, used_terms(looked, shape.orders.size()));
     const Eigen::VectorXd& c = regression.coefficients();
-    looked.gravity = quality_of(estimate(regression, regression.jackknife(), gravity_of)) !=
-                     Quality::kUnknown;
+    looked.gravity =
+        quality_of(estimate(regression, regression.jackknife(), gravity_of)) != Quality::kUnknown;
     looked.gear_loss = looked.gravity && geared;
     shape.gravity_phase_rad =
         std::atan2(c(place(BalanceTerm::kGravityCos)), c(place(BalanceTerm::kGravitySin)));
@@ -469,7 +492,8 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
   shape.delay_s = best_delay_s(track, shape, used);
   windows = balance_windows(track, shape);
   BalanceFit fit = estimates(windows, used, looked, shape);
-  widen_inertia(track, fit.inertia_A_s2);
+  widen_inertia(track, fit.check.commanded, fit.inertia_A_s2);
+  widen_cogging(track, windows, shape.orders, fit.cogging);
   fit.windows = std::move(windows);
   return fit;
 }

@@ -26,9 +26,7 @@ constexpr Quality quality_of(const Estimate& estimate) {
   if (estimate.half_width <= 0.05 * value) return Quality::kA;
   return estimate.half_width <= 0.15 * value ? Quality::kB : Quality::kC;
 }
-constexpr bool is_told(const Estimate& estimate) {
-  return quality_of(estimate) <= Quality::kB;
-}
+constexpr bool is_told(const Estimate& estimate) { return quality_of(estimate) <= Quality::kB; }
 constexpr char letter(Quality quality) { return "ABCU"[static_cast<int>(quality)]; }
 
 }  // namespace lk::emulator

@@ -81,7 +81,19 @@ std::vector<std::optional<Estimate>> estimates(IdentifiedDrive& drive) {
     R = drive.voltage->R_ohm;
     no_load = drive.voltage->no_load_rad_s;
   }
-  return {inertia, coulomb,  viscous, cogging, gravity, efficiency, drive.speed_loop.kp_A_s, drive.speed_loop.ki_A, angle_kp, noise, no_load, k_t, R};
+  return {inertia,
+          coulomb,
+          viscous,
+          cogging,
+          gravity,
+          efficiency,
+          drive.speed_loop.kp_A_s,
+          drive.speed_loop.ki_A,
+          angle_kp,
+          noise,
+          no_load,
+          k_t,
+          R};
 }
 
 /// The same of the motor file, with the load that nobody knows left out.
@@ -116,7 +128,8 @@ const std::vector<Quantity>& quantities() {
       {"coulomb_A", "Coulomb friction, over k_t", "A", kBalance, kPlan},
       {"viscous_A_s_rad", "viscous friction, over k_t", "A·s/rad", kBalance,
        "steady speeds (0xA2) of which the fastest is ten times the slowest"},
-      {"cogging_A", "cogging, over k_t", "A", kBalance, "slow, steady turning (0xA2), a turn or more"},
+      {"cogging_A", "cogging, over k_t", "A", kBalance,
+       "slow, steady turning (0xA2), a turn or more"},
       {"gravity_A", "gravity of what hangs on the output, over k_t", "A", kBalance,
        "slow moves (0xA2, 0xA4) over 60 degrees of the output and more"},
       {"gear_efficiency", "efficiency of the gear", "", "what gravity takes up and gives down",
@@ -133,8 +146,8 @@ const std::vector<Quantity>& quantities() {
        "0xA1 with a large current from rest to full speed, shaft free"},
       {"k_t_Nm_A", "torque constant", "Nm/A", "the same, and the voltage of 0x9A",
        "the same with 0x9A among the queries; or a known inertia or weight on the shaft"},
-      {"R_ohm", "resistance of a phase, its switch, half the supply", "ohm", "the same, and the voltage of 0x9A",
-       "the same with 0x9A among the queries"},
+      {"R_ohm", "resistance of a phase, its switch, half the supply", "ohm",
+       "the same, and the voltage of 0x9A", "the same with 0x9A among the queries"},
   };
   return all;
 }

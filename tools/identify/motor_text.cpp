@@ -98,8 +98,8 @@ Section control(const IdentifiedDrive& drive, double k_t) {
   if (!gains) section.say("# With the factory's gains: the log says none.");
   double bandwidth = base.speed_bandwidth;
   if (told(drive, "speed_kp_A_s_rad") && kp_byte > 0) {
-    bandwidth = number(drive, "speed_kp_A_s_rad") * k_t / base.J_nominal *
-                base.ref_speed_kp_byte / kp_byte;
+    bandwidth =
+        number(drive, "speed_kp_A_s_rad") * k_t / base.J_nominal * base.ref_speed_kp_byte / kp_byte;
     section.add("speed_bandwidth_rad_s", bandwidth, value_of(drive, "speed_kp_A_s_rad"));
   }
   if (told(drive, "speed_ki_A_rad") && ki_byte > 0) {
@@ -118,7 +118,8 @@ Section windings(const IdentifiedDrive& drive) {
   const model::DriveParams& base = drive.track.servo.profile.drive;
   Section section("motor");
   if (told(drive, "R_ohm")) {
-    section.add("R_s_ohm", number(drive, "R_ohm") - base.inverter.R_on - base.supply.R_source / 2, value_of(drive, "R_ohm"));
+    section.add("R_s_ohm", number(drive, "R_ohm") - base.inverter.R_on - base.supply.R_source / 2,
+                value_of(drive, "R_ohm"));
   }
   if (told(drive, "k_t_Nm_A")) {
     section.add("psi_f_Wb", number(drive, "k_t_Nm_A") / 1.5 / base.motor.pole_pairs,
@@ -174,14 +175,14 @@ std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
       "# In Nm with {}: {:.4g} Nm/A.\n",
       profile.model, drive.track.id,
       own_k_t ? "the torque constant that the log shows"
-              : "the torque constant of " + profile.name + ", which no log without a known torque shows",
+              : "the torque constant of " + profile.name +
+                    ", which no log without a known torque shows",
       k_t);
   text += "# The inertia is that of the rotor with all that hung on it.\n";
   text += load_lines(drive, k_t) + not_told(drive);
   text += fmt::format("\nextends = {}\nmodel = {}\n", toml_string(base),
                       toml_string(profile.model + ", identified"));
-  text += windings(drive).text() + mechanics(drive, k_t).text() +
-          control(drive, k_t).text();
+  text += windings(drive).text() + mechanics(drive, k_t).text() + control(drive, k_t).text();
   return text + identified_table(drive, logs);
 }
 
@@ -209,7 +210,9 @@ std::vector<ExpectedValue> expected_values(const std::string& text, const std::s
     if (three == nullptr || three->size() != 3) {
       wrong(key.str(), node, "is not [value, low, high]");
     }
-    const auto at = [&](std::size_t n) { return (*three)[n].value<double>().value_or(std::nan("")); };
+    const auto at = [&](std::size_t n) {
+      return (*three)[n].value<double>().value_or(std::nan(""));
+    };
     if (!(at(1) <= at(0)) || !(at(0) <= at(2))) {
       wrong(key.str(), node, "is not [value, low, high] in that order");
     }

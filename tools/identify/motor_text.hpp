@@ -7,9 +7,9 @@
 
 namespace lk::emulator {
 
-/// A motor file of what is told within 15 %; the rest is that of `base`, a name or a path as it will
-/// stand in the file. Every number has its interval, its quality and where it comes from beside it,
-/// and [identified] keeps them for the next time.
+/// A motor file of what is told within 15 %; the rest is that of `base`, a name or a path as it
+/// will stand in the file. Every number has its interval, its quality and where it comes from
+/// beside it, and [identified] keeps them for the next time.
 std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
                        const std::vector<std::string>& logs);
 

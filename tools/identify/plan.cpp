@@ -41,10 +41,14 @@ void add_pulses(const PlanLimits& limits, std::vector<PlanStep>& steps) {
 
 std::string_view word(Follows what) {
   switch (what) {
-    case Follows::kTorque: return "torque";
-    case Follows::kSpeed: return "speed";
-    case Follows::kPosition: return "position";
-    case Follows::kNothing: break;
+    case Follows::kTorque:
+      return "torque";
+    case Follows::kSpeed:
+      return "speed";
+    case Follows::kPosition:
+      return "position";
+    case Follows::kNothing:
+      break;
   }
   return "rest";
 }
@@ -66,7 +70,8 @@ STEPS = [
 std::string steps_text(const std::vector<PlanStep>& steps) {
   std::string text;
   for (const PlanStep& step : steps) {
-    text += fmt::format("    (\"{}\", {:.4g}, {:.3g}),\n", word(step.what), step.value, step.seconds);
+    text +=
+        fmt::format("    (\"{}\", {:.4g}, {:.3g}),\n", word(step.what), step.value, step.seconds);
   }
   return text;
 }
@@ -104,13 +109,14 @@ std::string plan_script(const ServoConfig& servo, const PlanLimits& limits) {
   std::string queries = "0x9A";
   if (dialect.pid_commands) queries += ", 0x30";
   if (dialect.brake_command) queries += ", 0x8C";
-  return fmt::format(
-      kConstants, fmt::arg("id", servo.id), fmt::arg("motor", servo.profile.name),
-      fmt::arg("reply", dialect.reply_id_base), fmt::arg("lsb", reader.format.iq_command_lsb_A),
-      fmt::arg("counts", reader.encoder_counts),
-      fmt::arg("span", encoder_turns(servo.profile, servo.quirks)), fmt::arg("queries", queries),
-      fmt::arg("rate", limits.rate_Hz), fmt::arg("speed", limits.speed_dps),
-      fmt::arg("turns", limits.travel_turns), fmt::arg("steps", steps_text(steps))) +
+  return fmt::format(kConstants, fmt::arg("id", servo.id), fmt::arg("motor", servo.profile.name),
+                     fmt::arg("reply", dialect.reply_id_base),
+                     fmt::arg("lsb", reader.format.iq_command_lsb_A),
+                     fmt::arg("counts", reader.encoder_counts),
+                     fmt::arg("span", encoder_turns(servo.profile, servo.quirks)),
+                     fmt::arg("queries", queries), fmt::arg("rate", limits.rate_Hz),
+                     fmt::arg("speed", limits.speed_dps), fmt::arg("turns", limits.travel_turns),
+                     fmt::arg("steps", steps_text(steps))) +
          std::string(plan_body());
 }
 

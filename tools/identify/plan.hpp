@@ -13,10 +13,10 @@ namespace lk::emulator {
 
 /// How far it may go, at the rotor.
 struct PlanLimits {
-  double current_A = 0;    // of the pulses
-  double speed_dps = 0;    // of the speeds; pulses end at twice as much
-  double travel_turns = 0; // to either side of where it began; the script ends there
-  double rate_Hz = 200;    // exchanges per second
+  double current_A = 0;     // of the pulses
+  double speed_dps = 0;     // of the speeds; pulses end at twice as much
+  double travel_turns = 0;  // to either side of where it began; the script ends there
+  double rate_Hz = 200;     // exchanges per second
 };
 
 /// For a motor of which nothing else is known: three times its friction, a twentieth of its no-load

@@ -117,7 +117,8 @@ class Emulation {
       break;
     }
     const double begin_rad = track.samples[moves.first].angle_rad + ahead_rad;
-    servo_.boot_angle_deg = std::remainder(begin_rad, 2 * std::numbers::pi) * 180 / std::numbers::pi;
+    servo_.boot_angle_deg =
+        std::remainder(begin_rad, 2 * std::numbers::pi) * 180 / std::numbers::pi;
   }
 
   const ServoConfig& servo() const { return servo_; }
@@ -139,8 +140,7 @@ class Emulation {
     bus.advance_to(simulated(kBoot_s));
     const double zero_s = sample(0).time_s - kBoot_s;
     const double start_rad = bus.truth(id).theta_m;
-    const auto start_cdeg =
-        std::llround(100 * bus.servo(id).multi_turn_deg(bus.telemetry(id)));
+    const auto start_cdeg = std::llround(100 * bus.servo(id).multi_turn_deg(bus.telemetry(id)));
     auto order = std::ranges::upper_bound(track_.orders, sample(0).time_s, {}, &TrackOrder::time_s);
     if (order != track_.orders.begin()) --order;
     std::vector<double> angles_rad;
@@ -152,9 +152,9 @@ class Emulation {
         const auto at = std::max(bus.time(), simulated(order->time_s + delay_s - zero_s));
         bus.receive({at, protocol::encode_query(
                              id,
-                             protocol::Position2{
-                                 .max_speed_dps = std::round(order->limit_rad_s / kRadPerCentideg / 100),
-                                 .target_cdeg = static_cast<std::int32_t>(target)},
+                             protocol::Position2{.max_speed_dps = std::round(order->limit_rad_s /
+                                                                             kRadPerCentideg / 100),
+                                                 .target_cdeg = static_cast<std::int32_t>(target)},
                              format)});
       }
       bus.advance_to(std::max(bus.time(), simulated(until_s - zero_s)));

@@ -12,7 +12,7 @@ namespace lk::emulator {
 /// Marquardt).
 struct PositionLoopFit {
   Estimate angle_kp_per_s;
-  double rms_rad = 0;     // of what is left
+  double rms_rad = 0;                                    // of what is left
   std::vector<double> time_s, logged_rad, emulated_rad;  // for a picture
 };
 

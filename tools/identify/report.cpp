@@ -41,7 +41,8 @@ std::vector<std::string> beliefs(const IdentifiedDrive& drive) {
     return lines;
   }
   if (!drive.balance) {
-    lines.emplace_back("The shaft hardly turned: a log of it at work, or that of a plan, would tell more.");
+    lines.emplace_back(
+        "The shaft hardly turned: a log of it at work, or that of a plan, would tell more.");
     return lines;
   }
   const BalanceCheck& check = drive.balance->check;
@@ -70,9 +71,10 @@ std::vector<std::string> beliefs(const IdentifiedDrive& drive) {
   }
   const int pole_pairs = drive.track.servo.profile.drive.motor.pole_pairs;
   if (is_told(drive.offset_ripple_A)) {
-    lines.push_back(fmt::format("A ripple of {:.2g} A at {} per turn, the pole pairs: offsets of the "
-                                "current sensors, or cogging that looks like it.",
-                                drive.offset_ripple_A.value, pole_pairs));
+    lines.push_back(
+        fmt::format("A ripple of {:.2g} A at {} per turn, the pole pairs: offsets of the "
+                    "current sensors, or cogging that looks like it.",
+                    drive.offset_ripple_A.value, pole_pairs));
   }
   return lines;
 }
@@ -154,16 +156,17 @@ std::string balance_picture(const IdentifiedDrive& drive) {
     left.add(window.time_s, window.iq_A - fit.expected_A(window));
     speed.add(window.time_s, window.speed_rad_s * kDegPerRad);
   }
-  return to_svg(picture(
-      fmt::format("Drive {}: what the drive gave, and what the balance of torques expects", drive.track.id),
-      {panel("iq, A", 0.1,
-             {line(3, LineStyle::kDotted, before), line(0, LineStyle::kBroad, given),
-              line(1, LineStyle::kSolid, expected)},
-             {{"log", LineStyle::kBroad, 0},
-              {"expected", LineStyle::kSolid, 1},
-              {"expected of the motor file", LineStyle::kDotted, 3}}),
-       panel("left, A", 0.02, {line(2, LineStyle::kSolid, left)}, {}),
-       panel("speed, dps", 10, {line(0, LineStyle::kSolid, speed)}, {})}));
+  return to_svg(
+      picture(fmt::format("Drive {}: what the drive gave, and what the balance of torques expects",
+                          drive.track.id),
+              {panel("iq, A", 0.1,
+                     {line(3, LineStyle::kDotted, before), line(0, LineStyle::kBroad, given),
+                      line(1, LineStyle::kSolid, expected)},
+                     {{"log", LineStyle::kBroad, 0},
+                      {"expected", LineStyle::kSolid, 1},
+                      {"expected of the motor file", LineStyle::kDotted, 3}}),
+               panel("left, A", 0.02, {line(2, LineStyle::kSolid, left)}, {}),
+               panel("speed, dps", 10, {line(0, LineStyle::kSolid, speed)}, {})}));
 }
 
 std::string moves_picture(const IdentifiedDrive& drive) {
@@ -174,30 +177,33 @@ std::string moves_picture(const IdentifiedDrive& drive) {
     emulated.add(fit.time_s[n], fit.emulated_rad[n] * kDegPerRad);
     left.add(fit.time_s[n], (fit.logged_rad[n] - fit.emulated_rad[n]) * kDegPerRad);
   }
-  return to_svg(picture(fmt::format("Drive {}: moves of the log, and emulated", drive.track.id),
-                        {panel("angle, degrees", 1,
-                               {line(0, LineStyle::kBroad, logged), line(1, LineStyle::kSolid, emulated)},
-                               {{"log", LineStyle::kBroad, 0}, {"emulated", LineStyle::kSolid, 1}}),
-                         panel("left, degrees", 0.1, {line(2, LineStyle::kSolid, left)}, {})}));
+  return to_svg(
+      picture(fmt::format("Drive {}: moves of the log, and emulated", drive.track.id),
+              {panel("angle, degrees", 1,
+                     {line(0, LineStyle::kBroad, logged), line(1, LineStyle::kSolid, emulated)},
+                     {{"log", LineStyle::kBroad, 0}, {"emulated", LineStyle::kSolid, 1}}),
+               panel("left, degrees", 0.1, {line(2, LineStyle::kSolid, left)}, {})}));
 }
 
 std::string drive_html(const IdentifiedDrive& drive) {
-  std::string html = fmt::format("<h2>Drive {} on {}</h2>\n<p>{}, {} replies, {} of {} queries unanswered.</p>\n",
-                                 drive.track.id, xml_escaped(drive.track.interface),
-                                 xml_escaped(drive.track.guess.options()), drive.track.samples.size(),
-                                 drive.track.unanswered, drive.track.queries);
+  std::string html = fmt::format(
+      "<h2>Drive {} on {}</h2>\n<p>{}, {} replies, {} of {} queries unanswered.</p>\n",
+      drive.track.id, xml_escaped(drive.track.interface), xml_escaped(drive.track.guess.options()),
+      drive.track.samples.size(), drive.track.unanswered, drive.track.queries);
   html += "<table><tr><th></th><th>value</th><th>95 % interval</th><th>quality</th><th>" +
           xml_escaped(drive.track.servo.profile.name) + "</th><th>from</th></tr>\n";
   for (const IdentifiedValue& one : drive.values) {
     const bool shown = one.estimate && quality_of(*one.estimate) != Quality::kUnknown;
     html += fmt::format(
-        "<tr><td>{}{}</td><td>{}</td><td>{}</td><td class=\"q{}\">{}</td><td>{}</td><td>{}</td></tr>\n",
+        "<tr><td>{}{}</td><td>{}</td><td>{}</td><td "
+        "class=\"q{}\">{}</td><td>{}</td><td>{}</td></tr>\n",
         xml_escaped(one.quantity->label),
         one.quantity->unit.empty() ? "" : ", " + xml_escaped(one.quantity->unit),
         shown ? fmt::format("{:.4g}", one.estimate->value) : "not told",
         shown ? fmt::format("{:.4g} to {:.4g}", one.estimate->low(), one.estimate->high()) : "",
         letter_of(one), letter_of(one), base_text(one),
-        shown ? xml_escaped(one.quantity->how) : "would tell: " + xml_escaped(one.quantity->experiment));
+        shown ? xml_escaped(one.quantity->how)
+              : "would tell: " + xml_escaped(one.quantity->experiment));
   }
   html += "</table>\n<ul>\n";
   for (const std::string& belief : beliefs(drive)) html += "<li>" + xml_escaped(belief) + "</li>\n";
@@ -223,17 +229,20 @@ svg { max-width: 100%; height: auto; margin: 1em 0 }
 }  // namespace
 
 std::string identified_table_text(const IdentifiedDrive& drive) {
-  std::string text = fmt::format("drive {} on {}: {}, {} replies, every {:.1f} ms\n", drive.track.id,
-                                 on_one_line(drive.track.interface), drive.track.guess.options(),
-                                 drive.track.samples.size(), drive.track.median_step_s * 1e3);
+  std::string text =
+      fmt::format("drive {} on {}: {}, {} replies, every {:.1f} ms\n", drive.track.id,
+                  on_one_line(drive.track.interface), drive.track.guess.options(),
+                  drive.track.samples.size(), drive.track.median_step_s * 1e3);
   for (const IdentifiedValue& one : drive.values) {
     const bool shown = one.estimate && quality_of(*one.estimate) != Quality::kUnknown;
-    text += fmt::format("  {}  {:<46} {:<34} {:<8} {}\n", letter_of(one), one.quantity->label,
-                        shown ? value_text(one) : "not told", shown ? one.quantity->unit : "",
-                        shown ? fmt::format("({} {})", drive.track.servo.profile.name, base_text(one))
-                              : fmt::format("would: {}", one.quantity->experiment));
+    text +=
+        fmt::format("  {}  {:<46} {:<34} {:<8} {}\n", letter_of(one), one.quantity->label,
+                    shown ? value_text(one) : "not told", shown ? one.quantity->unit : "",
+                    shown ? fmt::format("({} {})", drive.track.servo.profile.name, base_text(one))
+                          : fmt::format("would: {}", one.quantity->experiment));
   }
-  if (drive.cogging_order > 0) text += fmt::format("     cogs {} times a turn\n", drive.cogging_order);
+  if (drive.cogging_order > 0)
+    text += fmt::format("     cogs {} times a turn\n", drive.cogging_order);
   for (const std::string& belief : beliefs(drive)) text += "  " + belief + "\n";
   return text;
 }
@@ -243,7 +252,8 @@ std::string identified_report(const std::vector<IdentifiedDrive>& drives,
   std::string html = kHead;
   std::string names;
   for (const std::string& log : logs) names += (names.empty() ? "" : ", ") + xml_escaped(log);
-  html += "<p>" + names + ". Quality: A within 5 %, B within 15 %, C within 50 %, U: not told.</p>\n";
+  html +=
+      "<p>" + names + ". Quality: A within 5 %, B within 15 %, C within 50 %, U: not told.</p>\n";
   for (const IdentifiedDrive& drive : drives) html += drive_html(drive);
   return html + "</body></html>\n";
 }

@@ -30,7 +30,8 @@ struct Response {
 class Ripple {
  public:
   Ripple(const Track& track, std::size_t first, std::size_t last, const std::vector<int>& orders)
-      : count_(static_cast<Index>(last - first)), terms_(3 + 2 * static_cast<Index>(orders.size())) {
+      : count_(static_cast<Index>(last - first)),
+        terms_(3 + 2 * static_cast<Index>(orders.size())) {
     Eigen::MatrixXd rows(count_, terms_);
     Eigen::MatrixXd seen(count_, 2);  // angle, current
     const double begin_s = track.samples[first].time_s;
@@ -104,9 +105,11 @@ std::vector<Response> responses(const Track& track, const BalanceFit& balance) {
       const Complex speed = s * ripple.angle(o);
       const double speed_deviation = std::abs(omega) * ripple.angle_deviation();
       if (std::abs(omega) > highest || std::abs(speed) < 4 * speed_deviation) continue;
-      const Complex gain = -ripple.current(o) / speed / loop_delay(track.servo.profile.drive, omega);
+      const Complex gain =
+          -ripple.current(o) / speed / loop_delay(track.servo.profile.drive, omega);
       const double deviation =
-          std::hypot(ripple.current_deviation(), std::abs(gain) * speed_deviation) / std::abs(speed);
+          std::hypot(ripple.current_deviation(), std::abs(gain) * speed_deviation) /
+          std::abs(speed);
       found.push_back({omega, gain, deviation});
     }
   }

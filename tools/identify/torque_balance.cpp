@@ -57,7 +57,8 @@ class Paths {
       const double u = (part + 0.5) / kParts;
       // Hermite's cubic through both angles with both speeds.
       const double v = 1 - u;
-      const double angle_rad = v * v * (1 + 2 * u) * a.angle_rad + u * u * (1 + 2 * v) * b.angle_rad +
+      const double angle_rad = v * v * (1 + 2 * u) * a.angle_rad +
+                               u * u * (1 + 2 * v) * b.angle_rad +
                                u * v * step_s * (v * nodes_[n] - u * nodes_[n + 1]);
       const double speed_rad_s = 6 * u * v * (b.angle_rad - a.angle_rad) / step_s +
                                  v * (v - 2 * u) * nodes_[n] + u * (u - 2 * v) * nodes_[n + 1];
@@ -91,7 +92,8 @@ class Paths {
     for (std::size_t n = first; n <= last; ++n) {
       if (sign * nodes_[n] < kSlowest_rad_s) return false;
       // Between samples it must not have stood still either.
-      if (n > first && sign * (track_.samples[n].angle_rad - track_.samples[n - 1].angle_rad) <= 0) {
+      if (n > first &&
+          sign * (track_.samples[n].angle_rad - track_.samples[n - 1].angle_rad) <= 0) {
         return false;
       }
     }
@@ -128,8 +130,8 @@ class Current {
       } else {
         const double from = paths.weight(a.time_s, first, middle, last);
         const double to = paths.weight(b.time_s, first, middle, last);
-        sum.iq_A_s += (b.time_s - a.time_s) *
-                      ((2 * from + to) * a.iq_A + (from + 2 * to) * b.iq_A) / 6;
+        sum.iq_A_s +=
+            (b.time_s - a.time_s) * ((2 * from + to) * a.iq_A + (from + 2 * to) * b.iq_A) / 6;
       }
     }
     return sum;
@@ -209,7 +211,8 @@ std::vector<BalanceWindow> balance_windows(const Track& track, const BalanceShap
     };
     for (std::size_t n = first; n < last; ++n) {
       paths.along(n, first, middle, last, given.commanded, [&](const Point& point) {
-        const double loss = std::abs(std::sin(point.angle_rad / m.gear_ratio + shape.gravity_phase_rad));
+        const double loss =
+            std::abs(std::sin(point.angle_rad / m.gear_ratio + shape.gravity_phase_rad));
         const double out_rad = point.angle_rad / m.gear_ratio;
         term(BalanceTerm::kCoulomb) += friction_shape(m, point.speed_rad_s) * point.weight_s;
         term(BalanceTerm::kGearLoss) += std::copysign(loss, point.speed_rad_s) * point.weight_s;
@@ -248,11 +251,13 @@ Eigen::MatrixXcd order_averages(const Track& track, const std::vector<BalanceWin
     const double whole_s =
         (track.samples[window.last].time_s - track.samples[window.first].time_s) / 2;
     for (std::size_t n = window.first; n < window.last; ++n) {
-      paths.along(n, window.first, window.middle, window.last, window.commanded, [&](const Point& point) {
-        const std::complex<double> once = std::polar(1.0, point.angle_rad);
-        std::complex<double> power = point.weight_s / whole_s;
-        for (int order = 0; order < highest; ++order) averages(row, order) += power *= once;
-      });
+      paths.along(n, window.first, window.middle, window.last, window.commanded,
+                  [&](const Point& point) {
+                    const std::complex<double> once = std::polar(1.0, point.angle_rad);
+                    std::complex<double> power = point.weight_s / whole_s;
+                    for (int order = 0; order < highest; ++order)
+                      averages(row, order) += power *= once;
+                  });
     }
   }
   return averages;

@@ -59,14 +59,16 @@ std::map<std::string, std::vector<LoggedFrame>> frames_of(std::string_view log) 
 }
 
 TrackOrder increment(double at_s, std::int64_t angle_cdeg, double limit_dps) {
-  return {at_s, Follows::kPosition, static_cast<double>(angle_cdeg) * kCentideg, limit_dps * kDeg, false};
+  return {at_s, Follows::kPosition, static_cast<double>(angle_cdeg) * kCentideg, limit_dps * kDeg,
+          false};
 }
 
 /// What a command has the drive follow; none: it goes on as before.
 std::optional<TrackOrder> order_of(const protocol::Command& command, double at_s) {
   using namespace protocol;
   const auto position = [at_s](std::int64_t target_cdeg, double limit_dps) {
-    return TrackOrder{at_s, Follows::kPosition, static_cast<double>(target_cdeg) * kCentideg, limit_dps * kDeg};
+    return TrackOrder{at_s, Follows::kPosition, static_cast<double>(target_cdeg) * kCentideg,
+                      limit_dps * kDeg};
   };
   const auto nothing = TrackOrder{at_s};
   if (const auto* c = std::get_if<Torque>(&command))
@@ -76,16 +78,16 @@ std::optional<TrackOrder> order_of(const protocol::Command& command, double at_s
   if (const auto* c = std::get_if<Position1>(&command)) return position(c->target_cdeg, 0);
   if (const auto* c = std::get_if<Position2>(&command))
     return position(c->target_cdeg, c->max_speed_dps);
-  if (const auto* c = std::get_if<Position5>(&command)) return increment(at_s, c->increment_cdeg, 0);
+  if (const auto* c = std::get_if<Position5>(&command))
+    return increment(at_s, c->increment_cdeg, 0);
   if (const auto* c = std::get_if<Position6>(&command))
     return increment(at_s, c->increment_cdeg, c->max_speed_dps);
   if (std::holds_alternative<Position3>(command) || std::holds_alternative<Position4>(command))
     return increment(at_s, 0, 0);
-  const bool stops = std::holds_alternative<Off>(command) ||
-                     std::holds_alternative<Stop>(command) || std::holds_alternative<Run>(command) ||
-                     std::holds_alternative<OpenLoop>(command) ||
-                     std::holds_alternative<Calibrate>(command) ||
-                     std::holds_alternative<Restart>(command);
+  const bool stops =
+      std::holds_alternative<Off>(command) || std::holds_alternative<Stop>(command) ||
+      std::holds_alternative<Run>(command) || std::holds_alternative<OpenLoop>(command) ||
+      std::holds_alternative<Calibrate>(command) || std::holds_alternative<Restart>(command);
   return stops ? std::optional(nothing) : std::nullopt;
 }
 
@@ -159,14 +161,17 @@ void read_samples(const PairedLog& log, SimTime first, Track& track) {
     frame.id = own_id;
     const auto reply = protocol::decode_reply(frame, reader.format);
     const auto* content = std::get_if<protocol::ReplyFrame>(&reply);
-    if (const auto* pid = content != nullptr ? std::get_if<protocol::Pid>(&content->reply) : nullptr) {
+    if (const auto* pid =
+            content != nullptr ? std::get_if<protocol::Pid>(&content->reply) : nullptr) {
       track.gains = pid->gains;
     }
-    if (const auto* state_1 = content != nullptr ? std::get_if<protocol::State1>(&content->reply) : nullptr) {
+    if (const auto* state_1 =
+            content != nullptr ? std::get_if<protocol::State1>(&content->reply) : nullptr) {
       voltages_V += state_1->voltage_V;
       ++voltages;
     }
-    const auto* state = content != nullptr ? std::get_if<protocol::State2>(&content->reply) : nullptr;
+    const auto* state =
+        content != nullptr ? std::get_if<protocol::State2>(&content->reply) : nullptr;
     if (state == nullptr) continue;
     TrackSample sample{at_s, state->iq_A, state->speed_dps * kDeg, 0,
                        static_cast<double>(state->temperature_C)};
@@ -192,7 +197,9 @@ ServoConfig read_as(int id, const std::optional<Guess>& guess, const TrackOption
   }
   Overrides asked;
   asked.motor = options.base.name;
-  asked.buses.push_back({.interface = "log", .ids = std::vector{id}, .firmware = firmware});
+  const bool serial = guess && guess->framing == protocol::Framing::kSerial;
+  asked.buses.push_back(
+      {.interface = serial ? "rs485:/log" : "log", .ids = std::vector{id}, .firmware = firmware});
   const auto find = [&options](const std::string& /*motor*/) { return options.base; };
   return default_config(asked, find).front().servos.front();
 }
@@ -201,9 +208,9 @@ std::vector<Stretch> stretches(const Track& track) {
   std::vector<Stretch> found;
   std::size_t first = 0;
   for (std::size_t n = 1; n <= track.samples.size(); ++n) {
-    const bool gap = n == track.samples.size() ||
-                     track.samples[n].time_s - track.samples[n - 1].time_s >
-                         kGapSteps * track.median_step_s;
+    const bool gap =
+        n == track.samples.size() ||
+        track.samples[n].time_s - track.samples[n - 1].time_s > kGapSteps * track.median_step_s;
     if (!gap) continue;
     found.push_back({first, n});
     first = n;
@@ -216,8 +223,8 @@ std::vector<HeldOrder> held_orders(const Track& track, Follows what) {
   for (const Stretch& stretch : stretches(track)) {
     std::size_t n = stretch.first;
     while (n < stretch.last) {
-      const auto next = std::ranges::upper_bound(track.orders, track.samples[n].time_s, {},
-                                                 &TrackOrder::time_s);
+      const auto next =
+          std::ranges::upper_bound(track.orders, track.samples[n].time_s, {}, &TrackOrder::time_s);
       if (next == track.orders.begin()) {
         ++n;
         continue;

@@ -43,7 +43,7 @@ struct Track {
   std::vector<TrackSample> samples;
   std::vector<TrackOrder> orders;
   std::optional<protocol::PidGains> gains;  // that the drive had, by the last that the log says
-  double supply_V = 0;  // the mean of what it reported; 0: nothing
+  double supply_V = 0;                      // the mean of what it reported; 0: nothing
   std::uint64_t queries = 0;
   std::uint64_t unanswered = 0;
   double median_step_s = 0;  // between samples
@@ -62,8 +62,8 @@ struct HeldOrder {
   const TrackOrder* order;
   std::size_t first, last;
 };
-/// The parts of the log that follow absolute orders of a kind, an order that is said again being the
-/// same.
+/// The parts of the log that follow absolute orders of a kind, an order that is said again being
+/// the same.
 std::vector<HeldOrder> held_orders(const Track& track, Follows what);
 
 /// Replies with the second state that a drive must have given to be looked at: ten seconds at 20 Hz
@@ -72,13 +72,13 @@ inline constexpr std::size_t kFewestSamples = 200;
 
 /// How the frames are read.
 struct TrackOptions {
-  Profile base;  // what is known of the motor: gear, series, encoder
+  Profile base;                           // what is known of the motor: gear, series, encoder
   std::optional<std::string> generation;  // where it is known; else as the log shows
   std::optional<int> id;                  // this drive alone
 };
 
-/// The drive as a log shows it, on what is known of its motor; without a guess, of the generation that
-/// was said, else the oldest. Throws std::invalid_argument.
+/// The drive as a log shows it, on what is known of its motor; without a guess, of the generation
+/// that was said, else the oldest. Throws std::invalid_argument.
 ServoConfig read_as(int id, const std::optional<Guess>& guess, const TrackOptions& options);
 
 /// The drives of a candump log that said enough of their shafts, by interface and ID. Throws

@@ -14,8 +14,8 @@ constexpr double kLess_A = 0.3;
 constexpr std::size_t kFewest = 40;
 /// Their currents differ by so much: a line needs two ends (assumed).
 constexpr double kSpread_A = 1.5;
-constexpr double kFewDegrees = 2.1;  // 95 % of Student's t with 19
-constexpr std::size_t kJackknifeParts = 20;   // of the jackknife
+constexpr double kFewDegrees = 2.1;          // 95 % of Student's t with 19
+constexpr std::size_t kJackknifeParts = 20;  // of the jackknife
 
 /// Current and speed in the direction of turning.
 struct LimitedPoint {

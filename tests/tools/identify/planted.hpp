@@ -20,9 +20,10 @@ namespace lk::test {
 
 /// A motor like a delivered one, with other numbers.
 struct Planted {
-  emulator::Profile base;    // what a user would know
+  emulator::Profile base;  // what a user would know
   emulator::ServoConfig servo;
   double rate_Hz = 200;
+  bool serial = false;  // on RS-485
 
   double k_t() const { return emulator::motor_figures(base).k_t_Nm_A; }
   double inertia_A_s2() const {
@@ -44,12 +45,13 @@ class Draw {
  public:
   explicit Draw(unsigned seed) : random_(seed) {}
   double between(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_()) / static_cast<double>(std::mt19937::max());
+    return low +
+           (high - low) * static_cast<double>(random_()) / static_cast<double>(std::mt19937::max());
   }
   /// Between, evenly on a logarithmic scale.
   double times(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
   template <std::size_t N>
-  auto& one(const auto (&of)[N]) {
+  auto& one(const auto(&of)[N]) {
     return of[random_() % N];
   }
 
@@ -90,23 +92,28 @@ inline Planted planted(unsigned seed) {
 
 /// How a log came about.
 struct Logging {
-  double loss = 0.01;          // of its lines
-  double jitter = 0.2;         // of the period, to either side
+  double loss = 0.01;   // of its lines
+  double jitter = 0.2;  // of the period, to either side
   double stamp_jitter_s = 20e-6;
 };
 
 /// The log of a host that follows a plan.
 inline std::string plan_log(const Planted& made, unsigned seed,
-                            const std::vector<emulator::PlanStep>& steps,
-                            double speed_limit_dps, const Logging& how = {}) {
+                            const std::vector<emulator::PlanStep>& steps, double speed_limit_dps,
+                            const Logging& how = {}) {
   using emulator::Follows;
   Draw draw(seed + 1000);
   emulator::BusConfig config;
   config.interface = "can0";
   config.seed = seed;
   config.servos.push_back(made.servo);
+  if (made.serial) {
+    config.serial = emulator::SerialConfig{};
+    config.servos.front().quirks =
+        emulator::quirks_of(made.servo.generation, protocol::Framing::kSerial);
+  }
   emulator::Bus bus(config);
-  const auto format = protocol::wire_format(made.servo.quirks.dialect, made.servo.profile.series);
+  const auto format = bus.servo(1).format();
   std::string log;
   double speed_dps = 0;
   double now_s = 0.2;
@@ -118,12 +125,14 @@ inline std::string plan_log(const Planted& made, unsigned seed,
   };
   const auto ask = [&](const protocol::Command& command) {
     const auto query = protocol::encode_query(1, command, format);
-    const auto at = std::chrono::duration_cast<emulator::SimTime>(std::chrono::duration<double>(now_s));
+    const auto at =
+        std::chrono::duration_cast<emulator::SimTime>(std::chrono::duration<double>(now_s));
     bus.advance_to(at);
     bus.receive({at, query});
     write(at, query);
     now_s += (1 + draw.between(-how.jitter, how.jitter)) / made.rate_Hz;
-    bus.advance_to(std::chrono::duration_cast<emulator::SimTime>(std::chrono::duration<double>(now_s)));
+    bus.advance_to(
+        std::chrono::duration_cast<emulator::SimTime>(std::chrono::duration<double>(now_s)));
     std::vector<emulator::TimedFrame> replies;
     bus.take_replies(replies);
     for (const auto& reply : replies) {
@@ -131,7 +140,8 @@ inline std::string plan_log(const Planted& made, unsigned seed,
       const auto decoded = protocol::decode_reply(reply.frame, format);
       const auto* content = std::get_if<protocol::ReplyFrame>(&decoded);
       if (content == nullptr) continue;
-      if (const auto* state = std::get_if<protocol::State2>(&content->reply)) speed_dps = state->speed_dps;
+      if (const auto* state = std::get_if<protocol::State2>(&content->reply))
+        speed_dps = state->speed_dps;
       if (const auto* angle = std::get_if<protocol::MultiTurnAngle>(&content->reply))
         return static_cast<double>(angle->angle_cdeg);
     }

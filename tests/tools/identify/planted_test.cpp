@@ -1,6 +1,8 @@
 /// @file Motors that are known because they were made up, and what is found of them in their logs.
 /// LKEMU_PLANTED_MOTORS=200 tries as many (docs/identify.md has what came of that).
 
+#include "tests/tools/identify/planted.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +14,6 @@
 
 #include "emulator/core/servo/registers.hpp"
 #include "model/control/motion_loops.hpp"
-#include "tests/tools/identify/planted.hpp"
 #include "tools/identify/identified.hpp"
 
 namespace lk::test {
@@ -25,8 +26,8 @@ unsigned motors() {
 
 /// What is true of a planted motor, by the keys of what is identified.
 std::map<std::string, double> truth(const Planted& made) {
-  const auto loops = model::motion_params(made.servo.profile.drive,
-                                          emulator::control_settings(made.servo.rom));
+  const auto loops =
+      model::motion_params(made.servo.profile.drive, emulator::control_settings(made.servo.rom));
   return {{"inertia_A_s2_rad", made.inertia_A_s2()}, {"coulomb_A", made.coulomb_A()},
           {"viscous_A_s_rad", made.viscous_A_s()},   {"cogging_A", made.cogging_A()},
           {"speed_kp_A_s_rad", loops.speed_kp},      {"speed_ki_A_rad", loops.speed_ki},
@@ -111,7 +112,6 @@ TEST(PlantedMotors, TellOfALogOfMovesWhatItHas) {
   const auto known = truth(made);
   for (const auto& one : drive.values) {
     const std::string key(one.quantity->key);
-    if (one.estimate) std::printf("%s %g ± %g, %g\n", key.c_str(), one.estimate->value, one.estimate->half_width, known.contains(key) ? known.at(key) : 0);
     const bool told = one.estimate && emulator::is_told(*one.estimate);
     if (key == "k_t_Nm_A" || key == "R_ohm" || key == "gravity_A") {
       EXPECT_FALSE(told) << key;
@@ -148,9 +148,9 @@ TEST(PlantedMotors, ShowTorquesOnlyAsRatios) {
   const auto twice = identified(2);
   for (std::size_t n = 0; n < 2; ++n) {  // inertia and friction
     ASSERT_TRUE(once.values[n].estimate && twice.values[n].estimate);
-    EXPECT_NEAR(twice.values[n].estimate->value, once.values[n].estimate->value,
-                std::hypot(once.values[n].estimate->half_width,
-                           twice.values[n].estimate->half_width));
+    EXPECT_NEAR(
+        twice.values[n].estimate->value, once.values[n].estimate->value,
+        std::hypot(once.values[n].estimate->half_width, twice.values[n].estimate->half_width));
   }
 }
 
@@ -174,6 +174,21 @@ TEST(PlantedMotors, ShowTheirWindingsAtTheLimitOfTheVoltage) {
   EXPECT_NEAR(found.voltage->k_t_Nm_A->value, k_t, 0.05 * k_t);
   const double R = drive.motor.R_s + drive.inverter.R_on + drive.supply.R_source / 2;
   EXPECT_NEAR(found.voltage->R_ohm->value, R, 0.05 * R);
+}
+
+/// The packets of RS-485 say the same.
+TEST(PlantedMotors, AreFoundOnRs485) {
+  Planted made = planted(4);
+  made.serial = true;
+  const auto limits = emulator::plan_limits(made.base);
+  const std::string log = plan_log(made, 4, emulator::plan_steps(limits), 2 * limits.speed_dps);
+  EXPECT_NE(log.find("rs485#3E"), std::string::npos);
+  auto tracks = emulator::read_tracks(log, {.base = made.base, .generation = {}, .id = {}});
+  ASSERT_EQ(tracks.size(), 1U);
+  const auto drive = emulator::identify(std::move(tracks.front()));
+  ASSERT_TRUE(drive.balance);
+  EXPECT_NEAR(drive.balance->inertia_A_s2.value, made.inertia_A_s2(), 0.05 * made.inertia_A_s2());
+  EXPECT_EQ(drive.cogging_order, made.cogging_order());
 }
 
 /// An arm on the output: gravity and what the gear takes.

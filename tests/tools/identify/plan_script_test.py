@@ -1,0 +1,120 @@
+"""The script of a plan, run against a motor that is a few lines of Python: no waiting, no bus."""
+
+import runpy
+import struct
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+from pathlib import Path
+from unittest import mock
+
+LK_EMU = sys.argv.pop(1)
+
+
+class Motor:
+    """Answers 0x92, 0xA1, 0xA2, 0xA4, 0x9C and the rest as a drive of the MF series does; time is what the script
+    sleeps."""
+
+    def __init__(self, runs_away=False):
+        self.now, self.speed_dps, self.angle_deg, self.sent, self.replies = 100.0, 0.0, 0.0, [], []
+        self.runs_away = runs_away
+
+    def send(self, message):
+        data = bytes(message.data)
+        self.sent.append(data)
+        command = data[0]
+        if command == 0xA1:
+            iq = struct.unpack_from("<h", data, 4)[0]
+            self.speed_dps = self.speed_dps + 4 * iq if iq else self.speed_dps * 0.5
+        elif command == 0xA2:
+            self.speed_dps = struct.unpack_from("<i", data, 4)[0] / 100
+        elif command == 0xA4:
+            target = struct.unpack_from("<i", data, 4)[0] / 100
+            self.speed_dps, self.angle_deg = 0.0, target
+        if self.runs_away and command in (0xA1, 0xA2):
+            self.speed_dps = 3000.0
+        if command == 0x92:
+            self.replies.append(data[:1] + round(self.angle_deg * 100).to_bytes(7, "little", signed=True))
+        elif command in (0x80, 0x81):
+            self.speed_dps = 0.0
+            self.replies.append(data)
+        else:
+            counts = round(self.angle_deg / 360 * 65536) % 65536
+            self.replies.append(struct.pack("<BbhhH", command, 25, 0, int(self.speed_dps), counts))
+
+    def recv(self, timeout):
+        if not self.replies:
+            self.now += timeout
+            return None
+        return types.SimpleNamespace(arbitration_id=0x141, data=self.replies.pop(0), is_error_frame=False)
+
+    def sleep(self, seconds):
+        self.now += seconds + 1e-6
+        self.angle_deg += self.speed_dps * seconds
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return False
+
+
+class PlanScript(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.script = Path(self.folder.name) / "excite.py"
+        subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mf7015"], check=True,
+                       stdout=subprocess.DEVNULL)
+
+    def run_script(self, motor, *options, answer=""):
+        fake = types.ModuleType("can")
+        fake.Message = lambda arbitration_id, data, is_extended_id: types.SimpleNamespace(data=data)
+        fake.Bus = lambda **_: motor
+        log = Path(self.folder.name) / "my.log"
+        arguments = [str(self.script), "--log", str(log), *options]
+        with mock.patch.dict(sys.modules, {"can": fake}), mock.patch("time.sleep", motor.sleep), \
+                mock.patch("time.monotonic", lambda: motor.now), mock.patch("time.time", lambda: motor.now), \
+                mock.patch.object(sys, "argv", arguments), mock.patch("sys.stdin.readline", lambda: answer), \
+                mock.patch("sys.stderr"), mock.patch("sys.stdout"):
+            runpy.run_path(str(self.script), run_name="__main__")
+        return log.read_text()
+
+    def test_runs_for_half_a_minute_and_logs_it(self):
+        motor = Motor()
+        log = self.run_script(motor, "--yes")
+        self.assertAlmostEqual(motor.now - 100, 30, delta=3)
+        self.assertIn(") can0 141#A1", log)
+        self.assertEqual([motor.sent[-2][0], motor.sent[-1][0]], [0x81, 0x80])
+        for command in (0x9A, 0xA1, 0xA2, 0xA4):
+            self.assertTrue(any(data[0] == command for data in motor.sent), hex(command))
+
+    def test_moves_nothing_unless_told(self):
+        for answer in ("", "\n", "no\n"):
+            motor = Motor()
+            with self.assertRaisesRegex(SystemExit, "nothing was moved"):
+                self.run_script(motor, answer=answer)
+            self.assertEqual(motor.sent, [])
+
+    def test_goes_when_told(self):
+        motor = Motor()
+        self.run_script(motor, answer="y\n")
+        self.assertTrue(motor.sent)
+
+    def test_frees_a_shaft_that_runs_away(self):
+        motor = Motor(runs_away=True)
+        with self.assertRaisesRegex(SystemExit, "stopped"):
+            self.run_script(motor, "--yes")
+        self.assertEqual([motor.sent[-2][0], motor.sent[-1][0]], [0x81, 0x80])
+
+    def test_says_that_nobody_answers(self):
+        motor = Motor()
+        motor.send = lambda message: None
+        with self.assertRaisesRegex(SystemExit, "drive 1 does not answer"):
+            self.run_script(motor, "--yes")
+
+
+if __name__ == "__main__":
+    unittest.main()
