@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/wall_clock.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -32,8 +33,6 @@ void acknowledge(const Descriptor& socket) {
   const int now = 1;
   if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
 }
-
-std::chrono::nanoseconds wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
 
 }  // namespace
 

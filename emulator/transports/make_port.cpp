@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/transports/cannelloni_port.hpp"
 #include "emulator/transports/multicast_port.hpp"
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/serial_port.hpp"
@@ -69,6 +70,8 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
       return stream(socketcand(name));
     case Transport::kUdpMulticast:
       return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
+    case Transport::kCannelloni:
+      return std::make_unique<CannelloniPort>(loop, bus.interface, name, std::move(on_frames));
     case Transport::kRs485Tcp:
       return stream(rs485_tcp(name));
   }
@@ -82,11 +85,10 @@ void check_place(const std::string& bus) {
 
 std::string place_of(const std::string& bus) {
   const BusName name = bus_name(bus);
-  const std::string prefix(name.scheme->prefix);
-  if (name.scheme->place == BusPlace::kPort || name.scheme->place == BusPlace::kGroup) {
-    return prefix + name.address + ":" + std::to_string(name.port);
-  }
   if (name.scheme->place == BusPlace::kInterface) return bus;
+  if (name.scheme->place != BusPlace::kPath) {
+    return std::string(name.scheme->prefix) + name.address + ":" + std::to_string(name.port);
+  }
   // A real port by whichever link; of a link of ours, where that is.
   const std::filesystem::path path(name.path);
   std::error_code error;

@@ -12,6 +12,7 @@
 
 #include "emulator/ground/start_error.hpp"
 #include "emulator/transports/terminal.hpp"
+#include "emulator/transports/wall_clock.hpp"
 #include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
@@ -21,10 +22,6 @@ namespace {
 constexpr std::size_t kReadBytes = 4096;
 
 std::string reason(int error) { return std::generic_category().message(error); }
-
-std::chrono::nanoseconds wall_clock() {
-  return std::chrono::system_clock::now().time_since_epoch();
-}
 
 }  // namespace
 
@@ -121,7 +118,7 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   frames_.clear();
   protocol::append_frames(bytes, frames_);
   received_.clear();
-  const auto stamp = wall_clock();
+  const auto stamp = wall_now();
   for (const protocol::Frame& frame : frames_) received_.push_back({stamp, frame});
   return {received_, bytes.size() == bytes_.size(), 0};
 }
