@@ -101,8 +101,9 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
+    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // the others: see below
     const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
-                       ((event.events & ~EPOLLOUT) == 0 || listen_to(client, out, collected.more));
+                       (!speaks || listen_to(client, out, collected.more));
     if (there) continue;
     spdlog::debug("{}: {} has left", name_, client.who);
     clients_.erase(found);

@@ -68,11 +68,13 @@ class Port {
   /// Replies in our hands still.
   virtual std::size_t pending() const = 0;
   virtual PortStats stats() const = 0;
-  /// What the terminal of the host that wrote last changes on its way; none: not a terminal, or
-  /// raw.
-  virtual TerminalFlags host_flags() const { return {}; }
+  /// What the terminal of the host changed on its way of what was received last; none: not a
+  /// terminal, or raw.
+  virtual const TerminalFlags& host_flags() const { return kRaw; }
 
  private:
+  inline static const TerminalFlags kRaw;
+
   virtual Batch next_batch(Wait wait) = 0;
   virtual void note_error(int error) = 0;
 };

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/terminal.hpp"
 #include "emulator/transports/wall_clock.hpp"
 #include "protocol/serial_framing.hpp"
@@ -100,10 +101,6 @@ bool SerialPort::rate_is_right() {
   return !wrong_rate_;
 }
 
-TerminalFlags SerialPort::host_flags() const {
-  return pty_ && is_up() ? flags_of(descriptor()) : TerminalFlags{};
-}
-
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
   if (size <= 0) {
@@ -111,9 +108,9 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
     return {{}, false, nothing ? 0 : size == 0 ? EIO : errno};
   }
   std::span<std::uint8_t> bytes(bytes_.data(), static_cast<std::size_t>(size));
+  if (pty_) host_flags_ = flags_of(descriptor());
   if (!rate_is_right()) {
-    // Bits of another length: something arrives, and nothing of it is what was sent.
-    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
+    for (std::uint8_t& byte : bytes) byte = misread(byte);
   }
   frames_.clear();
   protocol::append_frames(bytes, frames_);
