@@ -5,7 +5,7 @@
 #include <cassert>
 #include <optional>
 
-#include "emulator/ground/ip_address.hpp"
+#include "emulator/config/ip_address.hpp"
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {

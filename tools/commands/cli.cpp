@@ -12,7 +12,7 @@
 #include "emulator/config/config_serial.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
-#include "emulator/ground/ip_address.hpp"
+#include "emulator/config/ip_address.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 #include "emulator/program/bus_offer.hpp"

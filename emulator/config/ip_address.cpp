@@ -1,11 +1,10 @@
-#include "emulator/ground/ip_address.hpp"
+#include "emulator/config/ip_address.hpp"
 
 #ifdef _WIN32
 #include <ws2tcpip.h>
 #else
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <sys/socket.h>
 #endif
 
 #include <array>

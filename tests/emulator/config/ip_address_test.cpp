@@ -1,4 +1,4 @@
-#include "emulator/ground/ip_address.hpp"
+#include "emulator/config/ip_address.hpp"
 
 #include <gtest/gtest.h>
 
