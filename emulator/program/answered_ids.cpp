@@ -62,7 +62,7 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
 
 void AnsweredIds::tell(const Line& line) {
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo);
+    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
     std::string& told = told_[{line.name(), servo.id}];
     if (note == told) continue;
     told = note;
@@ -77,7 +77,7 @@ void AnsweredIds::tell(const Line& line) {
 std::string moved_text(const Line& line) {
   std::string text;
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo);
+    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
     if (note.empty()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : "; ", servo.id, note);
   }

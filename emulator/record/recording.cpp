@@ -377,6 +377,11 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo) {
   ServoConfig with_rom = servo;
+  // What is as wired is not in the text (print_rom).
+  with_rom.rom.driver_id = kAsWired;
+  with_rom.rom.bus_type = kAsWired;
+  with_rom.rom.serial_rate = kAsWired;
+  with_rom.rom.can_rate = kAsWired;
   read_rom(restored.rom, kInputsFile, bus, with_rom);
   return with_rom.rom;
 }
