@@ -323,6 +323,15 @@ class SlcanAlone(support.TestCase):
                       self.refused("--bus", f"slcan-tcp:192.0.2.1:{place.port}", "--ids", "1"))
 
 
+class SlcanPtyAlone(support.TestCase):
+    def test_a_serial_port_is_not_made_a_terminal_of(self):
+        master, port = os.openpty()  # a character device, as /dev/ttyUSB0 is
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, port)
+        self.assertIn("is a serial port; slcan-pty makes a terminal of its own: give a path where nothing is",
+                      self.refused("--bus", f"slcan-pty:{os.ttyname(port)}", "--ids", "1"))
+
+
 class SocketcandAlone(support.TestCase):
     def setUp(self):
         super().setUp()

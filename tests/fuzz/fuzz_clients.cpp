@@ -13,6 +13,7 @@
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/slcan.hpp"
 #include "emulator/transports/socketcand.hpp"
+#include "protocol/serial_framing.hpp"
 #include "tests/fuzz/support.hpp"
 
 namespace lk::emulator {
