@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/error.hpp>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
@@ -74,7 +75,8 @@ void CannelloniPort::send(std::span<const protocol::Frame> frames) {
     frames = frames.subspan(some.size());
     boost::system::error_code error;
     socket_.send_to(boost::asio::buffer(cannelloni_packet(some, sequence_++)), peer_, 0, error);
-    (error ? stats_.lost_queue_full : stats_.sent) += some.size();
+    const bool full = error == boost::asio::error::would_block;
+    (!error ? stats_.sent : full ? stats_.lost_queue_full : stats_.lost_link_down) += some.size();
   }
 }
 
