@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <sstream>
-#include <system_error>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/profile.hpp"
@@ -45,8 +44,6 @@ std::vector<int> read_ids(const Json& json) {
   for (const Json& id : json) ids.push_back(whole<int>(id));
   return ids;
 }
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 // --- recording.json
 
@@ -233,7 +230,7 @@ class MadeFiles {
     std::ofstream stream(file, std::ios::binary);
     stream << text;
     stream.close();
-    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason(errno));
+    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason_of(errno));
   }
   void keep() { made_.clear(); }
 

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
@@ -43,7 +42,7 @@ ClientSet::ClientSet(std::string name)
       bytes_(kClientBytes) {
   epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
   if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
-    throw StartError(name_ + ": " + std::generic_category().message(errno));
+    throw StartError(name_ + ": " + reason_of(errno));
   }
 }
 
@@ -75,7 +74,7 @@ void ClientSet::add(Client client) {
   client.number = ++last_number_;
   epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
   if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
-    spdlog::warn("{}: {}: {}", name_, client.who, std::generic_category().message(errno));
+    spdlog::warn("{}: {}: {}", name_, client.who, reason_of(errno));
     return;
   }
   spdlog::debug("{}: {} has come", name_, client.who);

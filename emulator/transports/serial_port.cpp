@@ -22,8 +22,6 @@ namespace {
 /// What is read at once: as much as the kernel keeps for a terminal.
 constexpr std::size_t kReadBytes = 4096;
 
-std::string reason(int error) { return std::generic_category().message(error); }
-
 }  // namespace
 
 SerialPort::SerialPort(boost::asio::io_context& loop, std::string name, std::string path,
@@ -49,9 +47,9 @@ SerialPort::~SerialPort() {
 
 void SerialPort::open_device() {
   fd_ = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + reason(errno));
+  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + reason_of(errno));
   if (::isatty(fd_.get()) == 0) throw StartError(name_ + ": " + path_ + " is no serial port");
-  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + reason(errno));
+  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + reason_of(errno));
   try {
     make_raw(fd_.get(), options_.bitrate);
   } catch (const std::system_error& problem) {
@@ -121,7 +119,7 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
 }
 
 void SerialPort::note_error(int error) {
-  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, reason(error));
+  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, reason_of(error));
   ++stats_.link_losses;
   readiness_.release();
   fd_ = Descriptor();
