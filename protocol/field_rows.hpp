@@ -5,6 +5,7 @@
 #include <array>
 #include <type_traits>
 
+#include "protocol/bit_rates.hpp"
 #include "protocol/commands.hpp"
 #include "protocol/field.hpp"
 #include "protocol/multi_drive_commands.hpp"
@@ -78,11 +79,6 @@ inline constexpr Value kSettingItems[] = {{0x0A, "driver ID"},
 inline constexpr Value kSaveTable[] = {{kNamedSettings, "settings"}};
 inline constexpr Value kSaveItems[] = {{kSaveItem, "save"}};
 inline constexpr Value kBusTypes[] = {{0, "none"}, {1, "RS-485"}, {2, "CAN"}};
-inline constexpr Value kSerialRates[] = {
-    {0, "9600"},   {1, "19200"},  {2, "38400"},   {3, "57600"},   {4, "115200"},  {5, "230400"},
-    {6, "460800"}, {7, "921600"}, {8, "1000000"}, {9, "2000000"}, {10, "4000000"}};
-inline constexpr Value kCanRates[] = {
-    {0, "100000"}, {1, "125000"}, {2, "250000"}, {3, "500000"}, {4, "1000000"}};
 inline constexpr Value kSaved[] = {{0, "failed"}, {1, "saved"}};
 
 // --- fields

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <charconv>
 #include <optional>
+
+#include "emulator/config/ip_address.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -27,16 +29,19 @@ constexpr std::array kSchemes{
     BusScheme{kUdpMulticast, "udp-multicast:", BusPlace::kGroup, false,
               "udp-multicast:[GROUP][:PORT][?ttl=1]", "udp-multicast:239.74.163.2",
               R"(python-can: interface="udp_multicast", channel="239.74.163.2", hop_limit=0)"},
+    BusScheme{kCannelloni, "cannelloni:", BusPlace::kPeer, false,
+              "cannelloni:ADDR:PORT[?local=PORT]", "cannelloni:127.0.0.1:20000?local=20001",
+              "cannelloni -I vcan0 -R 127.0.0.1 -r 20001 -l 20000; ESP32"},
     BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
               R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
     BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",
-              "rs485-tcp:29485", R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"))"},
+              "rs485-tcp:29485",
+              R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"), or rfc2217://)"},
 };
 
 /// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.
 constexpr std::size_t kLongest = 90;
 constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
-constexpr const char* kLoopback = "127.0.0.1";
 // python-can's own.
 constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
 constexpr std::uint16_t kGroupPort = 43113;
@@ -61,41 +66,6 @@ std::string interface_problem(const std::string& name) {
   return "";
 }
 
-std::optional<unsigned> number(std::string_view digits, unsigned most) {
-  unsigned value = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [stop, error] = std::from_chars(digits.data(), end, value);
-  const bool whole = error == std::errc() && stop == end && !digits.empty();
-  return whole && value <= most ? std::optional(value) : std::nullopt;
-}
-
-/// "192.168.0.2"
-bool is_ipv4(std::string_view text) {
-  for (int n = 0; n < 4; ++n) {
-    const std::size_t dot = text.find('.');
-    if ((dot == std::string_view::npos) != (n == 3)) return false;
-    const std::string_view digits = text.substr(0, dot);
-    if (digits.size() > 3 || !number(digits, 255)) return false;
-    text.remove_prefix(n == 3 ? text.size() : dot + 1);
-  }
-  return true;
-}
-
-/// Of what IPv6 addresses are written with; the code that uses it reports the rest.
-bool looks_like_ipv6(std::string_view text) {
-  return text.find(':') != std::string_view::npos &&
-         text.find_first_not_of("0123456789abcdefABCDEF:.") == std::string_view::npos;
-}
-
-/// "127.0.0.1", "[::1]", "localhost": without brackets; nothing where it is no address.
-std::optional<std::string> address_in(std::string_view text) {
-  if (text == "localhost") return kLoopback;
-  if (is_ipv4(text)) return std::string(text);
-  const bool bracketed = text.size() > 2 && text.front() == '[' && text.back() == ']';
-  if (!bracketed || !looks_like_ipv6(text.substr(1, text.size() - 2))) return std::nullopt;
-  return std::string(text.substr(1, text.size() - 2));
-}
-
 /// "[ADDR:]PORT", with what `out` has for an address that is not said. Why not, or empty.
 std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
   const std::string form(out.scheme->form);
@@ -109,21 +79,13 @@ std::string read_port(const std::string& name, std::string_view rest, BusName& o
     }
     out.address = *address;
   }
-  const auto port = number(digits, 65535);
+  const auto port = number_of(digits, 10, 65535);
   if (!port || *port == 0) {
     return "\"" + name + "\" is not " + form + ": PORT is 1 to 65535, as in " +
            std::string(out.scheme->example);
   }
   out.port = static_cast<std::uint16_t>(*port);
   return "";
-}
-
-bool is_group(const std::string& address) {
-  if (is_ipv4(address)) {
-    const auto first = number(std::string_view(address).substr(0, address.find('.')), 255);
-    return *first >= 224 && *first <= 239;
-  }
-  return address.starts_with("ff") || address.starts_with("FF");
 }
 
 /// "[GROUP][:PORT][?ttl=1]". Why not, or empty.
@@ -147,10 +109,36 @@ std::string read_group(const std::string& name, std::string_view rest, BusName& 
     const std::string problem = read_port(name, rest, out);
     if (!problem.empty()) return problem;
   }
-  return is_group(out.address)
+  return is_multicast(out.address)
              ? ""
              : "\"" + name + "\": " + out.address +
                    " is no multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
+}
+
+/// "ADDR:PORT[?local=PORT]". Why not, or empty.
+std::string read_peer(const std::string& name, std::string_view rest, BusName& out) {
+  constexpr std::string_view kLocal = "?local=";
+  const std::string none = "\"" + name + "\" is not " + std::string(out.scheme->form);
+  const std::size_t question = rest.find('?');
+  const std::string problem = read_port(name, rest.substr(0, question), out);
+  if (!problem.empty()) return problem;
+  if (out.address.empty()) return none + ": ADDR and PORT are those of the other end";
+  if (is_multicast(out.address) || is_unspecified(out.address)) {
+    return none + ": " + out.address + " is no machine's address";
+  }
+  out.local_port = out.port;
+  if (question != std::string_view::npos) {
+    const std::string_view word = rest.substr(question);
+    const auto port =
+        word.starts_with(kLocal) ? number_of(word.substr(kLocal.size()), 10, 65535).value_or(0) : 0;
+    if (port == 0) return none;
+    out.local_port = static_cast<std::uint16_t>(port);
+  }
+  if (is_loopback(out.address) && out.local_port == out.port) {
+    return "\"" + name + "\": both ends on one machine cannot have the same port; like " +
+           std::string(out.scheme->example);
+  }
+  return "";
 }
 
 }  // namespace
@@ -194,11 +182,13 @@ std::variant<BusName, std::string> parse_bus_name(const std::string& name) {
   } else if (out.scheme->place == BusPlace::kPort) {
     out.address = kLoopback;
     problem = read_port(name, rest, out);
+  } else if (out.scheme->place == BusPlace::kPeer) {
+    problem = read_peer(name, rest, out);
   }
   if (!problem.empty()) return problem;
-  const bool on_network =
-      out.scheme->place == BusPlace::kPort || out.scheme->place == BusPlace::kGroup;
-  if (!on_network) out.path = rest;
+  if (out.scheme->place == BusPlace::kInterface || out.scheme->place == BusPlace::kPath) {
+    out.path = rest;
+  }
   return out;
 }
 

@@ -6,15 +6,20 @@
 #include <iterator>
 
 #include "emulator/ground/text.hpp"
+#include "protocol/bit_rates.hpp"
 
 namespace lk::emulator {
 namespace {
 
-/// Of the tool, by their numbers; without 921600 those behind it come one earlier.
-constexpr std::int64_t kRates[] = {9600,    19'200,  38'400,    57'600,    115'200,  230'400,
-                                   460'800, 921'600, 1'000'000, 2'000'000, 4'000'000};
-constexpr std::int64_t kCanRates[] = {100'000, 125'000, 250'000, 500'000, 1'000'000};
+using protocol::bit_rate;
+using protocol::kCanRates;
+using protocol::kSerialRates;
+
 constexpr std::int64_t kOddRate = 921'600;  // the manuals have 1 Mbit/s in its place
+
+const protocol::Value* row_of_rate(std::int64_t baud) {
+  return std::ranges::find(kSerialRates, baud, bit_rate);
+}
 
 std::chrono::nanoseconds from_us(double us) {
   return std::chrono::nanoseconds(std::llround(us * 1e3));
@@ -27,35 +32,39 @@ const std::vector<std::string> kRate{"enforce", "ignore"};
 }  // namespace
 
 std::string baud_problem(std::int64_t baud) {
-  const auto* const rate = std::ranges::find(kRates, baud);
-  if (baud == 0 || (rate != std::end(kRates) && baud != kOddRate)) return "";
+  if (baud == 0 || (row_of_rate(baud) != std::end(kSerialRates) && baud != kOddRate)) return "";
   std::vector<std::string> rates{"0"};
-  for (const std::int64_t one : kRates) {
-    if (one != kOddRate) rates.push_back(std::to_string(one));
+  for (const protocol::Value& row : kSerialRates) {
+    if (bit_rate(row) != kOddRate) rates.emplace_back(row.word);
   }
   return std::to_string(baud) + " is no bit rate of RS-485 drives: " + comma_list(rates);
 }
 
 std::uint8_t rate_code(std::int64_t baud, bool has_921600) {
-  const auto* const rate = std::ranges::find(kRates, baud);
-  if (rate == std::end(kRates)) return 0;
+  const protocol::Value* const row = row_of_rate(baud);
+  if (row == std::end(kSerialRates)) return 0;
   const bool moved = !has_921600 && baud > kOddRate;
-  return static_cast<std::uint8_t>(rate - std::begin(kRates) - (moved ? 1 : 0));
+  return static_cast<std::uint8_t>(row->number - (moved ? 1 : 0));
 }
 
-std::int64_t serial_rate_of(std::uint8_t code) {
-  return code < std::size(kRates) ? kRates[code] : 0;
+std::int64_t serial_rate_of(std::uint8_t code, bool has_921600) {
+  for (const protocol::Value& row : kSerialRates) {
+    const std::int64_t rate = bit_rate(row);
+    const bool there = has_921600 || rate != kOddRate;
+    if (there && rate_code(rate, has_921600) == code) return rate;
+  }
+  return 0;
 }
 
 std::int64_t can_rate_of(std::uint8_t code) {
-  return code < std::size(kCanRates) ? kCanRates[code] : 0;
+  return code < std::size(kCanRates) ? bit_rate(kCanRates[code]) : 0;
 }
 
 std::uint8_t can_rate_code(std::int64_t bitrate) {
   if (bitrate == 0) return std::size(kCanRates) - 1;
   const auto* const nearest = std::ranges::min_element(
-      kCanRates, {}, [&](std::int64_t rate) { return std::abs(rate - bitrate); });
-  return static_cast<std::uint8_t>(nearest - std::begin(kCanRates));
+      kCanRates, {}, [&](const protocol::Value& row) { return std::abs(bit_rate(row) - bitrate); });
+  return static_cast<std::uint8_t>(nearest->number);
 }
 
 SerialConfig read_serial(TableReader& bus) {

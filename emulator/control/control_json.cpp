@@ -113,12 +113,13 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
 }
 
 /// Where a drive is found, and from the next start on what is different then.
-Json place_json(const Servo& servo) {
-  const auto json = [](const DrivePlace& place) {
+Json place_json(const Servo& servo, const BusConfig& bus) {
+  const bool has_921600 = !bus.serial || bus.serial->has_921600;
+  const auto json = [has_921600](const DrivePlace& place) {
     constexpr const char* kBuses[] = {"none", "rs485", "can"};
     return Json{{"id", place.id},
                 {"bus_type", kBuses[static_cast<std::size_t>(place.bus)]},
-                {"rs485_rate", serial_rate_of(place.serial_rate)},
+                {"rs485_rate", serial_rate_of(place.serial_rate, has_921600)},
                 {"can_rate", can_rate_of(place.can_rate)}};
   };
   Json place = json(servo.place());
@@ -137,7 +138,7 @@ Json moved_json(const Line& line) {
     const DrivePlace wired = drive_place(Registers{}, config);
     const bool at_home =
         servo.place() == wired && drive_place(servo.rom(), config) == wired && !servo.has_pending();
-    if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo)}});
+    if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo, line.config())}});
   }
   return moved;
 }
@@ -228,7 +229,7 @@ Json drive_json(const Line& line, int id) {
   const ServoStats& stats = drive.servo.stats();
   return {{"bus", line.name()},
           {"id", id},
-          {"place", place_json(drive.servo)},
+          {"place", place_json(drive.servo, line.config())},
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
           {"series", protocol::name_of(servo.profile.series)},

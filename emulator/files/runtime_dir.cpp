@@ -12,14 +12,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <system_error>
 
 #include "emulator/ground/start_error.hpp"
 
 namespace lk::emulator {
 namespace {
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 /// Whom a file belongs to that this process makes there. Mostly its own user; under user-mode Linux
 /// everybody is root, and files belong to whoever started it.
@@ -43,7 +40,7 @@ void check_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + reason(errno));
+    throw StartError("cannot look at " + name + ": " + reason_of(errno));
   }
   if (!S_ISDIR(found.st_mode)) throw StartError(name + " is not a directory: remove it");
   if (!is_ours(found.st_uid, directory)) throw StartError(name + " belongs to another user");
@@ -66,7 +63,7 @@ std::filesystem::path runtime_directory() {
 void secure_directory(const std::filesystem::path& directory) {
   const std::string name = directory.string();
   if (::mkdir(name.c_str(), 0700) != 0 && errno != EEXIST) {
-    throw StartError("cannot make " + name + ": " + reason(errno));
+    throw StartError("cannot make " + name + ": " + reason_of(errno));
   }
   check_directory(directory);
 }
@@ -79,7 +76,7 @@ bool is_live_socket(const std::filesystem::path& path) {
   std::copy(name.begin(), name.end(), std::begin(address.sun_path));
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   // Whoever cannot ask does not know, and takes it away from nobody.
-  if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + reason(errno));
+  if (fd < 0) throw StartError("cannot see whether " + name + " is in use: " + reason_of(errno));
   const int result = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   // Only who refuses has died: a full queue of connections, and a socket of another kind, are signs
   // of life.
@@ -122,7 +119,7 @@ void clear_stale_socket(const std::filesystem::path& path) {
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0) {
     if (errno == ENOENT) return;
-    throw StartError("cannot look at " + name + ": " + reason(errno));
+    throw StartError("cannot look at " + name + ": " + reason_of(errno));
   }
   if (!S_ISSOCK(found.st_mode)) throw StartError(name + " already exists and is not a socket");
   if (!is_ours(found.st_uid, path.parent_path())) {
@@ -130,7 +127,7 @@ void clear_stale_socket(const std::filesystem::path& path) {
   }
   if (is_live_socket(path)) throw StartError(name + " is in use by another lk-emu");
   if (::unlink(name.c_str()) != 0 && errno != ENOENT) {
-    throw StartError("cannot remove " + name + ": " + reason(errno));
+    throw StartError("cannot remove " + name + ": " + reason_of(errno));
   }
 }
 

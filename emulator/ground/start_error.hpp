@@ -1,6 +1,8 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+#include <system_error>
 
 namespace lk::emulator {
 
@@ -8,5 +10,8 @@ namespace lk::emulator {
 struct StartError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// What the system says of an errno.
+inline std::string reason_of(int error) { return std::generic_category().message(error); }
 
 }  // namespace lk::emulator

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <charconv>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -26,6 +29,16 @@ constexpr std::string_view trimmed(std::string_view text) {
   while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
   while (text.ends_with(' ') || text.ends_with('\t')) text.remove_suffix(1);
   return text;
+}
+
+/// All of `digits`, a number in this base up to `most`; nothing: they are none.
+inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
+                                              std::uint64_t most) {
+  std::uint64_t value = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, value, base);
+  const bool whole = error == std::errc() && stop == end && value <= most;
+  return whole ? std::optional(value) : std::nullopt;
 }
 
 /// For XML, between tags and in an attribute. What XML 1.0 cannot carry at all becomes a question

@@ -89,7 +89,7 @@ void Line::put_on_bus(const TimedFrame& in) {
   }
   adviser_.hear(effective);
   if (port_ && !told_terminal_ && effective.frame.kind == protocol::FrameKind::kSerial) {
-    const TerminalFlags flags = port_->host_flags();
+    const TerminalFlags& flags = port_->host_flags();
     told_terminal_ = !flags.empty();
     adviser_.hear_terminal(flags, effective);
   }

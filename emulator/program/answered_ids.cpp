@@ -9,6 +9,19 @@
 #include "emulator/program/config_listing.hpp"
 
 namespace lk::emulator {
+namespace {
+
+/// Besides stopping who answers at `id` already.
+std::string remedy(const ServoConfig& servo, int id, bool at_start) {
+  if (servo.id == id) return "give other --ids";
+  return at_start
+             ? fmt::format("start with --wipe-rom: drive {} has this ID from its ROM", servo.id)
+             : fmt::format(
+                   "give drive {}, which is at this ID now, another: until then both answer",
+                   servo.id);
+}
+
+}  // namespace
 
 void AnsweredIds::take(const BusConfig& bus, const LinkState& link) {
   links_.emplace(bus.interface, link);
@@ -27,19 +40,21 @@ void AnsweredIds::follow(const Line& line) {
 
 void AnsweredIds::lock(const Line& line, Taken taken) {
   const auto& servos = line.config().servos;
-  const auto answers_at = [&](int id) {
-    return std::ranges::any_of(
-        servos, [&](const ServoConfig& servo) { return line.bus().place(servo.id).id == id; });
-  };
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
-    if (!answers_at(id)) {
+    const auto servo = std::ranges::find_if(
+        servos, [&](const ServoConfig& one) { return line.bus().place(one.id).id == id; });
+    const Drive drive{line.name(), id};
+    if (servo == servos.end()) {
       locks_.release(line.name(), id);
+      shared_.erase(drive);
     } else if (!locks_.holds(line.name(), id)) {
       try {
-        locks_.take(line.name(), links_.at(line.name()), id);
+        locks_.take(line.name(), links_.at(line.name()), id,
+                    remedy(*servo, id, taken == Taken::kOrFail));
+        shared_.erase(drive);
       } catch (const StartError& problem) {
         if (taken == Taken::kOrFail) throw;
-        spdlog::warn("{}", problem.what());
+        if (shared_.insert(drive).second) spdlog::warn("{}", problem.what());
       }
     }
   }
@@ -47,7 +62,7 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
 
 void AnsweredIds::tell(const Line& line) {
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo);
+    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
     std::string& told = told_[{line.name(), servo.id}];
     if (note == told) continue;
     told = note;
@@ -62,7 +77,7 @@ void AnsweredIds::tell(const Line& line) {
 std::string moved_text(const Line& line) {
   std::string text;
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo);
+    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
     if (note.empty()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : "; ", servo.id, note);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -27,9 +28,11 @@ class AnsweredIds {
   void lock(const Line& line, Taken taken);
   void tell(const Line& line);
 
+  using Drive = std::pair<std::string, int>;  // an interface and an ID
   IdLocks locks_;
-  std::map<std::string, LinkState> links_;                   // by interface
-  std::map<std::pair<std::string, int>, std::string> told_;  // by interface and configured ID
+  std::map<std::string, LinkState> links_;  // by interface
+  std::map<Drive, std::string> told_;       // by configured ID
+  std::set<Drive> shared_;                  // that another program answers for too, which was told
 };
 
 /// " (7 answers at ID 9)" for the drives that are not where they are configured; else empty.

@@ -155,7 +155,7 @@ void add_ringing(const ServoConfig& servo, std::vector<std::string>& all) {
 }
 
 /// What runs all right and is rarely meant.
-std::vector<std::string> doubts(const ServoConfig& servo) {
+std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) {
   std::vector<std::string> all;
   const model::DriveParams& drive = servo.profile.drive;
   const Rating& rating = servo.profile.rating;
@@ -172,7 +172,7 @@ std::vector<std::string> doubts(const ServoConfig& servo) {
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
-  const std::string place = place_note(drive_place(servo.rom, servo), servo);
+  const std::string place = place_note(drive_place(servo.rom, servo), servo, bus);
   if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
@@ -225,8 +225,7 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
 
 }  // namespace
 
-std::string place_note(const DrivePlace& place, const ServoConfig& servo) {
-  const bool serial = servo.quirks.dialect.framing == protocol::Framing::kSerial;
+std::string place_note(const DrivePlace& place, const ServoConfig& servo, const BusConfig& bus) {
   if (!is_on_its_bus(place, servo)) {
     constexpr const char* kBuses[] = {"no bus", "RS-485", "CAN"};
     return fmt::format("is silent, as it is set to {}",
@@ -234,7 +233,8 @@ std::string place_note(const DrivePlace& place, const ServoConfig& servo) {
   }
   if (!is_at_its_rate(place, servo)) {
     return fmt::format("hears nothing, as it is set to {} bit/s",
-                       serial ? serial_rate_of(place.serial_rate) : can_rate_of(place.can_rate));
+                       bus.serial ? serial_rate_of(place.serial_rate, bus.serial->has_921600)
+                                  : can_rate_of(place.can_rate));
   }
   return place.id == servo.id ? "" : fmt::format("answers at ID {}", place.id);
 }
@@ -299,7 +299,7 @@ std::string describe_run(const std::vector<BusConfig>& buses) {
     text += print_row(titles, widths) + print_row(units, widths);
     for (const auto& servo : bus.servos) {
       text += print_row(rows[next++], widths);
-      auto said = doubts(servo);
+      auto said = doubts(servo, bus);
       for (auto& remark : remarks(servo)) said.push_back(std::move(remark));
       for (const auto& text_of_note : said) {
         notes += fmt::format("note: {} drive {}: {}\n", bus.interface, servo.id, text_of_note);

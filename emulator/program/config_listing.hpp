@@ -9,7 +9,7 @@
 namespace lk::emulator {
 
 /// Where a drive is found, if not where it is wired and configured: "answers at ID 9"; else empty.
-std::string place_note(const DrivePlace& place, const ServoConfig& servo);
+std::string place_note(const DrivePlace& place, const ServoConfig& servo, const BusConfig& bus);
 
 /// What would run, as a table for a person (`lk-emu --check`): one line a drive, then what is
 /// allowed and yet looks like a mistake.

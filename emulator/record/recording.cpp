@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <sstream>
-#include <system_error>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/profile.hpp"
@@ -45,8 +44,6 @@ std::vector<int> read_ids(const Json& json) {
   for (const Json& id : json) ids.push_back(whole<int>(id));
   return ids;
 }
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 // --- recording.json
 
@@ -233,7 +230,7 @@ class MadeFiles {
     std::ofstream stream(file, std::ios::binary);
     stream << text;
     stream.close();
-    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason(errno));
+    if (!stream) throw StartError("cannot write " + file.string() + ": " + reason_of(errno));
   }
   void keep() { made_.clear(); }
 
@@ -377,6 +374,11 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo) {
   ServoConfig with_rom = servo;
+  // What is as wired is not in the text (print_rom).
+  with_rom.rom.driver_id = kAsWired;
+  with_rom.rom.bus_type = kAsWired;
+  with_rom.rom.serial_rate = kAsWired;
+  with_rom.rom.can_rate = kAsWired;
   read_rom(restored.rom, kInputsFile, bus, with_rom);
   return with_rom.rom;
 }

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <stdexcept>
-#include <system_error>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/files/regular_file.hpp"
@@ -20,8 +19,6 @@ namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 /// "lk-emu (pid 1234)"; whoever has just taken the lock may not have said so yet.
 std::string holder(int lock_fd) {
@@ -37,7 +34,7 @@ void check(const Descriptor& opened, const fs::path& path) {
   const std::string name = path.string();
   struct stat found {};
   if (::fstat(opened.get(), &found) != 0) {
-    throw StartError("cannot look at " + name + ": " + reason(errno));
+    throw StartError("cannot look at " + name + ": " + reason_of(errno));
   }
   const bool is_directory = S_ISDIR(found.st_mode);
   if (!is_directory && (!S_ISREG(found.st_mode) || found.st_nlink != 1)) {
@@ -56,7 +53,7 @@ void remove(const RomPlace& place, const fs::path& file) {
   if (::unlinkat(place.directory_fd, place.name.c_str(), 0) == 0) {
     spdlog::info("{}: ROM wiped, {} removed", drive, file.string());
   } else if (errno != ENOENT) {
-    throw StartError("cannot remove " + file.string() + ": " + reason(errno));
+    throw StartError("cannot remove " + file.string() + ": " + reason_of(errno));
   }
 }
 
@@ -90,7 +87,7 @@ RomDirectory::RomDirectory(const fs::path& path, const std::string& advice) : pa
   // The lock may be there from before, when the directory could still be written.
   if (error == 0 && ::faccessat(descriptor(), ".", W_OK | X_OK, AT_EACCESS) != 0) error = errno;
   if (error != 0) {
-    throw StartError("cannot keep ROM in " + path.string() + ": " + reason(error) + advice);
+    throw StartError("cannot keep ROM in " + path.string() + ": " + reason_of(error) + advice);
   }
   check(lock_, path / "lock");
   lock();
@@ -102,12 +99,12 @@ void RomDirectory::lock() {
       throw StartError(path_.string() + " is in use by " + holder(lock_.get()) +
                        "; stop it, or give another --rom DIR");
     }
-    throw StartError("cannot lock " + path_.string() + ": " + reason(errno));
+    throw StartError("cannot lock " + path_.string() + ": " + reason_of(errno));
   }
   // Only for the message above: what counts is the lock, so a full disk does no harm here.
   const std::string self = "lk-emu (pid " + std::to_string(::getpid()) + ")\n";
   if (::ftruncate(lock_.get(), 0) != 0 || ::pwrite(lock_.get(), self.data(), self.size(), 0) < 0) {
-    spdlog::debug("{}: lock: {}", path_.string(), reason(errno));
+    spdlog::debug("{}: lock: {}", path_.string(), reason_of(errno));
   }
 }
 
@@ -171,7 +168,7 @@ void RomStore::wipe() {
   }
   for (const RomDirectory& directory : directories_) {
     if (::fsync(directory.descriptor()) == 0) continue;
-    throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason(errno));
+    throw StartError("cannot wipe ROM in " + directory.path().string() + ": " + reason_of(errno));
   }
 }
 

@@ -11,10 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/wall_clock.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -33,8 +33,6 @@ void acknowledge(const Descriptor& socket) {
   if (socket) ::setsockopt(socket.get(), IPPROTO_TCP, TCP_QUICKACK, &now, sizeof now);
 }
 
-std::chrono::nanoseconds wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
-
 }  // namespace
 
 ClientSet::ClientSet(std::string name)
@@ -44,7 +42,7 @@ ClientSet::ClientSet(std::string name)
       bytes_(kClientBytes) {
   epoll_event event{.events = EPOLLIN, .data = {.u64 = kAlarm}};
   if (!epoll_ || !alarm_ || ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0) {
-    throw StartError(name_ + ": " + std::generic_category().message(errno));
+    throw StartError(name_ + ": " + reason_of(errno));
   }
 }
 
@@ -76,7 +74,7 @@ void ClientSet::add(Client client) {
   client.number = ++last_number_;
   epoll_event event{.events = EPOLLIN, .data = {.u64 = client.number}};
   if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, client.fd, &event) != 0) {
-    spdlog::warn("{}: {}: {}", name_, client.who, std::generic_category().message(errno));
+    spdlog::warn("{}: {}: {}", name_, client.who, reason_of(errno));
     return;
   }
   spdlog::debug("{}: {} has come", name_, client.who);
@@ -102,8 +100,9 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
+    const bool speaks = client.own && (event.events & ~EPOLLOUT) != 0;  // the others: see below
     const bool there = ((event.events & EPOLLOUT) == 0 || flush(client)) &&
-                       ((event.events & ~EPOLLOUT) == 0 || listen_to(client, out, collected.more));
+                       (!speaks || listen_to(client, out, collected.more));
     if (there) continue;
     spdlog::debug("{}: {} has left", name_, client.who);
     clients_.erase(found);

@@ -49,7 +49,7 @@ class ClientSet {
   /// Answers leave, and what has come is acknowledged.
   void flush();
 
-  /// `lost_unread`, `malformed` and `sent`.
+  /// `lost_unread` and `malformed`.
   const PortStats& stats() const { return stats_; }
 
  private:

@@ -61,12 +61,13 @@ Holder holder_of(const Address& address) {
   return {.pid = who.pid};
 }
 
-[[noreturn]] void refuse(const std::string& interface, int id, const Address& address) {
+[[noreturn]] void refuse(const std::string& interface, int id, const Address& address,
+                         const std::string& remedy) {
   const std::string drive = interface + ": ID " + std::to_string(id);
   const Holder holder = holder_of(address);
   if (!holder.responds) {
     throw StartError(drive + " is held by a program that does not respond; ss -xlp | grep " +
-                     address.name() + " shows it: stop it, or give other --ids");
+                     address.name() + " shows it: stop it, or " + remedy);
   }
   const pid_t pid = holder.pid;
   if (pid == ::getpid()) {
@@ -76,12 +77,13 @@ Holder holder_of(const Address& address) {
   }
   const std::string who = pid != 0 ? "lk-emu (pid " + std::to_string(pid) + ")"
                                    : "another program (of another container, perhaps)";
-  throw StartError(drive + " is answered by " + who + " already; stop it, or give other --ids");
+  throw StartError(drive + " is answered by " + who + " already; stop it, or " + remedy);
 }
 
 }  // namespace
 
-void IdLocks::take(const std::string& interface, const LinkState& link, int id) {
+void IdLocks::take(const std::string& interface, const LinkState& link, int id,
+                   const std::string& remedy) {
   // In order, so that of two programs at the two ends of a pair one gets both.
   std::set<std::string> names = {link.name.empty() ? interface : link.name};
   if (link.peer != 0) names.insert(link_name(link.peer));
@@ -90,7 +92,7 @@ void IdLocks::take(const std::string& interface, const LinkState& link, int id) 
     const Address address(name, id);
     Descriptor socket = open_socket();
     if (::bind(socket.get(), address.get(), address.size()) < 0) {
-      if (errno == EADDRINUSE) refuse(interface, id, address);
+      if (errno == EADDRINUSE) refuse(interface, id, address, remedy);
       throw std::system_error(errno, std::generic_category(), "bind");
     }
     if (::listen(socket.get(), kBacklog) < 0) {

@@ -16,8 +16,9 @@ class IdLocks {
  public:
   /// Takes the drive `id` on `interface`, and at the other end of a vxcan pair as well. `link` is
   /// what the kernel says of the interface; it need not exist yet. Throws StartError that tells who
-  /// has it.
-  void take(const std::string& interface, const LinkState& link, int id);
+  /// has it, and what to do about it: stop that, or else `remedy`.
+  void take(const std::string& interface, const LinkState& link, int id,
+            const std::string& remedy = "give other --ids");
   /// Lets go of the drive `id` on `interface`, if it holds it.
   void release(const std::string& interface, int id);
   bool holds(const std::string& interface, int id) const;

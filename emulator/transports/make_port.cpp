@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/transports/cannelloni_port.hpp"
 #include "emulator/transports/multicast_port.hpp"
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/serial_port.hpp"
@@ -42,9 +44,10 @@ StreamPort::Setup socketcand(const BusName& name) {
           [] { return std::make_unique<Socketcand>(); }, true};
 }
 
-StreamPort::Setup rs485_tcp(const BusName& name) {
+StreamPort::Setup rs485_tcp(const BusName& name, const BusConfig& bus) {
+  const std::int64_t bitrate = bus.serial->enforces_rate ? bus.bitrate : 0;
   return {name, 1, "lk-emu: this line has its one host already\n",
-          [] { return std::make_unique<SerialBytes>(); }};
+          [bitrate] { return std::make_unique<SerialBytes>(bitrate); }};
 }
 
 }  // namespace
@@ -69,24 +72,31 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
       return stream(socketcand(name));
     case Transport::kUdpMulticast:
       return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
+    case Transport::kCannelloni:
+      return std::make_unique<CannelloniPort>(loop, bus.interface, name, std::move(on_frames));
     case Transport::kRs485Tcp:
-      return stream(rs485_tcp(name));
+      return stream(rs485_tcp(name, bus));
   }
   return nullptr;
 }
 
 void check_place(const std::string& bus) {
   const BusName name = bus_name(bus);
-  if (name.scheme->place == BusPlace::kPath) check_terminal_path(bus, name.path);
+  if (name.scheme->place != BusPlace::kPath) return;
+  check_terminal_path(bus, name.path);
+  if (name.scheme->transport == Transport::kSlcanPty && is_serial_device(name.path)) {
+    throw StartError(bus + ": " + name.path +
+                     " is a serial port; slcan-pty makes a terminal of its own: give a path where "
+                     "nothing is");
+  }
 }
 
 std::string place_of(const std::string& bus) {
   const BusName name = bus_name(bus);
-  const std::string prefix(name.scheme->prefix);
-  if (name.scheme->place == BusPlace::kPort || name.scheme->place == BusPlace::kGroup) {
-    return prefix + name.address + ":" + std::to_string(name.port);
-  }
   if (name.scheme->place == BusPlace::kInterface) return bus;
+  if (name.scheme->place != BusPlace::kPath) {
+    return std::string(name.scheme->prefix) + name.address + ":" + std::to_string(name.port);
+  }
   // A real port by whichever link; of a link of ours, where that is.
   const std::filesystem::path path(name.path);
   std::error_code error;

@@ -11,18 +11,13 @@
 
 #include "emulator/ground/start_error.hpp"
 #include "emulator/transports/can_msgpack.hpp"
+#include "emulator/transports/wall_clock.hpp"
 
 namespace lk::emulator {
 namespace {
 
 using boost::asio::ip::udp;
 namespace ip = boost::asio::ip;
-
-constexpr std::size_t kMostDatagrams = 64;  // at once
-
-std::chrono::nanoseconds datagram_clock() {
-  return std::chrono::system_clock::now().time_since_epoch();
-}
 
 std::set<ip::address> addresses_of_this_machine() {
   std::set<ip::address> found;
@@ -54,13 +49,10 @@ ip::address without_scope(const ip::address& address) {
 
 MulticastPort::MulticastPort(boost::asio::io_context& loop, const std::string& name,
                              const BusName& group, std::function<void()> on_frames)
-    : name_(name),
+    : DatagramPort(loop, name, kLongestCanMsgpack, std::move(on_frames)),
       from_afar_(group.ttl > 0),
-      on_frames_(std::move(on_frames)),
-      receiver_(loop),
       sender_(loop),
-      own_addresses_(addresses_of_this_machine()),
-      bytes_(kLongestCanMsgpack + 1) {
+      own_addresses_(addresses_of_this_machine()) {
   boost::system::error_code error;
   const auto address = ip::make_address(group.address, error);
   if (error || !address.is_multicast()) {
@@ -80,27 +72,17 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, const std::string& n
   if (from_afar_) {
     spdlog::warn("{}: whoever is on a network of this machine can command these drives", name_);
   }
-  wait_readable();
+  listen();
 }
 
 void MulticastPort::join(const ip::address& group) {
-  receiver_.open(group_.protocol());
-  receiver_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
-  receiver_.bind(group_);  // not any address: other groups of this port are other buses
-  receiver_.set_option(ip::multicast::join_group(group));
-  receiver_.non_blocking(true);
-  descriptor_ = receiver_.native_handle();
+  socket_.open(group_.protocol());
+  socket_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
+  socket_.bind(group_);  // not any address: other groups of this port are other buses
+  socket_.set_option(ip::multicast::join_group(group));
 }
 
 void MulticastPort::check_link() { own_addresses_ = addresses_of_this_machine(); }
-
-void MulticastPort::wait_readable() {
-  receiver_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
-    if (error) return;
-    on_frames_();
-    wait_readable();
-  });
-}
 
 bool MulticastPort::counts(const udp::endpoint& sender) {
   const bool near = own_addresses_.contains(without_scope(sender.address()));
@@ -112,27 +94,20 @@ bool MulticastPort::counts(const udp::endpoint& sender) {
   return from_afar_;
 }
 
-Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
-  received_.clear();
-  for (std::size_t n = 0; n < kMostDatagrams; ++n) {
-    udp::endpoint sender;
-    boost::system::error_code error;
-    const std::size_t size = receiver_.receive_from(boost::asio::buffer(bytes_), sender, 0, error);
-    if (error) return {received_, false, 0};
-    if (!counts(sender)) continue;
-    if (const auto frame = parse_can_msgpack({bytes_.data(), size})) {
-      received_.push_back({datagram_clock(), *frame});
-    } else {
-      ++stats_.malformed;
-    }
+void MulticastPort::take(std::span<const std::uint8_t> datagram, const Endpoint& from,
+                         std::vector<ReceivedFrame>& out) {
+  if (!counts(from)) return;
+  if (const auto frame = parse_can_msgpack(datagram)) {
+    out.push_back({wall_now(), *frame});
+  } else {
+    ++stats_.malformed;
   }
-  return {received_, true, 0};
 }
 
 void MulticastPort::send(std::span<const protocol::Frame> frames) {
   for (const protocol::Frame& frame : frames) {
     boost::system::error_code error;
-    sender_.send_to(boost::asio::buffer(can_msgpack(frame, datagram_clock())), group_, 0, error);
+    sender_.send_to(boost::asio::buffer(can_msgpack(frame, wall_now())), group_, 0, error);
     ++(error ? stats_.lost_queue_full : stats_.sent);
   }
 }

@@ -120,7 +120,7 @@ std::string text_of(const Attributes& attributes, std::uint16_t type) {
   return {found->second.begin(), std::ranges::find(found->second, 0)};
 }
 
-int number_of(const Attributes& attributes, std::uint16_t type) {
+int attribute_number(const Attributes& attributes, std::uint16_t type) {
   const auto found = attributes.find(type);
   int number = 0;
   if (found == attributes.end() || found->second.size() < sizeof number) return 0;
@@ -142,7 +142,7 @@ LinkState read_link(std::span<const std::uint8_t> answer) {
   }
   // With the number of a namespace beside it, it is an index in that one, not here.
   if (link.kind == "vxcan" && !attributes.contains(IFLA_LINK_NETNSID)) {
-    link.peer = number_of(attributes, IFLA_LINK);
+    link.peer = attribute_number(attributes, IFLA_LINK);
   }
   return link;
 }

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
-#include <system_error>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
@@ -18,8 +17,6 @@ namespace lk::emulator {
 namespace {
 
 constexpr const char* kTerminals = "/dev/pts/";
-
-std::string reason_of(int error) { return std::generic_category().message(error); }
 
 /// Where a link leads; empty: it is none.
 std::string target_of(const std::string& path) {

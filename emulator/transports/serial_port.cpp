@@ -11,7 +11,9 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/terminal.hpp"
+#include "emulator/transports/wall_clock.hpp"
 #include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
@@ -19,12 +21,6 @@ namespace {
 
 /// What is read at once: as much as the kernel keeps for a terminal.
 constexpr std::size_t kReadBytes = 4096;
-
-std::string reason(int error) { return std::generic_category().message(error); }
-
-std::chrono::nanoseconds wall_clock() {
-  return std::chrono::system_clock::now().time_since_epoch();
-}
 
 }  // namespace
 
@@ -51,9 +47,9 @@ SerialPort::~SerialPort() {
 
 void SerialPort::open_device() {
   fd_ = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + reason(errno));
+  if (!fd_) throw StartError(name_ + ": cannot open " + path_ + ": " + reason_of(errno));
   if (::isatty(fd_.get()) == 0) throw StartError(name_ + ": " + path_ + " is no serial port");
-  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + reason(errno));
+  if (::ioctl(fd_.get(), TIOCEXCL) != 0) throw StartError(name_ + ": " + reason_of(errno));
   try {
     make_raw(fd_.get(), options_.bitrate);
   } catch (const std::system_error& problem) {
@@ -103,10 +99,6 @@ bool SerialPort::rate_is_right() {
   return !wrong_rate_;
 }
 
-TerminalFlags SerialPort::host_flags() const {
-  return pty_ && is_up() ? flags_of(descriptor()) : TerminalFlags{};
-}
-
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
   if (size <= 0) {
@@ -114,20 +106,20 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
     return {{}, false, nothing ? 0 : size == 0 ? EIO : errno};
   }
   std::span<std::uint8_t> bytes(bytes_.data(), static_cast<std::size_t>(size));
+  if (pty_) host_flags_ = flags_of(descriptor());
   if (!rate_is_right()) {
-    // Bits of another length: something arrives, and nothing of it is what was sent.
-    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
+    for (std::uint8_t& byte : bytes) byte = misread(byte);
   }
   frames_.clear();
   protocol::append_frames(bytes, frames_);
   received_.clear();
-  const auto stamp = wall_clock();
+  const auto stamp = wall_now();
   for (const protocol::Frame& frame : frames_) received_.push_back({stamp, frame});
   return {received_, bytes.size() == bytes_.size(), 0};
 }
 
 void SerialPort::note_error(int error) {
-  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, reason(error));
+  spdlog::warn("{}: {} is gone ({}): waiting until it is back", name_, path_, reason_of(error));
   ++stats_.link_losses;
   readiness_.release();
   fd_ = Descriptor();

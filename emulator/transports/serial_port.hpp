@@ -38,7 +38,7 @@ class SerialPort final : public Port {
   int descriptor() const override { return pty_ ? pty_->descriptor() : fd_ ? fd_.get() : -1; }
   std::size_t pending() const override { return 0; }
   PortStats stats() const override { return stats_; }
-  TerminalFlags host_flags() const override;
+  const TerminalFlags& host_flags() const override { return host_flags_; }
 
  private:
   Batch next_batch(Wait wait) override;
@@ -56,6 +56,7 @@ class SerialPort final : public Port {
   std::optional<PtyLink> pty_;  // or
   Descriptor fd_;               // the port itself
   boost::asio::posix::stream_descriptor readiness_;
+  TerminalFlags host_flags_;
   bool wrong_rate_ = false;
   bool told_missing_ = false;
   PortStats stats_;

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <charconv>
 #include <utility>
+
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -18,13 +19,9 @@ constexpr const char* kBell = "\a";
 constexpr std::array<std::int64_t, 9> kRates{10'000,  20'000,  50'000,  100'000,  125'000,
                                              250'000, 500'000, 800'000, 1'000'000};
 
-/// All of `digits`, hexadecimal.
 std::optional<std::uint32_t> hexadecimal(std::string_view digits) {
-  std::uint32_t value = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [stop, error] = std::from_chars(digits.data(), end, value, 16);
-  const bool whole = error == std::errc() && stop == end && !digits.empty();
-  return whole ? std::optional(value) : std::nullopt;
+  const auto value = number_of(digits, 16, UINT32_MAX);
+  return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
 }
 
 }  // namespace

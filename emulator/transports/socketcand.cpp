@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "emulator/ground/text.hpp"
 
@@ -28,20 +27,12 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-std::optional<std::uint32_t> number_of(std::string_view digits, int base, std::uint32_t most) {
-  std::uint32_t value = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [stop, error] = std::from_chars(digits.data(), end, value, base);
-  const bool whole = error == std::errc() && stop == end && !digits.empty() && value <= most;
-  return whole ? std::optional(value) : std::nullopt;
-}
-
 /// Eight digits are an extended identifier, and so is what is too large for another.
 std::optional<Frame> read_id(std::string_view digits) {
   const auto id = number_of(digits, 16, protocol::kMostExtendedId);
   if (!id) return std::nullopt;
   Frame frame;
-  frame.id = *id;
+  frame.id = static_cast<std::uint32_t>(*id);
   frame.extended = digits.size() == 8 || *id > protocol::kMostStandardId;
   frame.dlc = 0;
   return frame;

@@ -67,8 +67,9 @@ def test_how_hosts_get_on_a_bus():
     assert buses.can_args("slcan-pty:/tmp/tty") == {**slcan, "channel": "/tmp/tty"}
     assert buses.can_args("socketcand:0.0.0.0:7") == {
         "interface": "socketcand", "channel": "can0", "host": "127.0.0.1", "port": 7}
-    with pytest.raises(lkemu.Error, match="docs/buses.md"):
-        buses.can_args("rs485:/tmp/arm")
+    for bus in ("rs485:/tmp/arm", "cannelloni:127.0.0.1:20000?local=20001"):  # python-can has neither
+        with pytest.raises(lkemu.Error, match="docs/buses.md"):
+            buses.can_args(bus)
 
 
 def test_one_is_made_where_that_is_allowed(world, monkeypatch):

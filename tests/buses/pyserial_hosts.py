@@ -6,7 +6,6 @@ usage: pyserial_hosts.py LK_EMU
 
 import os
 import select
-import signal
 import subprocess
 import termios
 import time

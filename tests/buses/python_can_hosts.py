@@ -11,10 +11,11 @@ import socket
 import unittest
 
 import can
-import serial
 from can.interfaces.udp_multicast import UdpMulticastBus
 
 import support
+from can_messages import message, text
+from cannelloni_hosts import Cannelloni
 from support import PATIENCE_S, count, emulator, free_port
 
 
@@ -91,16 +92,7 @@ class Vcan:
 
 # Inside user-mode Linux there is no network that a group could be on.
 SHARED = [SlcanTcp, Socketcand] + ([Vcan] if os.path.exists("/sys/class/net/vcan0") else [UdpMulticast])
-KINDS = [*SHARED, SlcanPty]
-
-
-def message(motor: int, *data: int) -> can.Message:
-    return can.Message(arbitration_id=0x140 + motor, data=bytes(data).ljust(8, b"\0"),
-                       is_extended_id=False)
-
-
-def text(frame: can.Message) -> str:
-    return f"{frame.arbitration_id:03X}#{bytes(frame.data).hex().upper()}"
+KINDS = [*SHARED, SlcanPty, Cannelloni]
 
 
 class Hosts(support.TestCase):
@@ -261,6 +253,15 @@ class SlcanAlone(support.TestCase):
                       self.refused("--bus", f"slcan-tcp:192.0.2.1:{place.port}", "--ids", "1"))
 
 
+class SlcanPtyAlone(support.TestCase):
+    def test_a_serial_port_is_not_made_a_terminal_of(self):
+        master, port = os.openpty()  # a character device, as /dev/ttyUSB0 is
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, port)
+        self.assertIn("is a serial port; slcan-pty makes a terminal of its own: give a path where nothing is",
+                      self.refused("--bus", f"slcan-pty:{os.ttyname(port)}", "--ids", "1"))
+
+
 class SocketcandAlone(support.TestCase):
     def setUp(self):
         super().setUp()
@@ -351,25 +352,6 @@ class UdpMulticastAlone(support.TestCase):
                           ("udp-multicast:[::1]", "is no multicast group"),
                           ("udp-multicast:239.1.1.1:0", "PORT is 1 to 65535")):
             self.assertIn(why, self.refused("--bus", name, "--ids", "1", "--check"))
-
-
-class Rs485Tcp(support.TestCase):
-    """Raw bytes for one host; pyserial is in pyserial_hosts.py."""
-
-    def test_one_host_and_no_second(self):
-        port = free_port()
-        with emulator("--bus", f"rs485-tcp:{port}", "--ids", "1", "--baud", "1000000") as running:
-            line = serial.serial_for_url(f"socket://127.0.0.1:{port}", timeout=PATIENCE_S)
-            self.addCleanup(line.close)
-            line.write(bytes([0x3E, 0x9C, 1, 0, 0xDB]))
-            answer = line.read(13)
-            self.assertEqual((len(answer), answer[:4]), (13, bytes([0x3E, 0x9C, 1, 7])))
-            with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as second:
-                self.assertEqual(second.makefile("rb").readline(),
-                                 b"lk-emu: this line has its one host already\n")
-            line.write(bytes([0x3E, 0x9C, 1, 0, 0xDB]))
-            self.assertEqual(len(line.read(13)), 13)
-            self.assertEqual(count(running.stop(), "clients refused: no room"), 1)
 
 
 if __name__ == "__main__":

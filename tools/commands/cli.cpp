@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
+#include "emulator/config/ip_address.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
@@ -239,35 +239,30 @@ std::int64_t parse_number(const char* option, const std::string& text) {
 /// where browsers go when nothing answers at ::1.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
-  std::string address = text.substr(0, colon);
-  const bool bracketed = address.size() > 2 && address.front() == '[' && address.back() == ']';
-  if (bracketed) address = address.substr(1, address.size() - 2);
+  const std::string host = text.substr(0, colon);
   // Brackets are for IPv6, whose addresses have colons of their own.
-  if (colon == std::string::npos || address.empty() ||
-      bracketed != (address.find(':') != std::string::npos)) {
+  if (colon == std::string::npos || host.empty() ||
+      host.starts_with('[') != (host.find(':') != std::string::npos)) {
     throw StartError("--http: \"" + text +
                      "\" is not ADDR:PORT, like 127.0.0.1:8474 or localhost:8474");
   }
   if (colon + 1 == text.size()) {
     throw StartError("--http: " + text + " needs a port, like " + text + "8474");
   }
+  const auto address = address_in(host);
+  if (!address) {
+    throw StartError("--http: \"" + host + "\" is not an IP address or localhost");
+  }
   const std::int64_t port = parse_number("--http", text.substr(colon + 1));
   if (port < 0 || port > 65535) {
     throw StartError("--http: port " + std::to_string(port) + " is out of range");
   }
-  if (small_letters(address) == "localhost") address = "127.0.0.1";
-  return {address, static_cast<std::uint16_t>(port)};
+  return {*address, static_cast<std::uint16_t>(port)};
 }
 
 /// What the start would refuse as well, for --check.
 void check_reach(const ControlOptions& control) {
-  if (!control.http) return;
-  boost::system::error_code error;
-  const auto address = boost::asio::ip::make_address(control.http->address, error);
-  if (error) {
-    throw StartError("--http: \"" + control.http->address + "\" is not an IP address or localhost");
-  }
-  if (!address.is_loopback() && control.token_file.empty()) {
+  if (control.http && !is_loopback(control.http->address) && control.token_file.empty()) {
     throw StartError("--http: others can reach " + control.http->address +
                      ": give a --http-token FILE");
   }

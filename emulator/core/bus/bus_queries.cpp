@@ -107,8 +107,8 @@ bool Bus::line_is_kept() {
   return true;
 }
 
-/// Each drive hears the frame in its own way. When none answers, the cause is that of the drive
-/// that came closest to it.
+/// Each drive hears the frame in its own way, and answers when those of lower IDs have. When none
+/// answers, the cause is that of the drive that came closest to it.
 void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   if (nodes_.size() > 0 &&
       std::ranges::none_of(nodes_, [](const Node& node) { return node.power.alive; })) {
@@ -118,13 +118,13 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
   if (line_is_kept()) return;
   bool answered = false;
   Drop cause = frame.id == protocol::MultiTorque::kIdentifier ? Drop::kWrongMode : Drop::kForeignId;
-  for (Node& node : nodes_) {
+  nodes_.each_by_address([&](Node& node) {
     Servo& servo = node.servo;
-    if (!node.power.alive || !servo.on_its_bus() || !servo.at_its_rate()) continue;
+    if (!node.power.alive) return;
     protocol::Frame heard = frame;
     if (!faults_.hear(node.link, servo, heard, time_)) {
       cause = Drop::kFault;
-      continue;
+      return;
     }
     const auto understood = servo.understand(heard);
     const auto* query = std::get_if<protocol::Query>(&understood);
@@ -140,14 +140,14 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       if (node.link.deaf(wire_) || servo.deaf_while_calibrating()) {
         faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
-        continue;
+        return;
       }
       answer(at, node, *query, For::kSeveral);
       answered = true;
     } else if (cause == Drop::kForeignId) {
       cause = Drop::kWrongMode;
     }
-  }
+  });
   if (answered) {
     ++stats_.queries;
   } else {

@@ -71,6 +71,11 @@ class Nodes {
       act(nodes_[static_cast<std::size_t>(std::countr_zero(bits))]);
     }
   }
+  /// Calls `act` with each that hears its bus, by the addresses that they have now.
+  template <class Act>
+  void each_by_address(Act act) {
+    for (const std::uint32_t bits : std::array(at_address_)) each(bits, act);
+  }
   bool has(int id) const {
     return id >= protocol::kMinId && id <= protocol::kMaxId &&
            index_of_id_[static_cast<std::size_t>(id)] >= 0;

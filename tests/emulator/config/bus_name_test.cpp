@@ -47,11 +47,30 @@ TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
   EXPECT_EQ(bus_name("udp-multicast:239.74.163.2").address, "239.74.163.2");
   EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").address, "ff02::1");
   EXPECT_EQ(bus_name("udp-multicast:[ff02::1]:5000").port, 5000);
+  EXPECT_EQ(bus_name("udp-multicast:[fF02::1]").address, "ff02::1");
   EXPECT_EQ(bus_name("udp-multicast:?ttl=1").ttl, 1);
-  for (const char* name : {"udp-multicast:127.0.0.1", "udp-multicast:240.0.0.0",
-                           "udp-multicast:ff02::1", "udp-multicast:[fe80::1]",
-                           "udp-multicast:?ttl=0", "udp-multicast::", "udp-multicast:239.1.1.1:"}) {
+  for (const char* name :
+       {"udp-multicast:127.0.0.1", "udp-multicast:240.0.0.0", "udp-multicast:ff02::1",
+        "udp-multicast:[fe80::1]", "udp-multicast:[ff::1]", "udp-multicast:?ttl=0",
+        "udp-multicast::", "udp-multicast:239.1.1.1:"}) {
     EXPECT_NE(problem(name), "") << name;
+  }
+}
+
+TEST(BusName, APeerHasAPortOfItsOwnAndSoHaveWe) {
+  const BusName name = bus_name("cannelloni:[fe80::2%eth0]:20000?local=4000");
+  EXPECT_EQ(name.address, "fe80::2%eth0");
+  EXPECT_EQ(name.port, 20000);
+  EXPECT_EQ(name.local_port, 4000);
+  EXPECT_EQ(bus_name("cannelloni:192.168.0.3:20000").local_port, 20000);
+  for (const char* wrong :
+       {"cannelloni:", "cannelloni:20000", "cannelloni::20000", "cannelloni:192.168.0.3",
+        "cannelloni:192.168.0.3:0", "cannelloni:192.168.0.3:1?local=0",
+        "cannelloni:192.168.0.3:1?local=65536", "cannelloni:192.168.0.3:1?local",
+        "cannelloni:192.168.0.3:1?", "cannelloni:127.0.0.1:20000",
+        "cannelloni:127.0.0.1:20000?local=20000", "cannelloni:0.0.0.0:1",
+        "cannelloni:224.0.0.1:1"}) {
+    EXPECT_NE(problem(wrong), "") << wrong;
   }
 }
 

@@ -134,6 +134,13 @@ TEST(ConfigSerial, RatesHaveTheToolsNumbers) {
   EXPECT_EQ(rate_code(4'000'000, true), 10);
   EXPECT_EQ(rate_code(1'000'000, false), 7);
   EXPECT_EQ(rate_code(460'800, false), 6);
+  EXPECT_EQ(serial_rate_of(7, true), 921'600);
+  EXPECT_EQ(serial_rate_of(10, true), 4'000'000);
+  EXPECT_EQ(serial_rate_of(11, true), 0);
+  EXPECT_EQ(serial_rate_of(6, false), 460'800);
+  EXPECT_EQ(serial_rate_of(7, false), 1'000'000);
+  EXPECT_EQ(serial_rate_of(9, false), 4'000'000);
+  EXPECT_EQ(serial_rate_of(10, false), 0);
 }
 
 }  // namespace config_serial_test

@@ -124,6 +124,17 @@ TEST(MovedDrives, WhatADiskHasLostIsSavedAgain) {
   EXPECT_EQ(host.bus.stats().rom_writes, 2U);
 }
 
+TEST(MovedDrives, SeveralAnswerInTheOrderOfTheIdsThatTheyHaveNow) {
+  BusConfig config = two();
+  for (ServoConfig& servo : config.servos) servo.rom.broadcast_mode = true;
+  config.servos[0].rom.driver_id = 9;
+  Host host(config);
+  const auto replies = host.talk(frame("281#6801680168016801"));
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].id, 0x147U);
+  EXPECT_EQ(replies[1].id, 0x149U);
+}
+
 TEST(MovedDrives, AnIdChangedByAFaultCountsAsWritten) {
   Host host(two());
   test::inject(host, "id_changed", {9.0}, {}, {7});

@@ -32,5 +32,14 @@ TEST(XmlEscaped, IsWellFormedWhateverIsInIt) {
   EXPECT_EQ(xml_escaped("\x1b\xFF\xEF\xBF\xBE\t"), "?????&#9;");
 }
 
+TEST(NumberOf, IsAllOfTheDigitsAndNoMoreThanItMayBe) {
+  EXPECT_EQ(number_of("0010", 10, 10), 10U);
+  EXPECT_EQ(number_of("fF", 16, 255), 255U);
+  EXPECT_EQ(number_of("18446744073709551615", 10, UINT64_MAX), UINT64_MAX);
+  for (const char* text : {"", "11", "-1", "+1", " 1", "1 ", "1x", "18446744073709551616"}) {
+    EXPECT_EQ(number_of(text, 10, 10), std::nullopt) << text;
+  }
+}
+
 }  // namespace text_test
 }  // namespace lk::emulator

@@ -71,5 +71,19 @@ TEST(ConfigListing, SaysWhichLoopsRing) {
       << describe_run({bus});
 }
 
+/// The numbers of the tools without 921600: 7 is 1 Mbit/s.
+TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
+  BusConfig bus = test::bus_config({1});
+  bus.serial.emplace();
+  ServoConfig& servo = bus.servos[0];
+  servo.quirks.dialect.framing = protocol::Framing::kSerial;
+  servo.rate_code = 4;
+  servo.rom.serial_rate = 7;
+  const auto note = [&] { return place_note(drive_place(servo.rom, servo), servo, bus); };
+  EXPECT_EQ(note(), "hears nothing, as it is set to 921600 bit/s");
+  bus.serial->has_921600 = false;
+  EXPECT_EQ(note(), "hears nothing, as it is set to 1000000 bit/s");
+}
+
 }  // namespace config_listing_test
 }  // namespace lk::emulator

@@ -36,6 +36,21 @@ TEST(RecordedInput, IsReadAsItIsWritten) {
   EXPECT_EQ(std::get<RecordedInput::RestoredRom>(most.what).wear[0], 4294967295U);
 }
 
+TEST(RecordedInput, ARestoredRomThatIsAsWiredIsSo) {
+  ServoConfig servo;
+  servo.id = 3;
+  servo.profile.name = "test";
+  servo.rom.driver_id = 9;  // it started with these
+  servo.rom.bus_type = 1;
+  servo.rom.serial_rate = 5;
+  servo.rom.can_rate = 2;
+  const Registers wired{};
+  EXPECT_EQ(restored_rom(record_rom(wired, {}, "vcan0", servo), "vcan0", servo), wired);
+  Registers moved{};
+  moved.can_rate = 3;
+  EXPECT_EQ(restored_rom(record_rom(moved, {}, "vcan0", servo), "vcan0", servo), moved);
+}
+
 TEST(RecordedInput, IsRefusedWithItsLine) {
   const std::string deep(500'000, '[');
   for (const std::string& line :

@@ -1,0 +1,121 @@
+// Drives whose ROM has another ID, which another program answers for.
+
+#include "emulator/program/answered_ids.hpp"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <memory>
+#include <sstream>
+
+#include "emulator/ground/start_error.hpp"
+#include "tests/support/test_bus.hpp"
+
+namespace lk::emulator {
+namespace answered_ids_test {
+
+/// Of this process alone: the network namespace is everybody's.
+std::string name() { return "a" + std::to_string(::getpid()); }
+
+/// Another program that has an ID of this bus: it holds the name of the lock.
+class Other {
+ public:
+  explicit Other(int id) : fd_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const std::string lock = "lk-emu/" + name() + "/" + std::to_string(id);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::memcpy(address.sun_path + 1, lock.data(), lock.size());
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address),
+                     static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + lock.size())),
+              0);
+  }
+  Other(const Other&) = delete;
+  Other& operator=(const Other&) = delete;
+  ~Other() { ::close(fd_); }
+
+ private:
+  int fd_;
+};
+
+BusConfig one_drive(int id, std::uint8_t in_rom) {
+  BusConfig config = test::bus_config({});
+  config.interface = name();
+  config.servos = {test::drive(Generation::kV236b, Series::kMg, id)};
+  config.servos[0].rom.driver_id = in_rom;
+  return config;
+}
+
+std::string problem_at_start(const BusConfig& config) {
+  AnsweredIds ids;
+  try {
+    ids.take(config, {});
+    ids.start(Line(config));
+    return "";
+  } catch (const StartError& problem) {
+    return problem.what();
+  }
+}
+
+TEST(AnsweredIds, WhoHasAnIdFromRomIsToldHowToBeRidOfIt) {
+  const Other other(9);
+  EXPECT_TRUE(problem_at_start(one_drive(9, 9)).ends_with(" already; stop it, or give other --ids"))
+      << problem_at_start(one_drive(9, 9));
+  EXPECT_TRUE(
+      problem_at_start(one_drive(3, 9))
+          .ends_with(
+              " already; stop it, or start with --wipe-rom: drive 3 has this ID from its ROM"))
+      << problem_at_start(one_drive(3, 9));
+  EXPECT_EQ(problem_at_start(one_drive(3, 4)), "");
+}
+
+TEST(AnsweredIds, ThatTwoAnswerIsToldOnceForEachTimeThatItIsSo) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const auto times = [&] {
+    std::size_t found = 0;
+    for (std::size_t at = 0;
+         (at = log.str().find("until then both answer", at)) != std::string::npos; ++at) {
+      ++found;
+    }
+    return found;
+  };
+  const Other other(9);
+  const BusConfig config = one_drive(3, 3);
+  Line line(config);
+  AnsweredIds ids;
+  ids.take(config, {});
+  ids.start(line);
+  const auto move_to = [&](const char* query) {
+    line.take_in({line.bus().time(), test::frame(query)});
+    line.bring_to(line.bus().time() + std::chrono::seconds(1), MonoTime::max(),
+                  Line::Patience::kNone);
+    ids.follow(line);
+  };
+  // 0x42 sets the ID, 0x44 saves, 0x07 restarts with it (docs/protocol.md §10.9).
+  for (const char* query :
+       {"143#42050A0009000000", "143#4405FA0000000000", "143#0700000000000000"}) {
+    move_to(query);
+  }
+  EXPECT_EQ(line.bus().place(3).id, 9);
+  EXPECT_EQ(times(), 1U) << log.str();
+  ids.follow(line);
+  EXPECT_EQ(times(), 1U) << "said already";
+  for (const char* query :
+       {"149#42050A0003000000", "149#4405FA0000000000", "149#0700000000000000",
+        "143#42050A0009000000", "143#4405FA0000000000", "143#0700000000000000"}) {
+    move_to(query);
+  }
+  EXPECT_EQ(line.bus().place(3).id, 9);
+  EXPECT_EQ(times(), 2U) << log.str();
+  spdlog::set_default_logger(before);
+}
+
+}  // namespace answered_ids_test
+}  // namespace lk::emulator
