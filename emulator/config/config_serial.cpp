@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "emulator/ground/text.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -17,7 +18,7 @@ constexpr std::int64_t kCanRates[] = {100'000, 125'000, 250'000, 500'000, 1'000'
 constexpr std::int64_t kOddRate = 921'600;  // the manuals have 1 Mbit/s in its place
 
 std::chrono::nanoseconds from_us(double us) {
-  return std::chrono::nanoseconds(std::llround(us * 1e3));
+  return std::chrono::nanoseconds(protocol::rounded(us * 1e3));
 }
 
 const std::vector<std::string> kResync{"scan", "idle"};
