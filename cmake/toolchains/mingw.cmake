@@ -4,4 +4,6 @@ set(CMAKE_SYSTEM_PROCESSOR x86_64)
 set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
 # Nothing to be found beside the program.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
-set(CMAKE_CROSSCOMPILING_EMULATOR env;WINEDEBUG=-all;wine)
+# Wine keeps its Windows in the build tree, and says nothing of displays and sounds that are not there.
+set(CMAKE_CROSSCOMPILING_EMULATOR
+  env;WINEPREFIX=${CMAKE_BINARY_DIR}/wine;WINEDEBUG=-all;WINEDLLOVERRIDES=mscoree,mshtml,winemenubuilder.exe=;/usr/lib/wine/wine64)

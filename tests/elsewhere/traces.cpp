@@ -75,7 +75,7 @@ void trace_lives(std::ostream& out) {
   const std::vector<std::string> motors = names_in("motors");
   for (const bool serial : {false, true}) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
-      const int drives = seed == 1 ? 32 : seed == 2 ? 5 : 1;
+      const int drives = seed == 1 ? 32 : seed == 2 ? 5 : 2;
       BusLife life(every_kind(motors, drives, serial, seed));
       life.live_until(2s);
       out << "life " << (serial ? "RS-485 " : "CAN ") << drives << " drives, " << life.frames()
@@ -91,8 +91,9 @@ std::vector<emulator::BusConfig> robot(const std::string& name,
   return emulator::parse_config(fuzz::shipped_text(file), file, overrides, fuzz::shipped_profile);
 }
 
-/// The shipped robots, none of which is asked anything.
+/// The shipped robots, none of which is asked anything, and how a file names another.
 void trace_robots(std::ostream& out) {
+  out << "path " << emulator::motor_of("robots/arm.toml", "./motors/mine.toml") << '\n';
   for (const std::string& name : names_in("buses")) {
     Hash hash;
     for (const emulator::BusConfig& config : robot(name, {})) {
