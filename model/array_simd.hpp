@@ -9,6 +9,7 @@
 #include <concepts>
 #include <cstddef>
 
+// NOLINTBEGIN(readability-identifier-naming): the standard's
 namespace lk::model::array_simd {
 
 template <std::size_t n>
@@ -27,7 +28,7 @@ class simd_mask {
   simd_mask() = default;
   /// Element n is `of(n)`.
   template <std::invocable<std::size_t> Generator>
-  explicit simd_mask(Generator&& of) {
+  explicit simd_mask(const Generator& of) {
     for (std::size_t n = 0; n < size(); ++n) set_[n] = of(n);
   }
   bool operator[](std::size_t n) const { return set_[n]; }
@@ -59,7 +60,7 @@ class simd {
   simd(T x) { element_.fill(x); }  // NOLINT(google-explicit-constructor): numbers mix
   /// Element n is `of(n)`.
   template <std::invocable<std::size_t> Generator>
-  explicit simd(Generator&& of) {
+  explicit simd(const Generator& of) {
     for (std::size_t n = 0; n < size(); ++n) element_[n] = of(n);
   }
   T operator[](std::size_t n) const { return element_[n]; }
@@ -142,6 +143,7 @@ template <class T, class Abi>
 class Chosen {
  public:
   Chosen(const simd_mask<T, Abi>& mask, simd<T, Abi>& x) : mask_(mask), x_(x) {}
+  // NOLINTNEXTLINE(*-assign-operator,*-copy-assignment-signature): of the choice nothing is left
   void operator=(const simd<T, Abi>& a) && {
     x_ = simd<T, Abi>([&](std::size_t n) { return mask_[n] ? a[n] : x_[n]; });
   }
@@ -173,3 +175,4 @@ simd<T, Abi> max(const simd<T, Abi>& a, const simd<T, Abi>& b) {
 }
 
 }  // namespace lk::model::array_simd
+// NOLINTEND(readability-identifier-naming)
