@@ -56,7 +56,7 @@ inline void load(Word& word, const NoiseState<double>& stored, std::size_t /*fir
   word = stored.word[0];
 }
 inline void load(Words& words, const NoiseState<Wide>& stored, std::size_t first) {
-  words.copy_from(stored.word.data() + first, std::experimental::vector_aligned);
+  words.copy_from(stored.word.data() + first, stdx::vector_aligned);
 }
 inline void load(WordPair& words, const NoiseState<Wide>& stored, std::size_t first) {
   load(words.low, stored, first);
@@ -69,7 +69,7 @@ inline void store(const WordsOf<Solo>& words, NoiseState<double>& stored, std::s
   stored.word[0] = words[0];
 }
 inline void store(const Words& words, NoiseState<Wide>& stored, std::size_t first) {
-  words.copy_to(stored.word.data() + first, std::experimental::vector_aligned);
+  words.copy_to(stored.word.data() + first, stdx::vector_aligned);
 }
 inline void store(const WordPair& words, NoiseState<Wide>& stored, std::size_t first) {
   store(words.low, stored, first);

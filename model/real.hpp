@@ -15,8 +15,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <experimental/simd>
 #include <type_traits>
+
+#include "model/simd.hpp"
 
 #ifndef LKEMU_ISA
 #define LKEMU_ISA isa_generic
@@ -33,9 +34,9 @@ struct alignas(64) Wide {
 
 inline namespace LKEMU_ISA {
 
-using Vector = std::experimental::native_simd<double>;
+using Vector = stdx::native_simd<double>;
 /// Whole 64-bit words in a register of the same size: noise generators, and the bits of numbers.
-using Words = std::experimental::rebind_simd_t<std::uint64_t, Vector>;
+using Words = stdx::rebind_simd_t<std::uint64_t, Vector>;
 static_assert(Words::size() == Vector::size());
 
 /// Two vector registers side by side. The tick is a long chain of dependent operations; the second
@@ -65,11 +66,11 @@ struct Pair {
   double operator[](std::size_t lane) const {
     return lane < Vector::size() ? low[lane] : high[lane - Vector::size()];
   }
-  void copy_from(const double* from, std::experimental::vector_aligned_tag tag) {
+  void copy_from(const double* from, stdx::vector_aligned_tag tag) {
     low.copy_from(from, tag);
     high.copy_from(from + Vector::size(), tag);
   }
-  void copy_to(double* to, std::experimental::vector_aligned_tag tag) const {
+  void copy_to(double* to, stdx::vector_aligned_tag tag) const {
     low.copy_to(to, tag);
     high.copy_to(to + Vector::size(), tag);
   }
@@ -91,9 +92,9 @@ struct Pair {
 };
 
 template <class Abi>
-using Simd = std::experimental::simd<double, Abi>;
+using Simd = stdx::simd<double, Abi>;
 template <class Abi>
-using SimdMask = std::experimental::simd_mask<double, Abi>;
+using SimdMask = stdx::simd_mask<double, Abi>;
 
 template <class Abi>
 inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Simd<Abi>& b) {
@@ -102,7 +103,7 @@ inline Simd<Abi> select(const SimdMask<Abi>& mask, const Simd<Abi>& a, const Sim
   return Simd<Abi>([&](std::size_t lane) { return mask[lane] ? a[lane] : b[lane]; });
 #else
   Simd<Abi> result = b;
-  std::experimental::where(mask, result) = a;
+  stdx::where(mask, result) = a;
   return result;
 #endif
 }
@@ -111,17 +112,17 @@ inline Pair select(const Pair::Mask& mask, const Pair& a, const Pair& b) {
 }
 template <class Abi>
 inline bool any(const SimdMask<Abi>& mask) {
-  return std::experimental::any_of(mask);
+  return stdx::any_of(mask);
 }
 inline bool any(const Pair::Mask& mask) { return any(mask.low || mask.high); }
 template <class Abi>
 inline Simd<Abi> sqrt(const Simd<Abi>& x) {
-  return std::experimental::sqrt(x);
+  return stdx::sqrt(x);
 }
 inline Pair sqrt(const Pair& x) { return {sqrt(x.low), sqrt(x.high)}; }
 template <class Abi>
 inline Simd<Abi> abs(const Simd<Abi>& x) {
-  return std::experimental::abs(x);
+  return stdx::abs(x);
 }
 inline Pair abs(const Pair& x) { return {abs(x.low), abs(x.high)}; }
 
@@ -131,7 +132,7 @@ static_assert(kLanes % Lanes::size() == 0);
 
 /// What a drive without company computes with: the same number twice. Choices in a register need no
 /// branch, and half of those of a `double` would be mispredicted, for they hang on sensor noise.
-using Solo = Simd<std::experimental::simd_abi::deduce_t<double, 2>>;
+using Solo = Simd<stdx::simd_abi::deduce_t<double, 2>>;
 static_assert(!std::is_same_v<Solo, Lanes>);
 
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
@@ -139,18 +140,18 @@ inline bool any(bool mask) { return mask; }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline double abs(double x) { return std::abs(x); }
 
-// The same choice between equal arguments as std::experimental's, which argument-dependent look-up
-// prefers for lanes.
+// The same choice between equal arguments as stdx's, which argument-dependent look-up prefers for
+// lanes.
 inline double min(double a, double b) { return a < b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 inline double clamp(double x, double low, double high) { return min(high, max(low, x)); }
 template <class Abi>
 inline Simd<Abi> min(const Simd<Abi>& a, const Simd<Abi>& b) {
-  return std::experimental::min(a, b);
+  return stdx::min(a, b);
 }
 template <class Abi>
 inline Simd<Abi> max(const Simd<Abi>& a, const Simd<Abi>& b) {
-  return std::experimental::max(a, b);
+  return stdx::max(a, b);
 }
 inline Pair min(const Pair& a, const Pair& b) { return {min(a.low, b.low), min(a.high, b.high)}; }
 inline Pair max(const Pair& a, const Pair& b) { return {max(a.low, b.low), max(a.high, b.high)}; }

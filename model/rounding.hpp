@@ -32,15 +32,14 @@ inline Real floored(const Real& x) {
 // Bits as numbers and numbers as bits.
 inline double as_number(std::uint64_t bits) { return std::bit_cast<double>(bits); }
 template <class Abi>
-inline auto as_number(const std::experimental::simd<std::uint64_t, Abi>& bits) {
-  using Number =
-      std::experimental::rebind_simd_t<double, std::experimental::simd<std::uint64_t, Abi>>;
+inline auto as_number(const stdx::simd<std::uint64_t, Abi>& bits) {
+  using Number = stdx::rebind_simd_t<double, stdx::simd<std::uint64_t, Abi>>;
   return std::bit_cast<Number>(bits);
 }
 inline std::uint64_t as_bits(double x) { return std::bit_cast<std::uint64_t>(x); }
 template <class Abi>
 inline auto as_bits(const Simd<Abi>& x) {
-  return std::bit_cast<std::experimental::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
+  return std::bit_cast<stdx::rebind_simd_t<std::uint64_t, Simd<Abi>>>(x);
 }
 
 /// −x where `n`, from shifted_nearest(), is odd: its last bit moves to where the sign is.

@@ -13,7 +13,7 @@ struct WordPair {
 };
 template <class Real>
 struct WordsBeside {
-  using type = std::experimental::rebind_simd_t<std::uint64_t, Real>;
+  using type = stdx::rebind_simd_t<std::uint64_t, Real>;
 };
 template <>
 struct WordsBeside<Pair> {
@@ -38,12 +38,12 @@ inline constexpr std::size_t kSizeOf<Solo> = 1;
 inline void load(double& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Solo& value, const double& stored, std::size_t /*first*/) { value = stored; }
 inline void load(Lanes& value, const Wide& stored, std::size_t first) {
-  value.copy_from(stored.lane.data() + first, std::experimental::vector_aligned);
+  value.copy_from(stored.lane.data() + first, stdx::vector_aligned);
 }
 inline void store(double value, double& stored, std::size_t /*first*/) { stored = value; }
 inline void store(const Solo& value, double& stored, std::size_t /*first*/) { stored = value[0]; }
 inline void store(const Lanes& value, Wide& stored, std::size_t first) {
-  value.copy_to(stored.lane.data() + first, std::experimental::vector_aligned);
+  value.copy_to(stored.lane.data() + first, stdx::vector_aligned);
 }
 
 // One drive's share of a value, for what is decided drive by drive.

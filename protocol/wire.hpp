@@ -4,7 +4,6 @@
 /// field.
 
 #include <cassert>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <type_traits>
 
 #include "protocol/frame.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::protocol {
 
@@ -64,14 +64,14 @@ constexpr void put_le56(Payload& data, std::int64_t value) {
 template <std::integral T>
 T quantize(double value, double lsb, T lo = std::numeric_limits<T>::min(),
            T hi = std::numeric_limits<T>::max()) {
-  const double rounded = std::round(value / lsb);
-  if (rounded >= static_cast<double>(hi)) {
+  const double steps = value / lsb;
+  if (steps >= static_cast<double>(hi)) {
     return hi;
   }
-  if (!(rounded > static_cast<double>(lo))) {
+  if (!(steps > static_cast<double>(lo))) {
     return lo;
   }
-  return static_cast<T>(rounded);
+  return static_cast<T>(rounded(steps));
 }
 
 }  // namespace lk::protocol

@@ -1,7 +1,6 @@
 #include "emulator/config/config_drive.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
@@ -9,6 +8,7 @@
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/ground/text.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -39,7 +39,7 @@ void read_rom(TableReader& reader, RomParams& flash) {
   auto rom = reader.table("rom");
   if (!rom) return;
   if (const auto ms = rom->number("write_time_ms", 0, 10'000)) {
-    flash.write_time = SimTime(std::llround(*ms * 1e6));
+    flash.write_time = SimTime(protocol::rounded(*ms * 1e6));
   }
   if (const auto writes = rom->integer("endurance_writes", 0, UINT32_MAX)) {
     flash.endurance = static_cast<std::uint32_t>(*writes);
@@ -115,7 +115,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
     servo.dip_id = static_cast<int>(*id);
   }
   if (const auto s = reader.number("calibrate_s", 0.1, 600)) {
-    servo.calibrate_time = SimTime(std::llround(*s * 1e9));
+    servo.calibrate_time = SimTime(protocol::rounded(*s * 1e9));
   }
   // A turn of the output to either side.
   const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;

@@ -7,6 +7,7 @@
 
 #include "emulator/ground/text.hpp"
 #include "protocol/bit_rates.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -22,7 +23,7 @@ const protocol::Value* row_of_rate(std::int64_t baud) {
 }
 
 std::chrono::nanoseconds from_us(double us) {
-  return std::chrono::nanoseconds(std::llround(us * 1e3));
+  return std::chrono::nanoseconds(protocol::rounded(us * 1e3));
 }
 
 const std::vector<std::string> kResync{"scan", "idle"};

@@ -16,7 +16,7 @@ std::string plain(const std::string& path) {
   for (const auto& part : std::filesystem::path(path)) {
     if (part != ".") kept /= part;
   }
-  return kept.string();
+  return kept.generic_string();
 }
 
 /// What is not taken over: how the other motor is sold, and what is known of that one alone.
@@ -77,7 +77,8 @@ bool is_path(const std::string& given) {
 
 std::string motor_of(const std::string& file, const std::string& motor) {
   const std::size_t slash = file.rfind('/');
-  if (!is_path(motor) || motor.front() == '/' || slash == std::string::npos) return motor;
+  const bool whole = std::filesystem::path(motor).has_root_directory();
+  if (!is_path(motor) || whole || slash == std::string::npos) return motor;
   const std::string path = plain(file.substr(0, slash + 1) + motor);
   return is_path(path) ? path : "./" + path;
 }

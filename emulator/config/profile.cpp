@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/core/generation.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -108,7 +108,7 @@ void check_rating(const TableReader& reader, const Rating& rating) {
 /// A version is printed with two decimals, and a hundredth of it counts.
 void read_version(TableReader& product, const char* key, std::uint16_t& version) {
   if (const auto number = product.number(key, 0, 655.35)) {
-    version = static_cast<std::uint16_t>(std::lround(*number * 100));
+    version = static_cast<std::uint16_t>(protocol::rounded(*number * 100));
   }
 }
 

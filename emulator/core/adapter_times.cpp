@@ -1,7 +1,8 @@
 #include "emulator/core/adapter_times.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -35,7 +36,7 @@ T smaller(T one, T other) {
 SimTime AdapterTimes::worst_round_trip() const {
   const double tails_us = tail_probability > 0 ? 2 * tail_us : 0;
   const double most_us = tx_us + rx_us + 2 * jitter_us + tails_us + 2 * frame_us + batch_us;
-  return SimTime(std::llround(most_us * 1e3));
+  return SimTime(protocol::rounded(most_us * 1e3));
 }
 
 AdapterTimes add(const AdapterTimes& one, const AdapterTimes& other) {

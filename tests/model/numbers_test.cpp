@@ -74,7 +74,7 @@ TEST(RealNumbers, LanesAndScalarGiveTheSameBits) {
       value = angle(random);
     }
     Lanes lanes;
-    lanes.copy_from(x.data(), std::experimental::vector_aligned);
+    lanes.copy_from(x.data(), stdx::vector_aligned);
     const SinCos<Lanes> t = sincos(lanes);
     for (std::size_t lane = 0; lane < x.size(); ++lane) {
       EXPECT_EQ(t.sin[lane], sincos(x[lane]).sin);

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+
+#include "protocol/rounding.hpp"
 
 namespace lk::protocol {
 namespace wire_test {
@@ -52,6 +55,23 @@ TEST(Wire, FiftySixBitsSaturate) {
   EXPECT_EQ(get_le56(data), kInt56Max);
   put_le56(data, std::numeric_limits<std::int64_t>::min());
   EXPECT_EQ(get_le56(data), kInt56Min);
+}
+
+TEST(Rounding, HalvesGoAwayFromZeroAndNothingElseDoes) {
+  EXPECT_EQ(rounded(0.5), 1);
+  EXPECT_EQ(rounded(-0.5), -1);
+  EXPECT_EQ(rounded(2.5), 3);
+  EXPECT_EQ(rounded(0.49999999999999994), 0);  // plus 0.5 it is 1
+  EXPECT_EQ(rounded(-0.49999999999999994), 0);
+  EXPECT_EQ(rounded(4503599627370497.0), 4503599627370497);  // plus 0.5 it is the even one above
+  EXPECT_EQ(rounded(-0x1p62), -(std::int64_t{1} << 62));
+}
+
+TEST(Rounding, DownIsBelowZeroToo) {
+  EXPECT_EQ(rounded_down(0.75), 0);
+  EXPECT_EQ(rounded_down(-0.25), -1);
+  EXPECT_EQ(rounded_down(-3.0), -3);
+  EXPECT_EQ(rounded_down(0x1p62), std::int64_t{1} << 62);
 }
 
 TEST(Quantize, RoundsToNearest) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
@@ -10,6 +9,7 @@
 #include "emulator/config/register_fields.hpp"
 #include "emulator/config/rom_file.hpp"
 #include "emulator/core/servo/signals.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -178,7 +178,7 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
 
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key) {
   const auto seconds = reader.number(key, 0, kLongest_s);
-  return seconds ? std::optional(SimTime(std::llround(*seconds * 1e9))) : std::nullopt;
+  return seconds ? std::optional(SimTime(protocol::rounded(*seconds * 1e9))) : std::nullopt;
 }
 
 std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig& bus,

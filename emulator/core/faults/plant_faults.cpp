@@ -10,6 +10,7 @@
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
 #include "emulator/core/units.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 
@@ -67,7 +68,7 @@ void times(double& so_far, double factor, double least, double most) {
 
 /// The supply comes and goes.
 bool is_off(const OnPlant& on) {
-  const auto ms = [](double value) { return SimTime(std::llround(value * 1e6)); };
+  const auto ms = [](double value) { return SimTime(protocol::rounded(value * 1e6)); };
   return on.active % (ms(on.number(0)) + ms(on.number(1))) < ms(on.number(0));
 }
 

@@ -1,15 +1,15 @@
 #include "emulator/core/node/motors.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "emulator/core/wire_timing.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
 
 std::int64_t f_pwm_Hz_of(const ServoConfig& servo) {
-  return std::llround(servo.profile.drive.inverter.f_pwm);
+  return protocol::rounded(servo.profile.drive.inverter.f_pwm);
 }
 
 /// The events begin with this drive's supply switched off.

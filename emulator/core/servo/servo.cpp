@@ -1,10 +1,10 @@
 #include "emulator/core/servo/servo.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "emulator/core/seed.hpp"
 #include "emulator/core/units.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 
@@ -28,7 +28,7 @@ constexpr double kBootAngleMargin_deg = 5;
 double drawn_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
   const double turns = encoder_turns(config.profile, config.quirks) *
                        uniform(stream_seed(bus_seed, config.id, SeedStream::kBootAngle));
-  const double turn = std::floor(turns);
+  const auto turn = static_cast<double>(protocol::rounded_down(turns));
   return 360 * turn + kBootAngleMargin_deg + (turns - turn) * (360 - 2 * kBootAngleMargin_deg);
 }
 

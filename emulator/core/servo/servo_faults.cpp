@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "emulator/core/servo/servo.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -12,12 +12,13 @@ namespace {
 /// A bit of the whole part of `value` flips; the fraction stays. `random` chooses among the bits
 /// that leave it within [min, max], so that it is something the register can hold.
 double flipped(double value, std::uint64_t random, double min, double max) {
-  const double whole = std::floor(value);
+  const std::int64_t whole = protocol::rounded_down(value);
+  const double fraction = value - static_cast<double>(whole);
   std::array<double, 32> possible{};
   std::size_t count = 0;
   for (unsigned bit = 0; bit < possible.size(); ++bit) {
-    const auto bits = static_cast<std::int64_t>(whole) ^ (std::int64_t{1} << bit);
-    const double result = static_cast<double>(bits) + (value - whole);
+    const auto bits = whole ^ (std::int64_t{1} << bit);
+    const double result = static_cast<double>(bits) + fraction;
     if (result >= min && result <= max) possible[count++] = result;
   }
   return count > 0 ? possible[random % count] : value;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/units.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 
@@ -104,7 +104,7 @@ std::int64_t Servo::within_max_angle(std::int64_t target_cdeg) const {
   if (ram_.max_angle_deg <= 0) {
     return target_cdeg;
   }
-  const std::int64_t limit_cdeg = std::llround(ram_.max_angle_deg * 100);
+  const std::int64_t limit_cdeg = protocol::rounded(ram_.max_angle_deg * 100);
   return std::clamp(target_cdeg, -limit_cdeg, limit_cdeg);
 }
 

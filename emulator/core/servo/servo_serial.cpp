@@ -2,11 +2,11 @@
 /// (docs/rs485.md).
 
 #include <algorithm>
-#include <cmath>
 
 #include "emulator/core/servo/registers.hpp"
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/servo/tool_blocks.hpp"
+#include "protocol/rounding.hpp"
 #include "protocol/wire.hpp"
 
 namespace lk::emulator {
@@ -43,7 +43,7 @@ std::optional<ParameterId> parameter_of(SettingId id) {
 }
 
 std::int64_t max_angle_cdeg(const Registers& registers) {
-  return std::llround(registers.max_angle_deg * 100);
+  return protocol::rounded(registers.max_angle_deg * 100);
 }
 
 protocol::Setting get_setting(const Registers& registers, SettingId id,

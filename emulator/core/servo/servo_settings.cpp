@@ -11,6 +11,7 @@
 #include "emulator/core/servo/servo.hpp"
 #include "emulator/core/units.hpp"
 #include "protocol/field_values.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 
@@ -176,12 +177,12 @@ Reply Servo::finish_calibration(const Lane& lane, std::uint64_t random) {
   lane.command(model::Idle{});
   done.travel += std::abs(angles_.position(now) - done.from);
   const model::DriveParams& drive = config_.profile.drive;
-  const double counts = std::ldexp(1.0, drive.encoder.bits);
+  const auto counts = static_cast<double>(std::int64_t{1} << drive.encoder.bits);
   const double commanded = 2 * kCalibrationTurns * counts / drive.motor.pole_pairs;
-  const double ratio = std::round(1000 * static_cast<double>(done.travel) / commanded);
+  const double ratio = std::min(1000 * static_cast<double>(done.travel) / commanded, 65535.0);
   protocol::Calibrated reply{
       .align_value = static_cast<std::uint32_t>(random % static_cast<std::uint64_t>(counts)),
-      .align_ratio = static_cast<std::uint16_t>(std::min(ratio, 65535.0))};
+      .align_ratio = static_cast<std::uint16_t>(protocol::rounded(ratio))};
   if (drive.encoder.direction < 0) reply.status |= protocol::kPhasesReversed;
   if (ratio < kLeastAlignRatio || ratio > kMostAlignRatio) return reply;
   reply.status |= protocol::kCalibrationDone;

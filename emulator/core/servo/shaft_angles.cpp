@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <numbers>
 
 #include "model/control/motion_loops.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -43,18 +43,18 @@ ShaftAngles::ShaftAngles(const Profile& profile, const Quirks& quirks)
       sensor_(profile.drive.encoder) {
   const double span = encoder_turns(profile, quirks);
   counts_per_wire_lsb_ = static_cast<double>(counts_) * span / static_cast<double>(wire_counts_);
-  const auto span_counts = std::llround(span * static_cast<double>(counts_));
+  const auto span_counts = protocol::rounded(span * static_cast<double>(counts_));
   const double circle_turns = quirks.dialect.wide_single_turn ? span : 1.0;
-  circle_counts_ = std::llround(circle_turns * static_cast<double>(counts_));
-  circle_cdeg_ = static_cast<std::uint32_t>(std::llround(circle_turns * kTurn_cdeg));
+  circle_counts_ = protocol::rounded(circle_turns * static_cast<double>(counts_));
+  circle_cdeg_ = static_cast<std::uint32_t>(protocol::rounded(circle_turns * kTurn_cdeg));
   // Of what stands above. NOLINTNEXTLINE(cppcoreguidelines-prefer-member-initializer)
   wrap_counts_ = quirks.boot_wrap == BootWrap::kHalfCircle ? span_counts : counts_;
 }
 
 std::uint16_t ShaftAngles::raw(std::int64_t position) const {
-  const double wire_position = std::floor(static_cast<double>(position) / counts_per_wire_lsb_);
-  return static_cast<std::uint16_t>(
-      floor_mod(static_cast<std::int64_t>(wire_position), wire_counts_));
+  const std::int64_t wire_position =
+      protocol::rounded_down(static_cast<double>(position) / counts_per_wire_lsb_);
+  return static_cast<std::uint16_t>(floor_mod(wire_position, wire_counts_));
 }
 
 std::uint16_t ShaftAngles::encoder(std::int64_t position, std::uint16_t offset) const {
@@ -86,7 +86,7 @@ double ShaftAngles::multi_turn_deg(double theta) const {
 }
 
 void ShaftAngles::set_offset(std::uint16_t offset) {
-  encoder_zero_ = std::llround(offset * counts_per_wire_lsb_);
+  encoder_zero_ = protocol::rounded(offset * counts_per_wire_lsb_);
   single_zero_ = encoder_zero_;
 }
 

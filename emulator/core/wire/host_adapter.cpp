@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "emulator/core/seed.hpp"
+#include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
 
-SimTime from_us(double time_us) { return SimTime(std::llround(time_us * 1e3)); }
+SimTime from_us(double time_us) { return SimTime(protocol::rounded(time_us * 1e3)); }
 
 /// The next multiple of `period`, or `at` itself.
 SimTime tick_from(SimTime at, SimTime period) {

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/frames.hpp"
 #include "tools/decode/latency_histogram.hpp"
 

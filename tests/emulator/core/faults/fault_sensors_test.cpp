@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/emulator/core/faults/fault_support.hpp"
 
 namespace lk::emulator {

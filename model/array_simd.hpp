@@ -1,0 +1,178 @@
+#pragma once
+
+/// @file What the tick uses of std::experimental::simd, made of a plain array: for standard
+/// libraries that do not have it, of which libc++ is one. The same IEEE operations on every
+/// element, hence the same bits. Names and meanings are those of the Parallelism TS 2.
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+
+// NOLINTBEGIN(readability-identifier-naming): the standard's
+namespace lk::model::array_simd {
+
+template <std::size_t n>
+struct Elements {
+  static constexpr std::size_t kSize = n;
+};
+
+struct vector_aligned_tag {};
+inline constexpr vector_aligned_tag vector_aligned;
+
+template <class T, class Abi>
+class simd_mask {
+ public:
+  static constexpr std::size_t size() { return Abi::kSize; }
+
+  simd_mask() = default;
+  /// Element n is `of(n)`.
+  template <std::invocable<std::size_t> Generator>
+  explicit simd_mask(const Generator& of) {
+    for (std::size_t n = 0; n < size(); ++n) set_[n] = of(n);
+  }
+  bool operator[](std::size_t n) const { return set_[n]; }
+  friend simd_mask operator&&(const simd_mask& a, const simd_mask& b) {
+    return simd_mask([&](std::size_t n) { return a[n] && b[n]; });
+  }
+  friend simd_mask operator||(const simd_mask& a, const simd_mask& b) {
+    return simd_mask([&](std::size_t n) { return a[n] || b[n]; });
+  }
+
+ private:
+  std::array<bool, Abi::kSize> set_{};
+};
+
+template <class T, class Abi>
+bool any_of(const simd_mask<T, Abi>& mask) {
+  bool any = false;
+  for (std::size_t n = 0; n < mask.size(); ++n) any = any || mask[n];
+  return any;
+}
+
+template <class T, class Abi>
+class simd {
+ public:
+  using mask_type = simd_mask<T, Abi>;
+  static constexpr std::size_t size() { return Abi::kSize; }
+
+  simd() = default;
+  simd(T x) { element_.fill(x); }  // NOLINT(google-explicit-constructor): numbers mix
+  /// Element n is `of(n)`.
+  template <std::invocable<std::size_t> Generator>
+  explicit simd(const Generator& of) {
+    for (std::size_t n = 0; n < size(); ++n) element_[n] = of(n);
+  }
+  T operator[](std::size_t n) const { return element_[n]; }
+  void copy_from(const T* from, vector_aligned_tag) {
+    for (std::size_t n = 0; n < size(); ++n) element_[n] = from[n];
+  }
+  void copy_to(T* to, vector_aligned_tag) const {
+    for (std::size_t n = 0; n < size(); ++n) to[n] = element_[n];
+  }
+
+  simd& operator+=(const simd& b) { return *this = *this + b; }
+  simd& operator^=(const simd& b) { return *this = *this ^ b; }
+  friend simd operator-(const simd& a) {
+    return simd([&](std::size_t n) { return -a[n]; });
+  }
+  friend simd operator+(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] + b[n]; });
+  }
+  friend simd operator-(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] - b[n]; });
+  }
+  friend simd operator*(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] * b[n]; });
+  }
+  friend simd operator/(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] / b[n]; });
+  }
+  friend simd operator&(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] & b[n]; });
+  }
+  friend simd operator|(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] | b[n]; });
+  }
+  friend simd operator^(const simd& a, const simd& b) {
+    return simd([&](std::size_t n) { return a[n] ^ b[n]; });
+  }
+  friend simd operator<<(const simd& a, int bits) {
+    return simd([&](std::size_t n) { return a[n] << bits; });
+  }
+  friend simd operator>>(const simd& a, int bits) {
+    return simd([&](std::size_t n) { return a[n] >> bits; });
+  }
+  friend mask_type operator<(const simd& a, const simd& b) {
+    return mask_type([&](std::size_t n) { return a[n] < b[n]; });
+  }
+  friend mask_type operator>(const simd& a, const simd& b) {
+    return mask_type([&](std::size_t n) { return a[n] > b[n]; });
+  }
+  friend mask_type operator==(const simd& a, const simd& b) {
+    return mask_type([&](std::size_t n) { return a[n] == b[n]; });
+  }
+  friend mask_type operator!=(const simd& a, const simd& b) {
+    return mask_type([&](std::size_t n) { return a[n] != b[n]; });
+  }
+
+ private:
+  // Not initialised, as the standard's is not.
+  std::array<T, Abi::kSize> element_;
+};
+
+template <class T>
+using native_simd = simd<T, Elements<2>>;
+
+template <class T, class Simd>
+struct Rebound;
+template <class T, class U, class Abi>
+struct Rebound<T, simd<U, Abi>> {
+  using type = simd<T, Abi>;
+};
+template <class T, class Simd>
+using rebind_simd_t = typename Rebound<T, Simd>::type;
+
+namespace simd_abi {
+template <class T, std::size_t n>
+using deduce_t = Elements<n>;
+}  // namespace simd_abi
+
+/// `where(mask, x) = a`: elements of x where the mask is set.
+template <class T, class Abi>
+class Chosen {
+ public:
+  Chosen(const simd_mask<T, Abi>& mask, simd<T, Abi>& x) : mask_(mask), x_(x) {}
+  // NOLINTNEXTLINE(*-assign-operator,*-copy-assignment-signature): of the choice nothing is left
+  void operator=(const simd<T, Abi>& a) && {
+    x_ = simd<T, Abi>([&](std::size_t n) { return mask_[n] ? a[n] : x_[n]; });
+  }
+
+ private:
+  const simd_mask<T, Abi>& mask_;
+  simd<T, Abi>& x_;
+};
+template <class T, class Abi>
+Chosen<T, Abi> where(const simd_mask<T, Abi>& mask, simd<T, Abi>& x) {
+  return {mask, x};
+}
+
+template <class T, class Abi>
+simd<T, Abi> sqrt(const simd<T, Abi>& x) {
+  return simd<T, Abi>([&](std::size_t n) { return std::sqrt(x[n]); });
+}
+template <class T, class Abi>
+simd<T, Abi> abs(const simd<T, Abi>& x) {
+  return simd<T, Abi>([&](std::size_t n) { return std::abs(x[n]); });
+}
+template <class T, class Abi>
+simd<T, Abi> min(const simd<T, Abi>& a, const simd<T, Abi>& b) {
+  return simd<T, Abi>([&](std::size_t n) { return a[n] < b[n] ? a[n] : b[n]; });
+}
+template <class T, class Abi>
+simd<T, Abi> max(const simd<T, Abi>& a, const simd<T, Abi>& b) {
+  return simd<T, Abi>([&](std::size_t n) { return a[n] > b[n] ? a[n] : b[n]; });
+}
+
+}  // namespace lk::model::array_simd
+// NOLINTEND(readability-identifier-naming)

@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file Golden traces: candump logs ("candump -L -x"), what hosts sent (T) and what has to come
+/// back (R). The replies were written by hand from docs/protocol.md; `canplayer` replays the files.
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/core/sim_time.hpp"
+#include "tests/support/bus_config.hpp"
+#include "tests/support/frames.hpp"
+
+namespace lk::test {
+
+struct GoldenTrace {
+  std::vector<emulator::TimedFrame> sent;
+  std::vector<emulator::TimedFrame> expected;
+};
+
+/// "(0.010000) vcan0 141#9A00000000000000 T"
+inline GoldenTrace golden_trace(const std::string& name) {
+  std::ifstream file(std::string(LKEMU_SOURCE_DIR) + "/tests/golden/" + name);
+  if (!file) throw std::runtime_error("no " + name);
+  GoldenTrace trace;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    char bracket = 0;
+    double at_s = 0;
+    std::string interface;
+    std::string text;
+    std::string direction;
+    words >> bracket >> at_s >> bracket >> interface >> text >> direction;
+    const emulator::TimedFrame timed{std::chrono::microseconds(std::llround(at_s * 1e6)),
+                                     frame(text)};
+    (direction == "T" ? trace.sent : trace.expected).push_back(timed);
+  }
+  return trace;
+}
+
+/// Of "resting_drive.log": a drive with ID 1 that stands at 45° at 25 °C on 24 V, on a bus without
+/// a bit rate, and that 0x80 switches off until 0x88.
+inline emulator::BusConfig resting_drive() {
+  emulator::BusConfig config = bus_config({1});
+  config.servos[0].quirks.off_needs_run = true;
+  return config;
+}
+
+}  // namespace lk::test
