@@ -176,13 +176,13 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
     client.protocol->show(frame, now, shown_);
     put(client, shown_);
   }
-  // One that has gone is found out by reading.
-  if (!client.waits) flush(client);
 }
 
 /// All of it, or nothing.
 void ClientSet::put(Client& client, std::string_view bytes) {
   if (bytes.empty()) return;
+  // One that has gone is found out by reading.
+  if (client.unsent.size() + bytes.size() > kMostUnsent && !client.waits) flush(client);
   if (client.unsent.size() + bytes.size() <= kMostUnsent) {
     client.unsent += bytes;
     return;

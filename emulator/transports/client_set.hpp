@@ -43,10 +43,11 @@ class ClientSet {
   };
   /// What clients have said, appended to `out`.
   Collected collect(std::vector<ReceivedFrame>& out);
-  /// To all but the client `except`; 0: to all.
+  /// To all but the client `except`; 0: to all. It leaves with `flush`, so that a system call
+  /// serves as many frames as there are.
   void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
 
-  /// Answers leave, and what has come is acknowledged.
+  /// Frames and answers leave, and what has come is acknowledged.
   void flush();
 
   /// `lost_unread`, `malformed` and `sent`.
