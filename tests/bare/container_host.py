@@ -46,7 +46,7 @@ def get(port, path, **headers):
 
 def look(port):
     assert b"<title>" in get(port, "/"), "no dashboard"
-    drives = json.loads(get(port, "/api/v1/drives"))["drives"]
+    drives = json.loads(get(port, "/api/v1/drives"))
     speeds = {drive["id"]: drive["signals"]["speed_dps"] for drive in drives}
     assert speeds[1] > 300 and abs(speeds[2]) < 10, speeds
     try:
