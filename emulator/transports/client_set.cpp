@@ -130,7 +130,7 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   if (!heard_.trouble.empty() && !std::exchange(client.troubled, true)) {
     spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
   }
-  put(client, heard_.answer);
+  put(client, heard_.answer, kMostUnsent + kMostAnswers);
   return true;
 }
 
@@ -174,16 +174,16 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
   for (const protocol::Frame& frame : frames) {
     shown_.clear();
     client.protocol->show(frame, now, shown_);
-    put(client, shown_);
+    put(client, shown_, kMostUnsent);
   }
 }
 
-/// All of it, or nothing.
-void ClientSet::put(Client& client, std::string_view bytes) {
+/// All of it, or nothing, beside as many bytes as `most`.
+void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   if (bytes.empty()) return;
   // One that has gone is found out by reading.
-  if (client.unsent.size() + bytes.size() > kMostUnsent && !client.waits) flush(client);
-  if (client.unsent.size() + bytes.size() <= kMostUnsent) {
+  if (client.unsent.size() + bytes.size() > most && !client.waits) flush(client);
+  if (client.unsent.size() + bytes.size() <= most) {
     client.unsent += bytes;
     return;
   }

@@ -21,6 +21,8 @@ class ClientSet {
   /// Bytes kept for a client beyond what the kernel keeps: about a quarter of a second of a full
   /// CAN bus.
   static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
+  /// And above them, so that one which has lost frames can be told that.
+  static constexpr std::size_t kMostAnswers = std::size_t{4} * 1024;
 
   /// `name` is the bus's. Throws StartError.
   explicit ClientSet(std::string name);
@@ -73,7 +75,7 @@ class ClientSet {
   bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
   void take_due(Client& client, std::vector<ReceivedFrame>& out);
   void show(Client& client, std::span<const protocol::Frame> frames);
-  void put(Client& client, std::string_view bytes);
+  void put(Client& client, std::string_view bytes, std::size_t most);
   /// As much as goes; false: the client has gone.
   bool flush(Client& client);
   void wait_for_room(Client& client, bool waits);

@@ -79,5 +79,19 @@ TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
   EXPECT_EQ(clients_.stats().lost_unread, 0U);
 }
 
+TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
+  const int few_bytes = 4096;
+  ASSERT_EQ(::setsockopt(host_.get(), SOL_SOCKET, SO_RCVBUF, &few_bytes, sizeof few_bytes), 0);
+  while (clients_.stats().lost_unread < 1000) reply(1000);
+  say("F\rV\r");  // the room that frames have left is less
+  EXPECT_EQ(collect(), 0U);
+  std::string heard;
+  while (const auto more = hear()) {
+    heard += *more;
+    collect();  // there is room again
+  }
+  EXPECT_TRUE(heard.ends_with("F08\rV1013\r")) << heard.size();
+}
+
 }  // namespace
 }  // namespace lk::emulator
