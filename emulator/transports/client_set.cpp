@@ -85,9 +85,11 @@ void ClientSet::add(Client client) {
   if (!flush(there)) clients_.erase(there.number);
 }
 
-ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
+ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
+                                        std::chrono::milliseconds patience) {
   std::array<epoll_event, kMostEvents> events{};
-  const int count = ::epoll_wait(epoll_.get(), events.data(), kMostEvents, 0);
+  const int count =
+      ::epoll_wait(epoll_.get(), events.data(), kMostEvents, static_cast<int>(patience.count()));
   Collected collected;
   collected.more = count == static_cast<int>(kMostEvents);
   for (int n = 0; n < count; ++n) {

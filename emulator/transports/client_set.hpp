@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -43,8 +44,9 @@ class ClientSet {
     bool watched = false;  // a watched descriptor has something
     bool more = false;     // clients may have more to say
   };
-  /// What clients have said, appended to `out`.
-  Collected collect(std::vector<ReceivedFrame>& out);
+  /// What clients have said, appended to `out`; waits that long for something to be there.
+  Collected collect(std::vector<ReceivedFrame>& out,
+                    std::chrono::milliseconds patience = std::chrono::milliseconds(0));
   /// To all but the client `except`; 0: to all. It leaves with `flush`, so that a system call
   /// serves as many frames as there are.
   void tell(std::span<const protocol::Frame> frames, std::uint32_t except);

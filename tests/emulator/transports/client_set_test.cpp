@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "emulator/transports/slcan.hpp"
@@ -67,6 +69,14 @@ TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
   clients_.flush();
   EXPECT_EQ(hear(), "z\rz\rz\r" + std::string(kReply) + std::string(kReply) + std::string(kReply));
   EXPECT_EQ(hear(), std::nullopt);
+}
+
+TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
+  std::vector<ReceivedFrame> frames;
+  std::thread host([this] { say(kQuery); });
+  clients_.collect(frames, std::chrono::minutes(1));
+  host.join();
+  EXPECT_EQ(frames.size(), 1U);
 }
 
 TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
