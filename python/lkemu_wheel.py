@@ -1,13 +1,25 @@
-"""Packs the package for pip (PEP 517 and 660) with the standard library alone."""
+"""Packs the package for pip (PEP 517 and 660) with the standard library alone.
+
+Where it lies in an installation whose lk-emu needs no library of its machine (docs/packages.md, the tarball), the wheel carries that
+program with its files, and is of a platform; otherwise it is the package alone.
+"""
 
 import base64
 import hashlib
 import os
+import platform
 import re
+import struct
 import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-PACKAGE = "lkemu"
+PACKAGE, NAME = "lkemu", "lk_emu"
+INSTALLED = os.path.normpath(os.path.join(HERE, "..", "..", ".."))  # of PREFIX/share/lk-emu/python
+# Of share/: what the program looks for, its manual, and what its licences ask for. The package is not data of itself.
+DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "man/man1", "doc/lk-emu/licenses", "doc/lk-emu/LICENSE",
+        "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
+PT_INTERP = 3
+EXECUTABLE, READABLE = 0o100755, 0o100644
 
 
 def version():
@@ -15,11 +27,35 @@ def version():
         return re.search(r'^__version__ = "(.+)"', file.read(), re.MULTILINE)[1]
 
 
-def about():
+def read(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def needs_nothing(path):
+    """An ELF program of 64 bits that no dynamic linker has to start."""
+    try:
+        program = read(path)
+        if program[:6] != b"\x7fELF\x02\x01":
+            return False
+        (table,) = struct.unpack_from("<Q", program, 32)
+        size, count = struct.unpack_from("<HH", program, 54)
+        kinds = [struct.unpack_from("<I", program, table + n * size)[0] for n in range(count)]
+    except (OSError, struct.error):
+        return False
+    return PT_INTERP not in kinds
+
+
+def tag(carries_program):
+    """Of a static program nothing is asked but its kernel, so the oldest glibc that pip knows a policy of is not too old for it."""
+    return f"py3-none-manylinux_2_17_{platform.machine()}" if carries_program else "py3-none-any"
+
+
+def about(carries_program):
     """Files of the .dist-info directory."""
     return {
         "METADATA": f"""Metadata-Version: 2.1
-Name: {PACKAGE}
+Name: {NAME.replace("_", "-")}
 Version: {version()}
 Summary: Virtual LK-TECH servo drives for tests in Python: starts lk-emu, injects faults, steps its clock
 License: MIT
@@ -28,34 +64,67 @@ Classifier: Framework :: Pytest
 Classifier: Operating System :: POSIX :: Linux
 Classifier: Typing :: Typed
 """,
-        "WHEEL": "Wheel-Version: 1.0\nGenerator: lkemu_wheel\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        "WHEEL": f"""Wheel-Version: 1.0
+Generator: lkemu_wheel
+Root-Is-Purelib: {str(not carries_program).lower()}
+Tag: {tag(carries_program)}
+""",
         # Called like the module, so that pytest_plugins = ["lkemu.pytest_plugin"] beside it does no harm.
         "entry_points.txt": "[pytest11]\nlkemu.pytest_plugin = lkemu.pytest_plugin\n",
     }
 
 
-def pack(directory, files):
-    """A wheel of the files {name: bytes} and the metadata; its name."""
-    info = f"{PACKAGE}-{version()}.dist-info"
-    files = {**files, **{f"{info}/{name}": text.encode() for name, text in about().items()}}
-    record = ""
-    name = f"{PACKAGE}-{version()}-py3-none-any.whl"
+def pack(directory, files, program=None):
+    """A wheel of the files {name: bytes}, the metadata, and {name: bytes} of an installed program; its name.
+
+    The same bytes whenever it is made."""
+    label = f"{NAME}-{version()}"
+    files = {**files, **{f"{label}.dist-info/{name}": text.encode() for name, text in about(bool(program)).items()}}
+    for path, data in (program or {}).items():
+        files[f"{label}.data/{path}"] = data
+    record = f"{label}.dist-info/RECORD"
+    lines = ""
+    for path, data in files.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        lines += f"{path},sha256={digest},{len(data)}\n"
+    files[record] = f"{lines}{record},,\n".encode()
+    name = f"{label}-{tag(bool(program))}.whl"
     with zipfile.ZipFile(os.path.join(directory, name), "w", zipfile.ZIP_DEFLATED) as wheel:
         for path, data in files.items():
-            wheel.writestr(path, data)
-            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
-            record += f"{path},sha256={digest},{len(data)}\n"
-        wheel.writestr(f"{info}/RECORD", record + f"{info}/RECORD,,\n")
+            entry = zipfile.ZipInfo(path)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (EXECUTABLE if ".data/scripts/" in path else READABLE) << 16
+            wheel.writestr(entry, data)
     return name
 
 
+def files_below(top, place):
+    """{path seen from top: bytes} of a file, or of a directory with all below it."""
+    path = os.path.join(top, place)
+    if os.path.isfile(path):
+        return {place: read(path)}
+    found = {}
+    for name in sorted(os.listdir(path)):
+        found.update(files_below(top, f"{place}/{name}"))
+    return found
+
+
+def installed_program():
+    """Files for the wheel's .data directory; nothing where there is no program that could be carried."""
+    program = os.path.join(INSTALLED, "bin", "lk-emu")
+    if not needs_nothing(program):
+        return {}
+    files = {"scripts/lk-emu": read(program)}
+    share = os.path.join(INSTALLED, "share")
+    for place in DATA:
+        files.update({f"data/share/{path}": data for path, data in files_below(share, place).items()})
+    return files
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    files = {}
-    for name in sorted(os.listdir(os.path.join(HERE, PACKAGE))):
-        if name.endswith((".py", "py.typed")):
-            with open(os.path.join(HERE, PACKAGE, name), "rb") as file:
-                files[f"{PACKAGE}/{name}"] = file.read()
-    return pack(wheel_directory, files)
+    names = [name for name in sorted(os.listdir(os.path.join(HERE, PACKAGE))) if name.endswith((".py", "py.typed"))]
+    files = {f"{PACKAGE}/{name}": read(os.path.join(HERE, PACKAGE, name)) for name in names}
+    return pack(wheel_directory, files, installed_program())
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):

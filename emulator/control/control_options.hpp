@@ -26,6 +26,7 @@ struct ControlOptions {
   bool pages_may_write = false;      // the dashboard, and whatever else has an Origin
   std::string page_language;         // "en" or "zh"; empty: the browser knows
   std::filesystem::path token_file;  // what clients have to show over TCP; empty: nothing
+  bool open_to_others = false;       // an address beyond this machine needs no token
   Patience patience;
 };
 

@@ -140,9 +140,10 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   access.pages_may_write = options.pages_may_write;
   entrance->page_language = options.page_language;
   if (!options.token_file.empty()) access.token = read_token(options.token_file);
-  if (!address.is_loopback() && access.token.empty()) {
+  if (!address.is_loopback() && access.token.empty() && !options.open_to_others) {
     throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
   }
+  access.own_pages_only = address.is_loopback() || access.token.empty();
   try {
     const tcp::endpoint endpoint(address, http.port);
     tcp_.emplace(loop_);
@@ -156,7 +157,10 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
                      problem.code().message());
   }
   const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  if (address.is_loopback()) access.hosts = loopback_hosts(port_, host);
+  if (!address.is_loopback() && access.token.empty()) {
+    spdlog::warn("--http: whoever reaches {} can look at these drives and command them{}", host,
+                 address.is_unspecified() ? "; that is all addresses of this machine" : "");
+  }
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
   accept(*tcp_, tcp_pause_, entrance);
 }

@@ -1,6 +1,7 @@
 #include "emulator/control/http_access.hpp"
 
 #include <algorithm>
+#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <cstddef>
 
@@ -31,6 +32,25 @@ void each_word(std::string_view list, const Take& take) {
   }
 }
 
+/// `localhost` or an IP address, with or without a port.
+bool is_address(std::string_view host) {
+  const bool bracketed = host.starts_with('[');
+  std::size_t end = host.find(bracketed ? ']' : ':');
+  if (end == std::string_view::npos) {
+    if (bracketed) return false;
+    end = host.size();
+  }
+  const std::string_view name = bracketed ? host.substr(1, end - 1) : host.substr(0, end);
+  const std::string_view rest = host.substr(bracketed ? end + 1 : end);
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (!rest.empty() && (rest[0] != ':' || !std::ranges::all_of(rest.substr(1), digit))) {
+    return false;
+  }
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(name, error);
+  return bracketed ? !error && address.is_v6() : name == "localhost" || (!error && address.is_v4());
+}
+
 }  // namespace
 
 bool offers_protocol(std::string_view offered) {
@@ -58,16 +78,12 @@ std::string authorization_of(std::string_view offered) {
 }
 
 /// A page in a browser on this machine can send requests here. Its Origin gives it away; a name
-/// that somebody lets point to 127.0.0.1 is given away by Host.
+/// that somebody lets point here is given away by Host. The port is not looked at: a tunnel or a
+/// container may show the program at another.
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
-  if (!access.hosts.empty()) {
-    const auto known = [&](std::string_view host) {
-      return std::ranges::find(access.hosts, host) != access.hosts.end();
-    };
-    if (!known(shown.host)) return Refusal{403, "Host", "is not this program's"};
-    constexpr std::string_view kScheme = "http://";
-    if (shown.origin &&
-        (!shown.origin->starts_with(kScheme) || !known(shown.origin->substr(kScheme.size())))) {
+  if (access.own_pages_only) {
+    if (!is_address(shown.host)) return Refusal{403, "Host", "is not this program's"};
+    if (shown.origin && *shown.origin != "http://" + std::string(shown.host)) {
       return Refusal{403, "Origin", "is not this program's"};
     }
   }
@@ -79,18 +95,6 @@ std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
     }
   }
   return std::nullopt;
-}
-
-std::vector<std::string> loopback_hosts(unsigned port, const std::string& address) {
-  std::string suffix = ":";
-  suffix += std::to_string(port);
-  std::vector<std::string> hosts;
-  for (const std::string& name :
-       {std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]"), address}) {
-    hosts.push_back(name + suffix);
-    if (port == 80) hosts.push_back(name);  // which clients leave out
-  }
-  return hosts;
 }
 
 }  // namespace lk::emulator

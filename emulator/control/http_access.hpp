@@ -3,15 +3,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace lk::emulator {
 
 /// Who may come in at one of the places the program listens at.
 struct Access {
-  std::vector<std::string> hosts;  // what Host may be; empty: anything
-  std::string token;               // what has to be shown; empty: nothing
-  bool pages_may_write = false;    // what comes with an Origin may do more than look
+  bool own_pages_only = false;   // Host names an address, and Origin, if there is one, is the same
+  std::string token;             // what has to be shown; empty: nothing
+  bool pages_may_write = false;  // what comes with an Origin may do more than look
 };
 
 /// What a request says of where it comes from.
@@ -36,9 +35,5 @@ inline constexpr std::string_view kWebSocketProtocol = "lk-emu";
 bool offers_protocol(std::string_view offered);
 /// What Authorization would say; empty when no token is offered.
 std::string authorization_of(std::string_view offered);
-
-/// What browsers and clients call this machine, seen from itself, at that port; and `address`, as a
-/// URL has it.
-std::vector<std::string> loopback_hosts(unsigned port, const std::string& address);
 
 }  // namespace lk::emulator

@@ -127,8 +127,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         offered.empty() ? view(header[http::field::authorization]) : offered};
     const WebFile* const file = find_web_file(view(header.target()));
     // The files of the dashboard are no secret, and a browser has no token before it has them.
-    const auto refused = file != nullptr ? refusal({entrance_->access.hosts, "", false}, shown)
-                                         : refusal(entrance_->access, shown);
+    const auto refused = file != nullptr
+                             ? refusal({entrance_->access.own_pages_only, "", false}, shown)
+                             : refusal(entrance_->access, shown);
     if (refused) {
       refuse(refused->status, refused->where, refused->reason);
       return;

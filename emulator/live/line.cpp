@@ -186,6 +186,7 @@ void Line::send_replies() {
     gate_.pass(reply, leaving_);
   }
   send(leaving_);
+  if (port_ && !replies_.empty()) port_->end_turn();
 }
 
 void Line::send(const std::vector<protocol::Frame>& frames) {
@@ -229,6 +230,7 @@ void Line::settle_rom(const RomWrite& write, int error) {
     }
   }
   send(leaving_);
+  if (port_) port_->end_turn();
 }
 
 bool Line::replies_have_left() const { return gate_.idle() && (!port_ || port_->pending() == 0); }

@@ -83,9 +83,11 @@ void ClientSet::add(Client client) {
   if (!flush(there)) clients_.erase(there.number);
 }
 
-ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out) {
+ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
+                                        std::chrono::milliseconds patience) {
   std::array<epoll_event, kMostEvents> events{};
-  const int count = ::epoll_wait(epoll_.get(), events.data(), kMostEvents, 0);
+  const int count =
+      ::epoll_wait(epoll_.get(), events.data(), kMostEvents, static_cast<int>(patience.count()));
   Collected collected;
   collected.more = count == static_cast<int>(kMostEvents);
   for (int n = 0; n < count; ++n) {
@@ -129,7 +131,7 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   if (!heard_.trouble.empty() && !std::exchange(client.troubled, true)) {
     spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
   }
-  put(client, heard_.answer);
+  put(client, heard_.answer, kMostUnsent + kMostAnswers);
   return true;
 }
 
@@ -173,16 +175,16 @@ void ClientSet::show(Client& client, std::span<const protocol::Frame> frames) {
   for (const protocol::Frame& frame : frames) {
     shown_.clear();
     client.protocol->show(frame, now, shown_);
-    put(client, shown_);
+    put(client, shown_, kMostUnsent);
   }
-  // One that has gone is found out by reading.
-  if (!client.waits) flush(client);
 }
 
-/// All of it, or nothing.
-void ClientSet::put(Client& client, std::string_view bytes) {
+/// All of it, or nothing, beside as many bytes as `most`.
+void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   if (bytes.empty()) return;
-  if (client.unsent.size() + bytes.size() <= kMostUnsent) {
+  // One that has gone is found out by reading.
+  if (client.unsent.size() + bytes.size() > most && !client.waits) flush(client);
+  if (client.unsent.size() + bytes.size() <= most) {
     client.unsent += bytes;
     return;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -21,6 +22,8 @@ class ClientSet {
   /// Bytes kept for a client beyond what the kernel keeps: about a quarter of a second of a full
   /// CAN bus.
   static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
+  /// And above them, so that one which has lost frames can be told that.
+  static constexpr std::size_t kMostAnswers = std::size_t{4} * 1024;
 
   /// `name` is the bus's. Throws StartError.
   explicit ClientSet(std::string name);
@@ -41,12 +44,14 @@ class ClientSet {
     bool watched = false;  // a watched descriptor has something
     bool more = false;     // clients may have more to say
   };
-  /// What clients have said, appended to `out`.
-  Collected collect(std::vector<ReceivedFrame>& out);
-  /// To all but the client `except`; 0: to all.
+  /// What clients have said, appended to `out`; waits that long for something to be there.
+  Collected collect(std::vector<ReceivedFrame>& out,
+                    std::chrono::milliseconds patience = std::chrono::milliseconds(0));
+  /// To all but the client `except`; 0: to all. It leaves with `flush`, so that a system call
+  /// serves as many frames as there are.
   void tell(std::span<const protocol::Frame> frames, std::uint32_t except);
 
-  /// Answers leave, and what has come is acknowledged.
+  /// Frames and answers leave, and what has come is acknowledged.
   void flush();
 
   /// `lost_unread` and `malformed`.
@@ -72,7 +77,7 @@ class ClientSet {
   bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
   void take_due(Client& client, std::vector<ReceivedFrame>& out);
   void show(Client& client, std::span<const protocol::Frame> frames);
-  void put(Client& client, std::string_view bytes);
+  void put(Client& client, std::string_view bytes, std::size_t most);
   /// As much as goes; false: the client has gone.
   bool flush(Client& client);
   void wait_for_room(Client& client, bool waits);

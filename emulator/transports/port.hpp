@@ -61,7 +61,7 @@ class Port {
   virtual void send(std::span<const protocol::Frame> frames) = 0;
   /// A frame of the host `sender`, for all the others; never called where frames have no sender.
   virtual void pass_on(const protocol::Frame& /*frame*/, std::uint32_t /*sender*/) {}
-  /// What could be said together with replies to what has been received leaves without them.
+  /// What has been handed over leaves now: replies, and what could be said together with them.
   virtual void end_turn() {}
   /// To wait for frames; −1: there is none.
   virtual int descriptor() const = 0;

@@ -25,7 +25,8 @@ def find_program(given: Optional[str] = None) -> str:
             return os.path.abspath(found)
     root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
     near = [os.path.join(root, "build", build, "emulator", "lk-emu") for build in BUILDS]
-    near.append(os.path.join(root, "..", "..", "bin", "lk-emu"))  # of share/lk-emu/python/lkemu
+    # Of share/lk-emu/python/lkemu, and of lib/python3.N/site-packages/lkemu where a wheel has brought both.
+    near.append(os.path.join(root, "..", "..", "bin", "lk-emu"))
     for path in near:
         if os.access(path, os.X_OK) and os.path.isfile(path):
             return os.path.normpath(path)

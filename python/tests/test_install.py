@@ -2,22 +2,79 @@
 
 import os
 import shutil
+import struct
 import subprocess
 import sys
+import zipfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PT_LOAD, PT_INTERP = 1, 3
+
+
+def build(source, directory):
+    """The wheel's path."""
+    directory.mkdir()
+    program = f"import lkemu_wheel; print(lkemu_wheel.build_wheel({str(directory)!r}))"
+    done = subprocess.run([sys.executable, "-B", "-c", program], cwd=source, check=True, capture_output=True, text=True)
+    return directory / done.stdout.strip()
+
+
+def copy_source(place):
+    return shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+def elf(*kinds):
+    """As much of a program as tells whether a dynamic linker starts it: its head, and program headers of these kinds."""
+    head = b"\x7fELF\x02\x01\x01" + bytes(9) + struct.pack("<HHIQQQIHHHHHH", 3, 62, 1, 0, 64, 0, 0, 64, 56, len(kinds), 0, 0, 0)
+    return head + b"".join(struct.pack("<I52x", kind) for kind in kinds)
+
+
+def install(prefix, program):
+    """What cmake --install puts there, as far as the wheel looks."""
+    for path, data in {
+        "bin/lk-emu": program,
+        "share/lk-emu/motors/mf7015.toml": b"motor",
+        "share/lk-emu/buses/quadruped.toml": b"bus",
+        "share/lk-emu/scenarios/stall.toml": b"scenario",
+        "share/man/man1/lk-emu.1": b"manual",
+        "share/doc/lk-emu/licenses/glibc": b"LGPL",
+        "share/doc/lk-emu/LICENSE": b"MIT",
+        "share/doc/lk-emu/lk-emu.spdx.json": b"{}",
+    }.items():
+        (prefix / path).parent.mkdir(parents=True, exist_ok=True)
+        (prefix / path).write_bytes(data)
+    return copy_source(prefix / "share" / "lk-emu" / "python")
 
 
 def test_the_wheel_has_package_and_plugin(tmp_path):
-    wheels = tmp_path / "wheels"
-    wheels.mkdir()
-    source = shutil.copytree(ROOT, tmp_path / "source", ignore=shutil.ignore_patterns("__pycache__"))
-    program = f"import lkemu_wheel; print(lkemu_wheel.build_wheel({str(wheels)!r}))"
-    name = subprocess.run([sys.executable, "-c", program], cwd=source, check=True, capture_output=True, text=True).stdout
+    wheel = build(copy_source(tmp_path / "source"), tmp_path / "wheels")
+    assert wheel.name == "lk_emu-0.1.0-py3-none-any.whl"
     site = tmp_path / "site"
-    shutil.unpack_archive(wheels / name.strip(), site, "zip")
+    shutil.unpack_archive(wheel, site, "zip")
     environment = {**os.environ, "PYTHONPATH": str(site)}
-    look = "import importlib.metadata as m, lkemu; print(lkemu.__file__, [e.value for e in m.distribution('lkemu').entry_points])"
+    look = "import importlib.metadata as m, lkemu; print(lkemu.__file__, [e.value for e in m.distribution('lk-emu').entry_points])"
     said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
     assert said.stdout == f"{site}/lkemu/__init__.py ['lkemu.pytest_plugin']\n"
     assert (site / "lkemu" / "py.typed").exists()
+
+
+def test_a_program_that_needs_nothing_is_carried(tmp_path):
+    source = install(tmp_path / "prefix", elf(PT_LOAD, PT_LOAD))
+    wheel = build(source, tmp_path / "wheels")
+    assert wheel.name == f"lk_emu-0.1.0-py3-none-manylinux_2_17_{os.uname().machine}.whl"
+    with zipfile.ZipFile(wheel) as packed:
+        program = packed.getinfo("lk_emu-0.1.0.data/scripts/lk-emu")
+        assert packed.read(program) == elf(PT_LOAD, PT_LOAD) and program.external_attr >> 16 == 0o100755
+        shares = {name.partition(".data/data/share/")[2] for name in packed.namelist() if ".data/data/" in name}
+        assert b"Root-Is-Purelib: false\n" in packed.read("lk_emu-0.1.0.dist-info/WHEEL")
+    assert shares == {
+        "lk-emu/motors/mf7015.toml", "lk-emu/buses/quadruped.toml", "lk-emu/scenarios/stall.toml", "man/man1/lk-emu.1",
+        "doc/lk-emu/licenses/glibc", "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json",
+    }  # fmt: skip
+    assert build(source, tmp_path / "again").read_bytes() == wheel.read_bytes()
+
+
+def test_a_program_that_needs_libraries_is_not_carried(tmp_path):
+    for number, program in enumerate((elf(PT_LOAD, PT_INTERP), b"#!/bin/sh\n", b"\x7fELF\x02\x01", b"")):
+        source = install(tmp_path / f"prefix{number}", program)
+        assert build(source, tmp_path / f"wheels{number}").name == "lk_emu-0.1.0-py3-none-any.whl"

@@ -3,8 +3,10 @@
 It brings the CAN interfaces up, runs one command, and tells the host how that ended. Start-up time
 counts here (each import is read through hostfs), hence the short list of modules.
 
-`vcan_guest.py uml`             the kernel starts it as init; streams come over serial lines
-`vcan_guest.py kernel FD TTY`   `unshare` starts it; streams are inherited, FD is the control socket
+`vcan_guest.py uml FORWARDS`             the kernel starts it as init; streams come over serial lines
+`vcan_guest.py kernel FD TTY FORWARDS`   `unshare` starts it; streams are inherited, FD is the control socket
+
+FORWARDS is `-`, or the line or socket that carries TCP connections in (vcan_forward.py).
 
 Control messages, one a line. Host to guest: `signal N`, `size ROWS COLUMNS`, `close STREAM`. Guest
 to host: `ready`, `exit STATUS`, `fail REASON`. The line of standard input carries first a
@@ -42,7 +44,7 @@ SYS_FINIT_MODULE = {"x86_64": 313, "aarch64": 273}
 POWER_OFF = 0x4321FEDC
 
 # Serial lines of user-mode Linux, by number; the host numbers them alike.
-CONTROL, STDIN, STDOUT, STDERR, TERMINAL = range(5)
+CONTROL, STDIN, STDOUT, STDERR, TERMINAL, FORWARD = range(6)
 
 
 class Failure(Exception):
@@ -199,6 +201,14 @@ def obey(control, pid, own_session, on_size, on_close):
             pass
 
 
+def forward(line):
+    """Connections from outside to ports in here; a module that costs start-up time."""
+    sys.path.insert(0, os.path.dirname(sys.argv[0]))
+    from vcan_forward import Inside
+
+    _thread.start_new_thread(Inside(line).run, ())
+
+
 # --- streams over serial lines ---------------------------------------------------------------
 
 
@@ -336,7 +346,7 @@ def power_off():
 # --- the two ways in -------------------------------------------------------------------------
 
 
-def uml():
+def uml(forwards):
     import ctypes
 
     libc = ctypes.CDLL(None)
@@ -345,6 +355,8 @@ def uml():
     try:
         load_modules(libc)
         bring_links_up()
+        if forwards:
+            forward(open_line(FORWARD))
         stdin_line = open_line(STDIN)
         write_all(control, b"ready\n")
         spec = marshal.loads(b"".join(pieces(stdin_line)))
@@ -367,7 +379,7 @@ def uml():
     power_off()
 
 
-def kernel(control, on_terminal, argv):
+def kernel(control, on_terminal, forwards, argv):
     inherited = [
         number
         for number in (signal.SIGINT, signal.SIGQUIT)
@@ -378,6 +390,8 @@ def kernel(control, on_terminal, argv):
     except Failure as failure:
         write_all(control, f"fail {failure}\n".encode())
         sys.exit(125)
+    if forwards is not None:
+        forward(forwards)
     write_all(control, b"ready\n")
     with open("/proc/self/environ", "rb") as file:  # exactly, without what Python adds to it
         environment = dict(item.split(b"=", 1) for item in file.read().split(b"\0") if b"=" in item)
@@ -400,6 +414,7 @@ if os.getpid() != 1:  # it kills everything around it when the command ends
 while os.open("/dev/null", os.O_RDWR) <= 2:  # a stream that is closed must not become something else
     pass
 if sys.argv[1] == "uml":
-    uml()
+    uml(sys.argv[2] != "-")
 else:
-    kernel(int(sys.argv[2]), sys.argv[3] == "tty", [os.fsencode(arg) for arg in sys.argv[4:]])
+    socket_fd, on_tty, forward_fd, *words = sys.argv[2:]
+    kernel(int(socket_fd), on_tty == "tty", None if forward_fd == "-" else int(forward_fd), [os.fsencode(word) for word in words])

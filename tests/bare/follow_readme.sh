@@ -2,11 +2,11 @@
 # What README tells a newcomer to type, typed; run in a clone on a machine that has nothing.
 set -euo pipefail
 
-# block SECTION NUMBER: that ```sh block of the README's section.
+# block SECTION NUMBER [LANGUAGE]: that block of the README's section; ```sh if nothing else is said.
 block() {
-  awk -v section="## $1" -v number="$2" '
+  awk -v section="## $1" -v number="$2" -v fence="\`\`\`${3:-sh}" '
     /^## / { inside = $0 == section }
-    inside && /^```sh$/ { ++count; taking = count == number; next }
+    inside && $0 == fence { ++count; taking = count == number; next }
     /^```$/ { taking = 0 }
     taking { print; found = 1 }
     END { exit !found }' README.md || {
@@ -47,8 +47,22 @@ talk() {
     { echo "bare: a query without its reply" >&2 && return 1; }
 }
 
+# The same without a vcan.
+talk_without_vcan() {
+  local start answer
+  # shellcheck disable=SC2016 # README's backquotes
+  start=$(grep -o '`lk-emu --bus slcan-tcp:[^`]*`' README.md | tr -d '`')
+  exec 5< <(eval "exec $start")
+  read -r line <&5
+  [[ $line == "lk-emu ready slcan-tcp:29536:1-4" ]] || { echo "bare: it said: $line" >&2 && return 1; }
+  answer=$(/usr/bin/python3 -c "$(block 'A first conversation' 1 python)")
+  echo "$answer"
+  [[ $answer == *'ID: 0141 '*'DL:  8    9a '* ]] || { echo "bare: that is no reply to a query" >&2 && return 1; }
+}
+
 if [[ ${1:-} == --talk ]]; then
   talk
+  talk_without_vcan
 else
   ! block 'Install and run' 1 | grep -w sudo || { echo "bare: README asks root for sudo" >&2 && exit 1; }
   bash -exc "$(block 'Install and run' 1)"

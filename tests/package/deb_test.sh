@@ -80,6 +80,9 @@ quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
 quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml" --csv "$scratch/run.csv"
 quietly "$program" plot "$scratch/run.csv"
 "$root/usr/bin/with-vcan" --help >/dev/null || fail "with-vcan does not find its files"
+for file in "$(dirname "$0")"/../../scripts/lib/*vcan*.py; do
+  cmp -s "$file" "$root/usr/share/lk-emu/with-vcan/lib/${file##*/}" || fail "with-vcan lacks ${file##*/}"
+done
 mandoc -Tlint -Wwarning "$root/usr/share/man/man1/lk-emu.1.gz" || fail "the manual page is not clean"
 # Where Debian's Python looks, with the program of its own.
 found=$(env -u LKEMU -u PYTHONPATH PYTHONDONTWRITEBYTECODE=1 python3 -S -c "

@@ -17,6 +17,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 HERE = pathlib.Path(__file__).resolve().parent
+WITH_VCAN = HERE.parents[1] / "scripts" / "with-vcan"
 PATIENCE_S = 40  # of a machine that may be busy; nothing passes by waiting
 
 
@@ -34,17 +35,12 @@ class Bench:
     def __init__(self, program, ids, *options):
         self.http, self.host = free_ports(2)
         self.process = subprocess.Popen(
-            [sys.executable, str(HERE / "tunnel.py"), f"{self.http},{self.host}", "--",
+            [str(WITH_VCAN), "--forward", str(self.http), "--forward", str(self.host),
              "/usr/bin/python3", str(HERE / "guest.py"), str(self.host), program, "--bus", "vcan0",
              "--ids", ids, "--rom", ":memory:", "--control", "none",
-             "--http", f"127.0.0.1:{self.http}", *options], stderr=subprocess.PIPE)
-        for line in self.process.stderr:
-            if b"ready" in line:
-                break
-        else:
+             "--http", f"127.0.0.1:{self.http}", *options], stdout=subprocess.PIPE)
+        if not self.process.stdout.readline().startswith(b"lk-emu ready"):
             raise RuntimeError("lk-emu did not start")
-        # The rest of what it says is of no interest, but must not fill the pipe.
-        self.drain = subprocess.Popen(["cat"], stdin=self.process.stderr, stdout=subprocess.DEVNULL)
         self.connection = socket.create_connection(("127.0.0.1", self.host))
         self.lines = self.connection.makefile("rw", newline="\n")
 

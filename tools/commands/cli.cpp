@@ -137,9 +137,10 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("ADDR:PORT");
   app.add_flag("--http-write", raw.http_write,
                "let the dashboard change things; without it, it is read-only");
-  app.add_option("--http-token", raw.http_token,
-                 "file with the token that clients have to show; required when other machines can "
-                 "reach the address")
+  app.add_option(
+         "--http-token", raw.http_token,
+         "file with the token that clients have to show, or none; required when other machines "
+         "can reach the address")
       ->type_name("FILE");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
@@ -262,7 +263,8 @@ HttpAddress parse_http_address(const std::string& text) {
 
 /// What the start would refuse as well, for --check.
 void check_reach(const ControlOptions& control) {
-  if (control.http && !is_loopback(control.http->address) && control.token_file.empty()) {
+  if (control.http && !is_loopback(control.http->address) && control.token_file.empty() &&
+      !control.open_to_others) {
     throw StartError("--http: others can reach " + control.http->address +
                      ": give a --http-token FILE");
   }
@@ -315,7 +317,8 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   if (app.count("--http") > 0) line.control.http = parse_http_address(raw.http);
   if (app.count("--http-token") > 0) {
     if (!line.control.http) throw StartError("--http-token: belongs to --http");
-    line.control.token_file = raw.http_token;
+    line.control.open_to_others = raw.http_token == "none";
+    if (!line.control.open_to_others) line.control.token_file = raw.http_token;
   }
   check_reach(line.control);
   if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");

@@ -185,7 +185,16 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
   EXPECT_EQ(with(host(), "Origin: http://example.com\r\n"), 403);
   EXPECT_EQ(with(host(), "Origin: null\r\n"), 403);
   EXPECT_EQ(with("example.com:" + std::to_string(server_->port()), ""), 403);
-  EXPECT_EQ(with("localhost", ""), 403) << "another port";
+  for (const char* name :
+       {"localhost", "localhost:1", "127.0.0.1:8474", "192.0.2.1:8474", "[::1]", "[::1]:8474"}) {
+    EXPECT_EQ(with(name, ""), 200) << name << ": a tunnel may show another address or port";
+    EXPECT_EQ(with(name, "Origin: http://" + std::string(name) + "\r\n"), 200) << name;
+    EXPECT_EQ(with(name, "Origin: http://localhost:3000\r\n"), 403) << "another program's page";
+  }
+  for (const char* name : {"", ":80", "127.0.0.1.example.com", "localhost:x", "[::1", "::1",
+                           "[localhost]:80", "[127.0.0.1]:80", "[::1]8474", "127.0.0.1:80:80"}) {
+    EXPECT_EQ(with(name, ""), 403) << name;
+  }
   EXPECT_EQ(with(host(),
                  "Origin: http://example.com\r\nConnection: Upgrade\r\n"
                  "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
@@ -202,9 +211,20 @@ TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
     one.send("GET / HTTP/1.1\r\nHost: " + name + "\r\nOrigin: http://" + name + "\r\n\r\n");
     EXPECT_EQ(status(one.receive_answer()), 200) << name;
   }
-  const Client other = Client::tcp(server_->port(), "127.0.0.2");
-  other.send("GET / HTTP/1.1\r\nHost: 127.0.0.3" + port + "\r\n\r\n");
-  EXPECT_EQ(status(other.receive_answer()), 403);
+}
+
+TEST_F(Served, OpenToOthersHasToBeSaidAndKeepsForeignPagesOut) {
+  options_.http = HttpAddress{"0.0.0.0", 0};
+  EXPECT_THROW(start(), StartError);
+  options_.open_to_others = true;
+  start();
+  const auto with = [&](const std::string& name, const std::string& more) {
+    return status(ask_tcp("GET /api/v1/status HTTP/1.1\r\nHost: " + name + "\r\n" + more + "\r\n"));
+  };
+  EXPECT_EQ(with("192.0.2.1:8474", ""), 200);
+  EXPECT_EQ(with("192.0.2.1:8474", "Origin: http://192.0.2.1:8474\r\n"), 200);
+  EXPECT_EQ(with("192.0.2.1:8474", "Origin: http://example.com\r\n"), 403);
+  EXPECT_EQ(with("example.com:8474", "Origin: http://example.com:8474\r\n"), 403);
 }
 
 TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# The wheel beside this clone in a venv where there is nothing else, and no index to ask.
+set -euxo pipefail
+cd /root
+rm -r lk-emu # nothing of it is needed
+apt-get -q update
+apt-get -q -y --no-install-recommends install python3-venv
+python3 -m venv '/opt/any where'
+'/opt/any where/bin/python' -m pip install --no-index lk_emu-*.whl
+[[ $('/opt/any where/bin/lk-emu' --version) == 'lk-emu '* ]]
+'/opt/any where/bin/lk-emu' motors | grep mf7015
+[[ -e '/opt/any where/share/doc/lk-emu/licenses/glibc' ]]
+
+# It is not in PATH; the package finds it all the same. No vcan here, and python-can is not there.
+'/opt/any where/bin/python' -c '
+import socket, sys
+import lkemu, lkemu.program
+assert lkemu.program.find_program() == "/opt/any where/bin/lk-emu", lkemu.program.find_program()
+with lkemu.Emulator(ids="1-4", bus="auto") as emu:
+    host = socket.create_connection(("127.0.0.1", int(emu.bus.rpartition(":")[2])), 20)
+    host.sendall(b"O\rt14189A00000000000000\r")
+    said = b""
+    while b"t14189A" not in said:
+        said += host.recv(100)
+    print(emu.bus, said)
+'
+'/opt/any where/bin/python' -m pip uninstall -q -y lk-emu
+[[ ! -e '/opt/any where/bin/lk-emu' ]]

@@ -1,0 +1,107 @@
+// A set of clients as its port uses it. Sockets that keep writes apart show what leaves with one.
+
+#include "emulator/transports/client_set.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "emulator/transports/slcan.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using protocol::Frame;
+
+constexpr std::string_view kQuery = "t14189A00000000000000\r";
+constexpr std::string_view kReply = "t14189A1900F000000000\r";
+
+class AClient : public ::testing::Test {
+ protected:
+  AClient() {
+    int ends[2];
+    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);
+    host_ = Descriptor(ends[0]);
+    clients_.add(Descriptor(ends[1]), "a host", std::make_unique<Slcan>(1'000'000));
+    say("O\r");
+    collect();
+    clients_.flush();
+    EXPECT_EQ(hear(), "\r");
+  }
+
+  void say(std::string_view text) const {
+    EXPECT_EQ(::send(host_.get(), text.data(), text.size(), 0), static_cast<ssize_t>(text.size()));
+  }
+  /// What has left with one system call; nothing when nothing has.
+  std::optional<std::string> hear() const {
+    std::string text(std::size_t{256} * 1024, '\0');
+    const ssize_t size = ::recv(host_.get(), text.data(), text.size(), 0);
+    if (size < 0) return std::nullopt;
+    text.resize(static_cast<std::size_t>(size));
+    return text;
+  }
+  std::size_t collect() {
+    std::vector<ReceivedFrame> frames;
+    clients_.collect(frames);
+    return frames.size();
+  }
+  void reply(std::size_t times) {
+    const Frame frame = *parse_slcan_frame(kReply.substr(0, kReply.size() - 1));
+    for (std::size_t n = 0; n < times; ++n) clients_.tell({&frame, 1}, 0);
+  }
+
+  ClientSet clients_{"slcan-tcp:29536"};
+  Descriptor host_;
+};
+
+TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
+  say(std::string(kQuery) + std::string(kQuery) + std::string(kQuery));
+  ASSERT_EQ(collect(), 3U);
+  reply(3);
+  EXPECT_EQ(hear(), std::nullopt) << "others may follow";
+  clients_.flush();
+  EXPECT_EQ(hear(), "z\rz\rz\r" + std::string(kReply) + std::string(kReply) + std::string(kReply));
+  EXPECT_EQ(hear(), std::nullopt);
+}
+
+TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
+  std::vector<ReceivedFrame> frames;
+  std::thread host([this] { say(kQuery); });
+  clients_.collect(frames, std::chrono::minutes(1));
+  host.join();
+  EXPECT_EQ(frames.size(), 1U);
+}
+
+TEST_F(AClient, ThatReadsLosesNothingOfMoreThanIsKeptForIt) {
+  const std::size_t times = 2 * ClientSet::kMostUnsent / kReply.size();
+  reply(times);
+  clients_.flush();
+  std::string heard;
+  while (const auto more = hear()) heard += *more;
+  EXPECT_EQ(heard.size(), times * kReply.size());
+  EXPECT_EQ(clients_.stats().lost_unread, 0U);
+}
+
+TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
+  const int few_bytes = 4096;
+  ASSERT_EQ(::setsockopt(host_.get(), SOL_SOCKET, SO_RCVBUF, &few_bytes, sizeof few_bytes), 0);
+  while (clients_.stats().lost_unread < 1000) reply(1000);
+  say("F\rV\r");  // the room that frames have left is less
+  EXPECT_EQ(collect(), 0U);
+  std::string heard;
+  while (const auto more = hear()) {
+    heard += *more;
+    collect();  // there is room again
+  }
+  EXPECT_TRUE(heard.ends_with("F08\rV1013\r")) << heard.size();
+}
+
+}  // namespace
+}  // namespace lk::emulator
