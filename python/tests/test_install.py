@@ -5,6 +5,8 @@ import shutil
 import subprocess
 import sys
 
+import lkemu
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
@@ -21,3 +23,8 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
     said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
     assert said.stdout == f"{site}/lkemu/__init__.py ['lkemu.pytest_plugin']\n"
     assert (site / "lkemu" / "py.typed").exists()
+
+
+def test_the_package_has_the_version_of_the_program():
+    with open(os.path.join(ROOT, "..", "CMakeLists.txt"), encoding="utf-8") as file:
+        assert f"project(lk-emu VERSION {lkemu.__version__} " in file.read()
