@@ -55,6 +55,7 @@ class Drawing {
   Drawing(const Panel& panel, double left, double top)
       : x_(range_of(panel, &std::pair<double, double>::first)),
         y_(range_of(panel, &std::pair<double, double>::second)),
+        x_name_(panel.x),
         left_(left + kLeft),
         top_(top + kTop) {
     text(left_, top + 16, "start", "13", panel.title);
@@ -78,20 +79,23 @@ class Drawing {
         what + "</text>\n";
   }
   void axes() {
-    const double x_step = tick_step(x_);
-    for (double x = std::ceil(x_.low / x_step) * x_step; x <= x_.high; x += x_step) {
-      svg_ += print(R"(<path class="grid" d="M%.1f %.1fV%.1f"/>)"
-                    "\n",
-                    px(x), top_, top_ + kHeight);
-      text(px(x), top_ + kHeight + 14, "middle", "10",
-           print("%g", std::round(x * 1e6) / 1e6 + 0.0));
-    }
+    if (!x_name_.empty()) x_axis();
     const double y_step = tick_step(y_);
     for (double y = std::ceil(y_.low / y_step) * y_step; y <= y_.high; y += y_step) {
       svg_ += print(R"(<path class="grid" d="M%.1f %.1fH%.1f"/>)"
                     "\n",
                     left_, py(y), left_ + kWidth);
       text(left_ - 5, py(y) + 3.5, "end", "10", print("%g", std::round(y * 1e6) / 1e6 + 0.0));
+    }
+  }
+  void x_axis() {
+    const double step = tick_step(x_);
+    for (double x = std::ceil(x_.low / step) * step; x <= x_.high; x += step) {
+      svg_ += print(R"(<path class="grid" d="M%.1f %.1fV%.1f"/>)"
+                    "\n",
+                    px(x), top_, top_ + kHeight);
+      text(px(x), top_ + kHeight + 14, "middle", "10",
+           print("%g", std::round(x * 1e6) / 1e6 + 0.0));
     }
   }
   void draw(const Panel::Line& line) {
@@ -114,6 +118,7 @@ class Drawing {
   }
 
   Range x_, y_;
+  std::string x_name_;
   double left_, top_;
   std::string svg_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/profile.hpp"
 #include "tests/support/test_bus.hpp"
@@ -14,11 +15,25 @@ using std::chrono::microseconds;
 constexpr microseconds kSampling{12'000};
 constexpr double kIqLsb_A = 33.0 / 2048.0;
 
-emulator::BusConfig joint(std::uint64_t seed, double arm_kg_m2) {
+/// The model has one spring, which is the load's here: that of the gear is a hundred times stiffer.
+void hang(const JointLoad& load, model::DriveParams& drive) {
+  model::MechanicsParams& m = drive.mechanics;
+  const double omega = 2 * std::numbers::pi * load.sprung_Hz;
+  m.J += load.rigid_kg_m2 / (m.gear_ratio * m.gear_ratio);
+  m.J_out = load.sprung_kg_m2;
+  m.gear_stiffness_out = load.sprung_kg_m2 * omega * omega;
+  m.gear_damping_out = 2 * load.damping * omega * load.sprung_kg_m2;
+  m.backlash_out = 0;
+
+  m.tau_coulomb_out = 0;
+  m.gear_efficiency = 1;
+}
+
+emulator::BusConfig joint(std::uint64_t seed) {
   emulator::ServoConfig servo;
   servo.id = 1;
   servo.profile = profile("mg4005-14p");
-  servo.profile.drive.load.J = arm_kg_m2;
+  hang(JointLoad{}, servo.profile.drive);
   servo.rom = servo.profile.factory;
   servo.rom.gains = {100, 100, 40, 14, 50, 50};
   servo.boot_angle_deg = 10.0 + 13.0 * static_cast<double>(seed);
@@ -37,8 +52,8 @@ std::vector<double> JointLog::pick(std::size_t from, std::size_t to,
   return values;
 }
 
-JointLog move_joint(std::uint64_t seed, const JointMove& move) {
-  Host host(joint(seed, move.arm_kg_m2));
+JointLog move_joint(std::uint64_t seed, int jitter_us) {
+  Host host(joint(seed));
   host.wait(std::chrono::milliseconds(200));
   const auto target_cdeg = host.multi_turn_cdeg() - 60000;
   host.get<protocol::State2>(
@@ -53,9 +68,9 @@ JointLog move_joint(std::uint64_t seed, const JointMove& move) {
   for (std::size_t n = 0; n < kTravelSamples + kHoldSamples; ++n) {
     dice = dice * 6364136223846793005U + 1442695040888963407U;
     const int next_us =
-        move.jitter_us > 0
-            ? static_cast<int>((dice >> 33U) % static_cast<std::uint64_t>(2 * move.jitter_us)) -
-                  move.jitter_us
+        jitter_us > 0
+            ? static_cast<int>((dice >> 33U) % static_cast<std::uint64_t>(2 * jitter_us)) -
+                  jitter_us
             : 0;
     host.wait(kSampling + microseconds(next_us - late_us));
     late_us = next_us;
@@ -74,7 +89,9 @@ JointLog move_joint(std::uint64_t seed, const JointMove& move) {
 const std::vector<JointLog>& joint_moves() {
   static const std::vector<JointLog> kLogs = [] {
     std::vector<JointLog> logs;
-    for (std::uint64_t seed = 1; seed <= kMoves; ++seed) logs.push_back(move_joint(seed));
+    for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
+      logs.push_back(move_joint(seed, kJitter_us));
+    }
     return logs;
   }();
   return kLogs;

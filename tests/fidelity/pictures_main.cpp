@@ -78,10 +78,11 @@ std::string torque_picture() {
 const std::vector<double> kRealStart_lsb{19, -5, -54, -36, -18, 2, 13, 5, 7, -20, -39, -20, -9};
 const std::vector<double> kRealStop_dps{-576, -18};
 
-Points samples(const std::vector<double>& values) {
+/// 12 ms apart, the first at `begin_ms`.
+Points samples(const std::vector<double>& values, double begin_ms = 0) {
   Points points;
   for (std::size_t n = 0; n < values.size(); ++n) {
-    points.emplace_back(12.0 * static_cast<double>(n), values[n]);
+    points.emplace_back(begin_ms + 12.0 * static_cast<double>(n), values[n]);
   }
   return points;
 }
@@ -92,7 +93,8 @@ Panel start_panel() {
     panel.lines.push_back(
         {samples(log.pick(0, kRealStart_lsb.size(), &JointSample::iq_lsb)), false, false});
   }
-  panel.lines.push_back({samples(kRealStart_lsb), true, false});
+  // Its first sample is from before the command.
+  panel.lines.push_back({samples(kRealStart_lsb, -12), true, false});
   return panel;
 }
 
@@ -101,7 +103,7 @@ Panel stop_panel() {
   for (const JointLog& log : joint_moves()) {
     const auto from = log.stop_begins - 1;
     panel.lines.push_back(
-        {samples(log.pick(from, from + 8, &JointSample::speed_dps)), false, false});
+        {samples(log.pick(from, from + 16, &JointSample::speed_dps)), false, false});
   }
   panel.lines.push_back({samples(kRealStop_dps), true, true});
   return panel;
