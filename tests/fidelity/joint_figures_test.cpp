@@ -30,6 +30,19 @@ TEST(JointFigures, AreThoseOfTheLog) {
   }
 }
 
+/// Over all moves, whatever the band: 75 to 95 % of the samples.
+TEST(JointFigures, RestAsOftenAsTheLog) {
+  std::size_t zero = 0;
+  std::size_t all = 0;
+  for (const JointLog& log : joint_moves()) {
+    const auto rest = log.hold(&JointSample::speed_dps);
+    zero += static_cast<std::size_t>(std::count(rest.begin(), rest.end(), 0.0));
+    all += rest.size();
+  }
+  EXPECT_GE(static_cast<double>(zero), 0.75 * static_cast<double>(all));
+  EXPECT_LE(static_cast<double>(zero), 0.95 * static_cast<double>(all));
+}
+
 /// The spectrum over the rotor's angle. The log's speed has its peak at 28.0 a turn, with 0.41 of
 /// the variance; iq has one at 14.0 too. Of the emulated speed 0.6 to 0.7 is there: what the rest
 /// of the real one's is, is not known.

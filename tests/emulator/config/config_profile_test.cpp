@@ -100,6 +100,14 @@ TEST_P(ShippedMotor, EncoderFitsItsSeries) {
   EXPECT_EQ(profile.drive.mechanics.gear_ratio > 1, profile.series == Series::kMg);
 }
 
+TEST_P(ShippedMotor, IronIsAPartOfItsFriction) {
+  const model::MechanicsParams m = shipped(GetParam()).drive.mechanics;
+  EXPECT_GT(m.tau_hysteresis, 0);
+  EXPECT_LT(m.tau_hysteresis, m.tau_coulomb);
+  EXPECT_GT(m.B_eddy, 0);
+  EXPECT_LT(m.B_eddy, m.B);
+}
+
 TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
   const Profile profile = shipped(GetParam());
   const Rating& rating = profile.rating;
@@ -162,6 +170,8 @@ TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   EXPECT_EQ(old.drive.control.report_bandwidth, 300);
   EXPECT_EQ(old.factory.current_ramp_A_s, 25);
   EXPECT_EQ(old.drive.slow_sensor.board_share, 0);
+  EXPECT_EQ(old.drive.mechanics.tau_hysteresis, 0);
+  EXPECT_EQ(old.drive.mechanics.B_eddy, 0);
 }
 
 TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
