@@ -43,6 +43,18 @@ TEST(JointFigures, RestAsOftenAsTheLog) {
   EXPECT_LE(static_cast<double>(zero), 0.95 * static_cast<double>(all));
 }
 
+/// With an arm that is fixed to the output (0.004 kg·m², assumed), sampled evenly, the texture is
+/// the log's too: several tones, of which one alone, at 28 a turn, would have −0.94.
+TEST(FixedArm, HasTheTextureOfTheLog) {
+  double correlation = 0;
+  for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
+    const JointLog log = move_joint(seed, 0, JointLoad{0.004, 0, 0, 0});
+    correlation += autocorrelation(speed(log)) / kMoves;
+  }
+  EXPECT_GE(correlation, -0.6);
+  EXPECT_LE(correlation, -0.4);
+}
+
 /// The spectrum over the rotor's angle. The log's speed has its peak at 28.0 a turn, with 0.41 of
 /// the variance; iq has one at 14.0 too. Of the emulated speed 0.6 to 0.7 is there: what the rest
 /// of the real one's is, is not known.

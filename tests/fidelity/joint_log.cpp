@@ -17,6 +17,10 @@ constexpr double kIqLsb_A = 33.0 / 2048.0;
 
 /// The model has one spring, which is the load's here: that of the gear is a hundred times stiffer.
 void hang(const JointLoad& load, model::DriveParams& drive) {
+  if (load.sprung_kg_m2 == 0) {
+    drive.load.J = load.rigid_kg_m2;
+    return;
+  }
   model::MechanicsParams& m = drive.mechanics;
   const double omega = 2 * std::numbers::pi * load.sprung_Hz;
   m.J += load.rigid_kg_m2 / (m.gear_ratio * m.gear_ratio);
@@ -29,11 +33,11 @@ void hang(const JointLoad& load, model::DriveParams& drive) {
   m.gear_efficiency = 1;
 }
 
-emulator::BusConfig joint(std::uint64_t seed) {
+emulator::BusConfig joint(std::uint64_t seed, const JointLoad& load) {
   emulator::ServoConfig servo;
   servo.id = 1;
   servo.profile = profile("mg4005-14p");
-  hang(JointLoad{}, servo.profile.drive);
+  hang(load, servo.profile.drive);
   servo.rom = servo.profile.factory;
   servo.rom.gains = {100, 100, 40, 14, 50, 50};
   servo.boot_angle_deg = 10.0 + 13.0 * static_cast<double>(seed);
@@ -52,8 +56,8 @@ std::vector<double> JointLog::pick(std::size_t from, std::size_t to,
   return values;
 }
 
-JointLog move_joint(std::uint64_t seed, int jitter_us) {
-  Host host(joint(seed));
+JointLog move_joint(std::uint64_t seed, int jitter_us, const JointLoad& load) {
+  Host host(joint(seed, load));
   host.wait(std::chrono::milliseconds(200));
   const auto target_cdeg = host.multi_turn_cdeg() - 60000;
   host.get<protocol::State2>(

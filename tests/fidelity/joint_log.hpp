@@ -19,9 +19,9 @@ inline constexpr std::uint64_t kMoves = 12;  // seeds from 1
 /// one behind a spring, as a finger is behind its linkage.
 struct JointLoad {
   double rigid_kg_m2 = 0.0023;
-  double sprung_kg_m2 = 0.0030;
-  double sprung_Hz = 12.5;  // with the rotor held
-  double damping = 0.045;   // share of the critical
+  double sprung_kg_m2 = 0.0030;  // 0: none, and the gear is the profile's
+  double sprung_Hz = 12.5;       // with the rotor held
+  double damping = 0.045;        // share of the critical
 };
 /// Of a count of the reply, which spans a turn of the output, within the window of 1 ms.
 inline constexpr double kJointSpeedStep_dps = 360.0 / 65536 / 1e-3;
@@ -49,7 +49,7 @@ struct JointLog {
 };
 
 /// The host asks up to `jitter_us` sooner or later than every 12 ms.
-JointLog move_joint(std::uint64_t seed, int jitter_us = 0);
+JointLog move_joint(std::uint64_t seed, int jitter_us = 0, const JointLoad& load = {});
 /// How uneven the log's host was, assumed; that it was follows from the log: what is sampled every
 /// 12 ms sharp cannot tell 28 ripples a turn from 24.4.
 inline constexpr int kJitter_us = 2000;
