@@ -44,6 +44,8 @@ struct MechanicsParams {
   double tau_static = 0.0;       // Nm, break-away torque, ≥ tau_coulomb
   double omega_stribeck = 1.0;   // rad/s, where the break-away excess has fallen to a half
   double B = 0.0;                // Nm·s/rad, viscous
+  double tau_hysteresis = 0.0;   // Nm, of tau_coulomb: what the stator's iron takes
+  double B_eddy = 0.0;           // Nm·s/rad, of B: the same
   double tau_cogging = 0.0;      // Nm, amplitude
   int cogging_per_turn = 84;     // periods per rotor turn
 };

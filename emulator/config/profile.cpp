@@ -147,6 +147,7 @@ void read_drive_params(TableReader& reader, Presence presence, model::DriveParam
   read_section(reader, "motor", fields::kMotor, presence, params.motor);
   read_section(reader, "inverter", fields::kInverter, presence, params.inverter);
   read_section(reader, "mechanics", fields::kMechanics, presence, params.mechanics);
+  read_section(reader, "iron", fields::kIron, Presence::kOptional, params.mechanics);
   read_section(reader, "supply", fields::kSupply, presence, params.supply);
   read_section(reader, "logic", fields::kLogic, presence, params.logic);
   // All keys of a brake, or no brake.

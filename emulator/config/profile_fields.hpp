@@ -70,6 +70,12 @@ inline const Field<Me> kMechanics[] = {
     {"cogging_per_turn", &Me::cogging_per_turn, 1, 1, 10000},
 };
 
+/// Of the friction above; a motor file without it warms its housing with all of it.
+inline const Field<Me> kIron[] = {
+    {"tau_hysteresis_mNm", &Me::tau_hysteresis, 1e-3, 0, 1e4},
+    {"B_eddy_uNm_s_rad", &Me::B_eddy, 1e-6, 0, 1e6},
+};
+
 using L = model::LoadParams;
 inline const Field<L> kLoad[] = {
     {"J_g_cm2", &L::J, kGramCm2, 0, 1e9},

@@ -32,9 +32,15 @@ std::string line(const char* what, const std::optional<TimedFrame>& reply, const
 
 }  // namespace
 
-std::string difference_text(const Difference& difference, const BusConfig& bus) {
+std::string difference_text(const Difference& difference, const BusConfig& bus,
+                            const RecordingInfo& recording) {
+  std::string text;
+  if (recording.version != LKEMU_VERSION) {
+    text = fmt::format("made by {}, the model differs: this is {}\n", recording.version,
+                       LKEMU_VERSION);
+  }
   const auto& first = difference.recorded ? difference.recorded : difference.replayed;
-  std::string text = fmt::format(
+  text += fmt::format(
       "first difference on {} at {}:\n", difference.bus,
       instant(std::min(first->at, difference.replayed ? difference.replayed->at : first->at)));
   text += line("recorded", difference.recorded, bus);

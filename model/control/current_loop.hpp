@@ -70,15 +70,21 @@ constexpr auto fields(S& s) {
 /// What follows from the orders, for as long as they hold.
 template <class Real>
 struct Held {
-  Real v_max;                      // V, the voltage circle
+  Real v_max, v_d_max;             // V, the voltage circle, and what of it the flux axis may take
   Real inv_v_bus;                  // 1/V
   SinCos<Real> advance;            // of ω_e·1.5·T_s: where the rotor is when the duties act
   Real omega_L_d, omega_L_q, emf;  // V/A, V/A, V: decoupling
 };
 
+/// Of the voltage, what the flux axis may take (assumed). With all of it there is none left to
+/// brake the other one, and a motor that is reversed at full speed loses hold of its current.
+inline constexpr double kFluxShare = 0.9;
+
 template <class Real>
 inline Held<Real> hold(const CurrentLoopParams<Real>& p, const CurrentOrders<Real>& orders) {
-  return {p.modulation * orders.v_bus,
+  const Real v_max = p.modulation * orders.v_bus;
+  return {v_max,
+          kFluxShare * v_max,
           1.0 / max(orders.v_bus, Real(1.0)),
           sincos<Real>(orders.omega_e * p.advance_time),
           orders.omega_e * p.L_d,
@@ -86,9 +92,10 @@ inline Held<Real> hold(const CurrentLoopParams<Real>& p, const CurrentOrders<Rea
           orders.omega_e * p.psi_f};
 }
 
-/// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle, d first: with the flux axis
-/// under control a motor that has run out of voltage still turns as fast as its back-EMF allows; x
-/// += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge can really give.
+/// v = K_p·(i_ref − i) + x + decoupling, inside the voltage circle, d first, up to its share: with
+/// the flux axis under control a motor that has run out of voltage still turns as fast as its
+/// back-EMF allows; x += K_i·T·e + unwind·(v_limited − v): the integrator follows what the bridge
+/// can really give.
 template <class Real>
 inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
                                    const CurrentOrders<Real>& orders, const Held<Real>& held,
@@ -99,7 +106,7 @@ inline Dq<Real> current_controller(const CurrentLoopParams<Real>& p,
   const Real v_d = select(closed, (p.kp_d * e_d + s.x_d) - held.omega_L_q * s.i_q, Real(0.0));
   const Real v_q =
       select(closed, (p.kp_q * e_q + s.x_q) + (held.omega_L_d * s.i_d + held.emf), orders.v_q_ref);
-  const Real v_d_given = clamp(v_d, -held.v_max, held.v_max);
+  const Real v_d_given = clamp(v_d, -held.v_d_max, held.v_d_max);
   const Real room = sqrt(held.v_max * held.v_max - v_d_given * v_d_given);
   const Dq<Real> v{v_d_given, clamp(v_q, -room, room)};
   s.x_d += p.ki_T * e_d + p.unwind_d * (v.d - v_d);

@@ -18,6 +18,7 @@ template <class Real>
 struct MechanicsStep {
   Motion<Real> next;
   Real p_friction, p_gear, p_load;
+  Real p_iron;  // of p_friction, what arises in the stator's iron
 };
 
 inline namespace LKEMU_ISA {
@@ -144,6 +145,8 @@ inline MechanicsStep<Real> mechanics(const PlantParams<Real>& p, const Motion<Re
   const Real out_share =
       select_if<parts.compliant>(compliant, Real(tau_dry_out * omega_out_mean), Real(0.0));
   step.p_friction = (bearing_share + 2.0 * p.B_half * omega_mean) * omega_mean + out_share;
+  step.p_iron =
+      (dry_friction(bearing_share, p.tau_hysteresis) + p.B_eddy * omega_mean) * omega_mean;
   step.p_gear = (tau_dry - bearing_share) * omega_mean;
   if constexpr (parts.compliant) {
     step.p_gear += tooth.damping * (omega_mean * p.inv_gear - omega_out_mean);

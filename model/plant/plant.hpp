@@ -167,8 +167,9 @@ inline void advance(const PlantParams<Real>& p, PlantState<Real>& s, const Abc<R
     step.p_inverter += v_mean * i_short;
   }
   const Real p_board = step.p_inverter + v_mean * i_logic;
-  const Temperatures<Real> heat = thermal<Real>(p, {s.temp_winding, s.temp_housing, s.temp_stage},
-                                                {p_copper, mech.p_friction + mech.p_gear, p_board});
+  const Temperatures<Real> heat =
+      thermal<Real>(p, {s.temp_winding, s.temp_housing, s.temp_stage},
+                    {p_copper + mech.p_iron, mech.p_friction - mech.p_iron + mech.p_gear, p_board});
 
   s.p_supply += v_mean * dc.i_source;
   s.p_copper += p_copper;

@@ -1,5 +1,6 @@
 #include "model/plant/plant_params.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 #include "model/trig.hpp"
@@ -50,6 +51,8 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
   p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
   p.tau_coulomb_out = m.tau_coulomb_out;
+  p.tau_hysteresis = m.tau_hysteresis;
+  p.B_eddy = std::min(m.B_eddy, m.B);
   p.tau_cogging = m.tau_cogging;
   p.cogging_per_turn = m.cogging_per_turn;
   p.compliant = compliant ? 1.0 : 0.0;

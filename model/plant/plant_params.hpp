@@ -28,6 +28,7 @@ struct PlantParams {
   T B_half{}, mobility{}, mobility_out{};  // B/2; 1/(J/T_s + B/2); T_s/J_out, 0 when rigid
   T omega_max{};                           // rad/s: no rotor gets beyond
   T tau_coulomb{}, tau_static_excess{}, inv_omega_stribeck2{}, tau_coulomb_out{};
+  T tau_hysteresis{}, B_eddy{};  // of the friction, what the iron takes
   T tau_cogging{}, cogging_per_turn{};
   T compliant{};  // 1: gear with stiffness and play, 0: rigid
   T gear_stiffness{}, gear_damping{}, half_backlash{}, loss_driving{}, loss_driven{};
@@ -64,10 +65,10 @@ constexpr auto fields(Params& p) {
                   p.dead_drop, p.inv_i_dead_zone, p.R_on, p.v_diode, p.gear_ratio, p.inv_gear,
                   p.inertia_rate, p.inertia_rate_out, p.B_half, p.mobility, p.mobility_out,
                   p.omega_max, p.tau_coulomb, p.tau_static_excess, p.inv_omega_stribeck2,
-                  p.tau_coulomb_out, p.tau_cogging, p.cogging_per_turn, p.compliant,
-                  p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving, p.loss_driven,
-                  p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source, p.R_source,
-                  p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
+                  p.tau_coulomb_out, p.tau_hysteresis, p.B_eddy, p.tau_cogging, p.cogging_per_turn,
+                  p.compliant, p.gear_stiffness, p.gear_damping, p.half_backlash, p.loss_driving,
+                  p.loss_driven, p.tau_load, p.tau_gravity, p.theta_min, p.theta_max, p.v_source,
+                  p.R_source, p.link_decay, p.link_rate, p.inv_link_rate, p.i_regen_max, p.g_logic,
                   p.heat_winding, p.heat_housing, p.heat_stage, p.g_winding_housing,
                   p.g_housing_ambient, p.g_stage_ambient, p.temp_ambient, p.counts_per_rad,
                   p.encoder_offset, p.inl_sin, p.inl_cos, p.inl_sin_2, p.inl_cos_2, p.encoder_noise,

@@ -15,7 +15,7 @@ from .faults import Evidence, Fault, Kind
 from .stepped_bus import SteppedBus
 from .telemetry import Sample, Telemetry
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Client",

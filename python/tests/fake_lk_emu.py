@@ -34,7 +34,7 @@ class World:
         buses = [{"bus": bus, "ids": ids, "counters": {"queries": 7, "replies": 0, "dropped": {"wrong_length": 2}}}
                  for bus, ids in self.buses.items()]
         clock = {"mode": self.mode, "time_s": self.time_s, "slipped_s": 0}
-        return {"version": "0.1.0", "pid": os.getpid(), "clock": clock, "buses": buses, "recording": None}
+        return {"version": "0.0.0", "pid": os.getpid(), "clock": clock, "buses": buses, "recording": None}
 
     def drive(self, bus, id):
         signals = {"angle_deg": 12.5, "speed_dps": 0.0}

@@ -7,6 +7,8 @@ import subprocess
 import sys
 import zipfile
 
+import lkemu
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PT_LOAD, PT_INTERP = 1, 3
 
@@ -48,7 +50,7 @@ def install(prefix, program):
 
 def test_the_wheel_has_package_and_plugin(tmp_path):
     wheel = build(copy_source(tmp_path / "source"), tmp_path / "wheels")
-    assert wheel.name == "lk_emu-0.1.0-py3-none-any.whl"
+    assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
     site = tmp_path / "site"
     shutil.unpack_archive(wheel, site, "zip")
     environment = {**os.environ, "PYTHONPATH": str(site)}
@@ -61,12 +63,12 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
 def test_a_program_that_needs_nothing_is_carried(tmp_path):
     source = install(tmp_path / "prefix", elf(PT_LOAD, PT_LOAD))
     wheel = build(source, tmp_path / "wheels")
-    assert wheel.name == f"lk_emu-0.1.0-py3-none-manylinux_2_17_{os.uname().machine}.whl"
+    assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-manylinux_2_17_{os.uname().machine}.whl"
     with zipfile.ZipFile(wheel) as packed:
-        program = packed.getinfo("lk_emu-0.1.0.data/scripts/lk-emu")
+        program = packed.getinfo(f"lk_emu-{lkemu.__version__}.data/scripts/lk-emu")
         assert packed.read(program) == elf(PT_LOAD, PT_LOAD) and program.external_attr >> 16 == 0o100755
         shares = {name.partition(".data/data/share/")[2] for name in packed.namelist() if ".data/data/" in name}
-        assert b"Root-Is-Purelib: false\n" in packed.read("lk_emu-0.1.0.dist-info/WHEEL")
+        assert b"Root-Is-Purelib: false\n" in packed.read(f"lk_emu-{lkemu.__version__}.dist-info/WHEEL")
     assert shares == {
         "lk-emu/motors/mf7015.toml", "lk-emu/buses/quadruped.toml", "lk-emu/scenarios/stall.toml", "man/man1/lk-emu.1",
         "doc/lk-emu/licenses/glibc", "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json",
@@ -77,4 +79,9 @@ def test_a_program_that_needs_nothing_is_carried(tmp_path):
 def test_a_program_that_needs_libraries_is_not_carried(tmp_path):
     for number, program in enumerate((elf(PT_LOAD, PT_INTERP), b"#!/bin/sh\n", b"\x7fELF\x02\x01", b"")):
         source = install(tmp_path / f"prefix{number}", program)
-        assert build(source, tmp_path / f"wheels{number}").name == "lk_emu-0.1.0-py3-none-any.whl"
+        assert build(source, tmp_path / f"wheels{number}").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
+
+
+def test_the_package_has_the_version_of_the_program():
+    with open(os.path.join(ROOT, "..", "CMakeLists.txt"), encoding="utf-8") as file:
+        assert f"project(lk-emu VERSION {lkemu.__version__} " in file.read()

@@ -139,6 +139,34 @@ TEST(Heat, SteadyStateIsTheSumOfTheResistances) {
   EXPECT_NEAR(temp.winding, temp.housing + 12.0 * d.thermal.R_winding_housing, 1e-6);
 }
 
+/// Of the friction the iron's part warms the winding, the rest the housing; together they are what
+/// the shaft loses, once. Ten times the friction, as a brake or a jam makes it, is none of the
+/// iron's.
+TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
+  for (const double others : {0.0, 0.2}) {
+    DriveParams d = ideal_drive();
+    d.mechanics.J = 1e6;
+    d.mechanics.tau_coulomb = 0.02 + others;
+    d.mechanics.B = 1e-4;
+    d.mechanics.tau_hysteresis = 0.012;
+    d.mechanics.B_eddy = 0.6e-4;
+    BarePlant plant(d);
+    plant.s.omega = 100.0;
+    const double seconds = 1.0;
+    for (int n = plant.periods(seconds); n > 0; --n) {
+      plant.free_step();
+    }
+    const double iron_W = 0.012 * 100.0 + 0.6e-4 * 100.0 * 100.0;
+    const double all_W = (0.02 + others) * 100.0 + 1e-4 * 100.0 * 100.0;
+    // What flows on within a second: 1 s/45 s.
+    EXPECT_NEAR(plant.s.temp_winding - 25.0, iron_W * seconds / d.thermal.C_winding,
+                0.03 * iron_W / d.thermal.C_winding);
+    EXPECT_NEAR(plant.s.temp_housing - 25.0, (all_W - iron_W) * seconds / d.thermal.C_housing,
+                0.03 * all_W / d.thermal.C_housing);
+    EXPECT_NEAR(plant.s.p_friction * plant.p.T_s, all_W * seconds, 1e-6 * all_W);
+  }
+}
+
 TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {
   DriveParams d = ideal_drive();
   d.mechanics.J = 1e6;

@@ -123,11 +123,6 @@ Recording open_recording(const std::string& directory) {
         "to have one that can",
         directory, std::chrono::duration<double>(recording.info.start).count()));
   }
-  if (recording.info.version != LKEMU_VERSION) {
-    std::fprintf(stderr,
-                 "lk-emu: %s is of lk-emu %s, this is %s: differences may be the version's\n",
-                 directory.c_str(), recording.info.version.c_str(), LKEMU_VERSION);
-  }
   return recording;
 }
 
@@ -170,7 +165,7 @@ int replay_directory(const ReplayRequest& request) {
   const ReplayEnd end = run(request, recording, replay);
   if (const auto& difference = replay.difference()) {
     const auto bus = std::ranges::find(recording.buses, difference->bus, &BusConfig::interface);
-    std::fputs(difference_text(*difference, *bus).c_str(), stdout);
+    std::fputs(difference_text(*difference, *bus, recording.info).c_str(), stdout);
     return 1;
   }
   std::string ending;

@@ -100,6 +100,14 @@ TEST_P(ShippedMotor, EncoderFitsItsSeries) {
   EXPECT_EQ(profile.drive.mechanics.gear_ratio > 1, profile.series == Series::kMg);
 }
 
+TEST_P(ShippedMotor, IronIsAPartOfItsFriction) {
+  const model::MechanicsParams m = shipped(GetParam()).drive.mechanics;
+  EXPECT_GT(m.tau_hysteresis, 0);
+  EXPECT_LT(m.tau_hysteresis, m.tau_coulomb);
+  EXPECT_GT(m.B_eddy, 0);
+  EXPECT_LT(m.B_eddy, m.B);
+}
+
 TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
   const Profile profile = shipped(GetParam());
   const Rating& rating = profile.rating;
@@ -157,11 +165,13 @@ TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
 /// A motor file as people have copied it from 0.1.0: its numbers stay its own.
 TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   const Profile old = parse_profile(
-      text_of(LKEMU_SOURCE_DIR "/tests/emulator/config/fixtures/mg4005-0.1.0.toml"), "m.toml", "m");
+      text_of(LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0/motors/mg4005.toml"), "m.toml", "m");
   EXPECT_EQ(old.drive.control.estimator_bandwidth, 2000);
   EXPECT_EQ(old.drive.control.report_bandwidth, 300);
   EXPECT_EQ(old.factory.current_ramp_A_s, 25);
   EXPECT_EQ(old.drive.slow_sensor.board_share, 0);
+  EXPECT_EQ(old.drive.mechanics.tau_hysteresis, 0);
+  EXPECT_EQ(old.drive.mechanics.B_eddy, 0);
 }
 
 TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {

@@ -76,7 +76,7 @@ std::vector<BusConfig> robot() {
 
 RecordingInfo info() {
   RecordingInfo info;
-  info.version = "0.1.0";
+  info.version = LKEMU_VERSION;
   info.clock = "realtime";
   info.started_utc = "2026-01-01T00:00:00Z";
   return info;
@@ -217,7 +217,7 @@ std::string text(const Again& again) {
   const auto& difference = again.replay.difference();
   if (!difference) return "identical";
   const auto bus = std::ranges::find(again.recording.buses, difference->bus, &BusConfig::interface);
-  return difference_text(*difference, *bus);
+  return difference_text(*difference, *bus, again.recording.info);
 }
 
 TEST_F(Record, RunsAgainIdentically) {

@@ -73,7 +73,9 @@ TEST(FaultConditions, WhatIsClearedIsLookedAtNoMore) {
 /// However many there are: a look costs about the same, and none is left out.
 TEST(ManyFaults, AreLookedAtInTurns) {
   const std::vector<int> ids = {1, 2, 3, 4, 5, 6, 7, 8};
-  Host host(test::bus_config({1, 2, 3, 4, 5, 6, 7, 8}));
+  BusConfig config = test::bus_config({1, 2, 3, 4, 5, 6, 7, 8});
+  config.seed = 2;  // with some seeds garbage is right by chance, once in 16384 looks
+  Host host(config);
   constexpr std::size_t kFaults =
       4 * FaultBoard::kMostLooks / 8;  // four times as many, on 8 drives
   for (std::size_t n = 0; n < kFaults; ++n) {

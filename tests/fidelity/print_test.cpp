@@ -4,7 +4,7 @@
 #include "tests/model/profiles.hpp"
 
 namespace lk::model::test {
-namespace profile_test {
+namespace print_test {
 
 /// No-load speed at the output, rpm, and supply voltage, as the vendors print them. MG6012-i36: not
 /// printed.
@@ -13,7 +13,7 @@ const std::map<std::string, double> kPrintedNoLoadRpm{
     {"mh9025", 280},    {"mg4005", 320},  {"mg4010", 320},  {"mg5010", 320},     {"mg6010", 505},
     {"mg6012-i8", 310}, {"mg8008", 220},  {"mg8016", 300}};
 
-TEST(Profiles, RunFreeAtThePrintedSpeed) {
+TEST(Print, RunFreeAtThePrintedSpeed) {
   std::size_t checked = 0;
   for (const std::vector<NamedDrive>& group : profiles_by_rate()) {
     DriveBank bank = bank_of(group);
@@ -44,7 +44,7 @@ TEST(Profiles, RunFreeAtThePrintedSpeed) {
 }
 
 /// Of motors whose printed rated point is where the voltage ends: required, 3 %.
-TEST(Profiles, TurnAtTheRatedSpeedWithTheRatedTorque) {
+TEST(Print, TurnAtTheRatedSpeedWithTheRatedTorque) {
   for (const NamedDrive& drive : all_profiles()) {
     if (drive.name != "ms3506" && drive.name != "mh9025") continue;
     const emulator::Rating rating = lk::test::profile(drive.name).rating;
@@ -62,7 +62,7 @@ TEST(Profiles, TurnAtTheRatedSpeedWithTheRatedTorque) {
 
 /// The motor's temperature as the drive reports it, an hour after power-up in air of 25 °C: real
 /// ones show 31 to 42 °C at rest.
-TEST(Profiles, AreWarmAtRest) {
+TEST(Print, AreWarmAtRest) {
   for (const NamedDrive& drive : all_profiles()) {
     DriveInit init = drive.init;
     // An hour in two seconds: it ends where it would.
@@ -78,7 +78,7 @@ TEST(Profiles, AreWarmAtRest) {
   }
 }
 
-TEST(Profiles, BootAtTheTemperatureTheyAreGiven) {
+TEST(Print, BootAtTheTemperatureTheyAreGiven) {
   DriveInit init = all_profiles().front().init;
   init.temp = -10.0;
   DriveBank bank(std::span(&init, 1));
@@ -88,7 +88,7 @@ TEST(Profiles, BootAtTheTemperatureTheyAreGiven) {
   EXPECT_NEAR(bank.truth(0).temp_stage, -10.0, 1e-3);
 }
 
-TEST(Profiles, CoverEveryRowOfTheTable) {
+TEST(Print, CoverEveryRowOfTheTable) {
   std::vector<std::string> names;
   for (const NamedDrive& drive : all_profiles()) {
     names.push_back(drive.name);
@@ -99,5 +99,5 @@ TEST(Profiles, CoverEveryRowOfTheTable) {
   EXPECT_NE(std::find(names.begin(), names.end(), "mg6012-i36"), names.end());
 }
 
-}  // namespace profile_test
+}  // namespace print_test
 }  // namespace lk::model::test

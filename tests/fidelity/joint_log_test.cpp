@@ -1,0 +1,139 @@
+/// @file Each of the joint's moves as the log's, in time; figures over all moves are in
+/// joint_figures_test.cpp. The bounds here are the spread that such a drive may show.
+
+#include "tests/fidelity/joint_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/fidelity/statistics.hpp"
+
+namespace lk::test {
+namespace joint_log_test {
+
+class Joint : public ::testing::TestWithParam<std::uint64_t> {
+ protected:
+  const JointLog log_ = move_joint(GetParam());
+};
+
+/// The log has −64, −450 and −561 dps in three samples, 24 ms from the first to the last; a sample
+/// of 12 ms more or less. The emulated joint is at 500 dps after one of them, and waits for its
+/// load.
+TEST_P(Joint, StartsLikeTheLog) {
+  const auto reached_ms = [this](double dps) {
+    double before = 0;
+    for (std::size_t n = 0; n < 40; ++n) {
+      const double now = -log_.samples[n].speed_dps;
+      if (now >= dps) return 12.0 * (static_cast<double>(n) + (dps - before) / (now - before));
+      before = now;
+    }
+    return 1e9;
+  };
+  EXPECT_NEAR(reached_ms(561) - reached_ms(64), 24, 12.5);
+}
+
+/// The log overshoots to −698 dps, 22 %, and has settled by 150 ms.
+TEST_P(Joint, OvershootsLikeTheLog) {
+  double most = 0;
+  for (std::size_t n = 0; n < 13; ++n) most = std::max(most, -log_.samples[n].speed_dps);
+  EXPECT_GE(most, 1.10 * kLimit_dps);
+  EXPECT_LE(most, 1.30 * kLimit_dps);
+}
+
+/// The log: mean −574 dps, standard deviation 22 dps; iq mean −14 LSB, mostly friction, deviation
+/// 8; and −0.17 to −0.24 LSB per dps between the two, to which a move of 70 samples adds the error
+/// of its fit: 5 LSB of noise over 22 dps and √70, 0.03, thrice.
+TEST_P(Joint, CruisesLikeTheLog) {
+  const std::vector<double> speed_dps = log_.cruise(&JointSample::speed_dps);
+  const std::vector<double> iq_lsb = log_.cruise(&JointSample::iq_lsb);
+  EXPECT_NEAR(mean(speed_dps), -kLimit_dps, 0.01 * kLimit_dps);
+  EXPECT_NEAR(deviation(speed_dps), 21.7, 0.2 * 21.7);
+  EXPECT_NEAR(mean(iq_lsb), -14, 0.2 * 14);
+  EXPECT_NEAR(deviation(iq_lsb), 8.0, 0.35 * 8.0);
+  EXPECT_GE(slope(speed_dps, iq_lsb), -0.24 - 0.09);
+  EXPECT_LE(slope(speed_dps, iq_lsb), -0.17 + 0.09);
+}
+
+/// The log: full speed 3.9° before the target, −18 dps one sample later, when the load's spring has
+/// the rest; then ±4 counts of ringing for 170 ms, iq ±20 LSB. A third more, and a count.
+TEST_P(Joint, StopsLikeTheLog) {
+  const std::size_t stop = log_.stop_begins;
+  ASSERT_LT(stop + 40, log_.samples.size());
+  EXPECT_LT(std::abs(log_.samples[stop].speed_dps), 0.12 * kLimit_dps) << "within one sample";
+  int before_target = 0;
+  int past_target = 0;
+  for (std::size_t n = stop + 1; n < stop + 14; ++n) {
+    const int error = log_.samples[n].error_counts;
+    EXPECT_LE(std::abs(error), 6) << n - stop;
+    EXPECT_LE(std::abs(log_.samples[n].iq_lsb), 27 + 12) << n - stop << ", with friction";
+    before_target = std::max(before_target, error);
+    past_target = std::min(past_target, error);
+  }
+  EXPECT_GE(before_target, 3);
+  EXPECT_LE(past_target, -3);
+  for (std::size_t n = stop + 30; n < stop + 40; ++n) {
+    EXPECT_LE(std::abs(log_.samples[n].error_counts), 1) << "done";
+  }
+}
+
+/// The log: error ≤ 1 count; iq noise sd 3.5 to 6 LSB; speed 0 in 82 to 85 % of the samples, which
+/// depends on where in a count the shaft stands, and otherwise a few steps of about 5 dps.
+TEST_P(Joint, HoldsLikeTheLog) {
+  for (std::size_t n = kTravelSamples; n < log_.samples.size(); ++n) {
+    EXPECT_LE(std::abs(log_.samples[n].error_counts), 1) << "sample " << n;
+  }
+  const double iq_noise_lsb = noise(log_.hold(&JointSample::iq_lsb));
+  EXPECT_GE(iq_noise_lsb, 3.5);
+  EXPECT_LE(iq_noise_lsb, 6);
+  const auto speed_dps = log_.hold(&JointSample::speed_dps);
+  EXPECT_LE(deviation(speed_dps), 3.6 + 0.6);
+  for (const double dps : speed_dps) {
+    const double steps = dps / kJointSpeedStep_dps;
+    EXPECT_LE(std::abs(steps - std::round(steps)), 0.5 / 5.4) << dps << " dps, shown in whole ones";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Joint, ::testing::Range<std::uint64_t>(1, kMoves + 1));
+
+/// The log's iq at the start: −54, −36, −18, 2, 13, 5, 7, −20, −39, −20, −9 LSB, 12 ms apart: it
+/// swings at about 12 Hz, ±25 LSB. In the mean of the moves, as each has its own ripple.
+TEST(JointStart, RingsLikeTheLog) {
+  std::vector<double> iq_lsb(13, 0.0);
+  for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
+    const JointLog log = move_joint(seed);
+    for (std::size_t n = 0; n < iq_lsb.size(); ++n) iq_lsb[n] += log.samples[n].iq_lsb / kMoves;
+  }
+  const auto top = std::max_element(iq_lsb.begin() + 2, iq_lsb.begin() + 7);
+  const double first = *std::min_element(iq_lsb.begin(), top);
+  const auto second = std::min_element(top, iq_lsb.end());
+  EXPECT_GT(*top - first, 25);
+  EXPECT_GT(*top - *second, 20);
+  // From the top to the next bottom, half a period: 4 samples in the log.
+  EXPECT_NEAR(static_cast<double>(second - top), 4, 1.5);
+}
+
+/// A loaded joint of the log swings at 12.0 Hz after a stop. Between crossings of the target lies
+/// half a period; one sample of 12 ms in that of 83 ms is 1.5 Hz.
+TEST(JointStop, RingsLikeTheLog) {
+  double sum_Hz = 0;
+  for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
+    const JointLog log = move_joint(seed);
+    std::vector<double> crossings_s;
+    for (std::size_t n = log.stop_begins; crossings_s.size() < 3 && n + 1 < log.samples.size();
+         ++n) {
+      const double now = log.samples[n].error_counts;
+      const double next = log.samples[n + 1].error_counts;
+      if (now * next <= 0 && now != next && now != 0) {
+        crossings_s.push_back(0.012 * (static_cast<double>(n) + now / (now - next)));
+      }
+    }
+    ASSERT_EQ(crossings_s.size(), 3U) << "seed " << seed;
+    sum_Hz += 1 / (crossings_s[2] - crossings_s[0]);
+  }
+  EXPECT_NEAR(sum_Hz / kMoves, 12.0, 1.5);
+}
+
+}  // namespace joint_log_test
+}  // namespace lk::test

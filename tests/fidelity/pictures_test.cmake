@@ -1,0 +1,10 @@
+# The pictures of docs/fidelity.md are what PROGRAM draws now.
+file(MAKE_DIRECTORY ${OUT})
+execute_process(COMMAND ${PROGRAM} ${OUT} COMMAND_ERROR_IS_FATAL ANY)
+foreach(picture torque-speed.svg joints.svg)
+  file(SHA256 ${OUT}/${picture} drawn)
+  file(SHA256 ${SHOWN}/${picture} shown)
+  if(NOT drawn STREQUAL shown)
+    message(SEND_ERROR "docs/pictures/${picture} is of another model: fidelity_pictures docs/pictures, and look at it")
+  endif()
+endforeach()
