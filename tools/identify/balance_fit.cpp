@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <functional>
+
+#include "tools/identify/balance_regression.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -11,206 +13,13 @@ namespace {
 using Index = Eigen::Index;
 using Windows = std::vector<BalanceWindow>;
 
-/// The jackknife's groups, each of every 24th run of ten windows: windows that overlap stay
-/// together, and every group has something of each part of the log.
-constexpr std::size_t kGroups = 24;
-constexpr std::size_t kRun = 10;
-constexpr double kStudent = 2.069;  // 95 % of Student's t with kGroups − 1 degrees
-
 constexpr int kHighestOrder = 200;
 constexpr std::size_t kMostOrders = 4;
 /// By how many variances of the residuals a new order must lower their sum of squares: with 200 to
 /// choose from, noise does it once in 10⁷ logs; overlapping windows count twice.
 constexpr double kOrderGain = 2 * 43;
 
-std::size_t group_of(std::size_t window) { return window / kRun % kGroups; }
-
-double acceleration(const BalanceWindow& window) {
-  return window.terms(static_cast<Index>(BalanceTerm::kInertia));
-}
-
-/// Weights of the windows, 1/A²: those with a commanded current are better known than measured
-/// ones, and these the less the faster it changed between its samples: with the acceleration.
-struct Weights {
-  double commanded = 1;
-  double measured_A2 = 1;        // variance of a measured one at steady speed
-  double per_acceleration2 = 0;  // and how that grows with its square
-
-  double of(const BalanceWindow& window) const {
-    if (window.commanded) return commanded;
-    return 1 / (measured_A2 + per_acceleration2 * std::pow(acceleration(window), 2));
-  }
-};
-
-/// Sums of a least-squares problem.
-struct Sums {
-  Eigen::MatrixXd normal;
-  Eigen::VectorXd right;
-
-  explicit Sums(Index terms)
-      : normal(Eigen::MatrixXd::Zero(terms, terms)), right(Eigen::VectorXd::Zero(terms)) {}
-  void add(const BalanceWindow& window, double weight) {
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(window.terms, weight);
-    right += weight * window.iq_A * window.terms;
-  }
-  /// Of the terms that are `used`; 0 for the others.
-  Eigen::VectorXd solve(const std::vector<Index>& used) const {
-    const auto count = static_cast<Index>(used.size());
-    Eigen::MatrixXd a(count, count);
-    Eigen::VectorXd b(count);
-    for (Index i = 0; i < count; ++i) {
-      b(i) = right(used[static_cast<std::size_t>(i)]);
-      for (Index k = 0; k < count; ++k) {
-        const Index row = used[static_cast<std::size_t>(i)];
-        const Index column = used[static_cast<std::size_t>(k)];
-        a(i, k) = normal(std::max(row, column), std::min(row, column));
-      }
-    }
-    // Terms have units: each is scaled to 1 before it is solved.
-    const Eigen::VectorXd scale = a.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * a * scale.asDiagonal();
-    const Eigen::VectorXd found =
-        scaled.completeOrthogonalDecomposition().solve(scale.cwiseProduct(b)).cwiseProduct(scale);
-    Eigen::VectorXd all = Eigen::VectorXd::Zero(right.size());
-    for (Index i = 0; i < count; ++i) all(used[static_cast<std::size_t>(i)]) = found(i);
-    return all;
-  }
-};
-
-double residual_A(const BalanceWindow& window, const Eigen::VectorXd& coefficients) {
-  return window.iq_A - window.terms.dot(coefficients);
-}
-
 Index place(BalanceTerm term) { return static_cast<Index>(term); }
-
-/// Fits, weighs by what is left, and fits again. Windows whose command is not the one that the
-/// drive had, because a line of the log is lost, are left out: by what is left of them. Of measured
-/// currents none is: what is far off there is often what tells the inertia.
-class Regression {
- public:
-  Regression(const Windows& windows, std::vector<Index> used)
-      : windows_(windows), used_(std::move(used)), kept_(windows.size(), true) {
-    for (int round = 0; round < 6; ++round) {
-      fit();
-      weigh();
-      if (round > 0) trim();
-    }
-    fit();
-  }
-
-  const Eigen::VectorXd& coefficients() const { return coefficients_; }
-  const Weights& weights() const { return weights_; }
-  bool kept(std::size_t window) const { return kept_[window]; }
-  /// The weighted sum of squares, where every window has the variance 1.
-  double loss() const {
-    double sum = 0;
-    for (std::size_t n = 0; n < windows_.size(); ++n) {
-      if (kept_[n])
-        sum += weights_.of(windows_[n]) * std::pow(residual_A(windows_[n], coefficients_), 2);
-    }
-    return sum;
-  }
-  /// The coefficients without each group.
-  std::vector<Eigen::VectorXd> jackknife() const {
-    std::vector<Sums> groups = sums();
-    Sums whole(terms());
-    for (const Sums& group : groups) {
-      whole.normal += group.normal;
-      whole.right += group.right;
-    }
-    std::vector<Eigen::VectorXd> without;
-    for (Sums& group : groups) {
-      group.normal = whole.normal - group.normal;
-      group.right = whole.right - group.right;
-      without.push_back(group.solve(used_));
-    }
-    return without;
-  }
-
- private:
-  Index terms() const { return windows_.front().terms.size(); }
-  std::vector<Sums> sums() const {
-    std::vector<Sums> groups(kGroups, Sums(terms()));
-    for (std::size_t n = 0; n < windows_.size(); ++n) {
-      if (kept_[n]) groups[group_of(n)].add(windows_[n], weights_.of(windows_[n]));
-    }
-    return groups;
-  }
-  void fit() {
-    Sums whole(terms());
-    for (std::size_t n = 0; n < windows_.size(); ++n) {
-      if (kept_[n]) whole.add(windows_[n], weights_.of(windows_[n]));
-    }
-    coefficients_ = whole.solve(used_);
-  }
-  void weigh() {
-    double squares = 0;
-    double count = 0;
-    std::vector<std::pair<double, double>> measured;  // acceleration², what is left²
-    for (std::size_t n = 0; n < windows_.size(); ++n) {
-      if (!kept_[n]) continue;
-      const double left = std::pow(residual_A(windows_[n], coefficients_), 2);
-      if (!windows_[n].commanded) {
-        measured.emplace_back(std::pow(acceleration(windows_[n]), 2), left);
-        continue;
-      }
-      squares += left;
-      count += 1;
-    }
-    if (squares > 0) weights_.commanded = count / squares;
-    if (measured.size() > 20) weigh_measured(measured);
-  }
-  /// The quieter half has the variance of steady speed, the other one the rest.
-  void weigh_measured(std::vector<std::pair<double, double>>& measured) {
-    const auto half = measured.size() / 2;
-    std::ranges::nth_element(measured, measured.begin() + static_cast<std::ptrdiff_t>(half));
-    double steady = 0;
-    for (std::size_t n = 0; n < half; ++n) steady += measured[n].second;
-    double more = 0;
-    double accelerations = 0;
-    weights_.measured_A2 = std::max(steady / static_cast<double>(half), 1e-12);
-    for (std::size_t n = half; n < measured.size(); ++n) {
-      more += measured[n].second - weights_.measured_A2;
-      accelerations += measured[n].first;
-    }
-    weights_.per_acceleration2 = accelerations > 0 ? std::max(more / accelerations, 0.0) : 0.0;
-  }
-
-  /// Beyond five standard deviations, as the median of what is left has them.
-  void trim() {
-    std::vector<double> left;
-    for (const BalanceWindow& w : windows_) {
-      if (w.commanded) left.push_back(std::abs(residual_A(w, coefficients_)));
-    }
-    if (left.empty()) return;
-    const auto middle = left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2);
-    std::ranges::nth_element(left, middle);
-    constexpr double kDeviationOfMedian = 1.4826;
-    const double most_A = 5 * kDeviationOfMedian * *middle;
-    for (std::size_t n = 0; n < windows_.size(); ++n) {
-      const BalanceWindow& w = windows_[n];
-      kept_[n] = !w.commanded || std::abs(residual_A(w, coefficients_)) <= most_A;
-    }
-  }
-
-  const Windows& windows_;
-  std::vector<Index> used_;
-  std::vector<bool> kept_;
-  Weights weights_;
-  Eigen::VectorXd coefficients_;
-};
-
-/// What a function of the coefficients is, and how well it is known.
-template <class Function>
-Estimate estimate(const Regression& regression, const std::vector<Eigen::VectorXd>& without,
-                  Function of) {
-  const double whole = of(regression.coefficients());
-  double mean = 0;
-  for (const auto& one : without) mean += of(one) / kGroups;
-  double squares = 0;
-  for (const auto& one : without) squares += std::pow(of(one) - mean, 2);
-  return {whole, kStudent * std::sqrt(squares * (kGroups - 1) / kGroups)};
-}
 
 double gravity_of(const Eigen::VectorXd& coefficients) {
   return std::hypot(coefficients(place(BalanceTerm::kGravitySin)),
@@ -303,7 +112,8 @@ bool has_speeds(const Windows& windows) {
   constexpr double kSpread = 2.5;
   std::vector<std::pair<double, double>> by_acceleration;
   for (const BalanceWindow& w : windows) {
-    by_acceleration.emplace_back(std::abs(acceleration(w)), std::abs(w.speed_rad_s));
+    by_acceleration.emplace_back(std::abs(w.terms(place(BalanceTerm::kInertia))),
+                                 std::abs(w.speed_rad_s));
   }
   std::ranges::sort(by_acceleration);
   std::vector<double> speeds;
@@ -351,7 +161,8 @@ double rms_A(const Windows& windows, const Regression& regression) {
 /// over what is left where it was fitted.
 double held_out_ratio(const Windows& windows, const std::vector<Index>& used) {
   Windows halves[2];
-  for (std::size_t n = 0; n < windows.size(); ++n) halves[n / kRun % 2].push_back(windows[n]);
+  for (std::size_t n = 0; n < windows.size(); ++n)
+    halves[n / kRunOfWindows % 2].push_back(windows[n]);
   double held_out = 0;
   double fitted = 0;
   for (const Windows& half : halves) {
@@ -385,7 +196,7 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   BalanceFit fit;
   const Regression regression(windows, used);
   const auto without = regression.jackknife();
-  const auto of = [&](auto function) { return estimate(regression, without, function); };
+  const auto of = [&](auto function) { return regression.estimate(without, function); };
   const auto coefficient = [&](BalanceTerm term) {
     return of([term](const auto& c) { return c(place(term)); });
   };
@@ -483,7 +294,7 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
     const Regression regression(windows, used_terms(looked, shape.orders.size()));
     const Eigen::VectorXd& c = regression.coefficients();
     looked.gravity =
-        quality_of(estimate(regression, regression.jackknife(), gravity_of)) != Quality::kUnknown;
+        quality_of(regression.estimate(regression.jackknife(), gravity_of)) != Quality::kUnknown;
     looked.gear_loss = looked.gravity && geared;
     shape.gravity_phase_rad =
         std::atan2(c(place(BalanceTerm::kGravityCos)), c(place(BalanceTerm::kGravitySin)));
