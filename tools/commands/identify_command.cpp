@@ -12,6 +12,7 @@
 #include "emulator/config/config_error.hpp"
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_reader.hpp"
+#include "emulator/config/profile.hpp"
 #include "emulator/files/output_file.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
@@ -100,6 +101,14 @@ void write_file(const std::string& path, const char* option, const std::string& 
 
 int write_plan(const IdentifyApp& given, const Profile& base) {
   if (!given.logs.empty()) throw StartError("identify: a log or --plan, not both");
+  for (const char* option : {"--output", "--report", "--expect"}) {
+    if (given.app.count(option) == 0) continue;
+    throw StartError(std::string("identify: ") + option + " belongs to a log, not to --plan");
+  }
+  if (!base.drive.control.has_current_loop) {
+    throw StartError("identify: " + on_one_line(given.motor) +
+                     " is an MS motor, which reports no current: a plan would tell nothing of it");
+  }
   if (given.id == 0) throw StartError("identify: --plan needs --id, the drive that it moves");
   ServoConfig servo;
   try {
@@ -108,7 +117,7 @@ int write_plan(const IdentifyApp& given, const Profile& base) {
     throw StartError(std::string("--generation: ") + problem.what());
   }
   const PlanLimits limits = plan_limits(base);
-  write_file(given.plan, "--plan", plan_script(servo, limits));
+  write_file(given.plan, "--plan", plan_script(servo, given.motor, limits));
   std::printf("%s\n",
               fmt::format("{} moves drive {} for 30 s, with up to {:.2f} A and {:.0f} dps of its "
                           "rotor; it asks before it moves.\nIts shaft must be free.",
@@ -145,15 +154,58 @@ std::string base_for_file(const std::string& motor) {
   return is_path(motor) ? std::filesystem::absolute(motor).lexically_normal().string() : motor;
 }
 
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return !a.empty() && !b.empty() && (a == b || std::filesystem::equivalent(a, b, error));
+}
+
+/// Writes a file that will load, or says why the log gives none.
+void write_motor(const IdentifyApp& given, const IdentifiedDrive& drive) {
+  const std::string text = motor_text(drive, base_for_file(given.motor), given.logs);
+  try {
+    parse_profile({given.output, given.output, text}, find_motor_file);
+  } catch (const ConfigError& problem) {
+    throw StartError(std::string("identify: the log gives a motor that cannot be: ") +
+                     problem.what());
+  }
+  write_file(given.output, "--output", text);
+}
+
+int compare(const IdentifyApp& given, const IdentifiedDrive& drive,
+            const std::vector<ExpectedValue>& expected) {
+  const Changes found = changes(drive, expected, on_one_line(given.expect));
+  if (found.compared == 0) {
+    throw StartError("identify: nothing of " + on_one_line(given.expect) +
+                     " is told by this log within 15 %: nothing was compared");
+  }
+  for (const std::string& line : found.lines) std::printf("%s\n", line.c_str());
+  if (found.lines.empty()) {
+    std::printf("%d of %zu values compared, as %s has them\n", found.compared, expected.size(),
+                on_one_line(given.expect).c_str());
+  }
+  if (!found.not_compared.empty()) {
+    std::printf("%s\n",
+                fmt::format("not compared: {}", fmt::join(found.not_compared, ", ")).c_str());
+  }
+  return found.lines.empty() ? 0 : 1;
+}
+
 int read_logs(const IdentifyApp& given, const Profile& base) {
+  if (same_file(given.output, given.expect) || same_file(given.output, given.motor)) {
+    throw StartError(
+        "identify: --output would overwrite the file that it is compared with or made from");
+  }
+  std::vector<ExpectedValue> expected;
+  if (!given.expect.empty()) {
+    expected = expected_values(read_regular_file(given.expect, kLongestText), given.expect);
+  }
   std::vector<IdentifiedDrive> drives;
   for (Track& track : tracks_of(given, base)) drives.push_back(identify(std::move(track)));
   if (drives.empty()) {
-    throw StartError(
-        fmt::format("identify: no drive{} has told enough of its shaft: {} replies to 0x9C or to "
-                    "motion commands "
-                    "are needed",
-                    given.id != 0 ? fmt::format(" {}", given.id) : "", kFewestSamples));
+    throw StartError(fmt::format(
+        "identify: no drive{} has told enough of its shaft: {} replies to 0x9C or to motion "
+        "commands are needed",
+        given.id != 0 ? fmt::format(" {}", given.id) : "", kFewestSamples));
   }
   if (drives.size() > 1 && (!given.output.empty() || !given.expect.empty())) {
     throw StartError(
@@ -162,20 +214,11 @@ int read_logs(const IdentifyApp& given, const Profile& base) {
   for (const IdentifiedDrive& drive : drives) {
     std::fputs(identified_table_text(drive).c_str(), stdout);
   }
-  if (!given.output.empty()) {
-    write_file(given.output, "--output",
-               motor_text(drives.front(), base_for_file(given.motor), given.logs));
-  }
   if (!given.report.empty()) {
     write_file(given.report, "--report", identified_report(drives, given.logs));
   }
-  if (given.expect.empty()) return 0;
-  const auto expected =
-      expected_values(read_regular_file(given.expect, kLongestText), given.expect);
-  const auto changed = changes(drives.front(), expected, given.expect);
-  for (const std::string& line : changed) std::printf("%s\n", line.c_str());
-  if (changed.empty()) std::printf("as %s has it\n", given.expect.c_str());
-  return changed.empty() ? 0 : 1;
+  if (!given.output.empty()) write_motor(given, drives.front());
+  return given.expect.empty() ? 0 : compare(given, drives.front(), expected);
 }
 
 }  // namespace
@@ -197,6 +240,8 @@ int run_identify(int argc, const char* const* argv) {
     return read_logs(given, base);
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("identify: ") + problem.what());
   }
 }
 

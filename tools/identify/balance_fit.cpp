@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "emulator/core/servo/shaft_angles.hpp"
 #include "tools/identify/balance_regression.hpp"
 
 namespace lk::emulator {
@@ -28,6 +29,7 @@ double gravity_of(const Eigen::VectorXd& coefficients) {
 
 /// Which of the terms are looked for.
 struct Looked {
+  bool constant = true;
   bool viscous = true;
   bool pulses = false;  // for their friction apart
   bool gravity = false;
@@ -35,8 +37,8 @@ struct Looked {
 };
 
 std::vector<Index> used_terms(const Looked& looked, std::size_t orders) {
-  std::vector<Index> used{place(BalanceTerm::kInertia), place(BalanceTerm::kCoulomb),
-                          place(BalanceTerm::kConstant)};
+  std::vector<Index> used{place(BalanceTerm::kInertia), place(BalanceTerm::kCoulomb)};
+  if (looked.constant) used.push_back(place(BalanceTerm::kConstant));
   if (looked.viscous) used.push_back(place(BalanceTerm::kViscous));
   if (looked.pulses) used.push_back(place(BalanceTerm::kPulseCoulomb));
   if (looked.pulses && looked.viscous) used.push_back(place(BalanceTerm::kPulseViscous));
@@ -49,6 +51,10 @@ std::vector<Index> used_terms(const Looked& looked, std::size_t orders) {
   return used;
 }
 
+/// Windows that are enough to find an order by; more cost memory (assumed).
+constexpr std::size_t kSearchedWindows = 20'000;
+std::size_t search_step(const Windows& windows) { return windows.size() / kSearchedWindows + 1; }
+
 /// The order that explains most of what is left; 0: none explains enough.
 int next_order(const Windows& windows, const Regression& regression,
                const Eigen::MatrixXcd& averages, const std::vector<int>& known) {
@@ -58,9 +64,10 @@ int next_order(const Windows& windows, const Regression& regression,
     if (std::ranges::find(known, order) != known.end()) continue;
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (std::size_t n = 0; n < windows.size(); ++n) {
+    const std::size_t every = search_step(windows);
+    for (std::size_t n = 0; n < windows.size(); n += every) {
       if (!regression.kept(n)) continue;
-      const auto average = averages(static_cast<Index>(n), order - 1);
+      const auto average = averages(static_cast<Index>(n / every), order - 1);
       const Eigen::Vector2d row(average.real(), average.imag());
       const double weight = regression.weights().of(windows[n]);
       normal += weight * row * row.transpose();
@@ -91,7 +98,7 @@ double best_delay_s(const Track& track, BalanceShape shape, const std::vector<In
       squares += std::pow(residual_A(windows[k], regression.coefficients()), 2);
       count += 1;
     }
-    if (count < kFewestWindows) return 0;
+    if (count < kFewestCommanded) return 0;
     loss.push_back(squares / count);
   }
   const auto least = std::ranges::min_element(loss) - loss.begin();
@@ -124,10 +131,24 @@ bool has_speeds(const Windows& windows) {
   return speeds[speeds.size() * 9 / 10] > kSpread * speeds[speeds.size() / 10];
 }
 
+/// Friction changes its sign with the speed, and an offset does not: of a shaft that turns one way
+/// only, nobody can tell them apart. A tenth of the windows turn the other way (assumed).
+bool turns_both_ways(const Windows& windows) {
+  const auto one_way =
+      std::ranges::count_if(windows, [](const BalanceWindow& w) { return w.speed_rad_s > 0; });
+  const double share = static_cast<double>(one_way) / static_cast<double>(windows.size());
+  return share > 0.1 && share < 0.9;
+}
+
+/// And where it is must be known: across a gap turns may be lost, which of the rotor do not matter
+/// where the encoder counts those of the output.
 bool output_turned_far(const Track& track) {
+  const double N = track.servo.profile.drive.mechanics.gear_ratio;
+  const bool known =
+      stretches(track).size() == 1 || encoder_turns(track.servo.profile, track.servo.quirks) == N;
+  if (!known) return false;
   const auto [low, high] = std::ranges::minmax_element(track.samples, {}, &TrackSample::angle_rad);
-  return (high->angle_rad - low->angle_rad) / track.servo.profile.drive.mechanics.gear_ratio >=
-         kGravityTravel_rad;
+  return (high->angle_rad - low->angle_rad) / N >= kGravityTravel_rad;
 }
 
 /// In deviations, without the largest hundredth: lines that the log has lost.
@@ -203,11 +224,11 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
   fit.inertia_A_s2 = coefficient(BalanceTerm::kInertia);
   fit.coulomb_A = coefficient(BalanceTerm::kCoulomb);
   fit.viscous_A_s = coefficient(BalanceTerm::kViscous);
+  if (!looked.constant) fit.coulomb_A.half_width = fit.coulomb_A.value;
   if (!looked.viscous) {
     // What of it grows with the speed is in it: a tenth, assumed.
     fit.coulomb_A.half_width = std::hypot(fit.coulomb_A.half_width, 0.1 * fit.coulomb_A.value);
   }
-  fit.constant_A = coefficient(BalanceTerm::kConstant);
   if (looked.gravity) fit.gravity_A = of(gravity_of);
   if (looked.gear_loss) {
     fit.gear_loss =
@@ -237,7 +258,7 @@ BalanceFit estimates(const Windows& windows, const std::vector<Index>& used, con
 /// a current may have come and gone between two samples (a half, assumed). Within the play of a
 /// gear, and in short pulses, the flange of the output hangs on the rotor or does not.
 void widen_inertia(const Track& track, std::size_t commanded, Estimate& inertia) {
-  const double unseen = commanded >= kFewestWindows ? 0.01 : 0.5;
+  const double unseen = commanded >= kFewestCommanded ? 0.01 : 0.5;
   const model::MechanicsParams& m = track.servo.profile.drive.mechanics;
   const double flange =
       m.gear_ratio > 1 ? m.J_out / (m.gear_ratio * m.gear_ratio * m.J + m.J_out) : 0.0;
@@ -275,13 +296,15 @@ std::optional<BalanceFit> fit_balance(const Track& track) {
   const bool geared = track.servo.profile.drive.mechanics.gear_ratio > 1;
   const auto commanded = static_cast<std::size_t>(
       std::ranges::count_if(windows, [](const BalanceWindow& w) { return w.commanded; }));
-  Looked looked{.viscous = has_speeds(windows),
-                .pulses = geared && commanded >= kFewestWindows &&
-                          windows.size() - commanded >= kFewestWindows,
+  Looked looked{.constant = turns_both_ways(windows),
+                .viscous = has_speeds(windows),
+                .pulses = geared && commanded >= kFewestCommanded &&
+                          windows.size() - commanded >= kFewestCommanded,
                 .gravity = output_turned_far(track)};
   shape.delay_s = best_delay_s(track, shape, used_terms(looked, 0));
   windows = balance_windows(track, shape);
-  const Eigen::MatrixXcd averages = order_averages(track, windows, kHighestOrder);
+  const Eigen::MatrixXcd averages =
+      order_averages(track, windows, search_step(windows), kHighestOrder);
   while (shape.orders.size() < kMostOrders) {
     const Regression regression(windows, used_terms(looked, shape.orders.size()));
     const int order = next_order(windows, regression, averages, shape.orders);

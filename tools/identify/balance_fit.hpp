@@ -30,8 +30,7 @@ struct BalanceCheck {
 struct BalanceFit {
   Estimate inertia_A_s2;  // J/k_t; per rad
   Estimate coulomb_A;
-  Estimate viscous_A_s;  // B/k_t; per rad
-  Estimate constant_A;
+  Estimate viscous_A_s;               // B/k_t; per rad
   std::optional<Estimate> gravity_A;  // nothing: the output did not turn far enough
   std::optional<Estimate> gear_loss;  // (1/η − η)/2 over (1/η + η)/2
   double gravity_phase_rad = 0;       // of sin(θ_out + phase), from where the log began
@@ -44,9 +43,12 @@ struct BalanceFit {
   double expected_A(const BalanceWindow& window) const { return window.terms.dot(coefficients); }
 };
 
-/// Nothing where the drive hardly turned: fewer than kFewestWindows.
+/// Nothing where the drive hardly turned: fewer than kFewestWindows, which is one run of them for
+/// each group of the jackknife.
 std::optional<BalanceFit> fit_balance(const Track& track);
-inline constexpr std::size_t kFewestWindows = 100;
+inline constexpr std::size_t kFewestWindows = 240;
+/// With a commanded torque, to count as an experiment (assumed).
+inline constexpr std::size_t kFewestCommanded = 100;
 /// Gravity is looked for when the output has turned as far (assumed).
 inline constexpr double kGravityTravel_rad = 1.0;
 

@@ -21,7 +21,8 @@ struct Estimate {
 enum class Quality : std::uint8_t { kA, kB, kC, kUnknown };
 
 constexpr Quality quality_of(const Estimate& estimate) {
-  const double value = estimate.value < 0 ? -estimate.value : estimate.value;
+  // None of what is looked for can be negative.
+  const double value = estimate.value;
   if (!(value > 0) || !(estimate.half_width <= 0.5 * value)) return Quality::kUnknown;
   if (estimate.half_width <= 0.05 * value) return Quality::kA;
   return estimate.half_width <= 0.15 * value ? Quality::kB : Quality::kC;

@@ -10,151 +10,136 @@
 namespace lk::emulator {
 namespace {
 
-constexpr const char* kPlan = "lk-emu identify --plan";
-constexpr const char* kBalance = "balance of torques";
+/// Of samples at rest: fewer say little of noise (assumed).
+constexpr double kFewestAtRest = 50;
+constexpr double kRest_rad_s = 1;
 
-/// iq where the drive has held a torque for a while, less what it was told.
-std::optional<Estimate> current_noise_A(const Track& track) {
+const TrackOrder* order_at(const Track& track, std::size_t sample) {
+  const auto next =
+      std::ranges::upper_bound(track.orders, track.samples[sample].time_s, {}, &TrackOrder::time_s);
+  return next == track.orders.begin() ? nullptr : &*(next - 1);
+}
+
+/// The deviation of iq where the drive rests and is told no torque.
+std::optional<Estimate> current_noise_A(const IdentifiedDrive& drive) {
+  const Track& track = drive.track;
+  const double lsb_A =
+      protocol::wire_format(track.servo.quirks.dialect, track.servo.profile.series).iq_reply_lsb_A;
   double squares = 0;
   double count = 0;
   double sum = 0;
   for (std::size_t n = 2; n < track.samples.size(); ++n) {
-    const auto order_at = [&](std::size_t k) {
-      return std::ranges::upper_bound(track.orders, track.samples[k].time_s, {},
-                                      &TrackOrder::time_s) -
-             1;
+    const TrackOrder* const before = order_at(track, n - 2);
+    const TrackOrder* const now = order_at(track, n);
+    const auto is_free = [lsb_A](const TrackOrder* order) {
+      return order != nullptr && order->what == Follows::kTorque && std::abs(order->value) < lsb_A;
     };
-    if (track.orders.empty() || track.samples[n - 2].time_s < track.orders.front().time_s) continue;
-    const auto now = order_at(n);
-    if (now->what != Follows::kTorque) continue;
-    const auto before = order_at(n - 2);
-    if (before->what != Follows::kTorque || before->value != now->value) continue;
-    const double off_A = track.samples[n].iq_A - now->value;
-    sum += off_A;
-    squares += off_A * off_A;
+    if (!is_free(before) || !is_free(now)) continue;
+    if (std::abs(track.samples[n].speed_rad_s) > kRest_rad_s) continue;
+    sum += track.samples[n].iq_A;
+    squares += track.samples[n].iq_A * track.samples[n].iq_A;
     count += 1;
   }
-  if (count < 50) return std::nullopt;
+  if (count < kFewestAtRest) return std::nullopt;
   const double variance = squares / count - std::pow(sum / count, 2);
-  const double lsb_A =
-      protocol::wire_format(track.servo.quirks.dialect, track.servo.profile.series).iq_reply_lsb_A;
   const double real = std::sqrt(std::max(variance - lsb_A * lsb_A / 12, 0.0));
-  // The loop answers its own noise, and iq is made of two currents by the angle (14 %, assumed).
-  return Estimate{real, std::hypot(1.96 * real / std::sqrt(2 * count), 0.14 * real)};
+  return Estimate{real, 1.96 * real / std::sqrt(2 * count)};
 }
 
-void find_cogging(IdentifiedDrive& drive, std::optional<Estimate>& amplitude) {
-  const int pole_pairs = drive.track.servo.profile.drive.motor.pole_pairs;
-  for (const Cogging& one : drive.balance->cogging) {
-    if (one.order == pole_pairs) {
-      drive.offset_ripple_A = one.amplitude_A;
-    } else if (drive.cogging_order == 0) {
-      drive.cogging_order = one.order;
-      amplitude = one.amplitude_A;
-    }
-  }
+/// (1 − η²)/(1 + η²) is what the balance has found of a gear.
+std::optional<Estimate> gear_loss(const IdentifiedDrive& drive) {
+  if (!drive.balance || !drive.balance->gear_loss) return std::nullopt;
+  const Estimate& found = *drive.balance->gear_loss;
+  const double x = std::clamp(found.value, 0.0, 0.99);
+  const double eta = std::sqrt((1 - x) / (1 + x));
+  return Estimate{1 - eta, found.half_width / ((1 + x) * (1 + x) * eta)};
 }
 
-/// In the order of quantities().
-std::vector<std::optional<Estimate>> estimates(IdentifiedDrive& drive) {
-  std::optional<Estimate> inertia, coulomb, viscous, cogging, gravity, efficiency, angle_kp, noise;
-  if (drive.balance) {
-    inertia = drive.balance->inertia_A_s2;
-    coulomb = drive.balance->coulomb_A;
-    viscous = drive.balance->viscous_A_s;
-    gravity = drive.balance->gravity_A;
-    find_cogging(drive, cogging);
-    if (const auto& loss = drive.balance->gear_loss; loss && gravity && is_told(*gravity)) {
-      // (1 − η²)/(1 + η²) is the loss.
-      const double x = std::clamp(loss->value, 0.0, 0.99);
-      const double eta = std::sqrt((1 - x) / (1 + x));
-      efficiency = Estimate{eta, loss->half_width / ((1 + x) * (1 + x) * eta)};
-    }
-  }
-  if (drive.track.servo.profile.drive.control.has_current_loop) {
-    noise = current_noise_A(drive.track);
-  }
-  if (drive.position_loop) angle_kp = drive.position_loop->angle_kp_per_s;
-  std::optional<Estimate> k_t, R, no_load;
-  if (drive.voltage) {
-    k_t = drive.voltage->k_t_Nm_A;
-    R = drive.voltage->R_ohm;
-    no_load = drive.voltage->no_load_rad_s;
-  }
-  return {inertia,
-          coulomb,
-          viscous,
-          cogging,
-          gravity,
-          efficiency,
-          drive.speed_loop.kp_A_s,
-          drive.speed_loop.ki_A,
-          angle_kp,
-          noise,
-          no_load,
-          k_t,
-          R};
+double k_t_of(const ServoConfig& servo) { return motor_figures(servo.profile).k_t_Nm_A; }
+const model::DriveParams& drive_of(const ServoConfig& servo) { return servo.profile.drive; }
+model::MotionParams loops_of(const ServoConfig& servo) {
+  return model::motion_params(servo.profile.drive, control_settings(servo.rom));
 }
 
-/// The same of the motor file, with the load that nobody knows left out.
-std::vector<double> of_base(const ServoConfig& servo) {
-  const model::DriveParams& drive = servo.profile.drive;
-  const model::MechanicsParams& m = drive.mechanics;
-  const double k_t = motor_figures(servo.profile).k_t_Nm_A;
-  const double N = m.gear_ratio;
-  const auto p = model::motion_params(drive, control_settings(servo.rom));
-  const double p_psi = k_t / 1.5;
-  const double most_V = (2 * drive.inverter.duty_max - 1) * drive.supply.v_source / std::sqrt(3.0);
-  return {(m.J + m.J_out / (N * N)) / k_t,
-          (m.tau_coulomb + m.tau_coulomb_out / N / m.gear_efficiency) / k_t,
-          m.B / k_t,
-          m.tau_cogging / k_t,
-          0,
-          N > 1 ? m.gear_efficiency : 0,
-          p.speed_kp,
-          p.speed_ki,
-          p.angle_kp,
-          drive.current_sensor.noise * std::sqrt(4.0 / 3),
-          most_V / p_psi,
-          k_t,
-          drive.motor.R_s + drive.inverter.R_on + drive.supply.R_source / 2};
-}
+using Found = std::optional<Estimate>;
+using D = const IdentifiedDrive&;
+using S = const ServoConfig&;
+
+constexpr const char* kPlan = "lk-emu identify --plan";
+constexpr const char* kBalance = "balance of torques";
+constexpr const char* kRipple = "answer to cogging at steady speeds";
+constexpr const char* kLimit = "iq over speed at the limit of the voltage";
+constexpr const char* kLimitRun = "0xA1 with a large current from rest to full speed, shaft free";
+constexpr const char* kLimitRunV = "the same with 0x9A among the queries";
+
+// One row a quantity.
+// clang-format off
+constexpr Quantity kQuantities[] = {
+    {"inertia_A_s2_rad", "inertia at the rotor", "A·s²/rad", kBalance, kPlan,
+     [](D d) { return d.balance ? Found(d.balance->inertia_A_s2) : Found(); },
+     [](S s) { const auto& m = drive_of(s).mechanics; return (m.J + m.J_out / (m.gear_ratio * m.gear_ratio)) / k_t_of(s); }},
+    {"coulomb_A", "Coulomb friction", "A", kBalance, "turning both ways at steady speeds (0xA2)",
+     [](D d) { return d.balance ? Found(d.balance->coulomb_A) : Found(); },
+     [](S s) { const auto& m = drive_of(s).mechanics; return (m.tau_coulomb + m.tau_coulomb_out / m.gear_ratio / m.gear_efficiency) / k_t_of(s); }},
+    {"viscous_A_s_rad", "viscous friction", "A·s/rad", kBalance, "steady speeds (0xA2), the fastest ten times the slowest and more",
+     [](D d) { return d.balance ? Found(d.balance->viscous_A_s) : Found(); },
+     [](S s) { return drive_of(s).mechanics.B / k_t_of(s); }},
+    {"cogging_A", "cogging", "A", kBalance, "slow, steady turning (0xA2), a turn or more",
+     [](D d) { return d.cogging() != nullptr ? Found(d.cogging()->amplitude_A) : Found(); },
+     [](S s) { return drive_of(s).mechanics.tau_cogging / k_t_of(s); }},
+    {"gravity_A", "gravity of what hangs on the output", "A", kBalance, "slow moves (0xA2, 0xA4) over 60 degrees of the output and more",
+     [](D d) { return d.balance ? d.balance->gravity_A : Found(); },
+     [](S) { return 0.0; }, false},
+    {"gear_loss", "share that the gear takes", "", "what gravity takes up and gives down", "slow moves up and down with a load on an arm",
+     gear_loss,
+     [](S s) { return 1 - drive_of(s).mechanics.gear_efficiency; }},
+    {"speed_kp_A_s_rad", "Kp of the speed loop", "A·s/rad", kRipple, kPlan,
+     [](D d) { return d.speed_loop.kp_A_s; },
+     [](S s) { return loops_of(s).speed_kp; }},
+    {"speed_ki_A_rad", "Ki of the speed loop", "A/rad", kRipple, "steady speeds (0xA2) of 30 to 200 degrees per second",
+     [](D d) { return d.speed_loop.ki_A; },
+     [](S s) { return loops_of(s).speed_ki; }},
+    {"angle_kp_per_s", "Kp of the position loop", "1/s", "moves, emulated", "moves (0xA4) with rests between them, no arm, 200 exchanges per second",
+     [](D d) { return d.position_loop ? Found(d.position_loop->angle_kp_per_s) : Found(); },
+     [](S s) { return loops_of(s).angle_kp; }},
+    // iq is made of two measured phases: their noise times √(4/3), in the mean over angles.
+    {"iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0", "0xA1 with torque 0 for two seconds, shaft at rest",
+     current_noise_A,
+     [](S s) { return drive_of(s).current_sensor.noise * std::sqrt(4.0 / 3); }},
+    {"no_load_rad_s", "speed where the voltage is used up", "rad/s", kLimit, kLimitRun,
+     [](D d) { return d.voltage ? Found(d.voltage->no_load_rad_s) : Found(); },
+     [](S s) { return (2 * drive_of(s).inverter.duty_max - 1) * drive_of(s).supply.v_source / std::sqrt(3.0) / (k_t_of(s) / 1.5); }, false},
+    {"k_t_Nm_A", "torque constant", "Nm/A", kLimit, kLimitRunV,
+     [](D d) { return d.voltage ? d.voltage->k_t_Nm_A : Found(); },
+     k_t_of},
+    {"R_ohm", "resistance of a phase, its switch, half the supply", "ohm", kLimit, kLimitRunV,
+     [](D d) { return d.voltage ? d.voltage->R_ohm : Found(); },
+     [](S s) { return drive_of(s).motor.R_s + drive_of(s).inverter.R_on + drive_of(s).supply.R_source / 2; }, false},
+};
+// clang-format on
 
 }  // namespace
 
-const std::vector<Quantity>& quantities() {
-  static const std::vector<Quantity> all{
-      {"inertia_A_s2_rad", "inertia at the rotor, over k_t", "A·s²/rad", kBalance, kPlan},
-      {"coulomb_A", "Coulomb friction, over k_t", "A", kBalance, kPlan},
-      {"viscous_A_s_rad", "viscous friction, over k_t", "A·s/rad", kBalance,
-       "steady speeds (0xA2) of which the fastest is ten times the slowest"},
-      {"cogging_A", "cogging, over k_t", "A", kBalance,
-       "slow, steady turning (0xA2), a turn or more"},
-      {"gravity_A", "gravity of what hangs on the output, over k_t", "A", kBalance,
-       "slow moves (0xA2, 0xA4) over 60 degrees of the output and more"},
-      {"gear_efficiency", "efficiency of the gear", "", "what gravity takes up and gives down",
-       "slow moves up and down with a load on an arm"},
-      {"speed_kp_A_s_rad", "Kp of the speed loop", "A·s/rad", "answer to cogging at steady speeds",
-       kPlan},
-      {"speed_ki_A_rad", "Ki of the speed loop", "A/rad", "answer to cogging at steady speeds",
-       "steady speeds (0xA2) of 30 to 200 degrees per second"},
-      {"angle_kp_per_s", "Kp of the position loop", "1/s", "moves, emulated",
-       "moves (0xA4) of 30 degrees and more with rests between them, 200 exchanges per second"},
-      {"iq_noise_A", "noise of the reported current", "A", "iq at rest with torque 0",
-       "0xA1 with torque 0 for two seconds, shaft at rest"},
-      {"no_load_rad_s", "speed where the voltage is used up", "rad/s", "iq over speed at the limit",
-       "0xA1 with a large current from rest to full speed, shaft free"},
-      {"k_t_Nm_A", "torque constant", "Nm/A", "the same, and the voltage of 0x9A",
-       "the same with 0x9A among the queries; or a known inertia or weight on the shaft"},
-      {"R_ohm", "resistance of a phase, its switch, half the supply", "ohm",
-       "the same, and the voltage of 0x9A", "the same with 0x9A among the queries"},
-  };
-  return all;
-}
+std::span<const Quantity> quantities() { return kQuantities; }
 
 const Quantity* find_identified(std::string_view key) {
-  const auto found = std::ranges::find(quantities(), key, &Quantity::key);
-  return found != quantities().end() ? &*found : nullptr;
+  const auto* const found = std::ranges::find(kQuantities, key, &Quantity::key);
+  return found != std::end(kQuantities) ? found : nullptr;
+}
+
+const Cogging* IdentifiedDrive::cogging() const {
+  if (!balance) return nullptr;
+  const auto found = std::ranges::find_if(balance->cogging, [this](const Cogging& one) {
+    return one.order != track.servo.profile.drive.motor.pole_pairs;
+  });
+  return found != balance->cogging.end() ? &*found : nullptr;
+}
+
+const Cogging* IdentifiedDrive::offset_ripple() const {
+  if (!balance) return nullptr;
+  const auto found = std::ranges::find(balance->cogging, track.servo.profile.drive.motor.pole_pairs,
+                                       &Cogging::order);
+  return found != balance->cogging.end() ? &*found : nullptr;
 }
 
 IdentifiedDrive identify(Track track) {
@@ -168,10 +153,9 @@ IdentifiedDrive identify(Track track) {
     drive.position_loop = fit_position_loop(drive.track, *drive.balance, drive.speed_loop);
   }
   if (has_iq) drive.voltage = fit_voltage(drive.track);
-  const auto found = estimates(drive);
-  const auto base = of_base(drive.track.servo);
-  for (std::size_t n = 0; n < quantities().size(); ++n) {
-    drive.values.push_back({&quantities()[n], found[n], base[n]});
+  for (const Quantity& one : quantities()) {
+    drive.values.push_back(
+        {&one, has_iq ? one.found(drive) : std::nullopt, one.base(drive.track.servo)});
   }
   return drive;
 }

@@ -4,6 +4,7 @@
 /// file, compared and drawn comes from it.
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,8 @@
 
 namespace lk::emulator {
 
+struct IdentifiedDrive;
+
 /// What a log may tell. In amperes: a log has no torques.
 struct Quantity {
   std::string_view key;    // in the file; ends with its unit
@@ -24,6 +27,11 @@ struct Quantity {
   std::string_view unit;
   std::string_view how;         // it is found
   std::string_view experiment;  // that tells it where this log does not
+  /// What the fits say; nothing: the log has nothing about it.
+  std::optional<Estimate> (*found)(const IdentifiedDrive& drive);
+  /// What a motor file says, with nothing on the shaft; 0: nothing.
+  double (*base)(const ServoConfig& servo);
+  bool is_of_motor = true;  // false: of the supply or of the load, which may be others next time
 };
 
 struct IdentifiedValue {
@@ -39,12 +47,14 @@ struct IdentifiedDrive {
   std::optional<PositionLoopFit> position_loop;
   std::optional<VoltageFit> voltage;
   std::vector<IdentifiedValue> values;  // one for each quantity, in the order of quantities()
-  int cogging_order = 0;                // of the strongest that current offsets do not explain
-  Estimate offset_ripple_A;             // at pole_pairs per turn: offsets of the current sensors
+  /// The strongest cogging that offsets of the current sensors do not explain, and what is at
+  /// pole_pairs per turn, where they are felt. Of `balance`.
+  const Cogging* cogging() const;
+  const Cogging* offset_ripple() const;
 };
 
 /// In the order in which they are shown.
-const std::vector<Quantity>& quantities();
+std::span<const Quantity> quantities();
 const Quantity* find_identified(std::string_view key);
 
 IdentifiedDrive identify(Track track);

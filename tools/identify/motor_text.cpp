@@ -1,13 +1,14 @@
 #include "tools/identify/motor_text.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "emulator/config/config_error.hpp"
+#include "emulator/config/config_reader.hpp"
 #include "emulator/config/motor_figures.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -26,9 +27,18 @@ double number(const IdentifiedDrive& drive, std::string_view key) {
   return value_of(drive, key).estimate->value;
 }
 
+int order_of(const IdentifiedDrive& drive) {
+  return drive.cogging() != nullptr ? drive.cogging()->order : 0;
+}
+/// Of the gear: as found, else as the motor file has it.
+double efficiency_of(const IdentifiedDrive& drive) {
+  return told(drive, "gear_loss") ? 1 - number(drive, "gear_loss")
+                                  : drive.track.servo.profile.drive.mechanics.gear_efficiency;
+}
+
 std::string toml_string(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (const char c : on_one_line(text)) {
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }
@@ -68,22 +78,21 @@ Section mechanics(const IdentifiedDrive& drive, double k_t) {
   }
   if (told(drive, "coulomb_A")) {
     const double tau =
-        number(drive, "coulomb_A") * k_t - base.tau_coulomb_out / N / base.gear_efficiency;
+        number(drive, "coulomb_A") * k_t - base.tau_coulomb_out / N / efficiency_of(drive);
     const double excess = base.tau_coulomb > 0 ? base.tau_static / base.tau_coulomb : 1;
     add("tau_coulomb_mNm", std::max(tau, 0.0) * 1e3, "coulomb_A");
     section.say(fmt::format("{:<26} = {:<11.5g} # in proportion, as {} has it", "tau_static_mNm",
-                            excess * std::max(tau, 0.0) * 1e3, drive.track.servo.profile.name));
+                            excess * std::max(tau, 0.0) * 1e3,
+                            on_one_line(drive.track.servo.profile.name)));
   }
   if (told(drive, "viscous_A_s_rad")) {
     add("B_uNm_s_rad", number(drive, "viscous_A_s_rad") * k_t * 1e6, "viscous_A_s_rad");
   }
   if (told(drive, "cogging_A")) {
     add("tau_cogging_mNm", number(drive, "cogging_A") * k_t * 1e3, "cogging_A");
-    section.say(fmt::format("{:<26} = {}", "cogging_per_turn", drive.cogging_order));
+    section.say(fmt::format("{:<26} = {}", "cogging_per_turn", order_of(drive)));
   }
-  if (told(drive, "gear_efficiency")) {
-    add("gear_efficiency", number(drive, "gear_efficiency"), "gear_efficiency");
-  }
+  if (told(drive, "gear_loss")) add("gear_efficiency", efficiency_of(drive), "gear_loss");
   return section;
 }
 
@@ -133,7 +142,7 @@ std::string identified_table(const IdentifiedDrive& drive, const std::vector<std
   std::string names;
   for (const std::string& log : logs) names += (names.empty() ? "" : ", ") + toml_string(log);
   text += fmt::format("logs = [{}]\ndrive = {}\n", names, drive.track.id);
-  if (drive.cogging_order > 0) text += fmt::format("cogging_order = {}\n", drive.cogging_order);
+  if (order_of(drive) > 0) text += fmt::format("cogging_order = {}\n", order_of(drive));
   for (const IdentifiedValue& one : drive.values) {
     if (!one.estimate || quality_of(*one.estimate) == Quality::kUnknown) continue;
     text += fmt::format("{} = [{:.6g}, {:.6g}, {:.6g}]\n", one.quantity->key, one.estimate->value,
@@ -154,10 +163,11 @@ std::string not_told(const IdentifiedDrive& drive) {
 std::string load_lines(const IdentifiedDrive& drive, double k_t) {
   if (!told(drive, "gravity_A")) return "";
   const double N = drive.track.servo.profile.drive.mechanics.gear_ratio;
+  const double eta = efficiency_of(drive);  // what was found is the mean of up and down
   return fmt::format(
       "#\n# What hung on the shaft goes into the robot file, not here:\n"
       "#   load = {{ tau_gravity_Nm = {:.4g} }}  # {}: ±{:.2g} %\n",
-      number(drive, "gravity_A") * k_t * N,
+      number(drive, "gravity_A") * k_t * N * 2 / (1 / eta + eta),
       letter(quality_of(*value_of(drive, "gravity_A").estimate)),
       value_of(drive, "gravity_A").estimate->half_width / number(drive, "gravity_A") * 100);
 }
@@ -173,11 +183,12 @@ std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
       "# {} as drive {} of a robot has it.\n"
       "# A within 5 %, B within 15 %, with the 95 % interval of the log.\n"
       "# In Nm with {}: {:.4g} Nm/A.\n",
-      profile.model, drive.track.id,
+      on_one_line(profile.model), drive.track.id,
       own_k_t ? "the torque constant that the log shows"
               : "the torque constant of " + profile.name +
                     ", which no log without a known torque shows",
       k_t);
+  text += "# Speaks: " + drive.track.guess.options() + "\n";
   text += "# The inertia is that of the rotor with all that hung on it.\n";
   text += load_lines(drive, k_t) + not_told(drive);
   text += fmt::format("\nextends = {}\nmodel = {}\n", toml_string(base),
@@ -187,13 +198,7 @@ std::string motor_text(const IdentifiedDrive& drive, const std::string& base,
 }
 
 std::vector<ExpectedValue> expected_values(const std::string& text, const std::string& file) {
-  toml::table document;
-  try {
-    document = toml::parse(text, file);
-  } catch (const toml::parse_error& problem) {
-    throw ConfigError(file, static_cast<int>(problem.source().begin.line), "",
-                      std::string(problem.description()));
-  }
+  const toml::table document = parse_toml(text, file);
   const toml::table* const table = document["identified"].as_table();
   if (table == nullptr) {
     throw ConfigError(file, 0, "identified", "is missing; lk-emu identify -o writes it");
@@ -213,7 +218,7 @@ std::vector<ExpectedValue> expected_values(const std::string& text, const std::s
     const auto at = [&](std::size_t n) {
       return (*three)[n].value<double>().value_or(std::nan(""));
     };
-    if (!(at(1) <= at(0)) || !(at(0) <= at(2))) {
+    if (!std::isfinite(at(2) - at(1)) || !(at(1) <= at(0)) || !(at(0) <= at(2))) {
       wrong(key.str(), node, "is not [value, low, high] in that order");
     }
     values.push_back({quantity, {at(0), (at(2) - at(1)) / 2}, 0});
@@ -224,26 +229,30 @@ std::vector<ExpectedValue> expected_values(const std::string& text, const std::s
   return values;
 }
 
-std::vector<std::string> changes(const IdentifiedDrive& drive,
-                                 const std::vector<ExpectedValue>& expected,
-                                 const std::string& file) {
-  std::vector<std::string> lines;
+Changes changes(const IdentifiedDrive& drive, const std::vector<ExpectedValue>& expected,
+                const std::string& file) {
+  Changes found;
   for (const ExpectedValue& then : expected) {
     const auto& now = value_of(drive, then.quantity->key).estimate;
-    if (!now || quality_of(*now) == Quality::kUnknown) continue;
-    const auto change = now->value / then.estimate.value - 1;
+    if (!then.quantity->is_of_motor) continue;
+    if (!now || !is_told(*now) || !is_told(then.estimate)) {
+      found.not_compared.emplace_back(then.quantity->label);
+      continue;
+    }
+    ++found.compared;
+    const double change = now->value / then.estimate.value - 1;
     const bool apart = now->low() > then.estimate.high() || now->high() < then.estimate.low();
-    if (then.order != 0 && drive.cogging_order != then.order && is_told(*now)) {
-      lines.push_back(fmt::format("drive {}: cogs {} times a turn, was {} times in {}",
-                                  drive.track.id, drive.cogging_order, then.order, file));
+    if (then.order != 0 && order_of(drive) != then.order) {
+      found.lines.push_back(fmt::format("drive {}: cogs {} times a turn, was {} times in {}",
+                                        drive.track.id, order_of(drive), then.order, file));
     } else if (apart && std::abs(change) > kLeastChange) {
-      lines.push_back(fmt::format("drive {}: {} is {:.0f} % {} than in {} ({:.4g} {}, was {:.4g})",
-                                  drive.track.id, then.quantity->label, std::abs(change) * 100,
-                                  change > 0 ? "more" : "less", file, now->value,
-                                  then.quantity->unit, then.estimate.value));
+      found.lines.push_back(fmt::format(
+          "drive {}: {} is {:.0f} % {} than in {} ({:.4g} {}, was {:.4g})", drive.track.id,
+          then.quantity->label, std::abs(change) * 100, change > 0 ? "more" : "less", file,
+          now->value, then.quantity->unit, then.estimate.value));
     }
   }
-  return lines;
+  return found;
 }
 
 }  // namespace lk::emulator

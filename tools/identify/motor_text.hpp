@@ -22,10 +22,15 @@ struct ExpectedValue {
 /// The [identified] of a motor file. Throws ConfigError.
 std::vector<ExpectedValue> expected_values(const std::string& text, const std::string& file);
 
-/// How a drive has changed: a line for each quantity whose intervals, then and now, are apart and
-/// whose values differ by more than a tenth (assumed).
-std::vector<std::string> changes(const IdentifiedDrive& drive,
-                                 const std::vector<ExpectedValue>& expected,
-                                 const std::string& file);
+/// How a drive has changed.
+struct Changes {
+  int compared = 0;                         // quantities told then and now, within 15 %
+  std::vector<std::string> lines;           // one for each that has changed
+  std::vector<std::string> not_compared{};  // labels
+};
+/// A quantity has changed when its intervals, then and now, are apart and its values differ by more
+/// than a tenth (assumed). `file` is what `expected` is of.
+Changes changes(const IdentifiedDrive& drive, const std::vector<ExpectedValue>& expected,
+                const std::string& file);
 
 }  // namespace lk::emulator

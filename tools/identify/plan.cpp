@@ -8,6 +8,7 @@
 #include "emulator/config/motor_figures.hpp"
 #include "emulator/core/servo/shaft_angles.hpp"
 #include "emulator/frames/reply_values.hpp"
+#include "emulator/ground/text.hpp"
 #include "tools/identify/plan_body.hpp"
 
 namespace lk::emulator {
@@ -53,8 +54,7 @@ std::string_view word(Follows what) {
   return "rest";
 }
 
-constexpr const char* kConstants = R"py(#!/usr/bin/env python3
-MOTOR, DRIVE = "{motor}", {id}
+constexpr const char* kConstants = R"py(MOTOR, DRIVE = {motor}, {id}
 QUERY_ID, REPLY_ID = 0x140 + {id}, {reply:#x} + {id}
 A_PER_LSB = {lsb}
 COUNTS, ROTOR_TURNS = {counts:.0f}, {span:g}  # of the encoder field, and what they span
@@ -66,6 +66,16 @@ TRAVEL_TURNS = {turns:g}  # of the rotor, to either side
 STEPS = [
 {steps}]
 )py";
+
+/// A literal of Python.
+std::string python_string(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : on_one_line(text)) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
 
 std::string steps_text(const std::vector<PlanStep>& steps) {
   std::string text;
@@ -84,7 +94,9 @@ PlanLimits plan_limits(const Profile& profile) {
   const model::MechanicsParams& m = profile.drive.mechanics;
   const double friction_Nm = m.tau_coulomb + m.tau_coulomb_out / m.gear_ratio;
   const double no_load_dps = figures.no_load_speed_rpm * 6 * m.gear_ratio;
-  return {.current_A = 3 * friction_Nm / figures.k_t_Nm_A,
+  // Half of what the sensors show (assumed).
+  const double most_A = profile.drive.current_sensor.range / 2;
+  return {.current_A = std::min(3 * friction_Nm / figures.k_t_Nm_A, most_A),
           .speed_dps = std::min(kMostSpeed_dps, no_load_dps / 20),
           .travel_turns = 20};
 }
@@ -102,22 +114,26 @@ std::vector<PlanStep> plan_steps(const PlanLimits& limits) {
   return steps;
 }
 
-std::string plan_script(const ServoConfig& servo, const PlanLimits& limits) {
+std::string plan_script(const ServoConfig& servo, const std::string& motor,
+                        const PlanLimits& limits) {
   const std::vector<PlanStep> steps = plan_steps(limits);
   const ReplyReader reader(servo);
   const auto& dialect = servo.quirks.dialect;
   std::string queries = "0x9A";
   if (dialect.pid_commands) queries += ", 0x30";
   if (dialect.brake_command) queries += ", 0x8C";
-  return fmt::format(kConstants, fmt::arg("id", servo.id), fmt::arg("motor", servo.profile.name),
-                     fmt::arg("reply", dialect.reply_id_base),
-                     fmt::arg("lsb", reader.format.iq_command_lsb_A),
-                     fmt::arg("counts", reader.encoder_counts),
-                     fmt::arg("span", encoder_turns(servo.profile, servo.quirks)),
-                     fmt::arg("queries", queries), fmt::arg("rate", limits.rate_Hz),
-                     fmt::arg("speed", limits.speed_dps), fmt::arg("turns", limits.travel_turns),
-                     fmt::arg("steps", steps_text(steps))) +
-         std::string(plan_body());
+  const std::string constants = fmt::format(
+      kConstants, fmt::arg("id", servo.id), fmt::arg("motor", python_string(motor)),
+      fmt::arg("reply", dialect.reply_id_base), fmt::arg("lsb", reader.format.iq_command_lsb_A),
+      fmt::arg("counts", reader.encoder_counts),
+      fmt::arg("span", encoder_turns(servo.profile, servo.quirks)), fmt::arg("queries", queries),
+      fmt::arg("rate", limits.rate_Hz), fmt::arg("speed", limits.speed_dps),
+      fmt::arg("turns", limits.travel_turns), fmt::arg("steps", steps_text(steps)));
+  constexpr std::string_view kPlace = "# (here stand the constants of the plan)\n";
+  const std::string_view body = plan_body();
+  const std::size_t place = body.find(kPlace);
+  return std::string(body.substr(0, place)) + constants +
+         std::string(body.substr(place + kPlace.size()));
 }
 
 }  // namespace lk::emulator

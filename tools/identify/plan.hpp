@@ -20,7 +20,8 @@ struct PlanLimits {
 };
 
 /// For a motor of which nothing else is known: three times its friction, a twentieth of its no-load
-/// speed and 720 dps at most, 20 turns of the rotor (assumed).
+/// speed and 720 dps at most, 20 turns of the rotor; of current half of what the sensors show
+/// (assumed).
 PlanLimits plan_limits(const Profile& profile);
 
 struct PlanStep {
@@ -33,7 +34,9 @@ struct PlanStep {
 std::vector<PlanStep> plan_steps(const PlanLimits& limits);
 
 /// The script, for Python 3 with python-can: asks before it moves, watches speed and travel, and
-/// frees the shaft whatever happens. `servo`: the drive, and how it is spoken to.
-std::string plan_script(const ServoConfig& servo, const PlanLimits& limits);
+/// frees the shaft whatever happens. `servo`: the drive, and how it is spoken to; `motor`: what
+/// --motor was.
+std::string plan_script(const ServoConfig& servo, const std::string& motor,
+                        const PlanLimits& limits);
 
 }  // namespace lk::emulator

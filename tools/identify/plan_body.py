@@ -5,11 +5,14 @@ The shaft must be free to turn, as far to either side as TRAVEL_TURNS says. Need
 """
 
 import argparse
+import signal
 import struct
 import sys
 import time
 
 import can
+
+# (here stand the constants of the plan)
 
 
 def exchange(bus, data, log):
@@ -19,10 +22,11 @@ def exchange(bus, data, log):
     end = time.monotonic() + 0.02
     while (left := end - time.monotonic()) > 0:
         reply = bus.recv(left)
-        if reply is None or reply.arbitration_id != REPLY_ID or reply.is_error_frame:
+        if reply is None or reply.arbitration_id != REPLY_ID or reply.is_error_frame or len(reply.data) != 8:
             continue
         log.write(f"({time.time():.6f}) can0 {REPLY_ID:03X}#{reply.data.hex().upper()}\n")
-        return bytes(reply.data)
+        if reply.data[0] == data[0]:  # else it comes late, from a query before
+            return bytes(reply.data)
     return None
 
 
@@ -90,6 +94,15 @@ def run(bus, log):
             time.sleep(max(0.0, next_at - time.monotonic()))
 
 
+def free(bus):
+    """Stop and off, whatever has happened: one must not keep the other from being sent."""
+    for last in (0x81, 0x80):
+        try:
+            bus.send(can.Message(arbitration_id=QUERY_ID, data=bytes([last] + 7 * [0]), is_extended_id=False))
+        except Exception as problem:  # of any adapter
+            print(f"0x{last:02X} could not be sent: {problem}", file=sys.stderr)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--interface", default="socketcan")
@@ -106,12 +119,14 @@ def main():
             sys.exit("nothing was moved")
     with can.Bus(interface=given.interface, channel=given.channel, bitrate=given.bitrate) as bus:
         with open(given.log, "w", encoding="ascii") as log:
+            for ending in ("SIGTERM", "SIGHUP"):
+                if hasattr(signal, ending):  # Windows has one of them
+                    signal.signal(getattr(signal, ending), lambda *_: sys.exit("ended by a signal"))
             try:
                 run(bus, log)
             finally:
-                for last in (0x81, 0x80):
-                    exchange(bus, bytes([last, 0, 0, 0, 0, 0, 0, 0]), log)
-    print(f"\n{given.log} is written: lk-emu identify {given.log} --motor {MOTOR} -o my_motor.toml", file=sys.stderr)
+                free(bus)
+    print(f"\n{given.log} is written: lk-emu identify {given.log} --motor '{MOTOR}' -o my_motor.toml", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 #include <unsupported/Eigen/NumericalDiff>
 
+#include "emulator/config/config_checks.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "model/control/motion_loops.hpp"
@@ -77,8 +78,14 @@ std::optional<Moves> moves_of(const Track& track) {
       first = part.first;
       zeros.clear();
     }
+    if (zeros.empty()) first = part.first;
     zeros.push_back(part.order->value - track.samples[part.last - 1].angle_rad);
-    if (track.samples[part.last - 1].time_s - track.samples[first].time_s > kMostMoves_s) continue;
+    if (track.samples[part.last - 1].time_s - track.samples[first].time_s > kMostMoves_s) {
+      // The next ones begin where this one ends.
+      first = part.last;
+      zeros.clear();
+      continue;
+    }
     if (best && best->last - best->first >= part.last - first) continue;
     std::vector<double> sorted = zeros;
     std::ranges::sort(sorted);
@@ -242,9 +249,15 @@ ServoConfig with_mechanics(const ServoConfig& servo, const BalanceFit& balance) 
 std::optional<PositionLoopFit> fit_position_loop(const Track& track, const BalanceFit& balance,
                                                  const SpeedLoopFit& speed) {
   const auto moves = moves_of(track);
-  if (!moves || !track.servo.profile.drive.control.has_current_loop) return std::nullopt;
+  // What hangs on an arm makes the loop sag as a smaller gain would.
+  if (!moves || balance.gravity_A) return std::nullopt;
   const Emulation emulation(track, balance, *moves);
   const Eigen::Vector3d before = gains_of(emulation.servo());
+  const bool usual = before.array().isFinite().all() &&
+                     quality_of(balance.inertia_A_s2) != Quality::kUnknown &&
+                     quality_of(balance.coulomb_A) != Quality::kUnknown &&
+                     !model_problem(emulation.servo().profile.drive);
+  if (!usual) return std::nullopt;  // a gain of 0, or numbers that no motor has
   Residuals residuals{&emulation, Unknowns::Zero(), Unknowns::Constant(kUnknownGain), 1e-3};
   const auto know = [&](Unknown which, const std::optional<Estimate>& told, double log_of_one) {
     if (!told || quality_of(*told) == Quality::kUnknown) return;
@@ -286,11 +299,9 @@ std::optional<PositionLoopFit> fit_position_loop(const Track& track, const Balan
     fit.rms_rad += std::pow(fit.emulated_rad[n] - fit.logged_rad[n], 2);
   }
   fit.rms_rad = std::sqrt(fit.rms_rad / static_cast<double>(emulation.count()));
-  if (fit.angle_kp_per_s.value * track.median_step_s > kLongestStep ||
-      fit.rms_rad > kFarthest_rad) {
-    return std::nullopt;
-  }
-  return fit;
+  const bool seen = fit.angle_kp_per_s.value * track.median_step_s <= kLongestStep &&
+                    fit.rms_rad <= kFarthest_rad;
+  return seen ? std::optional(fit) : std::nullopt;
 }
 
 }  // namespace lk::emulator

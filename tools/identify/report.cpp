@@ -18,13 +18,8 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 /// Of the log, in the pictures of the balance.
 constexpr double kShown_s = 6;
 
-std::string value_text(const IdentifiedValue& one) {
-  if (!one.estimate) return "-";
-  if (quality_of(*one.estimate) == Quality::kUnknown) {
-    return fmt::format("{:.3g} or anything near", one.estimate->value);
-  }
-  return fmt::format("{:.4g}  {:.4g} .. {:.4g}", one.estimate->value, one.estimate->low(),
-                     one.estimate->high());
+bool is_shown(const IdentifiedValue& one) {
+  return one.estimate && quality_of(*one.estimate) != Quality::kUnknown;
 }
 char letter_of(const IdentifiedValue& one) {
   return one.estimate ? letter(quality_of(*one.estimate)) : letter(Quality::kUnknown);
@@ -48,7 +43,7 @@ std::vector<std::string> beliefs(const IdentifiedDrive& drive) {
   const BalanceCheck& check = drive.balance->check;
   if (!drive.voltage || !drive.voltage->k_t_Nm_A) {
     lines.emplace_back(
-        "J and k_t show only as a ratio, and so do friction, cogging and gravity: every current "
+        "Torques show in amperes, over k_t: J and k_t only as a ratio, and every current "
         "would be the same with twice of all. A known weight or inertia on the shaft tells them "
         "apart, or a run at the limit of the voltage.");
   }
@@ -58,24 +53,31 @@ std::vector<std::string> beliefs(const IdentifiedDrive& drive) {
       check.windows, 2e3 * std::max(kHalfWindow_s, drive.track.median_step_s), check.commanded,
       check.rms_A, check.held_out_ratio,
       check.held_out_ratio <= 1.2 ? "" : ": the log is too short, or changed on the way"));
-  if (std::abs(check.autocorrelation) > 0.2) {
-    lines.push_back(fmt::format(
-        "What is left is not white (autocorrelation {:.2f}): something acts on the shaft that the "
-        "model does not have, a load that moves or a cable.",
-        check.autocorrelation));
-  }
-  if (check.commanded < kFewestWindows) {
+  const double white = 1.96 / std::sqrt(static_cast<double>(check.windows) / 2);
+  lines.push_back(fmt::format(
+      "What is left goes on from window to window with {:.2f} (white noise: within ±{:.2f} in 95 "
+      "of "
+      "100 logs){}.",
+      check.autocorrelation, white,
+      std::abs(check.autocorrelation) <= 0.2 ? ""
+                                             : ": something acts on the shaft that the model does "
+                                               "not have, a load that moves or a cable"));
+  if (check.commanded < kFewestCommanded) {
     lines.emplace_back(
         "Hardly any torque was commanded: iq between the samples is a guess, and the inertia with "
         "it. lk-emu identify --plan writes a script that does better.");
   }
-  const int pole_pairs = drive.track.servo.profile.drive.motor.pole_pairs;
-  if (is_told(drive.offset_ripple_A)) {
-    lines.push_back(
-        fmt::format("A ripple of {:.2g} A at {} per turn, the pole pairs: offsets of the "
-                    "current sensors, or cogging that looks like it.",
-                    drive.offset_ripple_A.value, pole_pairs));
+  lines.push_back(fmt::format("A command acts {:.2f} ms after its stamp, seen from the samples.",
+                              drive.balance->delay_s * 1e3));
+  std::string ripples;
+  for (const Cogging& one : drive.balance->cogging) {
+    const bool offsets = &one == drive.offset_ripple();
+    ripples +=
+        fmt::format("{}{} times a turn ({:.2g} A{})", ripples.empty() ? "" : ", ", one.order,
+                    one.amplitude_A.value,
+                    offsets ? "; the pole pairs: perhaps offsets of the current sensors" : "");
   }
+  if (!ripples.empty()) lines.push_back("It cogs " + ripples + ".");
   return lines;
 }
 
@@ -144,9 +146,12 @@ std::string balance_picture(const IdentifiedDrive& drive) {
   const double from_s = shown_from_s(fit);
   // With the numbers of the motor file: what the emulator would have expected before.
   Eigen::VectorXd base = Eigen::VectorXd::Zero(fit.coefficients.size());
-  base(0) = drive.values[0].base;
-  base(1) = drive.values[1].base;
-  base(2) = drive.values[2].base;
+  const auto of_base = [&](BalanceTerm term, std::string_view key) {
+    base(static_cast<Eigen::Index>(term)) = find_identified(key)->base(drive.track.servo);
+  };
+  of_base(BalanceTerm::kInertia, "inertia_A_s2_rad");
+  of_base(BalanceTerm::kCoulomb, "coulomb_A");
+  of_base(BalanceTerm::kViscous, "viscous_A_s_rad");
   Trace given, expected, before, left, speed;
   for (const BalanceWindow& window : fit.windows) {
     if (window.time_s < from_s || window.time_s > from_s + kShown_s) continue;
@@ -164,7 +169,7 @@ std::string balance_picture(const IdentifiedDrive& drive) {
                       line(1, LineStyle::kSolid, expected)},
                      {{"log", LineStyle::kBroad, 0},
                       {"expected", LineStyle::kSolid, 1},
-                      {"expected of the motor file", LineStyle::kDotted, 3}}),
+                      {"the same of the motor file, without cogging", LineStyle::kDotted, 3}}),
                panel("left, A", 0.02, {line(2, LineStyle::kSolid, left)}, {}),
                panel("speed, dps", 10, {line(0, LineStyle::kSolid, speed)}, {})}));
 }
@@ -193,7 +198,7 @@ std::string drive_html(const IdentifiedDrive& drive) {
   html += "<table><tr><th></th><th>value</th><th>95 % interval</th><th>quality</th><th>" +
           xml_escaped(drive.track.servo.profile.name) + "</th><th>from</th></tr>\n";
   for (const IdentifiedValue& one : drive.values) {
-    const bool shown = one.estimate && quality_of(*one.estimate) != Quality::kUnknown;
+    const bool shown = is_shown(one);
     html += fmt::format(
         "<tr><td>{}{}</td><td>{}</td><td>{}</td><td "
         "class=\"q{}\">{}</td><td>{}</td><td>{}</td></tr>\n",
@@ -234,15 +239,16 @@ std::string identified_table_text(const IdentifiedDrive& drive) {
                   on_one_line(drive.track.interface), drive.track.guess.options(),
                   drive.track.samples.size(), drive.track.median_step_s * 1e3);
   for (const IdentifiedValue& one : drive.values) {
-    const bool shown = one.estimate && quality_of(*one.estimate) != Quality::kUnknown;
+    const bool shown = is_shown(one);
     text +=
         fmt::format("  {}  {:<46} {:<34} {:<8} {}\n", letter_of(one), one.quantity->label,
-                    shown ? value_text(one) : "not told", shown ? one.quantity->unit : "",
+                    shown ? fmt::format("{:.4g}  {:.4g} .. {:.4g}", one.estimate->value,
+                                        one.estimate->low(), one.estimate->high())
+                          : "not told",
+                    shown ? one.quantity->unit : "",
                     shown ? fmt::format("({} {})", drive.track.servo.profile.name, base_text(one))
                           : fmt::format("would: {}", one.quantity->experiment));
   }
-  if (drive.cogging_order > 0)
-    text += fmt::format("     cogs {} times a turn\n", drive.cogging_order);
   for (const std::string& belief : beliefs(drive)) text += "  " + belief + "\n";
   return text;
 }

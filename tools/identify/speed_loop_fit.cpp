@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <numbers>
 #include <vector>
 
@@ -17,7 +18,12 @@ constexpr double kSettles_s = 0.2;
 constexpr double kShortest_s = 0.5;
 /// Of half the rate of samples: cogging beyond it is not told from slower one.
 constexpr double kNyquistShare = 0.8;
-constexpr double kStudentTen = 2.2;  // 95 % of Student's t with about ten degrees
+/// 95 % of Student's t, by degrees of freedom from 1 on; beyond the last it falls to 1.96.
+constexpr double kStudentOf[] = {12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23};
+double student(std::size_t degrees) {
+  return degrees <= std::size(kStudentOf) ? kStudentOf[degrees - 1]
+                                          : 1.96 + 2.7 / static_cast<double>(degrees);
+}
 
 /// What the speed loop did about cogging of one order at one speed.
 struct Response {
@@ -131,7 +137,7 @@ std::optional<Estimate> mean(const std::vector<std::pair<double, double>>& value
     chi_squared += std::pow((value - middle) / deviation, 2);
   }
   const double spread = std::max(1.0, chi_squared / static_cast<double>(values.size() - 1));
-  return Estimate{middle, kStudentTen * std::sqrt(spread / weights)};
+  return Estimate{middle, student(values.size() - 1) * std::sqrt(spread / weights)};
 }
 
 }  // namespace

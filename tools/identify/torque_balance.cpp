@@ -173,9 +173,12 @@ class Current {
       order = then;
     }
     // Measured where nothing changed around it: given as it was told?
-    const bool steady = place_ == next;
-    const double off_A = std::abs(track_.samples[n].iq_A - order->value);
-    if (steady && off_A > kNotGiven_A + 0.2 * std::abs(order->value)) sum.sure = false;
+    const bool ended = place_ != next;
+    const double told_A = order->value;
+    const TrackOrder* const earlier = follow(begin_s - track_.median_step_s);
+    const bool steady = !ended && earlier != nullptr && earlier->value == told_A;
+    const double off_A = std::abs(track_.samples[n].iq_A - told_A);
+    if (steady && off_A > kNotGiven_A + 0.2 * std::abs(told_A)) sum.sure = false;
   }
 
   const Track& track_;
@@ -242,12 +245,12 @@ std::vector<BalanceWindow> balance_windows(const Track& track, const BalanceShap
 }
 
 Eigen::MatrixXcd order_averages(const Track& track, const std::vector<BalanceWindow>& windows,
-                                int highest) {
+                                std::size_t every, int highest) {
   const Paths paths(track);
-  const auto count = static_cast<Eigen::Index>(windows.size());
+  const auto count = static_cast<Eigen::Index>((windows.size() + every - 1) / every);
   Eigen::MatrixXcd averages = Eigen::MatrixXcd::Zero(count, highest);
   for (Eigen::Index row = 0; row < count; ++row) {
-    const BalanceWindow& window = windows[static_cast<std::size_t>(row)];
+    const BalanceWindow& window = windows[static_cast<std::size_t>(row) * every];
     const double whole_s =
         (track.samples[window.last].time_s - track.samples[window.first].time_s) / 2;
     for (std::size_t n = window.first; n < window.last; ++n) {

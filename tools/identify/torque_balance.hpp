@@ -55,8 +55,9 @@ struct BalanceShape {
 };
 std::vector<BalanceWindow> balance_windows(const Track& track, const BalanceShape& shape);
 
-/// e^(jnθ) averaged over windows of the track, for n = 1 … `highest`: rows are windows.
+/// e^(jnθ) averaged over every `every`-th window of the track, for n = 1 … `highest`: rows are
+/// windows.
 Eigen::MatrixXcd order_averages(const Track& track, const std::vector<BalanceWindow>& windows,
-                                int highest);
+                                std::size_t every, int highest);
 
 }  // namespace lk::emulator

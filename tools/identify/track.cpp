@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <stdexcept>
@@ -173,8 +174,7 @@ void read_samples(const PairedLog& log, SimTime first, Track& track) {
     const auto* state =
         content != nullptr ? std::get_if<protocol::State2>(&content->reply) : nullptr;
     if (state == nullptr) continue;
-    TrackSample sample{at_s, state->iq_A, state->speed_dps * kDeg, 0,
-                       static_cast<double>(state->temperature_C)};
+    TrackSample sample{at_s, state->iq_A, state->speed_dps * kDeg, 0};
     sample.angle_rad = unwrapper.angle_rad(sample, state->encoder_counts);
     if (!track.samples.empty() && sample.time_s <= track.samples.back().time_s) continue;
     track.samples.push_back(sample);
@@ -219,21 +219,29 @@ std::vector<Stretch> stretches(const Track& track) {
 }
 
 std::vector<HeldOrder> held_orders(const Track& track, Follows what) {
+  const std::vector<TrackOrder>& orders = track.orders;
+  // For each order the first after it that is another.
+  std::vector<std::size_t> other(orders.size(), orders.size());
+  for (std::size_t n = orders.size(); n-- > 1;) {
+    const TrackOrder& a = orders[n - 1];
+    const TrackOrder& b = orders[n];
+    const bool same = a.what == b.what && a.value == b.value && b.is_absolute;
+    other[n - 1] = same ? other[n] : n;
+  }
   std::vector<HeldOrder> found;
   for (const Stretch& stretch : stretches(track)) {
     std::size_t n = stretch.first;
     while (n < stretch.last) {
       const auto next =
-          std::ranges::upper_bound(track.orders, track.samples[n].time_s, {}, &TrackOrder::time_s);
-      if (next == track.orders.begin()) {
+          std::ranges::upper_bound(orders, track.samples[n].time_s, {}, &TrackOrder::time_s);
+      if (next == orders.begin()) {
         ++n;
         continue;
       }
-      const TrackOrder& order = *(next - 1);
-      const auto other = std::find_if(next, track.orders.end(), [&order](const TrackOrder& o) {
-        return o.what != order.what || o.value != order.value || !o.is_absolute;
-      });
-      const double until_s = other == track.orders.end() ? 1e300 : other->time_s;
+      const auto place = static_cast<std::size_t>(next - orders.begin()) - 1;
+      const TrackOrder& order = orders[place];
+      const double until_s = other[place] == orders.size() ? std::numeric_limits<double>::infinity()
+                                                           : orders[other[place]].time_s;
       const std::size_t first = n;
       while (n < stretch.last && track.samples[n].time_s < until_s) ++n;
       if (order.what == what && order.is_absolute) found.push_back({&order, first, n});
@@ -273,17 +281,20 @@ std::vector<Track> read_tracks(std::string_view log, const TrackOptions& options
 
 void append(Track& track, const Track& more) {
   const double last_s = track.samples.empty() ? 0 : track.samples.back().time_s;
-  const double shift_s = last_s + kBetweenLogs_s;
+  const double orders_s = track.orders.empty() ? 0 : track.orders.back().time_s;
+  const double shift_s = std::max(last_s, orders_s) + kBetweenLogs_s;
   for (TrackSample sample : more.samples) {
     sample.time_s += shift_s;
     track.samples.push_back(sample);
   }
   // Nobody knows what it followed between the logs.
-  track.orders.push_back({.time_s = last_s + kBetweenLogs_s / 2});
+  const double last_order_s = track.orders.empty() ? last_s : track.orders.back().time_s;
+  track.orders.push_back({.time_s = std::clamp(last_order_s, last_s, shift_s)});
   for (TrackOrder order : more.orders) {
     order.time_s += shift_s;
     track.orders.push_back(order);
   }
+  if (more.gains) track.gains = more.gains;
   track.queries += more.queries;
   track.unanswered += more.unanswered;
   track.median_step_s = median_step_s(track.samples);

@@ -22,7 +22,6 @@ struct TrackSample {
   double iq_A = 0;
   double speed_rad_s = 0;
   double angle_rad = 0;  // over all turns; goes on across gaps, in steps of a turn perhaps
-  double temperature_C = 0;
 };
 
 /// What the drive follows from an instant on.

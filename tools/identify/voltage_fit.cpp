@@ -30,6 +30,7 @@ std::vector<LimitedPoint> limited(const Track& track) {
         std::ranges::upper_bound(track.orders, sample.time_s, {}, &TrackOrder::time_s);
     if (next == track.orders.begin() || (next - 1)->what != Follows::kTorque) continue;
     const double told_A = (next - 1)->value;
+    if (told_A == 0) continue;
     const double sign = told_A > 0 ? 1 : -1;
     // The same order a sample before: the current has come to where it goes.
     const auto earlier = std::ranges::upper_bound(track.orders, track.samples[n - 1].time_s, {},
@@ -48,6 +49,16 @@ std::vector<LimitedPoint> limited(const Track& track) {
 struct Windings {
   double R, p_psi;
 };
+/// A torque limit gives less than it is told, too, at any speed: where many points have the largest
+/// current, within noise, it is that one, and they are none of the voltage (assumed).
+void leave_out_plateau(std::vector<LimitedPoint>& points) {
+  constexpr double kNoise_A = 0.3;
+  const double most_A = std::ranges::max(points, {}, &LimitedPoint::iq_A).iq_A;
+  const auto is_high = [most_A](const LimitedPoint& p) { return p.iq_A > most_A - kNoise_A; };
+  if (5 * std::ranges::count_if(points, is_high) > std::ssize(points))
+    std::erase_if(points, is_high);
+}
+
 /// By least squares, without one part of the points.
 Windings windings_of(const std::vector<LimitedPoint>& points, std::size_t without, double most_V,
                      const model::MotorParams& motor) {
@@ -71,6 +82,7 @@ Windings windings_of(const std::vector<LimitedPoint>& points, std::size_t withou
 
 std::optional<VoltageFit> fit_voltage(const Track& track) {
   std::vector<LimitedPoint> points = limited(track);
+  if (!points.empty()) leave_out_plateau(points);
   if (points.size() < kFewest) return std::nullopt;
   const auto [least, most] = std::ranges::minmax_element(points, {}, &LimitedPoint::iq_A);
   if (most->iq_A < least->iq_A + kSpread_A) return std::nullopt;
@@ -87,8 +99,11 @@ std::optional<VoltageFit> fit_voltage(const Track& track) {
     }
     double squares = 0;
     for (const double one : without) squares += (one - mean) * (one - mean);
-    return Estimate{of(windings_of(points, kJackknifeParts, most_V, drive.motor)),
-                    kFewDegrees * std::sqrt(squares * (kJackknifeParts - 1) / kJackknifeParts)};
+    // The voltage itself is known to 1 % (assumed).
+    const double value = of(windings_of(points, kJackknifeParts, most_V, drive.motor));
+    return Estimate{
+        value, std::hypot(0.01 * value, kFewDegrees * std::sqrt(squares * (kJackknifeParts - 1) /
+                                                                kJackknifeParts))};
   };
   VoltageFit fit{estimate([most_V](const Windings& w) { return most_V / w.p_psi; }), {}, {}};
   if (track.supply_V <= 0) return fit;

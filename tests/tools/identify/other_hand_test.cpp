@@ -95,7 +95,8 @@ TEST(OtherHand, IsIdentifiedAsFarAsItsLogGoes) {
   const auto& fit = *drive.balance;
   EXPECT_NEAR(fit.coulomb_A.value, Joint::kFriction / Joint::kT, fit.coulomb_A.half_width);
   EXPECT_TRUE(emulator::is_told(fit.coulomb_A));
-  EXPECT_EQ(drive.cogging_order, 28);
+  ASSERT_TRUE(drive.cogging() != nullptr);
+  EXPECT_EQ(drive.cogging()->order, 28);
   ASSERT_FALSE(fit.cogging.empty());
   EXPECT_NEAR(fit.cogging[0].amplitude_A.value, Joint::kCogging / Joint::kT,
               fit.cogging[0].amplitude_A.half_width);

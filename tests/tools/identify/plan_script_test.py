@@ -109,6 +109,35 @@ class PlanScript(unittest.TestCase):
             self.run_script(motor, "--yes")
         self.assertEqual([motor.sent[-2][0], motor.sent[-1][0]], [0x81, 0x80])
 
+    def test_takes_no_late_reply_for_another(self):
+        motor = Motor()
+        motor.replies.append(bytes([0x9C, 25, 0, 0, 0xFF, 0x7F, 0, 0]))  # of a host before
+        self.run_script(motor, "--yes")
+        self.assertTrue(any(data[0] == 0xA4 for data in motor.sent))
+
+    def test_frees_the_shaft_whatever_cannot_be_sent(self):
+        motor = Motor()
+        send = motor.send
+
+        def failing(message):
+            if bytes(message.data)[0] == 0x81:
+                raise OSError("no buffer space")
+            if len(motor.sent) > 500 and bytes(message.data)[0] != 0x80:
+                raise OSError("the bus is off")
+            send(message)
+
+        motor.send = failing
+        with self.assertRaisesRegex(OSError, "the bus is off"):
+            self.run_script(motor, "--yes")
+        self.assertEqual(motor.sent[-1][0], 0x80)
+
+    def test_has_its_motor_as_it_is(self):
+        odd = Path(self.folder.name) / "a\"b.toml"
+        odd.write_text('extends = "mf7015"\n')
+        subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", odd], check=True,
+                       stdout=subprocess.DEVNULL)
+        self.run_script(Motor(), "--yes")
+
     def test_says_that_nobody_answers(self):
         motor = Motor()
         motor.send = lambda message: None
