@@ -7,18 +7,18 @@ program with its files, and is of a platform; otherwise it is the package alone.
 import base64
 import hashlib
 import os
-import platform
 import re
 import struct
 import zipfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE, NAME = "lkemu", "lk_emu"
-INSTALLED = os.path.normpath(os.path.join(HERE, "..", "..", ".."))  # of PREFIX/share/lk-emu/python
-# Of share/: what the program looks for, its manual, and what its licences ask for. The package is not data of itself.
+PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below its prefix
+# Of share/: what the program looks for, its manual, and what its licences ask for. The Python beside them is left out: it is the package.
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "man/man1", "doc/lk-emu/licenses", "doc/lk-emu/LICENSE",
         "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 PT_INTERP = 3
+MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644
 
 
@@ -32,27 +32,27 @@ def read(path):
         return file.read()
 
 
-def needs_nothing(path):
-    """An ELF program of 64 bits that no dynamic linker has to start."""
+def machine_of(program):
+    """What an ELF program of 64 bits that no dynamic linker has to start runs on, as pip calls it; None of any other."""
     try:
-        program = read(path)
         if program[:6] != b"\x7fELF\x02\x01":
-            return False
+            return None
+        (machine,) = struct.unpack_from("<H", program, 18)
         (table,) = struct.unpack_from("<Q", program, 32)
         size, count = struct.unpack_from("<HH", program, 54)
         kinds = [struct.unpack_from("<I", program, table + n * size)[0] for n in range(count)]
-    except (OSError, struct.error):
-        return False
-    return PT_INTERP not in kinds
+    except struct.error:
+        return None
+    return None if PT_INTERP in kinds else MACHINES.get(machine)
 
 
-def tag(carries_program):
+def tag(machine):
     """Of a static program nothing is asked but its kernel, so the oldest glibc that pip knows a policy of is not too old for it."""
-    return f"py3-none-manylinux_2_17_{platform.machine()}" if carries_program else "py3-none-any"
+    return f"py3-none-manylinux_2_17_{machine}" if machine else "py3-none-any"
 
 
-def about(carries_program):
-    """Files of the .dist-info directory."""
+def about(machine):
+    """Files of the .dist-info directory; `machine` is what the program is for, if there is one."""
     return {
         "METADATA": f"""Metadata-Version: 2.1
 Name: {NAME.replace("_", "-")}
@@ -66,20 +66,20 @@ Classifier: Typing :: Typed
 """,
         "WHEEL": f"""Wheel-Version: 1.0
 Generator: lkemu_wheel
-Root-Is-Purelib: {str(not carries_program).lower()}
-Tag: {tag(carries_program)}
+Root-Is-Purelib: {str(not machine).lower()}
+Tag: {tag(machine)}
 """,
         # Called like the module, so that pytest_plugins = ["lkemu.pytest_plugin"] beside it does no harm.
         "entry_points.txt": "[pytest11]\nlkemu.pytest_plugin = lkemu.pytest_plugin\n",
     }
 
 
-def pack(directory, files, program=None):
-    """A wheel of the files {name: bytes}, the metadata, and {name: bytes} of an installed program; its name.
+def pack(directory, files, program=None, machine=None):
+    """A wheel of the files {name: bytes}, the metadata, and {name: bytes} of an installed program for a machine; its name.
 
     The same bytes whenever it is made."""
     label = f"{NAME}-{version()}"
-    files = {**files, **{f"{label}.dist-info/{name}": text.encode() for name, text in about(bool(program)).items()}}
+    files = {**files, **{f"{label}.dist-info/{name}": text.encode() for name, text in about(machine).items()}}
     for path, data in (program or {}).items():
         files[f"{label}.data/{path}"] = data
     record = f"{label}.dist-info/RECORD"
@@ -88,7 +88,7 @@ def pack(directory, files, program=None):
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
         lines += f"{path},sha256={digest},{len(data)}\n"
     files[record] = f"{lines}{record},,\n".encode()
-    name = f"{label}-{tag(bool(program))}.whl"
+    name = f"{label}-{tag(machine)}.whl"
     with zipfile.ZipFile(os.path.join(directory, name), "w", zipfile.ZIP_DEFLATED) as wheel:
         for path, data in files.items():
             entry = zipfile.ZipInfo(path)
@@ -110,21 +110,26 @@ def files_below(top, place):
 
 
 def installed_program():
-    """Files for the wheel's .data directory; nothing where there is no program that could be carried."""
-    program = os.path.join(INSTALLED, "bin", "lk-emu")
-    if not needs_nothing(program):
-        return {}
+    """Files for the wheel's .data directory and what machine they are for; nothing and None where there is no program to be carried.
+
+    Above a checkout there may be an lk-emu too, of another version and without these files."""
+    if not HERE.endswith(os.sep + PLACE):
+        return {}, None
+    prefix = HERE[: -len(PLACE)]
+    program = os.path.join(prefix, "bin", "lk-emu")
+    if not os.path.isfile(program) or (machine := machine_of(read(program))) is None:
+        return {}, None
     files = {"scripts/lk-emu": read(program)}
-    share = os.path.join(INSTALLED, "share")
+    share = os.path.join(prefix, "share")
     for place in DATA:
         files.update({f"data/share/{path}": data for path, data in files_below(share, place).items()})
-    return files
+    return files, machine
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     names = [name for name in sorted(os.listdir(os.path.join(HERE, PACKAGE))) if name.endswith((".py", "py.typed"))]
     files = {f"{PACKAGE}/{name}": read(os.path.join(HERE, PACKAGE, name)) for name in names}
-    return pack(wheel_directory, files, installed_program())
+    return pack(wheel_directory, files, *installed_program())
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):

@@ -54,6 +54,26 @@ void check_content_type(const ApiRequest& request) {
   }
 }
 
+void check_may_write(const ApiRequest& request) {
+  if (request.method == "GET" || request.pages_may_write) return;
+  if (request.from_page) {
+    throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
+  }
+  if (request.from_anybody) {
+    throw ApiError(403, "method",
+                   "without a token one may only look: start lk-emu with --http-write, or with a "
+                   "--http-token FILE");
+  }
+}
+
+/// It makes a directory wherever the program may. Who shows no token may be anybody.
+void check_may_record(const ApiRequest& request) {
+  if (request.same_user || request.showed_token) return;
+  throw ApiError(403, "recording",
+                 "writes files: begin it over the Unix socket (lk-emu ctl record), or start lk-emu "
+                 "with a --http-token FILE or --record");
+}
+
 /// Streams look at their own.
 void check_query(const ApiRequest& request, std::string_view route) {
   if (request.query.empty() || route == "/telemetry" || route == "/frames") return;
@@ -112,9 +132,7 @@ void ControlApi::handle(const ApiRequest& request, const Reply& reply) {
     std::string_view path = request.path;
     const bool below_base =
         path.starts_with(kBasePath) && path.substr(kBasePath.size()).starts_with('/');
-    if (request.from_page && !request.pages_may_write && request.method != "GET") {
-      throw ApiError(403, "Origin", "a page may only look: start lk-emu with --http-write");
-    }
+    check_may_write(request);
     if (!below_base) throw ApiError(404, "path", "there is nothing here; the API is below /api/v1");
     const Parts asked = split(path.substr(kBasePath.size()), '/');
     std::string allowed;
@@ -354,6 +372,7 @@ ApiResponse absent(const char* what) {
 void ControlApi::post_recording(const ApiRequest& request, const Parts& /*parts*/,
                                 const Reply& reply) {
   if (!recording.start) return reply(absent("recording"));
+  check_may_record(request);
   reply({200, recording.start(body_of(request), request.same_user), ""});
 }
 

@@ -24,6 +24,8 @@ struct ApiRequest {
   bool from_page = false;        // a browser sent it, for a page
   bool pages_may_write = false;  // where it came in
   bool same_user = true;         // nobody else gets in there
+  bool showed_token = false;     // whoever sent it has shown what was asked for
+  bool from_anybody = false;     // nothing was asked for, by --http-token none
 };
 
 struct ApiResponse {

@@ -23,10 +23,10 @@ struct Patience {
 struct ControlOptions {
   std::string socket;  // path of the Unix socket; empty: in the runtime directory; "none": nowhere
   std::optional<HttpAddress> http;
-  bool pages_may_write = false;      // the dashboard, and whatever else has an Origin
+  bool pages_may_write = false;      // whatever has an Origin, and all who are let in by "none"
   std::string page_language;         // "en" or "zh"; empty: the browser knows
   std::filesystem::path token_file;  // what clients have to show over TCP; empty: nothing
-  bool open_to_others = false;       // an address beyond this machine needs no token
+  bool open_to_others = false;       // no token is wanted, on any address (--http-token none)
   Patience patience;
 };
 

@@ -137,11 +137,13 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;
   Access& access = entrance->access;
+  access.open_to_others = options.open_to_others;
   access.pages_may_write = options.pages_may_write;
   entrance->page_language = options.page_language;
   if (!options.token_file.empty()) access.token = read_token(options.token_file);
   if (!address.is_loopback() && access.token.empty() && !options.open_to_others) {
-    throw StartError("--http: others can reach " + http.address + ": give a --http-token FILE");
+    throw StartError("--http: others can reach " + http.address +
+                     ": give a --http-token FILE, or none");
   }
   access.own_pages_only = address.is_loopback() || access.token.empty();
   try {
@@ -158,7 +160,8 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
   }
   const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
   if (!address.is_loopback() && access.token.empty()) {
-    spdlog::warn("--http: whoever reaches {} can look at these drives and command them{}", host,
+    spdlog::warn("--http: whoever reaches {} can look at these drives{}{}", host,
+                 options.pages_may_write ? " and command them" : "",
                  address.is_unspecified() ? "; that is all addresses of this machine" : "");
   }
   spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);

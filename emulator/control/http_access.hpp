@@ -9,8 +9,9 @@ namespace lk::emulator {
 /// Who may come in at one of the places the program listens at.
 struct Access {
   bool own_pages_only = false;   // Host names an address, and Origin, if there is one, is the same
-  std::string token;             // what has to be shown; empty: nothing
-  bool pages_may_write = false;  // what comes with an Origin may do more than look
+  std::string token = {};        // what has to be shown; empty: nothing
+  bool open_to_others = false;   // there is no token since none is wanted: all may only look
+  bool pages_may_write = false;  // what comes with an Origin, or from all, may do more than look
 };
 
 /// What a request says of where it comes from.

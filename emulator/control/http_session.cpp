@@ -128,7 +128,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     const WebFile* const file = find_web_file(view(header.target()));
     // The files of the dashboard are no secret, and a browser has no token before it has them.
     const auto refused = file != nullptr
-                             ? refusal({entrance_->access.own_pages_only, "", false}, shown)
+                             ? refusal({.own_pages_only = entrance_->access.own_pages_only}, shown)
                              : refusal(entrance_->access, shown);
     if (refused) {
       refuse(refused->status, refused->where, refused->reason);
@@ -140,6 +140,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     request_.from_page = shown.origin.has_value();
     request_.pages_may_write = entrance_->access.pages_may_write;
     request_.same_user = entrance_->same_user;
+    request_.showed_token = !entrance_->access.token.empty();  // otherwise it was refused
+    request_.from_anybody = entrance_->access.open_to_others;
     if (file != nullptr) {
       send_file(*file, view(header[http::field::if_none_match]));
       return;

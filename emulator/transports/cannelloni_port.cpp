@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/own_addresses.hpp"
 #include "emulator/transports/wall_clock.hpp"
 
 namespace lk::emulator {
@@ -21,9 +22,15 @@ CannelloniPort::CannelloniPort(boost::asio::io_context& loop, const std::string&
   boost::system::error_code error;
   const auto address = ip::make_address(place.address, error);
   if (error) throw StartError(name_ + ": " + place.address + " is no IP address");
+  if (place.port == place.local_port &&
+      addresses_of_this_machine().contains(without_scope(address))) {
+    throw StartError(name_ + ": " + place.address +
+                     " is this machine, so the two ends cannot have the same port: give ?local=" +
+                     "PORT another");
+  }
   peer_ = {address, place.port};
   udp::endpoint own(peer_.protocol(), place.local_port);
-  if (address.is_loopback()) own.address(address);  // nobody else gets at it
+  if (address.is_loopback()) own.address(address);  // out of reach of other machines
   try {
     socket_.open(own.protocol());
     socket_.bind(own);
@@ -76,6 +83,10 @@ void CannelloniPort::send(std::span<const protocol::Frame> frames) {
     boost::system::error_code error;
     socket_.send_to(boost::asio::buffer(cannelloni_packet(some, sequence_++)), peer_, 0, error);
     const bool full = error == boost::asio::error::would_block;
+    if (error && !full && stats_.lost_link_down == 0) {
+      spdlog::warn("{}: cannot send to {}: {}; replies are lost while this lasts", name_,
+                   peer_.address().to_string(), error.message());
+    }
     (!error ? stats_.sent : full ? stats_.lost_queue_full : stats_.lost_link_down) += some.size();
   }
 }

@@ -25,9 +25,9 @@ def copy_source(place):
     return shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns("__pycache__"))
 
 
-def elf(*kinds):
+def elf(*kinds, machine=62):
     """As much of a program as tells whether a dynamic linker starts it: its head, and program headers of these kinds."""
-    head = b"\x7fELF\x02\x01\x01" + bytes(9) + struct.pack("<HHIQQQIHHHHHH", 3, 62, 1, 0, 64, 0, 0, 64, 56, len(kinds), 0, 0, 0)
+    head = b"\x7fELF\x02\x01\x01" + bytes(9) + struct.pack("<HHIQQQIHHHHHH", 3, machine, 1, 0, 64, 0, 0, 64, 56, len(kinds), 0, 0, 0)
     return head + b"".join(struct.pack("<I52x", kind) for kind in kinds)
 
 
@@ -63,7 +63,7 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
 def test_a_program_that_needs_nothing_is_carried(tmp_path):
     source = install(tmp_path / "prefix", elf(PT_LOAD, PT_LOAD))
     wheel = build(source, tmp_path / "wheels")
-    assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-manylinux_2_17_{os.uname().machine}.whl"
+    assert wheel.name == f"lk_emu-{lkemu.__version__}-py3-none-manylinux_2_17_x86_64.whl"
     with zipfile.ZipFile(wheel) as packed:
         program = packed.getinfo(f"lk_emu-{lkemu.__version__}.data/scripts/lk-emu")
         assert packed.read(program) == elf(PT_LOAD, PT_LOAD) and program.external_attr >> 16 == 0o100755
@@ -80,6 +80,21 @@ def test_a_program_that_needs_libraries_is_not_carried(tmp_path):
     for number, program in enumerate((elf(PT_LOAD, PT_INTERP), b"#!/bin/sh\n", b"\x7fELF\x02\x01", b"")):
         source = install(tmp_path / f"prefix{number}", program)
         assert build(source, tmp_path / f"wheels{number}").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
+
+
+def test_the_wheel_is_of_the_machine_that_the_program_is_for(tmp_path):
+    for machine, tag in ((62, "manylinux_2_17_x86_64"), (183, "manylinux_2_17_aarch64"), (243, "any")):
+        source = install(tmp_path / f"prefix{machine}", elf(PT_LOAD, machine=machine))
+        assert build(source, tmp_path / f"wheels{machine}").name == f"lk_emu-{lkemu.__version__}-py3-none-{tag}.whl"
+
+
+def test_a_program_above_a_checkout_is_not_carried(tmp_path):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "lk-emu").write_bytes(elf(PT_LOAD))
+    source = copy_source(tmp_path / "src" / "lk-emu" / "python")
+    assert build(source, tmp_path / "wheels").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
+    install(tmp_path, elf(PT_LOAD))  # and one whose files are all there, of another version
+    assert build(source, tmp_path / "again").name == f"lk_emu-{lkemu.__version__}-py3-none-any.whl"
 
 
 def test_the_package_has_the_version_of_the_program():

@@ -7,6 +7,7 @@ tells what a line of user-mode Linux does otherwise.
 """
 
 import collections
+import errno
 import os
 import select
 import socket
@@ -15,6 +16,8 @@ OPEN, DATA, DONE, END, BREAK, READ = b"odnebr"
 HEAD = 7  # bytes: kind, connection, length
 ADDRESS = "127.0.0.1"  # at both ends
 CONNECTIONS = 250  # at a time; more wait in the kernel's queue
+NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+FULL_MS = 1000  # without a connection that closes, until there may be room again
 
 
 class Connection:
@@ -41,6 +44,7 @@ class Tunnel:
         self.received = b""
         self.connections = {}
         self.listeners = {}
+        self.full = False  # the last accept() found no room, and who waits is told of over and over: listeners have to wait
 
     def send(self, kind, number, payload=b""):
         raise NotImplementedError
@@ -56,14 +60,17 @@ class Tunnel:
     def step(self):
         poll = select.poll()
         poll.register(self.line, select.POLLIN)
-        for fd in self.listeners if len(self.connections) < CONNECTIONS else ():
+        for fd in self.listeners if len(self.connections) < CONNECTIONS and not self.full else ():
             poll.register(fd, select.POLLIN)
         watched = {}
         for number, connection in self.connections.items():
             if events := connection.events():  # without any, poll() would tell of its end over and over
                 watched[connection.socket.fileno()] = number, connection
                 poll.register(connection.socket.fileno(), events)
-        for fd, events in poll.poll():
+        happened = poll.poll(FULL_MS if self.full else None)
+        if not happened:
+            self.full = False
+        for fd, events in happened:
             if fd in watched:
                 self.attend(*watched[fd], events)
             elif fd in self.listeners:
@@ -157,6 +164,7 @@ class Tunnel:
 
     def close(self, number):
         self.connections.pop(number).socket.close()
+        self.full = False
 
 
 def write(line, kind, number, payload):
@@ -175,7 +183,11 @@ class Inside(Tunnel):
     def on_frame(self, kind, number, payload):
         self.send(READ, 0)
         if kind == OPEN:
-            sock = socket.socket()
+            try:
+                sock = socket.socket()
+            except OSError:  # no more descriptors
+                self.send(BREAK, number)
+                return
             self.connections[number] = Connection(sock)
             sock.connect_ex((ADDRESS, int.from_bytes(payload, "big")))  # poll() tells how that ends
         else:
@@ -196,7 +208,8 @@ class Outside(Tunnel):
         port, listener = self.listeners[fd]
         try:
             sock, _ = listener.accept()
-        except OSError:  # it went away while it waited
+        except OSError as problem:  # it went away while it waited, or there is no room for it
+            self.full = problem.errno in NO_ROOM
             return
         self.last_number += 1
         self.send(OPEN, self.last_number, port.to_bytes(2, "big"))

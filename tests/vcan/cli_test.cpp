@@ -174,7 +174,7 @@ const BadInput kBadInput[] = {
     {"CheckOfNothing", {"--check"}, "lk-emu: no bus: give --bus vcan0 --ids 1-4, or --config FILE"},
     {"CheckOfAnAddressForOthers",
      {"--check", "--bus", "a", "--ids", "1", "--http", "0.0.0.0:8474"},
-     "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE"},
+     "lk-emu: --http: others can reach 0.0.0.0: give a --http-token FILE, or none"},
     {"CheckOfATokenFileCalledNone",
      {"--check", "--bus", "a", "--ids", "1", "--http-token", "none"},
      "lk-emu: --http-token: belongs to --http"},

@@ -135,8 +135,9 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--http", raw.http,
                  "control interface and dashboard over TCP, e.g. at localhost:8474 (port 0: any)")
       ->type_name("ADDR:PORT");
-  app.add_flag("--http-write", raw.http_write,
-               "let the dashboard change things; without it, it is read-only");
+  app.add_flag(
+      "--http-write", raw.http_write,
+      "let the dashboard, and all with --http-token none, change things and not only look");
   app.add_option(
          "--http-token", raw.http_token,
          "file with the token that clients have to show, or none; required when other machines "
@@ -266,7 +267,7 @@ void check_reach(const ControlOptions& control) {
   if (control.http && !is_loopback(control.http->address) && control.token_file.empty() &&
       !control.open_to_others) {
     throw StartError("--http: others can reach " + control.http->address +
-                     ": give a --http-token FILE");
+                     ": give a --http-token FILE, or none");
   }
 }
 

@@ -297,6 +297,20 @@ TEST(ControlApi, SaysThatItHasNoRecorder) {
   EXPECT_EQ(t.post("/recording", R"({"directory": "x"})").body["directory"], "x");
 }
 
+/// A recording makes a directory, wherever whoever asks wants it.
+TEST(ControlApi, RecordsForTheUserAndForWhoHasTheToken) {
+  TestWorld t;
+  t.api.recording.start = [](const Json& said, bool) -> Json { return said; };
+  ApiRequest request{"POST", "/api/v1/recording", {}, "application/json", R"({"directory": "x"})"};
+  EXPECT_EQ(t.ask(request).status, 200);
+  request.same_user = false;
+  request.pages_may_write = true;
+  EXPECT_EQ(t.ask(request).status, 403);
+  EXPECT_EQ(where(t.ask(request)), "recording");
+  request.showed_token = true;
+  EXPECT_EQ(t.ask(request).status, 200);
+}
+
 /// It may wait for the disk for seconds, and answers meanwhile.
 TEST(ControlApi, NothingIsBegunOnceTheProgramIsEnding) {
   TestWorld t;

@@ -227,6 +227,46 @@ TEST_F(Served, OpenToOthersHasToBeSaidAndKeepsForeignPagesOut) {
   EXPECT_EQ(with("example.com:8474", "Origin: http://example.com:8474\r\n"), 403);
 }
 
+TEST_F(Served, WhoeverIsLetInWithoutATokenMayOnlyLook) {
+  options_.http = HttpAddress{"0.0.0.0", 0};
+  options_.open_to_others = true;
+  for (const bool may : {false, true}) {
+    options_.pages_may_write = may;
+    start();
+    const auto with = [&](const std::string& line, const std::string& body) {
+      return status(ask_tcp(line + " HTTP/1.1\r\nHost: " + host() +
+                            "\r\nContent-Type: application/json\r\nContent-Length: " +
+                            std::to_string(body.size()) + "\r\n\r\n" + body));
+    };
+    EXPECT_EQ(with("GET /api/v1/drives", ""), 200);
+    EXPECT_EQ(with("POST /api/v1/directives", R"({"power": "off"})"), may ? 200 : 403);
+    EXPECT_EQ(with("DELETE /api/v1/directives", ""), may ? 200 : 403);
+    server_->api().recording.start = [](const Json& said, bool) -> Json { return said; };
+    EXPECT_EQ(with("POST /api/v1/recording", R"({"directory": "x"})"), 403) << "it writes files";
+    EXPECT_EQ(status(ask(post("/directives", R"({"power": "off"})"))), 200) << "the Unix socket";
+    stop();
+    t_.loop.restart();
+  }
+}
+
+TEST_F(Served, WhoHasTheTokenMayRecord) {
+  const std::string token = "correct-horse-battery";
+  for (const bool asked_for : {false, true}) {
+    options_.http = HttpAddress{"127.0.0.1", 0};
+    if (asked_for) options_.token_file = token_file(token, fs::perms::owner_read);
+    start();
+    server_->api().recording.start = [](const Json& said, bool) -> Json { return said; };
+    const std::string body = R"({"directory": "x"})";
+    const std::string answer = ask_tcp("POST /api/v1/recording HTTP/1.1\r\nHost: " + host() +
+                                       "\r\nAuthorization: Bearer " + token +
+                                       "\r\nContent-Type: application/json\r\nContent-Length: " +
+                                       std::to_string(body.size()) + "\r\n\r\n" + body);
+    EXPECT_EQ(status(answer), asked_for ? 200 : 403) << "a header that nobody looks at is no token";
+    stop();
+    t_.loop.restart();
+  }
+}
+
 TEST_F(Served, ATokenIsAskedForWhenThereIsOne) {
   const std::string token = "correct-horse-battery";
   options_.http = HttpAddress{"127.0.0.1", 0};
