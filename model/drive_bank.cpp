@@ -144,7 +144,9 @@ PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& f
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
   params.mechanics.tau_static += params.brake.tau * unit.brake.pressed;
-  return plant_params(params, !faults.coupling_broken);
+  PlantParams<double> plant = plant_params(params, !faults.coupling_broken);
+  set_iron(plant, unit.params.mechanics);
+  return plant;
 }
 
 void DriveBank::State::derive_plant(std::size_t drive) {

@@ -39,15 +39,15 @@ struct MechanicsParams {
   double gear_damping_out = 0.0;    // Nm·s/rad at the output, while the teeth touch
   double J_out =
       0.0;  // kg·m², inertia of the output flange itself; > 0 with gear_stiffness_out > 0
-  double tau_coulomb_out = 0.0;  // Nm at the output, seals and bearings behind the gear
-  double tau_coulomb = 0.0;      // Nm
-  double tau_static = 0.0;       // Nm, break-away torque, ≥ tau_coulomb
-  double omega_stribeck = 1.0;   // rad/s, where the break-away excess has fallen to a half
-  double B = 0.0;                // Nm·s/rad, viscous
-  double tau_hysteresis = 0.0;   // Nm, of tau_coulomb: what the stator's iron takes
-  double B_eddy = 0.0;           // Nm·s/rad, of B: the same
-  double tau_cogging = 0.0;      // Nm, amplitude
-  int cogging_per_turn = 84;     // periods per rotor turn
+  double tau_coulomb_out = 0.0;   // Nm at the output, seals and bearings behind the gear
+  double tau_coulomb = 0.0;       // Nm
+  double tau_static = 0.0;        // Nm, break-away torque, ≥ tau_coulomb
+  double omega_stribeck = 1.0;    // rad/s, where the break-away excess has fallen to a half
+  double B = 0.0;                 // Nm·s/rad, viscous
+  double hysteresis_share = 0.0;  // 0..1 of tau_coulomb: what the stator's iron takes
+  double eddy_share = 0.0;        // 0..1 of B: the same
+  double tau_cogging = 0.0;       // Nm, amplitude
+  int cogging_per_turn = 84;      // periods per rotor turn
 };
 
 /// A stop this far away is none: no shaft gets there.

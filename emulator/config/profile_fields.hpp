@@ -72,8 +72,8 @@ inline const Field<Me> kMechanics[] = {
 
 /// Of the friction above; a motor file without it warms its housing with all of it.
 inline const Field<Me> kIron[] = {
-    {"tau_hysteresis_mNm", &Me::tau_hysteresis, 1e-3, 0, 1e4},
-    {"B_eddy_uNm_s_rad", &Me::B_eddy, 1e-6, 0, 1e6},
+    {"hysteresis_share", &Me::hysteresis_share, 1, 0, 1},
+    {"eddy_share", &Me::eddy_share, 1, 0, 1},
 };
 
 using L = model::LoadParams;

@@ -51,8 +51,7 @@ void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) 
   p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
   p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
   p.tau_coulomb_out = m.tau_coulomb_out;
-  p.tau_hysteresis = m.tau_hysteresis;
-  p.B_eddy = std::min(m.B_eddy, m.B);
+  set_iron(p, m);
   p.tau_cogging = m.tau_cogging;
   p.cogging_per_turn = m.cogging_per_turn;
   p.compliant = compliant ? 1.0 : 0.0;
@@ -109,6 +108,11 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
 }
 
 }  // namespace
+
+void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy) {
+  plant.tau_hysteresis = healthy.hysteresis_share * healthy.tau_coulomb;
+  plant.B_eddy = std::min(healthy.eddy_share * healthy.B, 2.0 * plant.B_half);
+}
 
 PlantParams<double> plant_params(const DriveParams& drive, bool coupled) {
   PlantParams<double> p;

@@ -83,4 +83,8 @@ constexpr auto fields(Params& p) {
 /// then stands still.
 PlantParams<double> plant_params(const DriveParams& drive, bool coupled = true);
 
+/// What the iron takes is a share of a `healthy` drive's friction: what a brake or a fault adds is
+/// none of it. plant_params() takes its own drive for one.
+void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy);
+
 }  // namespace lk::model

@@ -37,12 +37,8 @@ TEST(Hosts, PushesIntoAStopAsItsHostsExpect) {
     double speed_dps, least_A;
   };
   for (const Calibration& c : {Calibration{30, 750, 4.0}, Calibration{10, 1000, 1.0}}) {
-    emulator::ServoConfig servo;
-    servo.id = 1;
-    servo.profile = profile("mg4005");
-    servo.rom = servo.profile.factory;
+    emulator::ServoConfig servo = servo_of("mg4005");
     servo.rom.gains = {0, 0, c.speed_kp, 0, 60, 40};
-    servo.boot_angle_deg = 0;
     servo.profile.drive.load.theta_max = 0.5;
     Host host(servo);
     host.wait(milliseconds(200));

@@ -5,8 +5,6 @@
 namespace lk::test {
 namespace {
 
-std::vector<double> speed(const JointLog& log) { return log.cruise(&JointSample::speed_dps); }
-std::vector<double> iq(const JointLog& log) { return log.cruise(&JointSample::iq_lsb); }
 std::vector<double> speed_at_rest(const JointLog& log) { return log.hold(&JointSample::speed_dps); }
 
 double zeros_at_rest(const JointLog& log) {
@@ -20,31 +18,33 @@ const std::vector<JointFigure> kFigures{
     {"cruise, mean of the speed, dps",
      {-576.4, -576.4},
      5.7,
-     [](const JointLog& log) { return mean(speed(log)); }},
+     [](const JointLog& log) { return mean(cruise_speed(log)); }},
     {"cruise, deviation of the speed, dps",
      {21.7, 21.7},
      0,
-     [](const JointLog& log) { return deviation(speed(log)); }},
-    // The emulated speed is less of other things than of its tone, which alone makes -0.97; see
-    // the share of the spectrum.
+     [](const JointLog& log) { return deviation(cruise_speed(log)); }},
+    // The band ends 0.04 away, and that is as far as it is off today: no reason is known for what
+    // the real speed has beside its tone, which alone makes -0.97; see the share of the spectrum.
     {"cruise, lag-1 autocorrelation",
      {-0.51, -0.51},
      0.05,
-     [](const JointLog& log) { return autocorrelation(speed(log)); }},
-    // Not explained.
+     [](const JointLog& log) { return autocorrelation(cruise_speed(log)); }},
+    // The band ends 0.3 below, and that is as far as it is off today: not explained.
     {"cruise, deviation of iq, LSB",
      {8.0, 8.0},
      0.5,
-     [](const JointLog& log) { return deviation(iq(log)); }},
+     [](const JointLog& log) { return deviation(cruise_iq(log)); }},
     {"cruise, iq over speed, LSB per dps",
      {-0.24, -0.17},
      0,
-     [](const JointLog& log) { return slope(speed(log), iq(log)); }},
-    {"hold, share of speed 0", {0.82, 0.85}, 0, zeros_at_rest},
+     [](const JointLog& log) { return slope(cruise_speed(log), cruise_iq(log)); }},
+    // Both of the speed at rest depend on where in a count the shaft stands, which is by chance.
+    {"hold, share of speed 0", {0.82, 0.85}, 0, zeros_at_rest, 1},
     {"hold, deviation of the speed, dps",
      {2.7, 3.6},
      0,
-     [](const JointLog& log) { return deviation(speed_at_rest(log)); }},
+     [](const JointLog& log) { return deviation(speed_at_rest(log)); },
+     1},
     {"hold, iq from sample to sample, LSB",
      {3.5, 6.0},
      0,

@@ -20,7 +20,16 @@ struct JointFigure {
   Band real;         // one number twice, or what the joints have
   double apart = 0;  // in the figure's unit: how much further away the band may be
   std::function<double(const JointLog&)> of;
+  double widest = 0.5;  // of the real figure: so far from end to end may the band be
 };
+
+/// What is summarised of the cruise, in dps and in LSB.
+inline std::vector<double> cruise_speed(const JointLog& log) {
+  return log.cruise(&JointSample::speed_dps);
+}
+inline std::vector<double> cruise_iq(const JointLog& log) {
+  return log.cruise(&JointSample::iq_lsb);
+}
 
 const std::vector<JointFigure>& joint_figures();
 Band emulated_band(const JointFigure& figure);

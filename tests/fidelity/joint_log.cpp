@@ -28,7 +28,6 @@ void hang(const JointLoad& load, model::DriveParams& drive) {
   m.gear_stiffness_out = load.sprung_kg_m2 * omega * omega;
   m.gear_damping_out = 2 * load.damping * omega * load.sprung_kg_m2;
   m.backlash_out = 0;
-
   m.tau_coulomb_out = 0;
   m.gear_efficiency = 1;
 }

@@ -1,5 +1,5 @@
-/// @file Windows of telemetry for a classifier: fidelity_windows [MOVES] prints, as CSV, ten
-/// samples of 0x9C, 12 ms apart, of the log's own move made by emulated drives (docs/fidelity.md).
+/// @file Windows of telemetry for classifiers: fidelity_windows [MOVES] prints, as CSV, ten samples
+/// of 0x9C, about 12 ms apart, of the log's own move made by emulated drives (docs/fidelity.md).
 
 #include <cstdio>
 #include <cstdlib>
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
   }
   print_head();
   for (std::uint64_t move = 1; move <= static_cast<std::uint64_t>(moves); ++move) {
-    const JointLog log = move_joint(move);
+    const JointLog log = move_joint(move, kJitter_us);
     print_windows("start", move, log, 0, kWindow);
     print_windows("cruise", move, log, 16, log.stop_begins - 4);
     print_windows("stop", move, log, log.stop_begins - 2, log.stop_begins + 8);

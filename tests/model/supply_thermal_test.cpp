@@ -146,11 +146,13 @@ TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
   for (const double others : {0.0, 0.2}) {
     DriveParams d = ideal_drive();
     d.mechanics.J = 1e6;
-    d.mechanics.tau_coulomb = 0.02 + others;
+    d.mechanics.tau_coulomb = 0.02;
     d.mechanics.B = 1e-4;
-    d.mechanics.tau_hysteresis = 0.012;
-    d.mechanics.B_eddy = 0.6e-4;
+    d.mechanics.hysteresis_share = d.mechanics.eddy_share = 0.6;
+    const MechanicsParams healthy = d.mechanics;
+    d.mechanics.tau_coulomb += others;
     BarePlant plant(d);
+    set_iron(plant.p, healthy);
     plant.s.omega = 100.0;
     const double seconds = 1.0;
     for (int n = plant.periods(seconds); n > 0; --n) {
@@ -165,6 +167,27 @@ TEST(Heat, IronWarmsTheWindingWithItsPartOfTheFriction) {
                 0.03 * all_W / d.thermal.C_housing);
     EXPECT_NEAR(plant.s.p_friction * plant.p.T_s, all_W * seconds, 1e-6 * all_W);
   }
+}
+
+/// The same, of drives in a bank: one is with iron and one without, at the same speed under the
+/// same fault, and what the winding of the one is warmer is a healthy drive's share.
+TEST(Heat, IronTakesNothingOfTheFrictionOfAFault) {
+  const auto winding_C = [](double share) {
+    DriveParams d = ideal_drive();
+    d.mechanics.tau_coulomb = d.mechanics.tau_static = 0.01;
+    d.mechanics.B = 1e-4;
+    d.mechanics.hysteresis_share = d.mechanics.eddy_share = share;
+    DriveBank bank = one_drive(d);
+    bank.set_faults(0, {.friction = 4.0});
+    bank.command(0, Speed{60.0});
+    bank.advance(ticks_in(d, 1.0));
+    EXPECT_NEAR(bank.truth(0).omega_m, 60.0, 1.0);
+    return bank.truth(0).temp_winding;
+  };
+  const double iron_W = 0.5 * (0.01 * 60.0 + 1e-4 * 60.0 * 60.0);
+  // A tenth for the start and for what flows on to the housing.
+  const double warmer_K = iron_W * 1.0 / ideal_drive().thermal.C_winding;
+  EXPECT_NEAR(winding_C(0.5) - winding_C(0.0), warmer_K, 0.1 * warmer_K);
 }
 
 TEST(Heat, CopperLossOfAHeldCurrentIsThreeHalvesRISquared) {

@@ -102,10 +102,10 @@ TEST_P(ShippedMotor, EncoderFitsItsSeries) {
 
 TEST_P(ShippedMotor, IronIsAPartOfItsFriction) {
   const model::MechanicsParams m = shipped(GetParam()).drive.mechanics;
-  EXPECT_GT(m.tau_hysteresis, 0);
-  EXPECT_LT(m.tau_hysteresis, m.tau_coulomb);
-  EXPECT_GT(m.B_eddy, 0);
-  EXPECT_LT(m.B_eddy, m.B);
+  for (const double share : {m.hysteresis_share, m.eddy_share}) {
+    EXPECT_GT(share, 0);
+    EXPECT_LT(share, 1);
+  }
 }
 
 TEST_P(ShippedMotor, SupplyFitsItsSeriesAndItsProtections) {
@@ -170,8 +170,8 @@ TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   EXPECT_EQ(old.drive.control.report_bandwidth, 300);
   EXPECT_EQ(old.factory.current_ramp_A_s, 25);
   EXPECT_EQ(old.drive.slow_sensor.board_share, 0);
-  EXPECT_EQ(old.drive.mechanics.tau_hysteresis, 0);
-  EXPECT_EQ(old.drive.mechanics.B_eddy, 0);
+  EXPECT_EQ(old.drive.mechanics.hysteresis_share, 0);
+  EXPECT_EQ(old.drive.mechanics.eddy_share, 0);
 }
 
 TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
@@ -215,6 +215,10 @@ TEST(ConfigProfile, MistakesNameFileLineKeyAndReason) {
             "factory.encoder_offset: does not fit the encoder of this motor (" +
                 std::to_string(std::min(shipped("mf7015").drive.encoder.bits, 16)) +
                 " bit on the wire)");
+  EXPECT_EQ(spoilt("hysteresis_share = 0", "hysteresis_share = 1"),
+            "iron.hysteresis_share: 1.9 is out of range (0 to 1)");
+  EXPECT_EQ(spoilt("eddy_share = 0.9", "eddy_share = -0.1"),
+            "iron.eddy_share: -0.1 is out of range (0 to 1)");
   EXPECT_EQ(spoilt("boot_time_ms", "#"), "logic.boot_time_ms: missing");
   EXPECT_EQ(spoilt("i_logic_mA", "#"), "supply.i_logic_mA: missing");
   EXPECT_EQ(spoilt("delay_s = 0, recoverable = true", "delay_s = 0"),
@@ -282,6 +286,14 @@ stall = { enabled = true }
   const auto& stall = mine.factory.protections[6];
   EXPECT_TRUE(stall.enabled);
   EXPECT_EQ(stall.threshold, base.factory.protections[6].threshold);
+}
+
+/// Friction of its own, and the iron's part is the same share of it.
+TEST_F(Extending, IronTakesItsShareOfWhatFrictionThereIs) {
+  files_["my.toml"] = "extends = \"mg4005\"\n[mechanics]\ntau_coulomb_mNm = 5\nB_uNm_s_rad = 4\n";
+  const model::MechanicsParams m = load("my.toml").drive.mechanics;
+  EXPECT_DOUBLE_EQ(m.tau_coulomb * m.hysteresis_share, 0.5 * 5e-3);
+  EXPECT_DOUBLE_EQ(m.B * m.eddy_share, 0.5 * 4e-6);
 }
 
 TEST_F(Extending, TheExampleOfTheDocumentDoesWhatItSays) {
