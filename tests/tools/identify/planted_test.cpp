@@ -21,6 +21,7 @@ namespace lk::test {
 namespace {
 
 constexpr unsigned kMotors = 20;
+constexpr std::size_t kFewestForAMedian = 10;
 /// Under sanitizers two, for what they find; numbers are judged where there are enough of them.
 unsigned motors() {
   const char* const many = std::getenv("LKEMU_PLANTED_MOTORS");  // NOLINT(concurrency-mt-unsafe)
@@ -90,7 +91,10 @@ TEST(PlantedMotors, AreFoundInLogsOfPlans) {
   EXPECT_GE(orders, static_cast<int>(0.95 * motors()));
   for (const auto& [key, one] : found) {
     const int tries = static_cast<int>(one.errors.size());
-    EXPECT_LE(median(one.errors), 0.05) << key;
+    // What few motors tell is judged where there are more of them: a median of three is luck.
+    if (one.errors.size() >= kFewestForAMedian) {
+      EXPECT_LE(median(one.errors), 0.05) << key;
+    }
     EXPECT_GE(binomial(one.inside, tries), 0.01) << key << ": " << one.inside << " of " << tries;
     RecordProperty(key, std::to_string(median(one.errors)) + ", inside " +
                             std::to_string(one.inside) + " of " + std::to_string(tries));
