@@ -1,7 +1,6 @@
 #include "tools/identify/balance_fit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 
@@ -60,11 +59,11 @@ int next_order(const Windows& windows, const Regression& regression,
                const Eigen::MatrixXcd& averages, const std::vector<int>& known) {
   int best = 0;
   double most = kOrderGain;
+  const std::size_t every = search_step(windows);
   for (int order = 1; order <= averages.cols(); ++order) {
     if (std::ranges::find(known, order) != known.end()) continue;
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    const std::size_t every = search_step(windows);
     for (std::size_t n = 0; n < windows.size(); n += every) {
       if (!regression.kept(n)) continue;
       const auto average = averages(static_cast<Index>(n / every), order - 1);
@@ -132,7 +131,7 @@ bool has_speeds(const Windows& windows) {
 }
 
 /// Friction changes its sign with the speed, and an offset does not: of a shaft that turns one way
-/// only, nobody can tell them apart. A tenth of the windows turn the other way (assumed).
+/// only, they cannot be told apart. A tenth of the windows turn the other way (assumed).
 bool turns_both_ways(const Windows& windows) {
   const auto one_way =
       std::ranges::count_if(windows, [](const BalanceWindow& w) { return w.speed_rad_s > 0; });
@@ -140,8 +139,8 @@ bool turns_both_ways(const Windows& windows) {
   return share > 0.1 && share < 0.9;
 }
 
-/// And where it is must be known: across a gap turns may be lost, which of the rotor do not matter
-/// where the encoder counts those of the output.
+/// Far enough for gravity to show, at angles that are known: across a gap turns of the rotor may be
+/// lost, which does not matter where the encoder counts those of the output.
 bool output_turned_far(const Track& track) {
   const double N = track.servo.profile.drive.mechanics.gear_ratio;
   const bool known =

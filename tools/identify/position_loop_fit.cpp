@@ -7,6 +7,7 @@
 #include <unsupported/Eigen/NumericalDiff>
 
 #include "emulator/config/config_checks.hpp"
+#include "emulator/config/motor_figures.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/servo/registers.hpp"
 #include "model/control/motion_loops.hpp"
@@ -30,8 +31,6 @@ constexpr double kStudentMany = 1.96;
 SimTime simulated(double seconds) {
   return std::chrono::duration_cast<SimTime>(std::chrono::duration<double>(seconds));
 }
-
-double k_t(const model::MotorParams& motor) { return 1.5 * motor.pole_pairs * motor.psi_f; }
 
 /// What is looked for, as logarithms of factors on what is expected; delay in milliseconds more.
 /// Inertia, friction and delay are known already, if not quite: how much that matters to the gains
@@ -74,16 +73,11 @@ std::optional<Moves> moves_of(const Track& track) {
     const HeldOrder& part = parts[n];
     if (part.last <= part.first) continue;
     const bool goes_on = n > 0 && parts[n - 1].last == part.first;
-    if (!goes_on) {
-      first = part.first;
-      zeros.clear();
-    }
+    if (!goes_on) zeros.clear();
     if (zeros.empty()) first = part.first;
     zeros.push_back(part.order->value - track.samples[part.last - 1].angle_rad);
     if (track.samples[part.last - 1].time_s - track.samples[first].time_s > kMostMoves_s) {
-      // The next ones begin where this one ends.
-      first = part.last;
-      zeros.clear();
+      zeros.clear();  // the next ones begin where this one ends
       continue;
     }
     if (best && best->last - best->first >= part.last - first) continue;
@@ -98,6 +92,28 @@ std::optional<Moves> moves_of(const Track& track) {
       begin + static_cast<std::ptrdiff_t>(best->last), {}, &TrackSample::angle_rad);
   if (high->angle_rad - low->angle_rad < kLeastMove_rad) return std::nullopt;
   return best;
+}
+
+/// The drive with the mechanics that the balance has found, in Nm with the k_t of its motor file.
+ServoConfig with_mechanics(const ServoConfig& servo, const BalanceFit& balance) {
+  ServoConfig made = servo;
+  model::MechanicsParams& m = made.profile.drive.mechanics;
+  const double k = motor_figures(made.profile).k_t_Nm_A;
+  const double N = m.gear_ratio;
+  const double excess = m.tau_static / std::max(m.tau_coulomb, 1e-9);
+  m.J = std::max(balance.inertia_A_s2.value * k - m.J_out / (N * N), 1e-8);
+  m.tau_coulomb =
+      std::max(balance.coulomb_A.value * k - m.tau_coulomb_out / N / m.gear_efficiency, 0.0);
+  m.tau_static = excess * m.tau_coulomb;
+  m.B = std::max(balance.viscous_A_s.value * k, 0.0);
+  m.tau_cogging = 0;
+  for (const Cogging& one : balance.cogging) {
+    if (one.order == made.profile.drive.motor.pole_pairs || !is_told(one.amplitude_A)) continue;
+    m.tau_cogging = one.amplitude_A.value * k;
+    m.cogging_per_turn = one.order;
+    break;
+  }
+  return made;
 }
 
 /// Makes the moves with an emulated drive.
@@ -133,8 +149,9 @@ class Emulation {
   double logged_rad(std::size_t n) const { return sample(n).angle_rad - sample(0).angle_rad; }
   double time_s(std::size_t n) const { return sample(n).time_s - sample(0).time_s; }
 
-  /// The angle from where it began, at each sample.
-  std::vector<double> run(const Unknowns& by) const {
+  /// The angle from where it began, at each sample. Of unknowns beyond ±3 as of these.
+  std::vector<double> run(const Unknowns& unlimited) const {
+    const Unknowns by = unlimited.cwiseMin(3.0).cwiseMax(-3.0);
     const double delay_s = delay_s_ + by(kDelay) * 1e-3;
     BusConfig config;
     config.bitrate = 0;
@@ -197,8 +214,7 @@ struct Residuals {
   /// `at` is one more than the unknowns: Eigen's differences take steps in proportion, here of 1 %.
   int operator()(const Eigen::VectorXd& at, Eigen::VectorXd& left) const {
     const Unknowns by = at.array() - 1;
-    const Unknowns limited = by.cwiseMin(3.0).cwiseMax(-3.0);
-    const std::vector<double> angles = emulation->run(limited);
+    const std::vector<double> angles = emulation->run(by);
     for (std::size_t n = 0; n < angles.size(); ++n) {
       left(static_cast<Eigen::Index>(n)) = (angles[n] - emulation->logged_rad(n)) / noise_rad;
     }
@@ -224,27 +240,6 @@ double correlation_length(const Eigen::VectorXd& left) {
 }
 
 }  // namespace
-
-ServoConfig with_mechanics(const ServoConfig& servo, const BalanceFit& balance) {
-  ServoConfig made = servo;
-  model::MechanicsParams& m = made.profile.drive.mechanics;
-  const double k = k_t(made.profile.drive.motor);
-  const double N = m.gear_ratio;
-  const double excess = m.tau_static / std::max(m.tau_coulomb, 1e-9);
-  m.J = std::max(balance.inertia_A_s2.value * k - m.J_out / (N * N), 1e-8);
-  m.tau_coulomb =
-      std::max(balance.coulomb_A.value * k - m.tau_coulomb_out / N / m.gear_efficiency, 0.0);
-  m.tau_static = excess * m.tau_coulomb;
-  m.B = std::max(balance.viscous_A_s.value * k, 0.0);
-  m.tau_cogging = 0;
-  for (const Cogging& one : balance.cogging) {
-    if (one.order == made.profile.drive.motor.pole_pairs || !is_told(one.amplitude_A)) continue;
-    m.tau_cogging = one.amplitude_A.value * k;
-    m.cogging_per_turn = one.order;
-    break;
-  }
-  return made;
-}
 
 std::optional<PositionLoopFit> fit_position_loop(const Track& track, const BalanceFit& balance,
                                                  const SpeedLoopFit& speed) {
@@ -292,7 +287,7 @@ std::optional<PositionLoopFit> fit_position_loop(const Track& track, const Balan
   fit.angle_kp_per_s.value = std::exp(before(kAngleKp) + by(kAngleKp));
   fit.angle_kp_per_s.half_width =
       kStudentMany * fit.angle_kp_per_s.value * std::sqrt(covariance(kAngleKp, kAngleKp));
-  fit.emulated_rad = emulation.run(by.cwiseMin(3.0).cwiseMax(-3.0));
+  fit.emulated_rad = emulation.run(by);
   for (std::size_t n = 0; n < emulation.count(); ++n) {
     fit.time_s.push_back(emulation.time_s(n));
     fit.logged_rad.push_back(emulation.logged_rad(n));

@@ -20,7 +20,4 @@ struct PositionLoopFit {
 std::optional<PositionLoopFit> fit_position_loop(const Track& track, const BalanceFit& balance,
                                                  const SpeedLoopFit& speed);
 
-/// The drive with the mechanics that the balance has found, in Nm with the k_t of its motor file.
-ServoConfig with_mechanics(const ServoConfig& servo, const BalanceFit& balance);
-
 }  // namespace lk::emulator

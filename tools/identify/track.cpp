@@ -287,7 +287,7 @@ void append(Track& track, const Track& more) {
     sample.time_s += shift_s;
     track.samples.push_back(sample);
   }
-  // Nobody knows what it followed between the logs.
+  // What it followed between the logs is unknown.
   const double last_order_s = track.orders.empty() ? last_s : track.orders.back().time_s;
   track.orders.push_back({.time_s = std::clamp(last_order_s, last_s, shift_s)});
   for (TrackOrder order : more.orders) {
