@@ -364,13 +364,6 @@ id = 1
                       flush=True)
                 port.close()
 
-    def refused(self, *arguments: str) -> str:
-        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True,
-                              timeout=PATIENCE_S, check=False)
-        self.assertEqual(done.returncode, 2, done)
-        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-        return done.stderr
-
     def test_what_cannot_be_is_told_in_a_line(self):
         with open(self.link, "w", encoding="ascii") as file:
             file.write("mine")
