@@ -1,7 +1,6 @@
 #include "emulator/config/motor_figures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "emulator/core/servo/registers.hpp"
@@ -43,7 +42,7 @@ MotorFigures motor_figures(const Profile& profile) {
   MotorFigures f;
   f.k_t_Nm_A = k_t;
   f.no_load_speed_rpm = no_load_speed_rad_s(p, k_t) / m.gear_ratio * 30 / pi;
-  f.stall_current_A = std::min(p.supply.v_source / std::sqrt(3.0) / R, p.current_sensor.range);
+  f.stall_current_A = std::min(p.supply.v_source / std::numbers::sqrt3 / R, p.current_sensor.range);
   f.stall_torque_Nm =
       std::max(0.0, (k_t * f.stall_current_A - m.tau_static) * m.gear_ratio * m.gear_efficiency -
                         m.tau_coulomb_out);
