@@ -13,10 +13,6 @@
 namespace lk::emulator {
 namespace {
 
-/// Two buses with the same IDs must not be copies of each other. A bus of a file keeps its place
-/// there, also when it runs alone.
-std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
-
 /// Does the command line mean the bus that the file has on `interface`? When each of them names one
 /// bus only, then so, whatever its name.
 bool means(const BusRequest& request, const std::string& interface, bool one_in_each) {

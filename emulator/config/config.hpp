@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -39,6 +40,10 @@ struct BusRequest {
   std::optional<std::vector<int>> ids;  // absent: those the configuration file gives it
   FirmwareRequest firmware{};           // wins over that of all buses
 };
+
+/// Of the bus at `place` of a robot. Two buses with the same IDs must not be copies of each other. A
+/// bus of a file keeps its place there, also when it runs alone.
+constexpr std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
 
 /// What the command line says; it wins over the file.
 struct Overrides {

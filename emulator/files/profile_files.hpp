@@ -20,6 +20,7 @@ struct Shelf {
 };
 inline constexpr Shelf kRobots{"buses", "robot"};
 inline constexpr Shelf kScenarios{"scenarios", "scenario"};
+inline constexpr Shelf kCampaigns{"campaigns", "campaign"};
 
 /// Names of what is there, sorted.
 std::vector<std::string> known_files(const Shelf& shelf);

@@ -68,6 +68,23 @@ Replies read_replies(TableReader& reader, bool none) {
   return replies;
 }
 
+/// An error by its word, or any of them.
+std::optional<ErrorIs> read_error_is(TableReader& reader) {
+  if (reader.is_text("error") && reader.text("error") == "any") return ErrorIs{};
+  const auto error = read_error(reader, "error");
+  return error ? std::optional(ErrorIs{error}) : std::nullopt;
+}
+
+Answered read_answered(TableReader& reader) {
+  Answered answered;
+  answered.command = read_command_or_word(reader, "command");
+  const auto within = read_duration(reader, "within_s");
+  if (!within) reader.note_missing("within_s");
+  answered.within = within.value_or(SimTime{0});
+  reader.finish();
+  return answered;
+}
+
 Period read_period(TableReader& reader, SimTime duration, bool counts) {
   const auto at = read_moment(reader, "at_s", duration);
   const auto by = read_moment(reader, "by_s", duration);
@@ -93,7 +110,7 @@ Period read_period(TableReader& reader, SimTime duration, bool counts) {
   return period;
 }
 
-constexpr const char* kSubjects[] = {"signal", "error", "state", "reply", "no_reply"};
+constexpr const char* kSubjects[] = {"signal", "error", "state", "reply", "no_reply", "answered"};
 
 void check_subjects(TableReader& reader) {
   const char* first = nullptr;
@@ -130,19 +147,23 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
     const auto range = read_range(reader, "min", "max");
     if (!range) reader.fail("signal", "needs min, max or both");
     expectation.what = SignalWithin{signal, *range};
-  } else if (const auto error = read_error(reader, "error")) {
-    expectation.what = ErrorIs{*error, reader.boolean("set").value_or(true)};
+  } else if (auto error = read_error_is(reader)) {
+    error->set = reader.boolean("set").value_or(true);
+    expectation.what = *error;
   } else if (const auto state = reader.choice("state", {"off", "stopped", "running"})) {
     expectation.what = StateIs{static_cast<RunState>(*state)};
   } else if (auto reply = reader.table("reply")) {
     expectation.what = read_replies(*reply, false);
   } else if (auto none = reader.table("no_reply")) {
     expectation.what = read_replies(*none, true);
+  } else if (auto answered = reader.table("answered")) {
+    expectation.what = read_answered(*answered);
   } else {
     found = false;
   }
   if (!id) reader.note_missing("id");
-  const bool counts = std::holds_alternative<Replies>(expectation.what);
+  const bool counts = std::holds_alternative<Replies>(expectation.what) ||
+                      std::holds_alternative<Answered>(expectation.what);
   expectation.when = read_period(reader, scenario.duration, counts);
   if (!id) {
     reader.text("bus");
@@ -150,7 +171,8 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   }
   expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
   finish_expectation(reader);
-  if (!found) reader.fail("id", "what is expected? signal, error, state, reply or no_reply");
+  if (!found)
+    reader.fail("id", "what is expected? signal, error, state, reply, no_reply or answered");
   const auto& servos = scenario.robot[expectation.bus].servos;
   if (std::ranges::find(servos, expectation.id, &ServoConfig::id) == servos.end()) {
     reader.fail("id", "no drive " + std::to_string(expectation.id) + " on this bus");

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "emulator/config/config_ids.hpp"
+#include "emulator/config/config_quirks.hpp"
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/ground/text.hpp"
@@ -53,6 +54,9 @@ void read_robot(TableReader& reader, std::optional<std::uint64_t> seed, const Sc
     const std::string problem = bitrate_problem(*bitrate);
     if (!problem.empty()) reader.fail("bitrate", problem);
     overrides.bitrate = bitrate;
+  }
+  if (const auto word = reader.choice("generation", generation_words())) {
+    overrides.firmware.generation = generation_words()[*word];
   }
   const auto name = reader.text("robot");
   if (!name) {
@@ -194,6 +198,7 @@ Scenario parse_live_scenario(const std::string& text, const std::string& file,
   read_head(reader, file, scenario);
   reader.integer("seed", 0, INT64_MAX);
   reader.integer("bitrate", 0, INT64_MAX);
+  reader.choice("generation", generation_words());
   scenario.robot = running;
   for (BusConfig& bus : scenario.robot) bus.events.clear();
   take_names_of_robot(reader, files, running, scenario);

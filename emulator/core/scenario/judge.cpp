@@ -19,7 +19,8 @@ double read(const Expectation& expectation, const DriveView& drive) {
     return within->signal->read(drive);
   }
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
-    return (drive.telemetry.errors & model::bit(error->error)) != 0 ? 1 : 0;
+    const model::ErrorBits errors = drive.telemetry.errors;
+    return (error->error ? errors & model::bit(*error->error) : errors) != 0 ? 1 : 0;
   }
   // A drive without power is in no state.
   return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
@@ -40,9 +41,26 @@ bool is_within(const Range& range, double value) {
   return std::isfinite(value) && range.has(value);
 }
 
+/// How far within its range a value stands: in widths of the range, or, where it has one bound, in
+/// the size of that. Nothing: nobody can say.
+std::optional<double> margin_of(const Range& range, const Range& seen) {
+  if (!std::isfinite(seen.min) || !std::isfinite(seen.max)) return -1;
+  const double left = std::min(seen.min - range.min, range.max - seen.max);
+  const bool both = std::isfinite(range.min) && std::isfinite(range.max);
+  const double bound = std::abs(std::isfinite(range.min) ? range.min : range.max);
+  const double unit = both ? range.max - range.min : std::max(bound, 1.0);
+  return unit > 0 ? std::optional(left / unit) : std::nullopt;
+}
+
 double distance(const Range& range, double value) {
   if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
   return std::max({range.min - value, value - range.max, 0.0});
+}
+
+/// It is told frames, and does not look.
+bool counts_frames(const Expectation& expectation) {
+  return std::holds_alternative<Replies>(expectation.what) ||
+         std::holds_alternative<Answered>(expectation.what);
 }
 
 bool can_be_of_a_drive(const protocol::Frame& frame) {
@@ -77,7 +95,7 @@ Judge::Judge(const BusConfig& config, const std::vector<Expectation>& expectatio
     if (expectation.bus != bus) continue;
     Trial trial;
     trial.expectation = expectation;
-    if (!std::holds_alternative<Replies>(expectation.what)) {
+    if (!counts_frames(expectation)) {
       const Period& when = expectation.when;
       trial.next = start + (when.kind == Kind::kAt ? when.to : when.from);
       next_due_ = std::min(next_due_, trial.next);
@@ -122,14 +140,45 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
   const bool for_several = protocol::find_multi_drive(query.frame.id) != nullptr;
   for (Speaker& speaker : speakers_) {
     if (bus.multi_drive_mode(speaker.id) != for_several) continue;
+    std::optional<std::uint8_t> command;
     if (query.frame.id ==
         protocol::kSingleDriveId + static_cast<std::uint32_t>(bus.place(speaker.id).id)) {
-      speaker.asked[query.frame.data[0]] = query.at;
+      command = query.frame.data[0];
     } else if (for_several) {
-      const auto command = command_for(bus.place(speaker.id).id, query.frame, speaker.format);
-      if (command) speaker.asked[*command] = query.at;
+      command = command_for(bus.place(speaker.id).id, query.frame, speaker.format);
+    }
+    if (!command) continue;
+    speaker.asked[*command] = query.at;
+    for (Trial& trial : trials_) {
+      const auto* answered = std::get_if<Answered>(&trial.expectation.what);
+      const SimTime at = query.at - start_;
+      if (answered == nullptr || trial.expectation.id != speaker.id || trial.missed ||
+          answered->command.value_or(*command) != *command || at < trial.expectation.when.from ||
+          at > trial.expectation.when.to) {
+        continue;
+      }
+      trial.asked.emplace(*command, at);  // one that waits already stays
     }
   }
+}
+
+void Judge::hear_answer(Trial& trial, const TimedFrame& reply) const {
+  if (reply.frame.dlc == 0) return;
+  const auto waiting = trial.asked.find(reply.frame.data[0]);
+  if (waiting == trial.asked.end()) return;
+  const SimTime limit = waiting->second + std::get<Answered>(trial.expectation.what).within;
+  if (reply.at - start_ > limit) trial.missed = std::min(trial.missed.value_or(limit), limit);
+  trial.asked.erase(waiting);
+}
+
+std::optional<SimTime> Judge::missed_by(const Trial& trial, SimTime now) {
+  std::optional<SimTime> missed = trial.missed;
+  const SimTime within = std::get<Answered>(trial.expectation.what).within;
+  for (const auto& [command, at] : trial.asked) {
+    const SimTime limit = at + within;
+    if (limit <= now) missed = std::min(missed.value_or(limit), limit);
+  }
+  return missed;
 }
 
 void Judge::hear_reply(const TimedFrame& reply) {
@@ -139,6 +188,10 @@ void Judge::hear_reply(const TimedFrame& reply) {
                            : std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
   if (speaker == speakers_.end()) return;
   for (Trial& trial : trials_) {
+    if (std::holds_alternative<Answered>(trial.expectation.what)) {
+      if (trial.expectation.id == speaker->id) hear_answer(trial, reply);
+      continue;
+    }
     const auto* replies = std::get_if<Replies>(&trial.expectation.what);
     const Period& when = trial.expectation.when;
     const SimTime at = reply.at - start_;
@@ -184,11 +237,31 @@ std::vector<ExpectationResult> Judge::results(SimTime now) const {
   return results;
 }
 
+namespace {
+
+void answer_result(std::optional<SimTime> missed, bool over, ExpectationResult& result) {
+  if (missed) {
+    result.status = Status::kFailed;
+    result.at = result.failed_at = missed;
+    result.measured = "no answer by " + time_text(*missed);
+  } else if (over) {
+    result.status = Status::kPassed;
+    result.measured = "answered";
+  }
+}
+
+}  // namespace
+
 ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
   const Expectation& expectation = trial.expectation;
-  ExpectationResult result{trial.status, expectation_text(expectation, interface_), measured(trial),
-                           expectation.says, std::nullopt};
-  if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
+  ExpectationResult result;
+  result.status = trial.status;
+  result.expected = expectation_text(expectation, interface_);
+  result.measured = measured(trial);
+  result.says = expectation.says;
+  if (std::holds_alternative<Answered>(expectation.what)) {
+    answer_result(missed_by(trial, now - start_), now - start_ >= expectation.when.to, result);
+  } else if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
     const bool over = now - start_ >= expectation.when.to;
     const bool any_more_will_do = replies->max_count == std::numeric_limits<std::uint64_t>::max();
     const bool enough = trial.count >= replies->min_count && (over || any_more_will_do);
@@ -200,6 +273,14 @@ ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
     if (trial.count > 0) result.at = trial.at;
   } else if (trial.value) {
     result.at = trial.at;
+  }
+  if (result.status == Status::kFailed && !result.failed_at) {
+    const bool at_once = expectation.when.kind == Kind::kThroughout && trial.value;
+    result.failed_at = at_once ? trial.at : expectation.when.to;
+  }
+  if (const auto* within = std::get_if<SignalWithin>(&expectation.what); within && trial.seen) {
+    const bool one = expectation.when.kind == Kind::kBy;  // the best will do
+    result.margin = margin_of(within->range, one ? Range{*trial.value, *trial.value} : *trial.seen);
   }
   return result;
 }

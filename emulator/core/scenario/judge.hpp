@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,11 @@ struct ExpectationResult {
   std::string measured;       // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
   std::string says;           // as the scenario has it
   std::optional<SimTime> at;  // of what decided, since the scenario began
+  // When it was decided that it fails, as far as it does: where it held until then.
+  std::optional<SimTime> failed_at;
+  // Of a signal: how far it stayed within its bounds, in widths of its range, or where it has one
+  // bound in that bound's size; below 0 when it failed.
+  std::optional<double> margin;
 };
 
 /// Watches one bus and keeps account of what is expected of it. Whoever advances the bus stops at
@@ -54,6 +60,9 @@ class Judge {
     std::optional<Range> seen;    // of a signal
     SimTime at{0};                // of `value`; of the first reply
     std::uint64_t count = 0;      // replies
+    // Of Answered: the first query of a command that waits for its reply.
+    std::map<std::uint8_t, SimTime> asked;
+    std::optional<SimTime> missed;  // the first that was not answered by then
   };
   /// Whose replies are on the wire, and how to read them.
   struct Speaker {
@@ -64,6 +73,9 @@ class Judge {
   };
 
   void look_at(Trial& trial, const DriveView& drive, SimTime now);
+  void hear_answer(Trial& trial, const TimedFrame& reply) const;
+  /// The instant at which the first query had waited too long, so far.
+  static std::optional<SimTime> missed_by(const Trial& trial, SimTime now);
   bool matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const;
   ExpectationResult result(const Trial& trial, SimTime now) const;
   std::string measured(const Trial& trial) const;

@@ -38,7 +38,7 @@ struct SignalWithin {
   Range range;
 };
 struct ErrorIs {
-  model::Error error = model::Error::kUnderVoltage;
+  std::optional<model::Error> error;  // nothing: any of them
   bool set = true;
 };
 struct StateIs {
@@ -53,6 +53,12 @@ struct Replies {
   std::optional<Range> age;  // ms since the latest query with this command to this drive
   std::uint64_t min_count = 1;
   std::uint64_t max_count = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// The drive answers what it is asked, as a host sees it: each query, or each of one command.
+struct Answered {
+  std::optional<std::uint8_t> command;  // DATA[0]
+  SimTime within{0};                    // of the instant at which the host sent it
 };
 
 /// When something is expected. Replies are counted from `from` to `to`, whatever the kind.
@@ -70,7 +76,7 @@ struct Period {
 struct Expectation {
   std::size_t bus = 0;
   int id = 1;
-  std::variant<SignalWithin, ErrorIs, StateIs, Replies> what;
+  std::variant<SignalWithin, ErrorIs, StateIs, Replies, Answered> what;
   Period when;
   std::string says;  // a sentence for the report; may be empty
 };

@@ -47,9 +47,14 @@ std::string what_text(const Expectation& expectation) {
     return std::string(within->signal->name) + ' ' + range_text(within->range);
   }
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
-    return "error " + std::string(error_word(error->error)) + (error->set ? " set" : " not set");
+    const std::string which = error->error ? std::string(error_word(*error->error)) : "any";
+    return "error " + which + (error->set ? " set" : " not set");
   }
   if (const auto* state = std::get_if<StateIs>(&expectation.what)) return state_word(state->state);
+  if (const auto* answered = std::get_if<Answered>(&expectation.what)) {
+    const std::string what = answered->command ? " " + byte_text(*answered->command) : "";
+    return "each query" + what + " answered within " + time_text(answered->within);
+  }
   return replies_text(std::get<Replies>(expectation.what));
 }
 
