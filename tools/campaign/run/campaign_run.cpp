@@ -1,0 +1,100 @@
+#include "tools/campaign/run/campaign_run.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <optional>
+
+#include "tools/campaign/plan/sampling.hpp"
+#include "tools/campaign/run/campaign_progress.hpp"
+
+namespace lk::emulator {
+namespace {
+
+// Enough for neighbours in time to be close, few enough to lose little when all is killed.
+constexpr std::uint64_t kMostInPile = 128;
+constexpr std::uint64_t kLeastInPile = 8;
+
+std::atomic<bool>& interrupted() {
+  static std::atomic<bool> flag = false;
+  return flag;
+}
+
+/// SIGINT and SIGTERM end the run when what is under way is done; the second one at once.
+class Interruptible {
+ public:
+  Interruptible() {
+    interrupted() = false;
+    for (std::size_t n = 0; n < kSignals.size(); ++n) before_[n] = std::signal(kSignals[n], note);
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+  ~Interruptible() {
+    for (std::size_t n = 0; n < kSignals.size(); ++n) std::signal(kSignals[n], before_[n]);
+  }
+
+ private:
+  static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
+  static void note(int signal) {
+    interrupted() = true;
+    std::signal(signal, SIG_DFL);
+  }
+  std::array<void (*)(int), 2> before_{};
+};
+
+/// The cases of a shard that the store does not have, in order.
+class CasesLeft {
+ public:
+  CasesLeft(const Plan& plan, const CampaignStore& store, const Shard& shard)
+      : numbers_(plan), store_(store), shard_(shard), next_(shard.index) {}
+
+  std::vector<CaseToRun> take(std::uint64_t most) {
+    std::vector<CaseToRun> cases;
+    for (; next_ < numbers_.numbers() && cases.size() < most; next_ += shard_.of) {
+      if (store_.has(next_)) continue;
+      if (auto values = numbers_.values(next_)) cases.push_back({next_, 0, std::move(*values)});
+    }
+    return cases;
+  }
+  /// At most so many: those that are excluded are among them.
+  std::uint64_t in_all() const {
+    const std::uint64_t numbers = numbers_.numbers();
+    return numbers <= shard_.index ? 0 : (numbers - shard_.index - 1) / shard_.of + 1;
+  }
+
+ private:
+  CaseNumbers numbers_;
+  const CampaignStore& store_;
+  Shard shard_;
+  std::uint64_t next_;
+};
+
+}  // namespace
+
+CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
+                         const std::function<CaseRunner()>& runner) {
+  const auto began = std::chrono::steady_clock::now();
+  const Interruptible interruptible;
+  CasesLeft left(plan, store, options.shard);
+  CampaignEnd end;
+  end.before = store.count();
+  CampaignProgress progress(left.in_all(), end.before, options.progress);
+  const std::uint64_t pile =
+      std::clamp(left.in_all() / (4 * static_cast<std::uint64_t>(options.jobs) + 1), kLeastInPile,
+                 plan.host ? 1 : kMostInPile);
+  run_in_threads(
+      options.jobs, runner, [&] { return left.take(pile); },
+      [&](const std::vector<CaseResult>& results) {
+        store.put(results);
+        end.ran += results.size();
+        progress.show(end.ran);
+      },
+      [] { return interrupted().load(); });
+  end.interrupted = interrupted();
+  end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return end;
+}
+
+}  // namespace lk::emulator

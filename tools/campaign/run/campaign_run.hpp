@@ -1,0 +1,51 @@
+#pragma once
+
+/// @file A campaign on one machine: which cases are left, who computes them, where results go.
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "tools/campaign/plan/plan.hpp"
+#include "tools/campaign/results/campaign_store.hpp"
+#include "tools/campaign/run/offline.hpp"
+
+namespace lk::emulator {
+
+/// Which of a plan's cases: those whose number is `index` modulo `of`.
+struct Shard {
+  std::uint64_t index = 0;
+  std::uint64_t of = 1;
+};
+
+/// Runs cases, in a thread of its own.
+using CaseRunner = std::function<std::vector<CaseResult>(std::span<const CaseToRun>)>;
+
+struct CampaignOptions {
+  int jobs = 1;
+  Shard shard;
+  bool progress = false;  // on standard error
+};
+
+/// What became of a run.
+struct CampaignEnd {
+  std::uint64_t ran = 0;     // cases, of this run
+  std::uint64_t before = 0;  // that were in the store already
+  bool interrupted = false;  // by SIGINT or SIGTERM
+  double wall_s = 0;
+};
+
+/// Runs what the store does not have yet. `runner` makes a runner for a thread; what it throws ends
+/// the run and comes out here, with all that has been finished stored.
+CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
+                         const std::function<CaseRunner()>& runner);
+
+/// Threads that each take the next pile of cases; what they give goes to `done`, on the calling
+/// thread, in any order. Ends early when `stop` says so.
+void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
+                    const std::function<std::vector<CaseToRun>()>& next_pile,
+                    const std::function<void(const std::vector<CaseResult>&)>& done,
+                    const std::function<bool()>& stop);
+
+}  // namespace lk::emulator

@@ -1,0 +1,43 @@
+#include "tools/campaign/run/traffic_watch.hpp"
+
+#include <algorithm>
+
+#include "emulator/core/seed.hpp"
+#include "protocol/commands.hpp"
+
+namespace lk::emulator {
+
+void TrafficWatch::hear(const std::vector<Traffic>& traffic) {
+  for (const Traffic& one : traffic) {
+    const protocol::Frame& frame = one.frame.frame;
+    if (one.from_host) {
+      if (frame.dlc == 0) continue;
+      const auto known = std::ranges::find_if(commands_, [&](const Command& command) {
+        return command.bus == one.bus && command.id == frame.id;
+      });
+      if (known != commands_.end()) {
+        known->byte = frame.data[0];
+      } else {
+        commands_.push_back({one.bus, frame.id, frame.data[0]});
+      }
+      continue;
+    }
+    std::uint64_t bytes = 0;
+    for (std::size_t n = 0; n < frame.dlc && n < frame.data.size(); ++n) {
+      bytes = mix(bytes + frame.data[n]);
+    }
+    const auto at = static_cast<std::uint64_t>(one.frame.at.count());
+    heard_ = mix(heard_ ^ mix(at + bytes) ^ mix((frame.id << 8U) + frame.dlc + one.bus));
+  }
+}
+
+std::optional<std::uint8_t> TrafficWatch::command(std::size_t bus, int id) const {
+  for (const Command& command : commands_) {
+    if (command.bus == bus && command.id == protocol::kSingleDriveId + static_cast<unsigned>(id)) {
+      return command.byte;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace lk::emulator
