@@ -161,8 +161,7 @@ Surroundings Bus::surroundings(int id) const {
   const model::DriveBank& bank = motors_.bank(place);
   const std::size_t index = motors_.index(place);
   const model::DriveParams& params = bank.params(index);
-  return {bank.connected(index), params.supply.v_source, params.thermal.temp_ambient,
-          params.load};
+  return {bank.connected(index), params.supply.v_source, params.thermal.temp_ambient, params.load};
 }
 
 model::Setpoint Bus::setpoint(int id) const {

@@ -42,9 +42,7 @@ class Motors {
   model::Truth truth(const MotorPlace& place) const { return bank(place).truth(index(place)); }
   const model::DriveBank& bank(const MotorPlace& place) const { return *banks_[place.bank].drives; }
   /// Of the motor in that bank.
-  std::size_t index(const MotorPlace& place) const {
-    return banks_[place.bank].first + place.lane;
-  }
+  std::size_t index(const MotorPlace& place) const { return banks_[place.bank].first + place.lane; }
   std::int64_t f_pwm_Hz(const MotorPlace& place) const { return banks_[place.bank].f_pwm_Hz; }
   bool alive(const MotorPlace& place) const { return bank(place).alive(index(place)); }
   /// When its last tick was.

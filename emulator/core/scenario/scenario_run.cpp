@@ -70,8 +70,11 @@ ScenarioRun::ScenarioRun(const Scenario& scenario) {
   lines_.reserve(scenario.robot.size());
   for (std::size_t n = 0; n < scenario.robot.size(); ++n) {
     const BusConfig& config = scenario.robot[n];
-    lines_.push_back({config.interface, Bus(config), HostScript(scenario.sends, n, SimTime{0}),
-                      Judge(config, scenario.expectations, n, SimTime{0}), {}});
+    lines_.push_back({config.interface,
+                      Bus(config),
+                      HostScript(scenario.sends, n, SimTime{0}),
+                      Judge(config, scenario.expectations, n, SimTime{0}),
+                      {}});
   }
 }
 
