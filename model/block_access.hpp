@@ -2,6 +2,8 @@
 
 /// @file One drive's share of a block.
 
+#include <algorithm>
+
 #include "model/stored_real.hpp"
 #include "model/tick.hpp"
 
@@ -19,6 +21,13 @@ Scalar get(const Stored& stored, std::size_t lane) {
   for_each_field(fields(value), fields(stored),
                  [lane](double& to, const auto& from) { to = lane_of(from, lane); });
   return value;
+}
+
+/// Whether some drive of the block needs the tick that looks at faults.
+template <class Store>
+bool any_faulty(const TickBlock<Store>& block) {
+  return std::any_of(block.faults.begin(), block.faults.end(),
+                     [](const LaneFaults& faults) { return faults.any(); });
 }
 
 }  // namespace lk::model

@@ -56,9 +56,7 @@ double bus_current(const MotionParams& p, const CurrentLoopState<double>& loop, 
 
 DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) : kernel(chosen) {
   assert(!drives.empty() && kernel.run != nullptr);
-  if (drives.size() > 1) {
-    wide.resize((drives.size() + kLanes - 1) / kLanes);
-  }
+  make_room(drives.size());
   stride = drives.front().params.control.motion_divider;
   for (const DriveInit& init : drives) {
     assert(init.params.inverter.f_pwm == drives.front().params.inverter.f_pwm);
@@ -92,9 +90,47 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
       block.noise.word[lane] = noise_seed(init.seed);
     });
   }
-  // Lanes without a drive hold one at rest, its bridge on and nothing on its shaft: they cost
-  // nothing odd (no infinities) and need no more of the tick than their neighbours.
-  DriveParams resting = drives.back().params;
+  fill_spare_lanes();
+}
+
+DriveBank::State::State(std::span<const DriveOf> drives)
+    : kernel(drives.front().bank->state_->kernel) {
+  make_room(drives.size());
+  for (const DriveOf& one : drives) take_in(*one.bank->state_, one.drive);
+  stride = 0;
+  for (const Unit& unit : units) stride = std::gcd(stride, unit.params.control.motion_divider);
+  for (TickBlock<Wide>& block : wide) block.faulty = any_faulty(block);
+  alone.faulty = any_faulty(alone);
+  fill_spare_lanes();
+}
+
+void DriveBank::State::make_room(std::size_t count) {
+  units.reserve(count);
+  if (count > 1) wide.resize((count + kLanes - 1) / kLanes);
+}
+
+void DriveBank::State::take_in(const State& other, std::size_t drive) {
+  const std::size_t place = units.size();
+  units.push_back(other.units[drive]);
+  assert(units[place].params.inverter.f_pwm == units.front().params.inverter.f_pwm);
+  other.with_block(drive, [&](const auto& from, std::size_t from_lane) {
+    with_block(place, [&](auto& to, std::size_t lane) {
+      put(to.plant_params, lane, get<PlantParams<double>>(from.plant_params, from_lane));
+      put(to.plant, lane, get<PlantState<double>>(from.plant, from_lane));
+      put(to.loop_params, lane, get<CurrentLoopParams<double>>(from.loop_params, from_lane));
+      put(to.loop, lane, get<CurrentLoopState<double>>(from.loop, from_lane));
+      put(to.orders, lane, get<CurrentOrders<double>>(from.orders, from_lane));
+      to.noise.word[lane] = from.noise.word[from_lane];
+      to.at[lane] = from.at[from_lane];
+      to.faults[lane] = from.faults[from_lane];
+    });
+  });
+}
+
+/// They hold a drive at rest, its bridge on and nothing on its shaft: they cost nothing odd (no
+/// infinities) and need no more of the tick than their neighbours.
+void DriveBank::State::fill_spare_lanes() {
+  DriveParams resting = units.back().params;
   resting.load = LoadParams{};
   for (std::size_t spare = units.size(); spare < wide.size() * kLanes; ++spare) {
     TickBlock<Wide>& block = wide.back();
@@ -104,7 +140,7 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
     orders.bridge_on = 1.0;
     put(block.plant_params, spare % kLanes, plant_params(resting));
     put(block.plant, spare % kLanes, plant_at_rest(resting, 0.0, resting.thermal.temp_ambient));
-    put(block.loop_params, spare % kLanes, current_loop_params(resting, drives.back().settings));
+    put(block.loop_params, spare % kLanes, current_loop_params(resting, units.back().settings));
     put(block.loop, spare % kLanes, loop);
     put(block.orders, spare % kLanes, orders);
   }
@@ -112,6 +148,7 @@ DriveBank::State::State(std::span<const DriveInit> drives, NamedKernel chosen) :
 
 DriveBank::DriveBank(std::span<const DriveInit> drives, NamedKernel kernel)
     : state_(std::make_unique<State>(drives, kernel)) {}
+DriveBank::DriveBank(std::span<const DriveOf> drives) : state_(std::make_unique<State>(drives)) {}
 DriveBank::DriveBank(const DriveBank& other) : state_(std::make_unique<State>(*other.state_)) {}
 DriveBank::DriveBank(DriveBank&& other) noexcept = default;
 DriveBank& DriveBank::operator=(const DriveBank& other) {
@@ -266,10 +303,8 @@ bool DriveBank::advance_to_edge(std::int64_t until) {
   // Block by block through the whole time, so that each stays in the cache: drives do not influence
   // each other.
   bool edge = false;
-  for (std::size_t drive = 0; drive < state_->units.size();) {
+  for (std::size_t drive = 0; drive < state_->units.size(); drive += state_->kernel.width) {
     edge = advance_to_edge(until, drive) || edge;
-    const bool faulty = !state_->wide.empty() && state_->wide[drive / kLanes].faulty;
-    drive += faulty ? kLanes : state_->kernel.width;
   }
   return edge;
 }
@@ -286,16 +321,11 @@ bool DriveBank::State::advance_to_edge(std::int64_t until, std::size_t drive) {
   };
   if (wide.empty()) {
     run(alone, alone.faulty ? run_alone_faulty : kernel.run_alone);
-  } else if (TickBlock<Wide>& block = wide[drive / kLanes]; block.faulty) {
-    // Groups of lanes without a drive stay behind: nobody brings them as long as nothing is faulty.
-    const std::size_t used = std::min(kLanes, units.size() - drives.begin);
-    for (; stretch.drive < used; stretch.drive += kSizeOf<Lanes>) {
-      run(block, run_lanes_faulty);
-    }
   } else {
+    TickBlock<Wide>& block = wide[drive / kLanes];
     stretch.drive = drive % kLanes;
     stretch.drive -= stretch.drive % kernel.width;
-    run(block, kernel.run);
+    run(block, block.faulty ? kernel.run_faulty : kernel.run);
   }
   return edge;
 }

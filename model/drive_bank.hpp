@@ -23,6 +23,14 @@ struct DriveInit {
   std::optional<double> temp{};  // °C, of all of it at power-up; nothing: as the air
 };
 
+class DriveBank;
+
+/// A drive of some bank.
+struct DriveOf {
+  const DriveBank* bank;
+  std::size_t drive;
+};
+
 /// Drives with one common PWM rate, advanced together, tick by tick. A value: copying it copies the
 /// whole physical state. Drives do not influence each other; results do not depend on the company.
 class DriveBank {
@@ -30,6 +38,9 @@ class DriveBank {
   /// All `f_pwm` must be equal. Every drive starts as after power-up: bridge on, Idle, no errors.
   /// `kernel` is for tests; by default the fastest one of this processor.
   explicit DriveBank(std::span<const DriveInit> drives, NamedKernel kernel = best_lane_kernel());
+  /// These drives as they stand, out of one bank or of several. There must be one, and all of the
+  /// same `f_pwm` and at the same tick. The kernel is that of the first one's bank.
+  explicit DriveBank(std::span<const DriveOf> drives);
   DriveBank(const DriveBank& other);
   DriveBank(DriveBank&& other) noexcept;
   DriveBank& operator=(const DriveBank& other);
@@ -46,8 +57,8 @@ class DriveBank {
   /// that drive, and those that are computed with it, then stand behind the tick in which it did;
   /// call again to go on.
   bool advance_to_edge(std::int64_t until);
-  /// The same of this drive and those that are computed with it, which are the same ones as long as
-  /// the bank has no faults; the others stay behind.
+  /// The same of this drive and those that are computed with it, which are always the same ones;
+  /// the others stay behind.
   bool advance_to_edge(std::int64_t until, std::size_t drive);
   /// The controller has power and has booted.
   bool alive(std::size_t drive) const;

@@ -64,8 +64,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
     }
     block.faults[lane] =
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
-    block.faulty = std::any_of(block.faults.begin(), block.faults.end(),
-                               [](const LaneFaults& f) { return f.any(); });
+    block.faulty = any_faulty(block);
   });
 }
 

@@ -52,6 +52,14 @@ struct DriveBank::State {
   int stride = 1;        // ticks between instants at which some motion loop may run
 
   State(std::span<const DriveInit> drives, NamedKernel chosen);
+  explicit State(std::span<const DriveOf> drives);
+
+  /// Room for the fast states of so many drives.
+  void make_room(std::size_t count);
+  /// What lanes without a drive hold.
+  void fill_spare_lanes();
+  /// A drive of another bank becomes the next one of this.
+  void take_in(const State& other, std::size_t drive);
 
   /// Where a drive's fast state lives: the scalar block when it is alone, else a lane of a wide
   /// one.

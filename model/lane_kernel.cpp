@@ -18,22 +18,23 @@ void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch) {
   run_block<Solo, true>(block, stretch);
 }
 
-void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch) {
+void run_lanes_faulty_baseline(TickBlock<Wide>& block, const Stretch& stretch) {
   run_block<Lanes, true>(block, stretch);
 }
 
 NamedKernel lane_kernel(std::string_view name) {
   if (name == "baseline") {
-    return {"baseline", run_lanes_baseline, run_alone_baseline, kSizeOf<Lanes>};
+    return {"baseline", run_lanes_baseline, run_alone_baseline, kSizeOf<Lanes>,
+            run_lanes_faulty_baseline};
   }
 #ifdef LKEMU_X86_KERNELS
   if (name == "avx2" && __builtin_cpu_supports("avx2")) {
-    return {"avx2", run_lanes_avx2, run_alone_avx2, kLanes};
+    return {"avx2", run_lanes_avx2, run_alone_avx2, kLanes, run_lanes_faulty_avx2};
   }
   if (name == "avx512" && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {
     // A single drive fills no register; AVX-512's masks would only make its choices slower.
-    return {"avx512", run_lanes_avx512, run_alone_avx2, kLanes};
+    return {"avx512", run_lanes_avx512, run_alone_avx2, kLanes, run_lanes_faulty_avx512};
   }
 #endif
   return {};

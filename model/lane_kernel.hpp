@@ -21,6 +21,7 @@ struct NamedKernel {
   LaneKernel run = nullptr;
   AloneKernel run_alone = nullptr;  // the same tick for a drive that has no company
   std::size_t width = 1;            // drives of a block that `run` computes together
+  LaneKernel run_faulty = nullptr;  // the tick of blocks in which some drive is faulty, as wide
 };
 
 void run_alone_baseline(TickBlock<double>& block, const Stretch& stretch);
@@ -29,9 +30,11 @@ void run_lanes_baseline(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx2(TickBlock<Wide>& block, const Stretch& stretch);
 void run_lanes_avx512(TickBlock<Wide>& block, const Stretch& stretch);
 
-/// The tick of faulty blocks: one for every processor, and in no haste. As wide as the baseline.
+void run_lanes_faulty_baseline(TickBlock<Wide>& block, const Stretch& stretch);
+void run_lanes_faulty_avx2(TickBlock<Wide>& block, const Stretch& stretch);
+void run_lanes_faulty_avx512(TickBlock<Wide>& block, const Stretch& stretch);
+/// Of a faulty drive that has no company: one for every processor.
 void run_alone_faulty(TickBlock<double>& block, const Stretch& stretch);
-void run_lanes_faulty(TickBlock<Wide>& block, const Stretch& stretch);
 
 /// The fastest kernel this processor can run. All give the same bits.
 NamedKernel best_lane_kernel();

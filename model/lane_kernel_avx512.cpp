@@ -12,4 +12,8 @@ static_assert(kSizeOf<Lanes> == kLanes);
   run_block<Lanes>(block, stretch);
 }
 
+[[gnu::flatten]] void run_lanes_faulty_avx512(TickBlock<Wide>& block, const Stretch& stretch) {
+  run_block<Lanes, true>(block, stretch);
+}
+
 }  // namespace lk::model

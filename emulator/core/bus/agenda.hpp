@@ -61,19 +61,20 @@ struct Look {};
 using Task = std::variant<Directive, SupplyStep, SagEnd, RomWritten, CalibrationStep, Reconnect,
                           BusOffEnd, FaultBegin, FaultEnd, Babbling, Look>;
 
-/// What is going to happen on a bus besides frames, in order of time; what was entered first comes
-/// first among equals. A value.
+/// What is going to happen on a bus besides frames, in order of time. Among equals, what the
+/// configuration has comes first, then what was entered first. A value.
 class Agenda {
  public:
-  void enter(SimTime at, Task task) {
-    entries_.push_back({at, entered_++, std::move(task)});
+  enum class Rank : std::uint8_t { kConfigured, kSaidLater };
+  void enter(SimTime at, Task task, Rank rank = Rank::kSaidLater) {
+    entries_.push_back({at, rank, entered_++, std::move(task)});
     std::ranges::push_heap(entries_, later);
   }
   /// A look at `at` at the latest; there is one at a time.
-  void look_by(SimTime at) {
+  void look_by(SimTime at, Rank rank = Rank::kSaidLater) {
     if (next_look_ && *next_look_ <= at) return;
     next_look_ = at;
-    enter(at, Look{});
+    enter(at, Look{}, rank);
   }
   /// Everything has been looked at, because that was due or because somebody could not wait.
   void looked(SimTime now) {
@@ -110,11 +111,12 @@ class Agenda {
  private:
   struct Entry {
     SimTime at;
+    Rank rank;
     std::uint64_t number;
     Task task;
   };
   static bool later(const Entry& one, const Entry& other) {
-    return std::tie(one.at, one.number) > std::tie(other.at, other.number);
+    return std::tie(one.at, one.rank, one.number) > std::tie(other.at, other.rank, other.number);
   }
   static bool is_directive(const Entry& entry) {
     return std::holds_alternative<Directive>(entry.task);

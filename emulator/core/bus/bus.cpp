@@ -18,14 +18,14 @@ Bus::Bus(const BusConfig& config)
       faults_(config.seed) {
   for (const ServoConfig& servo : config.servos) {
     const MotorPlace motor = motors_.place_of(servo, config);
-    Servo firmware(servo, motors_.bank(motor).telemetry(motor.lane));
+    Servo firmware(servo, motors_.telemetry(motor));
     const Power power(servo.profile.drive.supply.v_source, motors_.alive(motor));
     const DriveLink link{.owner = protocol::kSingleDriveId + static_cast<std::uint32_t>(servo.id)};
     nodes_.add({std::move(firmware), motor, power, Memory(), link});
     follow_start(nodes_.of(servo.id));
   }
   rom_writes_.reserve(nodes_.size());
-  for (const TimedDirective& event : config.events) plan(event);
+  for (const TimedDirective& event : config.events) plan_as_configured(event);
 }
 
 void Bus::receive(const TimedFrame& in) {
@@ -58,12 +58,9 @@ void Bus::receive(const TimedFrame& in) {
   stats_.queue_peak = std::max<std::uint64_t>(stats_.queue_peak, wire_.host_queue_size());
 }
 
-void Bus::advance_to(SimTime until) {
-  deliver_to(until);
-  settle();
-}
+bool Bus::advance_to(SimTime until) { return deliver_to(until) && settle(); }
 
-void Bus::deliver_to(SimTime until) {
+bool Bus::deliver_to(SimTime until) {
   until = std::max(until, time_);
   for (;;) {
     const std::optional<SimTime> due = next_due();
@@ -74,9 +71,9 @@ void Bus::deliver_to(SimTime until) {
     if ((faults_or_conditions() || flags_left_ > 0) && start && *start > time_) {
       target = std::min(target, *start);
     }
-    if (bring_concerned_to(target)) {
-      continue;  // what was due may be void
-    }
+    const Brought brought = bring_concerned_to(target);
+    if (brought == Brought::kNotYet) return false;
+    if (brought == Brought::kEdge) continue;  // what was due may be void
     time_ = target;
     if (due && *due <= target) {
       if (agenda_.next_due() && *agenda_.next_due() <= time_) {
@@ -87,7 +84,7 @@ void Bus::deliver_to(SimTime until) {
         deliver_next();
       }
     } else if (target == until) {
-      return;
+      return true;
     }
   }
 }

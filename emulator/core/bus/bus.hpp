@@ -49,14 +49,16 @@ class Bus {
   bool echoes() const { return faults_.echo() != nullptr; }
   /// Hosts have an adapter, or had: `receive` moves time to the frame.
   bool adapted() const { return faults_.any_of_adapter() || adapter_.in_use(); }
-  /// Everything that happens up to and including `until`; not back in time.
-  void advance_to(SimTime until);
+  /// Everything that happens up to and including `until`; not back in time. Like `deliver_to` and
+  /// `settle` it returns true, unless the motors are shared: then false when it has to wait for
+  /// them, and is to be called again, with the same time, when they have got to `waits_for`.
+  bool advance_to(SimTime until);
   /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
   /// stay behind until `settle` or the next `advance_to`; before, nothing may be read of drives.
-  void deliver_to(SimTime until);
+  bool deliver_to(SimTime until);
   /// Brings the motors that stayed behind to `time()`. Whatever is done to the bus begins with
   /// this.
-  void settle();
+  bool settle();
   /// Moves out what hosts have got since the last call, in order; appended to `out`: frames of
   /// drives, and those of hosts that have a `sender`.
   void take_replies(std::vector<TimedFrame>& out);
@@ -76,6 +78,9 @@ class Bus {
   /// kLookStep; that a frame has come is known at once. A fault is armed from now on. Returns
   /// false, and plans nothing, when the bus has no room for another fault or another condition.
   bool plan(const TimedDirective& planned);
+  /// The same, and all comes about as if it stood last in the configuration. Its time must not be
+  /// over.
+  bool plan_as_configured(const TimedDirective& event);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
   /// All faults there have been on this bus, in the order in which they were armed.
   std::vector<FaultReport> faults() const { return faults_.reports(); }
@@ -92,6 +97,9 @@ class Bus {
   /// event.
   std::optional<SimTime> next_due() const;
   SimTime time() const { return time_; }
+  /// For whoever computes its motors together with those of other buses (SharedMotors).
+  Motors& motors() { return motors_; }
+  SimTime waits_for() const { return waits_for_; }
 
   /// The number of drives.
   std::size_t size() const { return nodes_.size(); }
@@ -127,11 +135,17 @@ class Bus {
 
  private:
   Lane lane(const Node& node) { return motors_.lane(node.motor); }
-  /// All motors to `t`, or only `one` and those that are computed with it; or to the first instant
-  /// before at which a drive dies or wakes: true then.
-  bool bring_to(SimTime t, const Node* one = nullptr);
+  bool enter(const TimedDirective& planned, Agenda::Rank rank);
+  enum class Brought : std::uint8_t {
+    kThere,
+    kEdge,    // to the first instant before at which a drive dies or wakes
+    kNotYet,  // others bring them
+  };
+  /// All motors to `t`, or only `one` and those that are computed with it.
+  Brought bring_to(SimTime t, const Node* one = nullptr);
+  Brought await(SimTime t);
   /// The same of those that what is due by `t` is about.
-  bool bring_concerned_to(SimTime t);
+  Brought bring_concerned_to(SimTime t);
   /// They look at drives when they like.
   bool faults_or_conditions() const { return faults_.any_active() || !conditions_.empty(); }
   void follow_lives();
@@ -195,6 +209,7 @@ class Bus {
 
   SimTime time_{0};
   SimTime motors_at_{0};  // where all of them are at least
+  SimTime waits_for_{0};  // until others have brought them there
   Wire wire_;
   std::optional<SerialConfig> serial_;
   std::uint64_t seed_;

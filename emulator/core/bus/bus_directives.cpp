@@ -78,16 +78,26 @@ bool Bus::apply(const Directive& directive) {
 
 bool Bus::plan(const TimedDirective& planned) {
   settle();
+  return enter(planned, Agenda::Rank::kSaidLater);
+}
+
+bool Bus::plan_as_configured(const TimedDirective& event) {
+  settle();
+  return enter(event, Agenda::Rank::kConfigured);
+}
+
+bool Bus::enter(const TimedDirective& planned, Agenda::Rank rank) {
+  const SimTime said = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
   if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
   Task task =
-      set != nullptr ? Task(FaultBegin{faults_.arm(set->fault, time_)}) : Task(planned.directive);
+      set != nullptr ? Task(FaultBegin{faults_.arm(set->fault, said)}) : Task(planned.directive);
   const SimTime from = std::max(planned.at, time_);
   if (planned.when) {
     conditions_.add(from, *planned.when, std::move(task));
-    agenda_.look_by(from);
+    agenda_.look_by(from, rank);
   } else {
-    agenda_.enter(from, std::move(task));
+    agenda_.enter(from, std::move(task), rank);
   }
   return true;
 }
@@ -138,7 +148,8 @@ void Bus::perform(const Task& task) {
 
 void Bus::step_supply(Node& node) {
   if (const auto next = node.power.step(time_)) agenda_.enter(*next, SupplyStep{node.id()});
-  lane(node).bank.set_supply_voltage(node.motor.lane, node.power.supply_V());
+  const Lane motor = lane(node);
+  motor.bank.set_supply_voltage(motor.index, node.power.supply_V());
 }
 
 void Bus::look() {

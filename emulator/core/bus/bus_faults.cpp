@@ -90,7 +90,8 @@ void Bus::look_at(LiveFault& live) {
   for (const int id : live.fault.ids) {
     const Node& node = nodes_.of(id);
     const model::Faults alone = plant_faults(live, node.servo.config(), time_);
-    if (motors_.bank(node.motor).takes_effect(node.motor.lane, alone)) live.took_effect(time_, id);
+    const std::size_t motor = motors_.index(node.motor);
+    if (motors_.bank(node.motor).takes_effect(motor, alone)) live.took_effect(time_, id);
   }
 }
 

@@ -9,11 +9,15 @@
 
 namespace lk::emulator {
 
-void Bus::settle() {
-  while (!settled()) bring_to(time_);
+bool Bus::settle() {
+  while (!settled()) {
+    if (bring_to(time_) == Brought::kNotYet) return false;
+  }
+  return true;
 }
 
-bool Bus::bring_to(SimTime t, const Node* one) {
+Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
+  if (motors_.shared()) return await(t);
   const bool edge = one != nullptr ? motors_.advance_to(t, one->motor) : motors_.advance_to(t);
   if (one == nullptr && !duplicates_.empty()) duplicates_.advance_to(t);
   if (edge) {
@@ -21,13 +25,32 @@ bool Bus::bring_to(SimTime t, const Node* one) {
   } else if (one == nullptr) {
     motors_at_ = t;
   }
-  return edge;
+  return edge ? Brought::kEdge : Brought::kThere;
+}
+
+/// Others bring the motors. A drive that has died or come alive stands where it did: nobody brings
+/// them further before it has been followed.
+Bus::Brought Bus::await(SimTime t) {
+  const auto changed = [this](const Node& node) {
+    return motors_.alive(node.motor) != node.power.alive;
+  };
+  if (std::ranges::any_of(nodes_, changed)) {
+    follow_lives();
+    return Brought::kEdge;
+  }
+  if (!motors_.have_reached(t)) {
+    waits_for_ = t;
+    return Brought::kNotYet;
+  }
+  if (!duplicates_.empty()) duplicates_.advance_to(t);
+  motors_at_ = t;
+  return Brought::kThere;
 }
 
 /// Drives meet on the wire only: without faults and conditions, which look at several, a drive
 /// nobody hears of may stay behind. A drive that dies stops there, and those that were brought with
 /// it: when its frame is void, nobody is ahead of what happens instead.
-bool Bus::bring_concerned_to(SimTime t) {
+Bus::Brought Bus::bring_concerned_to(SimTime t) {
   if (faults_or_conditions()) {
     return bring_to(t);
   }
@@ -37,17 +60,16 @@ bool Bus::bring_concerned_to(SimTime t) {
   const bool replies = start && *start <= t;
   // A reply that ends later: whoever waits behind it might have had the wire by then.
   if (!agenda_due && !wire_due && !(replies && wire_.several_wait())) {
-    return false;
+    return Brought::kThere;
   }
   if (nodes_.size() == 1 || any_concerns_all()) {
     return bring_to(t);
   }
-  if (replies && bring_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)))) {
-    return true;
+  if (replies) {
+    const Brought speaker = bring_to(t, &nodes_.of(static_cast<int>(wire_.next().owner & 0x3FU)));
+    if (speaker != Brought::kThere || !agenda_due) return speaker;
   }
-  if (agenda_due || replies) {
-    return agenda_due && bring_to(t);
-  }
+  if (agenda_due) return bring_to(t);
   const protocol::Frame next = wire_.next().frame;
   if (next.kind == protocol::FrameKind::kBytes) return bring_to(t);  // a packet may end in it
   const auto addressed = protocol::address(next);
@@ -57,9 +79,9 @@ bool Bus::bring_concerned_to(SimTime t) {
   }
   const std::uint32_t drives = id != nullptr ? nodes_.at_address(*id) : 0;
   if (std::popcount(drives) > 1) return bring_to(t);
-  bool edge = false;
-  nodes_.each(drives, [&](const Node& node) { edge = bring_to(t, &node); });
-  return edge;
+  Brought brought = Brought::kThere;
+  nodes_.each(drives, [&](const Node& node) { brought = bring_to(t, &node); });
+  return brought;
 }
 
 /// Some drive has died or come alive. Drives may be far apart then; they meet on the wire only, and
@@ -125,29 +147,27 @@ void Bus::follow_place(Node& node) {
 
 model::Telemetry Bus::telemetry(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).telemetry(place.lane);
+  return motors_.telemetry(nodes_.of(id).motor);
 }
 
 model::Truth Bus::truth(int id) const {
   assert(settled());
-  const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).truth(place.lane);
+  return motors_.truth(nodes_.of(id).motor);
 }
 
 Surroundings Bus::surroundings(int id) const {
   assert(settled());
   const MotorPlace& place = nodes_.of(id).motor;
   const model::DriveBank& bank = motors_.bank(place);
-  const model::DriveParams& params = bank.params(place.lane);
-  return {bank.connected(place.lane), params.supply.v_source, params.thermal.temp_ambient,
-          params.load};
+  const std::size_t index = motors_.index(place);
+  const model::DriveParams& params = bank.params(index);
+  return {bank.connected(index), params.supply.v_source, params.thermal.temp_ambient, params.load};
 }
 
 model::Setpoint Bus::setpoint(int id) const {
   assert(settled());
   const MotorPlace& place = nodes_.of(id).motor;
-  return motors_.bank(place).setpoint(place.lane);
+  return motors_.bank(place).setpoint(motors_.index(place));
 }
 
 }  // namespace lk::emulator

@@ -36,16 +36,16 @@ class Sampler {
 
 /// Brings `bus` to `until` and stops on the way wherever a watcher wants to look: each has
 /// `next_due()` and `look(bus)`. After the last look the motors may stay behind (Bus::deliver_to).
+/// Returns false where the bus has to wait for its motors, to go on from there when called again.
 template <class... Watchers>
-void deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
+bool deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
   for (;;) {
     SimTime due = SimTime::max();
     ((due = std::min(due, watchers.next_due())), ...);
     if (due > until) {
-      bus.deliver_to(until);
-      return;
+      return bus.deliver_to(until);
     }
-    bus.advance_to(due);
+    if (!bus.advance_to(due)) return false;
     const auto look = [&](auto& watcher) {
       if (watcher.next_due() <= due) watcher.look(bus);
     };
@@ -55,9 +55,8 @@ void deliver_watched(Bus& bus, SimTime until, Watchers&... watchers) {
 
 /// The same, and nothing stays behind.
 template <class... Watchers>
-void advance_watched(Bus& bus, SimTime until, Watchers&... watchers) {
-  deliver_watched(bus, until, watchers...);
-  bus.settle();
+bool advance_watched(Bus& bus, SimTime until, Watchers&... watchers) {
+  return deliver_watched(bus, until, watchers...) && bus.settle();
 }
 
 }  // namespace lk::emulator

@@ -70,15 +70,26 @@ ScenarioRun::ScenarioRun(const Scenario& scenario) {
   lines_.reserve(scenario.robot.size());
   for (std::size_t n = 0; n < scenario.robot.size(); ++n) {
     const BusConfig& config = scenario.robot[n];
-    lines_.push_back({config.interface, Bus(config), HostScript(scenario.sends, n, SimTime{0}),
-                      Judge(config, scenario.expectations, n, SimTime{0})});
+    lines_.push_back({config.interface,
+                      Bus(config),
+                      HostScript(scenario.sends, n, SimTime{0}),
+                      Judge(config, scenario.expectations, n, SimTime{0}),
+                      {}});
   }
 }
 
 void ScenarioRun::advance_to(SimTime until) {
-  const std::size_t first = traffic_.size();
   for (std::size_t n = 0; n < lines_.size(); ++n) advance(n, until);
+  arrive(until);
+}
+
+void ScenarioRun::arrive(SimTime until) {
   time_ = std::max(time_, until);
+  const std::size_t first = traffic_.size();
+  for (Line& line : lines_) {
+    traffic_.insert(traffic_.end(), line.traffic.begin(), line.traffic.end());
+    line.traffic.clear();
+  }
   if (lines_.size() > 1) {
     std::ranges::stable_sort(traffic_.begin() + static_cast<std::ptrdiff_t>(first), traffic_.end(),
                              {}, [](const Traffic& one) { return one.frame.at; });
@@ -88,32 +99,38 @@ void ScenarioRun::advance_to(SimTime until) {
 void ScenarioRun::receive(std::size_t index, const TimedFrame& in) {
   advance_to(std::max(in.at, time_));
   put(index, {time_, in.frame});
+  arrive(time_);
 }
 
 void ScenarioRun::put(std::size_t index, const TimedFrame& query) {
   Line& line = lines_[index];
   line.judge.hear_query(query, line.bus);
-  traffic_.push_back({index, query, true});
+  line.traffic.push_back({index, query, true});
   line.bus.receive(query);
 }
 
-void ScenarioRun::advance(std::size_t index, SimTime until) {
+bool ScenarioRun::advance(std::size_t index, SimTime until) {
   Line& line = lines_[index];
   const auto hear = [&] {
     replies_.clear();
     line.bus.take_replies(replies_);
     for (const TimedFrame& reply : replies_) {
       line.judge.hear_reply(reply);
-      traffic_.push_back({index, reply, false});
+      line.traffic.push_back({index, reply, false});
     }
   };
   while (line.host.next_due() <= until) {
-    deliver_watched(line.bus, line.host.next_due(), line.judge);
+    const SimTime due = line.host.next_due();
+    if (!deliver_watched(line.bus, due, line.judge)) return false;
+    // Such a bus moves when it receives, and must not have to wait then.
+    const bool moves = line.bus.adapted() || line.bus.host_queue_full();
+    if (moves && !line.bus.advance_to(due)) return false;
     hear();
     put(index, line.host.take());
   }
-  advance_watched(line.bus, until, line.judge);
+  if (!advance_watched(line.bus, until, line.judge)) return false;
   hear();
+  return true;
 }
 
 void ScenarioRun::take_traffic(std::vector<Traffic>& out) {

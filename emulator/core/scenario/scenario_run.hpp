@@ -53,7 +53,8 @@ struct Traffic {
   bool from_host = false;
 };
 
-/// A scenario on buses of its own, in simulated time. All buses advance together.
+/// A scenario on buses of its own, in simulated time. All buses advance together. A value: a copy
+/// goes on from where the run stands.
 class ScenarioRun {
  public:
   explicit ScenarioRun(const Scenario& scenario);
@@ -63,6 +64,12 @@ class ScenarioRun {
   /// Besides what the scenario's own host says: a host puts `in.frame` on the bus `index` at
   /// `in.at`, or now where that is over. Brings the run there.
   void receive(std::size_t index, const TimedFrame& in);
+  /// What happens to the bus `index` besides what its scenario has; all comes about as if it stood
+  /// there, as the last event. Its time must not be over. Returns false, and plans nothing, when
+  /// the bus has no room for another fault or another condition.
+  bool plan(std::size_t index, const TimedDirective& event) {
+    return lines_[index].bus.plan_as_configured(event);
+  }
   std::size_t size() const { return lines_.size(); }
   const Bus& bus(std::size_t index) const { return lines_[index].bus; }
   /// Frames since the last call, in order of time; appended. A host's has the time at which the
@@ -75,18 +82,23 @@ class ScenarioRun {
   Verdict verdict() const;
 
  private:
+  friend class ScenarioFleet;  // brings the motors of several runs
   struct Line {
     std::string interface;
     Bus bus;
     HostScript host;
     Judge judge;
+    std::vector<Traffic> traffic;  // since the run stood at time()
   };
-  void advance(std::size_t index, SimTime until);
+  /// Returns false where the bus has to wait for motors that it shares (Bus::advance_to).
+  bool advance(std::size_t index, SimTime until);
   void put(std::size_t index, const TimedFrame& query);
+  /// All buses have got there.
+  void arrive(SimTime until);
 
   SimTime time_{0};
   std::vector<Line> lines_;
-  std::vector<Traffic> traffic_;
+  std::vector<Traffic> traffic_;     // not yet taken
   std::vector<TimedFrame> replies_;  // kept for its memory
 };
 

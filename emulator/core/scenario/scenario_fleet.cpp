@@ -1,0 +1,50 @@
+#include "emulator/core/scenario/scenario_fleet.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace lk::emulator {
+
+ScenarioFleet::ScenarioFleet(std::vector<ScenarioRun> runs) : runs_(std::move(runs)) {
+  assert(!runs_.empty());
+  std::vector<Motors*> motors;
+  for (std::size_t run = 0; run < runs_.size(); ++run) {
+    assert(runs_[run].time() == time());
+    for (std::size_t bus = 0; bus < runs_[run].size(); ++bus) {
+      travellers_.push_back({run, bus, SimTime::max()});
+      motors.push_back(&runs_[run].lines_[bus].bus.motors());
+    }
+  }
+  motors_.emplace(motors);
+}
+
+void ScenarioFleet::go_on(Traveller& traveller, SimTime until) {
+  ScenarioRun& run = runs_[traveller.run];
+  traveller.waits_for =
+      run.advance(traveller.bus, until) ? SimTime::max() : run.bus(traveller.bus).waits_for();
+}
+
+/// The motors go together from the instant at which one bus needs its own to the next one's. They
+/// never get ahead of a bus that waits.
+void ScenarioFleet::advance_to(SimTime until) {
+  for (Traveller& traveller : travellers_) go_on(traveller, until);
+  for (;;) {
+    const SimTime next = std::ranges::min(travellers_, {}, &Traveller::waits_for).waits_for;
+    if (next == SimTime::max()) break;
+    const bool edge = motors_->advance_to(next);
+    for (Traveller& traveller : travellers_) {
+      // Where a drive has died or come alive nothing moves before its bus knows.
+      if (traveller.waits_for == next || edge) go_on(traveller, until);
+    }
+  }
+  for (ScenarioRun& run : runs_) run.arrive(until);
+}
+
+void ScenarioFleet::receive(std::size_t n, std::size_t bus, const TimedFrame& in) {
+  advance_to(std::max(in.at, time()));
+  runs_[n].put(bus, {time(), in.frame});
+  runs_[n].arrive(time());
+}
+
+}  // namespace lk::emulator
