@@ -59,7 +59,7 @@ using Exclusion = std::vector<ExcludedValues>;
 /// What a scripted host, one that does not react, would notice by: the scenario's [[expect]] words
 /// of a reply, or that there is none.
 struct HostRule {
-  std::string toml;  // the keys of an [[expect]]: reply = {…}, or unanswered = {…}
+  std::string toml;  // the keys of an [[expect]]: reply = {…}, or answered = {…}
   std::string text;  // for people
 };
 

@@ -51,9 +51,9 @@ void read_host_rule(TableReader& reader, const toml::table& table, Detection& de
     detection.lines.push_back(*line);
   } else if (const auto status = reader.integer("exit_status", 0, 255)) {
     detection.exit_status.push_back(static_cast<int>(*status));
-  } else if (reader.has("reply") || reader.has("unanswered")) {
+  } else if (reader.has("reply") || reader.has("answered")) {
     // Read as an [[expect]] of the scenario, where what is wrong with it is told.
-    for (const char* key : {"reply", "unanswered"}) {
+    for (const char* key : {"reply", "answered"}) {
       if (reader.has(key)) reader.table(key);
     }
     reader.integer("id", protocol::kMinId, protocol::kMaxId);
@@ -65,7 +65,7 @@ void read_host_rule(TableReader& reader, const toml::table& table, Detection& de
     detection.host.push_back({toml, text});
   } else {
     reader.finish();
-    reader.fail("", "needs one of reply, unanswered, says and exit_status");
+    reader.fail("", "needs one of reply, answered, says and exit_status");
   }
   reader.finish();
 }

@@ -41,7 +41,8 @@ TEST_F(CaseOfPlan, HasItsValuesInTheScenario) {
   const BusConfig& bus = group.scenario.robot.front();
   EXPECT_EQ(bus.seed, 7U);
   EXPECT_EQ(bus.servos.front().generation, Generation::kV236);
-  const Bus running(bus);
+  Bus running(bus);
+  running.advance_to(SimTime{0});  // what happens at 0
   const Surroundings around = running.surroundings(1);
   EXPECT_EQ(around.supply_V, 26);
   EXPECT_EQ(around.ambient_C, 35);

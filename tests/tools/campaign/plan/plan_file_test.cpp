@@ -56,7 +56,7 @@ TEST(PlanFile, RefusesWithTheReason) {
   EXPECT_EQ(problem("full", kJam, "[hazard]\nexpectations = [\"none such\"]"),
             "hazard.expectations: the scenario expects nothing that says \"none such\"");
   EXPECT_EQ(problem("full", kJam, "[[detect.host]]\nsays = \"(\"").substr(0, 43),
-            "detect.host.says: \"(\" is no regular exp");
+            "detect.host.says: \"(\" is no regular express");
 }
 
 TEST(PlanFile, KnowsWhichFaultsADriveCanHave) {
