@@ -50,11 +50,18 @@ void read_counts(TableReader& reader, Replies& replies) {
   if (min) replies.min_count = static_cast<std::uint64_t>(*min);
 }
 
+/// An error by its word, or any of them.
+std::optional<WhichError> read_which_error(TableReader& reader) {
+  if (reader.is_text("error") && reader.text("error") == "any") return WhichError{};
+  const auto error = read_error(reader, "error");
+  return error ? std::optional(WhichError{error}) : std::nullopt;
+}
+
 Replies read_replies(TableReader& reader, bool none) {
   Replies replies;
   if (none) replies.min_count = replies.max_count = 0;
   replies.command = read_command_or_word(reader, "command");
-  replies.error = read_error(reader, "error");
+  replies.error = read_which_error(reader);
   replies.field = read_field(reader);
   const auto range = read_range(reader, "min", "max");
   replies.age = read_range(reader, "min_delay_ms", "max_delay_ms");
@@ -66,13 +73,6 @@ Replies read_replies(TableReader& reader, bool none) {
   if (!range && !replies.field.empty()) reader.fail("field", "needs min, max or both");
   if (range) replies.range = *range;
   return replies;
-}
-
-/// An error by its word, or any of them.
-std::optional<ErrorIs> read_error_is(TableReader& reader) {
-  if (reader.is_text("error") && reader.text("error") == "any") return ErrorIs{};
-  const auto error = read_error(reader, "error");
-  return error ? std::optional(ErrorIs{error}) : std::nullopt;
 }
 
 Answered read_answered(TableReader& reader) {
@@ -147,9 +147,8 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
     const auto range = read_range(reader, "min", "max");
     if (!range) reader.fail("signal", "needs min, max or both");
     expectation.what = SignalWithin{signal, *range};
-  } else if (auto error = read_error_is(reader)) {
-    error->set = reader.boolean("set").value_or(true);
-    expectation.what = *error;
+  } else if (const auto error = read_which_error(reader)) {
+    expectation.what = ErrorIs{*error, reader.boolean("set").value_or(true)};
   } else if (const auto state = reader.choice("state", {"off", "stopped", "running"})) {
     expectation.what = StateIs{static_cast<RunState>(*state)};
   } else if (auto reply = reader.table("reply")) {

@@ -19,8 +19,7 @@ double read(const Expectation& expectation, const DriveView& drive) {
     return within->signal->read(drive);
   }
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
-    const model::ErrorBits errors = drive.telemetry.errors;
-    return (error->error ? errors & model::bit(*error->error) : errors) != 0 ? 1 : 0;
+    return error->error.in(drive.telemetry.errors) ? 1 : 0;
   }
   // A drive without power is in no state.
   return drive.telemetry.alive ? static_cast<double>(drive.servo.run_state(drive.telemetry))
@@ -220,9 +219,7 @@ bool Judge::matches(const Replies& replies, const Speaker& speaker, const TimedF
   };
   if (replies.error) {
     const auto errors = quantity("errors");
-    const bool set =
-        errors && (static_cast<model::ErrorBits>(*errors) & model::bit(*replies.error)) != 0;
-    if (!set) return false;
+    if (!errors || !replies.error->in(static_cast<model::ErrorBits>(*errors))) return false;
   }
   if (!replies.field.empty()) {
     const auto value = quantity(replies.field);

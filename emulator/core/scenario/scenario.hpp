@@ -37,8 +37,15 @@ struct SignalWithin {
   const Signal* signal = nullptr;
   Range range;
 };
+/// An error bit, or any of them.
+struct WhichError {
+  std::optional<model::Error> one;  // nothing: any
+  bool in(model::ErrorBits errors) const {
+    return (one ? errors & model::bit(*one) : errors) != 0;
+  }
+};
 struct ErrorIs {
-  std::optional<model::Error> error;  // nothing: any of them
+  WhichError error;
   bool set = true;
 };
 struct StateIs {
@@ -47,7 +54,7 @@ struct StateIs {
 /// So many replies of the drive, or of whoever uses its identifier, are as described.
 struct Replies {
   std::optional<std::uint8_t> command;  // DATA[0]
-  std::optional<model::Error> error;    // the bit is set in what it says
+  std::optional<WhichError> error;      // the bit is set in what it says
   std::string_view field;    // a quantity of the reply, protocol::reply_words(); empty: any
   Range range;               // of the field
   std::optional<Range> age;  // ms since the latest query with this command to this drive

@@ -18,6 +18,10 @@ std::string byte_text(std::uint8_t byte) {
   return std::string("0x") + kDigits[byte >> 4U] + kDigits[byte & 0xFU];
 }
 
+std::string error_text(const WhichError& error) {
+  return error.one ? std::string(error_word(*error.one)) : "any";
+}
+
 std::string count_text(const Replies& replies) {
   const std::string min = std::to_string(replies.min_count);
   const std::string max = std::to_string(replies.max_count);
@@ -34,7 +38,7 @@ std::string count_text(const Replies& replies) {
 
 std::string replies_text(const Replies& replies) {
   std::string text = count_text(replies);
-  if (replies.error) text += " with error " + std::string(error_word(*replies.error));
+  if (replies.error) text += " with error " + error_text(*replies.error);
   if (!replies.field.empty()) {
     text += " with " + std::string(replies.field) + ' ' + range_text(replies.range);
   }
@@ -47,8 +51,7 @@ std::string what_text(const Expectation& expectation) {
     return std::string(within->signal->name) + ' ' + range_text(within->range);
   }
   if (const auto* error = std::get_if<ErrorIs>(&expectation.what)) {
-    const std::string which = error->error ? std::string(error_word(*error->error)) : "any";
-    return "error " + which + (error->set ? " set" : " not set");
+    return "error " + error_text(error->error) + (error->set ? " set" : " not set");
   }
   if (const auto* state = std::get_if<StateIs>(&expectation.what)) return state_word(state->state);
   if (const auto* answered = std::get_if<Answered>(&expectation.what)) {
