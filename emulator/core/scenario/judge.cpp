@@ -45,9 +45,23 @@ double distance(const Range& range, double value) {
   return std::max({range.min - value, value - range.max, 0.0});
 }
 
+/// The distance of `value` from where it would fail, in widths of the range.
+double margin_in(const Range& range, double value) {
+  const bool has_min = std::isfinite(range.min);
+  const bool has_max = std::isfinite(range.max);
+  double width = range.max - range.min;
+  if (!has_min || !has_max) width = std::abs(has_min ? range.min : range.max);
+  if (width <= 0) width = 1;
+  return std::min(value - range.min, range.max - value) / width;
+}
+
 bool can_be_of_a_drive(const protocol::Frame& frame) {
   return (frame.kind == protocol::FrameKind::kData && !frame.extended) ||
          frame.kind == protocol::FrameKind::kSerial;
+}
+
+bool has_most(const Replies& replies) {
+  return replies.max_count != std::numeric_limits<std::uint64_t>::max();
 }
 
 /// The command that a frame for several drives is to the drive `id`; nothing when it is none.
@@ -111,6 +125,7 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
   const bool decides_early = when.kind == Kind::kBy ? holds : !holds;
   if (decides_early || last) {
     trial.status = holds ? Status::kPassed : Status::kFailed;
+    trial.decided_at = now - start_;
     trial.next = SimTime::max();
   } else {
     trial.next = std::min(now + kStep, start_ + when.to);
@@ -147,6 +162,8 @@ void Judge::hear_reply(const TimedFrame& reply) {
       continue;
     }
     if (trial.count++ == 0) trial.at = at;
+    const bool enough = trial.count == replies->min_count && !has_most(*replies);
+    if (enough || trial.count == replies->max_count + 1) trial.decided_at = at;
   }
 }
 
@@ -186,22 +203,39 @@ std::vector<ExpectationResult> Judge::results(SimTime now) const {
 
 ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
   const Expectation& expectation = trial.expectation;
-  ExpectationResult result{trial.status, expectation_text(expectation, interface_), measured(trial),
-                           expectation.says, std::nullopt};
+  ExpectationResult result{trial.status,    expectation_text(expectation, interface_),
+                           measured(trial), expectation.says,
+                           std::nullopt,    trial.decided_at,
+                           std::nullopt};
   if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
     const bool over = now - start_ >= expectation.when.to;
-    const bool any_more_will_do = replies->max_count == std::numeric_limits<std::uint64_t>::max();
-    const bool enough = trial.count >= replies->min_count && (over || any_more_will_do);
+    const bool enough = trial.count >= replies->min_count && (over || !has_most(*replies));
     if (trial.count > replies->max_count || (over && !enough)) {
       result.status = Status::kFailed;
     } else if (enough) {
       result.status = Status::kPassed;
     }
     if (trial.count > 0) result.at = trial.at;
+    if (over && !result.decided_at) result.decided_at = expectation.when.to;
   } else if (trial.value) {
     result.at = trial.at;
   }
+  result.margin = margin(trial);
   return result;
+}
+
+std::optional<double> Judge::margin(const Trial& trial) {
+  const Period& when = trial.expectation.when;
+  if (!trial.value || trial.status == Status::kOpen) return std::nullopt;
+  if (when.kind == Kind::kBy && trial.status == Status::kPassed) {
+    const auto whole = static_cast<double>((when.to - when.from).count());
+    return whole > 0 ? static_cast<double>((when.to - trial.at).count()) / whole : 0;
+  }
+  const auto* within = std::get_if<SignalWithin>(&trial.expectation.what);
+  if (within == nullptr || !std::isfinite(*trial.value)) return std::nullopt;
+  if (when.kind != Kind::kThroughout) return margin_in(within->range, *trial.value);
+  return std::min(margin_in(within->range, trial.seen->min),
+                  margin_in(within->range, trial.seen->max));
 }
 
 std::string Judge::measured(const Trial& trial) const {
