@@ -1,6 +1,7 @@
 #include "tools/campaign/hosts/host_verdict.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace lk::emulator {
 namespace {
@@ -10,6 +11,11 @@ SimTime time_of(const Json& seconds) { return SimTime(std::llround(seconds.get<d
 std::optional<SimTime> time_at(const Json& json, const char* key) {
   const Json& seconds = json.at(key);
   return seconds.is_null() ? std::nullopt : std::optional(time_of(seconds));
+}
+
+std::string renamed(std::string text, const std::string& name, const std::string& kind) {
+  if (const auto at = text.find(name); at != std::string::npos) text.replace(at, name.size(), kind);
+  return text;
 }
 
 HostExpectation expectation(const Json& json) {
@@ -34,16 +40,23 @@ HostFault fault(const Json& json) {
 
 }  // namespace
 
-HostVerdict host_verdict(const Json& json) {
+HostVerdict host_verdict(const Json& json, const std::string& kind) {
   HostVerdict verdict;
+  const Json& bus = json.at("buses").at(0);
+  const std::string name = bus.at("bus");
   verdict.outcome = json.at("state");
-  for (const Json& one : json.at("expectations")) verdict.expectations.push_back(expectation(one));
+  for (const Json& one : json.at("expectations")) {
+    verdict.expectations.push_back(expectation(one));
+    std::string& expected = verdict.expectations.back().expected;
+    expected = renamed(std::move(expected), name, kind);
+  }
   for (const Json& one : json.at("faults")) verdict.faults.push_back(fault(one));
   for (const Json& one : json.at("errors")) {
     verdict.errors.push_back({one.at("id"), one.at("error"), time_of(one.at("at_s"))});
   }
-  for (const Json& one : json.at("invalid")) verdict.invalid.push_back(one);
-  const Json& bus = json.at("buses").at(0);
+  for (const Json& one : json.at("invalid")) {
+    verdict.invalid.push_back(renamed(one, name, kind));
+  }
   verdict.replies = bus.at("replies");
   verdict.replies_hash = bus.at("replies_hash");
   return verdict;

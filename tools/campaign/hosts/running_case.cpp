@@ -213,7 +213,7 @@ void RunningCase::finish_scenario(HostRun& run) {
     ask("POST", "/clock/advance", Json{{"to_s", end_s}});
   }
   try {
-    run.verdict = host_verdict(ask("DELETE", "/scenario"));
+    run.verdict = host_verdict(ask("DELETE", "/scenario"), setup_.bus);
   } catch (const Json::exception& problem) {
     fail(std::string("lk-emu gives no verdict: ") + problem.what());
   }
