@@ -1,9 +1,13 @@
 #include "emulator/program/scenario_activity.hpp"
 
+#include <fmt/format.h>
+
 #include <boost/asio/post.hpp>
 #include <filesystem>
 #include <utility>
 
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/scenario/scenario_files.hpp"
@@ -24,19 +28,49 @@ const char* status_word(ExpectationResult::Status status) {
   return "";
 }
 
+Json seconds_or_null(const std::optional<SimTime>& time) {
+  return time ? Json(in_seconds(*time)) : Json(nullptr);
+}
+
 Json expectation_json(const ExpectationResult& result) {
   return {{"status", status_word(result.status)},
           {"expected", result.expected},
           {"measured", result.measured},
           {"says", result.says},
-          {"at_s", result.at ? Json(in_seconds(*result.at)) : Json(nullptr)}};
+          {"at_s", seconds_or_null(result.at)},
+          {"decided_at_s", seconds_or_null(result.decided_at)},
+          {"margin", result.margin ? Json(*result.margin) : Json(nullptr)}};
 }
 
 Json planned_json(const PlannedFault& fault) {
   return {{"bus", fault.bus},
           {"name", fault.report.fault.name},
+          {"kind", fault.report.fault.row->word},
           {"took_effect", fault.took_effect()},
+          {"began_at_s", seconds_or_null(fault.report.evidence.began_at)},
+          {"first_effect_at_s", seconds_or_null(fault.report.evidence.first_effect_at)},
+          {"effects", fault.report.evidence.effects},
+          {"first_on", fault.report.evidence.first_on},
           {"evidence", fault_sentence(fault)}};
+}
+
+Json errors_json(const BusAccount& account) {
+  Json json = Json::array();
+  for (const FirstError& first : account.errors) {
+    json.push_back({{"bus", account.bus},
+                    {"id", first.id},
+                    {"error", error_word(first.error)},
+                    {"at_s", in_seconds(first.at)}});
+  }
+  return json;
+}
+
+/// A number of 64 bits is more than JSON's are in many a program.
+Json account_json(const BusAccount& account) {
+  return {{"bus", account.bus},
+          {"started_s", in_seconds(account.start)},
+          {"replies", account.replies},
+          {"replies_hash", fmt::format("{:016x}", account.replies_hash)}};
 }
 
 std::vector<BusConfig> running(const World& world) {
@@ -174,6 +208,12 @@ Json ScenarioActivity::report_json() const {
   }
   for (const auto& fault : report.verdict.faults) json["faults"].push_back(planned_json(fault));
   json["invalid"] = report.verdict.invalid;
+  json["errors"] = Json::array();
+  json["buses"] = Json::array();
+  for (const BusAccount& account : report.accounts) {
+    for (const Json& error : errors_json(account)) json["errors"].push_back(error);
+    json["buses"].push_back(account_json(account));
+  }
   return json;
 }
 

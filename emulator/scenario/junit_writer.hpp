@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "emulator/advice/advice.hpp"
+#include "emulator/core/scenario/error_watch.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
 
 namespace lk::emulator {
@@ -13,6 +14,15 @@ namespace lk::emulator {
 struct GivenAdvice {
   std::string bus;  // interface
   Advice advice;
+};
+
+/// What else there is to know of one of the buses.
+struct BusAccount {
+  std::string bus;                 // interface
+  SimTime start{0};                // of the scenario, in the time of the bus
+  std::vector<FirstError> errors;  // since the scenario began
+  std::uint64_t replies = 0;       // all that drives have said
+  std::uint64_t replies_hash = 0;  // of what they have said, and when; of nothing it is 0
 };
 
 /// A scenario that has been run.
@@ -25,7 +35,8 @@ struct RunReport {
   double wall_s = 0;
   Verdict verdict;
   std::vector<GivenAdvice> advice = {};
-  bool strict = false;  // advice is a failure
+  bool strict = false;                    // advice is a failure
+  std::vector<BusAccount> accounts = {};  // of buses that are not the run's own
 
   /// Of the verdict and, where that is strict, the advice.
   Outcome outcome() const {

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/frame_text.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 #include "emulator/files/json_table.hpp"
 
@@ -41,6 +43,7 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
         new Part{.line = lines[n],
                  .host = HostScript(scenario_.sends, n, start),
                  .judge = Judge(scenario_.robot[n], scenario_.expectations, n, start),
+                 .errors = ErrorWatch(scenario_.robot[n], start),
                  .events = scenario_.robot[n].events,
                  .beginning = {start, bus.faults().size(), bus.unmet_directives()}}));
     Part& part = *parts_.back();
@@ -52,15 +55,15 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
     listener.query = [&part](const TimedFrame& query) {
       part.judge.hear_query(query, part.line->bus());
     };
-    listener.reply = [&part](const TimedFrame& reply) { part.judge.hear_reply(reply); };
+    listener.reply = [&part](const TimedFrame& reply) { hear(part, reply); };
     part.listener = part.line->add_listener(std::move(listener));
   }
 }
 
 SimTime LiveScenario::next_due(const Part& part) const {
   if (part.over) return SimTime::max();
-  SimTime due = std::min(
-      {part.beginning.start + scenario_.duration, part.judge.next_due(), part.host.next_due()});
+  SimTime due = std::min({part.beginning.start + scenario_.duration, part.judge.next_due(),
+                          part.errors.next_due(), part.host.next_due()});
   if (part.next_event < part.events.size()) {
     due = std::min(due, part.beginning.start + part.events[part.next_event].at);
   }
@@ -72,12 +75,26 @@ void LiveScenario::look(Part& part, const Bus& bus) {
   const SimTime now = bus.time();
   perform_due(part, now);
   if (part.judge.next_due() <= now) part.judge.look(bus);
+  if (part.errors.next_due() <= now) part.errors.look(bus);
   while (part.host.next_due() <= now) part.line->take_in(part.host.take());
   if (now < part.beginning.start + scenario_.duration) return;
   end(part);
   const bool all =
       std::ranges::all_of(parts_, [](const auto& one) { return one->over.has_value(); });
   if (all && on_over_) on_over_();
+}
+
+void LiveScenario::hear(Part& part, const TimedFrame& reply) {
+  part.judge.hear_reply(reply);
+  if (part.over || reply.echo) return;
+  ++part.replies;
+  // FNV-1a, of as many bits as there are on every machine.
+  std::uint64_t hash = part.replies_hash != 0 ? part.replies_hash : 0xCBF29CE484222325U;
+  const SimTime at = reply.at - part.beginning.start;
+  for (const char c : std::to_string(at.count()) + ' ' + frame_text(reply.frame) + '\n') {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  }
+  part.replies_hash = hash;
 }
 
 void LiveScenario::perform_due(Part& part, SimTime now) {
@@ -108,6 +125,8 @@ RunReport LiveScenario::report() const {
     std::ranges::move(verdict.expectations, std::back_inserter(report.verdict.expectations));
     std::ranges::move(verdict.faults, std::back_inserter(report.verdict.faults));
     std::ranges::move(verdict.invalid, std::back_inserter(report.verdict.invalid));
+    report.accounts.push_back({part->line->name(), part->beginning.start, part->errors.firsts(),
+                               part->replies, part->replies_hash});
   }
   conclude(report.verdict);
   return report;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "emulator/core/scenario/error_watch.hpp"
 #include "emulator/core/scenario/host_script.hpp"
 #include "emulator/core/scenario/judge.hpp"
 #include "emulator/core/scenario/scenario.hpp"
@@ -44,9 +46,12 @@ class LiveScenario {
     Line* line;
     HostScript host;
     Judge judge;
+    ErrorWatch errors;
     std::vector<TimedDirective> events;  // by time, since the beginning
     std::size_t next_event = 0;
     Beginning beginning;
+    std::uint64_t replies = 0;  // of drives, so far
+    std::uint64_t replies_hash = 0;
     // How it stood when it was over; what comes later is not the scenario's.
     std::optional<Verdict> over = std::nullopt;
     SimTime over_at{0};
@@ -57,6 +62,7 @@ class LiveScenario {
   SimTime next_due(const Part& part) const;
   void look(Part& part, const Bus& bus);
   void perform_due(Part& part, SimTime now);
+  static void hear(Part& part, const TimedFrame& reply);
   Verdict verdict_of(const Part& part) const;
   /// Its faults are cleared, its verdict stands.
   void end(Part& part);

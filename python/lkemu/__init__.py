@@ -6,6 +6,7 @@
 docs/python.md tells all of it; `lkemu.pytest_plugin` has fixtures.
 """
 
+from .attached import Attached, attach
 from .client import Client
 from .clock import Clock
 from .drive import Drive, Power, Targets
@@ -18,6 +19,7 @@ from .telemetry import Sample, Telemetry
 __version__ = "0.2.0"
 
 __all__ = [
+    "Attached",
     "Client",
     "Clock",
     "Drive",
@@ -36,4 +38,5 @@ __all__ = [
     "SteppedBus",
     "Targets",
     "Telemetry",
+    "attach",
 ]

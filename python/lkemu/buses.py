@@ -90,6 +90,8 @@ def can_args(bus: str) -> Dict[str, Any]:
     host = "127.0.0.1" if address in ("", "0.0.0.0", "localhost") else address
     if scheme == "slcan-tcp":
         return {"interface": "slcan", "channel": f"socket://{host}:{port}", "sleep_after_open": 0.0}
+    if scheme == "udp-multicast" and "?" not in rest and re.fullmatch(r"[0-9.]+:[0-9]+", rest):
+        return {"interface": "udp_multicast", "channel": address, "port": int(port), "hop_limit": 0}
     if scheme == "socketcand":
         return {"interface": "socketcand", "channel": "can0", "host": host.strip("[]"), "port": int(port)}
     raise Error(f"{bus}: docs/buses.md tells how to get on it")

@@ -40,17 +40,6 @@ bool is_within(const Range& range, double value) {
   return std::isfinite(value) && range.has(value);
 }
 
-/// How far within its range a value stands: in widths of the range, or, where it has one bound, in
-/// the size of that. Nothing: nobody can say.
-std::optional<double> margin_of(const Range& range, const Range& seen) {
-  if (!std::isfinite(seen.min) || !std::isfinite(seen.max)) return -1;
-  const double left = std::min(seen.min - range.min, range.max - seen.max);
-  const bool both = std::isfinite(range.min) && std::isfinite(range.max);
-  const double bound = std::abs(std::isfinite(range.min) ? range.min : range.max);
-  const double unit = both ? range.max - range.min : std::max(bound, 1.0);
-  return unit > 0 ? std::optional(left / unit) : std::nullopt;
-}
-
 double distance(const Range& range, double value) {
   if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
   return std::max({range.min - value, value - range.max, 0.0});
@@ -62,9 +51,23 @@ bool counts_frames(const Expectation& expectation) {
          std::holds_alternative<Answered>(expectation.what);
 }
 
+/// The distance of `value` from where it would fail, in widths of the range.
+double margin_in(const Range& range, double value) {
+  const bool has_min = std::isfinite(range.min);
+  const bool has_max = std::isfinite(range.max);
+  double width = range.max - range.min;
+  if (!has_min || !has_max) width = std::abs(has_min ? range.min : range.max);
+  if (width <= 0) width = 1;
+  return std::min(value - range.min, range.max - value) / width;
+}
+
 bool can_be_of_a_drive(const protocol::Frame& frame) {
   return (frame.kind == protocol::FrameKind::kData && !frame.extended) ||
          frame.kind == protocol::FrameKind::kSerial;
+}
+
+bool has_most(const Replies& replies) {
+  return replies.max_count != std::numeric_limits<std::uint64_t>::max();
 }
 
 /// The command that a frame for several drives is to the drive `id`; nothing when it is none.
@@ -128,6 +131,7 @@ void Judge::look_at(Trial& trial, const DriveView& drive, SimTime now) {
   const bool decides_early = when.kind == Kind::kBy ? holds : !holds;
   if (decides_early || last) {
     trial.status = holds ? Status::kPassed : Status::kFailed;
+    trial.decided_at = now - start_;
     trial.next = SimTime::max();
   } else {
     trial.next = std::min(now + kStep, start_ + when.to);
@@ -199,6 +203,8 @@ void Judge::hear_reply(const TimedFrame& reply) {
       continue;
     }
     if (trial.count++ == 0) trial.at = at;
+    const bool enough = trial.count == replies->min_count && !has_most(*replies);
+    if (enough || trial.count == replies->max_count + 1) trial.decided_at = at;
   }
 }
 
@@ -239,7 +245,7 @@ namespace {
 void answer_result(std::optional<SimTime> missed, bool over, ExpectationResult& result) {
   if (missed) {
     result.status = Status::kFailed;
-    result.at = result.failed_at = missed;
+    result.at = result.decided_at = missed;
     result.measured = "no answer by " + time_text(*missed);
   } else if (over) {
     result.status = Status::kPassed;
@@ -252,34 +258,43 @@ void answer_result(std::optional<SimTime> missed, bool over, ExpectationResult& 
 ExpectationResult Judge::result(const Trial& trial, SimTime now) const {
   const Expectation& expectation = trial.expectation;
   ExpectationResult result;
+  result.decided_at = trial.decided_at;
   result.status = trial.status;
   result.expected = expectation_text(expectation, interface_);
   result.measured = measured(trial);
   result.says = expectation.says;
   if (std::holds_alternative<Answered>(expectation.what)) {
     answer_result(missed_by(trial, now - start_), now - start_ >= expectation.when.to, result);
+    if (result.status == Status::kPassed) result.decided_at = expectation.when.to;
   } else if (const auto* replies = std::get_if<Replies>(&expectation.what)) {
     const bool over = now - start_ >= expectation.when.to;
-    const bool any_more_will_do = replies->max_count == std::numeric_limits<std::uint64_t>::max();
-    const bool enough = trial.count >= replies->min_count && (over || any_more_will_do);
+    const bool enough = trial.count >= replies->min_count && (over || !has_most(*replies));
     if (trial.count > replies->max_count || (over && !enough)) {
       result.status = Status::kFailed;
     } else if (enough) {
       result.status = Status::kPassed;
     }
     if (trial.count > 0) result.at = trial.at;
+    if (over && !result.decided_at) result.decided_at = expectation.when.to;
   } else if (trial.value) {
     result.at = trial.at;
   }
-  if (result.status == Status::kFailed && !result.failed_at) {
-    const bool at_once = expectation.when.kind == Kind::kThroughout && trial.value;
-    result.failed_at = at_once ? trial.at : expectation.when.to;
-  }
-  if (const auto* within = std::get_if<SignalWithin>(&expectation.what); within && trial.seen) {
-    const bool one = expectation.when.kind == Kind::kBy;  // the best will do
-    result.margin = margin_of(within->range, one ? Range{*trial.value, *trial.value} : *trial.seen);
-  }
+  result.margin = margin(trial);
   return result;
+}
+
+std::optional<double> Judge::margin(const Trial& trial) {
+  const Period& when = trial.expectation.when;
+  if (!trial.value || trial.status == Status::kOpen) return std::nullopt;
+  if (when.kind == Kind::kBy && trial.status == Status::kPassed) {
+    const auto whole = static_cast<double>((when.to - when.from).count());
+    return whole > 0 ? static_cast<double>((when.to - trial.at).count()) / whole : 0;
+  }
+  const auto* within = std::get_if<SignalWithin>(&trial.expectation.what);
+  if (within == nullptr || !std::isfinite(*trial.value)) return std::nullopt;
+  if (when.kind != Kind::kThroughout) return margin_in(within->range, *trial.value);
+  return std::min(margin_in(within->range, trial.seen->min),
+                  margin_in(within->range, trial.seen->max));
 }
 
 std::string Judge::measured(const Trial& trial) const {

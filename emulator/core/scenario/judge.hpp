@@ -17,14 +17,15 @@ namespace lk::emulator {
 struct ExpectationResult {
   enum class Status : std::uint8_t { kPassed, kFailed, kOpen };
   Status status = Status::kOpen;
-  std::string expected;       // "vcan0 drive 1: speed_dps 90 to 110 at 2 s"
-  std::string measured;       // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
-  std::string says;           // as the scenario has it
-  std::optional<SimTime> at;  // of what decided, since the scenario began
-  // When it was decided that it fails, as far as it does: where it held until then.
-  std::optional<SimTime> failed_at;
-  // Of a signal: how far it stayed within its bounds, in widths of its range, or where it has one
-  // bound in that bound's size; below 0 when it failed.
+  std::string expected;               // "vcan0 drive 1: speed_dps 90 to 110 at 2 s"
+  std::string measured;               // "101.3", "0 at 1.25 s", "3 replies, the first at 0.5 s"
+  std::string says;                   // as the scenario has it
+  std::optional<SimTime> at;          // of what decided, since the scenario began
+  std::optional<SimTime> decided_at;  // since the scenario began; none while it is open
+  // How far it stood from failing. Of a signal: the distance from the nearest bound, in widths of
+  // its range (of a range with one bound, in multiples of that; of the bound 0, in units of the
+  // signal), the least of all instants that count; below 0 it failed. Of what came about in time:
+  // the part of its time that was left. None of what has no measure.
   std::optional<double> margin;
 };
 
@@ -60,6 +61,7 @@ class Judge {
     std::optional<Range> seen;    // of a signal
     SimTime at{0};                // of `value`; of the first reply
     std::uint64_t count = 0;      // replies
+    std::optional<SimTime> decided_at;
     // Of Answered: the first query of a command that waits for its reply.
     std::map<std::uint8_t, SimTime> asked;
     std::optional<SimTime> missed;  // the first that was not answered by then
@@ -79,6 +81,7 @@ class Judge {
   bool matches(const Replies& replies, const Speaker& speaker, const TimedFrame& reply) const;
   ExpectationResult result(const Trial& trial, SimTime now) const;
   std::string measured(const Trial& trial) const;
+  static std::optional<double> margin(const Trial& trial);
 
   std::string interface_;
   SimTime start_;

@@ -321,6 +321,53 @@ TEST(Judge, AFrameForSeveralWithoutAWordForADriveAsksItNothing) {
   }
 }
 
+/// In widths of the range, which is 10° wide; the drive is at 45° and from 0.5 s on at 135°.
+TEST(Judge, SaysHowFarItWasFromFailingAndWhenThatWasDecided) {
+  constexpr double kCount = 0.02 / 10;  // a step of the encoder, 360/2^15°, and what rounds it
+  const auto one = [](double min, double max, Period when) {
+    return outcome_of(within("true_angle_deg", min, max), when);
+  };
+  const ExpectationResult in_the_middle = one(40, 50, at(0ns));
+  EXPECT_NEAR(in_the_middle.margin.value(), 0.5, kCount);
+  EXPECT_EQ(in_the_middle.decided_at, 0ns);
+  const ExpectationResult held = one(44, 54, throughout(0ns, 499ms));
+  EXPECT_NEAR(held.margin.value(), 0.1, kCount);
+  EXPECT_EQ(held.decided_at, 499ms);
+  const ExpectationResult left = one(40, 50, throughout(0ns, 1s));
+  EXPECT_NEAR(left.margin.value(), -8.5, kCount);
+  EXPECT_EQ(left.decided_at, 500ms);
+  // Half of the time was left.
+  const ExpectationResult came = one(130, 140, by(1s));
+  EXPECT_NEAR(came.margin.value(), 0.5, 1e-9);
+  EXPECT_EQ(came.decided_at, 500ms);
+  const ExpectationResult missed = one(130, 140, by(499ms));
+  EXPECT_NEAR(missed.margin.value(), -8.5, kCount);
+  EXPECT_EQ(missed.decided_at, 499ms);
+  // One bound: in multiples of it, and of 0 in degrees.
+  EXPECT_NEAR(one(-kInf, 90, at(0ns)).margin.value(), 0.5, kCount);
+  EXPECT_NEAR(one(0, kInf, at(0ns)).margin.value(), 45, 0.02);
+  // What is set or not has no measure.
+  const ExpectationResult error = outcome_of(ErrorIs{model::Error::kStall, true}, at(1s));
+  EXPECT_EQ(error.margin, std::nullopt);
+  EXPECT_EQ(error.decided_at, 1s);
+}
+
+TEST(Judge, RepliesAreDecidedWhenThereAreEnoughOrTooMany) {
+  const auto decided_at = [](std::uint64_t min_count, std::uint64_t max_count) {
+    Replies replies;
+    replies.min_count = min_count;
+    replies.max_count = max_count;
+    Ear ear(replies);
+    for (const SimTime when : {1s, 2s, 3s}) ear.reply(when, "141#9C19000000000000");
+    return ear.judge.results(10s).at(0).decided_at;
+  };
+  constexpr auto kAny = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_EQ(decided_at(2, kAny), 2s);
+  EXPECT_EQ(decided_at(1, 2), 3s);
+  EXPECT_EQ(decided_at(3, 3), 10s);
+  EXPECT_EQ(decided_at(4, kAny), 10s);
+}
+
 TEST(Judge, ReadsWhatARepliesSays) {
   // 0x9A as the manual has it: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
   Replies error;

@@ -56,6 +56,32 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
   EXPECT_EQ(live.report().simulated, 1s);
 }
 
+/// Whether two runs heard the same, at the same times.
+TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
+  Scenario plan = scenario();
+  plan.expectations = {answered(0)};
+  const auto account_of = [&](const char* query, SimTime delay) {
+    const SimTime start = line_.bus().time();
+    LiveScenario live(plan, {&line_}, [] {});
+    line_.take_in({start + delay, test::frame(query)});
+    go_to(start + 1s);
+    live.finish();
+    // What comes later is not the scenario's.
+    line_.take_in({start + 1s, test::frame(query)});
+    go_to(start + 2s);
+    return live.report().accounts.at(0);
+  };
+  const BusAccount account = account_of("141#9A00000000000000", 100ms);
+  EXPECT_EQ(account.bus, line_.name());
+  EXPECT_EQ(account.start, 10s);
+  EXPECT_EQ(account.replies, 1U);
+  EXPECT_TRUE(account.errors.empty());
+  EXPECT_EQ(account_of("141#9A00000000000000", 100ms).replies_hash, account.replies_hash);
+  EXPECT_NE(account_of("142#9A00000000000000", 100ms).replies_hash, account.replies_hash);
+  EXPECT_NE(account_of("141#9A00000000000000", 200ms).replies_hash, account.replies_hash);
+  EXPECT_EQ(account_of("145#9A00000000000000", 100ms).replies, 0U);
+}
+
 TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
   Fault hang;
   hang.row = find_fault("hang");

@@ -20,7 +20,7 @@ std::vector<const ExpectationResult*> in_order(const CaseGroup& group, const Ver
 
 /// When what is watched came about; nothing: it did not.
 std::optional<SimTime> fired(const ExpectationResult& result, bool by_failing) {
-  if (by_failing) return result.status == Status::kFailed ? result.failed_at : std::nullopt;
+  if (by_failing) return result.status == Status::kFailed ? result.decided_at : std::nullopt;
   return result.status == Status::kPassed ? result.at : std::nullopt;
 }
 
@@ -41,7 +41,7 @@ void judge_own(const CaseGroup& group, const std::vector<const ExpectationResult
       result.margin = std::min(result.margin.value_or(*with[n]->margin), *with[n]->margin);
     }
     if (with[n]->status == Status::kPassed) continue;
-    const SimTime at = with[n]->failed_at.value_or(SimTime{0});
+    const SimTime at = with[n]->decided_at.value_or(SimTime{0});
     if (result.violated_at && *result.violated_at <= at) continue;
     result.violated_at = at;
     result.violated = with[n]->says.empty() ? with[n]->expected : with[n]->says;

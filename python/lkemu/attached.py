@@ -1,0 +1,60 @@
+"""The bus for which something else has started this program: lk-emu campaign, for one."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any, Dict, Optional
+
+from .buses import can_args
+from .client import Client
+from .clock import Clock
+from .errors import Ended, StartError
+from .stepped_bus import SteppedBus
+
+TIMEOUT_S = 10.0
+
+
+class Attached:
+    """A bus, and the time that goes with it.
+
+    `now()` and `sleep(s)` are the drives' where their clock is stepped, else those of the module `time`. `clock` is
+    None where time is real.
+    """
+
+    def __init__(self, bus: str, control: Optional[str] = None) -> None:
+        self.bus = bus
+        self.clock: Optional[Clock] = None
+        if control:
+            clock = Clock(Client(control, TIMEOUT_S, Ended))
+            self.clock = clock if clock.mode == "stepped" else None
+
+    @property
+    def can_args(self) -> Dict[str, Any]:
+        """What python-can takes to get on `bus`: `can.Bus(**attached.can_args)`."""
+        return can_args(self.bus)
+
+    def open(self) -> Any:
+        """A can.Bus of python-can; one that lets time pass while its host waits, where that is stepped."""
+        import can
+
+        bus = can.Bus(**self.can_args)
+        return bus if self.clock is None else SteppedBus(bus, self.clock)
+
+    def now(self) -> float:
+        """Seconds; only differences mean something."""
+        return time.monotonic() if self.clock is None else self.clock.time_s
+
+    def sleep(self, duration_s: float) -> None:
+        if self.clock is None:
+            time.sleep(duration_s)
+        elif duration_s > 0:
+            self.clock.advance(duration_s)
+
+
+def attach() -> Attached:
+    """The bus that LKEMU_BUS names, with the clock at the socket LKEMU_CONTROL. Raises StartError without the first."""
+    bus = os.environ.get("LKEMU_BUS")
+    if not bus:
+        raise StartError("LKEMU_BUS is not set: it names the bus, as lk-emu campaign does, like slcan-tcp:29536")
+    return Attached(bus, os.environ.get("LKEMU_CONTROL"))
