@@ -65,7 +65,9 @@ until_true node_is_idle
 job=$(sbatch --parsable --array=0-$((shards - 1)) "$sbatch_file" "$plan")
 # The last ones first, so that tasks wait meanwhile.
 until_true has_cases 0
-pid=$(scontrol listpids "${job}_0" | awk 'NR > 1 && $2 != "-1" { pid = $1 } END { print pid }')
+scontrol listpids "$(squeue -h -j "${job}_0" -o %A)"
+pid=$(scontrol listpids "$(squeue -h -j "${job}_0" -o %A)" | awk 'NR > 1 { pid = $1 } END { print pid }')
+ps ax
 kill -KILL "$pid"
 until_true state_is 0 FAILED
 scontrol requeue "${job}_0"
