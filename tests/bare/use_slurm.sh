@@ -19,6 +19,7 @@ cat >/etc/slurm/slurm.conf <<END
 ClusterName=bare
 SlurmctldHost=$(hostname)
 AuthType=auth/munge
+AuthInfo=cred_expire=5
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=0
@@ -67,12 +68,12 @@ job=$(sbatch --parsable --array=0-$((shards - 1)) "$sbatch_file" "$plan")
 until_true has_cases 0
 scontrol listpids "$(squeue -h -j "${job}_0" -o %A)"
 pid=$(scontrol listpids "$(squeue -h -j "${job}_0" -o %A)" | awk 'NR > 1 { pid = $1 } END { print pid }')
-ps ax
 kill -KILL "$pid"
 until_true state_is 0 FAILED
 scontrol requeue "${job}_0"
 until_true has_cases 1
 scontrol requeue "${job}_1"
+(for i in 1 2 3 4 5 6 7 8; do squeue -t all -r -o "%i %T %r %S %E"; sleep 3; done; tail -30 /var/log/slurm/slurmctld.log) &
 sbatch --wait --dependency="afterok:$job" --wrap "lk-emu campaign merge -o campaign.db shard-*.db"
 scontrol show job "$job" | grep -E "JobState|Restarts|ArrayTaskId"
 
