@@ -22,7 +22,7 @@ AuthType=auth/munge
 AuthInfo=cred_expire=5
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
-SchedulerParameters=batch_sched_delay=0,sched_min_interval=0
+SchedulerParameters=batch_sched_delay=0,sched_min_interval=0,sched_interval=1
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 ReturnToService=2
@@ -64,6 +64,7 @@ node_is_idle() { [[ $(sinfo -h -o %T) == idle ]]; }
 until_true node_is_idle
 
 job=$(sbatch --parsable --array=0-$((shards - 1)) "$sbatch_file" "$plan")
+sbatch --dependency="afterok:$job" --wrap "true"
 # The last ones first, so that tasks wait meanwhile.
 until_true has_cases 0
 scontrol listpids "$(squeue -h -j "${job}_0" -o %A)"
@@ -73,8 +74,9 @@ until_true state_is 0 FAILED
 scontrol requeue "${job}_0"
 until_true has_cases 1
 scontrol requeue "${job}_1"
-(for i in 1 2 3 4 5 6 7 8; do squeue -t all -r -o "%i %T %r %S %E"; sleep 3; done; tail -30 /var/log/slurm/slurmctld.log) &
+squeue -t all -r -o "%i %T %r %S %E %V"
 sbatch --wait --dependency="afterok:$job" --wrap "lk-emu campaign merge -o campaign.db shard-*.db"
+squeue -t all -r -o "%i %T %r %S %E"
 scontrol show job "$job" | grep -E "JobState|Restarts|ArrayTaskId"
 
 lk-emu campaign "$plan" --jobs 1 --quiet -o one.db
