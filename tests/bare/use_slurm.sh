@@ -75,6 +75,7 @@ scontrol requeue "${job}_0"
 until_true has_cases 1
 scontrol requeue "${job}_1"
 squeue -t all -r -o "%i %T %r %S %E %V"
+(for i in 1 2 3 4 5 6; do squeue -t all -r -o "%i %T %r %S %E"; sleep 4; done; scontrol show job 1_0; tail -20 /var/log/slurm/slurmctld.log; tail -5 /var/log/slurm/slurmd.log; sinfo) &
 sbatch --wait --dependency="afterok:$job" --wrap "lk-emu campaign merge -o campaign.db shard-*.db"
 squeue -t all -r -o "%i %T %r %S %E"
 scontrol show job "$job" | grep -E "JobState|Restarts|ArrayTaskId"
