@@ -36,6 +36,7 @@ printf 'CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n' >/etc/slurm/cgroup.conf
 mkdir -p /var/spool/slurmctld
 install -d -o munge -g munge -m 755 /run/munge
 ip link set lo up
+ip address add 127.0.1.1/8 dev lo # of the host name; a machine that has 127.0.0.1 alone counts as one without IPv4
 runuser -u munge -- munged
 slurmctld
 slurmd
