@@ -1,0 +1,47 @@
+# shellcheck shell=bash
+# Sourced by use_slurm.sh and use_snakemake.sh with their arguments PROGRAM FILE PLAN: a directory to work in, with the program
+# in PATH as lk-emu, and FILE and PLAN whole in file and plan.
+set -euo pipefail
+program=$(realpath -- "$1") file=$(realpath -- "$2") plan=$(realpath -- "$3")
+shards=4
+work=/var/tmp/campaign
+mkdir -p "$work/bin"
+ln -s "$program" "$work/bin/lk-emu"
+cd "$work"
+export PATH=$work/bin:$PATH
+
+# until_true COMMAND...: asked again and again, for two minutes at most.
+until_true() {
+  local end=$((SECONDS + 120))
+  until "$@" >/dev/null 2>&1; do
+    ((SECONDS < end)) || {
+      echo "in vain: $*"
+      tail -n 20 -- *.log
+      exit 1
+    }
+    sleep 0.05
+  done
+}
+
+# has_cases SHARD: its store has one at least, and it is not through.
+has_cases() { (($(lk-emu campaign export "shard-$1.db" | wc -l) > 1)); }
+
+# kill_program SHARD: the process that works at it.
+kill_program() {
+  local directory
+  for directory in /proc/[0-9]*; do
+    if [[ $(<"$directory/comm") == lk-emu ]] && grep -qz "^shard-$1.db\$" "$directory/cmdline"; then
+      kill -KILL "${directory#/proc/}"
+      return
+    fi
+  done 2>/dev/null
+  echo "no process works at shard $1" >&2
+  exit 1
+}
+
+# is_the_whole STORE: it has what one process gives.
+is_the_whole() {
+  lk-emu campaign "$plan" --jobs 1 --quiet -o one.db
+  cmp <(lk-emu campaign export "$1") <(lk-emu campaign export one.db)
+  echo "the same as of --jobs 1: $(lk-emu campaign export "$1" | wc -l) lines, $(lk-emu campaign export "$1" | sha256sum)"
+}

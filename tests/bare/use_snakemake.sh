@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# A campaign in shards by Snakemake: the program of one shard is killed, then all of it, and what comes out is what one
+# process gives.
+# usage: tests/bare/use_snakemake.sh PROGRAM SNAKEFILE PLAN
+# shellcheck source=tests/bare/campaign.sh
+source "$(dirname -- "${BASH_SOURCE[0]}")/campaign.sh" "$@"
+snakemake=(snakemake --snakefile "$file" --cores 2 --config "plan=$plan" "shards=$shards")
+mark_is_there() { [[ -e shard-$1.done ]]; }
+
+setsid "${snakemake[@]}" >first.log 2>&1 &
+first=$!
+until_true has_cases 0
+kill_program 0
+until_true mark_is_there 0
+until_true has_cases 3
+kill -KILL -- "-$first"
+wait "$first" || true
+[[ ! -e campaign.db ]]
+
+"${snakemake[@]}" --unlock
+"${snakemake[@]}" --rerun-incomplete
+"${snakemake[@]}" --dry-run | grep 'Nothing to be done'
+is_the_whole campaign.db
