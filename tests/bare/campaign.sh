@@ -2,7 +2,9 @@
 # Sourced by use_slurm.sh and use_snakemake.sh with their arguments PROGRAM FILE PLAN: a directory to work in, with the program
 # in PATH as lk-emu, and FILE and PLAN whole in file and plan.
 set -euo pipefail
+# shellcheck disable=SC2034 # for those who source this
 program=$(realpath -- "$1") file=$(realpath -- "$2") plan=$(realpath -- "$3")
+# shellcheck disable=SC2034
 shards=4
 work=/var/tmp/campaign
 mkdir -p "$work/bin"
