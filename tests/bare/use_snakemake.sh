@@ -14,17 +14,21 @@ one_has_begun() {
   return 1
 }
 
-setsid "${snakemake[@]}" >first.log 2>&1 &
+"${snakemake[@]}" >first.log 2>&1 &
 first=$!
 until_true has_cases 0
 kill_program 0
 until_true is_done 0
 until_true one_has_begun
-kill -KILL -- "-$first"
+# As where the machine goes off: Snakemake, and what it has started.
+kill -KILL "$first"
+for shard in $(seq 0 $((shards - 1))); do
+  (kill_program "$shard" 2>/dev/null) || true
+done
 wait "$first" || true
 [[ ! -e campaign.db ]]
 
 "${snakemake[@]}" --unlock
-"${snakemake[@]}" --rerun-incomplete
+"${snakemake[@]}" --rerun-incomplete >second.log 2>&1
 "${snakemake[@]}" --dry-run | grep 'Nothing to be done'
 is_the_whole campaign.db
