@@ -36,5 +36,5 @@ run_campaign() {
   "$BARE/root" --file "${debs[0]}" bash -exc "
     apt-get -q update
     DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install ../lk-emu_*.deb $2
-    $3 tests/bare/use_$1.sh /usr/bin/lk-emu /usr/share/lk-emu/campaigns/$4 tests/engines/plan.toml"
+    $3 tests/bare/use_$1.sh /usr/bin/lk-emu /usr/share/lk-emu/engines/$4 tests/engines/plan.toml"
 }

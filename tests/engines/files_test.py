@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The files of packaging/campaigns, as the engines that are not here would read them: `files_test.py DIRECTORY`."""
+"""The files of packaging/engines, as the engines that are not here would read them: `files_test.py DIRECTORY`."""
 import copy
 import json
 import pathlib
