@@ -25,8 +25,14 @@ until_true() {
   done
 }
 
-# has_cases SHARD: its store has one at least, and it is not through.
-has_cases() { (($(lk-emu campaign export "shard-$1.db" | wc -l) > 1)); }
+# grows SHARD: its store is longer than when it was first looked at: there are cases in it. Only who writes it may read it.
+declare -A first_lengths
+grows() {
+  local length
+  length=$(stat -c %s "shard-$1.db") || return
+  first_lengths[$1]=${first_lengths[$1]:-$length}
+  ((length > first_lengths[$1]))
+}
 
 # kill_program SHARD: the process that works at it.
 kill_program() {

@@ -6,20 +6,20 @@
 source "$(dirname -- "${BASH_SOURCE[0]}")/campaign.sh" "$@"
 snakemake=(snakemake --snakefile "$file" --cores 2 --config "plan=$plan" "shards=$shards")
 is_done() { [[ -e shard-$1.done ]]; }
-one_has_begun() {
+another_grows() {
   local shard
   for shard in $(seq 0 $((shards - 1))); do
-    if ! is_done "$shard" && has_cases "$shard"; then return; fi
+    if ! is_done "$shard" && grows "$shard"; then return; fi
   done
   return 1
 }
 
 "${snakemake[@]}" >first.log 2>&1 &
 first=$!
-until_true has_cases 0
+until_true grows 0
 kill_program 0
 until_true is_done 0
-until_true one_has_begun
+until_true another_grows
 # As where the machine goes off: Snakemake, and what it has started.
 kill -KILL "$first"
 for shard in $(seq 0 $((shards - 1))); do
