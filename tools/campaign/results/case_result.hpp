@@ -29,8 +29,15 @@ enum class CaseOutcome : std::uint8_t {
 };
 inline constexpr std::size_t kCaseOutcomes = 9;
 inline constexpr std::array<std::string_view, kCaseOutcomes> kCaseOutcomeWords = {
-    "not fired", "no effect",      "tolerated", "detected by the drive", "detected by the host",
-    "late",      "silently wrong", "hang",      "crash"};
+    "not fired",
+    "no effect",
+    "tolerated",
+    "detected by the drive",
+    "detected by the host",
+    "late",
+    "silently wrong",
+    "hang",
+    "crash"};
 constexpr std::string_view to_string(CaseOutcome outcome) {
   return kCaseOutcomeWords[static_cast<std::size_t>(outcome)];
 }
@@ -87,8 +94,8 @@ struct CampaignHead {
   std::string input_hash;  // of the plan and all files that it names, hexadecimal
   Sampling sampling = Sampling::kFull;
   std::uint64_t seed = 1;
-  std::uint64_t numbers = 0;           // cases are numbered from 0 to this - 1
-  std::uint64_t cases = 0;             // of these, those that are not excluded; as far as known
+  std::uint64_t numbers = 0;             // cases are numbered from 0 to this - 1
+  std::uint64_t cases = 0;               // of these, those that are not excluded; as far as known
   std::optional<SimTime> tolerant_time;  // the fault-tolerant time, from the first effect
   std::vector<DimensionHead> dimensions;
   friend bool operator==(const CampaignHead&, const CampaignHead&) = default;
