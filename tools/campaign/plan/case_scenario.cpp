@@ -247,6 +247,27 @@ std::vector<PlannedDirective> CaseScenarios::fault(const CaseValues& values,
   return planned;
 }
 
+CaseScenarios::Keys CaseScenarios::keys(const CaseValues& values) {
+  toml::table whole = document(values, false);
+  make_absolute(whole, "robot", plan_.scenario_file.parent_path(), false);
+  Keys keys;
+  keys.robot = whole["robot"].value_or("");
+  keys.generation = whole["generation"].value<std::string>();
+  keys.bitrate = whole["bitrate"].value<std::int64_t>();
+  if (const auto seed = whole["seed"].value<std::int64_t>()) {
+    keys.seed = static_cast<std::uint64_t>(*seed);
+  }
+  return keys;
+}
+
+CaseValues CaseScenarios::without_fault(const CaseValues& values) const {
+  CaseValues rest = values;
+  for (std::size_t n = 0; n < rest.size(); ++n) {
+    if (of_fault(plan_.dimensions[n].target)) rest[n].reset();
+  }
+  return rest;
+}
+
 std::string CaseScenarios::file_text(const CaseValues& values, bool watched) {
   toml::table whole = document(values, watched);
   const std::filesystem::path directory = plan_.scenario_file.parent_path();

@@ -3,7 +3,8 @@
 /// @file What a case is: the base scenario with its values put in.
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,16 @@ class CaseScenarios {
   CaseGroup group(const CaseValues& values);
   /// Throws ConfigError: such a drive cannot have this fault. Empty: the plan has no fault.
   std::vector<PlannedDirective> fault(const CaseValues& values, const Scenario& scenario) const;
+  /// What a running lk-emu is told on its command line.
+  struct Keys {
+    std::string robot;  // an absolute path, or the name of a shipped one
+    std::optional<std::uint64_t> seed;
+    std::optional<std::int64_t> bitrate;
+    std::optional<std::string> generation;
+  };
+  Keys keys(const CaseValues& values);
+  /// The values without those of the fault.
+  CaseValues without_fault(const CaseValues& values) const;
   /// The whole case as a scenario file, wherever that stands; `watched`: with what is looked
   /// at besides.
   std::string file_text(const CaseValues& values, bool watched);

@@ -237,6 +237,19 @@ void check_lists(const TableReader& reader, const Plan& plan) {
   }
 }
 
+/// How many cases there are: counted one by one, where some are excluded and that takes no time.
+void count_cases(Plan& plan) {
+  constexpr std::uint64_t kMostLooked = 1'000'000;
+  const CaseNumbers numbers(plan);
+  plan.head.numbers = plan.head.cases = numbers.numbers();
+  const bool dropped =
+      plan.head.sampling == Sampling::kFull || plan.head.sampling == Sampling::kLatin;
+  if (plan.exclusions.empty() || !dropped || numbers.numbers() > kMostLooked) return;
+  for (std::uint64_t n = 0; n < numbers.numbers(); ++n) {
+    if (!numbers.values(n)) --plan.head.cases;
+  }
+}
+
 DimensionHead head_of(const Dimension& dimension) {
   DimensionHead head{dimension.name, {}, 0, 0, dimension.least_is_to};
   if (dimension.values.has_words()) {
@@ -297,6 +310,7 @@ Plan parse_plan(const std::string& text, const std::filesystem::path& file) {
   if (hazard) check_hazards(*hazard, plan, base);
   check_fault(reader, plan);
   check_lists(reader, plan);
+  count_cases(plan);
   for (const Dimension& dimension : plan.dimensions) {
     plan.head.dimensions.push_back(head_of(dimension));
   }

@@ -1,12 +1,16 @@
 #include "tools/campaign/run/campaign_run.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <optional>
 
+#include "emulator/ground/start_error.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 #include "tools/campaign/run/campaign_progress.hpp"
 
@@ -17,16 +21,28 @@ namespace {
 constexpr std::uint64_t kMostInPile = 128;
 constexpr std::uint64_t kLeastInPile = 8;
 
-std::atomic<bool>& interrupted() {
-  static std::atomic<bool> flag = false;
-  return flag;
+/// A pipe that a signal writes to: whoever waits for something else sees it, too.
+struct InterruptionPipe {
+  InterruptionPipe() {
+    if (::pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0) throw StartError("no pipe is left");
+  }
+  bool is_written() const {
+    pollfd wait{ends[0], POLLIN, 0};
+    return ::poll(&wait, 1, 0) > 0;
+  }
+  std::array<int, 2> ends{};  // for as long as the program runs
+};
+
+const InterruptionPipe& interruption_pipe() {
+  static const InterruptionPipe pipe;
+  return pipe;
 }
 
 /// SIGINT and SIGTERM end the run when what is under way is done; the second one at once.
 class Interruptible {
  public:
   Interruptible() {
-    interrupted() = false;
+    interruption_pipe();
     for (std::size_t n = 0; n < kSignals.size(); ++n) before_[n] = std::signal(kSignals[n], note);
   }
   Interruptible(const Interruptible&) = delete;
@@ -38,8 +54,8 @@ class Interruptible {
  private:
   static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
   static void note(int signal) {
-    interrupted() = true;
     std::signal(signal, SIG_DFL);
+    [[maybe_unused]] const auto written = ::write(interruption_pipe().ends[1], "!", 1);
   }
   std::array<void (*)(int), 2> before_{};
 };
@@ -73,10 +89,13 @@ class CasesLeft {
 
 }  // namespace
 
+int interruption() { return interruption_pipe().ends[0]; }
+
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner) {
   const auto began = std::chrono::steady_clock::now();
   const Interruptible interruptible;
+  store.note_shard(options.shard);
   CasesLeft left(plan, store, options.shard);
   CampaignEnd end;
   end.before = store.count();
@@ -91,8 +110,8 @@ CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignO
         end.ran += results.size();
         progress.show(end.ran);
       },
-      [] { return interrupted().load(); });
-  end.interrupted = interrupted();
+      [] { return interruption_pipe().is_written(); });
+  end.interrupted = interruption_pipe().is_written();
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return end;
 }

@@ -13,12 +13,6 @@
 
 namespace lk::emulator {
 
-/// Which of a plan's cases: those whose number is `index` modulo `of`.
-struct Shard {
-  std::uint64_t index = 0;
-  std::uint64_t of = 1;
-};
-
 /// Runs cases, in a thread of its own.
 using CaseRunner = std::function<std::vector<CaseResult>(std::span<const CaseToRun>)>;
 
@@ -40,6 +34,9 @@ struct CampaignEnd {
 /// the run and comes out here, with all that has been finished stored.
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner);
+
+/// Can be read from SIGINT or SIGTERM on, while a campaign runs.
+int interruption();
 
 /// Threads that each take the next pile of cases; what they give goes to `done`, on the calling
 /// thread, in any order. Ends early when `stop` says so.

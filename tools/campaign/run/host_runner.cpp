@@ -1,0 +1,176 @@
+#include "tools/campaign/run/host_runner.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+#include "emulator/ground/start_error.hpp"
+#include "tools/campaign/hosts/run_host.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// As much of a verdict as a case is judged by.
+Verdict verdict_of(const HostVerdict& host) {
+  Verdict verdict;
+  for (const HostExpectation& one : host.expectations) {
+    ExpectationResult result;
+    result.status =
+        one.passed ? ExpectationResult::Status::kPassed : ExpectationResult::Status::kFailed;
+    result.says = one.says;
+    result.expected = one.expected;
+    result.measured = one.measured;
+    result.at = result.decided_at = one.decided_at;
+    result.margin = one.margin;
+    verdict.expectations.push_back(std::move(result));
+  }
+  for (const HostFault& one : host.faults) {
+    PlannedFault fault;
+    fault.report.fault.name = one.name;
+    fault.report.evidence.began_at = one.began_at;
+    fault.report.evidence.first_effect_at = one.first_effect_at;
+    fault.report.evidence.effects = one.effects;
+    verdict.faults.push_back(std::move(fault));
+  }
+  verdict.invalid = host.invalid;
+  return verdict;
+}
+
+SeenRun seen(const HostRun& run) {
+  std::uint64_t heard = 0;
+  const std::string& hash = run.verdict.replies_hash;
+  std::from_chars(hash.data(), hash.data() + hash.size(), heard, 16);
+  return {verdict_of(run.verdict), heard};
+}
+
+std::string end_text(const HostRun& run) {
+  switch (run.end) {
+    case HostRun::End::kExit:
+      return "exit status " + std::to_string(run.status);
+    case HostRun::End::kSignal:
+      return std::string("killed by SIG") + sigabbrev_np(run.status);
+    case HostRun::End::kTimeout:
+      return "did not end in time";
+  }
+  return "";
+}
+
+HostEnd end_of(const HostRun& run, const HostSetup& setup) {
+  HostEnd end;
+  if (run.end == HostRun::End::kTimeout) end.kind = HostEnd::Kind::kHung;
+  if (run.crashed(setup)) end.kind = HostEnd::Kind::kDied;
+  end.note = end_text(run);
+  if (run.noticed) {
+    end.noticed_at = run.noticed->at;
+    end.note += "; " + run.noticed->text;
+  }
+  return end;
+}
+
+}  // namespace
+
+HostSetup host_setup(const Plan& plan) {
+  HostSetup setup;
+  setup.command = plan.host->command;
+  setup.bus = plan.host->bus;
+  setup.stepped = plan.host->stepped;
+  setup.timeout_s = plan.host->timeout_s;
+  setup.detecting_exit_status = plan.detection.exit_status;
+  setup.detecting_lines = plan.detection.lines;
+  setup.directory = std::filesystem::absolute(plan.file).parent_path();
+  return setup;
+}
+
+std::shared_ptr<HostReferences::Reference> HostReferences::find(const std::string& key) {
+  const std::scoped_lock lock(mutex_);
+  auto& reference = references_[key];
+  if (!reference) reference = std::make_shared<Reference>();
+  return reference;
+}
+
+HostRunner::HostRunner(const Plan& plan, HostReferences& references, int stop)
+    : plan_(plan),
+      references_(references),
+      stop_(stop),
+      setup_(host_setup(plan)),
+      scenarios_(plan) {}
+
+std::vector<CaseResult> HostRunner::run(std::span<const CaseToRun> cases) {
+  std::vector<CaseResult> results;
+  for (const CaseToRun& one : cases) {
+    auto result = run_case(one);
+    if (!result) break;
+    results.push_back(std::move(*result));
+  }
+  return results;
+}
+
+std::optional<HostRun> HostRunner::run_once(std::uint64_t number, const CaseValues& values) {
+  const CaseScenarios::Keys keys = scenarios_.keys(values);
+  HostCase one;
+  one.number = number;
+  one.scenario_toml = scenarios_.file_text(values, true);
+  one.robot = keys.robot;
+  one.seed = keys.seed;
+  one.bitrate = keys.bitrate;
+  one.generation = keys.generation;
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    const Dimension& dimension = plan_.dimensions[n];
+    if (dimension.target == Target::kHost && values[n]) {
+      one.host_values[dimension.key] = value_text(*values[n]);
+    }
+  }
+  return run_host_case(setup_, one, stop_);
+}
+
+std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
+  const CaseGroup group = scenarios_.group(one.values);
+  const CaseValues rest = scenarios_.without_fault(one.values);
+  std::string key;
+  for (const auto& value : rest) key += (value ? value_text(*value) : "") + '|';
+  const auto reference = references_.find(key);
+  bool stopped = false;
+  std::call_once(reference->once, [&] {
+    const auto run = run_once(one.number, rest);
+    stopped = !run;
+    if (run) reference->run = seen(*run);
+  });
+  if (stopped || reference->run.verdict.expectations.empty()) return std::nullopt;
+  std::optional<CaseResult> worst;
+  std::vector<CaseOutcome> outcomes;
+  double wall_s = 0;
+  for (int n = 0; n < plan_.host->runs; ++n) {
+    const auto run = run_once(one.number, one.values);
+    if (!run) return std::nullopt;
+    wall_s += run->wall_s;
+    CaseResult result = judged(one, group, reference->run, *run);
+    outcomes.push_back(result.outcome);
+    if (!worst || result.outcome > worst->outcome) worst = std::move(result);
+  }
+  worst->runs = static_cast<std::uint32_t>(outcomes.size());
+  worst->flips =
+      worst->runs - static_cast<std::uint32_t>(std::ranges::count(outcomes, worst->outcome));
+  worst->wall_s = wall_s;
+  return worst;
+}
+
+CaseResult HostRunner::judged(const CaseToRun& one, const CaseGroup& group, const SeenRun& without,
+                              const HostRun& run) const {
+  CaseResult result;
+  result.number = one.number;
+  result.generation = one.generation;
+  result.values = one.values;
+  result.real_time = !plan_.host->stepped;
+  const HostEnd end = end_of(run, setup_);
+  const SeenRun with = seen(run);
+  if (with.verdict.expectations.size() != without.verdict.expectations.size()) {
+    throw StartError("case " + std::to_string(one.number) +
+                     ": its verdict has other expectations than the case without a fault");
+  }
+  judge_case(group, without, with, plan_.head.tolerant_time, &end, result);
+  return result;
+}
+
+}  // namespace lk::emulator
