@@ -60,7 +60,7 @@ class Gathering {
 
   KindAnswer& kind(const std::string& word) {
     const auto [place, is_new] = places_.try_emplace(word, answer_.kinds.size());
-    if (is_new) answer_.kinds.push_back({.kind = word});
+    if (is_new) answer_.kinds.emplace_back().kind = word;
     return answer_.kinds[place->second];
   }
 
@@ -133,7 +133,9 @@ std::string Answer::command_of(std::uint64_t number) const {
 }
 
 Answer answer_of(const CampaignHead& head, const CaseStream& results, std::string plan_file) {
-  Answer answer{.head = head, .plan_file = std::move(plan_file)};
+  Answer answer;
+  answer.head = head;
+  answer.plan_file = std::move(plan_file);
   if (answer.plan_file.empty()) answer.plan_file = head.plan_name + ".toml";
   Gathering gathering(head, answer);
   results([&](const CaseResult& result) { gathering.add(result); });

@@ -116,17 +116,17 @@ Json space_json(const Space& space) {
   Json met = Json::array();
   for (const auto& [where, cell] : space.cells) {
     const auto& [kind, state, command] = where;
-    met.push_back(Json::array({kinds.of(kind), states.of(state), commands.of(command), cell.cases,
-                               cell.failures}));
+    met.push_back(Json::array(
+        {kinds.of(kind), states.of(state), commands.of(command), cell.cases, cell.failures}));
   }
-  return {{"kinds", space.kinds},       {"states", space.states}, {"commands", space.commands},
+  return {{"kinds", space.kinds},         {"states", space.states}, {"commands", space.commands},
           {"combinations", space.size()}, {"holes", space.holes()}, {"met", std::move(met)}};
 }
 
 Json case_columns() {
-  return {"number",   "generation",  "kind",     "outcome", "fault_at_s", "first_effect_s",
-          "drive_s",  "host_s",      "violated_s", "violated", "margin",   "state",
-          "command",  "note",        "real_time", "runs",   "flips",      "values"};
+  return {"number",  "generation", "kind",       "outcome",  "fault_at_s", "first_effect_s",
+          "drive_s", "host_s",     "violated_s", "violated", "margin",     "state",
+          "command", "note",       "real_time",  "runs",     "flips",      "values"};
 }
 
 Json case_row(const CaseResult& result, std::optional<std::size_t> kind) {
@@ -145,8 +145,7 @@ Json case_row(const CaseResult& result, std::optional<std::size_t> kind) {
                       seconds_json(result.first_effect_at), seconds_json(result.detected_by_drive),
                       seconds_json(result.detected_by_host), seconds_json(result.violated_at),
                       result.violated, optional_json(result.margin), result.state, result.command,
-                      result.note, result.real_time, result.runs, result.flips,
-                      std::move(values)});
+                      result.note, result.real_time, result.runs, result.flips, std::move(values)});
 }
 
 Json residual_json(const Answer& answer) {
@@ -173,9 +172,8 @@ Json smallest_json(const Answer& answer) {
 Json thresholds_json(const std::vector<ThresholdResult>& thresholds) {
   Json list = Json::array();
   for (const ThresholdResult& one : thresholds) {
-    list.push_back({{"text", one.text},
-                    {"holds", one.holds},
-                    {"measured", optional_json(one.measured)}});
+    list.push_back(
+        {{"text", one.text}, {"holds", one.holds}, {"measured", optional_json(one.measured)}});
   }
   return list;
 }
@@ -194,8 +192,8 @@ Json comparison_object(const Comparison& comparison) {
           {"not_fired", comparison.not_fired},
           {"only_before", comparison.only_before},
           {"only_now", comparison.only_now},
-          {"before", {{"version", comparison.before.version},
-                      {"input_hash", comparison.before.input_hash}}},
+          {"before",
+           {{"version", comparison.before.version}, {"input_hash", comparison.before.input_hash}}},
           {"moves", std::move(moves)},
           {"columns", case_columns()},
           {"cases", std::move(rows)},

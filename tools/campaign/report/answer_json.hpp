@@ -10,7 +10,8 @@
 namespace lk::emulator {
 
 /// The whole answer as one JSON object on one line; docs/campaign-report.md has its keys. Text that
-/// is no UTF-8 has replacement characters. `comparison` with an earlier campaign: null, there is none.
+/// is no UTF-8 has replacement characters. `comparison` with an earlier campaign: null, there is
+/// none.
 std::string answer_json(const Answer& answer, const std::vector<ThresholdResult>& thresholds,
                         const Comparison* comparison = nullptr);
 

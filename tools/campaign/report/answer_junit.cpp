@@ -23,7 +23,8 @@ std::string counts_sentence(const KindAnswer& kind) {
   std::string text = fmt::format("of {} cases", kind.cases());
   for (std::size_t n = kCaseOutcomes; n-- > 0;) {
     const auto outcome = static_cast<CaseOutcome>(n);
-    if (kind.count(outcome) > 0) text += fmt::format(", {} {}", kind.count(outcome), to_string(outcome));
+    if (kind.count(outcome) > 0)
+      text += fmt::format(", {} {}", kind.count(outcome), to_string(outcome));
   }
   return text;
 }
@@ -49,9 +50,10 @@ std::string class_case(const Answer& answer, const KindAnswer& kind) {
     case ClassVerdict::kAbsent:
       return text + ">\n      <skipped message=\"no case has it\"/>\n    </testcase>\n";
     case ClassVerdict::kIdle:
-      return text + fmt::format(">\n      <error message=\"in none of {} cases did it take "
-                                "effect\"/>\n    </testcase>\n",
-                                kind.cases());
+      return text + fmt::format(
+                        ">\n      <error message=\"in none of {} cases did it take "
+                        "effect\"/>\n    </testcase>\n",
+                        kind.cases());
     case ClassVerdict::kFailed:
       break;
   }

@@ -14,15 +14,14 @@ namespace {
 constexpr std::array<std::string_view, 2> kStyles = {"/web/style.css",
                                                      "/tools/campaign/report/page/page.css"};
 // One module: names of earlier files are there in later ones.
-constexpr std::array<std::string_view, 8> kScripts = {
-    "/web/dom.js",
-    "/web/words_zh_faults.js",
-    "/tools/campaign/report/page/words.js",
-    "/tools/campaign/report/page/parts.js",
-    "/tools/campaign/report/page/heat_maps.js",
-    "/tools/campaign/report/page/figures.js",
-    "/tools/campaign/report/page/cases.js",
-    "/tools/campaign/report/page/page.js"};
+constexpr std::array<std::string_view, 8> kScripts = {"/web/dom.js",
+                                                      "/web/words_zh_faults.js",
+                                                      "/tools/campaign/report/page/words.js",
+                                                      "/tools/campaign/report/page/parts.js",
+                                                      "/tools/campaign/report/page/heat_maps.js",
+                                                      "/tools/campaign/report/page/figures.js",
+                                                      "/tools/campaign/report/page/cases.js",
+                                                      "/tools/campaign/report/page/page.js"};
 
 std::string_view page_part(std::string_view path) {
   const EmbeddedFile* const file = find_page_file(path);

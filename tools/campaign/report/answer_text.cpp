@@ -12,6 +12,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kCasesShown = 5;  // of each outcome
+constexpr std::size_t kBroadestKind = 24;
 constexpr std::array<std::string_view, kCaseOutcomes> kHeadings = {
     "not fired", "no effect", "tolerated", "drive", "host", "late", "silent", "hang", "crash"};
 
@@ -26,7 +27,7 @@ std::string plural(std::uint64_t count, std::string_view one) {
 }
 
 std::string latency_text(const std::optional<SimTime>& latency) {
-  return latency ? number_text(seconds_of(*latency)) : "-";
+  return latency ? fmt::format("{:.4g}", seconds_of(*latency)) : "-";
 }
 
 std::string head_text(const Answer& answer) {
@@ -48,8 +49,8 @@ std::string head_text(const Answer& answer) {
 }
 
 std::string matrix_row(const KindAnswer& of, std::size_t width) {
-  std::string row = fmt::format("{:<{}}{:>9}", of.kind.empty() ? "all" : on_one_line(of.kind),
-                                width, of.cases());
+  std::string row =
+      fmt::format("{:<{}}{:>9}", of.kind.empty() ? "all" : on_one_line(of.kind), width, of.cases());
   for (std::size_t n = 0; n < kCaseOutcomes; ++n) {
     row += fmt::format("{:>{}}", count_cell(of.outcomes.at(n)), kHeadings.at(n).size() + 2);
   }
@@ -61,7 +62,9 @@ std::string matrix_row(const KindAnswer& of, std::size_t width) {
 
 std::string matrix_text(const Answer& answer) {
   std::size_t width = 6;
-  for (const KindAnswer& one : answer.kinds) width = std::max(width, one.kind.size() + 1);
+  for (const KindAnswer& one : answer.kinds) {
+    width = std::max(width, std::min(one.kind.size() + 1, kBroadestKind));
+  }
   std::string text = fmt::format("{:<{}}{:>9}", "fault", width, "cases");
   for (const std::string_view heading : kHeadings) {
     text += fmt::format("{:>{}}", heading, heading.size() + 2);
@@ -102,22 +105,30 @@ std::string space_text(const Space& space) {
       space.cells.size(), space.size(), space.holes());
 }
 
-std::string residual_text(const Answer& answer) {
-  std::string text =
-      fmt::format("residual: {}\n", plural(answer.residual.size() + answer.residual_left_out,
-                                           "case") + " late, silently wrong, hung or crashed");
-  OutcomeCounts shown{};
+/// Those of one outcome: how many there are, and the first of them.
+std::string residual_of(const Answer& answer, CaseOutcome outcome) {
+  const std::uint64_t count = answer.all.count(outcome);
+  if (count == 0) return "";
+  std::string text = fmt::format("  {}: {}\n", to_string(outcome), plural(count, "case"));
+  std::size_t shown = 0;
   for (const CaseResult& result : answer.residual) {
-    auto& of_outcome = shown.at(static_cast<std::size_t>(result.outcome));
-    if (++of_outcome > kCasesShown) continue;
-    text += "  " + case_sentence(result, answer.head) + "\n    " +
-            answer.command_of(result.number) + '\n';
+    if (result.outcome != outcome) continue;
+    if (shown++ == kCasesShown) break;
+    text += "    " + case_sentence(result, answer.head) + "\n      " +
+            on_one_line(answer.command_of(result.number)) + '\n';
   }
-  std::uint64_t more = answer.residual_left_out;
-  for (const std::uint64_t of_outcome : shown) {
-    more += of_outcome > kCasesShown ? of_outcome - kCasesShown : 0;
+  if (count > kCasesShown) {
+    text += fmt::format("    and {} more: --html, --json\n", count - kCasesShown);
   }
-  if (more > 0) text += fmt::format("  and {} more: --html, --json\n", more);
+  return text;
+}
+
+std::string residual_text(const Answer& answer) {
+  std::string text = fmt::format("residual: {}\n", plural(answer.all.failures(), "case"));
+  for (const CaseOutcome outcome :
+       {CaseOutcome::kCrash, CaseOutcome::kHang, CaseOutcome::kSilentlyWrong, CaseOutcome::kLate}) {
+    text += residual_of(answer, outcome);
+  }
   return text;
 }
 
@@ -125,8 +136,8 @@ std::string smallest_text(const Answer& answer) {
   if (answer.smallest.empty()) return "";
   std::string text = "smallest cases:\n";
   for (const SmallestCase& one : answer.smallest) {
-    text += "  " + case_sentence(one.result, answer.head) + "\n    " + on_one_line(one.command) +
-            '\n';
+    text +=
+        "  " + case_sentence(one.result, answer.head) + "\n    " + on_one_line(one.command) + '\n';
   }
   return text;
 }
@@ -136,8 +147,9 @@ std::string smallest_text(const Answer& answer) {
 std::string coverage_sentence(const Coverage& coverage, Sampling sampling) {
   if (coverage.dangerous == 0) return "no claim: no case was dangerous";
   const std::string counts =
-      fmt::format("{} of {}", number_text(*coverage.share()),
-                  plural(coverage.dangerous, "dangerous case"));
+      fmt::format("{} of {} {} detected in time, {:.4f}", coverage.covered,
+                  plural(coverage.dangerous, "dangerous case"),
+                  coverage.dangerous == 1 ? "was" : "were", *coverage.share());
   if (!coverage.interval) {
     return fmt::format("{}; no claim: bounds need sampling = \"random\", not \"{}\"", counts,
                        kSamplingWords.at(static_cast<std::size_t>(sampling)));
@@ -176,9 +188,9 @@ std::string answer_text(const Answer& answer, const std::vector<ThresholdResult>
 }
 
 std::string comparison_text(const Comparison& comparison, const std::string& plan_file) {
-  std::string text = fmt::format("{} worse, {} better, {} with the same outcome",
-                                 plural(comparison.worse, "case"), comparison.better,
-                                 comparison.same);
+  std::string text =
+      fmt::format("{} worse, {} better, {} with the same outcome", plural(comparison.worse, "case"),
+                  comparison.better, comparison.same);
   if (comparison.not_fired > 0) {
     text += fmt::format(", {} that did not fire before or now", comparison.not_fired);
   }
@@ -208,7 +220,7 @@ std::string comparison_text(const Comparison& comparison, const std::string& pla
     const WorseCase& one = comparison.cases[n];
     text += fmt::format("worse: {}, was {}\n    lk-emu campaign {} --case {}\n",
                         case_sentence(one.now, comparison.now), to_string(one.before),
-                        shell_word(plan_file), one.now.number);
+                        on_one_line(shell_word(plan_file)), one.now.number);
   }
   if (more > 0) text += fmt::format("and {} more: --html, --json\n", more);
   return text;

@@ -104,7 +104,9 @@ Comparison compare_campaigns(const CampaignHead& before, const CaseStream& resul
     check_number(before, result);
     outcomes.set(result.number, static_cast<std::uint8_t>(result.outcome));
   });
-  Comparison comparison{.before = before, .now = now};
+  Comparison comparison;
+  comparison.before = before;
+  comparison.now = now;
   std::uint64_t met = 0;
   results_now([&](const CaseResult& result) {
     check_number(now, result);

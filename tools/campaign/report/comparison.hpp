@@ -26,11 +26,11 @@ struct Comparison {
   std::array<OutcomeCounts, kCaseOutcomes> moves{};  // [before][now]
   std::uint64_t worse = 0;
   std::uint64_t better = 0;
-  std::uint64_t same = 0;          // outcome
-  std::uint64_t not_fired = 0;     // with another outcome before or now: neither
-  std::uint64_t only_before = 0;   // have no result now
-  std::uint64_t only_now = 0;      // had none
-  std::vector<WorseCase> cases;    // worse ones, by number
+  std::uint64_t same = 0;         // outcome
+  std::uint64_t not_fired = 0;    // with another outcome before or now: neither
+  std::uint64_t only_before = 0;  // have no result now
+  std::uint64_t only_now = 0;     // had none
+  std::vector<WorseCase> cases;   // worse ones, by number
   std::uint64_t cases_left_out = 0;
 
   bool is_worse() const { return worse > 0; }

@@ -42,7 +42,8 @@ Interval clopper_pearson(std::uint64_t hits, std::uint64_t trials) {
 }
 
 ClaimNeed claim_need(std::uint64_t hits, std::uint64_t trials, double claim) {
-  ClaimNeed need{.claim = claim};
+  ClaimNeed need;
+  need.claim = claim;
   const auto n = static_cast<double>(trials);
   const auto misses = static_cast<double>(trials - hits);
   need.met = lower_bound(static_cast<double>(hits), misses) >= claim;
@@ -54,9 +55,9 @@ ClaimNeed claim_need(std::uint64_t hits, std::uint64_t trials, double claim) {
       fewest(n, claim, [&](double all) { return lower_bound(all - misses, misses); }) - trials;
   const double share = trials > 0 ? static_cast<double>(hits) / n : 0;
   if (share <= claim) return need;
-  const std::uint64_t all = fewest(
-      n, claim, [&](double all) { return lower_bound(all * share, all * (1 - share)); });
-  if (all > 0) need.at_this_share = all - trials;
+  const std::uint64_t at_this_share =
+      fewest(n, claim, [&](double all) { return lower_bound(all * share, all * (1 - share)); });
+  if (at_this_share > 0) need.at_this_share = at_this_share - trials;
   return need;
 }
 

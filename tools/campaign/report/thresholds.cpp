@@ -79,8 +79,8 @@ const KindAnswer& cases_of(const Answer& answer, const Threshold& threshold) {
   if (found != answer.kinds.end()) return *found;
   std::string kinds;
   for (const KindAnswer& one : answer.kinds) kinds += (kinds.empty() ? "" : ", ") + one.kind;
-  refuse(threshold.text, "the campaign has no fault \"" + on_one_line(threshold.kind) +
-                             "\", but " + on_one_line(kinds));
+  refuse(threshold.text, "the campaign has no fault \"" + on_one_line(threshold.kind) + "\", but " +
+                             on_one_line(kinds));
 }
 
 std::optional<double> measured(const Answer& answer, const Threshold& threshold) {
@@ -110,7 +110,8 @@ std::optional<double> measured(const Answer& answer, const Threshold& threshold)
 }  // namespace
 
 Threshold parse_threshold(std::string_view text) {
-  Threshold threshold{.text = std::string(trimmed(text))};
+  Threshold threshold;
+  threshold.text = trimmed(text);
   const std::string_view whole = threshold.text;
   const std::size_t sign = whole.find_first_of("<>=");
   if (sign == std::string_view::npos || sign + 1 >= whole.size() || whole[sign] == '=' ||
