@@ -1,4 +1,5 @@
-# Makes a C++ file that carries files: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -P EmbedFiles.cmake
+# Makes a C++ file that carries files: cmake -DOUT=… -DROOT=… -DDIR=… "-DFILES=a;b" -DNAME=… -DHEADER=… -P EmbedFiles.cmake
+# It defines find_NAME, which HEADER declares; lk_embed_files (Rooms.cmake) calls it.
 # The assembler takes them in as they are (.incbin), from ROOT/DIR; ROOT is on its include path, so that what comes out
 # does not depend on where it was built.
 function(type_of extension result)
@@ -25,19 +26,19 @@ foreach(file ${FILES})
   file(SIZE ${ROOT}/${DIR}/${file} size)
   file(SHA256 ${ROOT}/${DIR}/${file} hash)
   string(SUBSTRING ${hash} 0 16 hash)
-  string(APPEND blobs "lk_web_file_${n}: .incbin \"${DIR}/${file}\"\n")
-  string(APPEND declarations "extern const char lk_web_file_${n}[];\n")
+  string(APPEND blobs "lk_${NAME}_${n}: .incbin \"${DIR}/${file}\"\n")
+  string(APPEND declarations "extern const char lk_${NAME}_${n}[];\n")
   set(path ${file})
   if(path STREQUAL "index.html")
     set(path "")
   endif()
-  string(APPEND table "    {\"/${path}\", \"${type}\", \"\\\"${hash}\\\"\", {lk_web_file_${n}, ${size}}},\n")
+  string(APPEND table "    {\"/${path}\", \"${type}\", \"\\\"${hash}\\\"\", {lk_${NAME}_${n}, ${size}}},\n")
   math(EXPR n "${n} + 1")
 endforeach()
 file(WRITE ${OUT} "#include <algorithm>
 #include <iterator>
 
-#include \"emulator/control/web_files.hpp\"
+#include \"${HEADER}\"
 
 asm(R\"(
 .pushsection .rodata
@@ -50,14 +51,14 @@ ${declarations}}
 namespace lk::emulator {
 namespace {
 
-constexpr WebFile kFiles[] = {
+constexpr EmbeddedFile kFiles[] = {
 ${table}};
 
 }  // namespace
 
-const WebFile* find_web_file(std::string_view target) {
+const EmbeddedFile* find_${NAME}(std::string_view target) {
   const std::string_view path = target.substr(0, target.find('?'));
-  const auto* const found = std::ranges::find(kFiles, path, &WebFile::path);
+  const auto* const found = std::ranges::find(kFiles, path, &EmbeddedFile::path);
   return found != std::end(kFiles) ? found : nullptr;
 }
 

@@ -36,3 +36,18 @@ function(lk_program_room directory)
     $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(lk_${name} PRIVATE LKEMU_VERSION="${PROJECT_VERSION}")
 endfunction()
+
+# lk_embed_files(TARGET NAME name HEADER file DIRECTORY dir FILES file...): the files go into the room's library as they
+# are; find_NAME, which HEADER declares, finds them by their path from DIRECTORY.
+function(lk_embed_files target)
+  cmake_parse_arguments(PARSE_ARGV 1 embed "" "NAME;HEADER;DIRECTORY" "FILES")
+  list(TRANSFORM embed_FILES PREPEND ${PROJECT_SOURCE_DIR}/${embed_DIRECTORY}/ OUTPUT_VARIABLE paths)
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/${embed_NAME}s.cpp)
+  add_custom_command(OUTPUT ${out}
+    COMMAND ${CMAKE_COMMAND} -DOUT=${out} -DROOT=${PROJECT_SOURCE_DIR} -DDIR=${embed_DIRECTORY} "-DFILES=${embed_FILES}"
+      -DNAME=${embed_NAME} -DHEADER=${embed_HEADER} -P ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake
+    DEPENDS ${paths} ${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake VERBATIM)
+  target_sources(${target} PRIVATE ${out})
+  # The linker's optimiser would assemble it elsewhere, where the files are not found.
+  set_source_files_properties(${out} PROPERTIES COMPILE_OPTIONS -fno-lto)
+endfunction()

@@ -125,7 +125,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
         view(header[http::field::host]),
         origin != header.end() ? std::optional(view(origin->value())) : std::nullopt,
         offered.empty() ? view(header[http::field::authorization]) : offered};
-    const WebFile* const file = find_web_file(view(header.target()));
+    const EmbeddedFile* const file = find_web_file(view(header.target()));
     // The files of the dashboard are no secret, and a browser has no token before it has them.
     const auto refused = file != nullptr
                              ? refusal({.own_pages_only = entrance_->access.own_pages_only}, shown)
@@ -285,7 +285,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   /// Of a request without a body, or whose body is not of interest.
-  void send_file(const WebFile& file, std::string_view known_etag) {
+  void send_file(const EmbeddedFile& file, std::string_view known_etag) {
     keep_alive_ = parser_->get().keep_alive() && parser_->is_done();
     if (request_.method != "GET") {
       ApiResponse response = error_response(405, "method", "this can be asked for by GET, HEAD");

@@ -59,19 +59,21 @@ struct CampaignApp {
     report->add_option("RESULTS", store, "the file of a campaign")->required();
     add_report_options(*report);
     compare = app.add_subcommand("compare", "tell what is worse than before, case by case");
-    compare->add_option("BEFORE", before, "the file of an earlier campaign of the plan")->required();
+    compare->add_option("BEFORE", before, "the file of an earlier campaign of the plan")
+        ->required();
     compare->add_option("NOW", store, "the file of a later one")->required();
     compare->add_option("--html", reports.html, "write a page, with the report of NOW")
         ->type_name("FILE");
     compare->add_option("--json", reports.json, "write the comparison as JSON")->type_name("FILE");
-    canonical = app.add_subcommand(
-        "export", "print all cases as CSV: the same bytes whoever computed them");
+    canonical = app.add_subcommand("export",
+                                   "print all cases as CSV: the same bytes whoever computed them");
     canonical->add_option("RESULTS", store, "the file of a campaign")->required();
   }
 
  private:
   void add_run_options() {
-    app.add_option("PLAN", plan, "a plan: a file, or the name of a shipped one (docs/campaigns.md)");
+    app.add_option("PLAN", plan,
+                   "a plan: a file, or the name of a shipped one (docs/campaigns.md)");
     app.add_option("-o,--output", output, "results, an SQLite file (default: the plan's name, .db)")
         ->type_name("FILE");
     app.add_option("-j,--jobs", jobs, "cases at once (default: as many as there are processors)")
@@ -144,8 +146,7 @@ void check_options(const CLI::App& app) {
   }
   for (const char* first : {"--case", "--dry-run"}) {
     if (app.count(first) == 0) continue;
-    for (const char* option :
-         {"--resume", "--shard", "--html", "--json", "--junit", "--require"}) {
+    for (const char* option : {"--resume", "--shard", "--html", "--json", "--junit", "--require"}) {
       if (app.count(option) > 0) {
         throw StartError(std::string(option) + ": does not go together with " + first);
       }
@@ -166,8 +167,9 @@ int run_plan(const CampaignApp& given) {
   if (given.dry_run) return tell_cost(plan, given.jobs);
   constexpr std::uint64_t kMany = 1'000'000'000;
   if (plan.head.numbers > kMany && !given.yes) {
-    throw StartError(plan.file.string() + ": has " + std::to_string(plan.head.numbers) +
-                     " cases, more than 1000 million; --yes if they are meant, --dry-run tells why");
+    throw StartError(
+        plan.file.string() + ": has " + std::to_string(plan.head.numbers) +
+        " cases, more than 1000 million; --yes if they are meant, --dry-run tells why");
   }
   CampaignRequest request;
   request.store = given.output.empty() ? fs::path(plan.head.plan_name + ".db") : given.output;

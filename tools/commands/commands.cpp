@@ -4,6 +4,8 @@ namespace lk::emulator {
 namespace {
 
 constexpr Command kCommands[] = {
+    {"campaign", "run many cases of a scenario with faults, and tell what came of them",
+     run_campaigns, campaign_app},
     {"ctl", "inspect and control a running lk-emu", run_ctl, ctl_app},
     {"decode", "explain the frames of a bus, from candump's output", run_decode, decode_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},

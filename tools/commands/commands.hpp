@@ -24,6 +24,9 @@ struct Command {
 /// In the order of listings.
 std::span<const Command> commands();
 
+// campaign_command.cpp
+int run_campaigns(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> campaign_app();
 // ctl_command.cpp
 int run_ctl(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> ctl_app();

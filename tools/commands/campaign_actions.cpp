@@ -1,0 +1,235 @@
+#include "tools/commands/campaign_actions.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <optional>
+
+#include "emulator/files/output_file.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
+#include "emulator/scenario/csv_options.hpp"
+#include "emulator/scenario/scenario_report.hpp"
+#include "emulator/scenario/scenario_runner.hpp"
+#include "tools/campaign/hosts/run_host.hpp"
+#include "tools/campaign/plan/case_files.hpp"
+#include "tools/campaign/plan/sampling.hpp"
+#include "tools/campaign/report/answer_json.hpp"
+#include "tools/campaign/report/answer_junit.hpp"
+#include "tools/campaign/report/answer_page.hpp"
+#include "tools/campaign/report/answer_text.hpp"
+#include "tools/campaign/run/host_runner.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+CaseValues values_of(const Plan& plan, std::uint64_t number) {
+  const CaseNumbers numbers(plan);
+  const std::string name = plan.file.string() + ": ";
+  if (number >= numbers.numbers()) {
+    throw StartError(name + "has no case " + std::to_string(number) + "; they are 0 to " +
+                     std::to_string(numbers.numbers() - 1));
+  }
+  auto values = numbers.values(number);
+  if (!values) throw StartError(name + "case " + std::to_string(number) + " is excluded");
+  return *values;
+}
+
+/// Makes runners for threads: of scenarios, or of the plan's host program.
+std::function<CaseRunner()> runner_of(const Plan& plan, HostReferences& references) {
+  if (!plan.host) {
+    return [&plan] {
+      return [runner = std::make_shared<OfflineRunner>(plan)](std::span<const CaseToRun> cases) {
+        return runner->run(cases);
+      };
+    };
+  }
+  return [&plan, &references] {
+    return [runner = std::make_shared<HostRunner>(plan, references, interruption())](
+               std::span<const CaseToRun> cases) { return runner->run(cases); };
+  };
+}
+
+/// What a plan is wrong with that only a case shows, before anything is written.
+void check_first_case(const Plan& plan) {
+  if (plan.host) check_host(host_setup(plan));
+  const CaseNumbers numbers(plan);
+  for (std::uint64_t n = 0; n < std::min<std::uint64_t>(numbers.numbers(), 1000); ++n) {
+    const auto values = numbers.values(n);
+    if (!values) continue;
+    CaseScenarios scenarios(plan);
+    const CaseGroup group = scenarios.group(*values);
+    scenarios.fault(*values, group.scenario);
+    return;
+  }
+}
+
+CaseStream stream_of(const CampaignStore& store) {
+  return [&store](const std::function<void(const CaseResult&)>& take) { store.for_each(take); };
+}
+
+void write_file(const std::string& path, const char* option, const std::string& text) {
+  if (path.empty()) return;
+  OutputFile file(path, option);
+  file.write(text);
+  file.commit();
+}
+
+/// What is required, checked before anything is run that may take a night.
+std::vector<Threshold> thresholds_of(const CampaignReports& reports, const CampaignHead& head) {
+  std::vector<Threshold> thresholds;
+  for (const std::string& text : reports.require) thresholds.push_back(parse_threshold(text));
+  check_thresholds(answer_of(head, [](const auto&) {}), thresholds);
+  return thresholds;
+}
+
+int report_of(const CampaignStore& store, const std::string& plan_file,
+              const CampaignReports& reports, bool quiet) {
+  const Answer answer = answer_of(store.head(), stream_of(store), plan_file);
+  const auto required = check_thresholds(answer, thresholds_of(reports, store.head()));
+  if (!quiet) std::fputs(answer_text(answer, required).c_str(), stdout);
+  write_file(reports.html, "--html", answer_page(answer, required));
+  write_file(reports.json, "--json", answer_json(answer, required));
+  write_file(reports.junit, "--junit", answer_junit(answer));
+  const bool holds = std::ranges::all_of(required, &ThresholdResult::holds);
+  if (quiet) {
+    for (const ThresholdResult& one : required) {
+      if (!one.holds) std::printf("%s\n", threshold_sentence(one).c_str());
+    }
+  }
+  return holds ? 0 : 1;
+}
+
+std::string dimension_text(const Dimension& dimension) {
+  const ValueSet& set = dimension.values;
+  if (!set.is_listed()) {
+    return fmt::format("{} to {}", value_text(set.least()), value_text(set.most()));
+  }
+  constexpr std::size_t kShown = 8;
+  std::string text = fmt::format("{}: ", set.size());
+  for (std::size_t n = 0; n < std::min(set.size(), kShown); ++n) {
+    text += (n > 0 ? ", " : "") + value_text(set.values()[n]);
+  }
+  return text + (set.size() > kShown ? ", …" : "");
+}
+
+std::string time_words(double seconds) {
+  if (seconds < 120) return fmt::format("{:.3g} s", seconds);
+  if (seconds < 7200) return fmt::format("{:.3g} min", seconds / 60);
+  return fmt::format("{:.3g} h", seconds / 3600);
+}
+
+}  // namespace
+
+int show_case(const Plan& plan, std::uint64_t number, const CaseOutputs& outputs) {
+  const CaseToRun one{number, 0, values_of(plan, number)};
+  CaseScenarios scenarios(plan);
+  const std::string text = scenarios.file_text(one.values, false);
+  if (!outputs.scenario.empty()) write_file(outputs.scenario, "--scenario", text);
+  HostReferences references;
+  const std::vector<CaseResult> results =
+      runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1));
+  if (results.empty()) return 130;
+  std::printf("%s\n", case_sentence(results.front(), plan.head).c_str());
+  if (outputs.csv.empty() && outputs.candump.empty()) return 0;
+  RunOutputs run;
+  if (!outputs.csv.empty()) {
+    run.csv.emplace();
+    run.csv->file = outputs.csv;
+    run.csv->period = row_period(outputs.rate_Hz);
+    run.csv->signals = find_signals(outputs.signals.empty()
+                                        ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
+                                        : outputs.signals);
+  }
+  if (!outputs.candump.empty()) run.frames.candump = outputs.candump;
+  CaseFiles files(plan.scenario_file.parent_path());
+  Scenario scenario =
+      parse_scenario(text, plan.scenario_file.string(), std::nullopt, files.files());
+  std::fputs(report_text(run_scenario(std::move(scenario), run), false, Language::kEnglish).c_str(),
+             stdout);
+  return 0;
+}
+
+int tell_cost(const Plan& plan, int jobs) {
+  check_first_case(plan);
+  const CaseNumbers numbers(plan);
+  const auto sampling = kSamplingWords[static_cast<std::size_t>(plan.head.sampling)];
+  std::printf("%s: %lu cases, sampling %s, scenario %s\n", plan.head.plan_name.c_str(),
+              static_cast<unsigned long>(plan.head.cases), std::string(sampling).c_str(),
+              plan.scenario_file.filename().c_str());
+  if (plan.head.cases < plan.head.numbers) {
+    std::printf("  %lu more are excluded\n",
+                static_cast<unsigned long>(plan.head.numbers - plan.head.cases));
+  }
+  for (const Dimension& dimension : plan.dimensions) {
+    std::printf("  %-36s %s\n", dimension.name.c_str(), dimension_text(dimension).c_str());
+  }
+  // A few, spread over all of them.
+  constexpr std::uint64_t kTried = 64;
+  const std::uint64_t tried = plan.host ? static_cast<std::uint64_t>(jobs) : kTried;
+  std::vector<CaseToRun> some;
+  for (std::uint64_t n = 0; n < tried; ++n) {
+    const std::uint64_t number = numbers.numbers() / tried * n;
+    if (auto values = numbers.values(number)) some.push_back({number, 0, std::move(*values)});
+  }
+  HostReferences references;
+  const auto began = std::chrono::steady_clock::now();
+  runner_of(plan, references)()(some);
+  const double each_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
+      static_cast<double>(some.size());
+  std::printf("about %.3g cases/s for each of %d jobs (%zu tried): %s\n", 1 / each_s, jobs,
+              some.size(),
+              time_words(each_s * static_cast<double>(plan.head.cases) / jobs).c_str());
+  return 0;
+}
+
+int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request) {
+  check_first_case(plan);
+  thresholds_of(request.reports, plan.head);
+  CampaignStore store = request.resume && fs::exists(request.store)
+                            ? CampaignStore::resume(request.store, plan.head)
+                            : CampaignStore::create(request.store, plan.head);
+  HostReferences references;
+  const CampaignEnd end = run_campaign(plan, store, request.options, runner_of(plan, references));
+  const std::string name = on_one_line(request.store.string());
+  if (end.interrupted) {
+    const Shard& shard = request.options.shard;
+    const std::string part =
+        shard.of > 1 ? fmt::format(" --shard {}/{}", shard.index, shard.of) : "";
+    std::fprintf(stderr,
+                 "lk-emu: stopped after %lu cases, all kept in %s; lk-emu campaign %s -o %s%s "
+                 "--resume goes on\n",
+                 static_cast<unsigned long>(end.before + end.ran), name.c_str(),
+                 on_one_line(given).c_str(), name.c_str(), part.c_str());
+    return 130;
+  }
+  if (!request.quiet) {
+    std::printf("%s: %lu cases in %s, %.3g/s; %s\n", plan.head.plan_name.c_str(),
+                static_cast<unsigned long>(end.ran), time_words(end.wall_s).c_str(),
+                static_cast<double>(end.ran) / std::max(end.wall_s, 1e-9), name.c_str());
+  }
+  return report_of(store, given, request.reports, request.quiet);
+}
+
+int report_results(const fs::path& store, const CampaignReports& reports, bool quiet) {
+  return report_of(CampaignStore::read(store), "", reports, quiet);
+}
+
+int compare_results(const fs::path& before, const fs::path& now, const CampaignReports& reports) {
+  const CampaignStore old_store = CampaignStore::read(before);
+  const CampaignStore new_store = CampaignStore::read(now);
+  const Comparison comparison = compare_campaigns(old_store.head(), stream_of(old_store),
+                                                  new_store.head(), stream_of(new_store));
+  const Answer answer = answer_of(new_store.head(), stream_of(new_store));
+  std::fputs(comparison_text(comparison, answer.plan_file).c_str(), stdout);
+  write_file(reports.html, "--html", answer_page(answer, {}, &comparison));
+  write_file(reports.json, "--json", comparison_json(comparison));
+  return comparison.is_worse() ? 1 : 0;
+}
+
+}  // namespace lk::emulator
