@@ -163,4 +163,11 @@ void OutputFile::fail(int error) const {
                    std::strerror(error));
 }
 
+void write_output(const std::filesystem::path& path, const std::string& option,
+                  const std::string& text) {
+  OutputFile file(path, option);
+  file.write(text);
+  file.commit();
+}
+
 }  // namespace lk::emulator

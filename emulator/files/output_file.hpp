@@ -36,4 +36,8 @@ class OutputFile {
   int error_ = 0;
 };
 
+/// All of `text` as such a file. Throws StartError.
+void write_output(const std::filesystem::path& path, const std::string& option,
+                  const std::string& text);
+
 }  // namespace lk::emulator

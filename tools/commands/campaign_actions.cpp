@@ -72,13 +72,6 @@ CaseStream stream_of(const CampaignStore& store) {
   return [&store](const std::function<void(const CaseResult&)>& take) { store.for_each(take); };
 }
 
-void write_file(const std::string& path, const char* option, const std::string& text) {
-  if (path.empty()) return;
-  OutputFile file(path, option);
-  file.write(text);
-  file.commit();
-}
-
 /// What is required, checked before anything is run that may take a night.
 std::vector<Threshold> thresholds_of(const CampaignReports& reports, const CampaignHead& head) {
   std::vector<Threshold> thresholds;
@@ -92,9 +85,9 @@ int report_of(const CampaignStore& store, const std::string& plan_file,
   const Answer answer = answer_of(store.head(), stream_of(store), plan_file);
   const auto required = check_thresholds(answer, thresholds_of(reports, store.head()));
   if (!quiet) std::fputs(answer_text(answer, required).c_str(), stdout);
-  write_file(reports.html, "--html", answer_page(answer, required));
-  write_file(reports.json, "--json", answer_json(answer, required));
-  write_file(reports.junit, "--junit", answer_junit(answer));
+  if (!reports.html.empty()) write_output(reports.html, "--html", answer_page(answer, required));
+  if (!reports.json.empty()) write_output(reports.json, "--json", answer_json(answer, required));
+  if (!reports.junit.empty()) write_output(reports.junit, "--junit", answer_junit(answer));
   const bool holds = std::ranges::all_of(required, &ThresholdResult::holds);
   if (quiet) {
     for (const ThresholdResult& one : required) {
@@ -105,7 +98,7 @@ int report_of(const CampaignStore& store, const std::string& plan_file,
 }
 
 std::string dimension_text(const Dimension& dimension) {
-  const ValueSet& set = dimension.values;
+  const DimensionValues& set = dimension.values;
   if (!set.is_listed()) {
     return fmt::format("{} to {}", value_text(set.least()), value_text(set.most()));
   }
@@ -129,7 +122,7 @@ int show_case(const Plan& plan, std::uint64_t number, const CaseOutputs& outputs
   const CaseToRun one{number, 0, values_of(plan, number)};
   CaseScenarios scenarios(plan);
   const std::string text = scenarios.file_text(one.values, false);
-  if (!outputs.scenario.empty()) write_file(outputs.scenario, "--scenario", text);
+  if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
   HostReferences references;
   const std::vector<CaseResult> results =
       runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1));
@@ -227,8 +220,10 @@ int compare_results(const fs::path& before, const fs::path& now, const CampaignR
                                                   new_store.head(), stream_of(new_store));
   const Answer answer = answer_of(new_store.head(), stream_of(new_store));
   std::fputs(comparison_text(comparison, answer.plan_file).c_str(), stdout);
-  write_file(reports.html, "--html", answer_page(answer, {}, &comparison));
-  write_file(reports.json, "--json", comparison_json(comparison));
+  if (!reports.html.empty()) {
+    write_output(reports.html, "--html", answer_page(answer, {}, &comparison));
+  }
+  if (!reports.json.empty()) write_output(reports.json, "--json", comparison_json(comparison));
   return comparison.is_worse() ? 1 : 0;
 }
 

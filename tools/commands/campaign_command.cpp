@@ -172,7 +172,7 @@ int run_plan(const CampaignApp& given) {
         " cases, more than 1000 million; --yes if they are meant, --dry-run tells why");
   }
   CampaignRequest request;
-  request.store = given.output.empty() ? fs::path(plan.head.plan_name + ".db") : given.output;
+  request.store = given.output.empty() ? plan.head.plan_name + ".db" : given.output;
   request.resume = given.resume;
   request.options.jobs = given.jobs;
   if (!given.shard.empty()) request.options.shard = read_shard(given.shard);

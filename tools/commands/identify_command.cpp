@@ -93,12 +93,6 @@ Profile base_profile(const IdentifyApp& given) {
   }
 }
 
-void write_file(const std::string& path, const char* option, const std::string& text) {
-  OutputFile file(path, option);
-  file.write(text);
-  file.commit();
-}
-
 int write_plan(const IdentifyApp& given, const Profile& base) {
   if (!given.logs.empty()) throw StartError("identify: a log or --plan, not both");
   for (const char* option : {"--output", "--report", "--expect"}) {
@@ -117,7 +111,7 @@ int write_plan(const IdentifyApp& given, const Profile& base) {
     throw StartError(std::string("--generation: ") + problem.what());
   }
   const PlanLimits limits = plan_limits(base);
-  write_file(given.plan, "--plan", plan_script(servo, given.motor, limits));
+  write_output(given.plan, "--plan", plan_script(servo, given.motor, limits));
   std::printf("%s\n",
               fmt::format("{} moves drive {} for 30 s, with up to {:.2f} A and {:.0f} dps of its "
                           "rotor; it asks before it moves.\nIts shaft must be free.",
@@ -168,7 +162,7 @@ void write_motor(const IdentifyApp& given, const IdentifiedDrive& drive) {
     throw StartError(std::string("identify: the log gives a motor that cannot be: ") +
                      problem.what());
   }
-  write_file(given.output, "--output", text);
+  write_output(given.output, "--output", text);
 }
 
 int compare(const IdentifyApp& given, const IdentifiedDrive& drive,
@@ -215,7 +209,7 @@ int read_logs(const IdentifyApp& given, const Profile& base) {
     std::fputs(identified_table_text(drive).c_str(), stdout);
   }
   if (!given.report.empty()) {
-    write_file(given.report, "--report", identified_report(drives, given.logs));
+    write_output(given.report, "--report", identified_report(drives, given.logs));
   }
   if (!given.output.empty()) write_motor(given, drives.front());
   return given.expect.empty() ? 0 : compare(given, drives.front(), expected);

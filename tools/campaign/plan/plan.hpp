@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "model/setpoint.hpp"
-#include "tools/campaign/plan/value_set.hpp"
+#include "tools/campaign/plan/dimension_values.hpp"
 #include "tools/campaign/results/case_result.hpp"
 
 namespace lk::emulator {
@@ -43,7 +43,7 @@ struct Dimension {
   Target target = Target::kFaultKind;
   std::string kind;  // of kFaultParam: the fault that it is of
   std::string key;   // of kFaultParam, kLoad, kHost
-  ValueSet values;
+  DimensionValues values;
   bool least_is_to = false;  // the harmless end
 };
 

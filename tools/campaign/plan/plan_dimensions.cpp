@@ -27,7 +27,8 @@ struct Allowed {
 
 Dimension named(const std::string& name, Target target, std::string kind = "",
                 std::string key = "") {
-  return {name, target, std::move(kind), std::move(key), ValueSet::listed({CaseValue(0.0)}), false};
+  return {name, target, std::move(kind), std::move(key), DimensionValues::listed({CaseValue(0.0)}),
+          false};
 }
 
 std::vector<Allowed> simple_dimensions() {
@@ -112,13 +113,13 @@ class ValuesReader {
                const std::vector<std::string>& kinds)
       : node_(node), file_(std::move(file)), allowed_(allowed), kinds_(kinds) {}
 
-  ValueSet read() const {
+  DimensionValues read() const {
     if (const auto* word = node_.as_string();
         word != nullptr && **word == "all" && !allowed_.words.empty()) {
-      return ValueSet::listed(all_words());
+      return DimensionValues::listed(all_words());
     }
     if (const auto* table = node_.as_table()) return read_table(*table);
-    return ValueSet::listed(read_list(node_));
+    return DimensionValues::listed(read_list(node_));
   }
   bool least_is_to() const {
     const auto* table = node_.as_table();
@@ -186,17 +187,17 @@ class ValuesReader {
     }
     return number;
   }
-  ValueSet read_table(const toml::table& table) const {
+  DimensionValues read_table(const toml::table& table) const {
     check_keys(table);
     if (const toml::node* values = table.get("values")) return weighted(table, *values);
     if (!allowed_.words.empty()) fail(table, "must be a word or a list of words");
     const toml::node* const from = table.get("from");
     const toml::node* const to = table.get("to");
     if (from == nullptr || to == nullptr) fail(table, "a range needs from and to");
-    ValueSet::Range range{.from = read_number(*from),
-                          .to = read_number(*to),
-                          .mean = std::nullopt,
-                          .rounding = allowed_.rounding};
+    DimensionValues::Range range{.from = read_number(*from),
+                                 .to = read_number(*to),
+                                 .mean = std::nullopt,
+                                 .rounding = allowed_.rounding};
     if (!(range.from < range.to)) fail(*to, "the range is empty: to must be above from");
     if (table.get("step") != nullptr) return stepped(table, range);
     range.log = table["log"].value_or(false);
@@ -210,7 +211,7 @@ class ValuesReader {
     } else if (table.get("sd") != nullptr) {
       fail(table, "sd needs mean");
     }
-    return ValueSet::ranged(range);
+    return DimensionValues::ranged(range);
   }
   void check_keys(const toml::table& table) const {
     const std::vector<std::string> known = {"from", "to",     "step",    "log",  "mean",
@@ -225,7 +226,7 @@ class ValuesReader {
       }
     }
   }
-  ValueSet weighted(const toml::table& table, const toml::node& values) const {
+  DimensionValues weighted(const toml::table& table, const toml::node& values) const {
     std::vector<CaseValue> list = read_list(values);
     std::vector<double> weights;
     const toml::array* const given = table["weights"].as_array();
@@ -239,9 +240,9 @@ class ValuesReader {
     if (std::ranges::all_of(weights, [](double weight) { return weight == 0; })) {
       fail(*given, "all weights are 0");
     }
-    return ValueSet::listed(std::move(list), std::move(weights));
+    return DimensionValues::listed(std::move(list), std::move(weights));
   }
-  ValueSet stepped(const toml::table& table, const ValueSet::Range& range) const {
+  DimensionValues stepped(const toml::table& table, const DimensionValues::Range& range) const {
     constexpr double kMostSteps = 1e6;
     for (const char* key : {"log", "mean", "sd"}) {
       if (table.contains(key)) fail(table, std::string(key) + " does not go together with step");
@@ -257,7 +258,7 @@ class ValuesReader {
       const double raw = range.from + n * *step;
       values.emplace_back(std::round(raw * 1e9) / 1e9);
     }
-    return ValueSet::listed(std::move(values));
+    return DimensionValues::listed(std::move(values));
   }
 
   const toml::node& node_;

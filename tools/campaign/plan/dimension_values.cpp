@@ -1,4 +1,4 @@
-#include "tools/campaign/plan/value_set.hpp"
+#include "tools/campaign/plan/dimension_values.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
@@ -28,26 +28,27 @@ double number(const CaseValue& value) { return std::get<double>(value); }
 
 }  // namespace
 
-ValueSet ValueSet::listed(std::vector<CaseValue> values, std::vector<double> weights) {
+DimensionValues DimensionValues::listed(std::vector<CaseValue> values,
+                                        std::vector<double> weights) {
   assert(!values.empty() && (weights.empty() || weights.size() == values.size()));
-  ValueSet set;
+  DimensionValues set;
   set.values_ = std::move(values);
   set.weights_ = std::move(weights);
   return set;
 }
 
-ValueSet ValueSet::ranged(const Range& range) {
+DimensionValues DimensionValues::ranged(const Range& range) {
   assert(range.from < range.to && (!range.log || range.from > 0));
-  ValueSet set;
+  DimensionValues set;
   set.range_ = range;
   return set;
 }
 
-bool ValueSet::has_words() const {
+bool DimensionValues::has_words() const {
   return is_listed() && std::holds_alternative<std::string>(values_.front());
 }
 
-CaseValue ValueSet::quantile(double u) const {
+CaseValue DimensionValues::quantile(double u) const {
   if (is_listed()) {
     if (weights_.empty()) {
       return values_[std::min(static_cast<std::size_t>(u * static_cast<double>(size())),
@@ -74,7 +75,7 @@ CaseValue ValueSet::quantile(double u) const {
   return std::clamp(rounded_to(value, rounding), from, to);
 }
 
-double ValueSet::place_of(const CaseValue& value) const {
+double DimensionValues::place_of(const CaseValue& value) const {
   if (is_listed()) {
     double below = 0;
     double all = 0;
@@ -94,12 +95,12 @@ double ValueSet::place_of(const CaseValue& value) const {
   return (number(value) - from) / (to - from);
 }
 
-double ValueSet::least() const {
+double DimensionValues::least() const {
   if (!is_listed()) return range_.from;
   return number(*std::ranges::min_element(values_, {}, number));
 }
 
-double ValueSet::most() const {
+double DimensionValues::most() const {
   if (!is_listed()) return range_.to;
   return number(*std::ranges::max_element(values_, {}, number));
 }

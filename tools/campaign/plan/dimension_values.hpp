@@ -14,10 +14,10 @@ namespace lk::emulator {
 enum class Rounding : std::uint8_t { kFigures, kMilliseconds, kWhole };
 
 /// What a dimension may be: a list of words or numbers, or a range with a distribution.
-class ValueSet {
+class DimensionValues {
  public:
   /// A list; all of a kind. `weights` are empty (all alike) or one a value, ≥ 0, not all 0.
-  static ValueSet listed(std::vector<CaseValue> values, std::vector<double> weights = {});
+  static DimensionValues listed(std::vector<CaseValue> values, std::vector<double> weights = {});
   struct Range {
     double from = 0, to = 0;     // from < to
     bool log = false;            // evenly in the logarithm; from > 0
@@ -25,7 +25,7 @@ class ValueSet {
     double sd = 1;
     Rounding rounding = Rounding::kFigures;
   };
-  static ValueSet ranged(const Range& range);
+  static DimensionValues ranged(const Range& range);
 
   bool is_listed() const { return !values_.empty(); }
   bool has_words() const;
