@@ -33,9 +33,10 @@ DriveBank moving_drives(std::size_t count, NamedKernel kernel) {
   return bank;
 }
 
-void run(benchmark::State& state, NamedKernel kernel) {
+void run(benchmark::State& state, NamedKernel kernel, const Faults& faults = {}) {
   const auto drives = static_cast<std::size_t>(state.range(0));
   DriveBank bank = moving_drives(drives, kernel);
+  for (std::size_t n = 0; n < drives; n += 4) bank.set_faults(n, faults);
   constexpr std::int64_t kTicks = 1024;
   for (auto _ : state) {
     bank.advance(kTicks);
@@ -59,5 +60,13 @@ void BM_TickKernel(benchmark::State& state, const char* name) {
 BENCHMARK_CAPTURE(BM_TickKernel, baseline, "baseline")->Arg(32);
 BENCHMARK_CAPTURE(BM_TickKernel, avx2, "avx2")->Arg(32);
 BENCHMARK_CAPTURE(BM_TickKernel, avx512, "avx512")->Arg(32);
+
+/// Every fourth drive has a fault that its tick has to know: its encoder shows anything.
+void BM_TickFaulty(benchmark::State& state) {
+  Faults faults;
+  faults.encoder = EncoderFault::kGarbage;
+  run(state, best_lane_kernel(), faults);
+}
+BENCHMARK(BM_TickFaulty)->Arg(1)->Arg(32);
 
 }  // namespace

@@ -38,21 +38,24 @@ Dq<double> slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
           (v_dq.q - in.R_s * i.q - in.omega_e * (in.L_d * i.d + in.psi_f)) / in.L_q};
 }
 
-/// d(i_n)/dt of one phase, the rotation of the axes included.
+/// d(i_n)/dt of one phase, the rotation of the axes included. Which one is known to the compiler:
+/// numbers that are stored by an index have to be waited for.
+template <std::size_t n>
 double phase_slope(const LegBridgeInput& in, const Dq<double>& i, const Phases& v,
-                   const std::array<SinCos<double>, 3>& axes, std::size_t n) {
+                   const std::array<SinCos<double>, 3>& axes) {
   const Dq<double> di = slope(in, i, v, axes[0]);
   return di.d * axes[n].cos - di.q * axes[n].sin -
          in.omega_e * (i.d * axes[n].sin + i.q * axes[n].cos);
 }
 
 /// The voltage at which a floating phase keeps its zero current: its slope is affine in it.
+template <std::size_t n>
 double floating_voltage(const LegBridgeInput& in, const Dq<double>& i, Phases v,
-                        const std::array<SinCos<double>, 3>& axes, std::size_t n) {
+                        const std::array<SinCos<double>, 3>& axes) {
   v[n] = 0.0;
-  const double at_zero = phase_slope(in, i, v, axes, n);
+  const double at_zero = phase_slope<n>(in, i, v, axes);
   v[n] = 1.0;
-  const double per_volt = phase_slope(in, i, v, axes, n) - at_zero;
+  const double per_volt = phase_slope<n>(in, i, v, axes) - at_zero;
   return -at_zero / per_volt;
 }
 
@@ -127,32 +130,40 @@ using Terminals = std::array<Terminal, 3>;
 
 Phases voltages(const Terminals& t) { return {t[0].v, t[1].v, t[2].v}; }
 
-/// Terminals of a pattern; a floating phase pushed beyond what its diodes block joins the pattern.
+/// The terminal of phase n, which floats; pushed beyond what its diodes block it joins the pattern.
+template <std::size_t n>
+void float_phase(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
+                 const std::array<SinCos<double>, 3>& axes, Pattern& pattern, Terminals& result) {
+  result[n].v = floating_voltage<n>(in, i, voltages(result), axes);
+  if (legs[n].kind != Leg::Kind::kDiodes) {
+    return;
+  }
+  for (const int direction : {-1, 1}) {
+    const Terminal blocked = terminal(in, legs[n], 0.0, direction);
+    if ((result[n].v - blocked.v) * direction < 0.0) {
+      pattern[n] = direction;
+      result[n] = blocked;
+      break;
+    }
+  }
+}
+
+/// Terminals of a pattern, in which one phase at most floats.
 Terminals terminals(const LegBridgeInput& in, const Legs& legs, const Dq<double>& i,
                     const std::array<SinCos<double>, 3>& axes, Pattern& pattern) {
   const Phases current = to_phases(i, axes);
   Terminals result{};
-  std::size_t floating = 3;
   for (std::size_t n = 0; n < 3; ++n) {
-    if (pattern[n] == 0) {
-      floating = n;
-    } else {
+    if (pattern[n] != 0) {
       result[n] = terminal(in, legs[n], current[n], pattern[n]);
     }
   }
-  if (floating < 3) {
-    const Leg& leg = legs[floating];
-    result[floating].v = floating_voltage(in, i, voltages(result), axes, floating);
-    if (leg.kind == Leg::Kind::kDiodes) {
-      for (const int direction : {-1, 1}) {
-        const Terminal blocked = terminal(in, leg, 0.0, direction);
-        if ((result[floating].v - blocked.v) * direction < 0.0) {
-          pattern[floating] = direction;
-          result[floating] = blocked;
-          break;
-        }
-      }
-    }
+  if (pattern[0] == 0) {
+    float_phase<0>(in, legs, i, axes, pattern, result);
+  } else if (pattern[1] == 0) {
+    float_phase<1>(in, legs, i, axes, pattern, result);
+  } else if (pattern[2] == 0) {
+    float_phase<2>(in, legs, i, axes, pattern, result);
   }
   return result;
 }
@@ -190,15 +201,17 @@ Legs open_switches(double v_diode) {
   return {leg, leg, leg};
 }
 
-LegBridgeStep leg_bridge(const LegBridgeInput& in, const Legs& legs) {
+[[gnu::flatten]] LegBridgeStep leg_bridge(const LegBridgeInput& in, const Legs& legs) {
   constexpr double kShare = 1.0 / kSubsteps;
   const double dt = in.T_s * kShare;
   WindingStep<double> step{};
   double cut = 0.0;          // J
   double p_backwards = 0.0;  // W, of diodes in the moment in which their current reverses
   Dq<double> i = in.i;
+  auto axes_end = phase_axes(in.theta_e);
   for (int k = 0; k < kSubsteps; ++k) {
-    const auto axes = phase_axes(in.theta_e + in.omega_e * dt * k);
+    const auto axes = axes_end;
+    axes_end = phase_axes(in.theta_e + in.omega_e * dt * (k + 1));
     const double slack = k == 0 ? in.slack * (std::abs(i.d) + std::abs(i.q)) : 0.0;
     Pattern pattern = conducting(legs, to_phases(i, axes), kZeroCurrent + slack);
     if (!carries_current(pattern)) {
@@ -217,7 +230,6 @@ LegBridgeStep leg_bridge(const LegBridgeInput& in, const Legs& legs) {
     const Terminals t_middle = terminals(in, legs, middle, axes_middle, pattern_middle);
     const Dq<double> k2 = slope(in, middle, voltages(t_middle), axes_middle[0]);
 
-    const auto axes_end = phase_axes(in.theta_e + in.omega_e * dt * (k + 1));
     const Dq<double> free_end{i.d + dt * k2.d, i.q + dt * k2.q};
     const Phases end = without_reversals(to_phases(free_end, axes_end), legs, pattern_middle);
     i = to_dq(end, axes_end[0]);

@@ -171,10 +171,46 @@ TEST_P(Kernels, GiveTheSameBits) {
   }
   EXPECT_EQ(mixed_run(kCompany, kernel), mixed_run(kCompany, lane_kernel("baseline")));
   EXPECT_EQ(mixed_run({4}, kernel), mixed_run({4}, lane_kernel("baseline"))) << "alone";
+  const auto broken = [](const NamedKernel& with) {
+    return mixed_run(kCompany, with, kStretchTicks, true);
+  };
+  EXPECT_EQ(broken(kernel), broken(lane_kernel("baseline"))) << "faulty";
 }
 
 INSTANTIATE_TEST_SUITE_P(Determinism, Kernels, testing::Values("avx2", "avx512"),
                          [](const auto& name) { return std::string(name.param); });
+
+/// Drives of several banks, some of them faulty, become one bank; some of that become another.
+TEST(Determinism, DrivesGoOnTheSameInAnotherBank) {
+  for (const char* const name : {"baseline", "avx2", "avx512"}) {
+    const NamedKernel kernel = lane_kernel(name);
+    if (kernel.run == nullptr) continue;
+    std::vector<DriveBank> banks;
+    for (const std::vector<int>& kinds : {std::vector{0, 2}, {5}, {1, 3, 4, 6, 7, 8, 9, 10, 11}}) {
+      std::vector<DriveInit> inits;
+      for (const int kind : kinds) inits.push_back(mixed_drive(kind));
+      banks.emplace_back(inits, kernel);
+      for (std::size_t n = 0; n < kinds.size(); ++n) {
+        banks.back().command(n, Speed{20.0});
+        if (n == 1) banks.back().set_faults(n, mixed_faults(kinds[n]));
+      }
+      banks.back().advance(1001);
+    }
+    const std::vector<DriveOf> all{{&banks[2], 8}, {&banks[0], 0}, {&banks[1], 0},
+                                   {&banks[2], 1}, {&banks[0], 1}, {&banks[2], 5}};
+    DriveBank together(all);
+    DriveBank one({{DriveOf{&together, 3}}});
+    EXPECT_EQ(one.ticks(), 1001);
+    together.advance(1500);
+    one.advance(1500);
+    for (DriveBank& bank : banks) bank.advance(1500);
+    for (std::size_t n = 0; n < all.size(); ++n) {
+      EXPECT_EQ(bits_of(together, n), bits_of(*all[n].bank, all[n].drive)) << name << ' ' << n;
+    }
+    EXPECT_EQ(bits_of(one, 0), bits_of(together, 3)) << name;
+    EXPECT_EQ(one.faults(0), banks[2].faults(1)) << name;
+  }
+}
 
 TEST(Determinism, ACopyGoesOnLikeTheOriginal) {
   const std::vector<int> kinds{4, 8, 11};
