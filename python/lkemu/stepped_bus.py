@@ -7,8 +7,11 @@ from typing import Any, Iterator, Optional
 from .clock import Clock, Duration, seconds
 
 
-# Of the wall clock. python-can's slcan looks at one line in recv(0), which may be that a frame has been taken.
-GLANCE_S = 0.001
+def has_more(bus: Any) -> bool:
+    """Lines of python-can's slcan that have come and were not looked at: it looks at one at a time, and that may be
+    the one which says that a frame was taken."""
+    port = getattr(bus, "serialPortOrig", None)
+    return port is not None and (b"\r" in getattr(bus, "_buffer", b"") or bool(port.in_waiting))
 
 
 class SteppedBus:
@@ -20,13 +23,14 @@ class SteppedBus:
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms") -> None:
         self.bus, self.clock = bus, clock
         self._step_s = seconds(step)
-        self._glance_s = GLANCE_S if type(bus).__name__ == "slcanBus" else 0
 
     def recv(self, timeout: Optional[float] = None) -> Optional[Any]:
         """The next frame, or None after `timeout` seconds of the drives' time; without it, waits on."""
         left_s = float("inf") if timeout is None else timeout
         while True:
-            message = self.bus.recv(self._glance_s)
+            message = self.bus.recv(0)
+            while message is None and has_more(self.bus):
+                message = self.bus.recv(0)
             if message is not None or left_s <= 0:
                 return message
             step_s = min(self._step_s, left_s)

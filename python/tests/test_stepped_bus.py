@@ -53,3 +53,27 @@ def test_without_a_timeout_it_waits_on_and_the_rest_is_the_bus():
     assert bus.channel_info == "a bus"
     bus.send("another")
     assert next(iter(bus)) == "another"
+
+
+def test_of_lines_that_are_no_frames_none_is_waited_for():
+    class Port:
+        in_waiting = 0
+
+    class Slcan(Bus):
+        """As python-can's: what has come is looked at line by line."""
+
+        serialPortOrig = Port()
+
+        def __init__(self, clock):
+            super().__init__(clock)
+            self._buffer = bytearray(b"\rz\rt1410\r")
+
+        def recv(self, timeout):
+            assert timeout == 0, "waiting is not the bus's"
+            line, _, rest = self._buffer.partition(b"\r")
+            self._buffer[:] = rest
+            return "frame" if line.startswith(b"t") else None
+
+    clock = Clock()
+    assert lkemu.SteppedBus(Slcan(clock), clock).recv(1.0) == "frame"
+    assert clock.time_s == 0

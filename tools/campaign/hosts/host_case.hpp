@@ -92,7 +92,10 @@ struct HostRun {
     kTimeout,  // it hung, and was killed
   };
   End end = End::kExit;
-  int status = 0;       // exit status, or the signal
+  int status = 0;  // exit status, or the signal
+  // Since the scenario began: the scenario comes first, by less than a millisecond on a machine
+  // that has time. Stepped: 0.
+  SimTime started_at{0};
   SimTime ended_at{0};  // since the scenario began; may be after its end
   std::optional<HostNotice> noticed;
   HostVerdict verdict;

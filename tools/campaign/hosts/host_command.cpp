@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <map>
 #include <string_view>
+#include <utility>
 
 #include "emulator/ground/start_error.hpp"
 
@@ -60,6 +61,25 @@ bool can_be_run(const fs::path& file) {
 
 }  // namespace
 
+std::vector<std::string> command_words(std::string_view line) {
+  std::vector<std::string> words;
+  char quote = 0;
+  bool in_word = false;
+  for (const char c : line) {
+    if (quote != 0 ? c == quote : c == '\'' || c == '"') {
+      quote = quote != 0 ? 0 : c;
+      if (!std::exchange(in_word, true)) words.emplace_back();
+    } else if (quote == 0 && (c == ' ' || c == '\t' || c == '\n')) {
+      in_word = false;
+    } else {
+      if (!std::exchange(in_word, true)) words.emplace_back();
+      words.back() += c;
+    }
+  }
+  if (quote != 0) throw StartError(std::string("host: command: no end of ") + quote);
+  return words;
+}
+
 std::vector<std::string> filled_in(const HostSetup& setup, const HostCase& one, const HostBus& bus,
                                    const std::string& control) {
   std::map<std::string, std::string> values = {{"bus", bus.name()},
@@ -112,9 +132,11 @@ Program host_program(const HostSetup& setup, const HostCase& one, const HostBus&
 Program emulator_program(const HostSetup& setup, const HostCase& one, const HostBus& bus,
                          const std::string& control) {
   Program program;
-  program.path =
-      setup.program.empty() ? fs::read_symlink("/proc/self/exe").string() : setup.program.string();
-  std::vector<std::string> words = {program.path,
+  // This very program, whatever has come in its place since it began.
+  constexpr const char* kThisProgram = "/proc/self/exe";
+  const fs::path name = setup.program.empty() ? fs::read_symlink(kThisProgram) : setup.program;
+  program.path = setup.program.empty() ? kThisProgram : name.string();
+  std::vector<std::string> words = {name.string(),
                                     "--rom",
                                     ":memory:",
                                     "--control",

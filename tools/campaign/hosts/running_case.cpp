@@ -27,8 +27,8 @@ using What = CaseKeeper::What;
 constexpr auto kStartPatience = std::chrono::seconds(60);
 /// For an answer of lk-emu; the rest of a long scenario may have to pass before it.
 constexpr auto kAnswerPatience = std::chrono::seconds(600);
-/// With it, the paths of sockets in there fit.
-constexpr std::size_t kLongestDirectory = 80;
+/// Of what is above it: the path of a terminal in there has to fit into the name of a bus.
+constexpr std::size_t kLongestDirectory = 60;
 /// A scenario is over when its last instant is; what is rounded may be before.
 constexpr double kBeyondEnd_s = 0.001;
 
@@ -73,6 +73,7 @@ RunningCase::RunningCase(const HostSetup& setup, const HostCase& one, std::strin
   // The log is asked for when something is wrong; a pipe that nobody reads would stop it.
   const Descriptor log(
       ::open((directory_.path() / "log").c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
+  if (!log) throw StartError(directory_.path().string() + ": " + reason_of(errno));
   Program emulator = emulator_program(setup, one, bus_, control.string());
   emulator.out = said_.to.get();
   emulator.error = log.get();
@@ -100,6 +101,7 @@ std::optional<HostRun> RunningCase::run_host() {
   begin_scenario(case_.scenario_toml);
   const auto began = Clock::now();
   keeper_->start_host();
+  run.started_at = now();
   if (!wait_for_host(run)) return std::nullopt;
   run.wall_s = std::chrono::duration<double>(Clock::now() - began).count();
   take_output();

@@ -14,6 +14,7 @@
 
 #include "emulator/ground/start_error.hpp"
 #include "tests/tools/campaign/hosts/hosts_support.hpp"
+#include "tools/campaign/hosts/host_command.hpp"
 
 namespace lk::emulator::hosts_test {
 namespace {
@@ -159,6 +160,16 @@ TEST(RunHost, RefusesWhatCannotBe) {
     EXPECT_EQ(std::string(problem.what()),
               "host: command: {host.gain} has no value: it is no dimension");
   }
+}
+
+TEST(RunHost, ACommandLineIsItsWords) {
+  using Words = std::vector<std::string>;
+  EXPECT_EQ(command_words("python3  my_host.py --gain {host.gain}\n"),
+            (Words{"python3", "my_host.py", "--gain", "{host.gain}"}));
+  EXPECT_EQ(command_words(R"(sh -c 'echo "$1" *' "" a"b c"'d')"),
+            (Words{"sh", "-c", "echo \"$1\" *", "", "ab cd"}));
+  EXPECT_EQ(command_words(" "), Words{});
+  EXPECT_THROW(command_words("echo 'no end"), StartError);
 }
 
 /// What is wrong with a case is told with its number, as lk-emu tells it.
