@@ -25,6 +25,11 @@ int give_name(const fs::path& from, const fs::path& to) {
                                                                                           : errno;
 }
 
+int sync(const fs::path& path) {
+  const Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return opened && ::fsync(opened.get()) == 0 ? 0 : errno;
+}
+
 }  // namespace
 
 NewFile::NewFile(const fs::path& path) : path_(path), unfinished_(path) {
@@ -37,17 +42,12 @@ NewFile::NewFile(const fs::path& path) : path_(path), unfinished_(path) {
   if (!file) fail(errno);
 }
 
-NewFile::~NewFile() {
-  ::unlink(unfinished_.c_str());
-  ::unlink((unfinished_.string() + "-journal").c_str());
-}
+NewFile::~NewFile() { ::unlink(unfinished_.c_str()); }
 
 void NewFile::finish() {
-  const int error = give_name(unfinished_, path_);
-  if (error != 0) fail(error);
-  const fs::path directory = path_.has_parent_path() ? path_.parent_path() : ".";
-  const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened) ::fsync(opened.get());  // where it can be made durable
+  if (const int error = sync(unfinished_)) fail(error);
+  if (const int error = give_name(unfinished_, path_)) fail(error);
+  sync(path_.has_parent_path() ? path_.parent_path() : ".");  // not every file system can
 }
 
 void NewFile::fail(int error) const {

@@ -17,7 +17,8 @@ class NewFile {
 
   /// Where it is until then.
   const std::filesystem::path& unfinished() const { return unfinished_; }
-  /// Gives it its name, for good. Throws StartError when another file has taken that meanwhile.
+  /// Gives it its name, durably; nobody has it open any more. Throws StartError when another file
+  /// has taken that meanwhile.
   void finish();
 
  private:
