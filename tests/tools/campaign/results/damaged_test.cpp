@@ -49,6 +49,7 @@ struct Damaged : ::testing::Test {
     whole = bytes_of(path);
   }
   bool is_refused(const std::string& bytes) const {
+    std::filesystem::remove(path);  // a file that is cut off and written again goes to the disk
     std::ofstream(path, std::ios::binary) << bytes;
     return walk(path);
   }
@@ -66,7 +67,7 @@ TEST_F(Damaged, WhereverItWasCutOff) {
 TEST_F(Damaged, WhicheverBitsAreTurned) {
   std::mt19937 draw(2);
   int refusals = 0;
-  for (int round = 0; round < 1500; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     std::string bytes = whole;
     for (auto flips = 1 + draw() % 4; flips > 0; --flips) {
       bytes[draw() % bytes.size()] ^= static_cast<char>(1 << draw() % 8);
