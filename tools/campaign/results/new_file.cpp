@@ -8,6 +8,7 @@
 #include <string>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/files/unfinished_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 
@@ -37,12 +38,19 @@ NewFile::NewFile(const fs::path& path) : path_(path), unfinished_(path) {
   if (fs::exists(fs::symlink_status(path, ignored))) fail(EEXIST);
   unfinished_ += ".part-" + std::to_string(::getpid());
   ::unlink(unfinished_.c_str());  // of a killed program that had this number
+  remove_if_ended(unfinished_.c_str());
   const Descriptor file(
       ::open(unfinished_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
-  if (!file) fail(errno);
+  if (file) return;
+  const int error = errno;
+  keep_if_ended(unfinished_.c_str());
+  fail(error);
 }
 
-NewFile::~NewFile() { ::unlink(unfinished_.c_str()); }
+NewFile::~NewFile() {
+  ::unlink(unfinished_.c_str());
+  keep_if_ended(unfinished_.c_str());
+}
 
 void NewFile::finish() {
   if (const int error = sync(unfinished_)) fail(error);
