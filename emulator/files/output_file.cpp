@@ -5,14 +5,12 @@
 #include <sys/vfs.h>
 #include <unistd.h>
 
-#include <array>
-#include <atomic>
 #include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstring>
 #include <optional>
 
+#include "emulator/files/unfinished_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 
@@ -21,35 +19,6 @@ namespace lk::emulator {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Names of unfinished files, where a signal handler can read them; null: a free place.
-std::array<std::atomic<const char*>, 8> unfinished_files{};
-static_assert(std::atomic<const char*>::is_always_lock_free);
-
-extern "C" void remove_unfinished_and_end(int signal) {
-  for (const auto& file : unfinished_files) {
-    if (const char* const name = file.load()) ::unlink(name);
-  }
-  ::signal(signal, SIG_DFL);
-  ::raise(signal);
-}
-
-/// Only where nobody has said yet what a signal does.
-void watch_signals() {
-  for (const int signal : {SIGHUP, SIGINT, SIGTERM}) {
-    struct sigaction present {};
-    if (::sigaction(signal, nullptr, &present) != 0 || present.sa_handler != SIG_DFL) continue;
-    present.sa_handler = remove_unfinished_and_end;
-    ::sigaction(signal, &present, nullptr);
-  }
-}
-
-void replace_unfinished(const char* before, const char* after) {
-  for (auto& file : unfinished_files) {
-    const char* expected = before;
-    if (file.compare_exchange_strong(expected, after)) return;
-  }
-}
 
 bool is_link(const fs::path& path) {
   std::error_code ignored;
@@ -98,8 +67,7 @@ OutputFile::OutputFile(const fs::path& path, const std::string& option)
     unfinished_ += ".part-" + std::to_string(::getpid());
   }
   if (unfinished_ != place_) {
-    watch_signals();
-    replace_unfinished(nullptr, unfinished_.c_str());
+    remove_if_ended(unfinished_.c_str());
   }
   stream_ = open();
   if (stream_ == nullptr) {
@@ -135,7 +103,7 @@ OutputFile::~OutputFile() {
   forget_unfinished();
 }
 
-void OutputFile::forget_unfinished() const { replace_unfinished(unfinished_.c_str(), nullptr); }
+void OutputFile::forget_unfinished() const { keep_if_ended(unfinished_.c_str()); }
 
 void OutputFile::write(const std::string& text) {
   errno = 0;

@@ -13,13 +13,23 @@ namespace lk::emulator {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// For as long as the file is open. Shared by those who read: that of a transaction. Of one who
+/// writes: from before the first look at it on, and between its transactions too.
+constexpr const char* kReadersLock = "BEGIN";
+constexpr const char* kWritersLock = "PRAGMA locking_mode = EXCLUSIVE; BEGIN EXCLUSIVE";
+
+CampaignHead locked_head(Database& database, const char* lock) {
+  database.run(lock);
+  return read_head(database);
+}
+
+}  // namespace
+
 struct CampaignStore::File {
-  /// To read: one transaction for as long as it is open, so that nobody writes meanwhile.
-  explicit File(const fs::path& path) : database(path), head(begin_and_read_head()) {}
-  CampaignHead begin_and_read_head() {
-    database.run("BEGIN");
-    return read_head(database);
-  }
+  File(const fs::path& path, const char* lock)
+      : database(path), head(locked_head(database, lock)) {}
 
   std::uint64_t count() {
     if (!cases) {
@@ -39,12 +49,10 @@ struct CampaignStore::File {
   bool writes = false;
 };
 
-/// A journal of SQLite's older kind, and not a write-ahead log: that one needs memory that all who
-/// have the file open share, and on a file system of a network they do not.
+/// The journal is SQLite's older kind, and not a write-ahead log: that one needs memory that all
+/// who have the file open share, and on a file system of a network they do not.
 void CampaignStore::File::write() {
-  database.run(
-      "COMMIT; PRAGMA locking_mode = EXCLUSIVE; PRAGMA journal_mode = TRUNCATE;"
-      "PRAGMA synchronous = FULL; BEGIN EXCLUSIVE; COMMIT");
+  database.run("COMMIT; PRAGMA journal_mode = TRUNCATE; PRAGMA synchronous = FULL");
   writes = true;
 }
 
@@ -66,14 +74,14 @@ CampaignStore CampaignStore::create(const fs::path& path, const CampaignHead& he
 }
 
 CampaignStore CampaignStore::resume(const fs::path& path, const CampaignHead& head) {
-  auto file = std::make_unique<File>(path);
+  auto file = std::make_unique<File>(path, kWritersLock);
   if (const auto other = difference(file->head, head)) file->database.fail(*other);
   file->write();
   return CampaignStore(std::move(file));
 }
 
 CampaignStore CampaignStore::read(const fs::path& path) {
-  return CampaignStore(std::make_unique<File>(path));
+  return CampaignStore(std::make_unique<File>(path, kReadersLock));
 }
 
 CampaignStore::CampaignStore(std::unique_ptr<File> file) : file_(std::move(file)) {}

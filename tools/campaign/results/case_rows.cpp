@@ -183,6 +183,8 @@ CaseCursor::CaseCursor(const Database& database, const Words& words, const Campa
 const CaseResult* CaseCursor::next() {
   if (!select_.step()) return nullptr;
   read_case(select_, words_, head_, result_);
+  if (result_.number < least_) select_.database().fail_damaged();
+  least_ = result_.number + 1;
   return &result_;
 }
 

@@ -42,6 +42,7 @@ class CaseCursor {
   Statement select_;
   const Words& words_;
   const CampaignHead& head_;
+  std::uint64_t least_ = 0;  // that the next number may be
   CaseResult result_;
 };
 

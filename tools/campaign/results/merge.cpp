@@ -151,7 +151,6 @@ MergeSummary merge_campaigns(const fs::path& out, std::span<const fs::path> path
   MergeSummary summary{.cases = 0, .of = head.cases, .missing = missing_of(shards)};
   {
     Database database(file.unfinished());
-    database.run("PRAGMA journal_mode = MEMORY");  // nobody goes on with what is unfinished
     write_schema(database, head);
     CaseRows rows(database, head);
     Transaction all(database);

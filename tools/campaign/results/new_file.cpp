@@ -8,6 +8,7 @@
 #include <string>
 
 #include "emulator/files/durable_file.hpp"
+#include "emulator/files/unfinished_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 
@@ -25,6 +26,11 @@ int give_name(const fs::path& from, const fs::path& to) {
                                                                                           : errno;
 }
 
+int sync(const fs::path& path) {
+  const Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return opened && ::fsync(opened.get()) == 0 ? 0 : errno;
+}
+
 }  // namespace
 
 NewFile::NewFile(const fs::path& path) : path_(path), unfinished_(path) {
@@ -32,22 +38,24 @@ NewFile::NewFile(const fs::path& path) : path_(path), unfinished_(path) {
   if (fs::exists(fs::symlink_status(path, ignored))) fail(EEXIST);
   unfinished_ += ".part-" + std::to_string(::getpid());
   ::unlink(unfinished_.c_str());  // of a killed program that had this number
+  remove_if_ended(unfinished_.c_str());
   const Descriptor file(
       ::open(unfinished_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
-  if (!file) fail(errno);
+  if (file) return;
+  const int error = errno;
+  keep_if_ended(unfinished_.c_str());
+  fail(error);
 }
 
 NewFile::~NewFile() {
   ::unlink(unfinished_.c_str());
-  ::unlink((unfinished_.string() + "-journal").c_str());
+  keep_if_ended(unfinished_.c_str());
 }
 
 void NewFile::finish() {
-  const int error = give_name(unfinished_, path_);
-  if (error != 0) fail(error);
-  const fs::path directory = path_.has_parent_path() ? path_.parent_path() : ".";
-  const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened) ::fsync(opened.get());  // where it can be made durable
+  if (const int error = sync(unfinished_)) fail(error);
+  if (const int error = give_name(unfinished_, path_)) fail(error);
+  sync(path_.has_parent_path() ? path_.parent_path() : ".");  // not every file system can
 }
 
 void NewFile::fail(int error) const {

@@ -4,7 +4,8 @@
 
 namespace lk::emulator {
 
-/// A file that appears with all that is in it, or not at all, and never in place of another one.
+/// A file that appears with all that is in it, or not at all, and never in place of another one. A
+/// signal that would end the program removes what is unfinished first; SIGKILL leaves it beside.
 class NewFile {
  public:
   /// Makes it, empty, beside `path`. Throws StartError when `path` is there already, or it cannot
@@ -17,7 +18,8 @@ class NewFile {
 
   /// Where it is until then.
   const std::filesystem::path& unfinished() const { return unfinished_; }
-  /// Gives it its name, for good. Throws StartError when another file has taken that meanwhile.
+  /// Gives it its name, durably; nobody has it open any more. Throws StartError when another file
+  /// has taken that meanwhile.
   void finish();
 
  private:

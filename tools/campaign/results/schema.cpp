@@ -152,6 +152,14 @@ std::int64_t pragma(const Database& database, const std::string& name) {
   return value.step() ? value.integer() : 0;
 }
 
+/// SQLite takes what is missing of the last page for zeros.
+void check_size(const Database& database) {
+  const std::int64_t size = pragma(database, "page_count") * pragma(database, "page_size");
+  std::error_code error;
+  const auto there = std::filesystem::file_size(database.path(), error);
+  if (error || there < static_cast<std::uintmax_t>(size)) database.fail_damaged();
+}
+
 void read_dimensions(const Database& database, CampaignHead& head) {
   Statement row(database, "SELECT * FROM dimensions ORDER BY position");
   while (row.step()) {
@@ -206,6 +214,8 @@ void check_objects(const Database& database, const CampaignHead& head) {
 void write_schema(Database& database, const CampaignHead& head) {
   check_names(database, head);
   if (head.numbers > kMostNumbers) database.fail("too many cases");
+  // Nobody goes on with what is unfinished.
+  database.run("PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF");
   Transaction all(database);
   database.run("PRAGMA application_id = " + std::to_string(kApplication) +
                "; PRAGMA user_version = " + std::to_string(kFormat));
@@ -217,6 +227,7 @@ void write_schema(Database& database, const CampaignHead& head) {
 }
 
 CampaignHead read_head(const Database& database) {
+  check_size(database);
   if (pragma(database, "application_id") != kApplication) {
     database.fail("not the results of a campaign");
   }

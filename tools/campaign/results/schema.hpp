@@ -8,7 +8,8 @@ namespace lk::emulator {
 /// Numbers of cases, below it, are integers of SQLite.
 inline constexpr std::uint64_t kMostNumbers = std::uint64_t{1} << 62;
 
-/// Makes an empty file that of a campaign without cases. Throws StartError when two dimensions
+/// Makes an empty file, which nobody is to find yet (new_file.hpp), that of a campaign without
+/// cases. Throws StartError when two dimensions
 /// share a name, or one has that of another column.
 void write_schema(Database& database, const CampaignHead& head);
 

@@ -134,6 +134,7 @@ std::int64_t Statement::integer() { return ::sqlite3_column_int64(handle_, colum
 double Statement::real() { return ::sqlite3_column_double(handle_, column_++); }
 
 std::int64_t Statement::integer(std::int64_t from, std::int64_t to) {
+  if (next_is_nothing()) database_->fail_damaged();
   const std::int64_t value = integer();
   if (value < from || value > to) database_->fail_damaged();
   return value;

@@ -63,7 +63,7 @@ class Statement {
   std::int64_t integer();
   double real();
   std::string text();
-  /// Throws StartError that it is damaged when it is not in this range.
+  /// Throws StartError that the file is damaged when it is nothing or not in this range.
   std::int64_t integer(std::int64_t from,
                        std::int64_t to = std::numeric_limits<std::int64_t>::max());
   void skip() { ++column_; }

@@ -24,12 +24,15 @@ bool walk(const std::filesystem::path& path) {
     store.shards();
     exported(path);
   });
+  EXPECT_TRUE(why.empty() || why.starts_with(path.string() + ": ")) << why;
   refused([&] { CampaignStore::resume(path, synthetic_head(1000)); });
+  return !why.empty();
+}
+
+void merge_alone(const std::filesystem::path& path) {
   const auto out = path.parent_path() / "out.db";
   refused([&] { emulator::merge_campaigns(out, std::vector{path}); });
   std::filesystem::remove(out);
-  EXPECT_TRUE(why.empty() || why.starts_with(path.string() + ": ")) << why;
-  return !why.empty();
 }
 
 struct Damaged : ::testing::Test {
@@ -46,6 +49,7 @@ struct Damaged : ::testing::Test {
     whole = bytes_of(path);
   }
   bool is_refused(const std::string& bytes) const {
+    std::filesystem::remove(path);  // a file that is cut off and written again goes to the disk
     std::ofstream(path, std::ios::binary) << bytes;
     return walk(path);
   }
@@ -63,7 +67,7 @@ TEST_F(Damaged, WhereverItWasCutOff) {
 TEST_F(Damaged, WhicheverBitsAreTurned) {
   std::mt19937 draw(2);
   int refusals = 0;
-  for (int round = 0; round < 1500; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     std::string bytes = whole;
     for (auto flips = 1 + draw() % 4; flips > 0; --flips) {
       bytes[draw() % bytes.size()] ^= static_cast<char>(1 << draw() % 8);
@@ -71,6 +75,7 @@ TEST_F(Damaged, WhicheverBitsAreTurned) {
     // The first page has the most that can be wrong.
     if (round % 3 == 0) bytes[draw() % 4096] ^= static_cast<char>(1 << draw() % 8);
     refusals += is_refused(bytes) ? 1 : 0;
+    if (round % 20 == 0) merge_alone(path);
   }
   EXPECT_GT(refusals, 0);
 }
@@ -119,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Change{"PRAGMA user_version = 2",
                              "its format is 2, and this program reads 1"},
                       Change{"DROP VIEW cases", "damaged"},
-                      Change{"ALTER TABLE results ADD COLUMN more", "damaged"},
+                      Change{"ALTER TABLE results ADD COLUMN more REAL", "damaged"},
                       Change{"DELETE FROM campaign", "damaged"},
                       Change{"UPDATE campaign SET sampling = 'some'", "damaged"},
                       Change{"UPDATE dimensions SET position = 9 WHERE position = 0", "damaged"},

@@ -1,6 +1,7 @@
 // What other processes do to the file, and what is left of one that is killed.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 
 #include "tests/tools/campaign/results/campaign_files.hpp"
 #include "tools/campaign/results/merge.hpp"
+#include "tools/campaign/results/new_file.hpp"
 #include "tools/campaign/results/sqlite.hpp"
 
 namespace lk::test {
@@ -43,9 +45,10 @@ class Child {
   bool read(std::uint64_t& value) const {
     return ::read(from_, &value, sizeof value) == sizeof value;
   }
-  void kill() {
+  void kill() { end(SIGKILL); }
+  void end(int signal) {
     if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
+    ::kill(process_, signal);
     ::waitpid(process_, nullptr, 0);
     process_ = 0;
   }
@@ -115,6 +118,47 @@ TEST(Killed, BeforeItsFirstCaseLeavesACampaignOrNothing) {
     EXPECT_EQ(CampaignStore::read(path).head(), synthetic_head(kMany));
     std::filesystem::remove(path);
   }
+}
+
+TEST(Interrupted, LeavesNothingUnfinished) {
+  const TempDirectory directory;
+  const auto path = directory.path() / "a.db";
+  Child child([&](int to) {
+    const emulator::NewFile file(path);
+    tell(to, 0);
+    ::pause();
+  });
+  std::uint64_t begun = 0;
+  ASSERT_TRUE(child.read(begun));
+  EXPECT_EQ(directory.names().size(), 1u);
+  child.end(SIGTERM);
+  EXPECT_TRUE(directory.names().empty());
+}
+
+/// A file that may grow no more stands for a disk that is full.
+TEST(FullDisk, KeepsWhatWasPutAndSaysSo) {
+  const TempDirectory directory;
+  const auto path = directory.path() / "a.db";
+  CampaignStore::create(path, synthetic_head(kMany));
+  Child child([&](int to) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{200'000, 200'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::uint64_t at = 0;
+    const std::string why = refused([&] {
+      auto store = CampaignStore::resume(path, synthetic_head(kMany));
+      for (;; at += 50) store.put(synthetic_cases(at, at + 50));
+    });
+    tell(to, why.find("a.db: cannot be read or written: File too large") != std::string::npos);
+    tell(to, at);
+  });
+  std::uint64_t said = 0;
+  std::uint64_t put = 0;
+  ASSERT_TRUE(child.read(said));
+  ASSERT_TRUE(child.read(put));
+  EXPECT_EQ(said, 1u);
+  EXPECT_GT(put, 1000u);
+  EXPECT_EQ(exported(path), canonical(synthetic_head(kMany), synthetic_cases(0, put)));
 }
 
 /// While `child` has it open.
