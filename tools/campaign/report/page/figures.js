@@ -14,8 +14,8 @@ function tiles() {
   const {all, campaign, space} = answer;
   const failures = [...kFailures].reduce((sum, outcome) => sum + all.outcomes[outcome], 0);
   return el('dl', {class: 'tiles'},
-    tile(t('cases'), counted(all.cases), t('cases_of', {n: counted(all.cases), all: counted(campaign.cases)})),
     coverageTile(all),
+    tile(t('cases'), counted(all.cases), t('cases_of', {n: counted(all.cases), all: counted(campaign.cases)})),
     tile(t('failures'), counted(failures), t('failures_about'), failures ? 'bad' : 'good'),
     ...[...kFailures].map((outcome) => tile(t(outcome), counted(all.outcomes[outcome]), '', all.outcomes[outcome] ? kColours[outcome] : '')),
     tile(t('not_fired'), counted(all.outcomes.not_fired), ''),
@@ -59,7 +59,7 @@ function coverageStrip({share, interval}) {
 function coverageRow(of) {
   const {coverage} = of;
   return el('tr', {class: of.kind ? '' : 'all'}, rowHead(faultWord(of.kind)),
-    num(`${counted(coverage.covered)} / ${counted(coverage.dangerous)}`), num(shareText(coverage.share)),
+    num(`${counted(coverage.covered)} / ${counted(coverage.dangerous)}`, {class: 'num still'}), num(shareText(coverage.share)),
     el('td', {class: 'drawn'}, coverageStrip(coverage)),
     coverage.interval ? num(coverage.interval.map(shareText).join(' – '), {class: 'num still'}) : null,
     ...coverage.needs.map((need) => el('td', {text: needText(need)})));
