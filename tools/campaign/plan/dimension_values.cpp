@@ -105,11 +105,4 @@ double DimensionValues::most() const {
   return number(*std::ranges::max_element(values_, {}, number));
 }
 
-std::string value_text(const CaseValue& value) {
-  if (const auto* word = std::get_if<std::string>(&value)) return *word;
-  char text[32];
-  const double figure = number(value) + 0.0;
-  return {text, std::to_chars(text, text + sizeof text, figure).ptr};
-}
-
 }  // namespace lk::emulator

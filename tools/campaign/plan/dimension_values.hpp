@@ -47,7 +47,4 @@ class DimensionValues {
   Range range_;
 };
 
-/// The shortest text that reads back to the same number, or the word.
-std::string value_text(const CaseValue& value);
-
 }  // namespace lk::emulator

@@ -20,14 +20,6 @@ std::string outcome_key(CaseOutcome outcome) {
   return key;
 }
 
-std::string value_text(const CaseValue& value) {
-  const auto* const number = std::get_if<double>(&value);
-  if (!number) return std::get<std::string>(value);
-  std::array<char, 32> buffer{};
-  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), *number);
-  return error == std::errc() ? std::string(buffer.data(), end) : "?";
-}
-
 std::string values_text(const CaseResult& result, const CampaignHead& head) {
   std::string text;
   for (std::size_t n = 0; n < std::min(result.values.size(), head.dimensions.size()); ++n) {

@@ -19,8 +19,6 @@ constexpr bool is_failure(CaseOutcome outcome) { return outcome >= CaseOutcome::
 /// "silently_wrong", "detected_by_drive": as thresholds and JSON name it.
 std::string outcome_key(CaseOutcome outcome);
 
-/// "12.5", or the word.
-std::string value_text(const CaseValue& value);
 /// "fault.for_s=0.1, fault.jam.percent=60": what it has of these, but the kind of fault.
 std::string values_text(const CaseResult& result, const CampaignHead& head);
 

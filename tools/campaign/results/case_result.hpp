@@ -44,6 +44,8 @@ constexpr std::string_view to_string(CaseOutcome outcome) {
 
 /// What a dimension has in a case: a number, or a word.
 using CaseValue = std::variant<double, std::string>;
+/// The shortest text that reads back to the same number, or the word.
+std::string value_text(const CaseValue& value);
 
 struct CaseResult {
   std::uint64_t number = 0;      // in its plan, for good

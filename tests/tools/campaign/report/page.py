@@ -45,6 +45,10 @@ class Page:
     def run(self, script, *arguments):
         return self.driver.execute_script(script, *arguments)
 
+    def drawn(self):
+        """What follows the system's preferences has done so."""
+        self.driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
+
     def one(self, css):
         return self.driver.find_element(By.CSS_SELECTOR, css)
 

@@ -7,15 +7,15 @@ function tile(name, value, about, colour = '') {
 function coverageTile({coverage}) {
   const about = coverage.dangerous ? t('detected_in_time', {n: counted(coverage.covered), all: counted(coverage.dangerous)}) : t('no_danger');
   const bounds = coverage.interval ? `${t('interval')} ${coverage.interval.map(shareText).join(' – ')}` : '';
-  return tile(t('coverage'), shareText(coverage.share), bounds ? `${about}; ${bounds}` : about);
+  return tile(t('coverage'), shareText(coverage.share), bounds ? `${about}; ${bounds}` : about, 'coverage');
 }
 
 function tiles() {
   const {all, campaign, space} = answer;
   const failures = [...kFailures].reduce((sum, outcome) => sum + all.outcomes[outcome], 0);
   return el('dl', {class: 'tiles'},
-    tile(t('cases'), counted(all.cases), t('cases_of', {n: counted(all.cases), all: counted(campaign.cases)})),
     coverageTile(all),
+    tile(t('cases'), counted(all.cases), t('cases_of', {n: counted(all.cases), all: counted(campaign.cases)})),
     tile(t('failures'), counted(failures), t('failures_about'), failures ? 'bad' : 'good'),
     ...[...kFailures].map((outcome) => tile(t(outcome), counted(all.outcomes[outcome]), '', all.outcomes[outcome] ? kColours[outcome] : '')),
     tile(t('not_fired'), counted(all.outcomes.not_fired), ''),
@@ -51,15 +51,15 @@ function needText(need) {
 
 function coverageStrip({share, interval}) {
   const shapes = [];
-  if (interval) shapes.push(bar(100 * interval[0], 100 * (interval[1] - interval[0]), 12, 'range'));
+  if (interval) shapes.push(bar(100 * interval[0], 100 * (interval[1] - interval[0]), 20, 'range'));
   if (share !== null) shapes.push(upright(100 * share, 'mark'));
   return strip(share === null ? '–' : shareText(share), ...shapes);
 }
 
 function coverageRow(of) {
   const {coverage} = of;
-  return el('tr', {class: of.kind ? '' : 'all'}, el('th', {scope: 'row', text: faultWord(of.kind)}),
-    num(`${counted(coverage.covered)} / ${counted(coverage.dangerous)}`), num(shareText(coverage.share)),
+  return el('tr', {class: of.kind ? '' : 'all'}, rowHead(faultWord(of.kind)),
+    num(`${counted(coverage.covered)} / ${counted(coverage.dangerous)}`, {class: 'num still'}), num(shareText(coverage.share)),
     el('td', {class: 'drawn'}, coverageStrip(coverage)),
     coverage.interval ? num(coverage.interval.map(shareText).join(' – '), {class: 'num still'}) : null,
     ...coverage.needs.map((need) => el('td', {text: needText(need)})));
@@ -68,7 +68,7 @@ function coverageRow(of) {
 function coveragePanel() {
   const {coverage} = answer.all;
   const {sampling} = answer.campaign;
-  const places = [[0, '0'], [50, '0.5'], [90, '0.9'], [100, '1']];
+  const places = [[0, '0'], [25, '0.25'], [50, '0.5'], [75, '0.75'], [100, '1']];
   const rows = answer.kinds.filter((of) => of.coverage.dangerous > 0);
   const table = el('table', {id: 'coverage-table'}, el('thead', {}, el('tr', {}, head(t('fault')), head(t('detected_of'), {class: 'num'}),
     head(t('share'), {class: 'num'}), head(ticks(places), {class: 'drawn'}), coverage.interval ? head(t('interval'), {class: 'num'}) : null,
@@ -88,7 +88,7 @@ function latencyRow(of, who, scale, tolerant_s) {
   if (tolerant_s) shapes.push(upright(scale.at(tolerant_s), 'limit'));
   shapes.push(upright(scale.at(figuresOf.p50_s), 'mark'), upright(scale.at(figuresOf.p99_s), 'mark p99'));
   const label = `p50 ${figures(figuresOf.p50_s)} s, p99 ${figures(figuresOf.p99_s)} s, ${t('worst')} ${figures(figuresOf.worst_s)} s`;
-  return el('tr', {class: of.kind ? '' : 'all'}, el('th', {scope: 'row', text: faultWord(of.kind)}), num(counted(figuresOf.cases)),
+  return el('tr', {class: of.kind ? '' : 'all'}, rowHead(faultWord(of.kind)), num(counted(figuresOf.cases)),
     el('td', {class: 'drawn'}, strip(label, ...shapes)), num(figures(figuresOf.p50_s)), num(figures(figuresOf.p99_s)), num(figures(figuresOf.worst_s)));
 }
 

@@ -11,7 +11,7 @@ function countCell(of, outcome, showCases) {
 }
 
 function matrixRow(of, showCases) {
-  return el('tr', {class: of.kind ? '' : 'all', 'data-kind': of.kind}, el('th', {scope: 'row', text: faultWord(of.kind)}), num(counted(of.cases)),
+  return el('tr', {class: of.kind ? '' : 'all', 'data-kind': of.kind}, rowHead(faultWord(of.kind)), num(counted(of.cases)),
     ...answer.outcomes.map((outcome) => countCell(of, outcome, showCases)), num(shareText(of.coverage.share)));
 }
 
@@ -49,7 +49,7 @@ function spaceTable(onlyHoles) {
     el('thead', {},
       el('tr', {}, el('td', {}), ...states.map((state) => el('th', {scope: 'colgroup', colspan: String(commands.length), class: 'begins', text: wordOf(state)}))),
       el('tr', {}, head(t('fault')), ...columns.map(([, c]) => head(wordOf(commands[c]), {class: `num${begins(c)}`})))),
-    el('tbody', {}, ...rows.map(([kind, found]) => el('tr', {}, el('th', {scope: 'row', text: faultWord(kind)}),
+    el('tbody', {}, ...rows.map(([kind, found]) => el('tr', {}, rowHead(faultWord(kind)),
       ...found.map((one, n) => {
         const [s, c] = columns[n];
         const cell = spaceCell(one, most, `${faultWord(kind)}, ${wordOf(states[s])}, ${wordOf(commands[c])}`);
@@ -80,7 +80,7 @@ function movesTable({moves}) {
   const rowSum = (row) => Math.max(1, row.reduce((sum, n) => sum + n, 0));
   return el('table', {class: 'heat', id: 'moves-table'},
     el('thead', {}, el('tr', {}, el('td', {}), ...answer.outcomes.map((outcome) => head(t(outcome), {class: 'num'})))),
-    el('tbody', {}, ...moves.map((row, from) => el('tr', {}, el('th', {scope: 'row', text: t(answer.outcomes[from])}),
+    el('tbody', {}, ...moves.map((row, from) => el('tr', {}, rowHead(t(answer.outcomes[from])),
       ...row.map((count, to) => num(count ? counted(count) : '·',
         {style: tint(moveColour(from, to), count / rowSum(row)), class: count ? 'num' : 'num zero'}))))));
 }

@@ -32,6 +32,8 @@ function broad(label, table) {
 }
 
 const num = (text, attributes = {}) => el('td', {class: 'num', ...attributes}, text);
+/// What is too long for its place is told by the title.
+const rowHead = (text) => el('th', {scope: 'row', title: text, text});
 const head = (text, attributes = {}) => el('th', {scope: 'col', ...attributes}, text);
 
 function outcomeChip(outcome) {

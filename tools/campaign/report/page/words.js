@@ -9,7 +9,7 @@ const kWords = {
 
   overview: ['Overview', '概览'],
   comparison: ['Since last time', '与上次相比'],
-  matrix: ['Faults and outcomes', '故障与结果'],
+  matrix: ['Outcomes', '故障与结果'],
   coverage: ['Coverage', '覆盖率'],
   latency: ['Latency', '检测延迟'],
   space: ['Space', '覆盖的空间'],
@@ -74,7 +74,7 @@ const kWords = {
   who: ['Detected', '检出者'],
   worst: ['worst', '最长'],
   rounded: ['p50 and p99 are rounded up.', 'p50 与 p99 已向上取整。'],
-  tolerant_line: ['the line is the fault-tolerant time, {time} s', '竖线为容错时间 {time} s'],
+  tolerant_line: ['The line is the fault-tolerant time, {time} s.', '竖线为容错时间 {time} s。'],
   none_detected: ['Nothing was detected.', '没有检出。'],
 
   space_about: ['Where faults met the drive: its state and the latest command that it had heard. Hatched: never met.',
