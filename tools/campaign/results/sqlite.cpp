@@ -65,7 +65,8 @@ void Database::fail(int code) const {
     case SQLITE_READONLY:
       fail("you may not write it");
     case SQLITE_CANTOPEN:
-      if (::sqlite3_system_errno(handle_) == EMFILE) fail("too many files are open");
+      if (::sqlite3_system_errno(handle_) == EMFILE)
+        fail("too many files are open at a time; merge some of them first");
       fail(because("cannot be opened"));
     case SQLITE_IOERR:
       if (code == SQLITE_IOERR_WRITE) fail("cannot be written: a quota, or a fault of the disk");
