@@ -79,7 +79,7 @@ RunningCase::RunningCase(const HostSetup& setup, const HostCase& one, std::strin
   emulator.error = log.get();
   Program host = host_program(setup, one, bus_, for_host);
   host.out = host.error = host_said_.to.get();
-  keeper_.emplace(emulator, host, bus_.own_network());
+  keeper_.emplace(emulator, host, directory_.path().string(), bus_.own_network());
   said_.to = Descriptor();
   host_said_.to = Descriptor();
 }
