@@ -208,6 +208,7 @@ void RunningCase::end_others() {
 
 /// Nobody waits for it any more: as fast as it goes.
 void RunningCase::finish_scenario(HostRun& run) {
+  run.slipped_s = ask("GET", "/clock").at("slipped_s").get<double>();
   if (!setup_.stepped) ask("PUT", "/clock", Json{{"mode", "stepped"}});
   const Json state = ask("GET", "/scenario");
   if (state.at("state") == "running") {
