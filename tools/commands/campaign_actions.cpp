@@ -20,14 +20,31 @@
 #include "tools/campaign/report/answer_junit.hpp"
 #include "tools/campaign/report/answer_page.hpp"
 #include "tools/campaign/report/answer_text.hpp"
+#include "tools/campaign/results/same_campaign.hpp"
 #include "tools/campaign/run/host_runner.hpp"
+#include "tools/campaign/run/interruption.hpp"
 
 namespace lk::emulator {
 namespace {
 
 namespace fs = std::filesystem;
 
-CaseValues values_of(const Plan& plan, std::uint64_t number) {
+/// The results of a part of this campaign.
+CampaignStore read_same(const fs::path& file, const Plan& plan) {
+  CampaignStore store = CampaignStore::read(file);
+  if (const auto otherwise = difference(store.head(), plan.head)) {
+    throw StartError(on_one_line(file.string()) + ": " + *otherwise);
+  }
+  return store;
+}
+
+CaseValues values_of(const Plan& plan, std::uint64_t number, const fs::path& store) {
+  if (plan.head.sampling == Sampling::kAdaptive) {
+    // They depend on what became of others: the store has them.
+    const auto result = read_same(store, plan).find(number);
+    if (result) return result->values;
+    throw StartError(on_one_line(store.string()) + ": has no case " + std::to_string(number));
+  }
   const CaseNumbers numbers(plan);
   const std::string name = plan.file.string() + ": ";
   if (number >= numbers.numbers()) {
@@ -65,6 +82,26 @@ void check_first_case(const Plan& plan) {
     const CaseGroup group = scenarios.group(*values);
     scenarios.fault(*values, group.scenario);
     return;
+  }
+}
+
+/// Later generations of `adaptive` need what became of earlier ones.
+void check_shard(const Plan& plan, const CampaignRequest& request) {
+  const Shard& shard = request.options.shard;
+  const bool adaptive = plan.head.sampling == Sampling::kAdaptive;
+  if (!adaptive && !request.after.empty()) {
+    throw StartError("--after: belongs to shards of adaptive");
+  }
+  if (!adaptive || shard.of == 1) return;
+  const std::uint64_t generations = generations_of(plan);
+  if (shard.of != generations) {
+    throw StartError("--shard: a shard of adaptive is one generation, and this plan has " +
+                     std::to_string(generations) + ": 0/" + std::to_string(generations) +
+                     " is the first");
+  }
+  if (shard.index > 0 && request.after.empty()) {
+    throw StartError("--shard: generation " + std::to_string(shard.index + 1) +
+                     " depends on those before; --after FILE has their merged results");
   }
 }
 
@@ -118,8 +155,9 @@ std::string time_words(double seconds) {
 
 }  // namespace
 
-int show_case(const Plan& plan, std::uint64_t number, const CaseOutputs& outputs) {
-  const CaseToRun one{number, 0, values_of(plan, number)};
+int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
+              const CaseOutputs& outputs) {
+  const CaseToRun one{number, 0, values_of(plan, number, store)};
   CaseScenarios scenarios(plan);
   const std::string text = scenarios.file_text(one.values, false);
   if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
@@ -182,13 +220,20 @@ int tell_cost(const Plan& plan, int jobs) {
 }
 
 int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request) {
+  check_shard(plan, request);
   check_first_case(plan);
   thresholds_of(request.reports, plan.head);
   CampaignStore store = request.resume && fs::exists(request.store)
                             ? CampaignStore::resume(request.store, plan.head)
                             : CampaignStore::create(request.store, plan.head);
   HostReferences references;
-  const CampaignEnd end = run_campaign(plan, store, request.options, runner_of(plan, references));
+  CampaignOptions options = request.options;
+  std::optional<CampaignStore> earlier;
+  if (!request.after.empty()) {
+    earlier = read_same(request.after, plan);
+    options.earlier = &*earlier;
+  }
+  const CampaignEnd end = run_campaign(plan, store, options, runner_of(plan, references));
   const std::string name = on_one_line(request.store.string());
   if (end.interrupted) {
     const Shard& shard = request.options.shard;

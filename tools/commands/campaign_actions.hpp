@@ -30,11 +30,14 @@ struct CampaignRequest {
   std::filesystem::path store;
   bool resume = false;
   CampaignOptions options;
+  std::string after;  // of a generation that is a shard: results of those before; empty: none
   bool quiet = false;
   CampaignReports reports;
 };
 
-int show_case(const Plan& plan, std::uint64_t number, const CaseOutputs& outputs);
+/// `store` has the values of the cases of `adaptive`.
+int show_case(const Plan& plan, std::uint64_t number, const std::filesystem::path& store,
+              const CaseOutputs& outputs);
 /// Says how many cases there are, what each dimension gives, and how long they take with `jobs`.
 int tell_cost(const Plan& plan, int jobs);
 /// `given`: what the plan is called on the command line.

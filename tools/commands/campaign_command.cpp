@@ -37,7 +37,7 @@ Exit status: 0 done, 1 a --require does not hold (compare: cases are worse), 2 u
 struct CampaignApp {
   CLI::App app{"Run many cases of a scenario with faults, and tell what came of them",
                "lk-emu campaign"};
-  std::string plan, output, shard, number;
+  std::string plan, output, shard, after, number;
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   bool resume = false, dry_run = false, yes = false, quiet = false;
   CaseOutputs one;
@@ -81,6 +81,9 @@ struct CampaignApp {
         ->type_name("N");
     app.add_option("--shard", shard, "only the cases whose number divided by N leaves I, from 0")
         ->type_name("I/N");
+    app.add_option("--after", after,
+                   "of adaptive, whose shards are its generations: the results of those before")
+        ->type_name("FILE");
     app.add_flag("--resume", resume, "go on with a file that is there");
     app.add_flag("--dry-run", dry_run, "tell the cases, what each dimension gives, and the cost");
     app.add_flag("--yes", yes, "more than 1000 million cases are meant");
@@ -159,10 +162,11 @@ int run_plan(const CampaignApp& given) {
   if (given.plan.empty()) throw StartError("which plan? (see lk-emu campaign --help)");
   check_options(app);
   const Plan plan = load_plan(given.plan);
+  const fs::path store = given.output.empty() ? plan.head.plan_name + ".db" : given.output;
   if (app.count("--case") > 0) {
     const auto number = read_number(given.number);
     if (!number) throw StartError("--case: \"" + on_one_line(given.number) + "\" is no number");
-    return show_case(plan, *number, given.one);
+    return show_case(plan, *number, store, given.one);
   }
   if (given.dry_run) return tell_cost(plan, given.jobs);
   constexpr std::uint64_t kMany = 1'000'000'000;
@@ -172,7 +176,8 @@ int run_plan(const CampaignApp& given) {
         " cases, more than 1000 million; --yes if they are meant, --dry-run tells why");
   }
   CampaignRequest request;
-  request.store = given.output.empty() ? plan.head.plan_name + ".db" : given.output;
+  request.store = store;
+  request.after = given.after;
   request.resume = given.resume;
   request.options.jobs = given.jobs;
   if (!given.shard.empty()) request.options.shard = read_shard(given.shard);

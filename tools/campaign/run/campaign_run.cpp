@@ -1,18 +1,13 @@
 #include "tools/campaign/run/campaign_run.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <csignal>
 #include <optional>
 
-#include "emulator/ground/start_error.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 #include "tools/campaign/run/campaign_progress.hpp"
+#include "tools/campaign/run/generations.hpp"
+#include "tools/campaign/run/interruption.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -20,45 +15,6 @@ namespace {
 // Enough for neighbours in time to be close, few enough to lose little when all is killed.
 constexpr std::uint64_t kMostInPile = 128;
 constexpr std::uint64_t kLeastInPile = 8;
-
-/// A pipe that a signal writes to: whoever waits for something else sees it, too.
-struct InterruptionPipe {
-  InterruptionPipe() {
-    if (::pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0) throw StartError("no pipe is left");
-  }
-  bool is_written() const {
-    pollfd wait{ends[0], POLLIN, 0};
-    return ::poll(&wait, 1, 0) > 0;
-  }
-  std::array<int, 2> ends{};  // for as long as the program runs
-};
-
-const InterruptionPipe& interruption_pipe() {
-  static const InterruptionPipe pipe;
-  return pipe;
-}
-
-/// SIGINT and SIGTERM end the run when what is under way is done; the second one at once.
-class Interruptible {
- public:
-  Interruptible() {
-    interruption_pipe();
-    for (std::size_t n = 0; n < kSignals.size(); ++n) before_[n] = std::signal(kSignals[n], note);
-  }
-  Interruptible(const Interruptible&) = delete;
-  Interruptible& operator=(const Interruptible&) = delete;
-  ~Interruptible() {
-    for (std::size_t n = 0; n < kSignals.size(); ++n) std::signal(kSignals[n], before_[n]);
-  }
-
- private:
-  static constexpr std::array<int, 2> kSignals = {SIGINT, SIGTERM};
-  static void note(int signal) {
-    std::signal(signal, SIG_DFL);
-    [[maybe_unused]] const auto written = ::write(interruption_pipe().ends[1], "!", 1);
-  }
-  std::array<void (*)(int), 2> before_{};
-};
 
 /// The cases of a shard that the store does not have, in order.
 class CasesLeft {
@@ -89,8 +45,6 @@ class CasesLeft {
 
 }  // namespace
 
-int interruption() { return interruption_pipe().ends[0]; }
-
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner) {
   const auto began = std::chrono::steady_clock::now();
@@ -100,6 +54,12 @@ CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignO
   CampaignEnd end;
   end.before = store.count();
   CampaignProgress progress(left.in_all(), end.before, options.progress);
+  if (plan.head.sampling == Sampling::kAdaptive) {
+    end.ran = run_generations(plan, store, options, runner, progress);
+    end.interrupted = interrupted();
+    end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    return end;
+  }
   const std::uint64_t pile =
       std::clamp(left.in_all() / (4 * static_cast<std::uint64_t>(options.jobs) + 1), kLeastInPile,
                  plan.host ? 1 : kMostInPile);
@@ -110,8 +70,8 @@ CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignO
         end.ran += results.size();
         progress.show(end.ran);
       },
-      [] { return interruption_pipe().is_written(); });
-  end.interrupted = interruption_pipe().is_written();
+      interrupted);
+  end.interrupted = interrupted();
   end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return end;
 }

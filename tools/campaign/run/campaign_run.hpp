@@ -18,7 +18,9 @@ using CaseRunner = std::function<std::vector<CaseResult>(std::span<const CaseToR
 
 struct CampaignOptions {
   int jobs = 1;
-  Shard shard;
+  Shard shard;  // of `adaptive`: one generation
+  // Of a generation of `adaptive` that is run as a shard: the results of those before. Else null.
+  const CampaignStore* earlier = nullptr;
   bool progress = false;  // on standard error
 };
 
@@ -30,13 +32,13 @@ struct CampaignEnd {
   double wall_s = 0;
 };
 
+/// How many generations a plan of `adaptive` has.
+std::uint64_t generations_of(const Plan& plan);
+
 /// Runs what the store does not have yet. `runner` makes a runner for a thread; what it throws ends
 /// the run and comes out here, with all that has been finished stored.
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner);
-
-/// Can be read from SIGINT or SIGTERM on, while a campaign runs.
-int interruption();
 
 /// Threads that each take the next pile of cases; what they give goes to `done`, on the calling
 /// thread, in any order. Ends early when `stop` says so.
