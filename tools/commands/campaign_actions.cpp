@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <optional>
 
 #include "emulator/files/output_file.hpp"
@@ -23,6 +25,7 @@
 #include "tools/campaign/results/same_campaign.hpp"
 #include "tools/campaign/run/host_runner.hpp"
 #include "tools/campaign/run/interruption.hpp"
+#include "tools/campaign/run/smallest.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -54,6 +57,34 @@ CaseValues values_of(const Plan& plan, std::uint64_t number, const fs::path& sto
   auto values = numbers.values(number);
   if (!values) throw StartError(name + "case " + std::to_string(number) + " is excluded");
   return *values;
+}
+
+/// Puts "fault.for_s=0.1" into the values of a case.
+void set_value(const Plan& plan, const std::string& text, CaseValues& values) {
+  const std::string name = text.substr(0, text.find('='));
+  const auto found = std::ranges::find(plan.dimensions, name, &Dimension::name);
+  if (found == plan.dimensions.end() || name.size() == text.size()) {
+    throw StartError("--set: \"" + on_one_line(text) +
+                     "\" is no NAME=VALUE of this plan's dimensions");
+  }
+  const std::string given = text.substr(name.size() + 1);
+  auto& value = values[static_cast<std::size_t>(found - plan.dimensions.begin())];
+  if (found->values.has_words()) {
+    const auto& words = found->values.values();
+    if (std::ranges::find(words, CaseValue(given)) == words.end()) {
+      throw StartError("--set: " + name + " never is \"" + on_one_line(given) + "\" in this plan");
+    }
+    value = given;
+    return;
+  }
+  double number = 0;
+  const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), number);
+  const bool whole = error == std::errc() && end == given.data() + given.size();
+  if (!whole || number < found->values.least() || number > found->values.most()) {
+    throw StartError("--set: " + name + " is a number from " + value_text(found->values.least()) +
+                     " to " + value_text(found->values.most()));
+  }
+  value = number;
 }
 
 /// Makes runners for threads: of scenarios, or of the plan's host program.
@@ -117,9 +148,12 @@ std::vector<Threshold> thresholds_of(const CampaignReports& reports, const Campa
   return thresholds;
 }
 
+/// Says and writes what came of a campaign. `complete` adds what only its plan can.
 int report_of(const CampaignStore& store, const std::string& plan_file,
-              const CampaignReports& reports, bool quiet) {
-  const Answer answer = answer_of(store.head(), stream_of(store), plan_file);
+              const CampaignReports& reports, bool quiet,
+              const std::function<void(Answer&)>& complete) {
+  Answer answer = answer_of(store.head(), stream_of(store), plan_file);
+  if (!reports.html.empty() || !reports.json.empty()) complete(answer);
   const auto required = check_thresholds(answer, thresholds_of(reports, store.head()));
   if (!quiet) std::fputs(answer_text(answer, required).c_str(), stdout);
   if (!reports.html.empty()) write_output(reports.html, "--html", answer_page(answer, required));
@@ -157,7 +191,8 @@ std::string time_words(double seconds) {
 
 int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
               const CaseOutputs& outputs) {
-  const CaseToRun one{number, 0, values_of(plan, number, store)};
+  CaseToRun one{number, 0, values_of(plan, number, store)};
+  for (const std::string& text : outputs.set) set_value(plan, text, one.values);
   CaseScenarios scenarios(plan);
   const std::string text = scenarios.file_text(one.values, false);
   if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
@@ -251,11 +286,16 @@ int run_and_report(const Plan& plan, const std::string& given, const CampaignReq
                 static_cast<unsigned long>(end.ran), time_words(end.wall_s).c_str(),
                 static_cast<double>(end.ran) / std::max(end.wall_s, 1e-9), name.c_str());
   }
-  return report_of(store, given, request.reports, request.quiet);
+  return report_of(store, given, request.reports, request.quiet, [&](Answer& answer) {
+    const Interruptible interruptible;
+    if (!plan.host) {
+      answer.smallest = smallest_cases(plan, answer, request.options.jobs, interrupted);
+    }
+  });
 }
 
 int report_results(const fs::path& store, const CampaignReports& reports, bool quiet) {
-  return report_of(CampaignStore::read(store), "", reports, quiet);
+  return report_of(CampaignStore::read(store), "", reports, quiet, [](Answer&) {});
 }
 
 int compare_results(const fs::path& before, const fs::path& now, const CampaignReports& reports) {

@@ -16,6 +16,7 @@ namespace lk::emulator {
 /// What is written of one case; empty: nothing.
 struct CaseOutputs {
   std::string csv, candump, scenario;
+  std::vector<std::string> set;  // "fault.for_s=0.1": otherwise than the case has it
   std::vector<std::string> signals;
   double rate_Hz = 100;
 };

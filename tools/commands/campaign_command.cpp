@@ -91,6 +91,9 @@ struct CampaignApp {
   }
   void add_case_options() {
     app.add_option("--case", number, "run one case and show it")->type_name("NUMBER");
+    app.add_option("--set", one.set, "of this case: NAME=VALUE in place of what it has")
+        ->allow_extra_args(false)
+        ->type_name("NAME=VALUE");
     app.add_option("--csv", one.csv, "write signals of this case")->type_name("FILE");
     app.add_option("--signals", one.signals, "which: true_angle_deg,speed_dps,…")
         ->delimiter(',')
@@ -137,7 +140,7 @@ Shard read_shard(const std::string& text) {
 
 /// Options that make no sense together, in one line.
 void check_options(const CLI::App& app) {
-  for (const char* option : {"--csv", "--signals", "--rate", "--candump", "--scenario"}) {
+  for (const char* option : {"--set", "--csv", "--signals", "--rate", "--candump", "--scenario"}) {
     if (app.count(option) > 0 && app.count("--case") == 0) {
       throw StartError(std::string(option) + ": belongs to --case");
     }
