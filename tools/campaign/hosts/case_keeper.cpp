@@ -124,11 +124,34 @@ struct Entry {  // of getdents64
   char name[1];
 };
 
+/// Calls `act` with the open directory and the name of each of its entries.
+template <class Act>
+void for_each_entry(const char* directory, Act act) {
+  const int fd = ::open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  alignas(Entry) std::array<char, 8192> entries;
+  for (;;) {
+    const long size = ::syscall(SYS_getdents64, fd, entries.data(), entries.size());
+    if (size <= 0) break;
+    for (long at = 0; at < size;) {
+      const auto* entry = reinterpret_cast<const Entry*>(entries.data() + at);
+      at += entry->size;
+      act(fd, entry->name);
+    }
+  }
+  ::close(fd);
+}
+
+/// There are no directories in it.
+void remove_directory(const char* directory) {
+  for_each_entry(directory, [](int fd, const char* name) { ::unlinkat(fd, name, 0); });
+  ::rmdir(directory);
+}
+
 /// The process that a case's processes are children of, or become when their parents end.
 class Keeper {
  public:
-  Keeper(const Prepared& emulator, const Prepared& host, int control)
-      : emulator_(emulator), host_(host), control_(control) {}
+  Keeper(const Prepared& emulator, const Prepared& host, const char* directory, int control)
+      : emulator_(emulator), host_(host), directory_(directory), control_(control) {}
 
   [[noreturn]] void run(const IdMaps* own_network) {
     ::setsid();  // Ctrl-C is for the campaign, which then ends us
@@ -144,6 +167,7 @@ class Keeper {
     while (serve(signals)) {
     }
     end_all_but(0);
+    remove_directory(directory_);
     ::_exit(0);
   }
 
@@ -198,25 +222,15 @@ class Keeper {
   /// Kills all children but `spared`; those that have ended count too. Returns how many.
   static int kill_all_but(pid_t spared) {
     const pid_t self = ::getpid();
-    const int proc = ::open("/proc", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     int killed = 0;
-    alignas(Entry) std::array<char, 8192> entries;
-    for (;;) {
-      const long size = ::syscall(SYS_getdents64, proc, entries.data(), entries.size());
-      if (size <= 0) break;
-      for (long at = 0; at < size;) {
-        const auto* entry = reinterpret_cast<const Entry*>(entries.data() + at);
-        at += entry->size;
-        const char* const name = entry->name;
-        if (name[0] < '1' || name[0] > '9' || parent_of(name) != self) continue;
-        pid_t pid = 0;
-        for (const char* digit = name; *digit != 0; ++digit) pid = pid * 10 + (*digit - '0');
-        if (pid == spared) continue;
-        ::kill(pid, SIGKILL);
-        ++killed;
-      }
-    }
-    ::close(proc);
+    for_each_entry("/proc", [&](int /*proc*/, const char* name) {
+      if (name[0] < '1' || name[0] > '9' || parent_of(name) != self) return;
+      pid_t pid = 0;
+      for (const char* digit = name; *digit != 0; ++digit) pid = pid * 10 + (*digit - '0');
+      if (pid == spared) return;
+      ::kill(pid, SIGKILL);
+      ++killed;
+    });
     return killed;
   }
 
@@ -245,6 +259,7 @@ class Keeper {
 
   const Prepared& emulator_;
   const Prepared& host_;
+  const char* directory_;
   int control_;
   sigset_t nothing_{};
   pid_t emulator_pid_ = -1, host_pid_ = -1;
@@ -252,7 +267,8 @@ class Keeper {
 
 }  // namespace
 
-CaseKeeper::CaseKeeper(const Program& emulator, const Program& host, bool own_network) {
+CaseKeeper::CaseKeeper(const Program& emulator, const Program& host, const std::string& directory,
+                       bool own_network) {
   const Prepared first(emulator);
   const Prepared second(host);
   const IdMaps maps;
@@ -264,7 +280,8 @@ CaseKeeper::CaseKeeper(const Program& emulator, const Program& host, bool own_ne
   const Descriptor other(ends[1]);
   keeper_ = ::fork();
   if (keeper_ < 0) throw StartError("host: no process is to be had: " + reason_of(errno));
-  if (keeper_ == 0) Keeper(first, second, ends[1]).run(own_network ? &maps : nullptr);
+  if (keeper_ == 0)
+    Keeper(first, second, directory.c_str(), ends[1]).run(own_network ? &maps : nullptr);
 }
 
 CaseKeeper::~CaseKeeper() {

@@ -25,9 +25,10 @@ struct Program {
 /// it is told to, and when this process is gone, however that ended.
 class CaseKeeper {
  public:
-  /// Nothing is started yet. `own_network`: in a network namespace of their own, in which they may
-  /// make interfaces.
-  CaseKeeper(const Program& emulator, const Program& host, bool own_network);
+  /// Nothing is started yet. `directory` is the case's, and gone in the end, with the files in it.
+  /// `own_network`: in a network namespace of their own, in which they may make interfaces.
+  CaseKeeper(const Program& emulator, const Program& host, const std::string& directory,
+             bool own_network);
   CaseKeeper(const CaseKeeper&) = delete;
   CaseKeeper& operator=(const CaseKeeper&) = delete;
   /// Nothing is left after this.

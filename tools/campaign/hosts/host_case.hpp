@@ -101,6 +101,9 @@ struct HostRun {
   HostVerdict verdict;
   std::string output;  // the end of what it said
   double wall_s = 0;   // from its start to its end
+  // Drives' time that was left out because the machine had too much to do (docs/control.md): what
+  // has come late then need not be the host's fault. Stepped: 0.
+  double slipped_s = 0;
 
   /// It came to no end of its own that the setup knows: a signal, or an exit status that is
   /// neither 0 nor a detecting one.

@@ -79,7 +79,7 @@ RunningCase::RunningCase(const HostSetup& setup, const HostCase& one, std::strin
   emulator.error = log.get();
   Program host = host_program(setup, one, bus_, for_host);
   host.out = host.error = host_said_.to.get();
-  keeper_.emplace(emulator, host, bus_.own_network());
+  keeper_.emplace(emulator, host, directory_.path().string(), bus_.own_network());
   said_.to = Descriptor();
   host_said_.to = Descriptor();
 }
@@ -208,6 +208,7 @@ void RunningCase::end_others() {
 
 /// Nobody waits for it any more: as fast as it goes.
 void RunningCase::finish_scenario(HostRun& run) {
+  run.slipped_s = ask("GET", "/clock").at("slipped_s").get<double>();
   if (!setup_.stepped) ask("PUT", "/clock", Json{{"mode", "stepped"}});
   const Json state = ask("GET", "/scenario");
   if (state.at("state") == "running") {

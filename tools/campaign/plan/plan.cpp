@@ -58,6 +58,18 @@ const FaultRow* kind_of(const Plan& plan, const CaseValues& values) {
   return nullptr;
 }
 
+CaseValues values_by_kind(const Plan& plan, const std::function<CaseValue(std::size_t)>& value_of) {
+  CaseValues values(plan.dimensions.size());
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (plan.dimensions[n].target == Target::kFaultKind) values[n] = value_of(n);
+  }
+  const FaultRow* const kind = kind_of(plan, values);
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (!values[n] && applies(plan.dimensions[n], kind)) values[n] = value_of(n);
+  }
+  return values;
+}
+
 bool is_excluded(const Plan& plan, const CaseValues& values) {
   return std::ranges::any_of(plan.exclusions, [&](const Exclusion& exclusion) {
     return std::ranges::all_of(

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -103,6 +103,9 @@ using CaseValues = std::vector<std::optional<CaseValue>>;
 bool applies(const Dimension& dimension, const FaultRow* kind);
 /// The kind of fault of these values, as far as they go; null: the plan has no fault.
 const FaultRow* kind_of(const Plan& plan, const CaseValues& values);
+/// The value of each dimension that counts; the kind of fault is asked for first, as it decides
+/// what does.
+CaseValues values_by_kind(const Plan& plan, const std::function<CaseValue(std::size_t)>& value_of);
 bool is_excluded(const Plan& plan, const CaseValues& values);
 
 }  // namespace lk::emulator

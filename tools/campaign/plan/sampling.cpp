@@ -42,19 +42,6 @@ std::uint64_t cases_of(const Plan& plan, const FaultRow* kind) {
   return cases;
 }
 
-/// The kind first, as it decides what else counts.
-CaseValues with_kind_first(const Plan& plan, auto value_of) {
-  CaseValues values(plan.dimensions.size());
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    if (plan.dimensions[n].target == Target::kFaultKind) values[n] = value_of(n);
-  }
-  const FaultRow* const kind = kind_of(plan, values);
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    if (!values[n] && applies(plan.dimensions[n], kind)) values[n] = value_of(n);
-  }
-  return values;
-}
-
 /// The place of `number` in an order of 0 to count − 1 that `key` shuffles: a Feistel network over
 /// the next power of four, walked until it is within.
 std::uint64_t shuffled(std::uint64_t number, std::uint64_t count, std::uint64_t key) {
@@ -77,7 +64,7 @@ std::uint64_t shuffled(std::uint64_t number, std::uint64_t count, std::uint64_t 
 }  // namespace
 
 CaseValues drawn_values(const Plan& plan, std::uint64_t number, std::uint64_t attempt) {
-  return with_kind_first(plan, [&](std::size_t n) {
+  return values_by_kind(plan, [&](std::size_t n) {
     return plan.dimensions[n].values.quantile(uniform(bits(plan.head.seed, number, n, attempt)));
   });
 }
@@ -144,7 +131,7 @@ CaseValues CaseNumbers::full(std::uint64_t number) const {
 
 /// Each dimension is cut into as many slices as there are cases, and each slice is met once.
 CaseValues CaseNumbers::latin(std::uint64_t number) const {
-  return with_kind_first(plan_, [&](std::size_t n) {
+  return values_by_kind(plan_, [&](std::size_t n) {
     const std::uint64_t seed = plan_.head.seed;
     const std::uint64_t slice = shuffled(number, numbers_, mix(seed + n * 0x9E37));
     const double within = uniform(bits(seed, number, n, 0));

@@ -151,7 +151,7 @@ std::string coverage_sentence(const Coverage& coverage, Sampling sampling) {
                   plural(coverage.dangerous, "dangerous case"),
                   coverage.dangerous == 1 ? "was" : "were", *coverage.share());
   if (!coverage.interval) {
-    return fmt::format("{}; no claim: bounds need sampling = \"random\", not \"{}\"", counts,
+    return fmt::format(R"({}; no claim: bounds need sampling = "random", not "{}")", counts,
                        kSamplingWords.at(static_cast<std::size_t>(sampling)));
   }
   return fmt::format("{}, 95 % interval {:.4f} to {:.4f}", counts, coverage.interval->lower,
@@ -188,6 +188,7 @@ std::string answer_text(const Answer& answer, const std::vector<ThresholdResult>
 }
 
 std::string comparison_text(const Comparison& comparison, const std::string& plan_file) {
+  const std::string plan = plan_file.empty() ? comparison.now.plan_name + ".toml" : plan_file;
   std::string text =
       fmt::format("{} worse, {} better, {} with the same outcome", plural(comparison.worse, "case"),
                   comparison.better, comparison.same);
@@ -220,7 +221,7 @@ std::string comparison_text(const Comparison& comparison, const std::string& pla
     const WorseCase& one = comparison.cases[n];
     text += fmt::format("worse: {}, was {}\n    lk-emu campaign {} --case {}\n",
                         case_sentence(one.now, comparison.now), to_string(one.before),
-                        on_one_line(shell_word(plan_file)), one.now.number);
+                        on_one_line(shell_word(plan)), one.now.number);
   }
   if (more > 0) text += fmt::format("and {} more: --html, --json\n", more);
   return text;

@@ -13,8 +13,9 @@ namespace lk::emulator {
 /// outcome, and what is required. No colours, lines of any length.
 std::string answer_text(const Answer& answer, const std::vector<ThresholdResult>& thresholds);
 
-/// "12 cases worse, 3 better, …", what has moved where, and the first of the worse.
-std::string comparison_text(const Comparison& comparison, const std::string& plan_file);
+/// "12 cases worse, 3 better, …", what has moved where, and the first of the worse. `plan_file` is
+/// for commands; empty: the plan's name and ".toml".
+std::string comparison_text(const Comparison& comparison, const std::string& plan_file = "");
 
 /// "case 4711: jam, silently wrong, "the forearm stands still" failed at 2.1 s (fault.for_s=0.1)".
 std::string case_sentence(const CaseResult& result, const CampaignHead& head);

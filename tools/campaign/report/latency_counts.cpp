@@ -50,6 +50,7 @@ std::vector<LatencyCounts::Bin> LatencyCounts::bins() const {
     bins[static_cast<int>(std::ceil(kPerDecade * std::log10(latency_s) - 1e-9))] += times;
   }
   std::vector<Bin> list;
+  list.reserve(bins.size());
   for (const auto& [bin, times] : bins) list.push_back({std::pow(10, bin / kPerDecade), times});
   return list;
 }

@@ -91,7 +91,7 @@ std::optional<double> measured(const Answer& answer, const Threshold& threshold)
     case Measure::kCoverageLower:
       if (!cases.coverage.interval) {
         refuse(threshold.text,
-               "there are bounds for sampling = \"random\" only, and this campaign has \"" +
+               R"(there are bounds for sampling = "random" only, and this campaign has ")" +
                    std::string(kSamplingWords.at(static_cast<std::size_t>(answer.head.sampling))) +
                    "\"; coverage>=… needs none");
       }

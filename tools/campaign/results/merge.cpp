@@ -84,25 +84,24 @@ class ByNumber {
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> waiting_;
 };
 
-/// Of a case that two parts have.
-void check_same(const CaseResult& first, const fs::path& first_path, const Part& second) {
-  if (canonical_line(first) == canonical_line(*second.at)) return;
-  throw StartError(on_one_line(second.store.path().string()) + ": has another result of case " +
-                   std::to_string(first.number) + " than " + on_one_line(first_path.string()));
+/// Of a case that an earlier part had as `first`.
+void check_same(const CaseResult& first, const Part& earlier, const Part& part) {
+  if (canonical_line(first) == canonical_line(*part.at)) return;
+  throw StartError(on_one_line(part.store.path().string()) + ": has another result of case " +
+                   std::to_string(first.number) + " than " +
+                   on_one_line(earlier.store.path().string()));
 }
 
 /// How many there were.
 std::uint64_t copy_cases(Parts& parts, CaseRows& rows) {
   std::uint64_t cases = 0;
-  ByNumber order(parts);
-  while (const Part* const part = order.top()) {
-    const CaseResult result = *part->at;
-    const fs::path& from = part->store.path();
-    rows.insert(result);
-    ++cases;
-    for (order.next(); order.top() != nullptr && order.top()->at->number == result.number;
-         order.next()) {
-      check_same(result, from, *order.top());
+  const Part* earlier = nullptr;
+  for (ByNumber order(parts); const Part* const part = order.top(); order.next()) {
+    if (rows.insert(*part->at)) {
+      earlier = part;
+      ++cases;
+    } else {
+      check_same(*rows.find(part->at->number), *earlier, *part);
     }
   }
   return cases;

@@ -61,13 +61,15 @@ void Database::fail(int code) const {
     case SQLITE_CORRUPT:
       fail_damaged();
     case SQLITE_FULL:
-      fail(because("no space left"));
+      fail("no space left to write it");
     case SQLITE_READONLY:
       fail("you may not write it");
     case SQLITE_CANTOPEN:
-      if (::sqlite3_system_errno(handle_) == EMFILE) fail("too many files are open");
+      if (::sqlite3_system_errno(handle_) == EMFILE)
+        fail("too many files are open at a time; merge some of them first");
       fail(because("cannot be opened"));
     case SQLITE_IOERR:
+      if (code == SQLITE_IOERR_WRITE) fail("cannot be written: a quota, or a fault of the disk");
       fail(because("cannot be read or written"));
     default:
       fail(on_one_line(handle_ != nullptr ? ::sqlite3_errmsg(handle_) : ::sqlite3_errstr(code)));

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include "emulator/ground/start_error.hpp"
 #include "tests/tools/campaign/hosts/hosts_support.hpp"
@@ -233,6 +234,7 @@ TEST(RunHost, AKilledCampaignLeavesNothingBehind) {
   const HostSetup setup = shell("setsid tail -f /dev/null & echo $$ $! $PPID > " + fifo + "; wait");
   const pid_t campaign = ::fork();
   if (campaign == 0) {
+    ::setenv("TMPDIR", own.path().c_str(), 1);
     run_host_case(setup, quiet_case());
     ::_exit(0);
   }
@@ -244,6 +246,7 @@ TEST(RunHost, AKilledCampaignLeavesNothingBehind) {
   ::waitpid(campaign, nullptr, 0);
   // The keeper ends when all of its own have, lk-emu too.
   for (const Watched& process : processes) EXPECT_TRUE(process.ends());
+  EXPECT_EQ(own.names(), std::set<std::string>{"pids"});
 }
 
 }  // namespace

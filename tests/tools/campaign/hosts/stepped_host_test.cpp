@@ -153,6 +153,24 @@ TEST_F(SteppedHost, TheSameHostsInRealTime) {
   EXPECT_GT(in_cpp.verdict.replies, 0U) << in_cpp.output;
 }
 
+/// A machine that stands for a while: what came late then is not to be held against the host.
+TEST_F(SteppedHost, InRealTimeItIsToldWhenTimeSlipped) {
+  const std::string script = own_.put("host.py", R"py(
+import os, signal, time
+for pid in filter(str.isdigit, os.listdir("/proc")):
+    with open(f"/proc/{pid}/stat") as file:
+        parent = int(file.read().rsplit(")", 1)[1].split()[1])
+    if parent == os.getppid() and int(pid) != os.getpid():
+        os.kill(int(pid), signal.SIGSTOP)
+        time.sleep(0.3)
+        os.kill(int(pid), signal.SIGCONT)
+)py");
+  const HostSetup setup = host({"/usr/bin/python3", "-B", script});
+  const HostRun done = run(setup, joint_case(false));
+  EXPECT_EQ(done.status, 0) << done.output;
+  EXPECT_GT(done.slipped_s, 0.1);  // all but 50 ms
+}
+
 /// The drive's own protections, and the frames of the scenario beside those of the host.
 TEST_F(SteppedHost, TellsWhenTheDriveHasNoticed) {
   HostCase one;

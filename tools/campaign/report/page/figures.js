@@ -1,7 +1,7 @@
 // Figures: the overview, coverage with its intervals, latencies, the smallest cases and the plan.
 
 function tile(name, value, about, colour = '') {
-  return el('div', {class: `tile ${colour}`}, el('dt', {text: name}), el('dd', {text: value}), about ? el('p', {class: 'dim', text: about}) : null);
+  return el('div', {class: `tile ${colour}`}, el('dt', {text: name}), el('dd', {text: value}), about ? el('dd', {class: 'about', text: about}) : null);
 }
 
 function coverageTile({coverage}) {
@@ -71,7 +71,7 @@ function coveragePanel() {
   const places = [[0, '0'], [25, '0.25'], [50, '0.5'], [75, '0.75'], [100, '1']];
   const rows = answer.kinds.filter((of) => of.coverage.dangerous > 0);
   const table = el('table', {id: 'coverage-table'}, el('thead', {}, el('tr', {}, head(t('fault')), head(t('detected_of'), {class: 'num'}),
-    head(t('share'), {class: 'num'}), head(ticks(places), {class: 'drawn'}), coverage.interval ? head(t('interval'), {class: 'num'}) : null,
+    head(t('share'), {class: 'num'}), head(ticks(places), {class: 'drawn', 'aria-label': t('share')}), coverage.interval ? head(t('interval'), {class: 'num'}) : null,
     ...coverage.needs.map((need) => head(t('to_claim', {claim: figures(100 * need.claim)}))))),
   el('tbody', {}, ...rows.map(coverageRow), coverageRow(answer.all)));
   return panel('coverage', said(t('coverage_about')),
@@ -100,7 +100,7 @@ function latencyTable(who) {
   const scale = new LogScale(Math.min(...ends) / 2, Math.max(...ends));
   const places = scale.decades().map((value) => [scale.at(value), value >= 0.999 ? `${figures(value)} s` : value > 0.9e-3 ? `${figures(value * 1e3)} ms` : `${figures(value * 1e6)} µs`]);
   return broad(t('latency'), el('table', {id: 'latency-table'}, el('thead', {}, el('tr', {}, head(t('fault')), head(t('cases'), {class: 'num'}),
-    head(ticks(places), {class: 'drawn wide'}), head('p50 s', {class: 'num'}), head('p99 s', {class: 'num'}), head(`${t('worst')} s`, {class: 'num'}))),
+    head(ticks(places), {class: 'drawn wide', 'aria-label': t('latency')}), head('p50 s', {class: 'num'}), head('p99 s', {class: 'num'}), head(`${t('worst')} s`, {class: 'num'}))),
   el('tbody', {}, ...rows.map((of) => latencyRow(of, who, scale, tolerant_s)))));
 }
 
