@@ -28,13 +28,14 @@ install_deb() {
   "$BARE/root" --release "$1" --file "${debs[0]}" tests/bare/use_deb.sh
 }
 
-# run_campaign ENGINE PACKAGES WRAPPER FILE: tests/engines/plan.toml by an engine of these packages, with lk-emu and the engine's
-# FILE from the Debian package.
+# run_campaign ENGINE PACKAGES WRAPPER FILE: tests/engines/plan.toml, with more cases, by an engine of these packages, with lk-emu
+# and the engine's FILE from the Debian package.
 run_campaign() {
   make_deb bookworm
   local debs=("$BARE_BUILDS"/bookworm/release/lk-emu_*.deb)
   "$BARE/root" --file "${debs[0]}" bash -exc "
     apt-get -q update
     DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install ../lk-emu_*.deb $2
-    $3 tests/bare/use_$1.sh /usr/bin/lk-emu /usr/share/lk-emu/engines/$4 tests/engines/plan.toml"
+    sed 's/^cases = .*/cases = 8000/' tests/engines/plan.toml >../plan.toml
+    $3 tests/bare/use_$1.sh /usr/bin/lk-emu /usr/share/lk-emu/engines/$4 ../plan.toml"
 }
