@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <ostream>
 #include <random>
-#include <set>
 
 #include "tests/tools/campaign/results/campaign_files.hpp"
 #include "tools/campaign/results/merge.hpp"
@@ -110,6 +110,8 @@ struct Change {
   const char* sql;
   const char* why;
 };
+/// The names of tests have it.
+void PrintTo(const Change& change, std::ostream* out) { *out << change.sql; }
 class Changed : public Damaged, public ::testing::WithParamInterface<Change> {};
 
 TEST_P(Changed, IsToldSo) {
@@ -126,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Change{"DROP VIEW cases", "damaged"},
                       Change{"ALTER TABLE results ADD COLUMN more REAL", "damaged"},
                       Change{"DELETE FROM campaign", "damaged"},
-                      Change{"UPDATE campaign SET sampling = 'some'", "damaged"},
+                      Change{"UPDATE campaign SET sampling = 1", "damaged"},
                       Change{"UPDATE dimensions SET position = 9 WHERE position = 0", "damaged"},
                       Change{"UPDATE results SET outcome = 9", "damaged"},
                       Change{"UPDATE results SET v0 = 900", "damaged"},
