@@ -30,7 +30,7 @@ Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
 
 /// Others bring the motors. A drive that has died or come alive stands where it did: nobody brings
 /// them further before it has been followed.
-Bus::Brought Bus::await(SimTime t) {
+[[gnu::noinline]] Bus::Brought Bus::await(SimTime t) {
   const auto changed = [this](const Node& node) {
     return motors_.alive(node.motor) != node.power.alive;
   };
