@@ -17,7 +17,8 @@ bool Bus::settle() {
 }
 
 Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
-  if (motors_.shared()) return await(t);
+  if (motors_.shared()) [[unlikely]]
+    return await(t);
   const bool edge = one != nullptr ? motors_.advance_to(t, one->motor) : motors_.advance_to(t);
   if (one == nullptr && !duplicates_.empty()) duplicates_.advance_to(t);
   if (edge) {
