@@ -17,7 +17,8 @@ bool Bus::settle() {
 }
 
 Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
-  if (motors_.shared()) return await(t);
+  if (motors_.shared()) [[unlikely]]
+    return await(t);
   const bool edge = one != nullptr ? motors_.advance_to(t, one->motor) : motors_.advance_to(t);
   if (one == nullptr && !duplicates_.empty()) duplicates_.advance_to(t);
   if (edge) {
@@ -30,7 +31,7 @@ Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
 
 /// Others bring the motors. A drive that has died or come alive stands where it did: nobody brings
 /// them further before it has been followed.
-Bus::Brought Bus::await(SimTime t) {
+[[gnu::noinline]] Bus::Brought Bus::await(SimTime t) {
   const auto changed = [this](const Node& node) {
     return motors_.alive(node.motor) != node.power.alive;
   };
