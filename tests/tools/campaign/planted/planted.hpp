@@ -44,9 +44,16 @@ struct Bug {
   std::string scenario;  // TOML; the robot's path is from this folder
   std::vector<Dimension> dimensions;
   PlantedRun (*run)(const Scenario& scenario, const HostValues& host);
-  std::vector<Values> fails;   // found by trying
-  std::vector<Values> passes;  // the neighbour of each
 };
+
+/// A case that fails, found by trying, and a neighbour that does not.
+struct KnownCase {
+  std::string bug;
+  Values fails;
+  std::string moved;  // this dimension to
+  double passes_at = 0;
+};
+std::vector<KnownCase> known_cases();
 
 /// Those that the margin leads to, and those that it does not.
 std::vector<Bug> bugs_with_gradient();
