@@ -97,7 +97,8 @@ class LowSupplyHost {
     const double left_deg = now < 50ms ? 0 : 200 - angle_deg_;
     const double wanted_dps =
         std::copysign(std::min(std::sqrt(2 * kBrake_dps2 * std::abs(left_deg)), speed_dps_),
-                      left_deg) * std::min(std::abs(left_deg), 1.0);
+                      left_deg) *
+        std::min(std::abs(left_deg), 1.0);
     // The bug: amperes for volts. The limit falls with the voltage below 20 V, and ten times as
     // fast as was meant; nothing tells the braking curve.
     double limit_A = 6;
@@ -220,8 +221,9 @@ class DifferencesHost {
 std::vector<Bug> bugs_with_gradient() {
   return {
       {.name = "supervisor_counts_to_255",
-       .about = "the count of missing replies and the clock of who looks at it wrap together: sawteeth "
-                "in time, a cliff at the end of each",
+       .about =
+           "the count of missing replies and the clock of who looks at it wrap together: sawteeth "
+           "in time, a cliff at the end of each",
        .has_gradient = true,
        .scenario = R"(
 robot = "robots/axis.toml"
@@ -236,7 +238,8 @@ from_s = 0
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"silent", "drop", "duplicate", "delay", "load_step"}},
+               {.name = "fault.kind",
+                .words = {"silent", "drop", "duplicate", "delay", "load_step"}},
                {.name = "fault.at_s", .from = 0.1, .to = 1.2},
                {.name = "fault.for_s", .from = 0.02, .to = 1.2},
                {.name = "fault.probability", .from = 0.3, .to = 1},
@@ -262,8 +265,8 @@ from_s = 0
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"jam", "friction", "load_step", "duplicate",
-                                                "slow_replies"}},
+               {.name = "fault.kind",
+                .words = {"jam", "friction", "load_step", "duplicate", "slow_replies"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
                {.name = "fault.for_s", .from = 0.02, .to = 0.5},
                {.name = "fault.jam.percent", .from = 0, .to = 100},
@@ -314,8 +317,8 @@ from_s = 0
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"drop", "reorder", "duplicate", "stale",
-                                                "slow_replies"}},
+               {.name = "fault.kind",
+                .words = {"drop", "reorder", "duplicate", "stale", "slow_replies"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
                {.name = "fault.for_s", .from = 0.01, .to = 0.35},
                {.name = "fault.probability", .from = 0.1, .to = 1},
@@ -340,8 +343,9 @@ from_s = 0.6
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"temperature_stuck", "temperature_off", "reorder",
-                                                "duplicate", "slow_replies"}},
+               {.name = "fault.kind",
+                .words = {"temperature_stuck", "temperature_off", "reorder", "duplicate",
+                          "slow_replies"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
                {.name = "fault.for_s", .from = 0.02, .to = 1},
                {.name = "fault.temperature_stuck.value_C", .from = -40, .to = 98},
@@ -366,8 +370,8 @@ from_s = 0
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"delay", "slow_replies", "reorder", "duplicate",
-                                                "adapter_batch"}},
+               {.name = "fault.kind",
+                .words = {"delay", "slow_replies", "reorder", "duplicate", "adapter_batch"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
                {.name = "fault.for_s", .from = 0.02, .to = 0.5},
                {.name = "fault.delay.delay_ms", .from = 0, .to = 12},

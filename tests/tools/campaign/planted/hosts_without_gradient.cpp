@@ -104,7 +104,8 @@ class HomingHost {
 /// Starts a move and, where the joint does not break away within a time, helps it with a push.
 class BreakAwayHost {
  public:
-  explicit BreakAwayHost(const HostValues& host) : patience_(ms(setting(host, "patience_ms", 80))) {}
+  explicit BreakAwayHost(const HostValues& host)
+      : patience_(ms(setting(host, "patience_ms", 80))) {}
 
   void step(SimTime now, Heard heard, Frames& out) {
     for (const TimedFrame& reply : heard) {
@@ -136,8 +137,8 @@ class BreakAwayHost {
   bool broke_away_ = false;
 };
 
-/// Makes two turns, its command repeated all the time. A drive that has started anew has lost its turns:
-/// the host counts them from what it saw last.
+/// Makes two turns, its command repeated all the time. A drive that has started anew has lost its
+/// turns: the host counts them from what it saw last.
 class TurnsHost {
  public:
   explicit TurnsHost(const HostValues& host) : speed_dps_(setting(host, "speed_dps", 600)) {}
@@ -203,8 +204,9 @@ from_s = 1.25
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"drop", "delay", "slow_replies", "duplicate",
-                                                "stale", "reorder", "corrupt"}},
+               {.name = "fault.kind",
+                .words = {"drop", "delay", "slow_replies", "duplicate", "stale", "reorder",
+                          "corrupt"}},
                {.name = "fault.at_s", .from = 0.1, .to = 1.1},
                {.name = "fault.for_s", .from = 0.001, .to = 0.025},
                {.name = "fault.probability", .from = 0.2, .to = 1},
@@ -230,8 +232,8 @@ from_s = 1.45
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"sag", "voltage_off", "voltage_stuck", "drop",
-                                                "silent"}},
+               {.name = "fault.kind",
+                .words = {"sag", "voltage_off", "voltage_stuck", "drop", "silent"}},
                {.name = "fault.at_s", .from = 0.05, .to = 0.85},
                {.name = "fault.for_s", .from = 0.005, .to = 0.1},
                {.name = "fault.sag.to_V", .from = 8, .to = 22},
@@ -257,8 +259,8 @@ from_s = 1.3
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"stale", "drop", "duplicate", "reorder",
-                                                "torn_reply", "delay"}},
+               {.name = "fault.kind",
+                .words = {"stale", "drop", "duplicate", "reorder", "torn_reply", "delay"}},
                {.name = "fault.at_s", .from = 0.1, .to = 1.2},
                {.name = "fault.for_s", .from = 0.005, .to = 0.2},
                {.name = "fault.probability", .numbers = {0.25, 1}},
@@ -284,14 +286,14 @@ from_s = 2.35
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"dip", "sag", "drop", "reset", "delay",
-                                                "duplicate", "silent"}},
+               {.name = "fault.kind",
+                .words = {"dip", "sag", "drop", "reset", "delay", "duplicate", "silent"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
                {.name = "fault.for_s", .from = 0.02, .to = 0.35},
                {.name = "fault.sag.to_V", .from = 4, .to = 22},
                {.name = "fault.delay.delay_ms", .from = 0, .to = 15},
                {.name = "load.J_g_cm2", .from = 0, .to = 2800},
-               {.name = "host.speed_dps", .from = 500, .to = 1200},
+               {.name = "host.speed_dps", .from = 500, .to = 1150},
            },
        .run = run_with<TurnsHost>},
   };

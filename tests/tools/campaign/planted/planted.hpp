@@ -39,8 +39,8 @@ using HostValues = std::map<std::string, double>;  // "blocked_ms": 80
 
 struct Bug {
   std::string name;
-  std::string about;  // what is wrong with the host
-  bool has_gradient;  // the margin of cases that pass tells where those are that fail
+  std::string about;     // what is wrong with the host
+  bool has_gradient;     // the margin of cases that pass tells where those are that fail
   std::string scenario;  // TOML; the robot's path is from this folder
   std::vector<Dimension> dimensions;
   PlantedRun (*run)(const Scenario& scenario, const HostValues& host);

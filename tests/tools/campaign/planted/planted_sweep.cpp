@@ -40,8 +40,8 @@ void print_neighbour(const Bug& bug, const Scenario& base, const Values& failing
     for (const double share : {-0.05, 0.05, -0.1, 0.1}) {
       Values moved = failing;
       double& value = std::get<double>(moved[dimension.name]);
-      value = std::clamp(value + share * (dimension.to - dimension.from), dimension.from,
-                         dimension.to);
+      value =
+          std::clamp(value + share * (dimension.to - dimension.from), dimension.from, dimension.to);
       if (run_of(bug, base, moved).failed) continue;
       std::printf("   passes with %s %.6g\n", dimension.name.c_str(), value);
       break;
@@ -54,7 +54,7 @@ int sweep(const Bug& bug, int cases, std::uint64_t seed, bool faulty) {
   std::mt19937_64 random(seed);
   int failed = 0;
   int fired = 0;
-  std::vector<double> margins;  // of all
+  std::vector<double> margins;       // of all
   std::map<std::string, int> kinds;  // of those that fail
   std::clock_t computing = 0;
   for (int n = 0; n < cases; ++n) {
@@ -79,9 +79,10 @@ int sweep(const Bug& bug, int cases, std::uint64_t seed, bool faulty) {
   };
   std::printf("%s: %d of %d fail, %d fired, %.2f ms each\n", bug.name.c_str(), failed, cases, fired,
               took_ms / cases);
-  std::printf("  margins: least %.3f, 0.1 %% %.3f, 0.3 %% %.3f, 1 %% %.3f, 3 %% %.3f, 10 %% %.3f, half "
-              "%.3f, most %.3f\n",
-              at(0), at(0.001), at(0.003), at(0.01), at(0.03), at(0.1), at(0.5), at(1));
+  std::printf(
+      "  margins: least %.3f, 0.1 %% %.3f, 0.3 %% %.3f, 1 %% %.3f, 3 %% %.3f, 10 %% %.3f, half "
+      "%.3f, most %.3f\n",
+      at(0), at(0.001), at(0.003), at(0.01), at(0.03), at(0.1), at(0.5), at(1));
   for (const auto& [kind, count] : kinds) std::printf("  %d %s\n", count, kind.c_str());
   return EXIT_SUCCESS;
 }
