@@ -234,7 +234,7 @@ from_s = 1.45
            {
                {.name = "fault.kind",
                 .words = {"sag", "voltage_off", "voltage_stuck", "drop", "silent"}},
-               {.name = "fault.at_s", .from = 0.05, .to = 0.85},
+               {.name = "fault.at_s", .from = 0.05, .to = 1.1},
                {.name = "fault.for_s", .from = 0.005, .to = 0.1},
                {.name = "fault.sag.to_V", .from = 8, .to = 22},
                {.name = "fault.voltage_off.offset_V", .from = -16, .to = 16},
