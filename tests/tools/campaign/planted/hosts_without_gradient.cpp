@@ -104,7 +104,8 @@ class HomingHost {
 /// Starts a move and, where the joint does not break away within a time, helps it with a push.
 class BreakAwayHost {
  public:
-  explicit BreakAwayHost(const HostValues& host) : patience_(ms(setting(host, "patience_ms", 80))) {}
+  explicit BreakAwayHost(const HostValues& host)
+      : patience_(ms(setting(host, "patience_ms", 80))) {}
 
   void step(SimTime now, Heard heard, Frames& out) {
     for (const TimedFrame& reply : heard) {
@@ -136,8 +137,8 @@ class BreakAwayHost {
   bool broke_away_ = false;
 };
 
-/// Makes two turns, its command repeated all the time. A drive that has started anew has lost its turns:
-/// the host counts them from what it saw last.
+/// Makes two turns, its command repeated all the time. A drive that has started anew has lost its
+/// turns: the host counts them from what it saw last.
 class TurnsHost {
  public:
   explicit TurnsHost(const HostValues& host) : speed_dps_(setting(host, "speed_dps", 600)) {}
@@ -203,8 +204,9 @@ from_s = 1.25
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"drop", "delay", "slow_replies", "duplicate",
-                                                "stale", "reorder", "corrupt"}},
+               {.name = "fault.kind",
+                .words = {"drop", "delay", "slow_replies", "duplicate", "stale", "reorder",
+                          "corrupt"}},
                {.name = "fault.at_s", .from = 0.1, .to = 1.1},
                {.name = "fault.for_s", .from = 0.001, .to = 0.025},
                {.name = "fault.probability", .from = 0.2, .to = 1},
@@ -212,9 +214,7 @@ from_s = 1.25
                {.name = "fault.slow_replies.delay_ms", .from = 0.1, .to = 4},
                {.name = "host.dock_ms", .from = 500, .to = 800},
            },
-       .run = run_with<DockingHost>,
-       .fails = {},
-       .passes = {}},
+       .run = run_with<DockingHost>},
       {.name = "error_forgotten_in_homing",
        .about = "a trip is cleared while the joint settles at home, and nobody switches the drive "
                 "on again",
@@ -232,18 +232,16 @@ from_s = 1.45
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"sag", "voltage_off", "voltage_stuck", "drop",
-                                                "load_step"}},
-               {.name = "fault.at_s", .from = 0.05, .to = 1.15},
+               {.name = "fault.kind",
+                .words = {"sag", "voltage_off", "voltage_stuck", "drop", "silent"}},
+               {.name = "fault.at_s", .from = 0.05, .to = 1.1},
                {.name = "fault.for_s", .from = 0.005, .to = 0.1},
                {.name = "fault.sag.to_V", .from = 8, .to = 22},
                {.name = "fault.voltage_off.offset_V", .from = -16, .to = 16},
-               {.name = "fault.load_step.torque_Nm", .from = -0.2, .to = 0.2},
+               {.name = "fault.voltage_stuck.value_V", .from = 8, .to = 28},
                {.name = "host.settle_ms", .from = 20, .to = 60},
            },
-       .run = run_with<HomingHost>,
-       .fails = {},
-       .passes = {}},
+       .run = run_with<HomingHost>},
       {.name = "stale_standstill",
        .about = "an old reply is taken for a fresh one when a move begins: the joint seems stuck "
                 "and gets a push",
@@ -261,8 +259,8 @@ from_s = 1.3
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"stale", "drop", "duplicate", "reorder",
-                                                "torn_reply", "delay"}},
+               {.name = "fault.kind",
+                .words = {"stale", "drop", "duplicate", "reorder", "torn_reply", "delay"}},
                {.name = "fault.at_s", .from = 0.1, .to = 1.2},
                {.name = "fault.for_s", .from = 0.005, .to = 0.2},
                {.name = "fault.probability", .numbers = {0.25, 1}},
@@ -270,9 +268,7 @@ from_s = 1.3
                {.name = "load.J_g_cm2", .from = 0, .to = 4000},
                {.name = "host.patience_ms", .from = 40, .to = 120},
            },
-       .run = run_with<BreakAwayHost>,
-       .fails = {},
-       .passes = {}},
+       .run = run_with<BreakAwayHost>},
       {.name = "turns_lost_on_the_move",
        .about = "after a brown-out the turns are counted from the angle before it, and the joint "
                 "has coasted on",
@@ -290,17 +286,16 @@ from_s = 2.35
 )",
        .dimensions =
            {
-               {.name = "fault.kind", .words = {"dip", "sag", "drop", "reset", "delay"}},
+               {.name = "fault.kind",
+                .words = {"dip", "sag", "drop", "reset", "delay", "duplicate", "silent"}},
                {.name = "fault.at_s", .from = 0.05, .to = 1.2},
-               {.name = "fault.for_s", .from = 0.02, .to = 0.4},
-               {.name = "fault.sag.to_V", .from = 2, .to = 22},
+               {.name = "fault.for_s", .from = 0.02, .to = 0.35},
+               {.name = "fault.sag.to_V", .from = 4, .to = 22},
                {.name = "fault.delay.delay_ms", .from = 0, .to = 15},
-               {.name = "load.J_g_cm2", .from = 0, .to = 6000},
-               {.name = "host.speed_dps", .from = 500, .to = 1500},
+               {.name = "load.J_g_cm2", .from = 0, .to = 2800},
+               {.name = "host.speed_dps", .from = 500, .to = 1150},
            },
-       .run = run_with<TurnsHost>,
-       .fails = {},
-       .passes = {}},
+       .run = run_with<TurnsHost>},
   };
 }
 

@@ -2,6 +2,20 @@
 
 /// @file Ten hosts with one bug each, planted for judging how a campaign is sampled: what a case
 /// may vary, and what becomes of the joint in it.
+///
+/// How rare they are, by planted_sweep, all of the space equally likely:
+///
+///     bug                          margin leads there   fail of cases   one in
+///     supervisor_counts_to_255     partly, sawteeth       10 of  4000    400
+///     integral_winds_up            a ridge                13 of  3000    231
+///     amperes_for_volts            smoothly               14 of  4000    286
+///     back_off_too_far             in steps, by chance     9 of  3000    333
+///     derated_to_nothing           a plateau, a slope      7 of  2000    286
+///     differences_of_late_replies  smoothly               11 of  2500    227
+///     docking_not_repeated         no                      7 of  5000    714
+///     error_forgotten_in_homing    no                     HOMING
+///     stale_standstill             no                     11 of  4000    364
+///     turns_lost_on_the_move       no                     TURNS
 
 #include <map>
 #include <string>
@@ -39,14 +53,21 @@ using HostValues = std::map<std::string, double>;  // "blocked_ms": 80
 
 struct Bug {
   std::string name;
-  std::string about;  // what is wrong with the host
-  bool has_gradient;  // the margin of cases that pass tells where those are that fail
+  std::string about;     // what is wrong with the host
+  bool has_gradient;     // the margin of cases that pass tells where those are that fail
   std::string scenario;  // TOML; the robot's path is from this folder
   std::vector<Dimension> dimensions;
   PlantedRun (*run)(const Scenario& scenario, const HostValues& host);
-  std::vector<Values> fails;   // found by trying
-  std::vector<Values> passes;  // the neighbour of each
 };
+
+/// A case that fails, found by trying, and a neighbour that does not.
+struct KnownCase {
+  std::string bug;
+  Values fails;
+  std::string moved;  // this dimension to
+  double passes_at = 0;
+};
+std::vector<KnownCase> known_cases();
 
 /// Those that the margin leads to, and those that it does not.
 std::vector<Bug> bugs_with_gradient();

@@ -94,9 +94,9 @@ void set_world(BusConfig& bus, const std::string& name, double value) {
 
 /// In widths of the range; a bound that is alone counts from 0.
 double margin_of(const Range& range, double value) {
-  const double width =
-      std::isinf(range.min) ? std::abs(range.max)
-                            : std::isinf(range.max) ? std::abs(range.min) : range.max - range.min;
+  const double width = std::isinf(range.min)   ? std::abs(range.max)
+                       : std::isinf(range.max) ? std::abs(range.min)
+                                               : range.max - range.min;
   const double margin = std::min(value - range.min, range.max - value) / width;
   return std::isfinite(margin) ? margin : -1;
 }

@@ -41,7 +41,7 @@ class MarginWatch {
   std::vector<Watched> watched_;
 };
 
-using Heard = std::span<const TimedFrame>;     // replies since the last call
+using Heard = std::span<const TimedFrame>;    // replies since the last call
 using Frames = std::vector<protocol::Frame>;  // to be sent now
 
 /// Calls the host every millisecond, from 0 to the end of the scenario.

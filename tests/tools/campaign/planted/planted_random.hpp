@@ -11,8 +11,7 @@ inline double draw(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-inline std::variant<double, std::string> draw(const Dimension& dimension,
-                                              std::mt19937_64& random) {
+inline std::variant<double, std::string> draw(const Dimension& dimension, std::mt19937_64& random) {
   const auto place = [&](std::size_t size) {
     return static_cast<std::size_t>(draw(random) * static_cast<double>(size));
   };

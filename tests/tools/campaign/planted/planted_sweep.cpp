@@ -27,7 +27,7 @@ void print(const Values& values) {
     if (const auto* word = std::get_if<std::string>(&value)) {
       std::printf("{\"%s\", \"%s\"}, ", name.c_str(), word->c_str());
     } else {
-      std::printf("{\"%s\", %.4g}, ", name.c_str(), std::get<double>(value));
+      std::printf("{\"%s\", %.6g}, ", name.c_str(), std::get<double>(value));
     }
   }
   std::printf("},\n");
@@ -40,10 +40,10 @@ void print_neighbour(const Bug& bug, const Scenario& base, const Values& failing
     for (const double share : {-0.05, 0.05, -0.1, 0.1}) {
       Values moved = failing;
       double& value = std::get<double>(moved[dimension.name]);
-      value = std::clamp(value + share * (dimension.to - dimension.from), dimension.from,
-                         dimension.to);
+      value =
+          std::clamp(value + share * (dimension.to - dimension.from), dimension.from, dimension.to);
       if (run_of(bug, base, moved).failed) continue;
-      std::printf("   passes with %s %.4g\n", dimension.name.c_str(), value);
+      std::printf("   passes with %s %.6g\n", dimension.name.c_str(), value);
       break;
     }
   }
@@ -54,7 +54,8 @@ int sweep(const Bug& bug, int cases, std::uint64_t seed, bool faulty) {
   std::mt19937_64 random(seed);
   int failed = 0;
   int fired = 0;
-  std::vector<double> margins;
+  std::vector<double> margins;       // of all
+  std::map<std::string, int> kinds;  // of those that fail
   std::clock_t computing = 0;
   for (int n = 0; n < cases; ++n) {
     Values values = draw_case(bug, random);
@@ -63,10 +64,9 @@ int sweep(const Bug& bug, int cases, std::uint64_t seed, bool faulty) {
     const PlantedRun run = run_of(bug, base, values);
     computing += std::clock() - start;
     if (run.fired) ++fired;
-    if (!run.failed) {
-      margins.push_back(run.margin);
-      continue;
-    }
+    margins.push_back(run.margin);
+    if (!run.failed) continue;
+    if (faulty) ++kinds[std::get<std::string>(values.at("fault.kind"))];
     if (++failed > kShown) continue;
     std::printf("margin %.3f ", run.margin);
     print(values);
@@ -77,10 +77,13 @@ int sweep(const Bug& bug, int cases, std::uint64_t seed, bool faulty) {
   const auto at = [&](double share) {
     return margins[static_cast<std::size_t>(share * static_cast<double>(margins.size() - 1))];
   };
-  std::printf("%s: %d of %d fail, %d fired, %.2f ms each; margins of those that pass: least %.3f, "
-              "1 %% %.3f, 10 %% %.3f, half %.3f, most %.3f\n",
-              bug.name.c_str(), failed, cases, fired, took_ms / cases, at(0), at(0.01),
-              at(0.1), at(0.5), at(1));
+  std::printf("%s: %d of %d fail, %d fired, %.2f ms each\n", bug.name.c_str(), failed, cases, fired,
+              took_ms / cases);
+  std::printf(
+      "  margins: least %.3f, 0.1 %% %.3f, 0.3 %% %.3f, 1 %% %.3f, 3 %% %.3f, 10 %% %.3f, half "
+      "%.3f, most %.3f\n",
+      at(0), at(0.001), at(0.003), at(0.01), at(0.03), at(0.1), at(0.5), at(1));
+  for (const auto& [kind, count] : kinds) std::printf("  %d %s\n", count, kind.c_str());
   return EXIT_SUCCESS;
 }
 
