@@ -104,11 +104,13 @@ std::function<CaseRunner()> runner_of(const Plan& plan, HostReferences& referenc
 
 /// What a plan is wrong with that only a case shows, before anything is written.
 void check_first_case(const Plan& plan) {
-  if (plan.host) check_host(host_setup(plan));
   const CaseNumbers numbers(plan);
   for (std::uint64_t n = 0; n < std::min<std::uint64_t>(numbers.numbers(), 1000); ++n) {
     const auto values = numbers.values(n);
     if (!values) continue;
+    HostCase settings;
+    settings.host_values = host_values(plan, *values);
+    if (plan.host) check_host(host_setup(plan), settings);
     CaseScenarios scenarios(plan);
     const CaseGroup group = scenarios.group(*values);
     scenarios.fault(*values, group.scenario);

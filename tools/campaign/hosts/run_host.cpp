@@ -24,13 +24,12 @@ bool same(const HostRun& a, const HostRun& b) {
          a.output == b.output;
 }
 
-void check_host(const HostSetup& setup) {
+void check_host(const HostSetup& setup, const HostCase& one) {
   if (!(setup.timeout_s > 0)) throw StartError("host: timeout_s: must be above 0");
   program_of(setup);
   HostOutput expressions(setup.detecting_lines);
-  const HostCase none;
   try {
-    RunningCase trial(setup, none, "host: bus", -1);
+    RunningCase trial(setup, one, "host: bus", -1);
     trial.start_emulator();
   } catch (const StartError& problem) {
     if (setup.bus != "vcan") throw;

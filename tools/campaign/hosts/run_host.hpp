@@ -8,8 +8,9 @@
 namespace lk::emulator {
 
 /// Whether cases with this host can run here at all: the command is found, the bus can be had, the
-/// expressions are some. Throws StartError. Call it before there are threads.
-void check_host(const HostSetup& setup);
+/// expressions are some. `one` has the settings of any of them. Throws StartError. Call it before
+/// there are threads.
+void check_host(const HostSetup& setup, const HostCase& one = {});
 
 /// Starts lk-emu on a bus of its own, the scenario, and the host beside it; waits for the host's
 /// end; lets the rest of the scenario pass, and ends all that is left of both. Gives nothing when

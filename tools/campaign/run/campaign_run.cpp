@@ -60,9 +60,8 @@ CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignO
     end.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     return end;
   }
-  const std::uint64_t pile =
-      std::clamp(left.in_all() / (4 * static_cast<std::uint64_t>(options.jobs) + 1), kLeastInPile,
-                 plan.host ? 1 : kMostInPile);
+  const std::uint64_t share = left.in_all() / (4 * static_cast<std::uint64_t>(options.jobs) + 1);
+  const std::uint64_t pile = plan.host ? 1 : std::clamp(share, kLeastInPile, kMostInPile);
   run_in_threads(
       options.jobs, runner, [&] { return left.take(pile); },
       [&](const std::vector<CaseResult>& results) {

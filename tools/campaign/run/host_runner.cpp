@@ -83,6 +83,16 @@ HostSetup host_setup(const Plan& plan) {
   return setup;
 }
 
+std::map<std::string, std::string> host_values(const Plan& plan, const CaseValues& values) {
+  std::map<std::string, std::string> settings;
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    const Dimension& dimension = plan.dimensions[n];
+    if (dimension.target != Target::kHost || !values[n]) continue;
+    settings[dimension.key] = value_text(*values[n]);
+  }
+  return settings;
+}
+
 std::shared_ptr<HostReferences::Reference> HostReferences::find(const std::string& key) {
   const std::scoped_lock lock(mutex_);
   auto& reference = references_[key];
@@ -116,12 +126,7 @@ std::optional<HostRun> HostRunner::run_once(std::uint64_t number, const CaseValu
   one.seed = keys.seed;
   one.bitrate = keys.bitrate;
   one.generation = keys.generation;
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    const Dimension& dimension = plan_.dimensions[n];
-    if (dimension.target == Target::kHost && values[n]) {
-      one.host_values[dimension.key] = value_text(*values[n]);
-    }
-  }
+  one.host_values = host_values(plan_, values);
   return run_host_case(setup_, one, stop_);
 }
 

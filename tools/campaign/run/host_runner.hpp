@@ -19,6 +19,8 @@ namespace lk::emulator {
 
 /// The plan's host program as the room of hosts takes it. The plan must have one.
 HostSetup host_setup(const Plan& plan);
+/// What a case has for {host.NAME}, by name.
+std::map<std::string, std::string> host_values(const Plan& plan, const CaseValues& values);
 
 /// What the host does without a fault, for all threads.
 class HostReferences {

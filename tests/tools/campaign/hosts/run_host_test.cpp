@@ -29,6 +29,14 @@ std::string refusal(const HostSetup& setup) {
   return "";
 }
 
+TEST(RunHost, IsCheckedWithTheSettingsOfACase) {
+  const HostSetup setup = shell("echo {host.gain}");
+  EXPECT_EQ(refusal(setup), "host: command: {host.gain} has no value: it is no dimension");
+  HostCase one;
+  one.host_values["gain"] = "0.5";
+  EXPECT_NO_THROW(check_host(setup, one));
+}
+
 TEST(RunHost, AHostThatComesToItsEnd) {
   const HostRun done = run(shell("echo case {case}, gain {host.gain} on {bus}"), [] {
     HostCase one = quiet_case(4711);
