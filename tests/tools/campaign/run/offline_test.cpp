@@ -88,7 +88,8 @@ TEST(Offline, DoesNotDependOnCompany) {
 }
 
 TEST(Offline, RunsNothingOfNothing) {
-  const Plan plan = plan_of("joint_moves", "fault.kind = \"silent\"\nfault.at_s = 1\n");
+  const Plan plan =
+      plan_of("joint_moves", "fault.kind = \"silent\"\nfault.at_s = 1\n", "sampling = \"full\"");
   EXPECT_TRUE(OfflineRunner(plan).run({}).empty());
 }
 
@@ -123,13 +124,14 @@ TEST(Physics, ASilentDriveIsNoticedWithinTwoQueries) {
   EXPECT_EQ(result.state, "running");
 }
 
-// protection.stall of robots/joint.toml: 0.3 s.
+// protection.stall of robots/joint.toml: 0.3 s at the limit of the current, to which the speed loop
+// has to climb first.
 TEST(Physics, AFullJamIsNoticedByTheDriveAfterItsThreshold) {
   const CaseResult result =
       only_case("fault.kind = \"jam\"\nfault.id = 1\nfault.at_s = 1\nfault.jam.percent = 100\n");
   ASSERT_TRUE(result.detected_by_drive);
   EXPECT_GE(*result.detected_by_drive, 1300ms);
-  EXPECT_LE(*result.detected_by_drive, 1400ms);
+  EXPECT_LE(*result.detected_by_drive, 1600ms);
   EXPECT_EQ(result.detected_by_host, std::nullopt);
   EXPECT_EQ(result.violated, "the forearm is up in time");
 }
