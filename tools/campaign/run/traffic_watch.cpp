@@ -6,12 +6,28 @@
 #include "protocol/commands.hpp"
 
 namespace lk::emulator {
+namespace {
+
+bool can_be_command(const protocol::Frame& frame) {
+  using protocol::FrameKind;
+  return frame.dlc > 0 && !frame.extended &&
+         (frame.kind == FrameKind::kData || frame.kind == FrameKind::kSerial);
+}
+
+/// Whatever two frames differ in beside their bytes.
+std::uint64_t head_of(const protocol::Frame& frame) {
+  return (static_cast<std::uint64_t>(frame.id) << 32U) +
+         (static_cast<std::uint64_t>(frame.kind) << 16U) + (frame.extended ? 1U << 8U : 0U) +
+         frame.dlc;
+}
+
+}  // namespace
 
 void TrafficWatch::hear(const std::vector<Traffic>& traffic) {
   for (const Traffic& one : traffic) {
     const protocol::Frame& frame = one.frame.frame;
     if (one.from_host) {
-      if (frame.dlc == 0) continue;
+      if (!can_be_command(frame)) continue;
       const auto known = std::ranges::find_if(commands_, [&](const Command& command) {
         return command.bus == one.bus && command.id == frame.id;
       });
@@ -27,7 +43,7 @@ void TrafficWatch::hear(const std::vector<Traffic>& traffic) {
       bytes = mix(bytes + frame.data[n]);
     }
     const auto at = static_cast<std::uint64_t>(one.frame.at.count());
-    heard_ = mix(heard_ ^ mix(at + bytes) ^ mix((frame.id << 8U) + frame.dlc + one.bus));
+    heard_ = mix(heard_ ^ mix(at + bytes) ^ mix(head_of(frame) + mix(one.bus)));
   }
 }
 
