@@ -288,11 +288,11 @@ from_s = 2.35
            {
                {.name = "fault.kind",
                 .words = {"dip", "sag", "drop", "reset", "delay", "duplicate", "silent"}},
-               {.name = "fault.at_s", .from = 0.05, .to = 1.2},
+               {.name = "fault.at_s", .from = 0.05, .to = 1.6},
                {.name = "fault.for_s", .from = 0.02, .to = 0.35},
                {.name = "fault.sag.to_V", .from = 4, .to = 22},
                {.name = "fault.delay.delay_ms", .from = 0, .to = 15},
-               {.name = "load.J_g_cm2", .from = 0, .to = 2800},
+               {.name = "load.J_g_cm2", .from = 0, .to = 2500},
                {.name = "host.speed_dps", .from = 500, .to = 1150},
            },
        .run = run_with<TurnsHost>},

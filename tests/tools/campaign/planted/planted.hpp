@@ -10,12 +10,12 @@
 ///     integral_winds_up            a ridge                13 of  3000    231
 ///     amperes_for_volts            smoothly               14 of  4000    286
 ///     back_off_too_far             in steps, by chance     9 of  3000    333
-///     derated_to_nothing           a plateau, a slope      7 of  2000    286
+///     derated_to_nothing           a plateau, a slope     12 of  4500    375
 ///     differences_of_late_replies  smoothly               11 of  2500    227
 ///     docking_not_repeated         no                      7 of  5000    714
-///     error_forgotten_in_homing    no                     HOMING
+///     error_forgotten_in_homing    no                      6 of  4000    667
 ///     stale_standstill             no                     11 of  4000    364
-///     turns_lost_on_the_move       no                     TURNS
+///     turns_lost_on_the_move       no                      7 of  2400    343
 
 #include <map>
 #include <string>

@@ -1,6 +1,6 @@
 // How rare the planted bugs are: planted_sweep BUG CASES [SEED] draws so many cases and tells how
 // many of them fail, the margins, and of the first that fail the values, each with a neighbour that
-// passes: one of its values moved. `0` cases: CASES without any fault, of which none may fail.
+// passes: one of its values moved. `nofault` behind the seed: the same without any fault.
 
 #include <algorithm>
 #include <cstdio>
