@@ -75,7 +75,7 @@ TEST(JudgeReplies, WhatCannotBeReadSaysNothing) {
 
 TEST(JudgeReplies, AReplyWithoutErrorBitsHasNoneSet) {
   Replies error;
-  error.error = model::Error::kUnderVoltage;
+  error.error = WhichError{model::Error::kUnderVoltage};
   Ear ear(error);
   ear.reply(1s, "141#9C1901000000FFFF");  // state 2: bit 0 of its bytes is of a current, an angle
   EXPECT_EQ(ear.status(), Status::kFailed);

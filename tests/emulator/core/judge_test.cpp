@@ -371,7 +371,7 @@ TEST(Judge, RepliesAreDecidedWhenThereAreEnoughOrTooMany) {
 TEST(Judge, ReadsWhatARepliesSays) {
   // 0x9A as the manual has it: 25 °C, 24.0 V in 0.1 V, under-voltage is bit 0.
   Replies error;
-  error.error = model::Error::kUnderVoltage;
+  error.error = WhichError{model::Error::kUnderVoltage};
   Ear set(error);
   set.reply(1s, "141#9A1900F000000000");
   EXPECT_EQ(set.status(), Status::kFailed);

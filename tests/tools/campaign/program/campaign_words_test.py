@@ -19,7 +19,8 @@ class Refused(InADirectory):
         self.refuse_dimensions(KINDS + "wind = 1\n", "bad.toml:[0-9]+: .*wind")
         self.refuse_dimensions(KINDS + "supply_V = { from = 24, to = 20 }\n", "bad.toml:[0-9]+: .*supply_V")
         self.refuse_dimensions(KINDS + "supply_V = []\n", "bad.toml:[0-9]+: .*supply_V")
-        self.refuse_dimensions('fault.kind = "silent"\nfault.id = 1\nfault.at_s = 1\nsupply_V = { from = 20, to = 24 }\n', "supply_V.*step", "full")
+        self.refuse_dimensions('fault.kind = "silent"\nfault.id = 1\nfault.at_s = 1\n'
+                               'supply_V = { from = 20, to = 24 }\n', "supply_V.*step", "full")
         self.refuse_dimensions(KINDS.replace("jam", "jamm"), "bad.toml:[0-9]+: .*fault.kind")
         self.refuse_dimensions(KINDS.replace("to = 100", "to = 101"), "bad.toml:[0-9]+: .*percent")
         self.refuse_dimensions(KINDS.replace("fault.id = 1", "fault.id = 7"), "bad.toml.*7")
@@ -54,7 +55,8 @@ class Refused(InADirectory):
 
     def test_shards_that_are_none(self):
         self.write("p.toml", plan(10))
-        for shard in "8/8", "9/8", "0/0", "-1/3", "1", "/", "1/", "/2", "a/b", "1/2/3", "1 /2", "0/99999999999999999999":
+        for shard in "8/8", "9/8", "0/0", "-1/3", "1", "/", "1/", "/2", "a/b", "1/2/3", "1 /2", \
+                "0/99999999999999999999":
             self.refused("p.toml", f"--shard={shard}", says="--shard")
         self.refused("p.toml", "--after", "x.db", says="--after")
 
@@ -91,7 +93,8 @@ class Refused(InADirectory):
         self.write("p.toml", plan(10))
         for words in (["--csv", "c.csv", "--signals", "colour"], ["--csv", "c.csv", "--rate", "0"],
                       ["--scenario", "nowhere/s.toml"],
-                      ["--set", "wind=1"], ["--set", "supply_V=21x"], ["--set", "supply_V=99"], ["--set", "fault.kind=hang"]):
+                      ["--set", "wind=1"], ["--set", "supply_V=21x"], ["--set", "supply_V=99"],
+                      ["--set", "fault.kind=hang"]):
             self.refused("p.toml", "--case", "0", *words)
         for words in ["--csv", "nowhere/c.csv"], ["--candump", "nowhere/c.log"]:
             self.refused("p.toml", "--case", "0", *words, says="nowhere/c", out="case 0: .*\n")
