@@ -87,6 +87,21 @@ void set_value(const Plan& plan, const std::string& text, CaseValues& values) {
   value = number;
 }
 
+/// The values of a case with what --set says in their place.
+CaseValues with_set(const Plan& plan, CaseValues values, const std::vector<std::string>& set) {
+  if (set.empty()) return values;
+  for (const std::string& text : set) set_value(plan, text, values);
+  const FaultRow* const kind = kind_of(plan, values);  // another one has other parameters
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (!applies(plan.dimensions[n], kind)) {
+      values[n].reset();
+    } else if (!values[n]) {
+      throw StartError("--set: such a case needs " + plan.dimensions[n].name + " too");
+    }
+  }
+  return values;
+}
+
 /// Makes runners for threads: of scenarios, or of the plan's host program.
 std::function<CaseRunner()> runner_of(const Plan& plan, HostReferences& references) {
   if (!plan.host) {
@@ -138,6 +153,14 @@ void check_shard(const Plan& plan, const CampaignRequest& request) {
   }
 }
 
+/// Where results go: a new file, or one that is gone on with.
+CampaignStore store_of(const Plan& plan, const CampaignRequest& request) {
+  if (!fs::exists(request.store)) return CampaignStore::create(request.store, plan.head);
+  if (request.resume) return CampaignStore::resume(request.store, plan.head);
+  throw StartError(on_one_line(request.store.string()) +
+                   ": is there already; --resume goes on with it, -o FILE begins another");
+}
+
 CaseStream stream_of(const CampaignStore& store) {
   return [&store](const std::function<void(const CaseResult&)>& take) { store.for_each(take); };
 }
@@ -183,27 +206,32 @@ std::string dimension_text(const Dimension& dimension) {
   return text + (set.size() > kShown ? ", …" : "");
 }
 
+/// A few, spread over all of them; where one is excluded, the next that is not.
+std::vector<CaseToRun> spread_cases(const CaseNumbers& numbers, std::uint64_t most) {
+  const std::uint64_t count = std::min(most, numbers.numbers());
+  std::uint64_t looks = 1'000'000;
+  std::vector<CaseToRun> cases;
+  std::uint64_t number = 0;
+  for (std::uint64_t n = 0; n < count; ++n) {
+    number = std::max(number, numbers.numbers() / count * n);
+    for (; number < numbers.numbers() && looks > 0; ++number, --looks) {
+      auto values = numbers.values(number);
+      if (!values) continue;
+      cases.push_back({number++, 0, std::move(*values)});
+      break;
+    }
+  }
+  return cases;
+}
+
 std::string time_words(double seconds) {
   if (seconds < 120) return fmt::format("{:.3g} s", seconds);
   if (seconds < 7200) return fmt::format("{:.3g} min", seconds / 60);
   return fmt::format("{:.3g} h", seconds / 3600);
 }
 
-}  // namespace
-
-int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
-              const CaseOutputs& outputs) {
-  CaseToRun one{number, 0, values_of(plan, number, store)};
-  for (const std::string& text : outputs.set) set_value(plan, text, one.values);
-  CaseScenarios scenarios(plan);
-  const std::string text = scenarios.file_text(one.values, false);
-  if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
-  HostReferences references;
-  const std::vector<CaseResult> results =
-      runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1));
-  if (results.empty()) return 130;
-  std::printf("%s\n", case_sentence(results.front(), plan.head).c_str());
-  if (outputs.csv.empty() && outputs.candump.empty()) return 0;
+/// What a run of the case is to write.
+RunOutputs run_outputs(const CaseOutputs& outputs) {
   RunOutputs run;
   if (!outputs.csv.empty()) {
     run.csv.emplace();
@@ -214,6 +242,24 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
                                         : outputs.signals);
   }
   if (!outputs.candump.empty()) run.frames.candump = outputs.candump;
+  return run;
+}
+
+}  // namespace
+
+int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
+              const CaseOutputs& outputs) {
+  const RunOutputs run = run_outputs(outputs);
+  const CaseToRun one{number, 0, with_set(plan, values_of(plan, number, store), outputs.set)};
+  CaseScenarios scenarios(plan);
+  const std::string text = scenarios.file_text(one.values, false);
+  if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
+  HostReferences references;
+  const std::vector<CaseResult> results =
+      runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1));
+  if (results.empty()) return 130;
+  std::printf("%s\n", case_sentence(results.front(), plan.head).c_str());
+  if (outputs.csv.empty() && outputs.candump.empty()) return 0;
   CaseFiles files(plan.scenario_file.parent_path());
   Scenario scenario =
       parse_scenario(text, plan.scenario_file.string(), std::nullopt, files.files());
@@ -236,14 +282,10 @@ int tell_cost(const Plan& plan, int jobs) {
   for (const Dimension& dimension : plan.dimensions) {
     std::printf("  %-36s %s\n", dimension.name.c_str(), dimension_text(dimension).c_str());
   }
-  // A few, spread over all of them.
   constexpr std::uint64_t kTried = 64;
-  const std::uint64_t tried = plan.host ? static_cast<std::uint64_t>(jobs) : kTried;
-  std::vector<CaseToRun> some;
-  for (std::uint64_t n = 0; n < tried; ++n) {
-    const std::uint64_t number = numbers.numbers() / tried * n;
-    if (auto values = numbers.values(number)) some.push_back({number, 0, std::move(*values)});
-  }
+  const std::vector<CaseToRun> some =
+      spread_cases(numbers, plan.host ? static_cast<std::uint64_t>(jobs) : kTried);
+  if (some.empty()) throw StartError(plan.file.string() + ": exclude: leaves no case to be found");
   HostReferences references;
   const auto began = std::chrono::steady_clock::now();
   runner_of(plan, references)()(some);
@@ -260,27 +302,20 @@ int run_and_report(const Plan& plan, const std::string& given, const CampaignReq
   check_shard(plan, request);
   check_first_case(plan);
   thresholds_of(request.reports, plan.head);
-  CampaignStore store = request.resume && fs::exists(request.store)
-                            ? CampaignStore::resume(request.store, plan.head)
-                            : CampaignStore::create(request.store, plan.head);
-  HostReferences references;
   CampaignOptions options = request.options;
   std::optional<CampaignStore> earlier;
   if (!request.after.empty()) {
     earlier = read_same(request.after, plan);
     options.earlier = &*earlier;
   }
+  CampaignStore store = store_of(plan, request);
+  HostReferences references;
   const CampaignEnd end = run_campaign(plan, store, options, runner_of(plan, references));
   const std::string name = on_one_line(request.store.string());
   if (end.interrupted) {
-    const Shard& shard = request.options.shard;
-    const std::string part =
-        shard.of > 1 ? fmt::format(" --shard {}/{}", shard.index, shard.of) : "";
-    std::fprintf(stderr,
-                 "lk-emu: stopped after %lu cases, all kept in %s; lk-emu campaign %s -o %s%s "
-                 "--resume goes on\n",
+    std::fprintf(stderr, "lk-emu: stopped after %lu cases, all kept in %s; %s goes on\n",
                  static_cast<unsigned long>(end.before + end.ran), name.c_str(),
-                 on_one_line(given).c_str(), name.c_str(), part.c_str());
+                 request.resuming.c_str());
     return 130;
   }
   if (!request.quiet) {

@@ -30,6 +30,7 @@ struct CampaignReports {
 struct CampaignRequest {
   std::filesystem::path store;
   bool resume = false;
+  std::string resuming;  // the command line that goes on, once it is interrupted
   CampaignOptions options;
   std::string after;  // of a generation that is a shard: results of those before; empty: none
   bool quiet = false;

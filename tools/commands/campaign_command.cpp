@@ -160,7 +160,24 @@ void check_options(const CLI::App& app) {
   }
 }
 
-int run_plan(const CampaignApp& given) {
+/// A word as a shell takes it, quoted where it has to be.
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=./:,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
+/// What goes on with a campaign that was begun with these words.
+std::string resuming_command(int argc, const char* const* argv, bool resumes_already) {
+  std::string command = "lk-emu campaign";
+  for (int n = 1; n < argc; ++n) command += " " + shell_word(argv[n]);
+  return on_one_line(command + (resumes_already ? "" : " --resume"));
+}
+
+int run_plan(const CampaignApp& given, const std::string& resuming) {
   const CLI::App& app = given.app;
   if (given.plan.empty()) throw StartError("which plan? (see lk-emu campaign --help)");
   check_options(app);
@@ -180,6 +197,7 @@ int run_plan(const CampaignApp& given) {
   }
   CampaignRequest request;
   request.store = store;
+  request.resuming = resuming;
   request.after = given.after;
   request.resume = given.resume;
   request.options.jobs = given.jobs;
@@ -190,7 +208,7 @@ int run_plan(const CampaignApp& given) {
   return run_and_report(plan, given.plan, request);
 }
 
-int run_given(const CampaignApp& given) {
+int run_given(const CampaignApp& given, const std::string& resuming) {
   if (given.merge->parsed()) {
     const std::vector<fs::path> parts(given.parts.begin(), given.parts.end());
     const MergeSummary merged = merge_campaigns(given.output, parts);
@@ -205,7 +223,7 @@ int run_given(const CampaignApp& given) {
     });
     return 0;
   }
-  return run_plan(given);
+  return run_plan(given, resuming);
 }
 
 }  // namespace
@@ -219,7 +237,7 @@ int run_campaigns(int argc, const char* const* argv) {
   CampaignApp given;
   if (!parse_arguments(given.app, argc, argv)) return 0;
   try {
-    return run_given(given);
+    return run_given(given, resuming_command(argc, argv, given.resume));
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   }

@@ -311,6 +311,7 @@ Plan parse_plan(const std::string& text, const std::filesystem::path& file) {
   check_fault(reader, plan);
   check_lists(reader, plan);
   count_cases(plan);
+  if (plan.head.cases == 0) reader.fail("exclude", "leaves no case");
   for (const Dimension& dimension : plan.dimensions) {
     plan.head.dimensions.push_back(head_of(dimension));
   }

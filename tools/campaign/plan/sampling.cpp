@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
+#include "emulator/config/config_error.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/seed.hpp"
 
@@ -75,7 +75,8 @@ CaseValues random_values(const Plan& plan, std::uint64_t number) {
     CaseValues values = drawn_values(plan, number, attempt);
     if (!is_excluded(plan, values)) return values;
   }
-  throw std::invalid_argument("exclude: leaves next to nothing, a thousand draws were excluded");
+  throw ConfigError(plan.file.string(), 0, "exclude",
+                    "leaves next to nothing, a thousand draws were excluded");
 }
 
 CaseNumbers::CaseNumbers(const Plan& plan) : plan_(plan), numbers_(plan.head.numbers) {

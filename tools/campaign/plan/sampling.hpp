@@ -35,7 +35,7 @@ class CaseNumbers {
 
 /// The values of `number` as drawn from the plan's distributions; another draw for each `attempt`.
 CaseValues drawn_values(const Plan& plan, std::uint64_t number, std::uint64_t attempt);
-/// The first draw that is not excluded. Throws std::invalid_argument after a thousand.
+/// The first draw that is not excluded. Throws ConfigError after a thousand.
 CaseValues random_values(const Plan& plan, std::uint64_t number);
 
 /// A few cases in which any two values of any two dimensions meet, but those that are excluded.

@@ -45,7 +45,8 @@ class InADirectory(unittest.TestCase):
 
     def files(self):
         """Names and bytes of all that is there."""
-        return {str(file): file.read_bytes() for file in sorted(self.directory.rglob("*")) if file.is_file()}
+        return {str(file.relative_to(self.directory)): file.read_bytes()
+                for file in sorted(self.directory.rglob("*")) if file.is_file()}
 
     def begin(self, *words):
         process = subprocess.Popen([LK_EMU, *words], cwd=self.directory, stdout=subprocess.PIPE,
@@ -63,6 +64,16 @@ class InADirectory(unittest.TestCase):
         done = self.run_it("campaign", *words)
         self.assertEqual(done.returncode, status, (words, done.stdout[-500:], done.stderr))
         return done
+
+    def refused(self, *words, says=".", out=""):
+        """In one line, with status 2, and nothing is written."""
+        before = self.files()
+        done = self.campaign(*words, status=2)
+        self.assertEqual(done.stderr.count("\n"), 1, (words, done.stderr))
+        self.assertTrue(done.stderr.startswith("lk-emu: "), done.stderr)
+        self.assertRegex(done.stderr, says)
+        self.assertRegex(done.stdout, rf"\A{out}\Z", words)
+        self.assertEqual(self.files(), before, words)
 
     def export(self, store):
         return self.campaign("export", store).stdout

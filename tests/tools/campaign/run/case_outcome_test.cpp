@@ -21,8 +21,8 @@ ExpectationResult failed(SimTime at, const std::string& says = "") {
 /// What is watched, in the order of the scenario's expectations, the drive's, the host's.
 ExpectationResult never() { return {Status::kFailed, "", "", "", std::nullopt, 5s, {}}; }
 
-/// What is seen of a scenario with two expectations, one error to be watched, and two rules of a host: a
-/// reply that comes about, and an answer that fails to.
+/// What is seen of a scenario with two expectations, one error to be watched, and two rules of a
+/// host: a reply that comes about, and an answer that fails to.
 struct Seen {
   ExpectationResult first = held();
   ExpectationResult second = held();
