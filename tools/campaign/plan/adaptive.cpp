@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "emulator/core/faults/fault_table.hpp"
 #include "emulator/core/seed.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 
@@ -12,11 +12,11 @@ namespace lk::emulator {
 namespace {
 
 // All assumed; docs/campaigns.md shows what comes of them.
-constexpr double kBredShare = 0.75;  // of a generation, while that gets nearer
-constexpr double kBredShareElse = 0.0625;
-constexpr std::size_t kCredit = 4;   // generations
-constexpr double kNearer = 0.02;     // by this share of the distance, or more
-constexpr std::size_t kParents = 8;  // the nearest cases
+constexpr std::size_t kCredit = 4;       // generations
+constexpr std::size_t kFirstCredit = 2;  // the same, of a kind of fault that is new
+constexpr double kNearer = 0.02;         // by this share of a usual distance, or more
+constexpr std::size_t kLearnt = 160;     // cases that the surrogate knows: the nearest
+constexpr int kCandidates = 400;         // for each that is run
 constexpr double kNoMargin = 1;
 
 /// How far a case stood from failing; nothing: it says nothing.
@@ -44,110 +44,168 @@ class AdaptiveSampler::Random {
   std::uint64_t state_;
 };
 
-std::size_t AdaptiveSampler::bred_count() const {
-  if (tried_.size() < kParents) return 0;
-  const double share = credit_ > 0 ? kBredShare : kBredShareElse;
-  return static_cast<std::size_t>(share * kGeneration);
+AdaptiveSampler::AdaptiveSampler(const Plan& plan)
+    : plan_(plan),
+      niches_{{std::nullopt, std::numeric_limits<double>::infinity(), kCredit, false}} {
+  for (const Dimension& dimension : plan.dimensions) {
+    if (dimension.target == Target::kFaultKind) kind_ = words_.size();
+    words_.push_back(dimension.values.has_words());
+  }
 }
 
 std::vector<CaseValues> AdaptiveSampler::next() {
   Random random(plan_.head.seed, generation_);
-  const std::size_t bred_ones = bred_count();
-  running_.clear();
-  running_bred_ = kGeneration - bred_ones;
-  for (std::size_t n = 0; n < kGeneration; ++n) {
-    std::optional<CaseValues> values;
-    if (n >= running_bred_) values = bred(random);
-    // Drawn as `random` draws the case of this number.
-    running_.push_back(values ? *values : random_values(plan_, generation_ * kGeneration + n));
+  const std::uint64_t first = generation_ * kGeneration;
+  running_ = hopeful(turns(), random);
+  // Drawn as `random` draws the case of this number.
+  while (running_.size() < kGeneration) {
+    running_.push_back(random_values(plan_, first + running_.size()));
   }
   ++generation_;
   return running_;
 }
 
+bool AdaptiveSampler::is_of(const Place& place, const Niche& niche) const {
+  return !niche.place || place[*kind_] == *niche.place;
+}
+
+std::vector<const AdaptiveSampler::Niche*> AdaptiveSampler::turns() {
+  std::vector<const Niche*> turns;
+  if (tried_.size() < kGeneration / 2) return turns;
+  std::vector<Niche*> open;
+  for (Niche& niche : niches_) {
+    niche.used = false;
+    if (niche.credit > 0) open.push_back(&niche);
+  }
+  if (open.empty()) return turns;
+  // Most for all cases, as long as that gets nearer; each kind of fault has its turn now and then.
+  const bool all = open.front() == niches_.data();
+  for (std::size_t n = 0; n < kGeneration - 1; ++n) {
+    const bool of_kind = !all || n % 3 == 2;
+    const std::size_t kinds = open.size() - (all ? 1 : 0);
+    Niche* const niche =
+        of_kind && kinds > 0 ? open[(all ? 1 : 0) + (generation_ * 2 + n) % kinds] : open.front();
+    niche->used = true;
+    turns.push_back(niche);
+  }
+  return turns;
+}
+
+/// Hope goes on for as long as something gets nearer to failing; when nothing does, the space is
+/// searched evenly, until a case that was drawn is nearer than all of its niche before.
 void AdaptiveSampler::learn(const std::vector<CaseResult>& results) {
-  const double best_before =
-      tried_.empty() ? std::numeric_limits<double>::infinity() : tried_.front().distance;
+  std::vector<Niche> before = niches_;
   for (std::size_t n = 0; n < std::min(results.size(), running_.size()); ++n) {
     const auto distance = distance_of(results[n]);
     if (!distance) continue;
-    Tried tried{running_[n], {}, *distance, n >= running_bred_};
-    for (std::size_t d = 0; d < tried.values.size(); ++d) {
-      tried.place.push_back(tried.values[d] ? plan_.dimensions[d].values.place_of(*tried.values[d])
-                                            : std::numeric_limits<double>::quiet_NaN());
+    tried_.push_back({place_of(running_[n]), *distance});
+    const Place& place = tried_.back().place;
+    const bool known = std::ranges::any_of(
+        niches_, [&](const Niche& niche) { return niche.place && is_of(place, niche); });
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (!known && kind_) niches_.push_back({place[*kind_], kInfinity, kFirstCredit, false});
+    for (Niche& niche : niches_) {
+      if (is_of(place, niche)) niche.best = std::min(niche.best, *distance);
     }
-    tried_.push_back(std::move(tried));
   }
   std::ranges::stable_sort(tried_, {}, &Tried::distance);
-  judge_generation(best_before);
-  constexpr std::size_t kKept = 256;
-  if (tried_.size() > kKept) tried_.resize(kKept);
-}
-
-/// Breeding goes on for as long as something gets nearer to failing; when nothing does, the space
-/// is searched evenly, until a drawn case is nearer than all before.
-void AdaptiveSampler::judge_generation(double best_before) {
-  const bool nearer = !tried_.empty() && tried_.front().distance > 0 &&
-                      tried_.front().distance < best_before * (1 - kNearer);
-  if (nearer) {
-    credit_ = kCredit;
-  } else if (credit_ > 0) {
-    --credit_;
+  if (tried_.size() > kLearnt) tried_.resize(kLearnt);
+  const double usual = tried_.empty() ? 1 : tried_[tried_.size() / 2].distance;
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    Niche& niche = niches_[n];
+    const bool nearer = niche.best > 0 && niche.best < before[n].best - kNearer * usual;
+    if (nearer) {
+      niche.credit = kCredit;
+    } else if (niche.used && niche.credit > 0) {
+      --niche.credit;
+    }
   }
 }
 
-std::optional<CaseValues> AdaptiveSampler::bred(Random& random) const {
-  constexpr int kAttempts = 20;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    // The nearer, the likelier.
-    const double share = random.share();
-    const auto rank = static_cast<std::size_t>(share * share * kParents);
-    const Tried& parent = tried_[std::min(rank, tried_.size() - 1)];
-    const CaseValues values =
-        values_at(random.share() < 0.5 ? mutated(parent, random) : crossed(parent, random));
-    if (!is_excluded(plan_, values)) return values;
+Place AdaptiveSampler::place_of(const CaseValues& values) const {
+  Place place;
+  for (std::size_t d = 0; d < values.size(); ++d) {
+    place.push_back(values[d] ? plan_.dimensions[d].values.place_of(*values[d])
+                              : std::numeric_limits<double>::quiet_NaN());
   }
-  return std::nullopt;
+  return place;
 }
 
-/// Some of its dimensions a little or a lot elsewhere.
-std::vector<double> AdaptiveSampler::mutated(const Tried& parent, Random& random) const {
-  std::vector<double> place = parent.place;
-  const double width = std::pow(10, -0.3 - 1.7 * random.share());
+CaseValues AdaptiveSampler::values_at(const Place& place) const {
+  return values_by_kind(plan_, [&](std::size_t d) {
+    const double share = std::isnan(place[d]) ? 0.5 : std::clamp(place[d], 0.0, 1.0);
+    return plan_.dimensions[d].values.quantile(std::min(share, std::nextafter(1.0, 0.0)));
+  });
+}
+
+/// Somewhere in the niche, or not far from one of its nearest.
+Place AdaptiveSampler::candidate(const Niche& niche, Random& random) const {
+  constexpr std::size_t kParents = 5;
+  std::vector<const Place*> parents;
+  for (const Tried& tried : tried_) {
+    if (is_of(tried.place, niche)) parents.push_back(&tried.place);
+    if (parents.size() == kParents) break;
+  }
+  Place place;
+  if (!parents.empty() && random.share() < 0.6) {
+    place = mutated(*parents[random.below(parents.size())], random);
+  } else {
+    for (std::size_t d = 0; d < plan_.dimensions.size(); ++d) place.push_back(random.share());
+  }
+  if (niche.place) place[*kind_] = *niche.place;
+  return place;
+}
+
+/// Some dimensions a little or a lot elsewhere, now and then at an end: what is worst often is.
+Place AdaptiveSampler::mutated(const Place& parent, Random& random) const {
+  Place place = parent;
+  const double width = std::pow(10, -0.3 - 1.4 * random.share());
   const std::size_t sure = random.below(place.size());
   for (std::size_t d = 0; d < place.size(); ++d) {
-    const bool words = plan_.dimensions[d].values.has_words();
-    const double likely = words ? 0.1 : 0.5;
+    const double likely = words_[d] ? 0.1 : 0.5;
     if (std::isnan(place[d]) || (d != sure && random.share() > likely)) continue;
-    place[d] = words ? random.share() : place[d] + width * random.normal();
+    if (words_[d]) {
+      place[d] = random.share();
+    } else if (random.share() < 0.15) {
+      place[d] = random.share() < 0.5 ? 0 : 1;
+    } else {
+      place[d] = std::clamp(place[d] + width * random.normal(), 0.0, 1.0);
+    }
   }
   return place;
 }
 
-/// On along the line from one of the nearest to another (differential evolution, Storn and Price
-/// 1997).
-std::vector<double> AdaptiveSampler::crossed(const Tried& parent, Random& random) const {
-  const std::size_t pool = std::min(tried_.size(), 2 * kParents);
-  const Tried& from = tried_[random.below(pool)];
-  const Tried& to = tried_[random.below(pool)];
-  const double factor = 0.3 + 0.9 * random.share();
-  std::vector<double> place = parent.place;
-  for (std::size_t d = 0; d < place.size(); ++d) {
-    if (plan_.dimensions[d].values.has_words()) continue;
-    const double step = factor * (to.place[d] - from.place[d]);
-    if (std::isfinite(step) && std::isfinite(place[d])) place[d] += step;
+std::vector<CaseValues> AdaptiveSampler::hopeful(const std::vector<const Niche*>& niches,
+                                                 Random& random) const {
+  std::vector<Place> places;
+  std::vector<double> heights;
+  for (const Tried& tried : tried_) {
+    places.push_back(tried.place);
+    heights.push_back(tried.distance);
   }
-  return place;
-}
-
-CaseValues AdaptiveSampler::values_at(const std::vector<double>& place) const {
-  const auto value_of = [&](std::size_t d) {
-    double share = std::isnan(place[d]) ? 0.5 : std::abs(place[d]);
-    share = std::fmod(share, 2.0);
-    if (share > 1) share = 2 - share;  // reflected at both ends
-    return plan_.dimensions[d].values.quantile(std::min(share, std::nextafter(1.0, 0.0)));
-  };
-  return values_by_kind(plan_, value_of);
+  std::vector<CaseValues> chosen;
+  for (const Niche* niche : niches) {
+    const Surrogate surrogate(places, heights, words_);
+    // Some of a generation trust what is known, some try where least is.
+    const double courage =
+        0.3 + 2.0 * static_cast<double>(chosen.size()) / static_cast<double>(niches.size());
+    std::optional<CaseValues> best;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < kCandidates; ++k) {
+      CaseValues values = values_at(candidate(*niche, random));
+      const Surrogate::Guess guess = surrogate.at(place_of(values));
+      const double hope = guess.mean - courage * guess.deviation;
+      if (hope >= lowest || is_excluded(plan_, values)) continue;
+      lowest = hope;
+      best = std::move(values);
+    }
+    if (!best) break;
+    // The next one is looked for as if this had come out as guessed.
+    places.push_back(place_of(*best));
+    heights.push_back(std::max(surrogate.at(places.back()).mean, 0.0));
+    chosen.push_back(std::move(*best));
+  }
+  return chosen;
 }
 
 }  // namespace lk::emulator
