@@ -234,12 +234,13 @@ std::string time_words(double seconds) {
 RunOutputs run_outputs(const CaseOutputs& outputs) {
   RunOutputs run;
   if (!outputs.csv.empty()) {
-    run.csv.emplace();
-    run.csv->file = outputs.csv;
-    run.csv->period = row_period(outputs.rate_Hz);
-    run.csv->signals = find_signals(outputs.signals.empty()
-                                        ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
-                                        : outputs.signals);
+    RunOutputs::Csv csv;
+    csv.file = outputs.csv;
+    csv.period = row_period(outputs.rate_Hz);
+    csv.signals = find_signals(outputs.signals.empty()
+                                   ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
+                                   : outputs.signals);
+    run.csv = csv;
   }
   if (!outputs.candump.empty()) run.frames.candump = outputs.candump;
   return run;
