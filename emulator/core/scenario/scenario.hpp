@@ -39,6 +39,8 @@ struct SignalWithin {
 };
 /// An error bit, or any of them.
 struct WhichError {
+  WhichError() = default;
+  WhichError(model::Error error) : one(error) {}
   std::optional<model::Error> one;  // nothing: any
   bool in(model::ErrorBits errors) const {
     return (one ? errors & model::bit(*one) : errors) != 0;
