@@ -2,6 +2,7 @@
 """The plans of configs/campaigns as people run them: `delivered_test.py LK_EMU CONFIGS`. Each can be read, and a few
 cases of each run: those with a host program too."""
 
+import os
 import pathlib
 import sqlite3
 import subprocess
@@ -12,7 +13,9 @@ SHARDS = {"every_fault": 400, "quadruped": 40, "controller": 20}  # so that one 
 
 
 def lk_emu(*words):
-    done = subprocess.run([sys.argv[1], "campaign", *words], capture_output=True, text=True, check=False)
+    # The python3 of the distribution, which has python-can.
+    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
+    done = subprocess.run([sys.argv[1], "campaign", *words], capture_output=True, text=True, check=False, env=environment)
     if done.returncode != 0:
         sys.exit(f"lk-emu campaign {' '.join(words)}: status {done.returncode}\n{done.stdout}{done.stderr}")
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/ground/text.hpp"
 #include "tools/campaign/hosts/run_host.hpp"
 
 namespace lk::emulator {
@@ -57,12 +58,21 @@ std::string end_text(const HostRun& run) {
   return "";
 }
 
+/// The last line of what it said.
+std::string last_words(const HostRun& run) {
+  std::string text = run.output;
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  return on_one_line(text.substr(text.rfind('\n') + 1));
+}
+
 HostEnd end_of(const HostRun& run, const HostSetup& setup) {
   HostEnd end;
   if (run.end == HostRun::End::kTimeout) end.kind = HostEnd::Kind::kHung;
   if (run.crashed(setup)) end.kind = HostEnd::Kind::kDied;
   end.note = end_text(run);
-  if (run.noticed) {
+  if (end.kind != HostEnd::Kind::kExited && !run.output.empty()) {
+    end.note += "; " + last_words(run);
+  } else if (run.noticed) {
     end.noticed_at = run.noticed->at;
     end.note += "; " + run.noticed->text;
   }

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "emulator/config/config_error.hpp"
 #include "tests/tools/campaign/plan/plan_support.hpp"
 
 namespace lk::emulator {
@@ -97,7 +98,7 @@ TEST(RandomSampling, DrawsAgainWhatIsExcluded) {
 TEST(RandomSampling, SaysWhenExclusionsLeaveNothing) {
   const Plan plan = plan_of("random", "fault.kind = \"jam\"\nfault.id = 1\nfault.at_s = 1",
                             "cases = 2\n[[exclude]]\nfault.kind = \"jam\"");
-  EXPECT_THROW(CaseNumbers(plan).values(0), std::invalid_argument);
+  EXPECT_THROW(CaseNumbers(plan).values(0), ConfigError);
 }
 
 TEST(LatinSampling, MeetsEverySliceOfEveryDimensionOnce) {

@@ -149,9 +149,9 @@ class Files(InADirectory):
 
     def test_of_generations_before(self):
         self.write("a.toml", plan(200, sampling="adaptive"))
-        self.campaign("a.toml", "-o", "0.part", "--quiet", "--shard", "0/13")
+        self.campaign("a.toml", "-o", "0.part", "--quiet", "--shard", "0/25")
         for words in ([], ["--after", "nowhere.db"], ["--after", "p.db"]):
-            self.refused("a.toml", "-o", "1.part", "--shard", "1/13", *words, says="--after|nowhere.db|p.db")
+            self.refused("a.toml", "-o", "1.part", "--shard", "1/25", *words, says="--after|nowhere.db|p.db")
 
 
 class OneCase(InADirectory):
