@@ -8,7 +8,7 @@ from typing import Any, Dict, Optional
 
 from .buses import can_args
 from .client import Client
-from .clock import Clock
+from .clock import LEAST_S, Clock
 from .errors import Ended, StartError
 from .stepped_bus import SteppedBus
 
@@ -49,7 +49,7 @@ class Attached:
         if self.clock is None:
             time.sleep(duration_s)
         elif duration_s > 0:
-            self.clock.advance(duration_s)
+            self.clock.advance(max(duration_s, LEAST_S))
 
 
 def attach() -> Attached:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Iterator, Optional
 
-from .clock import Clock, Duration, seconds
+from .clock import LEAST_S, Clock, Duration, seconds
 
 
 def has_more(bus: Any) -> bool:
@@ -33,10 +33,11 @@ class SteppedBus:
                 message = self.bus.recv(0)
             if message is not None or left_s <= 0:
                 return message
-            step_s = min(self._step_s, left_s)
+            # A host that waits until `deadline - now()` is 0 waits for what its subtraction leaves over, too.
+            step_s = max(min(self._step_s, left_s), LEAST_S)
             self.clock.advance(step_s)
             # What is left of a step beyond the clock's nanosecond is a rounding error.
-            left_s = left_s - step_s if left_s - step_s > 1e-9 else 0
+            left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def __iter__(self) -> Iterator[Any]:
         while True:

@@ -45,6 +45,20 @@ def test_time_passes_until_the_timeout():
     assert abs(clock.time_s - 0.0101) < 1e-9
 
 
+def test_what_a_subtraction_leaves_over_lets_time_pass():
+    class Nanoseconds(Clock):
+        def advance(self, by):
+            self.time_s = round(self.time_s + by, 9)
+
+    clock = Nanoseconds()
+    bus = lkemu.SteppedBus(Bus(clock), clock)
+    deadline_s, turns = 0.1 + 0.2, 0  # not 0.3, which the clock knows
+    while (left_s := deadline_s - clock.time_s) > 0:
+        assert bus.recv(left_s) is None
+        turns += 1
+        assert turns < 3, "it would never end"
+
+
 def test_without_a_timeout_it_waits_on_and_the_rest_is_the_bus():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock, step=0.001)
