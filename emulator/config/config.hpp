@@ -41,8 +41,8 @@ struct BusRequest {
   FirmwareRequest firmware{};           // wins over that of all buses
 };
 
-/// Of the bus at `place` of a robot. Two buses with the same IDs must not be copies of each other. A
-/// bus of a file keeps its place there, also when it runs alone.
+/// Of the bus at `place` of a robot. Two buses with the same IDs must not be copies of each other.
+/// A bus of a file keeps its place there, also when it runs alone.
 constexpr std::uint64_t bus_seed(std::uint64_t seed, std::size_t place) { return seed + place; }
 
 /// What the command line says; it wins over the file.

@@ -42,9 +42,7 @@ struct WhichError {
   WhichError() = default;
   WhichError(model::Error error) : one(error) {}
   std::optional<model::Error> one;  // nothing: any
-  bool in(model::ErrorBits errors) const {
-    return (one ? errors & model::bit(*one) : errors) != 0;
-  }
+  bool in(model::ErrorBits errors) const { return (one ? errors & model::bit(*one) : errors) != 0; }
 };
 struct ErrorIs {
   WhichError error;

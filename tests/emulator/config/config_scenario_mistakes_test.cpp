@@ -158,8 +158,9 @@ TEST(ScenarioFile, ACommandThatCarriesSomethingIsNotSentAsAByteAlone) {
 
 TEST(ScenarioFile, MistakesOfExpectations) {
   EXPECT_EQ(expect_mistake("signal = \"alive\"\nmin = 1"), "k.toml:3: expect.id: missing");
-  EXPECT_EQ(expect_mistake("id = 1"),
-            "k.toml:4: expect.id: what is expected? signal, error, state, reply, no_reply or answered");
+  EXPECT_EQ(
+      expect_mistake("id = 1"),
+      "k.toml:4: expect.id: what is expected? signal, error, state, reply, no_reply or answered");
   EXPECT_EQ(expect_mistake("id = 7\nstate = \"off\""),
             "k.toml:4: expect.id: no drive 7 on any bus");
   EXPECT_EQ(expect_mistake("id = 7\nbus = \"vcan0\"\nstate = \"off\""),

@@ -86,7 +86,8 @@ TEST(Judge, StatesAndErrorsAreLookedAtAlike) {
   EXPECT_EQ(status_of(within("bridge_on", 1, 1), throughout(0ns, 500ms)), Status::kPassed);
   EXPECT_EQ(status_of(within("bridge_on", 0, 0), throughout(501ms, 1s)), Status::kPassed);
   EXPECT_EQ(status_of(StateIs{RunState::kStopped}, by(1s)), Status::kFailed);
-  EXPECT_EQ(status_of(ErrorIs{{model::Error::kStall}, false}, throughout(0ns, 1s)), Status::kPassed);
+  EXPECT_EQ(status_of(ErrorIs{{model::Error::kStall}, false}, throughout(0ns, 1s)),
+            Status::kPassed);
   EXPECT_EQ(status_of(ErrorIs{{model::Error::kStall}, true}, by(1s)), Status::kFailed);
 }
 

@@ -1,6 +1,6 @@
 // How many cases it takes to find the planted bugs: planted_search SEEDS MOST [BUG…] runs each bug
-// with SEEDS seeds, as `random` and as `adaptive` draw cases, until one fails or MOST have been run,
-// and tells the medians and every count.
+// with SEEDS seeds, as `random` and as `adaptive` draw cases, until one fails or MOST have been
+// run, and tells the medians and every count.
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,8 @@ std::string toml_of(const Bug& bug) {
       for (const double number : dimension.numbers) text += value_text(number) + ", ";
       text += "]\n";
     } else {
-      text += "{ from = " + value_text(dimension.from) + ", to = " + value_text(dimension.to) + " }\n";
+      text +=
+          "{ from = " + value_text(dimension.from) + ", to = " + value_text(dimension.to) + " }\n";
     }
   }
   return text;
@@ -114,10 +115,8 @@ int run(int argc, char** argv) {
   const std::vector<std::string> wanted(argv + 3, argv + argc);
   for (const Bug& bug : all_bugs()) {
     if (!wanted.empty() && std::ranges::find(wanted, bug.name) == wanted.end()) continue;
-    const double random =
-        static_cast<double>(print_line(bug, Sampling::kRandom, seeds, most));
-    const double adaptive =
-        static_cast<double>(print_line(bug, Sampling::kAdaptive, seeds, most));
+    const double random = static_cast<double>(print_line(bug, Sampling::kRandom, seeds, most));
+    const double adaptive = static_cast<double>(print_line(bug, Sampling::kAdaptive, seeds, most));
     std::printf("%-28s %s: random / adaptive = %.2f\n", bug.name.c_str(),
                 bug.has_gradient ? "gradient" : "no gradient", random / adaptive);
     std::fflush(stdout);
