@@ -152,6 +152,7 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
     }
     if (!command) continue;
     speaker.asked[*command] = query.at;
+    speaker.asked_as = bus.place(speaker.id).id;
     for (Trial& trial : trials_) {
       const auto* answered = std::get_if<Answered>(&trial.expectation.what);
       const SimTime at = query.at - start_;
@@ -166,7 +167,6 @@ void Judge::hear_query(const TimedFrame& query, const Bus& bus) {
 }
 
 void Judge::hear_answer(Trial& trial, const TimedFrame& reply) const {
-  if (reply.frame.dlc == 0) return;
   const auto waiting = trial.asked.find(reply.frame.data[0]);
   if (waiting == trial.asked.end()) return;
   const SimTime limit = waiting->second + std::get<Answered>(trial.expectation.what).within;
@@ -190,9 +190,13 @@ void Judge::hear_reply(const TimedFrame& reply) {
                            ? std::ranges::find(speakers_, reply.said_by, &Speaker::id)
                            : std::ranges::find(speakers_, reply.frame.id, &Speaker::reply_id);
   if (speaker == speakers_.end()) return;
+  const auto decoded = protocol::decode_reply(reply.frame, speaker->format);
+  const auto* readable = std::get_if<protocol::ReplyFrame>(&decoded);
+  // A host does not take a frame under another ID, of another length or damaged for its answer.
+  const bool answers = readable != nullptr && readable->id == speaker->asked_as;
   for (Trial& trial : trials_) {
     if (std::holds_alternative<Answered>(trial.expectation.what)) {
-      if (trial.expectation.id == speaker->id) hear_answer(trial, reply);
+      if (trial.expectation.id == speaker->id && answers) hear_answer(trial, reply);
       continue;
     }
     const auto* replies = std::get_if<Replies>(&trial.expectation.what);

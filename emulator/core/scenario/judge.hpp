@@ -72,6 +72,7 @@ class Judge {
     std::uint32_t reply_id = 0;
     protocol::WireFormat format;
     std::array<std::optional<SimTime>, 256> asked{};  // latest query, by DATA[0]
+    int asked_as = 0;                                 // the ID that the latest query was for
   };
 
   void look_at(Trial& trial, const DriveView& drive, SimTime now);

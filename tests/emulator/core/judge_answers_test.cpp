@@ -133,6 +133,24 @@ TEST(JudgeAnswers, TheFirstThatIsMissedDecides) {
   EXPECT_EQ(ear.result(5s).decided_at, 1020ms);
 }
 
+// What the drive sent is no answer to a host that listens to its own identifier and to 8 bytes.
+TEST(JudgeAnswers, AFrameUnderAnotherIdOrOfAnotherLengthIsNone) {
+  const auto after = [](const char* text) {
+    Ear ear;
+    ear.query(1s, kState2);
+    TimedFrame reply{1001ms, test::frame(text)};
+    reply.said_by = 1;
+    ear.judge.hear_reply(reply);
+    return ear.status();
+  };
+  EXPECT_EQ(after(kState2), Status::kPassed);
+  EXPECT_EQ(after("142#9C00000000000000"), Status::kFailed);
+  EXPECT_EQ(after("741#9C00000000000000"), Status::kFailed);
+  EXPECT_EQ(after("141#9C000000"), Status::kFailed);
+  EXPECT_EQ(after("141#"), Status::kFailed);
+  EXPECT_EQ(after(kState1), Status::kFailed);
+}
+
 /// Of the reply to state 1 and 3 bytes [7] are the error bits.
 Ear any_error() {
   Replies replies;

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from selenium.webdriver.support.ui import WebDriverWait
 
 FIRST = "#residual-cases tbody tr"
 
@@ -155,8 +156,8 @@ def test_the_theme_is_that_of_the_system_until_it_is_chosen(browser, pages):
     assert browser.run(ground) != bright
     browser.click("#theme")
     assert browser.run(ground) == bright
-    browser.driver.refresh()
-    assert browser.run(ground) == bright
+    # A browser writes its storage down in its own time, and a page is loaded by another process.
+    WebDriverWait(browser.driver, 20).until(lambda driver: driver.refresh() or browser.run(ground) == bright)
 
 
 def test_holes_are_told_to_those_who_do_not_see_them(many, answer):
