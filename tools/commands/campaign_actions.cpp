@@ -17,6 +17,7 @@
 #include "emulator/scenario/scenario_runner.hpp"
 #include "tools/campaign/hosts/run_host.hpp"
 #include "tools/campaign/plan/case_files.hpp"
+#include "tools/campaign/plan/plan_check.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 #include "tools/campaign/report/answer_json.hpp"
 #include "tools/campaign/report/answer_junit.hpp"
@@ -117,20 +118,35 @@ std::function<CaseRunner()> runner_of(const Plan& plan, HostReferences& referenc
   };
 }
 
-/// What a plan is wrong with that only a case shows, before anything is written.
-void check_first_case(const Plan& plan) {
+/// A few, spread over all of them; where one is excluded, the next that is not.
+std::vector<CaseToRun> spread_cases(const Plan& plan, std::uint64_t most) {
   const CaseNumbers numbers(plan);
-  for (std::uint64_t n = 0; n < std::min<std::uint64_t>(numbers.numbers(), 1000); ++n) {
-    const auto values = numbers.values(n);
-    if (!values) continue;
-    HostCase settings;
-    settings.host_values = host_values(plan, *values);
-    if (plan.host) check_host(host_setup(plan), settings);
-    CaseScenarios scenarios(plan);
-    const CaseGroup group = scenarios.group(*values);
-    scenarios.fault(*values, group.scenario);
-    return;
+  const std::uint64_t count = std::min(most, numbers.numbers());
+  std::uint64_t looks = 1'000'000;
+  std::vector<CaseToRun> cases;
+  std::uint64_t number = 0;
+  for (std::uint64_t n = 0; n < count; ++n) {
+    number = std::max(number, numbers.numbers() / count * n);
+    for (; number < numbers.numbers() && looks > 0; ++number, --looks) {
+      auto values = numbers.values(number);
+      if (!values) continue;
+      cases.push_back({number++, 0, std::move(*values)});
+      break;
+    }
   }
+  if (cases.empty()) throw StartError(plan.file.string() + ": exclude: leaves no case to be found");
+  return cases;
+}
+
+/// What a plan is wrong with that only a case shows, before anything is written.
+void check_plan(const Plan& plan) {
+  if (plan.host) {
+    const CaseToRun first = spread_cases(plan, 1).at(0);
+    HostCase settings;
+    settings.host_values = host_values(plan, first.values);
+    check_host(host_setup(plan), settings);
+  }
+  check_ends(plan);
 }
 
 /// Later generations of `adaptive` need what became of earlier ones.
@@ -173,6 +189,18 @@ std::vector<Threshold> thresholds_of(const CampaignReports& reports, const Campa
   return thresholds;
 }
 
+/// Where reports cannot be written, before anything is run that may take a night.
+void check_reports(const CampaignReports& reports) {
+  const std::pair<const char*, fs::path> files[] = {
+      {"--html", reports.html}, {"--json", reports.json}, {"--junit", reports.junit}};
+  for (const auto& [option, file] : files) {
+    const fs::path directory = file.parent_path();
+    if (directory.empty() || fs::is_directory(directory)) continue;
+    throw StartError(std::string(option) + ": there is no directory " +
+                     on_one_line(directory.string()));
+  }
+}
+
 /// Says and writes what came of a campaign. `complete` adds what only its plan can.
 int report_of(const CampaignStore& store, const std::string& plan_file,
               const CampaignReports& reports, bool quiet,
@@ -204,24 +232,6 @@ std::string dimension_text(const Dimension& dimension) {
     text += (n > 0 ? ", " : "") + value_text(set.values()[n]);
   }
   return text + (set.size() > kShown ? ", …" : "");
-}
-
-/// A few, spread over all of them; where one is excluded, the next that is not.
-std::vector<CaseToRun> spread_cases(const CaseNumbers& numbers, std::uint64_t most) {
-  const std::uint64_t count = std::min(most, numbers.numbers());
-  std::uint64_t looks = 1'000'000;
-  std::vector<CaseToRun> cases;
-  std::uint64_t number = 0;
-  for (std::uint64_t n = 0; n < count; ++n) {
-    number = std::max(number, numbers.numbers() / count * n);
-    for (; number < numbers.numbers() && looks > 0; ++number, --looks) {
-      auto values = numbers.values(number);
-      if (!values) continue;
-      cases.push_back({number++, 0, std::move(*values)});
-      break;
-    }
-  }
-  return cases;
 }
 
 std::string time_words(double seconds) {
@@ -270,8 +280,7 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
 }
 
 int tell_cost(const Plan& plan, int jobs) {
-  check_first_case(plan);
-  const CaseNumbers numbers(plan);
+  check_plan(plan);
   const auto sampling = kSamplingWords[static_cast<std::size_t>(plan.head.sampling)];
   std::printf("%s: %lu cases, sampling %s, scenario %s\n", plan.head.plan_name.c_str(),
               static_cast<unsigned long>(plan.head.cases), std::string(sampling).c_str(),
@@ -285,8 +294,7 @@ int tell_cost(const Plan& plan, int jobs) {
   }
   constexpr std::uint64_t kTried = 64;
   const std::vector<CaseToRun> some =
-      spread_cases(numbers, plan.host ? static_cast<std::uint64_t>(jobs) : kTried);
-  if (some.empty()) throw StartError(plan.file.string() + ": exclude: leaves no case to be found");
+      spread_cases(plan, plan.host ? static_cast<std::uint64_t>(jobs) : kTried);
   HostReferences references;
   const auto began = std::chrono::steady_clock::now();
   runner_of(plan, references)()(some);
@@ -301,7 +309,8 @@ int tell_cost(const Plan& plan, int jobs) {
 
 int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request) {
   check_shard(plan, request);
-  check_first_case(plan);
+  check_plan(plan);
+  check_reports(request.reports);
   thresholds_of(request.reports, plan.head);
   CampaignOptions options = request.options;
   std::optional<CampaignStore> earlier;

@@ -30,6 +30,24 @@ class Refused(InADirectory):
         self.refuse_dimensions("fault.kind = \"silent\"\nfault.id = 1\nfault.at_s = [0.1, 0.2]\n", "bad.toml.*exclude",
                                rest='[[exclude]]\nfault.id = 1\n', sampling="full")
 
+    def test_values_that_only_a_later_case_would_have(self):
+        """Nothing is run, and no file is begun."""
+        for dimensions, says in [
+                (KINDS + "supply_V = [24, 24, 24, 24, 24, 1e9]\n", "bad.toml: dimension: supply_V = 1000000000: .*"),
+                (KINDS + "load.J_g_cm2 = { from = 1, to = 1e30, log = true }\n", "bad.toml: dimension: load.J_g_cm2 = 1e.*30: .*"),
+                (KINDS.replace("fault.id = 1", "fault.id = [1, 7]"), "bad.toml.*7")]:
+            self.write("bad.toml", plan(10, dimensions))
+            for words in ["bad.toml"], ["bad.toml", "--dry-run"]:
+                with self.subTest(dimensions, words=words):
+                    self.refused(*words, says=says)
+        self.assertFalse((self.directory / "bad.db").exists())
+
+    def test_reports_for_which_there_is_no_directory(self):
+        self.write("p.toml", plan(10))
+        for option in "--html", "--json", "--junit":
+            self.refused("p.toml", option, "nowhere/report", says=f"{option}.*nowhere")
+        self.assertFalse((self.directory / "p.db").exists())
+
     def test_plans_that_are_none(self):
         self.write("text.toml", "a night of faults\n")
         (self.directory / "binary.toml").write_bytes(bytes(range(256)))
