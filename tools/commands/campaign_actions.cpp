@@ -139,14 +139,15 @@ std::vector<CaseToRun> spread_cases(const Plan& plan, std::uint64_t most) {
 }
 
 /// What a plan is wrong with that only a case shows, before anything is written.
-void check_plan(const Plan& plan) {
-  if (plan.host) {
-    const CaseToRun first = spread_cases(plan, 1).at(0);
-    HostCase settings;
-    settings.host_values = host_values(plan, first.values);
-    check_host(host_setup(plan), settings);
-  }
+void check_plan(const Plan& plan, HostReferences& references) {
   check_ends(plan);
+  if (!plan.host) return;
+  const CaseToRun first = spread_cases(plan, 1).at(0);
+  HostCase settings;
+  settings.host_values = host_values(plan, first.values);
+  check_host(host_setup(plan), settings);
+  const Interruptible interruptible;
+  HostRunner(plan, references, interruption()).try_without_fault(first);
 }
 
 /// Later generations of `adaptive` need what became of earlier ones.
@@ -169,12 +170,17 @@ void check_shard(const Plan& plan, const CampaignRequest& request) {
   }
 }
 
-/// Where results go: a new file, or one that is gone on with.
-CampaignStore store_of(const Plan& plan, const CampaignRequest& request) {
-  if (!fs::exists(request.store)) return CampaignStore::create(request.store, plan.head);
-  if (request.resume) return CampaignStore::resume(request.store, plan.head);
+/// Results that are there already are not written over.
+void check_store(const CampaignRequest& request) {
+  if (request.resume || !fs::exists(request.store)) return;
   throw StartError(on_one_line(request.store.string()) +
                    ": is there already; --resume goes on with it, -o FILE begins another");
+}
+
+/// Where results go: a new file, or one that is gone on with.
+CampaignStore store_of(const Plan& plan, const CampaignRequest& request) {
+  return fs::exists(request.store) ? CampaignStore::resume(request.store, plan.head)
+                                   : CampaignStore::create(request.store, plan.head);
 }
 
 CaseStream stream_of(const CampaignStore& store) {
@@ -280,7 +286,8 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
 }
 
 int tell_cost(const Plan& plan, int jobs) {
-  check_plan(plan);
+  HostReferences references;
+  check_plan(plan, references);
   const auto sampling = kSamplingWords[static_cast<std::size_t>(plan.head.sampling)];
   std::printf("%s: %lu cases, sampling %s, scenario %s\n", plan.head.plan_name.c_str(),
               static_cast<unsigned long>(plan.head.cases), std::string(sampling).c_str(),
@@ -295,7 +302,6 @@ int tell_cost(const Plan& plan, int jobs) {
   constexpr std::uint64_t kTried = 64;
   const std::vector<CaseToRun> some =
       spread_cases(plan, plan.host ? static_cast<std::uint64_t>(jobs) : kTried);
-  HostReferences references;
   const auto began = std::chrono::steady_clock::now();
   runner_of(plan, references)()(some);
   const double each_s =
@@ -309,7 +315,7 @@ int tell_cost(const Plan& plan, int jobs) {
 
 int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request) {
   check_shard(plan, request);
-  check_plan(plan);
+  check_store(request);
   check_reports(request.reports);
   thresholds_of(request.reports, plan.head);
   CampaignOptions options = request.options;
@@ -318,8 +324,9 @@ int run_and_report(const Plan& plan, const std::string& given, const CampaignReq
     earlier = read_same(request.after, plan);
     options.earlier = &*earlier;
   }
-  CampaignStore store = store_of(plan, request);
   HostReferences references;
+  check_plan(plan, references);
+  CampaignStore store = store_of(plan, request);
   const CampaignEnd end = run_campaign(plan, store, options, runner_of(plan, references));
   const std::string name = on_one_line(request.store.string());
   if (end.interrupted) {

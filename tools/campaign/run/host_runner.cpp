@@ -140,19 +140,35 @@ std::optional<HostRun> HostRunner::run_once(std::uint64_t number, const CaseValu
   return run_host_case(setup_, one, stop_);
 }
 
-std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
-  const CaseGroup group = scenarios_.group(one.values);
+std::shared_ptr<HostReferences::Reference> HostRunner::reference_of(const CaseToRun& one) {
   const CaseValues rest = scenarios_.without_fault(one.values);
   std::string key;
   for (const auto& value : rest) key += (value ? value_text(*value) : "") + '|';
-  const auto reference = references_.find(key);
+  auto reference = references_.find(key);
   bool stopped = false;
   std::call_once(reference->once, [&] {
     const auto run = run_once(one.number, rest);
     stopped = !run;
-    if (run) reference->run = seen(*run);
+    if (!run) return;
+    reference->run = seen(*run);
+    reference->end = end_of(*run, setup_);
   });
-  if (stopped || reference->run.verdict.expectations.empty()) return std::nullopt;
+  if (stopped || reference->run.verdict.expectations.empty()) return nullptr;
+  return reference;
+}
+
+void HostRunner::try_without_fault(const CaseToRun& one) {
+  if (kind_of(plan_, one.values) == nullptr) return;
+  const auto reference = reference_of(one);
+  if (!reference || reference->end.kind == HostEnd::Kind::kExited) return;
+  throw StartError(plan_.file.string() + ": host: even without a fault the command of case " +
+                   std::to_string(one.number) + " ends like this: " + reference->end.note);
+}
+
+std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
+  const CaseGroup group = scenarios_.group(one.values);
+  const auto reference = reference_of(one);
+  if (!reference) return std::nullopt;
   std::optional<CaseResult> worst;
   std::vector<CaseOutcome> outcomes;
   double wall_s = 0;

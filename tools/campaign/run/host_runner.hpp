@@ -28,6 +28,7 @@ class HostReferences {
   struct Reference {
     std::once_flag once;
     SeenRun run;
+    HostEnd end;
   };
   std::shared_ptr<Reference> find(const std::string& key);
 
@@ -43,11 +44,15 @@ class HostRunner {
   /// `plan` and `references` must outlive this; `stop` can be read when cases are to be left.
   HostRunner(const Plan& plan, HostReferences& references, int stop);
 
+  /// Throws StartError when the host hangs or dies in this case even without its fault.
+  void try_without_fault(const CaseToRun& one);
   /// Fewer, when it is stopped. Throws StartError, ConfigError.
   std::vector<CaseResult> run(std::span<const CaseToRun> cases);
 
  private:
   std::optional<HostRun> run_once(std::uint64_t number, const CaseValues& values);
+  /// Null when it is stopped.
+  std::shared_ptr<HostReferences::Reference> reference_of(const CaseToRun& one);
   std::optional<CaseResult> run_case(const CaseToRun& one);
   CaseResult judged(const CaseToRun& one, const CaseGroup& group, const SeenRun& without,
                     const HostRun& run) const;

@@ -48,6 +48,11 @@ class Refused(InADirectory):
             self.refused("p.toml", option, "nowhere/report", says=f"{option}.*nowhere")
         self.assertFalse((self.directory / "p.db").exists())
 
+    def test_a_host_that_dies_even_without_a_fault(self):
+        self.write("p.toml", plan(10, rest='[host]\ncommand = ["sh", "-c", "echo no module named can; exit 3"]\n'))
+        for words in ["p.toml"], ["p.toml", "--dry-run"]:
+            self.refused(*words, says="p.toml: host: .*without a fault.*exit status 3; no module named can")
+
     def test_plans_that_are_none(self):
         self.write("text.toml", "a night of faults\n")
         (self.directory / "binary.toml").write_bytes(bytes(range(256)))
