@@ -14,7 +14,10 @@ namespace {
 /// All words; the least and the most of numbers.
 std::vector<CaseValue> ends_of(const DimensionValues& values) {
   if (values.has_words()) return values.values();
-  return {values.least(), values.most()};
+  std::vector<CaseValue> ends;
+  ends.emplace_back(values.least());
+  ends.emplace_back(values.most());
+  return ends;
 }
 
 /// The first case that is not excluded; without values when there is none among the first.
@@ -52,7 +55,8 @@ void check_ends(const Plan& plan) {
   CaseReader reader(plan);
   reader.read(first);
   const Dimension* const kinds = plan.find(Target::kFaultKind);
-  for (const CaseValue& kind : kinds ? kinds->values.values() : std::vector<CaseValue>{0.0}) {
+  const std::vector<CaseValue> all = kinds ? kinds->values.values() : std::vector<CaseValue>(1);
+  for (const CaseValue& kind : all) {
     for (std::size_t changed = 0; changed < plan.dimensions.size(); ++changed) {
       const Dimension& dimension = plan.dimensions[changed];
       for (const CaseValue& end : ends_of(dimension.values)) {
