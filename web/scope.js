@@ -218,7 +218,7 @@ function build() {
     putCursor: (name) => shown.putCursorAt(name, name === 'A' ? 1 / 3 : 2 / 3), spectra: () => showSpectra(!spectra.on)});
   triggerControls = new TriggerControls(trigger, retrigger);
   const layouts = new Layouts({current: layout, apply: applyLayout});
-  controls.addRow(triggerControls.root, layouts.root);
+  controls.add({trigger: triggerControls.root, layouts: layouts.root});
   table = new ScopeTable(toggle);
   panels = new Panels(plots, {view, onPoint, onToggle: toggle, onSelect: (from_s, to_s) => shown.hold(from_s, to_s)});
   spectra = new Spectra(panels);

@@ -43,12 +43,14 @@ export class ScopeControls {
         button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.spectra, this.frames),
       el('div', {class: 'row wide-gap'}, this.drives, this.sets),
       this.more = el('div', {class: 'row wide-gap'}),
-      el('details', {}, el('summary', {text: t('all_signals')}), this.signals));
+      el('div', {class: 'folded'}, el('details', {}, el('summary', {text: t('all_signals')}), this.signals),
+        this.layouts = el('details', {}, el('summary', {text: t('layouts')}))));
   }
 
-  /// Controls of others.
-  addRow(...groups) {
-    this.more.append(...groups);
+  /// The controls of others.
+  add({trigger, layouts}) {
+    this.more.append(trigger);
+    this.layouts.append(layouts);
   }
 
   build() {

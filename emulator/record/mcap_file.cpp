@@ -46,7 +46,8 @@ void File::message(std::uint16_t channel, SimTime at, std::string_view data) {
   const auto at_ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, at.count()));
   if (!open_) {
     open_ = true;
-    chunk_ = {.start_ns = at_ns, .end_ns = at_ns, .offset = end()};
+    chunk_.start_ns = chunk_.end_ns = at_ns;
+    chunk_.offset = end();
     put(chunk_head(chunk_));
   }
   const std::uint64_t number = counts_[channel]++;
