@@ -260,8 +260,8 @@ export function visit(query) {
 
 /// For tests and scripts: what is drawn of a trace.
 export const inspect = () => ({traces, captures, view: view(), held: shown.held !== null, cursors: shown.cursors, frames: frames.length,
-  time_s: busTime(buses()[0]?.bus), triggered_s: trigger.shot_s, peaks: spectra.peaks, layout: layout(),
-  values: panels.plots.map(({plot, unit}) => ({unit, min: plot.scales.y.min, max: plot.scales.y.max}))});
+  time_s: busTime(buses()[0]?.bus), triggered_s: trigger.shot_s, ...(panels && {peaks: spectra.peaks, layout: layout(),
+    values: panels.plots.map(({plot, unit}) => ({unit, min: plot.scales.y.min, max: plot.scales.y.max}))})});
 
 on('program', () => {
   if (!panels) build();

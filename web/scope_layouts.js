@@ -79,7 +79,7 @@ export class Layouts {
     this.file = el('input', {type: 'file', accept: '.json,application/json', hidden: true, onchange: () => this.read()});
     const button = (key, onclick) => el('button', {type: 'button', title: t(`${key}_about`), onclick}, t(key));
     this.root = el('div', {class: 'row', role: 'group', 'aria-label': t('layouts')}, this.list, this.name,
-      button('layout_save', () => this.save()), button('layout_remove', () => this.remove()),
+      button('layout_load', () => this.choose()), button('layout_save', () => this.save()), button('layout_remove', () => this.remove()),
       button('layout_export', () => this.write()), button('layout_import', () => this.file.click()), this.file);
     this.show('');
   }

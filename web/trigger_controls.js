@@ -1,6 +1,6 @@
 // What the scope's trigger is told.
 
-import {el, labelled, setText} from './dom.js';
+import {el, labelled, note, setText} from './dom.js';
 import {figures} from './format.js';
 import {kErrors, kKinds, kModes} from './trigger.js';
 import {driveKey, driveName, store} from './store.js';
@@ -41,7 +41,8 @@ export class TriggerControls {
       if (field.value !== '' && Number.isFinite(Number(field.value))) settings[key] = Number(field.value);
     } else if (key === 'command') {
       const byte = /^(?:0x)?([0-9a-f]{1,2})$/i.exec(field.value.trim());
-      if (byte) settings.command = byte[1].toUpperCase().padStart(2, '0');
+      if (!byte) note(t('trigger_bad_command'), true);
+      else settings.command = byte[1].toUpperCase().padStart(2, '0');
     } else {
       settings[key] = field.value;
     }
