@@ -8,6 +8,7 @@ import {t} from './words.js';
 
 export const kAxis_px = 62;
 const kSide = 0.4;     // of the width, for the spectra
+export const kPadding = [22, null, null, null];  // above a picture its legend
 const kLeast_px = 76;
 const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
 const kLeastBins = 160;
@@ -67,7 +68,7 @@ export class Panels {
     const axis = axisStyle();
     const few = this.traces.length <= kFew;
     const plot = new uPlot({
-      width: 300, height: 120, legend: {show: false}, pxAlign: 0,
+      width: 300, height: 120, legend: {show: false}, pxAlign: 0, padding: kPadding,
       cursor: {sync: {key: 'scope'}, drag: {x: false, y: false, setScale: false, click: () => {}}, bind: {mousedown: () => null}, points: {show: traces.length <= 8}, y: false},
       select: {show: true},
       scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }},

@@ -77,10 +77,10 @@ export class Layouts {
     this.name = el('input', {type: 'text', 'aria-label': t('layout_name'), placeholder: t('layout_name'), maxlength: kMostName, size: 12,
       onkeydown: (event) => { if (event.key === 'Enter') this.save(); }});
     this.file = el('input', {type: 'file', accept: '.json,application/json', hidden: true, onchange: () => this.read()});
-    const button = (key, onclick) => el('button', {type: 'button', title: t(`${key}_about`), onclick}, t(key));
+    const button = (key, onclick) => el('button', {type: 'button', title: t(`layout_${key}_about`), onclick}, t(`layout_${key}`));
     this.root = el('div', {class: 'row', role: 'group', 'aria-label': t('layouts')}, this.list, this.name,
-      button('layout_load', () => this.choose()), button('layout_save', () => this.save()), button('layout_remove', () => this.remove()),
-      button('layout_export', () => this.write()), button('layout_import', () => this.file.click()), this.file);
+      button('load', () => this.choose()), button('save', () => this.save()), button('remove', () => this.remove()),
+      button('export', () => this.write()), button('import', () => this.file.click()), this.file);
     this.show('');
   }
 

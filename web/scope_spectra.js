@@ -3,7 +3,7 @@
 import {columnsOf, peakOf, spectrum} from './fft.js';
 import {el} from './dom.js';
 import {figures, kUnits} from './format.js';
-import {axisStyle, css, kAxis_px} from './panels.js';
+import {axisStyle, kAxis_px, kPadding} from './panels.js';
 import {t} from './words.js';
 
 const kMostRunning = 1 << 13;  // samples of a moving picture: what is worked out within a frame
@@ -54,7 +54,7 @@ export class Spectra {
     side.setAttribute('aria-label', t('spectrum_of', {unit: kUnits[unit]}));
     const span = el('span', {class: 'spectrum-span dim'});
     const plot = new uPlot({
-      width: 200, height: 120, legend: {show: false}, pxAlign: 0,
+      width: 200, height: 120, legend: {show: false}, pxAlign: 0, padding: kPadding,
       cursor: {drag: {x: true, y: false, setScale: false}, points: {show: false}, y: false},
       scales: {x: {time: false, range: () => zoom.range_Hz ?? [0, this.most_Hz(traces)]}, y: {range: (u, min, max) => [0, max > 0 ? max * 1.15 : 1]}},
       axes: [{...axis, size: 34, values: (u, ticks) => ticks.map((tick) => `${figures(tick, 6)}${tick === ticks[0] ? ' Hz' : ''}`)},
