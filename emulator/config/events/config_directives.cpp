@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "emulator/config/config_checks.hpp"
+#include "emulator/config/config_body.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
@@ -32,9 +33,10 @@ constexpr Companion kCompanions[] = {
 };
 
 constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient_C", "load",
-                                    "turn_deg", "settings", "fault",    "clear",     "mark"};
+                                    "turn_deg", "settings", "fault",    "clear",     "push", "payload",  "freeze",   "mark"};
 constexpr const char* kActionList =
-    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear or mark";
+    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, freeze "
+    "or mark";
 
 /// One action at most.
 void check_actions(TableReader& reader) {
@@ -54,7 +56,7 @@ void check_actions(TableReader& reader) {
 /// No key that nobody knows, and then none that belongs to another action: where an action is
 /// misspelt, that is what is wrong.
 void finish_event(TableReader& reader) {
-  for (const char* action : {"load", "settings", "fault"}) {
+  for (const char* action : {"load", "settings", "fault", "push", "payload"}) {
     if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
   }
   for (const auto& companion : kCompanions) {
@@ -173,6 +175,10 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
   if (const auto which = reader.text("clear")) {
     refuse_ids(reader, "clear");
     action = ClearFault{*which};
+  }
+  if (auto act = read_body_act(reader, bus.body.get())) {
+    refuse_ids(reader, "what is done to the body");
+    action = *act;
   }
   if (const auto text = reader.text("mark")) {
     refuse_ids(reader, "mark");

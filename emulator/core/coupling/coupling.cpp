@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
@@ -50,15 +51,47 @@ Coupling::Coupling(const Coupling& other)
     : mechanism_(other.mechanism_->clone()),
       links_(other.links_),
       torques_(other.torques_),
+      pushing_(other.pushing_),
       end_(other.end_),
       step_s_(other.step_s_),
       failure_(other.failure_) {}
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
 
+void Coupling::take_acts(std::span<Bus* const> buses) {
+  std::vector<BodyAct> acts;
+  for (Bus* const bus : buses) bus->take_body_acts(acts);
+  for (const BodyAct& act : acts) {
+    std::visit(overloaded{
+                   [&](const Push& push) { pushing_.push_back({push, end_ + push.duration}); },
+                   [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
+                   [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
+               },
+               act.what);
+  }
+}
+
+/// All that push a part at once, summed; a push is as long as whole steps can have it.
+void Coupling::push_on() {
+  for (const Pushing& one : pushing_) {
+    Push sum{.part = one.push.part};
+    for (const Pushing& other : pushing_) {
+      if (other.push.part != sum.part || other.until <= end_) continue;
+      for (std::size_t n = 0; n < 3; ++n) {
+        sum.force_N[n] += other.push.force_N[n];
+        sum.torque_Nm[n] += other.push.torque_Nm[n];
+      }
+    }
+    mechanism_->push(sum.part, sum.force_N, sum.torque_Nm);
+  }
+  std::erase_if(pushing_, [this](const Pushing& one) { return one.until <= end_; });
+}
+
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::begin(std::span<Bus* const> buses) {
+  take_acts(buses);
+  push_on();
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);

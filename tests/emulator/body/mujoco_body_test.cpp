@@ -55,6 +55,32 @@ TEST(MujocoBody, FeelsTheFloorInTheJoint) {
   EXPECT_GT(leg("0.0999")->joint(0).inertia_kg_m2, 3 * own);
 }
 
+/// Of a kilogram a metre out, pushed by 2 N for 10 ms: 2·0.01/(1 + 0.004) rad/s.
+TEST(MujocoBody, IsPushedLoadedAndHeld) {
+  const auto body = body_of(R"(<mujoco><option timestep=".001" gravity="0 0 0"/><worldbody>
+      <body name="arm"><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".1" mass="1"
+      pos="0 0 -1"/></body></worldbody></mujoco>)");
+  const JointTorque nothing[1] = {};
+  ASSERT_EQ(body->parts().size(), 2U);
+  body->push(1, {-2, 0, 0}, {0, 0, 0});
+  body->update();
+  for (int n = 0; n < 10; ++n) {
+    body->advance(nothing);
+    body->update();
+  }
+  body->push(1, {0, 0, 0}, {0, 0, 0});
+  EXPECT_NEAR(body->joint(0).speed_rad_s, 0.02 / 1.004, 1e-6);
+  body->carry(1, 2.0);
+  body->update();
+  EXPECT_NEAR(body->joint(0).inertia_kg_m2, 3.004, 1e-9);
+  body->freeze(true);
+  body->update();
+  const double angle = body->joint(0).angle_rad;
+  body->advance(nothing);
+  EXPECT_EQ(body->joint(0).angle_rad, angle);
+  EXPECT_EQ(body->joint(0).speed_rad_s, 0);
+}
+
 TEST(MujocoBody, SaysWhereItExplodes) {
   const auto body = body_of(kDoublePendulum);
   const JointTorque torques[2] = {{0, 0}, {1e300, 0}};

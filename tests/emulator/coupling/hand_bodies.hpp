@@ -78,6 +78,10 @@ class HandBody : public emulator::Mechanism {
       taken_J_ += torques[n].mean_Nm * (q_[n] - q_before[n]);
     }
   }
+  std::span<const std::string> parts() const override { return {}; }
+  void push(std::size_t, const std::array<double, 3>&, const std::array<double, 3>&) override {}
+  void carry(std::size_t, double) override {}
+  void freeze(bool) override {}
   std::optional<std::string> failure() const override { return std::nullopt; }
 
   const Two& angles() const { return q_; }
