@@ -60,14 +60,14 @@ class MujocoBody : public Mechanism {
   SimTime step_;
   int substeps_ = 1;
   std::vector<std::string> names_;
-  std::vector<int> hinges_;       // of the model's joints
+  std::vector<int> hinges_;         // of the model's joints
   std::vector<std::string> parts_;  // the model's bodies
   std::vector<double> own_kg_;      // of these
   bool frozen_ = false;
   bool constants_changed_ = true;  // those that others are derived from
-  std::vector<double> response_;  // nv x nv: its Cholesky factor
-  std::vector<double> inertia_;   // by names_
-  std::vector<double> slopes_;    // nv, kept for its memory, as the next
+  std::vector<double> response_;   // nv x nv: its Cholesky factor
+  std::vector<double> inertia_;    // by names_
+  std::vector<double> slopes_;     // nv, kept for its memory, as the next
   std::vector<double> work_;
   std::optional<std::string> failure_;
 };

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
-#include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_body.hpp"
+#include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
@@ -33,9 +33,11 @@ constexpr Companion kCompanions[] = {
 };
 
 constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient_C", "load",
-                                    "turn_deg", "settings", "fault",    "clear",     "push", "payload",  "freeze",   "mark"};
+                                    "turn_deg", "settings", "fault",    "clear",     "push",
+                                    "payload",  "freeze",   "mark"};
 constexpr const char* kActionList =
-    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, freeze "
+    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, "
+    "freeze "
     "or mark";
 
 /// One action at most.
@@ -113,7 +115,8 @@ void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
   if (servo == nullptr || !servo->joint) return;
   for (const char* action : {"load", "turn_deg"}) {
     if (!reader.has(action)) continue;
-    reader.fail(action, "drive " + std::to_string(servo->id) + " turns a joint of the body, which is its load");
+    reader.fail(action, "drive " + std::to_string(servo->id) +
+                            " turns a joint of the body, which is its load");
   }
 }
 

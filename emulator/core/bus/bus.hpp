@@ -127,7 +127,9 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
-  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint}; }
+  DriveView view(int id) const {
+    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
+  }
   /// Moves out what the body has been told since the last call, in order; appended.
   void take_body_acts(std::vector<BodyAct>& out);
   /// Of one that is mounted.

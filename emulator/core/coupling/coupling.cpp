@@ -13,8 +13,8 @@ namespace {
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
-/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster than
-/// a body can follow that is heard once a step. Half a radian a step, assumed.
+/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster
+/// than a body can follow that is heard once a step. Half a radian a step, assumed.
 bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   const model::MechanicsParams& m = servo.profile.drive.mechanics;
   const double rate = servo.joint->rate;
@@ -28,8 +28,9 @@ bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
-    return bus.body != nullptr &&
-           std::ranges::any_of(bus.servos, [](const auto& servo) { return servo.joint.has_value(); });
+    return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
+             return servo.joint.has_value();
+           });
   });
 }
 
@@ -62,12 +63,15 @@ void Coupling::take_acts(std::span<Bus* const> buses) {
   std::vector<BodyAct> acts;
   for (Bus* const bus : buses) bus->take_body_acts(acts);
   for (const BodyAct& act : acts) {
-    std::visit(overloaded{
-                   [&](const Push& push) { pushing_.push_back({push, end_ + push.duration}); },
-                   [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
-                   [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
-               },
-               act.what);
+    std::visit(
+        overloaded{
+            [&](const Push& push) {
+              pushing_.push_back({push, end_ + push.duration});
+            },
+            [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
+            [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
+        },
+        act.what);
   }
 }
 
@@ -117,8 +121,7 @@ void Coupling::begin(std::span<Bus* const> buses) {
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-  const double ahead = shaft.theta - link.mount.theta -
-                       step_s_ * (link.mount.omega + 0.5 * gained);
+  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s_ - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
   return {mean * link.joint.rate, slope * link.joint.rate};

@@ -34,8 +34,8 @@ ServoConfig smooth_drive(int id) {
 
 protocol::Frame query(const protocol::Position5& step, int id) {
   const ServoConfig servo = smooth_drive(id);
-  return protocol::encode_query(
-      id, step, protocol::wire_format(servo.quirks.dialect, servo.profile.series));
+  return protocol::encode_query(id, step,
+                                protocol::wire_format(servo.quirks.dialect, servo.profile.series));
 }
 
 Scenario on_pendulum() {

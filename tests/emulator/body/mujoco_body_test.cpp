@@ -27,9 +27,13 @@ const std::string kArm =
 TEST(MujocoBody, SaysInItsWordsWhatIsWrongWithAModel) {
   EXPECT_NE(refusal("<mujoco><worldbody><body>").find("XML"), std::string::npos);
   EXPECT_NE(refusal("<mujoco><worldbody>" + kArm + R"(<geom type="mesh" mesh="no"/></worldbody>
-    <asset><mesh name="no" file="no.stl"/></asset></mujoco>)").find("no.stl"), std::string::npos);
+    <asset><mesh name="no" file="no.stl"/></asset></mujoco>)")
+                .find("no.stl"),
+            std::string::npos);
   EXPECT_NE(refusal(R"(<mujoco><worldbody><body><joint name="a"/><inertial pos="0 0 0" mass="0"
-    diaginertia="0 0 0"/></body></worldbody></mujoco>)").find("mass"), std::string::npos);
+    diaginertia="0 0 0"/></body></worldbody></mujoco>)")
+                .find("mass"),
+            std::string::npos);
   EXPECT_NE(refusal("<mujoco><worldbody/></mujoco>").find("no hinge"), std::string::npos);
   EXPECT_EQ(refusal("<mujoco><worldbody>" + kArm + "</worldbody></mujoco>"), "");
 }
@@ -45,9 +49,11 @@ TEST(MujocoBody, BeginsInItsFirstKeyframe) {
 /// Free, a foot is as light as it is; on the floor it has the floor behind it.
 TEST(MujocoBody, FeelsTheFloorInTheJoint) {
   const auto leg = [](const char* height) {
-    return body_of(std::string(R"(<mujoco><option timestep=".001"/><worldbody>
-      <geom type="plane" size="1 1 1"/><body pos="0 0 )") + height +
-      R"("><joint name="knee" axis="0 1 0"/><geom type="sphere" size=".1" mass="0.1" pos=".5 0 0"/>
+    return body_of(
+        std::string(R"(<mujoco><option timestep=".001"/><worldbody>
+      <geom type="plane" size="1 1 1"/><body pos="0 0 )") +
+        height +
+        R"("><joint name="knee" axis="0 1 0"/><geom type="sphere" size=".1" mass="0.1" pos=".5 0 0"/>
       </body></worldbody></mujoco>)");
   };
   const double own = 0.1 * (0.25 + 0.4 * 0.01);

@@ -38,8 +38,7 @@ Scenario smooth(SimTime step) {
   Scenario scenario = on_body(body, servos);
   scenario.robot.front().bitrate = 0;
   for (int id = 1; id <= 2; ++id) {
-    const auto format =
-        protocol::wire_format(servos[0].quirks.dialect, servos[0].profile.series);
+    const auto format = protocol::wire_format(servos[0].quirks.dialect, servos[0].profile.series);
     scenario.sends.push_back(
         {.frame = protocol::encode_query(id, protocol::Torque{id == 1 ? 1.5 : -1.0}, format)});
   }
@@ -134,7 +133,8 @@ TEST(Steps, AreStableWithStiffGearsOnALightBody) {
         run.advance_to(ms * kMs);
         fine.advance_to(ms * kMs);
         for (std::size_t n = 0; n < 2; ++n) {
-          apart = std::max(apart, std::abs(hand_body(run).angles()[n] - hand_body(fine).angles()[n]));
+          apart =
+              std::max(apart, std::abs(hand_body(run).angles()[n] - hand_body(fine).angles()[n]));
         }
       }
       EXPECT_LT(apart, 0.01 * 0.35) << motor << ' ' << m;  // 1 % of the way
