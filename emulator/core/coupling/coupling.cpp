@@ -24,6 +24,13 @@ bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   return omega2 * step_s * step_s > 0.25;
 }
 
+/// There is one.
+const Mechanism& body_of(std::span<const BusConfig> robot) {
+  return *std::ranges::find_if(robot, [](const BusConfig& bus) {
+            return bus.body != nullptr;
+          })->body;
+}
+
 }  // namespace
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
@@ -35,7 +42,7 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
 }
 
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-    : mechanism_(robot.front().body->clone()),
+    : mechanism_(body_of(robot).clone()),
       torques_(mechanism_->joints().size()),
       step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
   for (std::size_t n = 0; n < robot.size(); ++n) {
@@ -101,6 +108,8 @@ void Coupling::begin(std::span<Bus* const> buses) {
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
+  end_ += mechanism_->step();
+  if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
     const double rate = link.joint.rate;
@@ -112,7 +121,13 @@ void Coupling::begin(std::span<Bus* const> buses) {
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
-  end_ += mechanism_->step();
+}
+
+/// When it is first found the step ends.
+bool Coupling::has_failed() {
+  const auto reason = mechanism_->failure();
+  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  return reason.has_value();
 }
 
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
@@ -139,12 +154,6 @@ void Coupling::exchange(std::span<Bus* const> buses) {
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
-  failure_ = mechanism_->failure();
-  if (failure_) {
-    failure_ = "the body after " + time_text(end_) + ": " + *failure_;
-    end_ += mechanism_->step();
-    return;
-  }
   begin(buses);
 }
 

@@ -51,6 +51,7 @@ class Coupling {
   /// What the buses have told the body; and what pushes it yet.
   void take_acts(std::span<Bus* const> buses);
   void push_on();
+  bool has_failed();
   /// A step begins.
   void begin(std::span<Bus* const> buses);
 
