@@ -43,6 +43,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
   }
   const Faults before = unit.faults;
   const double stored_before = energy(drive).stored;
+  const double joint_before = state_->joint(drive).theta;
   unit.faults = faults;
   unit.slow_sensors_faulty = slow_sensors_faulty(faults);
   state_->derive_plant(drive);
@@ -66,6 +67,8 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
     block.faulty = any_faulty(block);
   });
+  // A body stays where it is: they grip at another angle than before.
+  if (unit.mounted) unit.mounted_at += state_->joint(drive).theta - joint_before;
 }
 
 const Faults& DriveBank::faults(std::size_t drive) const { return state_->units[drive].faults; }

@@ -53,6 +53,9 @@ class Bus {
   /// `settle` it returns true, unless the motors are shared: then false when it has to wait for
   /// them, and is to be called again, with the same time, when they have got to `waits_for`.
   bool advance_to(SimTime until);
+  /// Everything before `t` has happened and the motors stand at `t`; what happens at `t` itself is
+  /// still to come. Returns as advance_to does.
+  bool reach(SimTime t);
   /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
   /// stay behind until `settle` or the next `advance_to`; before, nothing may be read of drives.
   bool deliver_to(SimTime until);
@@ -124,8 +127,16 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
-  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
+  DriveView view(int id) const {
+    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
+  }
+  /// Moves out what the body has been told since the last call, in order; appended.
+  void take_body_acts(std::vector<BodyAct>& out);
+  /// Of one that is mounted.
+  model::MountedShaft mounted_shaft(int id) const;
   // Act now.
+  /// The body has the drive's joint so.
+  void mount(int id, const model::Mount& mount, const JointState& joint);
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);
@@ -226,6 +237,7 @@ class Bus {
   Duplicates duplicates_;
   std::vector<TimedFrame> replies_;   // hosts have got them; not yet taken
   std::vector<RomWrite> rom_writes_;  // not yet taken
+  std::vector<BodyAct> body_acts_;    // not yet taken
   BusStats stats_;                    // sums over the drives are made on reading
 };
 
