@@ -26,6 +26,7 @@ Scenario clamped(int drives, double battery_R_ohm) {
     ServoConfig servo;
     servo.id = id;
     servo.profile = profile("mg8016");
+    servo.rom = servo.profile.factory;
     servo.profile.drive.supply.v_source = kV;
     servo.profile.drive.supply.R_source = kCable_ohm;
     servo.profile.drive.load.J = 1e3;
