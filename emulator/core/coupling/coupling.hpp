@@ -42,6 +42,7 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
+    bool stiff = false;     // model::Mount has it
     model::Mount mount{};   // at the beginning of the step
     double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
   };

@@ -56,8 +56,8 @@ TEST_P(LinearBody, MovesAsTheSameLoadDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Motors, LinearBody, testing::ValuesIn(kMotors),
-                         [](const auto& info) {
-                           std::string name = info.param;
+                         [](const auto& motor) {
+                           std::string name = motor.param;
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });
