@@ -13,8 +13,8 @@ namespace {
 constexpr double kShortest_ms = 0.05;  // assumed
 constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
 
-constexpr double kLeast_ohm = 1e-4;    // assumed: less no current of a robot shows
-constexpr double kMost_ohm = 10;       // assumed: more, and no drive of a robot starts
+constexpr double kLeast_ohm = 1e-4;  // assumed: less no current of a robot shows
+constexpr double kMost_ohm = 10;     // assumed: more, and no drive of a robot starts
 
 std::string short_number(double value) {
   char text[32];
@@ -26,7 +26,8 @@ std::string short_number(double value) {
 void check_step(const TableReader& reader, const ServoConfig& servo, SimTime step) {
   const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
   if (f_Hz * step.count() % 1'000'000'000 == 0) return;
-  reader.fail("joint", "the body's step_ms, " + short_number(static_cast<double>(step.count()) / 1e6) +
+  reader.fail("joint", "the body's step_ms, " +
+                           short_number(static_cast<double>(step.count()) / 1e6) +
                            ", is no whole number of this drive's PWM periods (f_pwm_kHz = " +
                            short_number(static_cast<double>(f_Hz) / 1e3) + ")");
 }
@@ -34,7 +35,8 @@ void check_step(const TableReader& reader, const ServoConfig& servo, SimTime ste
 void check_alone(const TableReader& reader) {
   if (reader.has("load")) reader.fail("load", "the body is the load of a drive with a joint");
   if (reader.has("boot_angle_deg")) {
-    reader.fail("boot_angle_deg", "a drive with a joint starts where the body has it: use offset_deg");
+    reader.fail("boot_angle_deg",
+                "a drive with a joint starts where the body has it: use offset_deg");
   }
 }
 

@@ -34,7 +34,7 @@ class Battery {
     double v_link;   // V, now
   };
   double R_ohm_;
-  double C_F_ = 0;     // of all links
+  double C_F_ = 0;  // of all links
   double drop_V_ = 0;
   std::vector<Link> links_;
 };

@@ -1,19 +1,21 @@
 #include "emulator/core/coupling/coupling.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <chrono>
 
 #include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {
 
+/// A battery's, where there is no body. Assumed: motors take longer to warm up, links are as fast.
+constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
+
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
-/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster than
-/// a body can follow that is heard once a step. Half a radian a step, assumed.
+/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster
+/// than a body can follow that is heard once a step. Half a radian a step, assumed.
 bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   const model::MechanicsParams& m = servo.profile.drive.mechanics;
   const double rate = servo.joint->rate;
@@ -23,35 +25,46 @@ bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   return omega2 * step_s * step_s > 0.25;
 }
 
-}  // namespace
-
-bool Coupling::needed(std::span<const BusConfig> robot) {
+/// Some drive of the robot turns a joint.
+bool moves_body(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
-    return bus.body != nullptr &&
-           std::ranges::any_of(bus.servos, [](const auto& servo) { return servo.joint.has_value(); });
+    return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
+             return servo.joint.has_value();
+           });
   });
 }
 
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
+
+}  // namespace
+
+bool Coupling::needed(std::span<const BusConfig> robot) {
+  return moves_body(robot) || Battery::needed(robot);
+}
+
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-    : mechanism_(robot.front().body->clone()),
-      torques_(mechanism_->joints().size()),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+    : mechanism_(moves_body(robot) ? robot.front().body->clone() : nullptr),
+      torques_(mechanism_ ? mechanism_->joints().size() : 0),
+      step_(mechanism_ ? mechanism_->step() : kBatteryStep) {
+  if (Battery::needed(robot)) battery_.emplace(robot, buses);
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
       links_.push_back({n, servo.id, *servo.joint});
-      links_.back().stiff = is_stiff(servo, *mechanism_, step_s_);
+      links_.back().stiff = is_stiff(servo, *mechanism_, seconds(step_));
     }
   }
-  begin(buses);
+  if (mechanism_) begin(buses);
+  end_ = step_;
 }
 
 Coupling::Coupling(const Coupling& other)
-    : mechanism_(other.mechanism_->clone()),
+    : mechanism_(other.mechanism_ ? other.mechanism_->clone() : nullptr),
+      battery_(other.battery_),
       links_(other.links_),
       torques_(other.torques_),
       end_(other.end_),
-      step_s_(other.step_s_),
+      step_(other.step_),
       failure_(other.failure_) {}
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
@@ -74,27 +87,28 @@ void Coupling::begin(std::span<Bus* const> buses) {
                   .stiff = link.stiff};
     buses[link.bus]->mount(link.id, link.mount);
   }
-  end_ += mechanism_->step();
 }
 
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
 /// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
+  const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-  const double ahead = shaft.theta - link.mount.theta -
-                       step_s_ * (link.mount.omega + 0.5 * gained);
-  const double mean = J * gained / step_s_ - link.mount.tau;
-  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
+  const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
+  const double mean = J * gained / step_s - link.mount.tau;
+  const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
   return {mean * link.joint.rate, slope * link.joint.rate};
 }
 
 void Coupling::exchange(std::span<Bus* const> buses) {
-  if (failure_) {
-    end_ += mechanism_->step();
-    return;
-  }
+  if (battery_) battery_->exchange(buses, step_);
+  if (mechanism_ && !failure_) take_step(buses);
+  end_ += step_;
+}
+
+void Coupling::take_step(std::span<Bus* const> buses) {
   for (const Link& link : links_) {
     torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
   }
@@ -102,7 +116,6 @@ void Coupling::exchange(std::span<Bus* const> buses) {
   failure_ = mechanism_->failure();
   if (failure_) {
     failure_ = "the body after " + time_text(end_) + ": " + *failure_;
-    end_ += mechanism_->step();
     return;
   }
   begin(buses);

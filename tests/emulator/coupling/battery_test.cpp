@@ -42,7 +42,8 @@ void torque(ScenarioRun& run, int id, double iq_A) {
   const ServoConfig servo = clamped(1, 0).robot.front().servos.front();
   const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
   const auto lsb = static_cast<std::int16_t>(std::lround(iq_A / 0.016));
-  run.receive(0, {milliseconds(100 + id), protocol::encode_query(id, protocol::Torque{lsb}, format)});
+  run.receive(0,
+              {milliseconds(100 + id), protocol::encode_query(id, protocol::Torque{lsb}, format)});
 }
 
 /// W, what a drive takes that holds `iq_A`: nearly all of it copper, whatever its voltage.
@@ -82,7 +83,8 @@ TEST(Battery, IsFeltByADriveThatDrawsNothing) {
   run.advance_to(milliseconds(500));
   const double fell_V = idle_V - run.bus(0).truth(2).v_bus;
   const double draws_A = P_W / run.bus(0).truth(1).v_bus;
-  EXPECT_NEAR(fell_V, draws_A * 1.0, 0.05 * fell_V);  // what the first one's electronics draw is in P_W, too
+  EXPECT_NEAR(fell_V, draws_A * 1.0,
+              0.05 * fell_V);  // what the first one's electronics draw is in P_W, too
 }
 
 /// The links' capacitors behind a large resistance: an estimate by the current of the step before
