@@ -85,7 +85,8 @@ void Coupling::begin(std::span<Bus* const> buses) {
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
                   .tau = joint.body_torque_Nm / rate,
                   .stiff = link.stiff};
-    buses[link.bus]->mount(link.id, link.mount);
+    buses[link.bus]->mount(link.id, link.mount,
+                           {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
 }
 
@@ -109,8 +110,11 @@ void Coupling::exchange(std::span<Bus* const> buses) {
 }
 
 void Coupling::take_step(std::span<Bus* const> buses) {
-  for (const Link& link : links_) {
-    torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
+  for (Link& link : links_) {
+    const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
+    torques_[link.joint.joint] = given(link, shaft);
+    const double own = link.armature * (shaft.omega - link.mount.omega) / seconds(step_);
+    link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
   failure_ = mechanism_->failure();
