@@ -1,14 +1,16 @@
 #include "emulator/core/coupling/coupling.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <chrono>
 
 #include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
 namespace {
+
+/// A battery's, where there is no body. Assumed: motors take longer to warm up, links are as fast.
+constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
 
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
@@ -31,9 +33,8 @@ const Mechanism& body_of(std::span<const BusConfig> robot) {
           })->body;
 }
 
-}  // namespace
-
-bool Coupling::needed(std::span<const BusConfig> robot) {
+/// Some drive of the robot turns a joint.
+bool moves_body(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
     return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
              return servo.joint.has_value();
@@ -41,27 +42,38 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
   });
 }
 
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
+
+}  // namespace
+
+bool Coupling::needed(std::span<const BusConfig> robot) {
+  return moves_body(robot) || Battery::needed(robot);
+}
+
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-    : mechanism_(body_of(robot).clone()),
-      torques_(mechanism_->joints().size()),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+    : mechanism_(moves_body(robot) ? body_of(robot).clone() : nullptr),
+      torques_(mechanism_ ? mechanism_->joints().size() : 0),
+      step_(mechanism_ ? mechanism_->step() : kBatteryStep) {
+  if (Battery::needed(robot)) battery_.emplace(robot, buses);
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
       links_.push_back({n, servo.id, *servo.joint});
-      links_.back().stiff = is_stiff(servo, *mechanism_, step_s_);
+      links_.back().stiff = is_stiff(servo, *mechanism_, seconds(step_));
     }
   }
-  begin(buses);
+  if (mechanism_) begin(buses);
+  end_ = step_;
 }
 
 Coupling::Coupling(const Coupling& other)
-    : mechanism_(other.mechanism_->clone()),
+    : mechanism_(other.mechanism_ ? other.mechanism_->clone() : nullptr),
+      battery_(other.battery_),
       links_(other.links_),
       torques_(other.torques_),
       pushing_(other.pushing_),
       end_(other.end_),
-      step_s_(other.step_s_),
+      step_(other.step_),
       failure_(other.failure_) {}
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
@@ -108,7 +120,6 @@ void Coupling::begin(std::span<Bus* const> buses) {
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
-  end_ += mechanism_->step();
   if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
@@ -123,10 +134,10 @@ void Coupling::begin(std::span<Bus* const> buses) {
   }
 }
 
-/// When it is first found the step ends.
+/// When it is first found a step ends, or the first one begins.
 bool Coupling::has_failed() {
   const auto reason = mechanism_->failure();
-  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  if (reason) failure_ = "the body at " + time_text(end_) + ": " + *reason;
   return reason.has_value();
 }
 
@@ -134,23 +145,26 @@ bool Coupling::has_failed() {
 /// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
+  const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
-  const double mean = J * gained / step_s_ - link.mount.tau;
-  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
+  const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
+  const double mean = J * gained / step_s - link.mount.tau;
+  const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
   return {mean * link.joint.rate, slope * link.joint.rate};
 }
 
 void Coupling::exchange(std::span<Bus* const> buses) {
-  if (failure_) {
-    end_ += mechanism_->step();
-    return;
-  }
+  if (battery_) battery_->exchange(buses, step_);
+  if (mechanism_ && !failure_) take_step(buses);
+  end_ += step_;
+}
+
+void Coupling::take_step(std::span<Bus* const> buses) {
   for (Link& link : links_) {
     const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
     torques_[link.joint.joint] = given(link, shaft);
-    const double own = link.armature * (shaft.omega - link.mount.omega) / step_s_;
+    const double own = link.armature * (shaft.omega - link.mount.omega) / seconds(step_);
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);

@@ -9,18 +9,20 @@
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/bus_config.hpp"
+#include "emulator/core/coupling/battery.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
 
 namespace lk::emulator {
 
-/// The drives of several buses and the body whose joints they turn. Whoever advances the buses has
+/// The drives of several buses, and what they have in common: the body whose joints they turn, the
+/// battery that they draw from, or both. Whoever advances the buses has
 /// all of them `reach` each `next_due`, and calls `exchange` there before they go on. A value: a
 /// copy has its body for itself.
 class Coupling {
  public:
-  /// One of the robot's buses has drives on a body.
+  /// The robot has a body that drives turn, or a battery.
   static bool needed(std::span<const BusConfig> robot);
-  /// Puts the drives of `buses`, which have just been made of `robot`, on the joints of its body.
+  /// Of `buses`, which have just been made of `robot`: puts their drives on the joints of its body.
   Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses);
   Coupling(const Coupling& other);
   Coupling(Coupling&&) noexcept = default;
@@ -30,10 +32,11 @@ class Coupling {
 
   /// When the step ends that is under way.
   SimTime next_due() const { return end_; }
-  /// The body takes the step that the buses have done, and the next one begins.
+  /// Body and battery take the step that the buses have done, and the next one begins.
   void exchange(std::span<Bus* const> buses);
 
-  const Mechanism& mechanism() const { return *mechanism_; }
+  /// Null: the drives turn none.
+  const Mechanism* body() const { return mechanism_.get(); }
   /// Why the body's state means nothing any more, and when that was; nothing while it does.
   const std::optional<std::string>& failure() const { return failure_; }
 
@@ -52,10 +55,12 @@ class Coupling {
   void take_acts(std::span<Bus* const> buses);
   void push_on();
   bool has_failed();
+  void take_step(std::span<Bus* const> buses);
   /// A step begins.
   void begin(std::span<Bus* const> buses);
 
   std::unique_ptr<Mechanism> mechanism_;
+  std::optional<Battery> battery_;
   std::vector<Link> links_;
   std::vector<JointTorque> torques_;  // of all joints, in the last step
   struct Pushing {
@@ -64,7 +69,7 @@ class Coupling {
   };
   std::vector<Pushing> pushing_;
   SimTime end_{0};
-  double step_s_;
+  SimTime step_;
   std::optional<std::string> failure_;
 };
 
