@@ -87,6 +87,23 @@ if(LKEMU_PROGRAM)
   endif()
   lkemu_require(SQLite3 3.40)
 endif()
+# Bodies of robots: where MuJoCo is, unless it is not wanted; a program that is linked with nothing shared has none.
+# Debian's own mujocoConfig.cmake names a directory that its package does not bring, and CMake refuses that.
+set(mujoco_is_there OFF)
+if(LKEMU_PROGRAM AND NOT LKEMU_STATIC)
+  find_path(mujoco_INCLUDE_DIR mujoco/mujoco.h)
+  find_library(mujoco_LIBRARY mujoco)
+  if(mujoco_INCLUDE_DIR AND mujoco_LIBRARY)
+    set(mujoco_is_there ON)
+    add_library(mujoco::mujoco SHARED IMPORTED)
+    set_target_properties(mujoco::mujoco PROPERTIES IMPORTED_LOCATION ${mujoco_LIBRARY}
+      INTERFACE_INCLUDE_DIRECTORIES ${mujoco_INCLUDE_DIR})
+  endif()
+endif()
+option(LKEMU_BODY "Build lk-emu-body, which computes the bodies of robots with MuJoCo" ${mujoco_is_there})
+if(LKEMU_BODY AND NOT mujoco_is_there)
+  list(APPEND LKEMU_MISSING mujoco)
+endif()
 if(LKEMU_TESTS)
   lkemu_require(GTest)
   # With Clang, SUNDIALS' own file asks for OpenMP, and ends the configuration where there is none.

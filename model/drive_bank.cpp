@@ -175,6 +175,7 @@ std::int64_t DriveBank::ticks() const {
 
 PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& faults) {
   DriveParams params = with_faults(unit.params, faults);
+  if (unit.mounted) params.load.J = unit.params.load.J;
   if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
     params.supply.v_source = 0.0;
     params.supply.i_regen_max = 0.0;

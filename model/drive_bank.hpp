@@ -23,6 +23,19 @@ struct DriveInit {
   std::optional<double> temp{};  // °C, of all of it at power-up; nothing: as the air
 };
 
+/// A body that is computed elsewhere and that an output shaft is fixed to, as it responds for a
+/// short while from now on: J·dω/dt = torque of the drive + tau.
+struct Mount {
+  double theta_out = 0.0, omega_out = 0.0;  // rad, rad/s: where the body has the output
+  double J = 0.0;                           // kg·m², > 0: without the drive's own
+  double tau = 0.0;                         // Nm
+};
+/// An output shaft that is fixed to a body, as the body is to see it.
+struct MountedShaft {
+  double theta_out = 0.0, omega_out = 0.0;  // rad, rad/s
+  double armature = 0.0;  // kg·m²: the flange, and the rotor where nothing gives between them
+};
+
 class DriveBank;
 
 /// A drive of some bank.
@@ -83,6 +96,13 @@ class DriveBank {
   /// it, unless they are apart.
   void turn_shaft(std::size_t drive, double angle);
   void set_ambient_temperature(std::size_t drive, double temp_ambient);
+  /// The output is fixed to a body that is computed elsewhere, which takes the place of the load:
+  /// to be said again and again, as the body moves. The shaft is put there, and the rotor with it
+  /// where nothing gives between them; what that changes is booked as done by the load.
+  void mount(std::size_t drive, const Mount& mount);
+  /// Of one that is mounted. Goes on evenly where a coupling is put together again at another angle
+  /// of the rotor.
+  MountedShaft mounted_shaft(std::size_t drive) const;
   /// A blow: the output, and what turns with it, gains `impulse` Nm·s at once.
   void kick(std::size_t drive, double impulse);
 

@@ -51,7 +51,10 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     auto s = get<PlantState<double>>(block.plant, lane);
     if (before.coupling_broken && !faults.coupling_broken) {
+      const double theta_out = s.theta_out;
       join(p, with_faults(unit.params, faults).mechanics.J, s);
+      // A body stays where it is: they grip at another angle than before.
+      if (unit.mounted) unit.mounted_at += s.theta_out - theta_out;
     }
     s.p_load -= (stored_energy(p, s) - stored_before) * p.f_s;
     put(block.plant, lane, s);

@@ -30,6 +30,8 @@ struct DriveBank::State {
     LifeState life;
     BrakeState brake;
     bool connected = true;
+    bool mounted = false;     // on a body, which faults of the drive do not make heavier
+    double mounted_at = 0.0;  // rad: the output's angle, less the body's
     Faults faults;
     bool slow_sensors_faulty = false;
     Setpoint setpoint = Idle{};

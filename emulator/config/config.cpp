@@ -4,6 +4,7 @@
 #include <set>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/config/config_body.hpp"
 #include "emulator/config/config_drive.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_reader.hpp"
@@ -48,9 +49,16 @@ AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
   return {interface, std::vector<int>{}, {}, nullptr, 0};  // the bus does not run
 }
 
+/// The body of a robot, and which of its joints some drive turns.
+struct Body {
+  std::shared_ptr<const Mechanism> mechanism;
+  std::vector<bool> taken;
+};
+
 BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t buses_in_file,
-                   const Overrides& overrides, const FindProfile& find) {
+                   const Overrides& overrides, const FindProfile& find, Body& body) {
   BusConfig bus;
+  bus.body = body.mechanism;
   if (const auto interface = reader.text("interface")) {
     const std::string wrong = interface_name_problem(*interface);
     if (!wrong.empty()) reader.fail("interface", wrong);
@@ -72,7 +80,8 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
   if (const auto& asked_rate = serial ? overrides.baud : overrides.bitrate) {
     bus.bitrate = *asked_rate;
   }
-  const AskedOfBus asked = on_bus(asked_of(overrides, bus.interface, buses_in_file), bus);
+  AskedOfBus asked = on_bus(asked_of(overrides, bus.interface, buses_in_file), bus);
+  asked.body = body.mechanism.get();
   std::set<int> seen;
   for (auto& drive : reader.tables("drive")) {
     for (auto& servo : read_drive(drive, overrides, asked, find)) {
@@ -80,6 +89,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
         drive.fail(ids_key(drive),
                    "ID " + std::to_string(servo.id) + " is given twice on this bus");
       }
+      check_joint(drive, servo, body.taken);
       bus.servos.push_back(std::move(servo));
     }
   }
@@ -92,7 +102,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
 }
 
 std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& overrides,
-                                  const FindProfile& find) {
+                                  const FindProfile& find, const LoadBody& load_body) {
   // People mix them up; the key that a robot does not know would not tell them so.
   if (!reader.has("bus") && (reader.has("expect") || reader.has("robot"))) {
     reader.fail("", "this is a scenario, not a robot; lk-emu run FILE plays it");
@@ -101,11 +111,13 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   const std::int64_t bitrate = reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
   const std::string problem = bitrate_problem(bitrate);
   if (!problem.empty()) reader.fail("bitrate", problem);
+  Body body{read_body(reader, load_body), {}};
+  if (body.mechanism) body.taken.resize(body.mechanism->joints().size());
   std::vector<BusConfig> buses;
   std::set<std::string> seen;
   std::vector<TableReader> tables = reader.tables("bus");
   for (auto& table : tables) {
-    buses.push_back(read_bus(table, bitrate, tables.size(), overrides, find));
+    buses.push_back(read_bus(table, bitrate, tables.size(), overrides, find, body));
     if (!seen.insert(buses.back().interface).second) {
       table.fail("interface", "bus " + buses.back().interface + " is given twice");
     }
@@ -205,10 +217,11 @@ std::string bitrate_problem(std::int64_t bitrate) {
 }
 
 std::vector<BusConfig> parse_config(const std::string& text, const std::string& file,
-                                    const Overrides& overrides, const FindProfile& find_profile) {
+                                    const Overrides& overrides, const FindProfile& find_profile,
+                                    const LoadBody& load_body) {
   const toml::table document = parse_toml(text, file);
   TableReader reader(document, file, "");
-  return apply(overrides, read_buses(reader, overrides, find_profile), find_profile);
+  return apply(overrides, read_buses(reader, overrides, find_profile, load_body), find_profile);
 }
 
 std::vector<BusConfig> default_config(const Overrides& overrides, const FindProfile& find_profile) {

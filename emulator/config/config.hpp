@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,11 @@ inline constexpr const char* kDefaultMotor = "mf7015";
 /// ConfigError when its file is damaged. A path in a configuration file comes joined to the
 /// directory of that file.
 using FindProfile = std::function<Profile(const std::string& motor)>;
+
+/// Gives the body that `model` names in the robot file `file`: a path from there, or a bare name.
+/// Throws std::invalid_argument. None: the program has no bodies.
+using LoadBody = std::function<std::shared_ptr<const Mechanism>(
+    const std::string& file, const std::string& model, SimTime step)>;
 
 /// There is no such profile; `what()` says which there are.
 struct UnknownMotor : std::runtime_error {
@@ -68,7 +74,8 @@ std::string bitrate_problem(std::int64_t bitrate);
 /// Parses a configuration file (docs/configuration.md) and applies `overrides`. Throws ConfigError;
 /// when what the overrides ask for cannot be had from this file, std::invalid_argument.
 std::vector<BusConfig> parse_config(const std::string& text, const std::string& file,
-                                    const Overrides& overrides, const FindProfile& find_profile);
+                                    const Overrides& overrides, const FindProfile& find_profile,
+                                    const LoadBody& load_body = {});
 
 /// The buses when there is no configuration file. Throws std::invalid_argument, UnknownMotor,
 /// ConfigError.

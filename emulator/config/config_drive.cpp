@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "emulator/config/config_body.hpp"
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/config_quirks.hpp"
@@ -127,6 +128,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
                   name_of(asked, running.value_or(0)), servo);
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
+  servo.joint = read_joint(reader, servo, asked.body);
   read_load(reader, servo.profile.drive.load);
   reader.finish();
   check_drive(reader, servo);

@@ -16,6 +16,7 @@ struct AskedOfBus {
   FirmwareRequest firmware{};            // of those
   const SerialConfig* serial = nullptr;  // of an RS-485 bus
   std::int64_t bitrate = 0;              // the same
+  const Mechanism* body = nullptr;       // of the robot
 };
 
 /// A drive of which no file says anything. Throws std::invalid_argument, ConfigError.

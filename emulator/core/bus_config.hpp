@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +20,8 @@
 namespace lk::emulator {
 
 using protocol::Series;
+
+class Mechanism;
 
 /// Which turn the encoder field of the wire spans on geared motors (docs/protocol.md §7).
 enum class EncoderSpan : std::uint8_t { kRotorTurn, kOutputTurn };
@@ -108,6 +112,17 @@ struct Profile {
   Product product;
 };
 
+/// The joint of a body (BusConfig::body) that the output shaft turns: output = rate·(joint −
+/// offset).
+struct JointLink {
+  std::size_t joint = 0;  // of the mechanism's
+  double rate = 1;        // turns of the output for one of the joint; below 0: the other way round
+  double offset_rad = 0;  // the joint's angle where the output's is 0
+  double start_rad = 0;   // the joint's at power-up
+
+  double output_of(double joint_rad) const { return rate * (joint_rad - offset_rad); }
+};
+
 struct ServoConfig {
   int id = 1;      // 1..32: its name; ROM may have it answer at another (Servo::address)
   int dip_id = 0;  // 1..32, what its DIP switch says; 0: `id`
@@ -125,6 +140,8 @@ struct ServoConfig {
   // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
   // whatever the drive makes of them. Drawn from seed and ID when absent.
   std::optional<double> boot_angle_deg;
+  // The joint that it turns; it starts where that one is, and the boot angle does not count.
+  std::optional<JointLink> joint;
   // Of all of the drive at power-up; that of the air when absent.
   std::optional<double> boot_temperature_C;
   // The zero that the boot angle counts from: the shaft stays where it is when a host moves the
@@ -159,6 +176,9 @@ struct BusConfig {
   std::optional<SerialConfig> serial;  // of RS-485; nothing: CAN
   std::vector<ServoConfig> servos;     // ascending, distinct IDs
   std::vector<TimedDirective> events;  // ascending times; planned when the bus is made
+  // What the joints of its drives are of: one for all buses of a robot, which starts from a copy of
+  // this; null: none.
+  std::shared_ptr<const Mechanism> body;
 };
 
 }  // namespace lk::emulator

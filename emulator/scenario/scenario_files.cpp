@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "emulator/files/body_files.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
@@ -52,7 +53,8 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
             const fs::path file = robot_file(name, directory);
             MotorFiles motors;
             return parse_config(read_regular_file(file, std::min(limits.each, kLongestText)),
-                                file.string(), overrides, profile_finder(motors));
+                                file.string(), overrides, profile_finder(motors),
+                                body_loader());
           },
       .text =
           [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {

@@ -36,17 +36,16 @@ void set_electrical(PlantParams<double>& p, const DriveParams& d) {
 void set_mechanical(PlantParams<double>& p, const DriveParams& d, bool coupled) {
   const MechanicsParams& m = d.mechanics;
   const bool compliant = !coupled || m.gear_stiffness_out > 0.0;
-  const double J_out = m.J_out + d.load.J;
-  const double J_rotor = compliant ? m.J : m.J + J_out / (m.gear_ratio * m.gear_ratio);
-  assert(J_rotor > 0.0 && (!compliant || !coupled || J_out > 0.0));
+  const Inertia inertia = inertia_of(m, d.load.J, compliant, p.f_s);
+  assert(inertia.rate > 0.0 && (!compliant || !coupled || inertia.rate_out > 0.0));
   p.gear_ratio = m.gear_ratio;
   p.inv_gear = 1.0 / m.gear_ratio;
-  p.inertia_rate = J_rotor * p.f_s;
+  p.inertia_rate = inertia.rate;
   p.B_half = 0.5 * m.B;
-  p.mobility = 1.0 / (p.inertia_rate + p.B_half);
+  p.mobility = inertia.mobility;
   p.omega_max = kMostTurn * p.f_s / d.motor.pole_pairs;
-  p.inertia_rate_out = compliant ? J_out * p.f_s : 0.0;
-  p.mobility_out = compliant && J_out > 0.0 ? 1.0 / p.inertia_rate_out : 0.0;
+  p.inertia_rate_out = inertia.rate_out;
+  p.mobility_out = inertia.mobility_out;
   p.tau_coulomb = m.tau_coulomb + (compliant ? 0.0 : m.tau_coulomb_out / m.gear_ratio);
   p.tau_static_excess = m.tau_static > m.tau_coulomb ? m.tau_static - m.tau_coulomb : 0.0;
   p.inv_omega_stribeck2 = 1.0 / (m.omega_stribeck * m.omega_stribeck);
@@ -108,6 +107,15 @@ void set_sensors(PlantParams<double>& p, const DriveParams& d) {
 }
 
 }  // namespace
+
+Inertia inertia_of(const MechanicsParams& m, double J_load, bool compliant, double f_s) {
+  const double J_out = m.J_out + J_load;
+  const double J_rotor = compliant ? m.J : m.J + J_out / (m.gear_ratio * m.gear_ratio);
+  Inertia inertia{J_rotor * f_s, compliant ? J_out * f_s : 0.0, 0.0, 0.0};
+  inertia.mobility = 1.0 / (inertia.rate + 0.5 * m.B);
+  inertia.mobility_out = compliant && J_out > 0.0 ? 1.0 / inertia.rate_out : 0.0;
+  return inertia;
+}
 
 void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy) {
   plant.tau_hysteresis = healthy.hysteresis_share * healthy.tau_coulomb;

@@ -83,6 +83,14 @@ constexpr auto fields(Params& p) {
 /// then stands still.
 PlantParams<double> plant_params(const DriveParams& drive, bool coupled = true);
 
+/// What moves with the rotor and what with the output, in the form the tick uses it.
+struct Inertia {
+  double rate, rate_out;          // Nm·s/rad per period
+  double mobility, mobility_out;  // of `rate` with B/2; of `rate_out`, 0 when rigid
+};
+/// `compliant`: the two are apart, by a gear that gives or a coupling that is broken.
+Inertia inertia_of(const MechanicsParams& mechanics, double J_load, bool compliant, double f_s);
+
 /// What the iron takes is a share of a `healthy` drive's friction: what a brake or a fault adds is
 /// none of it. plant_params() takes its own drive for one.
 void set_iron(PlantParams<double>& plant, const MechanicsParams& healthy);

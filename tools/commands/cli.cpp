@@ -11,6 +11,7 @@
 #include "emulator/config/config_quirks.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/ip_address.hpp"
+#include "emulator/files/body_files.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
@@ -377,7 +378,8 @@ std::vector<BusConfig> load_config(const CommandLine& command_line, ConfigTexts*
     if (!command_line.config_file) return default_config(command_line.overrides, find_profile);
     read.config_file = meant_file(kRobots, command_line.config_file->string()).string();
     read.config = read_regular_file(read.config_file, kLongestText);
-    return parse_config(*read.config, read.config_file, command_line.overrides, find_profile);
+    return parse_config(*read.config, read.config_file, command_line.overrides, find_profile,
+                        body_loader());
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const UnknownMotor& problem) {

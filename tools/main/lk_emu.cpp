@@ -20,6 +20,7 @@
 #include "emulator/scenario/scenario_files.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/main/bodies.hpp"
 
 namespace {
 
@@ -30,6 +31,7 @@ void start_logging(const std::string& level) {
 }
 
 int run(int argc, char** argv) {
+  lk::emulator::provide_bodies();
   for (const lk::emulator::Command& command : lk::emulator::commands()) {
     if (argc > 1 && std::string_view(argv[1]) == command.word) {
       return command.run(argc - 1, argv + 1);

@@ -106,6 +106,15 @@ std::optional<Action> read_drive_action(TableReader& reader) {
   return action;
 }
 
+/// Where a body has a shaft and what weighs on it is the body's.
+void check_not_mounted(TableReader& reader, const ServoConfig& servo) {
+  if (!servo.joint) return;
+  for (const char* action : {"load", "turn_deg"}) {
+    if (!reader.has(action)) continue;
+    reader.fail(action, "drive " + std::to_string(servo.id) + " turns a joint of the body, which is its load");
+  }
+}
+
 /// One directive for each parameter that is said.
 std::vector<Action> read_settings(TableReader& reader, const ServoConfig& servo) {
   auto settings = *reader.table("settings");
@@ -195,7 +204,10 @@ std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig
     directives.push_back({at.value_or(SimTime{0}), {id, std::move(action)}, when});
   };
   if (const auto action = read_drive_action(reader)) {
-    for (const int id : ids) add(id, *action);
+    for (const int id : ids) {
+      check_not_mounted(reader, *find_servo(bus, id));
+      add(id, *action);
+    }
   } else if (reader.has("settings")) {
     for (const int id : ids) {
       for (Action& setting : read_settings(reader, *find_servo(bus, id))) {

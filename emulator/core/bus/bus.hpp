@@ -53,6 +53,9 @@ class Bus {
   /// `settle` it returns true, unless the motors are shared: then false when it has to wait for
   /// them, and is to be called again, with the same time, when they have got to `waits_for`.
   bool advance_to(SimTime until);
+  /// Everything before `t` has happened and the motors stand at `t`; what happens at `t` itself is
+  /// still to come. Returns as advance_to does.
+  bool reach(SimTime t);
   /// The same on the wire: for whoever waits for replies. Motors that these do not depend on may
   /// stay behind until `settle` or the next `advance_to`; before, nothing may be read of drives.
   bool deliver_to(SimTime until);
@@ -125,7 +128,10 @@ class Bus {
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
   DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
+  /// Of one that is mounted.
+  model::MountedShaft mounted_shaft(int id) const;
   // Act now.
+  void mount(int id, const model::Mount& mount) { lane(nodes_.of(id)).mount(mount); }
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);

@@ -16,6 +16,17 @@ bool Bus::settle() {
   return true;
 }
 
+bool Bus::reach(SimTime t) {
+  if (t > SimTime{0} && !advance_to(t - SimTime{1})) return false;
+  for (;;) {
+    const Brought brought = bring_to(t);
+    if (brought == Brought::kNotYet) return false;
+    if (brought == Brought::kThere) break;
+  }
+  time_ = std::max(time_, t);
+  return true;
+}
+
 Bus::Brought Bus::bring_to(SimTime t, const Node* one) {
   if (motors_.shared()) [[unlikely]]
     return await(t);
@@ -154,6 +165,12 @@ model::Telemetry Bus::telemetry(int id) const {
 model::Truth Bus::truth(int id) const {
   assert(settled());
   return motors_.truth(nodes_.of(id).motor);
+}
+
+model::MountedShaft Bus::mounted_shaft(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  return motors_.bank(place).mounted_shaft(motors_.index(place));
 }
 
 Surroundings Bus::surroundings(int id) const {

@@ -21,13 +21,14 @@ ScenarioFleet::ScenarioFleet(std::vector<ScenarioRun> runs) : runs_(std::move(ru
 
 void ScenarioFleet::go_on(Traveller& traveller, SimTime until) {
   ScenarioRun& run = runs_[traveller.run];
-  traveller.waits_for =
-      run.advance(traveller.bus, until) ? SimTime::max() : run.bus(traveller.bus).waits_for();
+  const bool due = run.coupling_ && run.coupling_->next_due() == until;
+  const bool there = due ? run.reach(traveller.bus, until) : run.advance(traveller.bus, until);
+  traveller.waits_for = there ? SimTime::max() : run.bus(traveller.bus).waits_for();
 }
 
 /// The motors go together from the instant at which one bus needs its own to the next one's. They
 /// never get ahead of a bus that waits.
-void ScenarioFleet::advance_to(SimTime until) {
+void ScenarioFleet::travel_to(SimTime until) {
   for (Traveller& traveller : travellers_) go_on(traveller, until);
   for (;;) {
     const SimTime next = std::ranges::min(travellers_, {}, &Traveller::waits_for).waits_for;
@@ -38,6 +39,21 @@ void ScenarioFleet::advance_to(SimTime until) {
       if (traveller.waits_for == next || edge) go_on(traveller, until);
     }
   }
+}
+
+void ScenarioFleet::advance_to(SimTime until) {
+  const auto due = [](const ScenarioRun& run) {
+    return run.coupling_ ? run.coupling_->next_due() : SimTime::max();
+  };
+  for (;;) {
+    const SimTime next = due(*std::ranges::min_element(runs_, {}, due));
+    if (next > until) break;
+    travel_to(next);
+    for (ScenarioRun& run : runs_) {
+      if (due(run) == next) run.exchange();
+    }
+  }
+  travel_to(until);
   for (ScenarioRun& run : runs_) run.arrive(until);
 }
 

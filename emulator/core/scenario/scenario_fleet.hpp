@@ -45,6 +45,7 @@ class ScenarioFleet {
     std::size_t bus;
     SimTime waits_for;  // until its motors have got there; SimTime::max(): it has arrived
   };
+  void travel_to(SimTime until);
   void go_on(Traveller& traveller, SimTime until);
 
   std::vector<ScenarioRun> runs_;

@@ -76,9 +76,21 @@ ScenarioRun::ScenarioRun(const Scenario& scenario) {
                       Judge(config, scenario.expectations, n, SimTime{0}),
                       {}});
   }
+  if (!Coupling::needed(scenario.robot)) return;
+  coupling_.emplace(scenario.robot, buses());
+}
+
+std::vector<Bus*> ScenarioRun::buses() {
+  std::vector<Bus*> all;
+  for (Line& line : lines_) all.push_back(&line.bus);
+  return all;
 }
 
 void ScenarioRun::advance_to(SimTime until) {
+  while (coupling_ && coupling_->next_due() <= until) {
+    for (std::size_t n = 0; n < lines_.size(); ++n) reach(n, coupling_->next_due());
+    exchange();
+  }
   for (std::size_t n = 0; n < lines_.size(); ++n) advance(n, until);
   arrive(until);
 }
@@ -108,6 +120,12 @@ void ScenarioRun::put(std::size_t index, const TimedFrame& query) {
   line.traffic.push_back({index, query, true});
   line.bus.receive(query);
 }
+
+bool ScenarioRun::reach(std::size_t index, SimTime due) {
+  return advance(index, due - SimTime{1}) && lines_[index].bus.reach(due);
+}
+
+void ScenarioRun::exchange() { coupling_->exchange(buses()); }
 
 bool ScenarioRun::advance(std::size_t index, SimTime until) {
   Line& line = lines_[index];
@@ -143,6 +161,7 @@ Verdict ScenarioRun::verdict() const {
   for (const Line& line : lines_) {
     add_to_verdict(line.judge, line.bus, line.interface, {}, verdict);
   }
+  if (coupling_ && coupling_->failure()) verdict.invalid.push_back(*coupling_->failure());
   conclude(verdict);
   return verdict;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "emulator/core/bus/bus.hpp"
+#include "emulator/core/coupling/coupling.hpp"
 #include "emulator/core/scenario/host_script.hpp"
 #include "emulator/core/scenario/judge.hpp"
 #include "emulator/core/scenario/scenario.hpp"
@@ -80,6 +81,8 @@ class ScenarioRun {
     lines_[index].bus.take_rom_writes(out);
   }
   Verdict verdict() const;
+  /// Where its robot has one.
+  const Mechanism* body() const { return coupling_ ? &coupling_->mechanism() : nullptr; }
 
  private:
   friend class ScenarioFleet;  // brings the motors of several runs
@@ -93,11 +96,18 @@ class ScenarioRun {
   /// Returns false where the bus has to wait for motors that it shares (Bus::advance_to).
   bool advance(std::size_t index, SimTime until);
   void put(std::size_t index, const TimedFrame& query);
+  std::vector<Bus*> buses();
+  /// To an instant at which the body wants its drives (Coupling::next_due), or as far as the bus
+  /// gets.
+  bool reach(std::size_t index, SimTime due);
+  /// All buses have reached it.
+  void exchange();
   /// All buses have got there.
   void arrive(SimTime until);
 
   SimTime time_{0};
   std::vector<Line> lines_;
+  std::optional<Coupling> coupling_;
   std::vector<Traffic> traffic_;     // not yet taken
   std::vector<TimedFrame> replies_;  // kept for its memory
 };

@@ -34,6 +34,15 @@ double drawn_angle_deg(const ServoConfig& config, std::uint64_t bus_seed) {
 
 }  // namespace
 
+namespace {
+
+double mounted_theta_m(const ServoConfig& config) {
+  return config.joint->output_of(config.joint->start_rad) *
+         config.profile.drive.mechanics.gear_ratio;
+}
+
+}  // namespace
+
 double start_theta_m(const ServoConfig& config, double angle_deg) {
   ShaftAngles angles(config.profile, config.quirks);
   angles.set_offset(config.boot_offset.value_or(config.rom.encoder_offset));
@@ -48,7 +57,7 @@ model::DriveInit make_drive(const ServoConfig& config, std::uint64_t bus_seed) {
           .settings =
               control_settings(config.rom, protocol::wire_format(dialect, config.profile.series)),
           .seed = stream_seed(bus_seed, config.id, SeedStream::kNoise),
-          .theta_m = start_theta_m(config, start_deg),
+          .theta_m = config.joint ? mounted_theta_m(config) : start_theta_m(config, start_deg),
           .temp = config.boot_temperature_C};
 }
 

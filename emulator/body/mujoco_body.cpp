@@ -1,0 +1,220 @@
+#include "emulator/body/mujoco_body.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "emulator/body/mujoco_error.hpp"
+#include "emulator/ground/text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+std::string name_of(const mjModel& model, mjtObj kind, int index) {
+  const char* const name = mj_id2name(&model, kind, index);
+  return name != nullptr ? on_one_line(name) : "";
+}
+
+/// The joint or body that the degree of freedom `dof` moves.
+std::string mover(const mjModel& model, int dof) {
+  if (dof < 0 || dof >= model.nv) return "";
+  const std::string joint = name_of(model, mjOBJ_JOINT, model.dof_jntid[dof]);
+  if (!joint.empty()) return "joint " + joint;
+  const std::string body = name_of(model, mjOBJ_BODY, model.dof_bodyid[dof]);
+  return body.empty() ? "" : "body " + body;
+}
+
+mjModel* load(const std::string& file) {
+  tame_mujoco();
+  std::array<char, 1000> text{};
+  try {
+    mjModel* const model = mj_loadXML(file.c_str(), nullptr, text.data(), text.size());
+    if (model != nullptr) return model;
+  } catch (const MujocoError& problem) {
+    throw std::invalid_argument(file + ": " + on_one_line(problem.what()));
+  }
+  throw std::invalid_argument(file + ": " + on_one_line(text.data()));
+}
+
+}  // namespace
+
+MujocoBody::MujocoBody(const std::string& file, SimTime step) : model_(load(file)), step_(step) {
+  const double longest_s = model_->opt.timestep;
+  if (!(longest_s >= 1e-6)) throw std::invalid_argument(file + ": its timestep is below 1 us");
+  substeps_ = std::max(1, static_cast<int>(std::ceil(seconds(step) / longest_s - 1e-6)));
+  model_->opt.timestep = seconds(step) / substeps_;
+  model_->opt.disableflags |= mjDSBL_ACTUATION;
+  find_joints();
+  if (names_.empty()) throw std::invalid_argument(file + ": it has no hinge joint with a name");
+  data_.reset(mj_makeData(model_.get()));
+  if (data_ == nullptr) throw std::invalid_argument(file + ": not enough memory for it");
+  if (model_->nkey > 0) mj_resetDataKeyframe(model_.get(), data_.get(), 0);
+  update();
+  if (failure_) throw std::invalid_argument(file + ": " + *failure_ + " as it begins");
+}
+
+MujocoBody::MujocoBody(const MujocoBody& other)
+    : Mechanism(other),
+      model_(mj_copyModel(nullptr, other.model_.get())),
+      data_(mj_copyData(nullptr, model_.get(), other.data_.get())),
+      step_(other.step_),
+      substeps_(other.substeps_),
+      names_(other.names_),
+      hinges_(other.hinges_),
+      armature_changed_(other.armature_changed_),
+      response_(other.response_),
+      inertia_(other.inertia_),
+      failure_(other.failure_) {}
+
+void MujocoBody::find_joints() {
+  for (int joint = 0; joint < model_->njnt; ++joint) {
+    const std::string name = name_of(*model_, mjOBJ_JOINT, joint);
+    if (model_->jnt_type[joint] != mjJNT_HINGE || name.empty()) continue;
+    names_.push_back(name);
+    hinges_.push_back(joint);
+  }
+  inertia_.resize(names_.size());
+}
+
+JointView MujocoBody::joint(std::size_t joint) const {
+  const int dof = model_->jnt_dofadr[hinges_[joint]];
+  JointView view;
+  view.angle_rad = data_->qpos[model_->jnt_qposadr[hinges_[joint]]];
+  view.speed_rad_s = data_->qvel[dof];
+  view.inertia_kg_m2 = inertia_[joint];
+  view.body_torque_Nm = view.inertia_kg_m2 * data_->qacc[dof] - data_->qfrc_applied[dof];
+  return view;
+}
+
+void MujocoBody::set_armature(std::size_t joint, double inertia_kg_m2) {
+  double& armature = model_->dof_armature[model_->jnt_dofadr[hinges_[joint]]];
+  armature_changed_ = armature_changed_ || armature != inertia_kg_m2;
+  armature = inertia_kg_m2;
+}
+
+void MujocoBody::update() {
+  if (failure_) return;
+  try {
+    if (armature_changed_) {
+      // How soft constraints are is scaled by what moves; found at the model's own zero.
+      const std::unique_ptr<mjData, Free> scratch(mj_makeData(model_.get()));
+      mj_setConst(model_.get(), scratch.get());
+      armature_changed_ = false;
+    }
+    mj_forward(model_.get(), data_.get());
+    mj_checkAcc(model_.get(), data_.get());
+    look_for_trouble();
+    if (!failure_) find_response();
+  } catch (const MujocoError& problem) {
+    failure_ = on_one_line(problem.what());
+  }
+}
+
+void MujocoBody::find_response() {
+  const mjModel* const m = model_.get();
+  mjData* const d = data_.get();
+  const std::size_t nv = at(m->nv);
+  response_.resize(nv * nv);
+  work_.resize(nv);
+  mj_fullM(m, response_.data(), d->qM);
+  const bool sparse = mj_isSparse(m) != 0;
+  for (int row = 0; row < d->nefc; ++row) {
+    if (d->efc_state[row] != mjCNSTRSTATE_QUADRATIC) continue;
+    std::ranges::fill(work_, 0.0);
+    if (sparse) {
+      const int begin = d->efc_J_rowadr[row];
+      for (int n = begin; n < begin + d->efc_J_rownnz[row]; ++n) {
+        work_[at(d->efc_J_colind[n])] = d->efc_J[n];
+      }
+    } else {
+      std::copy_n(d->efc_J + at(row) * nv, nv, work_.begin());
+    }
+    for (std::size_t i = 0; i < nv; ++i) {
+      if (work_[i] == 0.0) continue;
+      const double scaled = d->efc_D[row] * work_[i];
+      for (std::size_t j = 0; j < nv; ++j) response_[i * nv + j] += scaled * work_[j];
+    }
+  }
+  mju_cholFactor(response_.data(), m->nv, mjMINVAL);
+  for (std::size_t joint = 0; joint < hinges_.size(); ++joint) {
+    const int dof = m->jnt_dofadr[hinges_[joint]];
+    std::ranges::fill(work_, 0.0);
+    work_[at(dof)] = 1.0;
+    mju_cholSolve(work_.data(), response_.data(), work_.data(), m->nv);
+    inertia_[joint] = 1.0 / work_[at(dof)];
+  }
+}
+
+void MujocoBody::advance(std::span<const JointTorque> torques) {
+  if (failure_) return;
+  const double dt = model_->opt.timestep;
+  try {
+    for (int n = 0; n < substeps_ && !failure_; ++n) {
+      if (n > 0) mj_forward(model_.get(), data_.get());
+      substep(torques, (n - 0.5 * (substeps_ - 1)) * dt);
+    }
+  } catch (const MujocoError& problem) {
+    failure_ = on_one_line(problem.what());
+  }
+  // What the others are taken to do in the next step, until they are heard.
+  for (std::size_t joint = 0; joint < torques.size(); ++joint) {
+    data_->qfrc_applied[model_->jnt_dofadr[hinges_[joint]]] = torques[joint].mean_Nm;
+  }
+}
+
+/// Under torques that do not change; then each joint is put to where those that do would have
+/// brought it, which the middle of the step tells apart: −slope·dt³/12 over its inertia.
+void MujocoBody::substep(std::span<const JointTorque> torques, double from_middle_s) {
+  mjData* const d = data_.get();
+  const double dt = model_->opt.timestep;
+  slopes_.assign(at(model_->nv), 0.0);
+  bool changes = false;
+  for (std::size_t joint = 0; joint < torques.size(); ++joint) {
+    const int dof = model_->jnt_dofadr[hinges_[joint]];
+    d->qfrc_applied[dof] = torques[joint].mean_Nm + torques[joint].slope_Nm_s * from_middle_s;
+    slopes_[at(dof)] = torques[joint].slope_Nm_s;
+    changes = changes || torques[joint].slope_Nm_s != 0.0;
+  }
+  if (model_->opt.integrator == mjINT_RK4) {
+    mj_step(model_.get(), d);
+  } else {
+    mj_step2(model_.get(), d);  // positions and speeds are known
+  }
+  if (changes) {
+    mju_cholSolve(slopes_.data(), response_.data(), slopes_.data(), model_->nv);
+    mj_integratePos(model_.get(), d->qpos, slopes_.data(), -dt * dt * dt / 12.0);
+  }
+  mj_checkPos(model_.get(), d);
+  mj_checkVel(model_.get(), d);
+  look_for_trouble();
+}
+
+/// MuJoCo starts anew where it finds a number that is none, and counts that.
+void MujocoBody::look_for_trouble() {
+  struct Trouble {
+    mjtWarning kind;
+    const char* words;
+    bool of_dof;
+  };
+  static constexpr std::array<Trouble, 5> kTroubles{{
+      {mjWARN_BADQPOS, "a position has run out of all bounds", false},
+      {mjWARN_BADQVEL, "a speed has run out of all bounds", true},
+      {mjWARN_BADQACC, "an acceleration has run out of all bounds", true},
+      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)", false},
+      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", false},
+  }};
+  for (const Trouble& trouble : kTroubles) {
+    const mjWarningStat& warning = data_->warning[trouble.kind];
+    if (warning.number == 0) continue;
+    const std::string where = trouble.of_dof ? mover(*model_, warning.lastinfo) : "";
+    failure_ = trouble.words + (where.empty() ? "" : ", at " + where);
+    return;
+  }
+}
+
+}  // namespace lk::emulator

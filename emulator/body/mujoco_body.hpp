@@ -1,0 +1,66 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/core/coupling/mechanism.hpp"
+
+namespace lk::emulator {
+
+/// A body that MuJoCo computes. Its hinges are the joints that drives can turn; actuators of the
+/// model do nothing, and the armature that it gives such a joint is replaced by the drive's own.
+class MujocoBody : public Mechanism {
+ public:
+  /// From an MJCF or URDF file, in its first keyframe where it has one. `step` is divided where the
+  /// model asks for shorter ones. Throws std::invalid_argument with MuJoCo's words.
+  MujocoBody(const std::string& file, SimTime step);
+  MujocoBody(const MujocoBody& other);
+  MujocoBody(MujocoBody&&) = delete;
+  MujocoBody& operator=(const MujocoBody&) = delete;
+  MujocoBody& operator=(MujocoBody&&) = delete;
+  ~MujocoBody() override = default;
+
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<MujocoBody>(*this); }
+  SimTime step() const override { return step_; }
+  std::span<const std::string> joints() const override { return names_; }
+  JointView joint(std::size_t joint) const override;
+  void set_armature(std::size_t joint, double inertia_kg_m2) override;
+  void update() override;
+  void advance(std::span<const JointTorque> torques) override;
+  std::optional<std::string> failure() const override { return failure_; }
+
+  const mjModel& model() const { return *model_; }
+  const mjData& data() const { return *data_; }
+
+ private:
+  struct Free {
+    void operator()(mjModel* model) const { mj_deleteModel(model); }
+    void operator()(mjData* data) const { mj_deleteData(data); }
+  };
+  void find_joints();
+  /// A with A·acceleration = torque + …, of the constraints too that are active now; factored.
+  void find_response();
+  void substep(std::span<const JointTorque> torques, double from_s);
+  void look_for_trouble();
+
+  std::unique_ptr<mjModel, Free> model_;
+  std::unique_ptr<mjData, Free> data_;
+  SimTime step_;
+  int substeps_ = 1;
+  std::vector<std::string> names_;
+  std::vector<int> hinges_;       // of the model's joints
+  bool armature_changed_ = true;  // since constants were derived from it
+  std::vector<double> response_;  // nv x nv: its Cholesky factor
+  std::vector<double> inertia_;   // by names_
+  std::vector<double> slopes_;    // nv, kept for its memory, as the next
+  std::vector<double> work_;
+  std::optional<std::string> failure_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,92 @@
+#include "emulator/config/config_body.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "emulator/config/motor_file.hpp"
+#include "emulator/core/units.hpp"
+#include "protocol/rounding.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr double kShortest_ms = 0.05;  // assumed
+constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
+
+std::string short_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+/// The drive computes whole periods, and so does a step of the body.
+void check_step(const TableReader& reader, const ServoConfig& servo, SimTime step) {
+  const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
+  if (f_Hz * step.count() % 1'000'000'000 == 0) return;
+  reader.fail("joint", "the body's step_ms, " + short_number(static_cast<double>(step.count()) / 1e6) +
+                           ", is no whole number of this drive's PWM periods (f_pwm_kHz = " +
+                           short_number(static_cast<double>(f_Hz) / 1e3) + ")");
+}
+
+void check_alone(const TableReader& reader) {
+  if (reader.has("load")) reader.fail("load", "the body is the load of a drive with a joint");
+  if (reader.has("boot_angle_deg")) {
+    reader.fail("boot_angle_deg", "a drive with a joint starts where the body has it: use offset_deg");
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& load) {
+  auto body = reader.table("body");
+  if (!body) return nullptr;
+  if (!load) {
+    reader.fail("body", "this robot needs the package lk-emu-body: run lk-emu-body instead");
+  }
+  const auto model = body->text("model");
+  if (!model) body->note_missing("model");
+  const double step_ms = body->number("step_ms", kShortest_ms, kLongest_ms).value_or(1.0);
+  body->finish();
+  try {
+    return load(reader.file(), *model, SimTime(protocol::rounded(step_ms * 1e6)));
+  } catch (const std::invalid_argument& problem) {
+    body->fail("model", problem.what());
+  }
+}
+
+std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
+                                    const Mechanism* body) {
+  if (!reader.has("joint")) return std::nullopt;
+  if (body == nullptr) reader.fail("joint", "the robot has no [body]");
+  check_alone(reader);
+  check_step(reader, servo, body->step());
+  const std::vector<std::string> names(body->joints().begin(), body->joints().end());
+  JointLink link;
+  if (reader.is_text("joint")) {
+    link.joint = *reader.choice("joint", names);
+  } else {
+    auto joint = *reader.table("joint");
+    const auto place = joint.choice("name", names);
+    if (!place) joint.note_missing("name");
+    const auto direction = joint.integer("direction", -1, 1).value_or(1);
+    if (direction == 0) joint.fail("direction", "must be 1 or -1");
+    const double ratio = joint.number("ratio", 1e-3, 1e3).value_or(1.0);
+    const double offset_deg = joint.number("offset_deg", -360, 360).value_or(0.0);
+    joint.finish();
+    link.joint = *place;
+    link.rate = static_cast<double>(direction) * ratio;
+    link.offset_rad = offset_deg * kRadPerDeg;
+  }
+  link.start_rad = body->joint(link.joint).angle_rad;
+  return link;
+}
+
+void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken) {
+  if (!servo.joint) return;
+  if (taken[servo.joint->joint]) {
+    reader.fail("joint", "another drive turns this joint already");
+  }
+  taken[servo.joint->joint] = true;
+}
+
+}  // namespace lk::emulator

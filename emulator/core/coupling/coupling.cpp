@@ -1,0 +1,97 @@
+#include "emulator/core/coupling/coupling.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "emulator/core/scenario/scenario_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+/// kg·m²: what a body adds to a shaft is not less, however it was rounded.
+constexpr double kLightest = 1e-12;
+
+}  // namespace
+
+bool Coupling::needed(std::span<const BusConfig> robot) {
+  return std::ranges::any_of(robot, [](const BusConfig& bus) {
+    return bus.body != nullptr &&
+           std::ranges::any_of(bus.servos, [](const auto& servo) { return servo.joint.has_value(); });
+  });
+}
+
+Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
+    : mechanism_(robot.front().body->clone()),
+      torques_(mechanism_->joints().size()),
+      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+  for (std::size_t n = 0; n < robot.size(); ++n) {
+    for (const ServoConfig& servo : robot[n].servos) {
+      if (servo.joint) links_.push_back({n, servo.id, *servo.joint});
+    }
+  }
+  begin(buses);
+}
+
+Coupling::Coupling(const Coupling& other)
+    : mechanism_(other.mechanism_->clone()),
+      links_(other.links_),
+      torques_(other.torques_),
+      end_(other.end_),
+      step_s_(other.step_s_),
+      failure_(other.failure_) {}
+
+Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
+
+/// Each joint as the body answers it alone: of what its drive does in this step the others hear in
+/// the next one.
+void Coupling::begin(std::span<Bus* const> buses) {
+  for (Link& link : links_) {
+    link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
+    mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
+  }
+  mechanism_->update();
+  for (Link& link : links_) {
+    const JointView joint = mechanism_->joint(link.joint.joint);
+    const double rate = link.joint.rate;
+    link.mount = {.theta_out = link.joint.output_of(joint.angle_rad),
+                  .omega_out = rate * joint.speed_rad_s,
+                  .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
+                  .tau = joint.body_torque_Nm / rate};
+    buses[link.bus]->mount(link.id, link.mount);
+  }
+  end_ += mechanism_->step();
+}
+
+/// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
+/// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
+/// also where that has broken off meanwhile.
+JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
+  const double J = link.mount.J + link.armature;
+  const double gained = shaft.omega_out - link.mount.omega_out;
+  const double ahead = shaft.theta_out - link.mount.theta_out -
+                       step_s_ * (link.mount.omega_out + 0.5 * gained);
+  const double mean = J * gained / step_s_ - link.mount.tau;
+  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
+  return {mean * link.joint.rate, slope * link.joint.rate};
+}
+
+void Coupling::exchange(std::span<Bus* const> buses) {
+  if (failure_) {
+    end_ += mechanism_->step();
+    return;
+  }
+  for (const Link& link : links_) {
+    torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
+  }
+  mechanism_->advance(torques_);
+  failure_ = mechanism_->failure();
+  if (failure_) {
+    failure_ = "the body after " + time_text(end_) + ": " + *failure_;
+    end_ += mechanism_->step();
+    return;
+  }
+  begin(buses);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/coupling/mechanism.hpp"
+
+namespace lk::emulator {
+
+/// The drives of several buses and the body whose joints they turn. Whoever advances the buses has
+/// all of them `reach` each `next_due`, and calls `exchange` there before they go on. A value: a
+/// copy has its body for itself.
+class Coupling {
+ public:
+  /// One of the robot's buses has drives on a body.
+  static bool needed(std::span<const BusConfig> robot);
+  /// Puts the drives of `buses`, which have just been made of `robot`, on the joints of its body.
+  Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses);
+  Coupling(const Coupling& other);
+  Coupling(Coupling&&) noexcept = default;
+  Coupling& operator=(const Coupling& other);
+  Coupling& operator=(Coupling&&) noexcept = default;
+  ~Coupling() = default;
+
+  /// When the step ends that is under way.
+  SimTime next_due() const { return end_; }
+  /// The body takes the step that the buses have done, and the next one begins.
+  void exchange(std::span<Bus* const> buses);
+
+  const Mechanism& mechanism() const { return *mechanism_; }
+  /// Why the body's state means nothing any more, and when that was; nothing while it does.
+  const std::optional<std::string>& failure() const { return failure_; }
+
+ private:
+  struct Link {
+    std::size_t bus;
+    int id;
+    JointLink joint;
+    model::Mount mount{};   // at the beginning of the step
+    double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
+  };
+  JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
+  /// A step begins.
+  void begin(std::span<Bus* const> buses);
+
+  std::unique_ptr<Mechanism> mechanism_;
+  std::vector<Link> links_;
+  std::vector<JointTorque> torques_;  // of all joints, in the last step
+  SimTime end_{0};
+  double step_s_;
+  std::optional<std::string> failure_;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "emulator/core/sim_time.hpp"
+
+namespace lk::emulator {
+
+/// A joint of a body at an instant, and what a shaft on it feels for a short while from then on:
+/// inertia·acceleration = torque + body_torque, where `torque` is what its drive gives.
+struct JointView {
+  double angle_rad = 0;
+  double speed_rad_s = 0;
+  /// Of all that moves with the joint, as it is free to move; the armature is in it.
+  double inertia_kg_m2 = 0;
+  /// Of gravity, of the other joints with the torques that they were given last, of contacts.
+  double body_torque_Nm = 0;
+};
+
+/// What a joint is given over one step: mean·(1) + slope·(time from the middle of the step).
+struct JointTorque {
+  double mean_Nm = 0;
+  double slope_Nm_s = 0;
+};
+
+/// A body with joints that drives turn (docs/decisions/0031-a-body-on-the-shafts.md): a pure
+/// function of what it is given. It moves in steps of equal length. Joints that nobody drives are
+/// free.
+class Mechanism {
+ public:
+  virtual ~Mechanism() = default;
+  /// It as it stands, apart from this one.
+  virtual std::unique_ptr<Mechanism> clone() const = 0;
+
+  /// Of one step, above 0.
+  virtual SimTime step() const = 0;
+  /// The names of its joints that a drive can turn.
+  virtual std::span<const std::string> joints() const = 0;
+  /// At the present instant. `joint` is a place in joints().
+  virtual JointView joint(std::size_t joint) const = 0;
+  /// Inertia that a drive brings along, kg·m² ≥ 0, from now on; 0 at first. Of several joints;
+  /// `update` has to come before anything is read or done.
+  virtual void set_armature(std::size_t joint, double inertia_kg_m2) = 0;
+  /// Says that armatures were set.
+  virtual void update() = 0;
+  /// One step under these torques, one for each of joints().
+  virtual void advance(std::span<const JointTorque> torques) = 0;
+  /// Why its state means nothing any more, with what went wrong and where; nothing while it does.
+  /// It stands still then.
+  virtual std::optional<std::string> failure() const = 0;
+
+ protected:
+  Mechanism() = default;
+  Mechanism(const Mechanism&) = default;
+  Mechanism(Mechanism&&) = default;
+  Mechanism& operator=(const Mechanism&) = default;
+  Mechanism& operator=(Mechanism&&) = default;
+};
+
+}  // namespace lk::emulator

@@ -1,0 +1,50 @@
+#include "emulator/files/body_files.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/config/config_reader.hpp"
+#include "emulator/core/coupling/mechanism.hpp"
+#include "emulator/files/profile_files.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+BodyMaker& maker() {
+  static BodyMaker made_by = nullptr;
+  return made_by;
+}
+
+/// A bare name has no suffix.
+fs::path model_file(const std::string& robot_file, const std::string& model) {
+  const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension();
+  if (is_path) return fs::path(robot_file).parent_path() / model;
+  const fs::path shelf = config_directory() / "bodies";
+  const fs::path file = shelf / (model + ".xml");
+  std::error_code none_there;
+  if (fs::exists(file, none_there)) return file;
+  std::vector<std::string> known;
+  for (const auto& entry : fs::directory_iterator(shelf, none_there)) {
+    if (entry.path().extension() == ".xml") known.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(known);
+  throw std::invalid_argument("no body \"" + model + "\" (in " + shelf.string() +
+                              " there are: " + comma_list(known) + "; or give a path to an .xml file)");
+}
+
+}  // namespace
+
+void use_bodies(BodyMaker made_by) { maker() = made_by; }
+
+LoadBody body_loader() {
+  if (maker() == nullptr) return {};
+  return [](const std::string& file, const std::string& model, SimTime step) {
+    return maker()(model_file(file, model), step);
+  };
+}
+
+}  // namespace lk::emulator

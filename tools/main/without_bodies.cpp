@@ -1,0 +1,3 @@
+#include "tools/main/bodies.hpp"
+
+void lk::emulator::provide_bodies() {}
