@@ -13,7 +13,7 @@ export class OrbitCamera {
     this.moved = moved;
     this.centre = {x: 0, y: 0, z: 0};  // of the robot, followed
     this.shift = {x: 0, y: 0, z: 0};   // of what is looked at, from there
-    this.home = {distance: 2, azimuth: -1.1, elevation: 0.35};
+    this.home = {distance: 2, azimuth: -8 * kStep_rad, elevation: 3 * kStep_rad};
     this.reset();
     this.listen(canvas, taken);
   }

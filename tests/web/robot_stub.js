@@ -1,7 +1,7 @@
 // A robot for a page whose program has none: a trunk on two legs, as GET /body and its stream tell of it. What the page
 // pushes is kept in window.pushes; window.robot.height_m is where the trunk is, window.robot.forward_m how far it came.
 
-window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, opened: 0, closed: 0, time_s: 0};
+window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
 window.pushes = [];
 
 const drive = (id) => ({bus: window.robotBus ?? 'vcan0', id});
@@ -37,9 +37,9 @@ class PoseStream {
     ++window.robot.opened;
     setTimeout(() => this.onopen());
     this.timer = setInterval(() => {
-      window.robot.time_s += 1 / 60;
+      window.robot.time_s += 1 / window.robot.rate_Hz;
       this.onmessage({data: JSON.stringify({time_s: window.robot.time_s, poses: poses(), contacts: contacts()})});
-    }, 1000 / 60);
+    }, 1000 / window.robot.rate_Hz);
   }
   close() {
     ++window.robot.closed;
