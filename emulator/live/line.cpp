@@ -151,6 +151,12 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
   }
 }
 
+Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
+  const Progress progress = bring_to(due - SimTime{1}, deadline, patience);
+  if (progress == Progress::kThere) bus_.reach(due);
+  return progress;
+}
+
 void Line::announce(const std::string& json) const {
   for (const Listener& listener : listeners_) {
     if (listener.directive) listener.directive(bus_.time(), json);

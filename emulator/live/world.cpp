@@ -1,5 +1,6 @@
 #include "emulator/live/world.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
@@ -56,8 +57,18 @@ SimTime World::time() const {
 void World::start() {
   // Else the kernel lets sleeps end up to 50 µs late, for fewer wake-ups.
   ::prctl(PR_SET_TIMERSLACK, 1);
+  couple();
   clock_ = SimClock(monotonic_now(), clock_.mode());
   serve_all();
+}
+
+void World::couple() {
+  std::vector<BusConfig> robot;
+  for (const auto& line : lines_) {
+    robot.push_back(line->config());
+    buses_.push_back(&line->bus_on_body());
+  }
+  if (Coupling::needed(robot)) coupling_.emplace(robot, buses_);
 }
 
 void World::stop() {
@@ -135,7 +146,7 @@ void World::linger() {
 /// A receive that waits saves asking whether there is something to receive.
 bool World::only_frames_are_waited_for() const {
   const Port* const port = lines_.front()->port();
-  return lines_.size() == 1 && port != nullptr && port->can_wait() && !lines_.front()->watched() &&
+  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() && !lines_.front()->watched() &&
          next_due() > seen_ + kLongestReceive;
 }
 
@@ -155,7 +166,9 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
       const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
-      clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
+      // A line on a body must not get ahead of the others.
+      const bool later = clock_.mode().stepped || coupling_;
+      later ? line.keep_for_later(frame) : line.take_in(frame);
     }
   };
   taken.more = line.port()->receive(take, wait);
@@ -177,7 +190,32 @@ void World::bring_to_now(Line& line) {
 void World::bring_on(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
   // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
-  line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+  if (coupling_) {
+    bring_all_to(now, seen_ + kSlice, Line::Patience::kNone);
+  } else {
+    line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+  }
+}
+
+Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience) {
+  while (coupling_ && coupling_->next_due() <= until) {
+    for (const auto& line : lines_) {
+      const auto progress = line->reach(coupling_->next_due(), deadline, patience);
+      if (progress != Line::Progress::kThere) return progress;
+    }
+    exchange();
+  }
+  for (const auto& line : lines_) {
+    const auto progress = line->bring_to(until, deadline, patience);
+    if (progress != Line::Progress::kThere) return progress;
+  }
+  return Line::Progress::kThere;
+}
+
+void World::exchange() {
+  const bool was_well = !coupling_->failure();
+  coupling_->exchange(buses_);
+  if (was_well && coupling_->failure()) spdlog::error("{}; it stands still", *coupling_->failure());
 }
 
 MonoTime World::next_due() const {
@@ -256,10 +294,8 @@ void World::go_on() {
 Line::Progress World::move(MonoTime deadline) {
   for (;;) {
     const SimTime next = std::min(advance_->to, time() + kStride);
-    for (const auto& line : lines_) {
-      const auto progress = line->bring_to(next, deadline, Line::Patience::kForReplies);
-      if (progress != Line::Progress::kThere) return progress;
-    }
+    const auto progress = bring_all_to(next, deadline, Line::Patience::kForReplies);
+    if (progress != Line::Progress::kThere) return progress;
     clock_.step_to(next);
     if (next >= advance_->to) return Line::Progress::kThere;
     if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/coupling/coupling.hpp"
 #include "emulator/live/line.hpp"
 #include "emulator/live/pacer.hpp"
 #include "emulator/live/stamp_clock.hpp"
@@ -77,6 +78,10 @@ class World {
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
+  /// All lines, and the body that drives of them are on.
+  Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
+  void couple();
+  void exchange();
   void take_in_all();
   void go_on();
   void go_on_soon();
@@ -96,6 +101,8 @@ class World {
   std::vector<pollfd> sockets_;  // by line
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<Bus*> buses_;           // of the lines
+  std::optional<Coupling> coupling_;  // since time began, where the robot has a body
   WakeTimer timer_;
   boost::asio::steady_timer patience_;
   std::optional<Advance> advance_;

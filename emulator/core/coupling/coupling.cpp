@@ -12,6 +12,17 @@ namespace {
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
+/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster than
+/// a body can follow that is heard once a step. Half a radian a step, assumed.
+bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
+  const model::MechanicsParams& m = servo.profile.drive.mechanics;
+  const double rate = servo.joint->rate;
+  const double J_out = m.J_out + body.joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
+  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
+  const double omega2 = m.gear_stiffness_out * (1.0 / J_out + 1.0 / J_rotor);
+  return omega2 * step_s * step_s > 0.25;
+}
+
 }  // namespace
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
@@ -27,7 +38,9 @@ Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses
       step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
-      if (servo.joint) links_.push_back({n, servo.id, *servo.joint});
+      if (!servo.joint) continue;
+      links_.push_back({n, servo.id, *servo.joint});
+      links_.back().stiff = is_stiff(servo, *mechanism_, step_s_);
     }
   }
   begin(buses);
@@ -54,11 +67,13 @@ void Coupling::begin(std::span<Bus* const> buses) {
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
     const double rate = link.joint.rate;
-    link.mount = {.theta_out = link.joint.output_of(joint.angle_rad),
-                  .omega_out = rate * joint.speed_rad_s,
+    link.mount = {.theta = link.joint.output_of(joint.angle_rad),
+                  .omega = rate * joint.speed_rad_s,
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
-                  .tau = joint.body_torque_Nm / rate};
-    buses[link.bus]->mount(link.id, link.mount);
+                  .tau = joint.body_torque_Nm / rate,
+                  .stiff = link.stiff};
+    buses[link.bus]->mount(link.id, link.mount,
+                           {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
   end_ += mechanism_->step();
 }
@@ -68,9 +83,9 @@ void Coupling::begin(std::span<Bus* const> buses) {
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double J = link.mount.J + link.armature;
-  const double gained = shaft.omega_out - link.mount.omega_out;
-  const double ahead = shaft.theta_out - link.mount.theta_out -
-                       step_s_ * (link.mount.omega_out + 0.5 * gained);
+  const double gained = shaft.omega - link.mount.omega;
+  const double ahead = shaft.theta - link.mount.theta -
+                       step_s_ * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s_ - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
   return {mean * link.joint.rate, slope * link.joint.rate};
@@ -81,8 +96,11 @@ void Coupling::exchange(std::span<Bus* const> buses) {
     end_ += mechanism_->step();
     return;
   }
-  for (const Link& link : links_) {
-    torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
+  for (Link& link : links_) {
+    const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
+    torques_[link.joint.joint] = given(link, shaft);
+    const double own = link.armature * (shaft.omega - link.mount.omega) / step_s_;
+    link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
   failure_ = mechanism_->failure();

@@ -42,8 +42,10 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
+    bool stiff = false;     // model::Mount has it
     model::Mount mount{};   // at the beginning of the step
     double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
+    double torque_Nm = 0;   // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
   /// A step begins.
