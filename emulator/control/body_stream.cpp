@@ -66,8 +66,9 @@ class BodyStream : public std::enable_shared_from_this<BodyStream> {
 
   /// Nothing new is nothing to tell.
   void tell() {
-    const SimTime now = shared_->api.time();
-    const Mechanism* const body = shared_->api.body();
+    const World& world = shared_->api.world();
+    const SimTime now = world.time();
+    const Mechanism* const body = world.body();
     if (writing_ || body == nullptr || told_at_ == now) return;
     told_at_ = now;
     text_ = body_now_text(now, *body);

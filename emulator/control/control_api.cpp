@@ -206,7 +206,7 @@ void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, c
           {"pid", ::getpid()},
           {"clock", clock_json()},
           {"buses", buses},
-          {"body", body() != nullptr},
+          {"body", world_.body() != nullptr},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
           {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
           {"pages_may_write", request.pages_may_write}},

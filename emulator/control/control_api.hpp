@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "emulator/core/coupling/mechanism.hpp"
 #include "emulator/core/telemetry.hpp"
 #include "emulator/files/json_table.hpp"
 #include "emulator/live/world.hpp"
@@ -61,15 +60,13 @@ class ControlApi {
 
   Activity recording;
   Activity scenario;
-  /// What the drives turn the joints of, as it is now; null: nothing.
-  std::function<const Mechanism*()> body = [] { return nullptr; };
 
   using Reply = std::function<void(ApiResponse)>;
   /// Calls `reply` once: at once, or, for an advance, when it is done. Throws nothing.
   void handle(const ApiRequest& request, const Reply& reply);
   /// Whoever asked has gone: what only they wanted ends.
   void abandon() { world_.cancel_advance(); }
-  SimTime time() const { return world_.time(); }
+  const World& world() const { return world_; }
 
   /// What a telemetry stream is asked to tell. Throws ApiError.
   TelemetryRequest read_telemetry_request(const ApiRequest& request);
