@@ -42,18 +42,27 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
-    bool stiff = false;     // model::Mount has it
-    model::Mount mount{};   // at the beginning of the step
-    double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
-    double torque_Nm = 0;   // on the body at the joint, in the step before
+    bool stiff = false;    // model::Mount has it
+    model::Mount mount{};  // at the beginning of the step
+    double armature = 0;   // kg·m² at the output: what the body has of the drive in this step
+    double torque_Nm = 0;  // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
+  /// What the buses have told the body; and what pushes it yet.
+  void take_acts(std::span<Bus* const> buses);
+  void push_on();
+  bool has_failed();
   /// A step begins.
   void begin(std::span<Bus* const> buses);
 
   std::unique_ptr<Mechanism> mechanism_;
   std::vector<Link> links_;
   std::vector<JointTorque> torques_;  // of all joints, in the last step
+  struct Pushing {
+    Push push;
+    SimTime until;
+  };
+  std::vector<Pushing> pushing_;
   SimTime end_{0};
   double step_s_;
   std::optional<std::string> failure_;
