@@ -14,6 +14,7 @@ set(sbom_parts
   "spdlog        | MIT                                     | program | spdlog/spdlog.h"
   "SQLite        | blessing                                | static  | libsqlite3.a"
   "toml++        | MIT                                     | core    | toml++/toml.h"
+  "three.js      | MIT                                     | program | web/vendor/three.module.min.js"
   "uPlot         | MIT                                     | program | web/vendor/uPlot.min.js")
 
 # sbom_entry(ID NAME LICENCE MEMBER...): one package of the document, appended to `entries` of the caller.
@@ -46,18 +47,19 @@ function(sbom_of_distribution file)
   return(PROPAGATE members copyright)
 endfunction()
 
-# The same of a file that came with its licence in web/vendor.
+# The same of files that came with their licence in web/vendor, whose SOURCES says whence; `file` is the one that is named.
 function(sbom_of_vendor file)
-  file(READ ${file} banner LIMIT 200)
-  if(NOT banner MATCHES "(https://[^ ]+) \\(v([0-9.]+)\\)")
-    message(FATAL_ERROR "${file}: no address and version in its first line")
-  endif()
-  file(SHA256 ${file} hash)
+  cmake_path(GET file PARENT_PATH vendor)
   cmake_path(GET file FILENAME file_name)
-  set(members "\"downloadLocation\": \"${CMAKE_MATCH_1}\"" "\"versionInfo\": \"${CMAKE_MATCH_2}\""
-    "\"packageFileName\": \"${file_name}\""
-    "\"checksums\": [{\"algorithm\": \"SHA256\", \"checksumValue\": \"${hash}\"}]")
-  string(REGEX REPLACE "\\.min\\.js$" ".LICENSE" copyright ${file})
+  file(STRINGS ${vendor}/SOURCES rows REGEX "^${file_name} ")
+  if(NOT rows MATCHES "^[^ ]+ +([^ ]+) +([^ ]+) +[^ ]+ +([0-9a-f]+)$")
+    message(FATAL_ERROR "${file}: not in ${vendor}/SOURCES")
+  endif()
+  set(npm ${CMAKE_MATCH_1})
+  set(members "\"downloadLocation\": \"https://registry.npmjs.org/${npm}/-/${npm}-${CMAKE_MATCH_2}.tgz\""
+    "\"versionInfo\": \"${CMAKE_MATCH_2}\"" "\"packageFileName\": \"${file_name}\""
+    "\"checksums\": [{\"algorithm\": \"SHA256\", \"checksumValue\": \"${CMAKE_MATCH_3}\"}]")
+  string(REGEX REPLACE "\\.[^/]*$" ".LICENSE" copyright ${file})
   return(PROPAGATE members copyright)
 endfunction()
 

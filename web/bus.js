@@ -8,6 +8,7 @@ import {drawing} from './drawing.js';
 import {goingOn, onFaults} from './fault_list.js';
 import {fixed} from './format.js';
 import {liveValues, wantLive} from './live.js';
+import {robotPanel, showRobot} from './robot.js';
 import {buses, driveKey, driveName, driveOf, on, store} from './store.js';
 import {name as nameOf, t} from './words.js';
 
@@ -18,6 +19,7 @@ const cards = new Map();
 const heads = new Map();   // by bus: what is said of all of it
 let summary = null;
 let groups = null;
+let visible = false;
 
 function field(name, unit, title) {
   const value = el('dd', {text: '–'});
@@ -67,7 +69,10 @@ function build() {
   heads.clear();
   summary = el('p', {class: 'dim', id: 'bus-summary'});
   groups = el('div', {id: 'bus-groups'}, ...buses().map(makeGroup));
-  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()), groups);
+  const robot = robotPanel();
+  byId('view-bus').replaceChildren(el('div', {class: 'row bus-head'}, summary, advicePanel()),
+    robot ? el('div', {class: 'with-robot'}, robot, groups) : groups);
+  showRobot(visible);
   fitCards(groups);
   onFaults(showFaults, groups);
 }
@@ -136,8 +141,10 @@ const run = drawing((at) => {
 });
 
 export function show(yes) {
+  visible = yes;
   wantLive(yes);
   run(yes);
+  showRobot(yes);
   if (yes && groups) fitCards(groups);
 }
 

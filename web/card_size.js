@@ -1,6 +1,7 @@
 // How large the cards of the bus are: as large as the screen has room for, so that few fill it and many fit.
 
 const kFew = 12;      // drives that are never made dense
+const kFewAside = 4;  // the same beside a robot, which takes half of the screen
 const kMost = 3;      // assumed: larger ones say no more
 const kStep = 0.05;
 
@@ -37,7 +38,7 @@ function fit(groups) {
   const count = countOf(groups);
   groups.style.setProperty('--size', 1);
   groups.classList.remove('dense');
-  if (count > kFew && !fits(groups, roomOf(groups), 1, box)) groups.classList.add('dense');
+  if (count > (groups.closest('.with-robot') ? kFewAside : kFew) && !fits(groups, roomOf(groups), 1, box)) groups.classList.add('dense');
   const room = roomOf(groups);
   let size = kMost;
   while (size > 1 && !fits(groups, room, size, box)) size -= kStep;

@@ -25,6 +25,15 @@ export const kChinese = {
   summary: '{drives} 个驱动器：{running} 个运行，{errors} 个有错误，{dead} 个没有电；每秒 {replies} 个回复',
   bus_summary: '{drives} 个驱动器，每秒 {replies} 个回复', faults_here: '注入的故障：{names}', fault_in_state: '{name}（{state}）',
 
+  // 机器人
+  robot: '机器人', robot_colours: '关节颜色', robot_current: '电流', robot_temperature: '温度', robot_error: '错误',
+  robot_contacts: '接触力', robot_contacts_about: '用箭头表示接触力', robot_home: '视角复位',
+  robot_play: '从这里播放，或从头播放', robot_live: '实时', robot_slider: '最近一分钟',
+  robot_error_legend: '运行、不出力、注入了故障、有错误或没有电', robot_no_webgl: '无法显示机器人：浏览器没有 WebGL。',
+  robot_unknown: '无法显示机器人：{why}', robot_hint: '拖动：旋转；按住 Shift：平移；滚轮：缩放',
+  robot_hint_push: '拖动机器人：推它；拖动别处：旋转；按住 Shift：平移；滚轮：缩放',
+  robot_keys: '机器人。方向键旋转视角，按住 Shift 平移，加减号缩放，0 复位。',
+
   // 建议
   advice: '建议', advice_about: '主机的哪些做法在真的驱动器上会出问题', advice_none: '目前没有。',
   advice_times: '{n} 次，首次在 {time} s', advice_frame: '看这一帧', advice_todo: '怎么办：',

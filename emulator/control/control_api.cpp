@@ -121,6 +121,7 @@ std::span<const ControlApi::Route> ControlApi::routes() {
       {"DELETE", "/scenario", &ControlApi::delete_scenario},
       {"GET", "/scenarios", &ControlApi::get_scenarios},
       {"GET", "/telemetry", &ControlApi::get_telemetry},
+      {"GET", "/body", &ControlApi::get_body},
       {"GET", "/frames", &ControlApi::get_frames},
       {"POST", "/frames", &ControlApi::post_frames},
   };
@@ -205,6 +206,7 @@ void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, c
           {"pid", ::getpid()},
           {"clock", clock_json()},
           {"buses", buses},
+          {"body", world_.body() != nullptr},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
           {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
           {"pages_may_write", request.pages_may_write}},

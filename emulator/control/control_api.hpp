@@ -66,12 +66,16 @@ class ControlApi {
   void handle(const ApiRequest& request, const Reply& reply);
   /// Whoever asked has gone: what only they wanted ends.
   void abandon() { world_.cancel_advance(); }
+  const World& world() const { return world_; }
 
   /// What a telemetry stream is asked to tell. Throws ApiError.
   TelemetryRequest read_telemetry_request(const ApiRequest& request);
 
   /// The bus whose frames are asked for. Throws ApiError.
   Line& read_frames_request(const ApiRequest& request);
+
+  /// Throws ApiError where there is no body to tell of.
+  void read_body_request(const ApiRequest& request) const;
 
   struct Route {
     std::string_view method;
@@ -83,6 +87,7 @@ class ControlApi {
   static constexpr std::string_view kBasePath = "/api/v1";
   static constexpr std::string_view kTelemetryPath = "/api/v1/telemetry";
   static constexpr std::string_view kFramesPath = "/api/v1/frames";
+  static constexpr std::string_view kBodyPath = "/api/v1/body";
 
  private:
   using Parts = std::vector<std::string>;
@@ -108,6 +113,7 @@ class ControlApi {
   void get_frames(const ApiRequest&, const Parts&, const Reply& reply);
   void post_frames(const ApiRequest&, const Parts&, const Reply& reply);
   void get_telemetry(const ApiRequest&, const Parts&, const Reply& reply);
+  void get_body(const ApiRequest&, const Parts&, const Reply& reply);
 
   Json clock_json() const;
   /// The bus that is meant: the only one, unless it is named.

@@ -1,5 +1,6 @@
 // Of the control interface: what comes again and again, over WebSockets.
 
+#include "emulator/control/body_json.hpp"
 #include "emulator/control/control_api.hpp"
 
 namespace lk::emulator {
@@ -14,6 +15,20 @@ void ControlApi::get_telemetry(const ApiRequest& request, const Parts& /*parts*/
 void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
   read_frames_request(request);
   reply(error_response(426, "Upgrade", "frames come over a WebSocket"));
+}
+
+/// Without an upgrade: what the stream's poses are of.
+void ControlApi::get_body(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
+  read_body_request(request);
+  catch_up();
+  reply({200, body_json(world_, *world_.body()), ""});
+}
+
+void ControlApi::read_body_request(const ApiRequest& request) const {
+  if (!request.query.empty()) {
+    throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
+  }
+  if (world_.body() == nullptr) throw ApiError(404, "body", "the drives turn the joints of no body");
 }
 
 Line& ControlApi::read_frames_request(const ApiRequest& request) {

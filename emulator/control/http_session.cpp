@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "emulator/config/config_error.hpp"
+#include "emulator/control/body_stream.hpp"
 #include "emulator/control/frame_stream.hpp"
 #include "emulator/control/http_target.hpp"
 #include "emulator/control/telemetry_stream.hpp"
@@ -249,6 +250,16 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       }
       stream_.expires_never();
       stream_frames(std::move(stream_), parser_->release(), line, shared_, entrance_);
+      return;
+    }
+    if (request_.path == ControlApi::kBodyPath) {
+      check_handshake();
+      shared_->api.read_body_request(request_);
+      if (shared_->body_streams >= kMostBodyStreams) {
+        throw ApiError(429, "body", "others listen already, as many as may");
+      }
+      stream_.expires_never();
+      stream_body(std::move(stream_), parser_->release(), shared_, entrance_);
       return;
     }
     if (request_.path != ControlApi::kTelemetryPath) {

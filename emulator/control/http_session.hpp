@@ -19,6 +19,7 @@ struct HttpShared {
   ControlApi api;
   double telemetry_values = 0;  // a second, of all streams
   int frame_streams = 0;
+  int body_streams = 0;
 };
 
 /// One of the places that are listened at, and who is in by it: a crowd at one keeps nobody out at

@@ -28,6 +28,8 @@ class World {
   const SimClock& clock() const { return clock_; }
   /// How far all lines have got.
   SimTime time() const;
+  /// What drives turn the joints of, as it is now; null: nothing, or time has not begun.
+  const Mechanism* body() const { return coupling_ ? &coupling_->mechanism() : nullptr; }
 
   /// Time begins.
   void start();

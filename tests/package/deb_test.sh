@@ -44,7 +44,7 @@ for file in usr/bin/lk-emu usr/lib/systemd/system/lk-emu@.service usr/share/man/
   usr/share/lk-emu/buses/bench.toml usr/share/lk-emu/python/lkemu/__init__.py \
   usr/share/lk-emu/engines/slurm.sbatch usr/share/lk-emu/lk-motor.dbc usr/share/lk-emu/lk-motor-queries.dbc \
   usr/share/doc/lk-emu/copyright usr/share/doc/lk-emu/changelog.gz usr/share/doc/lk-emu/docs/service.md \
-  usr/share/doc/lk-emu/lk-emu.spdx.json usr/share/doc/lk-emu/licenses/uPlot usr/share/doc/lk-emu/licenses/Boost; do
+  usr/share/doc/lk-emu/lk-emu.spdx.json usr/share/doc/lk-emu/licenses/uPlot usr/share/doc/lk-emu/licenses/three.js usr/share/doc/lk-emu/licenses/Boost; do
   grep -q " \./$file\$" "$scratch/files" || fail "$file is not in the package"
 done
 ! grep -v ' \./usr/\| \./$' "$scratch/files" || fail "these are outside /usr"

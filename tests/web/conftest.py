@@ -1,5 +1,5 @@
 """LKEMU says which program; without Chromium, its driver and Selenium there is nothing to test with
-(Debian: chromium, chromium-driver, python3-selenium)."""
+(Debian: chromium, chromium-driver, python3-selenium, python3-pil)."""
 
 import importlib.util
 import os
@@ -11,7 +11,7 @@ PROGRAM = os.environ.get("LKEMU", "lk-emu")
 
 MISSING = [package for package, there in {
     "chromium": shutil.which("chromium"), "chromium-driver": shutil.which("chromedriver"),
-    "python3-selenium": importlib.util.find_spec("selenium")}.items() if not there]
+    "python3-selenium": importlib.util.find_spec("selenium"), "python3-pil": importlib.util.find_spec("PIL")}.items() if not there]
 if MISSING:
     collect_ignore_glob = ["test_*.py"]
 

@@ -33,6 +33,12 @@ struct TestWorld {
     world.start();
   }
 
+  /// That bus alone, with a clock that is stepped.
+  explicit TestWorld(const BusConfig& only) : world(loop, {.stepped = true}) {
+    world.add(only);
+    world.start();
+  }
+
   ApiResponse ask(const ApiRequest& request) {
     std::optional<ApiResponse> response;
     loop.restart();

@@ -163,6 +163,7 @@ inline int status(const std::string& answer) {
 class Served : public testing::Test {
  protected:
   Served() { options_.socket = own_.path("s"); }
+  explicit Served(const BusConfig& only) : t_(only) { options_.socket = own_.path("s"); }
   ~Served() override { stop(); }
   void start() {
     server_.emplace(t_.loop, t_.world, options_);

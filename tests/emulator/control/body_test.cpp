@@ -1,0 +1,134 @@
+// A robot's body over the control interface: what it looks like, where it is.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "emulator/control/body_stream.hpp"
+#include "tests/emulator/control/http_support.hpp"
+
+namespace lk::emulator {
+namespace control_body_test {
+
+/// A wheel on an axle that falls by 1 mm each step and touches something from 2 ms on.
+class Wheel : public Mechanism {
+ public:
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Wheel>(*this); }
+  SimTime step() const override { return std::chrono::milliseconds(1); }
+  std::span<const std::string> joints() const override { return names_; }
+  JointView joint(std::size_t /*joint*/) const override { return {0, 0, 1, 0}; }
+  void set_armature(std::size_t /*joint*/, double /*inertia*/) override {}
+  void update() override {}
+  void advance(std::span<const JointTorque> /*torques*/) override { ++steps_; }
+  std::optional<std::string> failure() const override { return std::nullopt; }
+  BodyShape shape() const override {
+    return {.mass_kg = 2,
+            .bodies = {{"wheel", true, 2, {0, 0, 0.5}}},
+            .geoms = {{.body = 0,
+                       .kind = GeomKind::kCylinder,
+                       .size_m = {0.3, 0.1, 0},
+                       .colour = {1, 0, 0, 1}},
+                      {.body = {}, .kind = GeomKind::kPlane}},
+            .joints = {{0, {0, 1, 0}, {0, 0, 0.25}}, {0, {1, 0, 0}, {}}}};
+  }
+  std::vector<BodyPose> poses() const override {
+    return {{{1.5, 0, -1e-3 * steps_}, {1, 0, 0, 0}}};
+  }
+  std::vector<BodyContact> contacts() const override {
+    if (steps_ < 2) return {};
+    return {{{1.5, 0, 0}, {0, 0, 19.62}}};
+  }
+
+ private:
+  std::vector<std::string> names_{"axle", "spoke"};
+  int steps_ = 0;
+};
+
+BusConfig on_a_wheel() {
+  BusConfig bus = test::bus_config({7}, 1'000'000);
+  bus.interface = "vcan0";
+  bus.body = std::make_shared<Wheel>();
+  bus.servos.front().joint = JointLink{};
+  return bus;
+}
+
+class ServedWheel : public Served {
+ protected:
+  ServedWheel() : Served(on_a_wheel()) {}
+};
+
+TEST(ControlBody, IsToldWithTheDrivesThatTurnItsJoints) {
+  TestWorld t(on_a_wheel());
+  EXPECT_EQ(t.get("/status").body["body"], true);
+  const Json body = t.get("/body").body;
+  EXPECT_EQ(body["mass_kg"], 2);
+  EXPECT_EQ(
+      body["bodies"],
+      Json::parse(
+          R"([{"name": "wheel", "free": true, "mass_kg": 2.0, "centre_m": [0.0, 0.0, 0.5]}])"));
+  EXPECT_EQ(body["geoms"][0]["type"], "cylinder");
+  EXPECT_EQ(body["geoms"][0]["size_m"], Json({0.3, 0.1, 0.0}));
+  EXPECT_EQ(body["geoms"][1]["body"], nullptr) << "it stands in the world";
+  EXPECT_EQ(body["joints"][0]["name"], "axle");
+  EXPECT_EQ(body["joints"][0]["bus"], "vcan0");
+  EXPECT_EQ(body["joints"][0]["id"], 7);
+  EXPECT_EQ(body["joints"][1]["name"], "spoke");
+  EXPECT_EQ(body["joints"][1]["id"], nullptr) << "nobody turns it";
+  EXPECT_EQ(body["poses"], Json::parse("[[1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]"));
+}
+
+TEST(ControlBody, IsNotThereWhereDrivesTurnNone) {
+  TestWorld t;
+  EXPECT_EQ(t.get("/status").body["body"], false);
+  const ApiResponse answer = t.get("/body");
+  EXPECT_EQ(answer.status, 404);
+  EXPECT_EQ(where(answer), "body");
+}
+
+const std::string kBodyUpgrade =
+    "GET /api/v1/body HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: "
+    "websocket\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+
+TEST_F(Served, ABodyThatIsNotThereHasNoStream) {
+  start();
+  const Client stream = client();
+  stream.send(kBodyUpgrade);
+  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 404);
+}
+
+/// Poses at first, and again when time has moved; each message whole, with the state of its
+/// instant.
+TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
+  start();
+  const Client stream = client();
+  stream.send(kBodyUpgrade);
+  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  EXPECT_NE(
+      stream.receive_until("]}").find(R"({"time_s":0,"poses":[[1.5,0,0,1,0,0,0]],"contacts":[]})"),
+      std::string::npos);
+  EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);
+  std::string told;
+  while (told.find("\"time_s\":0.003,") == std::string::npos) told = stream.receive_until("]}");
+  EXPECT_NE(told.find(R"("poses":[[1.5,0,-0.003,1,0,0,0]],"contacts":[[1.5,0,0,0,0,19.62]]})"),
+            std::string::npos)
+      << told;
+}
+
+TEST_F(ServedWheel, PosesAreToldToSoManyOnly) {
+  start();
+  std::vector<Client> listeners;
+  for (int n = 0; n < kMostBodyStreams; ++n) {
+    listeners.push_back(client());
+    listeners.back().send(kBodyUpgrade);
+    EXPECT_EQ(status(listeners.back().receive_until("\r\n\r\n")), 101);
+  }
+  const Client another = client();
+  another.send(kBodyUpgrade);
+  EXPECT_EQ(status(another.receive_until("\r\n\r\n")), 429);
+}
+
+}  // namespace control_body_test
+}  // namespace lk::emulator

@@ -1,0 +1,301 @@
+"""The robot on the dashboard. Its program has none: robot_stub.js tells of one in its place, over the same interface.
+WebGL is drawn by the processor here, so pictures and their order are tested, not speed."""
+
+import io
+import pathlib
+
+import pytest
+from dashboard import Page
+from PIL import Image
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+# Fewer pictures than a person would get: a processor draws them.
+STUB = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text() + "window.robot.rate_Hz = 10;"
+SIZE = (1024, 600)
+NO_WEBGL = "HTMLCanvasElement.prototype.getContext = () => null;"
+
+
+class Robot:
+    """A page with a robot."""
+
+    def __init__(self, page):
+        self.page = page
+
+    def inspect(self, expression):
+        return self.page.driver.execute_async_script(
+            "const done = arguments[0]; import('/robot.js').then(({inspectRobot}) => {"
+            f"const r = inspectRobot(); done({expression});}})")
+
+    def stand(self, **how):
+        """As it is told, from the next pose on, and drawn."""
+        self.page.driver.execute_async_script("""
+          const [how, done] = arguments;
+          Object.assign(window.robot, how);
+          document.querySelector('#robot .robot-replay button:last-child').click();  // live
+          import('/robot.js').then(({inspectRobot}) => {
+            const frames = inspectRobot().frames[1];
+            const watch = () => (inspectRobot().frames[1] > frames + 1 ? requestAnimationFrame(() => requestAnimationFrame(done)) : setTimeout(watch, 20));
+            watch();
+          });""", how)
+
+    def picture(self):
+        return Image.open(io.BytesIO(self.page.one("#robot canvas").screenshot_as_png)).convert("RGB")
+
+    def place(self, point):
+        """Of a point of the world: pixels of the picture."""
+        x, y, _ = self.inspect(f"r.project({list(point)})")
+        box = self.page.one("#robot canvas").size
+        return (x + 1) / 2 * box["width"], (1 - y) / 2 * box["height"]
+
+    def colour(self, point):
+        return self.picture().getpixel(tuple(round(at) for at in self.place(point)))
+
+    def hand(self, point):
+        """A mouse that has come to a point of the world."""
+        canvas = self.page.one("#robot canvas")
+        x, y = self.place(point)
+        return ActionChains(self.page.driver, duration=30).move_to_element_with_offset(
+            canvas, round(x - canvas.size["width"] / 2), round(y - canvas.size["height"] / 2))
+
+    def presses(self, *keys):
+        self.page.one("#robot canvas").send_keys(*keys)
+
+
+@pytest.fixture(scope="module")
+def robot(bench):
+    page = Page(bench.http, SIZE, before=STUB)
+    page.until(lambda: page.all("#robot .robot-replay"))
+    yield Robot(page)
+    assert page.complaints() == []
+    page.close()
+
+
+@pytest.fixture(autouse=True)
+def at_home(robot):
+    robot.page.run("location.hash = '#bus'; document.querySelector('#robot .row button:last-child').click()")  # reset view
+    robot.stand(height_m=0.5, forward_m=0, swing=0, contacts=True)
+
+
+TRUNK = (0, 0, 0.55)  # in the upper side of the magenta box
+BEHIND = (0, 1, 0.05)  # in the blue cylinder, which stands on the ground 1 m to the left
+
+
+def is_magenta(colour):
+    return colour[0] > 90 and colour[2] > 90 and colour[1] < min(colour[0], colour[2]) / 3
+
+
+def is_blue(colour):
+    return colour[2] > 60 and max(colour[:2]) < colour[2] / 3
+
+
+def test_the_robot_is_drawn_where_it_is(robot):
+    assert is_magenta(robot.colour(TRUNK))
+    assert is_blue(robot.colour(BEHIND))
+    # It alone: beside it there are the board's two colours, which are neither.
+    assert not is_magenta(robot.colour((0, -0.5, 0))) and not is_blue(robot.colour((0, -0.5, 0)))
+
+
+def test_it_moves_as_its_poses_do_and_is_followed(robot):
+    robot.stand(height_m=1.1)
+    before = robot.inspect("r.camera")
+    assert is_magenta(robot.colour((0, 0, 1.15)))
+    robot.stand(height_m=1.1, forward_m=2)
+    after = robot.inspect("r.camera")
+    assert [a - b for a, b in zip(after, before)] == pytest.approx([2, 0, 0], abs=1e-4)
+    assert is_magenta(robot.colour((2, 0, 1.15)))
+
+
+def test_what_is_nearer_hides_what_is_behind(robot):
+    """From the right, level: the trunk at y = 0 stands before the cylinder at y = 1, and from the left behind it."""
+    robot.stand(height_m=0.12)
+    step = 24  # keys for half a turn; at home it is a sixth of a turn to the right of ahead, and an eighth of half a turn up
+    robot.presses(*[Keys.ARROW_DOWN] * 2, *[Keys.ARROW_LEFT] * 4)
+    robot.page.drawn()
+    x, y, _ = robot.inspect("r.camera")
+    assert x == pytest.approx(0, abs=0.1) and y < -0.5
+    assert is_magenta(robot.colour((0.06, 0.93, 0.06))), "the trunk before the cylinder"
+    robot.presses(*[Keys.ARROW_LEFT] * step)
+    robot.page.drawn()
+    assert robot.inspect("r.camera")[1] > 0.5
+    assert is_blue(robot.colour((0.06, 1, 0.05))), "nothing before the cylinder"
+
+
+def test_contacts_are_arrows_as_long_as_their_forces(robot):
+    """49 N of 98 N of weight is half of 0.6 of the robot's reach, upwards from the left foot's place; its colour is --zero."""
+    along = (0, -0.15, 0.06)
+    robot.stand(height_m=1.2)  # so that no leg stands there
+    arrow = robot.colour(along)
+    robot.page.click("#robot", "contacts")
+    robot.page.until(lambda: robot.colour(along) != arrow)
+    ground = robot.colour(along)
+    assert arrow[2] - arrow[0] > 40 and ground[2] - ground[0] < 40
+    robot.page.click("#robot", "contacts")
+    robot.page.until(lambda: robot.colour(along) == arrow)
+
+
+def test_joints_are_coloured_by_what_was_chosen(robot, bench):
+    """The joint of drive 2 is at the right hip, before the leg as seen from the home place."""
+    hip = (0, -0.15 - 0.02, 0.5)
+
+    def greenish():
+        red, green, _ = robot.colour(hip)
+        return green > red
+
+    robot.page.click("#robot", "errors")
+    robot.page.until(greenish)
+    robot.page.run("""return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
+                      body: '{"id": 2, "power": "off"}'})""")
+    robot.page.until(lambda: robot.colour(hip)[0] > robot.colour(hip)[1] + 60)  # red: without power
+    robot.page.run("""return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
+                      body: '{"id": 2, "power": "on"}'})""")
+    robot.page.until(greenish)
+    robot.page.click("#robot", "temperature")
+    robot.page.until(lambda: "100 °C" in robot.page.text(".robot-legend"))  # where the motor's protection is
+    robot.page.click("#robot", "current")
+    robot.page.until(lambda: " A" in robot.page.text(".robot-legend"))
+
+
+def test_the_view_is_turned_moved_and_zoomed_with_mouse_and_keys(robot):
+    home = robot.inspect("r.camera")
+    far = robot.inspect("Math.hypot(...r.camera)")
+
+    def back():
+        robot.page.click("#robot", "reset view")
+        return robot.inspect("r.camera") == pytest.approx(home, abs=1e-6)
+
+    empty = (0.3, -0.8, 0)
+    robot.hand(empty).click_and_hold().move_by_offset(60, 0).release().perform()
+    turned = robot.inspect("r.camera")
+    assert turned[2] == pytest.approx(home[2], abs=1e-6) and turned[0] != pytest.approx(home[0], abs=0.05)
+    assert back()
+    robot.presses("+")
+    assert robot.inspect("Math.hypot(...r.camera)") < far
+    assert back()
+    robot.presses(Keys.ARROW_UP)
+    assert robot.inspect("r.camera")[2] > home[2]
+    robot.presses("0")
+    assert robot.inspect("r.camera") == pytest.approx(home, abs=1e-6)
+    robot.presses(Keys.SHIFT + Keys.ARROW_RIGHT + Keys.NULL)
+    assert robot.inspect("r.camera")[2] == pytest.approx(home[2], abs=1e-6) and not robot.inspect("r.camera") == pytest.approx(home, abs=1e-3)
+    assert back()
+
+
+def test_a_drag_at_the_robot_pushes_it_for_as_long_as_it_lasts(robot):
+    robot.page.run("window.pushes.length = 0")
+    home = robot.inspect("r.camera")
+    robot.hand(TRUNK).click_and_hold().move_by_offset(0, -80).perform()
+    robot.page.until(lambda: robot.page.run("return window.pushes.length") > 3)
+    push = robot.page.run("return window.pushes.at(-1)")
+    assert push["body"] == "trunk" and 0 < push["for_s"] <= 0.5
+    force = push["force_N"]
+    assert force[2] > 5 and abs(force[2]) > max(abs(force[0]), abs(force[1])) / 2, "upwards, as it was drawn"
+    # The hand holds the upper side, 0.05 m above the centre of mass: torque = lever x force.
+    lever_z = 0.05
+    assert push["torque_Nm"][0] == pytest.approx(-lever_z * force[1], abs=0.15 * max(map(abs, force)))
+    ActionChains(robot.page.driver, duration=30).release().perform()
+    robot.page.drawn()
+    count = robot.page.run("return window.pushes.length")
+    robot.stand()
+    assert robot.page.run("return window.pushes.length") <= count + 1, "one may have been on its way"
+    assert robot.inspect("r.camera") == pytest.approx(home, abs=1e-6), "the view stays"
+
+
+def test_the_last_minute_is_replayed(robot):
+    robot.stand(height_m=0.5)
+    robot.stand(height_m=1.1)
+    robot.page.until(lambda: robot.inspect("r.frames[1] - r.frames[0]") > 60)
+    before = robot.inspect("r.record.frame(r.frames[1] - 1).time_s")
+    slider = robot.page.one("#robot input[type=range]")
+    slider.send_keys(Keys.HOME)
+    robot.page.until(lambda: robot.inspect("r.cursor") is not None)
+    held = robot.inspect("r.time_s")
+    assert held < before
+    robot.page.until(lambda: robot.inspect("r.record.frame(r.frames[1] - 1).time_s") > before)  # it is recorded meanwhile
+    assert robot.inspect("r.time_s") == held, "it stands still"
+    first = robot.inspect("r.record.frame(r.cursor).poses[2]")
+    assert first == pytest.approx(0.5, abs=0.7)
+    robot.page.click("#robot", "play from here, or from the beginning")
+    robot.page.until(lambda: robot.inspect("r.time_s") > held + 0.1)
+    robot.page.click("#robot", "live")
+    robot.page.until(lambda: is_magenta(robot.colour((0, 0, 1.15))))
+
+
+def test_the_record_is_a_minute_in_order(robot):
+    """By the module itself: frames that are too old are gone, the others are as they came."""
+    seen = robot.page.driver.execute_async_script("""
+      const done = arguments[0];
+      import('/robot_record.js').then(({RobotRecord}) => {
+        const record = new RobotRecord(1, 1, 3);
+        const add = (n) => record.add({time_s: n / 60, poses: [[n, 0, 0, 1, 0, 0, 0]], contacts: Array.from({length: n % 40}, () => [n, 0, 0, 0, 0, 1])}, [n, 0, 0]);
+        for (let n = 0; n < 4000; ++n) add(n);
+        const of = (number) => { const one = record.frame(number); return [one.time_s * 60, one.poses[0], one.joints[0], one.contacts.length / 6]; };
+        const seen = [record.begin, record.end, of(0), of(399), of(3999), of(9999)];
+        record.add({time_s: 0, poses: [[7, 0, 0, 1, 0, 0, 0]], contacts: []}, [0, 0, 0]);
+        done([...seen, record.end - record.begin, record.frame(0).poses[0]]);
+      });""")
+    begin, end, oldest, first, last, beyond, left, pose = seen
+    assert (begin, end) == (400, 4000)
+    assert oldest == pytest.approx([400, 400, 400, 0])  # 400 % 40
+    assert first == pytest.approx([400, 400, 400, 0])
+    assert last == beyond == pytest.approx([3999, 3999, 3999, 32])  # 39 contacts, of which 32 are kept
+    assert (left, pose) == (1, 7), "time has gone back: what was is forgotten"
+
+
+def test_nothing_comes_and_nothing_is_drawn_for_a_view_that_is_hidden(robot):
+    opened, closed = robot.page.run("return [window.robot.opened, window.robot.closed]")
+    robot.page.go("bench")
+    robot.page.until(lambda: robot.page.run("return window.robot.closed") == closed + 1)
+    drawn = robot.inspect("r.drawn")
+    assert robot.page.draws() == [1] * 20, "the shaft of the bench alone"
+    assert robot.inspect("r.drawn") == drawn and robot.inspect("r.streams") == 0
+    robot.page.go("bus")
+    robot.page.until(lambda: robot.page.run("return window.robot.opened") == opened + 1)
+    robot.page.until(lambda: robot.inspect("r.drawn") > drawn)
+
+
+def test_a_hidden_tab_gets_no_poses(robot):
+    closed = robot.page.run("return window.robot.closed")
+    robot.page.run("""Object.defineProperty(document, 'hidden', {value: true, configurable: true});
+                      document.dispatchEvent(new Event('visibilitychange'))""")
+    assert robot.page.run("return window.robot.closed") == closed + 1
+    robot.page.drawn()
+    drawn = robot.inspect("r.drawn")
+    robot.page.draws()
+    assert robot.inspect("r.drawn") == drawn
+    robot.page.run("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))")
+    robot.page.until(lambda: robot.inspect("r.drawn") > drawn)
+
+
+def test_a_robot_that_stands_still_is_not_drawn_again(robot):
+    robot.page.one("#robot input[type=range]").send_keys(Keys.HOME)
+    robot.page.until(lambda: robot.inspect("r.cursor") is not None)
+    robot.page.drawn()
+    drawn = robot.inspect("r.drawn")
+    robot.page.draws()
+    assert robot.inspect("r.drawn") == drawn
+
+
+def test_colours_are_those_of_the_theme(robot):
+    ground = robot.colour((0, -0.6, 0))
+    robot.page.one("#theme").click()
+    robot.page.until(lambda: sum(robot.colour((0, -0.6, 0))) > sum(ground) + 300)
+    robot.page.one("#theme").click()
+    robot.page.until(lambda: robot.colour((0, -0.6, 0)) == ground)
+
+
+def test_without_a_body_there_is_no_panel_and_no_three(page):
+    page.go("bus")
+    assert page.all("#robot") == []
+    names = page.run("return performance.getEntriesByType('resource').map((one) => one.name)")
+    assert not [name for name in names if "three" in name]
+
+
+def test_without_webgl_there_is_one_line_in_its_place(bench):
+    page = Page(bench.http, before=STUB + NO_WEBGL)
+    try:
+        page.until(lambda: "no WebGL" in page.text("#robot"))
+        assert len(page.all(".card")) == 4
+        assert page.run("return window.robot.opened") == 0
+    finally:
+        page.close()

@@ -1,0 +1,237 @@
+// The robot beside the dials, where the drives turn the joints of a body (GET /body): as it moves, as it moved in the last minute.
+
+import {get, stream} from './api.js';
+import {el, setText} from './dom.js';
+import {drawing} from './drawing.js';
+import {fixed} from './format.js';
+import {OrbitCamera} from './robot_camera.js';
+import {kRate_Hz, RobotRecord} from './robot_record.js';
+import {on, store} from './store.js';
+import {t} from './words.js';
+
+const kWords_ms = 200;          // between changes of words: people have to read them
+const kArrowsAtWeight = 0.6;    // assumed: a force of the robot's weight, in reaches of the robot
+
+let view = null;                // of the program that answers
+let visible = false;
+
+/// Colours of the page, for what style sheets cannot reach.
+function pageColours() {
+  const style = getComputedStyle(document.documentElement);
+  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  return {panel: colour('panel'), grid: colour('raised'), contact: colour('zero'), hand: colour('target'), good: colour('good'),
+    warn: colour('warn'), bad: colour('bad'), dim: colour('dim')};
+}
+
+class RobotView {
+  constructor() {
+    this.canvas = el('canvas', {tabindex: 0, 'aria-label': t('robot_keys')});
+    this.box = el('div', {class: 'robot-box'}, this.canvas);
+    this.root = el('section', {class: 'panel robot', id: 'robot', 'aria-label': t('robot')}, this.box);
+    this.dirty = true;
+    this.cursor = null;         // the frame that is held; null: the newest
+    this.playing = false;
+    this.work_ms = 0;           // of the last picture, without WebGL
+    this.run = drawing((at) => this.frame(at));
+  }
+
+  /// What three.js is needed for comes when there is a robot.
+  async begin() {
+    const [shape, {RobotScene}, {Colouring, jointValues, kColourings}, {Hand}] = await Promise.all(
+      [get('/body'), import('./robot_scene.js'), import('./robot_colours.js'), import('./robot_push.js')]);
+    Object.assign(this, {shape, jointValues, kColourings});
+    try {
+      this.scene = new RobotScene(this.canvas, shape);
+    } catch (problem) {
+      console.debug(problem);
+      this.box.replaceWith(el('p', {class: 'dim', text: t('robot_no_webgl')}));
+      return;
+    }
+    this.record = new RobotRecord(shape.bodies.length, shape.joints.length, kColourings.length);
+    this.colouring = new Colouring(shape.joints);
+    const centre = this.scene.measure(shape.poses.flat());
+    this.paint();
+    this.hand = new Hand(this.scene, shape, this.canvas, {
+      mayPush: () => store.mayWrite && store.connected && this.cursor === null, changed: () => (this.dirty = true)});
+    this.camera = new OrbitCamera(this.scene.camera, this.canvas, {moved: () => (this.dirty = true), taken: (event) => this.hand.take(event)});
+    this.camera.setHome(this.scene.radius * 1.15);
+    this.camera.follow(...centre);
+    // A robot that walks is followed; one that is fixed stays where it is.
+    const free = shape.bodies.findIndex((body) => body.free);
+    if (free >= 0) this.follows = {body: free, shift: centre.map((value, n) => value - shape.poses[free][n])};
+    this.buildControls();
+    this.resizes = new ResizeObserver(() => this.resize());
+    this.resizes.observe(this.box);
+    this.resize();
+    this.look();
+  }
+
+  paint() {
+    const colours = pageColours();
+    this.scene.paint(colours);
+    this.colouring.paint(colours);
+    this.dirty = true;
+  }
+
+  buildControls() {
+    const button = (text, onclick, attributes = {}) => el('button', {type: 'button', onclick, ...attributes}, text);
+    this.ways = this.kColourings.map((what) => button(t(`robot_${what}`), () => this.colourBy(what)));
+    this.arrows = button(t('robot_contacts'), () => {
+      this.arrows.setAttribute('aria-pressed', this.arrows.getAttribute('aria-pressed') !== 'true');
+      this.dirty = true;
+    }, {'aria-pressed': 'true', title: t('robot_contacts_about')});
+    this.legend = el('p', {class: 'robot-legend dim'});
+    this.hint = el('p', {class: 'robot-hint dim'});
+    this.play = button('▶', () => this.togglePlay(), {'aria-label': t('robot_play'), title: t('robot_play')});
+    this.live = button(t('robot_live'), () => this.hold(null), {'aria-pressed': 'true'});
+    this.slider = el('input', {type: 'range', min: 0, max: 0, step: 1, 'aria-label': t('robot_slider'),
+      oninput: () => this.hold(this.record.begin + Number(this.slider.value))});
+    this.when = el('span', {class: 'robot-when mono'});
+    this.box.append(this.legend, this.hint);
+    this.root.prepend(el('div', {class: 'row', role: 'group', 'aria-label': t('robot_colours')}, el('span', {class: 'dim', text: t('robot_colours')}),
+      ...this.ways, this.arrows, button(t('robot_home'), () => this.camera.reset())));
+    this.root.append(el('div', {class: 'row robot-replay'}, this.play, this.slider, this.when, this.live));
+    this.colourBy(this.kColourings[0]);
+  }
+
+  colourBy(what) {
+    this.colouring.what = what;
+    this.ways.forEach((way, n) => way.setAttribute('aria-pressed', this.kColourings[n] === what));
+    this.dirty = true;
+    this.wordsAt = 0;
+  }
+
+  /// The frame with this number stands still; null: it goes on as it moves.
+  hold(number) {
+    this.playing = false;
+    this.cursor = number;
+    this.live.setAttribute('aria-pressed', number === null);
+    this.dirty = true;
+    this.wordsAt = 0;
+  }
+
+  togglePlay() {
+    const {record, cursor} = this;
+    if (!this.playing && (cursor === null || cursor >= record.end - 1)) this.hold(record.begin);
+    this.playing = !this.playing;
+    this.wordsAt = 0;
+  }
+
+  /// Poses come for as long as somebody looks.
+  look() {
+    const looked = visible && !document.hidden && this.slider !== undefined && this.root.isConnected;
+    if (looked && !this.poses) {
+      this.poses = stream('/body', {onMessage: (message) => this.take(message)});
+    } else if (!looked && this.poses) {
+      this.poses.close();
+      this.poses = null;
+    }
+    this.run(looked);
+  }
+
+  take(message) {
+    const values = this.jointValues(this.shape.joints);
+    this.colouring.heed(values);
+    this.record.add(message, values);
+    if (this.cursor === null) this.dirty = true;
+  }
+
+  resize() {
+    const {clientWidth: width, clientHeight: height} = this.box;
+    if (!width || !height) return;
+    this.scene.resize(width, height);
+    this.dirty = true;
+  }
+
+  frame(at) {
+    const began = performance.now();
+    if (this.playing) this.goOn((at - this.drawnAt) * kRate_Hz / 1000);
+    this.drawnAt = at;
+    if (at - (this.wordsAt ?? 0) > kWords_ms) {
+      this.wordsAt = at;
+      this.say();
+    }
+    if (!this.dirty) return;
+    this.dirty = false;
+    this.show(this.record.frame(this.cursor === null ? this.record.end - 1 : Math.floor(this.cursor)));
+    this.work_ms = performance.now() - began;
+    this.scene.draw();
+    this.drawn = (this.drawn ?? 0) + 1;
+  }
+
+  /// What is replayed ends where it is live.
+  goOn(frames) {
+    this.cursor = Math.max(this.record.begin, this.cursor + Math.max(0, frames));
+    this.dirty = true;
+    if (this.cursor >= this.record.end - 1) this.hold(null);
+  }
+
+  show(frame) {
+    const {scene, shape} = this;
+    if (frame) {
+      scene.pose(frame.poses);
+      if (this.follows) this.followIt(frame.poses);
+    }
+    const values = frame?.joints ?? [];
+    for (let n = 0; n < shape.joints.length; ++n) scene.colourJoint(n, this.colouring.colour(values, n));
+    const shown = frame && this.arrows.getAttribute('aria-pressed') === 'true' ? frame.contacts : [];
+    scene.arrows(shown, this.hand.force(), kArrowsAtWeight * scene.radius / (9.81 * shape.mass_kg));
+  }
+
+  followIt(poses) {
+    const {body, shift} = this.follows;
+    const at = body * 7;
+    this.camera.follow(poses[at] + shift[0], poses[at + 1] + shift[1], poses[at + 2] + shift[2]);
+  }
+
+  say() {
+    const {record} = this;
+    const frame = record.frame(this.cursor === null ? record.end - 1 : Math.floor(this.cursor));
+    this.slider.max = Math.max(0, record.end - record.begin - 1);
+    this.slider.value = this.cursor === null ? this.slider.max : Math.floor(this.cursor) - record.begin;
+    setText(this.when, frame ? `${fixed(frame.time_s, 2)} s` : '–');
+    setText(this.play, this.playing ? '⏸' : '▶');
+    const ends = this.colouring.ends();
+    setText(this.legend, ends ? ends.join(' – ') : t('robot_error_legend'));
+    this.legend.classList.toggle('scale', ends !== null);
+    setText(this.hint, store.mayWrite ? t('robot_hint_push') : t('robot_hint'));
+  }
+
+  close() {
+    this.run(false);
+    this.poses?.close();
+    this.resizes?.disconnect();
+    this.scene?.close();
+  }
+}
+
+/// The panel of the robot; nothing where the drives are on no body.
+export function robotPanel() {
+  view?.close();
+  view = store.status.body ? new RobotView() : null;
+  if (!view) return null;
+  const mine = view;
+  mine.begin().catch((problem) => {
+    console.debug(problem);
+    mine.box.replaceWith(el('p', {class: 'dim', text: t('robot_unknown', {why: problem.message})}));
+  });
+  return mine.root;
+}
+
+export function showRobot(yes) {
+  visible = yes;
+  view?.look();
+}
+
+/// For tests.
+export const inspectRobot = () => view && {
+  frames: view.record ? [view.record.begin, view.record.end] : null, drawn: view.drawn ?? 0, work_ms: view.work_ms, cursor: view.cursor,
+  streams: view.poses ? 1 : 0, project: (point) => view.scene.project(point), camera: view.scene?.camera.position.toArray(),
+  time_s: view.record?.frame(view.cursor === null ? view.record.end - 1 : Math.floor(view.cursor))?.time_s ?? null, record: view.record,
+};
+
+document.addEventListener('visibilitychange', () => view?.look());
+document.addEventListener('theme', () => {
+  if (view?.record) view.paint();
+});
+on('change', () => store.connected || view?.hand?.release());

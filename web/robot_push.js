@@ -1,0 +1,75 @@
+// A hand that pulls at a body of the robot: as far as the mouse is drawn, so strong is it.
+
+import {post} from './api.js';
+import {note} from './dom.js';
+
+const kPeriod_ms = 50;
+const kFor_s = 0.15;            // the hand lets go by itself when the page is not heard any more
+const kWeightsAtReach = 1;      // assumed: drawn as far as the robot reaches, it pulls with the robot's weight
+const kGravity_m_s2 = 9.81;
+
+export class Hand {
+  /// `shape` is that of GET /body, `mayPush()` says whether it may, `changed()` is called when there is something to draw.
+  constructor(scene, shape, canvas, {mayPush, changed}) {
+    this.scene = scene;
+    this.shape = shape;
+    this.changed = changed;
+    this.strength_N_m = kWeightsAtReach * kGravity_m_s2 * shape.mass_kg / scene.radius;
+    this.held = null;
+    this.telling = false;
+    canvas.addEventListener('pointermove', (event) => this.held && event.pointerId === this.held.pointer && this.move(...this.place(canvas, event)));
+    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.release());
+    this.take = (event) => {
+      if (event.button !== 0 || event.shiftKey || !mayPush()) return false;
+      const hit = scene.pick(...this.place(canvas, event));
+      if (!hit || !shape.bodies[hit.body].name) return false;
+      this.held = {pointer: event.pointerId, body: hit.body, at: scene.inBody(hit.body, hit.point), to: hit.point.clone()};
+      canvas.setPointerCapture(event.pointerId);
+      return true;
+    };
+  }
+
+  place(canvas, event) {
+    const box = canvas.getBoundingClientRect();
+    return [2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height];
+  }
+
+  move(x, y) {
+    this.held.to = this.scene.along(x, y, this.scene.fromBody(this.held.body, this.held.at));
+    this.changed();
+    this.tell();
+  }
+
+  release() {
+    if (!this.held) return;
+    this.held = null;
+    this.changed();
+  }
+
+  /// Where it holds and the force there, in the world: x y z fx fy fz; null: it holds nothing.
+  force() {
+    if (!this.held) return null;
+    const point = this.scene.fromBody(this.held.body, this.held.at);
+    return [...point.toArray(), ...this.held.to.clone().sub(point).multiplyScalar(this.strength_N_m).toArray()];
+  }
+
+  /// For as long as it holds. The program knows forces at a body's centre of mass; what else they do is a torque.
+  async tell() {
+    if (this.telling) return;
+    this.telling = true;
+    try {
+      while (this.held) {
+        const {name, centre_m} = this.shape.bodies[this.held.body];
+        const [x, y, z, ...force_N] = this.force();
+        const centre = this.scene.fromBody(this.held.body, this.scene.vector(centre_m));
+        const torque_Nm = this.scene.vector([x, y, z]).sub(centre).cross(this.scene.vector(force_N)).toArray();
+        await post('/directives', {push: {body: name, force_N, torque_Nm, for_s: kFor_s}});
+        await new Promise((resolve) => setTimeout(resolve, kPeriod_ms));
+      }
+    } catch (problem) {
+      this.release();
+      note(problem.message, true);
+    }
+    this.telling = false;
+  }
+}

@@ -1,0 +1,54 @@
+// The last minute of the robot: poses, contacts and what its joints are coloured by, in one ring.
+
+export const kRate_Hz = 60;       // frames that come, of the wall
+const kFrames = 60 * kRate_Hz;
+const kMostContacts = 32;         // that are kept of a frame
+
+export const kPose = 7;           // x y z qw qx qy qz
+export const kContact = 6;        // x y z fx fy fz
+
+/// Frames have numbers, which go on for ever; those from `begin` up to `end` are there.
+export class RobotRecord {
+  constructor(bodies, joints, valuesOfJoint) {
+    this.parts = {poses: bodies * kPose, joints: joints * valuesOfJoint, contacts: kMostContacts * kContact};
+    this.stride = this.parts.poses + this.parts.joints + this.parts.contacts;
+    this.values = new Float32Array(kFrames * this.stride);
+    this.times = new Float64Array(kFrames);
+    this.contacts = new Uint8Array(kFrames);
+    this.begin = 0;
+    this.end = 0;
+  }
+
+  /// `jointValues` in the order of joints. Time that has gone back is another program's: what was is forgotten.
+  add({time_s, poses, contacts}, jointValues) {
+    if (this.end > this.begin && time_s < this.times[(this.end - 1) % kFrames]) this.begin = this.end;
+    const slot = this.end % kFrames;
+    this.times[slot] = time_s;
+    let at = slot * this.stride;
+    for (const pose of poses) {
+      this.values.set(pose, at);
+      at += kPose;
+    }
+    this.values.set(jointValues, at);
+    at += this.parts.joints;
+    const count = Math.min(contacts.length, kMostContacts);
+    for (let n = 0; n < count; ++n) this.values.set(contacts[n], at + n * kContact);
+    this.contacts[slot] = count;
+    ++this.end;
+    this.begin = Math.max(this.begin, this.end - kFrames);
+  }
+
+  /// The frame `number`, or the nearest that is there; null: none is. Views, not copies.
+  frame(number) {
+    if (this.begin === this.end) return null;
+    const slot = Math.max(this.begin, Math.min(this.end - 1, number)) % kFrames;
+    const at = slot * this.stride;
+    const {poses, joints} = this.parts;
+    return {
+      time_s: this.times[slot],
+      poses: this.values.subarray(at, at + poses),
+      joints: this.values.subarray(at + poses, at + poses + joints),
+      contacts: this.values.subarray(at + poses + joints, at + poses + joints + this.contacts[slot] * kContact),
+    };
+  }
+}

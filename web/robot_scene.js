@@ -1,0 +1,245 @@
+// The robot in three dimensions, drawn by three.js: what it is made of once, then where its bodies are.
+
+import {
+  BoxGeometry, CapsuleGeometry, CircleGeometry, Color, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, Fog,
+  Group, HemisphereLight, InstancedMesh, LinearMipmapLinearFilter, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, RepeatWrapping, Scene, SphereGeometry, SRGBColorSpace, Vector2,
+  Vector3, WebGLRenderer,
+} from './vendor/three.module.min.js';
+import {kContact, kPose} from './robot_record.js';
+
+const kMostArrows = 32;
+const kGround = 20;  // reaches of the robot, until it has vanished in the distance
+const kUp = new Vector3(0, 1, 0);  // the way that three.js builds cylinders
+
+/// Along z, as the program has them.
+const alongZ = (geometry) => geometry.rotateX(Math.PI / 2);
+
+const kGeometry = {
+  sphere: ([r]) => new SphereGeometry(r, 24, 16),
+  capsule: ([r, half]) => alongZ(new CapsuleGeometry(r, 2 * half, 8, 20)),
+  cylinder: ([r, half]) => alongZ(new CylinderGeometry(r, r, 2 * half, 28)),
+  box: ([x, y, z]) => new BoxGeometry(2 * x, 2 * y, 2 * z),
+  ellipsoid: ([x, y, z]) => new SphereGeometry(1, 24, 16).scale(x, y, z),
+  plane: ([x, y]) => new PlaneGeometry(2 * x, 2 * y),
+};
+
+function put(object, position, quaternion) {
+  object.position.fromArray(position);
+  if (quaternion) object.quaternion.set(quaternion[1], quaternion[2], quaternion[3], quaternion[0]);
+}
+
+/// How far the robot reaches, as it first stands: centre and radius of a sphere, in metres.
+function reachOf(robot) {
+  const box = [[Infinity, -Infinity], [Infinity, -Infinity], [Infinity, -Infinity]];
+  const at = new Vector3();
+  robot.updateMatrixWorld(true);
+  robot.traverse((one) => {
+    if (!one.isMesh) return;
+    one.geometry.computeBoundingSphere();
+    const {radius} = one.geometry.boundingSphere;
+    at.setFromMatrixPosition(one.matrixWorld).toArray().forEach((value, n) => {
+      box[n] = [Math.min(box[n][0], value - radius), Math.max(box[n][1], value + radius)];
+    });
+  });
+  const centre = box.map(([from, to]) => (from + to) / 2);
+  if (!centre.every(Number.isFinite)) return {centre: [0, 0, 0], radius: 1};
+  return {centre, radius: Math.max(0.01, Math.hypot(...box.map(([from, to]) => to - from)) / 2)};
+}
+
+export class RobotScene {
+  /// Throws where there is no WebGL.
+  constructor(canvas, shape) {
+    this.renderer = new WebGLRenderer({canvas, antialias: true});
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
+    this.camera = new PerspectiveCamera(40, 1, 0.01, 100);
+    this.camera.up.set(0, 0, 1);
+    this.scene = new Scene();
+    this.scene.add(new HemisphereLight(0xffffff, 0x8090a0, 1.9));
+    const sun = new DirectionalLight(0xffffff, 1.9);
+    sun.position.set(-2, -3, 5);
+    this.scene.add(sun);
+    this.ground = [];  // what takes the page's colours
+    this.bodies = shape.bodies.map(() => new Group());
+    this.robot = new Group().add(...this.bodies);
+    this.scene.add(this.robot);
+    this.shape = shape;
+    shape.geoms.forEach((geom) => this.addGeom(geom));
+    this.raycaster = new Raycaster();
+  }
+
+  addGeom(geom) {
+    const endless = geom.type === 'plane' && !(geom.size_m[0] > 0 && geom.size_m[1] > 0);
+    if (endless) return this.addGround(geom);
+    const [r, g, b, a] = geom.colour;
+    const material = new MeshLambertMaterial({color: new Color().setRGB(r, g, b, SRGBColorSpace), transparent: a < 1, opacity: a});
+    const mesh = new Mesh(kGeometry[geom.type](geom.size_m), material);
+    put(mesh, geom.position_m, geom.quaternion);
+    mesh.userData.body = geom.body;
+    (geom.body === null ? this.scene : this.bodies[geom.body]).add(mesh);
+  }
+
+  /// A plane without end is a board whose fields the page colours.
+  addGround(geom) {
+    const mesh = new Mesh(undefined, new MeshBasicMaterial());
+    put(mesh, geom.position_m, geom.quaternion);
+    this.scene.add(mesh);
+    this.ground.push(mesh);
+  }
+
+  /// Four fields of the board: `cells` of them across the ground.
+  board(colours, cells) {
+    const [one, other] = [colours.panel, colours.grid].map((colour) => [...new Color(colour).convertLinearToSRGB().toArray().map((part) => Math.round(part * 255)), 255]);
+    const texture = new DataTexture(new Uint8Array([...one, ...other, ...other, ...one]), 2, 2);
+    texture.colorSpace = SRGBColorSpace;
+    texture.wrapS = texture.wrapT = RepeatWrapping;
+    texture.repeat.set(cells / 2, cells / 2);
+    texture.generateMipmaps = true;
+    texture.minFilter = LinearMipmapLinearFilter;
+    texture.anisotropy = 8;
+    texture.needsUpdate = true;
+    return texture;
+  }
+
+  /// The size of joints, arrows and the ground is that of the robot, which is known once it stands.
+  measure(poses) {
+    this.pose(poses);
+    const {centre, radius} = reachOf(this.robot);
+    this.radius = radius;
+    this.camera.near = radius / 100;
+    this.camera.far = radius * 60;
+    this.joints = this.shape.joints.map((joint) => this.addJoint(joint, radius));
+    this.addArrows(radius);
+    for (const mesh of this.ground) mesh.geometry = new CircleGeometry(kGround * radius, 48);
+    this.scene.fog = new Fog(0, radius * 5, radius * kGround);
+    return centre;
+  }
+
+  addJoint({body, axis, anchor_m}, radius) {
+    const size = radius * 0.055;
+    const mesh = new Mesh(new CylinderGeometry(size, size, size * 1.9, 24), new MeshLambertMaterial());
+    mesh.position.fromArray(anchor_m);
+    mesh.quaternion.setFromUnitVectors(kUp, new Vector3().fromArray(axis).normalize());
+    mesh.userData.body = body;
+    this.bodies[body].add(mesh);
+    return mesh;
+  }
+
+  addArrows(radius) {
+    const material = new MeshLambertMaterial();
+    const width = radius * 0.012;
+    this.shafts = new InstancedMesh(new CylinderGeometry(width, width, 1, 10).translate(0, 0.5, 0), material, kMostArrows);
+    this.heads = new InstancedMesh(new ConeGeometry(width * 3, width * 7, 14).translate(0, width * 3.5, 0), material, kMostArrows);
+    for (const mesh of [this.shafts, this.heads]) {
+      mesh.frustumCulled = false;
+      mesh.count = 0;
+      this.scene.add(mesh);
+    }
+    this.placing = {from: new Vector3(), along: new Vector3(), turn: new Quaternion(), one: new Vector3(1, 1, 1), matrix: new Matrix4()};
+  }
+
+  /// Colours of the page: {panel, line, grid, arrow}.
+  paint(colours) {
+    this.scene.background = new Color(colours.panel);
+    this.scene.fog.color.set(colours.panel);
+    this.contactColour = new Color(colours.contact);
+    this.handColour = new Color(colours.hand);
+    const field_m = 10 ** Math.round(Math.log10(this.radius)) / 2;
+    for (const {material} of this.ground) {
+      material.map?.dispose();
+      material.map = this.board(colours, 2 * Math.round(kGround * this.radius / field_m));
+      material.needsUpdate = true;
+    }
+  }
+
+  pose(poses) {
+    this.bodies.forEach((body, n) => {
+      const at = n * kPose;
+      body.position.set(poses[at], poses[at + 1], poses[at + 2]);
+      body.quaternion.set(poses[at + 4], poses[at + 5], poses[at + 6], poses[at + 3]);
+    });
+  }
+
+  colourJoint(n, colour) {
+    const {material} = this.joints[n];
+    material.color.copy(colour);
+    material.emissive.copy(colour).multiplyScalar(0.35);  // so that a shadow leaves it what it is
+  }
+
+  /// Points and forces of contacts, and of the hand, or null; `length_m_N` says how long an arrow is.
+  arrows(contacts, hand, length_m_N) {
+    const count = Math.min(contacts.length / kContact, kMostArrows - 1);
+    for (let n = 0; n < count; ++n) this.arrow(n, contacts, n * kContact, length_m_N, this.contactColour);
+    if (hand) this.arrow(count, hand, 0, length_m_N, this.handColour);
+    for (const mesh of [this.shafts, this.heads]) {
+      mesh.count = count + (hand ? 1 : 0);
+      mesh.instanceMatrix.needsUpdate = true;
+      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+    }
+  }
+
+  arrow(n, values, at, length_m_N, colour) {
+    const {from, along, turn, one, matrix} = this.placing;
+    from.fromArray(values, at);
+    along.fromArray(values, at + 3).multiplyScalar(length_m_N);
+    const length = along.length();
+    turn.setFromUnitVectors(kUp, along.divideScalar(length || 1));
+    this.shafts.setMatrixAt(n, matrix.compose(from, turn, one.set(1, length, 1)));
+    from.addScaledVector(along, length);
+    this.heads.setMatrixAt(n, matrix.compose(from, turn, one.set(1, length > 0 ? 1 : 0, 1)));
+    this.shafts.setColorAt(n, colour);
+    this.heads.setColorAt(n, colour);
+  }
+
+  resize(width, height) {
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+  }
+
+  draw() {
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /// What is under a place of the picture (−1 to 1): {body, point}; null: nothing that moves.
+  pick(x, y) {
+    this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
+    const hit = this.raycaster.intersectObject(this.robot, true)[0];
+    return hit ? {body: hit.object.userData.body, point: hit.point} : null;
+  }
+
+  /// Where a ray through a place of the picture meets the plane through `point` that faces the camera.
+  along(x, y, point) {
+    this.raycaster.setFromCamera(new Vector2(x, y), this.camera);
+    const {origin, direction} = this.raycaster.ray;
+    const facing = this.camera.getWorldDirection(new Vector3());
+    const far = point.clone().sub(origin).dot(facing) / direction.dot(facing);
+    return origin.clone().addScaledVector(direction, far);
+  }
+
+  /// A point of the world in the picture, −1 to 1, and its depth.
+  project(point) {
+    return new Vector3().fromArray(point).project(this.camera).toArray();
+  }
+
+  vector(numbers) {
+    return new Vector3().fromArray(numbers);
+  }
+
+  /// A point of the world, kept where it is in its body.
+  inBody(body, point) {
+    return this.bodies[body].worldToLocal(point.clone());
+  }
+  fromBody(body, point) {
+    return this.bodies[body].localToWorld(point.clone());
+  }
+
+  close() {
+    this.scene.traverse((one) => {
+      one.geometry?.dispose();
+      one.material?.dispose?.();
+    });
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+  }
+}
