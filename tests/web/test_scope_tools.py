@@ -283,13 +283,16 @@ def test_a_file_is_taken_by_the_page(scope, tmp_path):
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"
     good.write_text(json.dumps({"lk_emu_scope_layouts": 1, "layouts": {"Third": layout}}))
     bad.write_text("{")
+    scope.run("""window.said = [];  // notes go by themselves
+      new MutationObserver((changes) => changes.forEach((one) => one.addedNodes.forEach((node) => window.said.push(node.textContent))))
+        .observe(document.querySelector('#notes'), {childList: true});""")
     field = scope.one('.scope-controls input[type="file"]')
     field.send_keys(str(bad))
-    scope.until(lambda: any("bad.json" in note.text for note in scope.all(".note.bad")))
+    scope.until(lambda: scope.run("return window.said.some((text) => text.startsWith('bad.json: '))"))
     field.send_keys(str(good))
     scope.until(lambda: any(option.text == "Third" for option in scope.all('[aria-label="layout"] option')))
     scope.choose('[aria-label="layout"]', "Third")
     assert scope.scope("s.layout")["drives"] == ["vcan0/3"]
     assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(0.5)
-    assert "not all drives" in " ".join(note.text for note in scope.all(".note"))
+    assert scope.run("return window.said.some((text) => text.includes('not all drives'))")
     assert scope.complaints() == []
