@@ -127,9 +127,17 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
+<<<<<<< HEAD
   DriveView view(int id) const { return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint}; }
   /// What it has taken from its source since power-up.
   double drawn_J(int id) const;
+=======
+  DriveView view(int id) const {
+    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
+  }
+  /// Moves out what the body has been told since the last call, in order; appended.
+  void take_body_acts(std::vector<BodyAct>& out);
+>>>>>>> h-body
   /// Of one that is mounted.
   model::MountedShaft mounted_shaft(int id) const;
   // Act now.
@@ -236,6 +244,7 @@ class Bus {
   Duplicates duplicates_;
   std::vector<TimedFrame> replies_;   // hosts have got them; not yet taken
   std::vector<RomWrite> rom_writes_;  // not yet taken
+  std::vector<BodyAct> body_acts_;    // not yet taken
   BusStats stats_;                    // sums over the drives are made on reading
 };
 

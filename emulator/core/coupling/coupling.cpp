@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
@@ -25,8 +26,21 @@ bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   return omega2 * step_s * step_s > 0.25;
 }
 
+<<<<<<< HEAD
 /// Some drive of the robot turns a joint.
 bool moves_body(std::span<const BusConfig> robot) {
+=======
+/// There is one.
+const Mechanism& body_of(std::span<const BusConfig> robot) {
+  return *std::ranges::find_if(robot, [](const BusConfig& bus) {
+            return bus.body != nullptr;
+          })->body;
+}
+
+}  // namespace
+
+bool Coupling::needed(std::span<const BusConfig> robot) {
+>>>>>>> h-body
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
     return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
              return servo.joint.has_value();
@@ -43,10 +57,16 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
 }
 
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
+<<<<<<< HEAD
     : mechanism_(moves_body(robot) ? robot.front().body->clone() : nullptr),
       torques_(mechanism_ ? mechanism_->joints().size() : 0),
       step_(mechanism_ ? mechanism_->step() : kBatteryStep) {
   if (Battery::needed(robot)) battery_.emplace(robot, buses);
+=======
+    : mechanism_(body_of(robot).clone()),
+      torques_(mechanism_->joints().size()),
+      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+>>>>>>> h-body
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
@@ -63,20 +83,57 @@ Coupling::Coupling(const Coupling& other)
       battery_(other.battery_),
       links_(other.links_),
       torques_(other.torques_),
+      pushing_(other.pushing_),
       end_(other.end_),
       step_(other.step_),
       failure_(other.failure_) {}
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
 
+void Coupling::take_acts(std::span<Bus* const> buses) {
+  std::vector<BodyAct> acts;
+  for (Bus* const bus : buses) bus->take_body_acts(acts);
+  for (const BodyAct& act : acts) {
+    std::visit(
+        overloaded{
+            [&](const Push& push) {
+              pushing_.push_back({push, end_ + push.duration});
+            },
+            [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
+            [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
+        },
+        act.what);
+  }
+}
+
+/// All that push a part at once, summed; a push is as long as whole steps can have it.
+void Coupling::push_on() {
+  for (const Pushing& one : pushing_) {
+    Push sum{.part = one.push.part};
+    for (const Pushing& other : pushing_) {
+      if (other.push.part != sum.part || other.until <= end_) continue;
+      for (std::size_t n = 0; n < 3; ++n) {
+        sum.force_N[n] += other.push.force_N[n];
+        sum.torque_Nm[n] += other.push.torque_Nm[n];
+      }
+    }
+    mechanism_->push(sum.part, sum.force_N, sum.torque_Nm);
+  }
+  std::erase_if(pushing_, [this](const Pushing& one) { return one.until <= end_; });
+}
+
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::begin(std::span<Bus* const> buses) {
+  take_acts(buses);
+  push_on();
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
+  end_ += mechanism_->step();
+  if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
     const double rate = link.joint.rate;
@@ -88,6 +145,16 @@ void Coupling::begin(std::span<Bus* const> buses) {
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
+<<<<<<< HEAD
+=======
+}
+
+/// When it is first found the step ends.
+bool Coupling::has_failed() {
+  const auto reason = mechanism_->failure();
+  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  return reason.has_value();
+>>>>>>> h-body
 }
 
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
@@ -97,9 +164,15 @@ JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) 
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
+<<<<<<< HEAD
   const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
+=======
+  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
+  const double mean = J * gained / step_s_ - link.mount.tau;
+  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
+>>>>>>> h-body
   return {mean * link.joint.rate, slope * link.joint.rate};
 }
 
@@ -117,11 +190,14 @@ void Coupling::take_step(std::span<Bus* const> buses) {
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
+<<<<<<< HEAD
   failure_ = mechanism_->failure();
   if (failure_) {
     failure_ = "the body after " + time_text(end_) + ": " + *failure_;
     return;
   }
+=======
+>>>>>>> h-body
   begin(buses);
 }
 

@@ -51,7 +51,14 @@ class Coupling {
     double torque_Nm = 0;  // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
+<<<<<<< HEAD
   void take_step(std::span<Bus* const> buses);
+=======
+  /// What the buses have told the body; and what pushes it yet.
+  void take_acts(std::span<Bus* const> buses);
+  void push_on();
+  bool has_failed();
+>>>>>>> h-body
   /// A step begins.
   void begin(std::span<Bus* const> buses);
 
@@ -59,6 +66,11 @@ class Coupling {
   std::optional<Battery> battery_;
   std::vector<Link> links_;
   std::vector<JointTorque> torques_;  // of all joints, in the last step
+  struct Pushing {
+    Push push;
+    SimTime until;
+  };
+  std::vector<Pushing> pushing_;
   SimTime end_{0};
   SimTime step_;
   std::optional<std::string> failure_;
