@@ -45,7 +45,7 @@ def without_body(robot_text, gears):
         return f"boot_angle_deg = {rotor_deg:.3f}\nload = {{ J_g_cm2 = {ALONE_G_CM2} }}"
 
     robot_text = re.sub(r"^joint = .*$", alone, robot_text, flags=re.M)
-    return re.sub(r"^\[body\]\nmodel = .*\n", "", robot_text, flags=re.M)
+    return re.sub(r"^\[body\]\n(?:\w+ = .*\n)*", "", robot_text, flags=re.M)
 
 
 def outcome(program, text, directory):
@@ -71,7 +71,7 @@ def passed(results, says):
 
 
 def main():
-    program, path = sys.argv[1], Path(sys.argv[2])
+    program, path = sys.argv[1], Path(sys.argv[2]).resolve()
     text = path.read_text()
     causes = [block for block in blocks(text) if "# the cause" in block]
     expected = [block for block in blocks(text) if "[[expect]]" in block]
