@@ -31,7 +31,8 @@ class RobotView {
     this.dirty = true;
     this.cursor = null;         // the frame that is held; null: the newest
     this.playing = false;
-    this.work_ms = 0;           // of the last picture, without WebGL
+    this.drawn = 0;             // pictures
+    this.work_ms = 0;           // that all of them took, without WebGL
     this.run = drawing((at) => this.frame(at));
   }
 
@@ -152,11 +153,11 @@ class RobotView {
       this.say();
     }
     if (!this.dirty) return;
-    this.dirty = false;
     this.show(this.record.frame(this.cursor === null ? this.record.end - 1 : Math.floor(this.cursor)));
-    this.work_ms = performance.now() - began;
+    this.dirty = false;  // following it moved the camera
+    this.work_ms += performance.now() - began;
     this.scene.draw();
-    this.drawn = (this.drawn ?? 0) + 1;
+    ++this.drawn;
   }
 
   /// What is replayed ends where it is live.
@@ -225,7 +226,7 @@ export function showRobot(yes) {
 
 /// For tests.
 export const inspectRobot = () => view && {
-  frames: view.record ? [view.record.begin, view.record.end] : null, drawn: view.drawn ?? 0, work_ms: view.work_ms, cursor: view.cursor,
+  frames: view.record ? [view.record.begin, view.record.end] : null, drawn: view.drawn, work_ms: view.work_ms, cursor: view.cursor,
   streams: view.poses ? 1 : 0, project: (point) => view.scene.project(point), camera: view.scene?.camera.position.toArray(),
   time_s: view.record?.frame(view.cursor === null ? view.record.end - 1 : Math.floor(view.cursor))?.time_s ?? null, record: view.record,
 };

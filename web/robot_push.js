@@ -2,9 +2,9 @@
 
 import {post} from './api.js';
 import {note} from './dom.js';
+import {clockFactor} from './store.js';
 
-const kPeriod_ms = 50;
-const kFor_s = 0.15;            // the hand lets go by itself when the page is not heard any more
+const kPeriod_ms = 100;        // each push lasts as long: the next one takes over, and when the page is gone, none does
 const kWeightsAtReach = 1;      // assumed: drawn as far as the robot reaches, it pulls with the robot's weight
 const kGravity_m_s2 = 9.81;
 
@@ -15,6 +15,7 @@ export class Hand {
     this.shape = shape;
     this.changed = changed;
     this.strength_N_m = kWeightsAtReach * kGravity_m_s2 * shape.mass_kg / scene.radius;
+    this.bus = shape.joints.find(({bus}) => bus !== null)?.bus;
     this.held = null;
     this.telling = false;
     canvas.addEventListener('pointermove', (event) => this.held && event.pointerId === this.held.pointer && this.move(...this.place(canvas, event)));
@@ -63,8 +64,9 @@ export class Hand {
         const [x, y, z, ...force_N] = this.force();
         const centre = this.scene.fromBody(this.held.body, this.scene.vector(centre_m));
         const torque_Nm = this.scene.vector([x, y, z]).sub(centre).cross(this.scene.vector(force_N)).toArray();
-        await post('/directives', {push: {body: name, force_N, torque_Nm, for_s: kFor_s}});
-        await new Promise((resolve) => setTimeout(resolve, kPeriod_ms));
+        const next = performance.now() + kPeriod_ms;
+        await post('/directives', {bus: this.bus, push: {body: name, force_N, torque_Nm, for_s: kPeriod_ms / 1000 * (clockFactor() || 1)}});
+        await new Promise((resolve) => setTimeout(resolve, next - performance.now()));
       }
     } catch (problem) {
       this.release();

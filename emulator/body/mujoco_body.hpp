@@ -10,13 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/coupling/body_looks.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
 
 namespace lk::emulator {
 
 /// A body that MuJoCo computes. Its hinges are the joints that drives can turn; actuators of the
 /// model do nothing, and the armature that it gives such a joint is replaced by the drive's own.
-class MujocoBody : public Mechanism {
+class MujocoBody : public Mechanism, public BodyLooks {
  public:
   /// From an MJCF or URDF file, in its first keyframe where it has one. `step` is divided where the
   /// model asks for shorter ones. Throws std::invalid_argument with MuJoCo's words.

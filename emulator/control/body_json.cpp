@@ -66,8 +66,14 @@ void append(std::string& text, std::span<const double> values, bool first) {
 
 }  // namespace
 
-Json body_json(const World& world, const Mechanism& body) {
+const BodyLooks* looks_of(const World& world) {
+  return dynamic_cast<const BodyLooks*>(world.body());
+}
+
+Json body_json(const World& world) {
+  const BodyLooks& body = *looks_of(world);
   const BodyShape shape = body.shape();
+  const auto names = world.body()->joints();
   Json bodies = Json::array();
   for (const BodyPart& part : shape.bodies) {
     bodies.push_back({{"name", part.name},
@@ -77,9 +83,9 @@ Json body_json(const World& world, const Mechanism& body) {
   }
   Json geoms = Json::array();
   for (const BodyGeom& geom : shape.geoms) geoms.push_back(geom_json(geom));
-  std::vector<Json> joints = drives_of(world, body.joints().size());
+  std::vector<Json> joints = drives_of(world, names.size());
   for (std::size_t n = 0; n < shape.joints.size(); ++n) {
-    joints[n]["name"] = body.joints()[n];
+    joints[n]["name"] = names[n];
     joints[n]["body"] = shape.joints[n].body;
     joints[n]["axis"] = shape.joints[n].axis;
     joints[n]["anchor_m"] = shape.joints[n].anchor_m;
@@ -94,8 +100,9 @@ Json body_json(const World& world, const Mechanism& body) {
           {"poses", poses}};
 }
 
-std::string body_now_text(SimTime time, const Mechanism& body) {
-  std::string text = fmt::format("{{\"time_s\":{},\"poses\":[", seconds(time));
+std::string body_now_text(const World& world) {
+  const BodyLooks& body = *looks_of(world);
+  std::string text = fmt::format("{{\"time_s\":{},\"poses\":[", seconds(world.time()));
   bool first = true;
   for (const BodyPose& pose : body.poses()) {
     text += std::exchange(first, false) ? "" : ",";

@@ -67,11 +67,9 @@ class BodyStream : public std::enable_shared_from_this<BodyStream> {
   /// Nothing new is nothing to tell.
   void tell() {
     const World& world = shared_->api.world();
-    const SimTime now = world.time();
-    const Mechanism* const body = world.body();
-    if (writing_ || body == nullptr || told_at_ == now) return;
-    told_at_ = now;
-    text_ = body_now_text(now, *body);
+    if (writing_ || told_at_ == world.time()) return;
+    told_at_ = world.time();
+    text_ = body_now_text(world);
     writing_ = true;
     socket_.text(true);
     socket_.async_write(boost::asio::buffer(text_),

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "emulator/config/events/config_directives.hpp"
+#include "emulator/control/body_json.hpp"
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
 #include "emulator/control/control_send.hpp"
@@ -206,7 +207,7 @@ void ControlApi::get_status(const ApiRequest& request, const Parts& /*parts*/, c
           {"pid", ::getpid()},
           {"clock", clock_json()},
           {"buses", buses},
-          {"body", world_.body() != nullptr},
+          {"body", looks_of(world_) != nullptr},
           {"recording", recording.state ? recording.state() : Json(nullptr)},
           {"scenario", scenario.state ? scenario.state() : Json(nullptr)},
           {"pages_may_write", request.pages_may_write}},

@@ -21,14 +21,14 @@ void ControlApi::get_frames(const ApiRequest& request, const Parts& /*parts*/, c
 void ControlApi::get_body(const ApiRequest& request, const Parts& /*parts*/, const Reply& reply) {
   read_body_request(request);
   catch_up();
-  reply({200, body_json(world_, *world_.body()), ""});
+  reply({200, body_json(world_), ""});
 }
 
 void ControlApi::read_body_request(const ApiRequest& request) const {
   if (!request.query.empty()) {
     throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
   }
-  if (world_.body() == nullptr) throw ApiError(404, "body", "the drives turn the joints of no body");
+  if (looks_of(world_) == nullptr) throw ApiError(404, "body", "the drives turn the joints of no body");
 }
 
 Line& ControlApi::read_frames_request(const ApiRequest& request) {

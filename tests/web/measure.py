@@ -4,6 +4,7 @@ Milliseconds of the page's own thread for each animation frame, by what they wer
 this machine, which draws without a GPU here; milliseconds of script are what the page can do about it: 16.7 are a frame
 at 60 Hz."""
 
+import pathlib
 import sys
 
 from dashboard import Bench, Page, nap
@@ -28,6 +29,22 @@ def measure(page, seconds):
     return frames / passed_s, costs
 
 
+def measure_robot(bench, drives, report):
+    """Of as many joints and contacts as there are drives, up to 12; what of its script is not three.js and WebGL is told apart."""
+    joints = min(12, drives)
+    stub = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text()
+    page = Page(bench.http, before=f"window.robotLegs = {joints};" + stub)
+    try:
+        page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
+        page.until(lambda: page.all("#robot .robot-replay"))
+        report(f"bus with a robot, {joints} joints", page)
+        drawn, work_ms = page.driver.execute_async_script(
+            "const done = arguments[0]; import('/robot.js').then(({inspectRobot: r}) => done([r().drawn, r().work_ms]))")
+        print(f"  {drawn} pictures of the robot, ours without WebGL {work_ms / max(1, drawn):.2f} ms each, of the wall")
+    finally:
+        page.close()
+
+
 def main():
     program = sys.argv[1]
     drives = int(sys.argv[2]) if len(sys.argv) > 2 else 32
@@ -37,7 +54,7 @@ def main():
     page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # of a processor, not of the wall
     bench.tell("move " + ",".join(str(drive) for drive in range(1, drives + 1)))
 
-    def report(what):
+    def report(what, page=page):
         nap(6)  # for the picture to fill
         rate_Hz, costs = measure(page, seconds)
         print(f"{what:42} {rate_Hz:5.1f} frames/s, ms each: "
@@ -59,6 +76,8 @@ def main():
         page.go("traffic")
         report("traffic")
         print(f"simulated against real time: {page.text('#clock-ratio')}")
+        page.go("bus")
+        measure_robot(bench, drives, report)
     finally:
         page.close()
         bench.close()

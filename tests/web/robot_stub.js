@@ -1,36 +1,36 @@
-// A robot for a page whose program has none: a trunk on two legs, as GET /body and its stream tell of it. What the page
-// pushes is kept in window.pushes; window.robot.height_m is where the trunk is, window.robot.forward_m how far it came.
+// A robot for a page whose program has none: a trunk on two legs, or on window.robotLegs, as GET /body and its stream tell
+// of it. What the page pushes is kept in window.pushes; window.robot.height_m is where the trunk is, window.robot.forward_m how far it came.
 
 window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
 window.pushes = [];
 
 const drive = (id) => ({bus: window.robotBus ?? 'vcan0', id});
-const legs = [0.15, -0.15];
+const legs = Array.from({length: window.robotLegs ?? 2}, (_, n) => ({name: n ? `right ${n}` : 'left', x: -0.1 * Math.floor(n / 2), y: n % 2 ? -0.15 : 0.15}));
 const kShape = {
   mass_kg: 10,
-  bodies: [{name: 'trunk', free: true, mass_kg: 6, centre_m: [0, 0, 0]}, {name: 'left', free: false, mass_kg: 2, centre_m: [0, 0, -0.2]},
-    {name: 'right', free: false, mass_kg: 2, centre_m: [0, 0, -0.2]}],
+  bodies: [{name: 'trunk', free: true, mass_kg: 6, centre_m: [0, 0, 0]},
+    ...legs.map(({name}) => ({name, free: false, mass_kg: 4 / legs.length, centre_m: [0, 0, -0.2]}))],
   geoms: [
     {body: null, type: 'plane', size_m: [0, 0, 0.1], position_m: [0, 0, 0], quaternion: [1, 0, 0, 0], colour: [0.5, 0.5, 0.5, 1]},
     {body: null, type: 'cylinder', size_m: [0.1, 0.05], position_m: [0, 1, 0.05], quaternion: [1, 0, 0, 0], colour: [0, 0, 1, 1]},
     {body: 0, type: 'box', size_m: [0.25, 0.12, 0.06], position_m: [0, 0, 0], quaternion: [1, 0, 0, 0], colour: [1, 0, 1, 1]},
     {body: 0, type: 'ellipsoid', size_m: [0.06, 0.05, 0.04], position_m: [0.28, 0, 0.05], quaternion: [1, 0, 0, 0], colour: [1, 0, 1, 1]},
-    ...[1, 2].flatMap((body) => [
+    ...legs.map((_, n) => n + 1).flatMap((body) => [
       {body, type: 'capsule', size_m: [0.03, 0.2], position_m: [0, 0, -0.2], quaternion: [1, 0, 0, 0], colour: [0.6, 0.6, 0.65, 1]},
       {body, type: 'sphere', size_m: [0.045], position_m: [0, 0, -0.4], quaternion: [1, 0, 0, 0], colour: [0.2, 0.2, 0.2, 1]}])],
-  joints: [{name: 'left', body: 1, axis: [0, 1, 0], anchor_m: [0, 0, 0], ...drive(1)}, {name: 'right', body: 2, axis: [0, 1, 0], anchor_m: [0, 0, 0], ...drive(2)}],
+  joints: legs.map(({name}, n) => ({name, body: n + 1, axis: [0, 1, 0], anchor_m: [0, 0, 0], ...drive(n + 1)})),
 };
 
 function poses() {
   const {height_m, forward_m, swing, time_s} = window.robot;
-  return [[forward_m, 0, height_m, 1, 0, 0, 0], ...legs.map((y, n) => {
+  return [[forward_m, 0, height_m, 1, 0, 0, 0], ...legs.map(({x, y}, n) => {
     const half = swing * Math.sin(2 * Math.PI * time_s + Math.PI * n) / 2;
-    return [forward_m, y, height_m, Math.cos(half), 0, Math.sin(half), 0];
+    return [forward_m + x, y, height_m, Math.cos(half), 0, Math.sin(half), 0];
   })];
 }
 
-/// Feet that stand on the ground, each with half of the weight.
-const contacts = () => (window.robot.contacts ? legs.map((y) => [window.robot.forward_m, y, 0, 0, 0, 49]) : []);
+/// Beside the feet, where they can be seen, each with its share of the weight.
+const contacts = () => (window.robot.contacts ? legs.map(({x, y}) => [window.robot.forward_m + x, 2 * y, 0, 0, 0, 98 / legs.length]) : []);
 
 class PoseStream {
   constructor() {

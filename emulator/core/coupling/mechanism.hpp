@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/coupling/body_shape.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
@@ -64,12 +63,6 @@ class Mechanism {
   /// Why its state means nothing any more, with what went wrong and where; nothing while it does.
   /// It stands still then.
   virtual std::optional<std::string> failure() const = 0;
-
-  /// What it looks like, which never changes; one that has no looks is empty.
-  virtual BodyShape shape() const { return {}; }
-  /// Of shape().bodies, and where they touch something, at the present instant.
-  virtual std::vector<BodyPose> poses() const { return {}; }
-  virtual std::vector<BodyContact> contacts() const { return {}; }
 
  protected:
   Mechanism() = default;

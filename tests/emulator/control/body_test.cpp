@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "emulator/control/body_stream.hpp"
+#include "emulator/core/coupling/body_looks.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {
 namespace control_body_test {
 
 /// A wheel on an axle that falls by 1 mm each step and touches something from 2 ms on.
-class Wheel : public Mechanism {
+class Wheel : public Mechanism, public BodyLooks {
  public:
   std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Wheel>(*this); }
   SimTime step() const override { return std::chrono::milliseconds(1); }
@@ -22,6 +23,10 @@ class Wheel : public Mechanism {
   void set_armature(std::size_t /*joint*/, double /*inertia*/) override {}
   void update() override {}
   void advance(std::span<const JointTorque> /*torques*/) override { ++steps_; }
+  std::span<const std::string> parts() const override { return {}; }
+  void push(std::size_t /*part*/, const Triple& /*force*/, const Triple& /*torque*/) override {}
+  void carry(std::size_t /*part*/, double /*mass*/) override {}
+  void freeze(bool /*on*/) override {}
   std::optional<std::string> failure() const override { return std::nullopt; }
   BodyShape shape() const override {
     return {.mass_kg = 2,

@@ -61,4 +61,22 @@ struct BodyContact {
   Triple force_N{};  // on the one of the two that moves; on the second if both do
 };
 
+/// What a Mechanism is as well when it can be drawn.
+class BodyLooks {
+ public:
+  virtual ~BodyLooks() = default;
+  /// Never changes.
+  virtual BodyShape shape() const = 0;
+  /// Of shape().bodies, and where they touch something, at the present instant.
+  virtual std::vector<BodyPose> poses() const = 0;
+  virtual std::vector<BodyContact> contacts() const = 0;
+
+ protected:
+  BodyLooks() = default;
+  BodyLooks(const BodyLooks&) = default;
+  BodyLooks(BodyLooks&&) = default;
+  BodyLooks& operator=(const BodyLooks&) = default;
+  BodyLooks& operator=(BodyLooks&&) = default;
+};
+
 }  // namespace lk::emulator
