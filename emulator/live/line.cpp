@@ -151,6 +151,15 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
   }
 }
 
+Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
+  if (bus_.time() >= due) return Progress::kThere;
+  const SimTime before = due - SimTime{1};
+  const Progress progress =
+      bus_.time() < before ? bring_to(before, deadline, patience) : Progress::kThere;
+  if (progress == Progress::kThere) bus_.reach(due);
+  return progress;
+}
+
 void Line::announce(const std::string& json) const {
   for (const Listener& listener : listeners_) {
     if (listener.directive) listener.directive(bus_.time(), json);

@@ -104,7 +104,7 @@ void World::wake() {
 /// does. Not for long, as the loop has other things to do.
 void World::linger() {
   const MonoTime leave = seen_ + kLinger;
-  while (!stopped_ && !clock_.mode().stepped && seen_ < leave) {
+  while (!stopped_ && !clock_.mode().stepped && !coupling_ && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
       if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
@@ -155,7 +155,7 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
       const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
-      clock_.mode().stepped ? line.keep_for_later(frame) : line.take_in(frame);
+      clock_.mode().stepped || coupling_ ? line.keep_for_later(frame) : line.take_in(frame);
     }
   };
   taken.more = line.port()->receive(take, wait);
@@ -177,11 +177,16 @@ void World::bring_to_now(Line& line) {
 void World::bring_on(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
   // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
+  if (coupling_) {
+    bring_all(now, seen_ + kSlice, Line::Patience::kNone);
+    return;
+  }
   line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
 }
 
 MonoTime World::next_due() const {
-  MonoTime first = MonoTime::max();
+  if (waits_for_body()) return MonoTime::max();
+  MonoTime first = coupling_ ? clock_.to_mono(coupling_->next_due()) : MonoTime::max();
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
   }
@@ -208,6 +213,57 @@ void World::set_clock(ClockMode mode) {
   for (const auto& line : lines_) now = std::max(now, line->bus().time());
   clock_.switch_to(mode, monotonic_now(), now);
   serve_all();
+}
+
+// --- on a body
+
+void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime step = body->step();
+  const SimTime start = (now + step - SimTime{1}) / step * step;
+  coupling_.emplace(std::move(body), drives, start);
+  body_is_ready_ = true;
+}
+
+void World::uncouple() {
+  coupling_.reset();
+  if (advance_) go_on_soon();
+}
+
+void World::body_is_ready() {
+  body_is_ready_ = true;
+  if (advance_) {
+    go_on_soon();
+  } else if (!clock_.mode().stepped) {
+    serve_all();
+  }
+}
+
+Line::Progress World::bring_all(SimTime to, MonoTime deadline, Line::Patience patience) {
+  for (;;) {
+    const SimTime due = coupling_ ? coupling_->next_due() : SimTime::max();
+    for (const auto& line : lines_) {
+      const SimTime until = std::max(to, line->bus().time());
+      const Line::Progress progress = due <= to ? line->reach(due, deadline, patience)
+                                                : line->bring_to(until, deadline, patience);
+      if (progress != Line::Progress::kThere) return progress;
+    }
+    if (due > to) return Line::Progress::kThere;
+    if (!exchange()) return due == to ? Line::Progress::kThere : Line::Progress::kBlocked;
+  }
+}
+
+bool World::exchange() {
+  std::vector<Bus*> buses;
+  for (const auto& line : lines_) buses.push_back(&line->bus_of_body());
+  if (coupling_->under_way()) {
+    coupling_->finish(buses);
+    body_is_ready_ = !on_body_step || on_body_step();
+  }
+  if (!std::exchange(body_is_ready_, false)) return false;
+  coupling_->begin(buses);
+  return true;
 }
 
 // --- stepped
@@ -240,6 +296,7 @@ void World::go_on_soon() {
 
 void World::go_on() {
   const Line::Progress progress = move(monotonic_now() + kSlice);
+  if (progress == Line::Progress::kBlocked && waits_for_body()) return;  // until body_is_ready
   if (progress == Line::Progress::kOutOfTime) {
     go_on_soon();
     return;
@@ -256,10 +313,8 @@ void World::go_on() {
 Line::Progress World::move(MonoTime deadline) {
   for (;;) {
     const SimTime next = std::min(advance_->to, time() + kStride);
-    for (const auto& line : lines_) {
-      const auto progress = line->bring_to(next, deadline, Line::Patience::kForReplies);
-      if (progress != Line::Progress::kThere) return progress;
-    }
+    const auto progress = bring_all(next, deadline, Line::Patience::kForReplies);
+    if (progress != Line::Progress::kThere) return progress;
     clock_.step_to(next);
     if (next >= advance_->to) return Line::Progress::kThere;
     if (monotonic_now() >= deadline) return Line::Progress::kOutOfTime;

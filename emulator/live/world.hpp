@@ -5,9 +5,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "emulator/core/coupling/coupling.hpp"
 #include "emulator/live/line.hpp"
 #include "emulator/live/pacer.hpp"
 #include "emulator/live/stamp_clock.hpp"
@@ -53,6 +55,20 @@ class World {
   void advance(SimTime to, OnAdvanced done);
   bool advancing() const { return advance_.has_value(); }
   void cancel_advance() { end_advance(Advanced::kCancelled); }
+
+  /// From now on these drives are on the joints of a body. Its steps begin at a multiple of their
+  /// length.
+  void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
+  void uncouple();
+  const Coupling* coupling() const { return coupling_ ? &*coupling_ : nullptr; }
+  /// Called when the drives have done a step; whether the body is where they left it by then. Else
+  /// time stands until `body_is_ready`. May not couple or uncouple.
+  std::function<bool()> on_body_step;
+  void body_is_ready();
+
+  /// Somebody has the clock, and says so to others who would set or move it; empty: nobody.
+  std::string clock_is_held_by;
+
   /// How long an advance waits for replies that do not leave.
   static constexpr auto kMostPatience = std::chrono::seconds(5);
 
@@ -77,6 +93,11 @@ class World {
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
+  /// Lines that are on a body move together. kBlocked: the body has yet to answer, or as of a line.
+  Line::Progress bring_all(SimTime to, MonoTime deadline, Line::Patience patience);
+  /// Where all are at the end of a step. False: the body has yet to answer.
+  bool exchange();
+  bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void take_in_all();
   void go_on();
   void go_on_soon();
@@ -99,6 +120,8 @@ class World {
   WakeTimer timer_;
   boost::asio::steady_timer patience_;
   std::optional<Advance> advance_;
+  std::optional<Coupling> coupling_;
+  bool body_is_ready_ = false;  // between two steps
   unsigned advances_ = 0;
   bool stopped_ = false;
 };

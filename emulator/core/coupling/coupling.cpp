@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "emulator/core/scenario/scenario_text.hpp"
 
@@ -33,11 +34,21 @@ Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses
   begin(buses);
 }
 
+Coupling::Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
+                   SimTime start)
+    : mechanism_(std::move(mechanism)),
+      torques_(mechanism_->joints().size()),
+      end_(start),
+      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+  for (const CoupledDrive& drive : drives) links_.push_back({drive.bus, drive.id, drive.joint});
+}
+
 Coupling::Coupling(const Coupling& other)
     : mechanism_(other.mechanism_->clone()),
       links_(other.links_),
       torques_(other.torques_),
       end_(other.end_),
+      under_way_(other.under_way_),
       step_s_(other.step_s_),
       failure_(other.failure_) {}
 
@@ -46,6 +57,9 @@ Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(o
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::begin(std::span<Bus* const> buses) {
+  under_way_ = true;
+  end_ += mechanism_->step();
+  if (failure_) return;
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
@@ -60,7 +74,6 @@ void Coupling::begin(std::span<Bus* const> buses) {
                   .tau = joint.body_torque_Nm / rate};
     buses[link.bus]->mount(link.id, link.mount);
   }
-  end_ += mechanism_->step();
 }
 
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
@@ -73,25 +86,20 @@ JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) 
                        step_s_ * (link.mount.omega_out + 0.5 * gained);
   const double mean = J * gained / step_s_ - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
-  return {mean * link.joint.rate, slope * link.joint.rate};
+  return {mean * link.joint.rate, slope * link.joint.rate,
+          shaft.theta_out / link.joint.rate + link.joint.offset_rad,
+          shaft.omega_out / link.joint.rate};
 }
 
-void Coupling::exchange(std::span<Bus* const> buses) {
-  if (failure_) {
-    end_ += mechanism_->step();
-    return;
-  }
+void Coupling::finish(std::span<Bus* const> buses) {
+  under_way_ = false;
+  if (failure_) return;
   for (const Link& link : links_) {
     torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
   }
   mechanism_->advance(torques_);
   failure_ = mechanism_->failure();
-  if (failure_) {
-    failure_ = "the body after " + time_text(end_) + ": " + *failure_;
-    end_ += mechanism_->step();
-    return;
-  }
-  begin(buses);
+  if (failure_) failure_ = "the body after " + time_text(end_) + ": " + *failure_;
 }
 
 }  // namespace lk::emulator

@@ -13,6 +13,13 @@
 
 namespace lk::emulator {
 
+/// A drive on a joint.
+struct CoupledDrive {
+  std::size_t bus;
+  int id;
+  JointLink joint;
+};
+
 /// The drives of several buses and the body whose joints they turn. Whoever advances the buses has
 /// all of them `reach` each `next_due`, and calls `exchange` there before they go on. A value: a
 /// copy has its body for itself.
@@ -22,16 +29,26 @@ class Coupling {
   static bool needed(std::span<const BusConfig> robot);
   /// Puts the drives of `buses`, which have just been made of `robot`, on the joints of its body.
   Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses);
+  /// The drives are put on their joints when the buses have reached `start`, and `begin` is called.
+  Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
+           SimTime start);
   Coupling(const Coupling& other);
   Coupling(Coupling&&) noexcept = default;
   Coupling& operator=(const Coupling& other);
   Coupling& operator=(Coupling&&) noexcept = default;
   ~Coupling() = default;
 
-  /// When the step ends that is under way.
+  /// When the step ends that is under way; when there is none, when the next one begins.
   SimTime next_due() const { return end_; }
+  bool under_way() const { return under_way_; }
   /// The body takes the step that the buses have done, and the next one begins.
-  void exchange(std::span<Bus* const> buses);
+  void exchange(std::span<Bus* const> buses) {
+    finish(buses);
+    begin(buses);
+  }
+  /// The two halves of it, for a body that takes its time.
+  void finish(std::span<Bus* const> buses);
+  void begin(std::span<Bus* const> buses);
 
   const Mechanism& mechanism() const { return *mechanism_; }
   /// Why the body's state means nothing any more, and when that was; nothing while it does.
@@ -46,13 +63,12 @@ class Coupling {
     double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
-  /// A step begins.
-  void begin(std::span<Bus* const> buses);
 
   std::unique_ptr<Mechanism> mechanism_;
   std::vector<Link> links_;
   std::vector<JointTorque> torques_;  // of all joints, in the last step
   SimTime end_{0};
+  bool under_way_ = false;
   double step_s_;
   std::optional<std::string> failure_;
 };
