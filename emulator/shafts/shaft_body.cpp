@@ -20,7 +20,14 @@ constexpr double kRounding = 1e-6;
 
 bool within(double value, double most) { return std::abs(value) <= most; }  // a NaN is not
 
-std::string problem_of_number(const lk_shafts_state& state, bool moved_by_simulator) {
+bool is_untold(const lk_shafts_accept& terms, const lk_shafts_state& state) {
+  return terms.owner == LK_SHAFTS_SIMULATOR &&
+         (state.inertia_kg_m2 == 0 || (terms.flags & LK_SHAFTS_TORQUE_UNTOLD) != 0);
+}
+
+/// Of those numbers that mean something.
+std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_accept& terms) {
+  const bool moved_by_simulator = terms.owner == LK_SHAFTS_SIMULATOR;
   const auto is = [](const char* what, double value) { return fmt::format("{} is {}", what, value); };
   if (moved_by_simulator && !within(state.angle_rad, kMostAngle_rad)) {
     return is("angle_rad", state.angle_rad);
@@ -31,7 +38,9 @@ std::string problem_of_number(const lk_shafts_state& state, bool moved_by_simula
   if (!within(state.inertia_kg_m2, kMostInertia_kg_m2) || state.inertia_kg_m2 < 0) {
     return is("inertia_kg_m2", state.inertia_kg_m2);
   }
-  if (!within(state.torque_Nm, kMostTorque_Nm)) return is("torque_Nm", state.torque_Nm);
+  if (!is_untold(terms, state) && !within(state.torque_Nm, kMostTorque_Nm)) {
+    return is("torque_Nm", state.torque_Nm);
+  }
   return "";
 }
 
@@ -81,7 +90,7 @@ std::optional<std::string> ShaftBody::problem_of(std::span<const lk_shafts_state
     const bool moved_by_simulator = joint.terms.owner == LK_SHAFTS_SIMULATOR;
     const double inertia = states[n].inertia_kg_m2;
     const double armature = joint.armature_kg_m2;
-    std::string problem = problem_of_number(states[n], moved_by_simulator);
+    std::string problem = problem_of_numbers(states[n], joint.terms);
     if (problem.empty() && moved_by_simulator && inertia == 0 && armature < kLeastArmature_kg_m2) {
       problem = "inertia_kg_m2 is 0, and has to be told where the drive brings no armature";
     }
@@ -111,9 +120,7 @@ void ShaftBody::take(std::span<const lk_shafts_state> states) {
     joint.state.inertia_kg_m2 = told.inertia_kg_m2;
     joint.state.torque_Nm = told.torque_Nm;
     if (joint.terms.owner == LK_SHAFTS_SIMULATOR) {
-      const bool untold =
-          told.inertia_kg_m2 == 0 || (joint.terms.flags & LK_SHAFTS_TORQUE_UNTOLD) != 0;
-      if (untold) joint.state.torque_Nm = found_torque_of(joint, told.speed_rad_s);
+      if (is_untold(joint.terms, told)) joint.state.torque_Nm = found_torque_of(joint, told.speed_rad_s);
       joint.state.angle_rad = told.angle_rad;
       joint.state.speed_rad_s = told.speed_rad_s;
       joint.told_speed_rad_s = told.speed_rad_s;
