@@ -1,10 +1,13 @@
-# cpack in a build directory makes lk-emu, and lk-emu-dev for those who link the libraries.
+# cpack in a build directory makes lk-emu, lk-emu-dev for those who link the libraries, and, where there is MuJoCo, lk-emu-body.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "lk-emu maintainers <maintainers@lk-emu.invalid>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "virtual LK-TECH servo drives for SocketCAN")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL program development)
+if(LKEMU_BODY)
+  list(APPEND CPACK_COMPONENTS_ALL body)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
@@ -20,6 +23,15 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
   "Software for robots talks to these drives as to real ones: over SocketCAN,
 byte for byte, with a modelled motor behind each. Faults can be injected,
 scenarios judged, and runs recorded and replayed.")
+
+# Its files are lk-emu's, and of the same version.
+set(CPACK_DEBIAN_BODY_PACKAGE_NAME lk-emu-body)
+set(CPACK_DEBIAN_BODY_PACKAGE_SECTION electronics)
+set(CPACK_DEBIAN_BODY_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_BODY_PACKAGE_DEPENDS "lk-emu (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_BODY_DESCRIPTION
+  "lk-emu with the bodies of robots: its drives turn the joints of a model
+that MuJoCo computes, in lock step.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME lk-emu-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

@@ -26,14 +26,17 @@ struct DriveInit {
 /// A body that is computed elsewhere and that an output shaft is fixed to, as it responds for a
 /// short while from now on: J·dω/dt = torque of the drive + tau.
 struct Mount {
-  double theta_out = 0.0, omega_out = 0.0;  // rad, rad/s: where the body has the output
-  double J = 0.0;                           // kg·m², > 0: without the drive's own
-  double tau = 0.0;                         // Nm
+  double theta = 0.0, omega = 0.0;  // rad, rad/s: where the body has the shaft
+  double J = 0.0;                   // kg·m², > 0: without the drive's own
+  double tau = 0.0;                 // Nm
+  /// A gear that gives, but so fast that the body does not follow: it has rotor and output as one,
+  /// where their common momentum has them, and how they swing against each other is the drive's.
+  bool stiff = false;
 };
-/// An output shaft that is fixed to a body, as the body is to see it.
+/// A shaft that is fixed to a body, as the body is to see it.
 struct MountedShaft {
-  double theta_out = 0.0, omega_out = 0.0;  // rad, rad/s
-  double armature = 0.0;  // kg·m²: the flange, and the rotor where nothing gives between them
+  double theta = 0.0, omega = 0.0;  // rad, rad/s, at the output
+  double armature = 0.0;  // kg·m²: the flange, and the rotor where the body has both as one
 };
 
 class DriveBank;

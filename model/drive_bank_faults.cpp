@@ -43,6 +43,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
   }
   const Faults before = unit.faults;
   const double stored_before = energy(drive).stored;
+  const double joint_before = state_->joint(drive).theta;
   unit.faults = faults;
   unit.slow_sensors_faulty = slow_sensors_faulty(faults);
   state_->derive_plant(drive);
@@ -51,10 +52,7 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
     const auto p = get<PlantParams<double>>(block.plant_params, lane);
     auto s = get<PlantState<double>>(block.plant, lane);
     if (before.coupling_broken && !faults.coupling_broken) {
-      const double theta_out = s.theta_out;
       join(p, with_faults(unit.params, faults).mechanics.J, s);
-      // A body stays where it is: they grip at another angle than before.
-      if (unit.mounted) unit.mounted_at += s.theta_out - theta_out;
     }
     s.p_load -= (stored_energy(p, s) - stored_before) * p.f_s;
     put(block.plant, lane, s);
@@ -69,6 +67,8 @@ void DriveBank::set_faults(std::size_t drive, const Faults& faults) {
         lane_faults(unit.params, faults, block.faults[lane], counts, unit.slow_noise);
     block.faulty = any_faulty(block);
   });
+  // A body stays where it is: they grip at another angle than before.
+  if (unit.mounted) unit.mounted_at += state_->joint(drive).theta - joint_before;
 }
 
 const Faults& DriveBank::faults(std::size_t drive) const { return state_->units[drive].faults; }

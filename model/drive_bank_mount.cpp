@@ -1,4 +1,4 @@
-// An output shaft on a body that is computed elsewhere (docs/decisions/0031).
+// A shaft on a body that is computed elsewhere (docs/decisions/0031).
 #include <cassert>
 
 #include "model/block_access.hpp"
@@ -8,12 +8,56 @@
 #include "model/stored_real.hpp"
 
 namespace lk::model {
+namespace {
+
+/// Rotor and output with their joint where the body has it; what is between them stays as it is.
+template <class State>
+void move(State& plant, std::size_t lane, double ratio, double rotor_share, double theta,
+          double omega) {
+  double& theta_m = lane_of(plant.theta, lane);
+  double& omega_m = lane_of(plant.omega, lane);
+  double& theta_out = lane_of(plant.theta_out, lane);
+  double& omega_out = lane_of(plant.omega_out, lane);
+  const double twist = theta_m / ratio - theta_out;
+  const double twist_rate = omega_m / ratio - omega_out;
+  theta_out = theta - rotor_share * twist;
+  omega_out = omega - rotor_share * twist_rate;
+  if (rotor_share > 0.0) {
+    theta_m = (theta + (1.0 - rotor_share) * twist) * ratio;
+    omega_m = (omega + (1.0 - rotor_share) * twist_rate) * ratio;
+  }
+}
+
+}  // namespace
+
+DriveBank::State::Joint DriveBank::State::joint(std::size_t drive) const {
+  const Unit& unit = units[drive];
+  const MechanicsParams& p = unit.params.mechanics;
+  const double rotor = unit.faults.inertia * p.J * p.gear_ratio * p.gear_ratio;
+  const double flange = unit.faults.inertia * p.J_out;
+  const bool springy = p.gear_stiffness_out > 0.0;
+  const bool apart = unit.faults.coupling_broken || (springy && !unit.mounted_stiff);
+  // Of a rigid gear both are at the same place.
+  double share = springy ? rotor / (rotor + flange + unit.params.load.J) : 1.0;
+  if (apart) share = 0.0;
+  return with_block(drive, [&](const auto& block, std::size_t lane) {
+    const double theta_out = lane_of(block.plant.theta_out, lane);
+    const double omega_out = lane_of(block.plant.omega_out, lane);
+    const double twist = lane_of(block.plant.theta, lane) / p.gear_ratio - theta_out;
+    const double twist_rate = lane_of(block.plant.omega, lane) / p.gear_ratio - omega_out;
+    return Joint{theta_out + share * twist, omega_out + share * twist_rate, share,
+                 flange + (apart ? 0.0 : rotor)};
+  });
+}
+
 void DriveBank::mount(std::size_t drive, const Mount& mount) {
   assert(mount.J > 0.0);
   State::Unit& unit = state_->units[drive];
   const double stored_before = energy(drive).stored;
   unit.mounted = true;
+  unit.mounted_stiff = mount.stiff;
   unit.params.load = {.J = mount.J, .tau = mount.tau};
+  const double rotor_share = state_->joint(drive).rotor_share;
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
     // Of the plant's numbers these alone are others: all of them take too long, so often.
@@ -25,13 +69,8 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
     lane_of(p.mobility, lane) = inertia.mobility;
     lane_of(p.mobility_out, lane) = inertia.mobility_out;
     lane_of(p.tau_load, lane) = mount.tau + unit.faults.load_torque;
-    lane_of(block.plant.theta_out, lane) = mount.theta_out + unit.mounted_at;
-    lane_of(block.plant.omega_out, lane) = mount.omega_out;
-    if (!compliant) {
-      const double ratio = lane_of(p.gear_ratio, lane);
-      lane_of(block.plant.theta, lane) = (mount.theta_out + unit.mounted_at) * ratio;
-      lane_of(block.plant.omega, lane) = mount.omega_out * ratio;
-    }
+    move(block.plant, lane, mechanics.gear_ratio, rotor_share, mount.theta + unit.mounted_at,
+         mount.omega);
     const double stored = stored_energy(get<PlantParams<double>>(p, lane),
                                         get<PlantState<double>>(block.plant, lane));
     lane_of(block.plant.p_load, lane) -= (stored - stored_before) * lane_of(p.f_s, lane);
@@ -39,15 +78,8 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
 }
 
 MountedShaft DriveBank::mounted_shaft(std::size_t drive) const {
-  const State::Unit& unit = state_->units[drive];
-  const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
-  return state_->with_block(drive, [&](const auto& block, std::size_t lane) {
-    const bool compliant = lane_of(block.plant_params.compliant, lane) != 0.0;
-    const double rotor = mechanics.J * mechanics.gear_ratio * mechanics.gear_ratio;
-    return MountedShaft{lane_of(block.plant.theta_out, lane) - unit.mounted_at,
-                        lane_of(block.plant.omega_out, lane),
-                        mechanics.J_out + (compliant ? 0.0 : rotor)};
-  });
+  const State::Joint joint = state_->joint(drive);
+  return {joint.theta - state_->units[drive].mounted_at, joint.omega, joint.armature};
 }
 
 }  // namespace lk::model

@@ -31,7 +31,8 @@ struct DriveBank::State {
     BrakeState brake;
     bool connected = true;
     bool mounted = false;     // on a body, which faults of the drive do not make heavier
-    double mounted_at = 0.0;  // rad: the output's angle, less the body's
+    bool mounted_stiff = false;
+    double mounted_at = 0.0;  // rad: the shaft's angle, less the body's
     Faults faults;
     bool slow_sensors_faulty = false;
     Setpoint setpoint = Idle{};
@@ -77,6 +78,14 @@ struct DriveBank::State {
     return wide.empty() ? access(alone, std::size_t{0})
                         : access(wide[drive / kLanes], drive % kLanes);
   }
+
+  /// What of a drive a body has at its joint, at the output.
+  struct Joint {
+    double theta, omega;  // rad, rad/s
+    double rotor_share;   // of the rotor in these, 0 to 1; the rest is the output's
+    double armature;      // kg·m²
+  };
+  Joint joint(std::size_t drive) const;
 
   /// DriveBank's of the same names.
   bool advance_to_edge(std::int64_t until, std::size_t drive);

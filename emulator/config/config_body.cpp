@@ -48,7 +48,7 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
   const double step_ms = body->number("step_ms", kShortest_ms, kLongest_ms).value_or(1.0);
   body->finish();
   try {
-    return load(reader.file(), *model, SimTime(protocol::rounded(step_ms * 1e6)));
+    return load(reader.file(), *model, std::chrono::microseconds(protocol::rounded(step_ms * 1e3)));
   } catch (const std::invalid_argument& problem) {
     body->fail("model", problem.what());
   }

@@ -123,6 +123,13 @@ struct JointLink {
   double output_of(double joint_rad) const { return rate * (joint_rad - offset_rad); }
 };
 
+/// The joint that a drive turns, as its body has it; 0 without one.
+struct JointState {
+  double angle_rad = 0;
+  double speed_rad_s = 0;
+  double torque_Nm = 0;  // on the body, behind what the drive's own inertia takes; of the last step
+};
+
 struct ServoConfig {
   int id = 1;      // 1..32: its name; ROM may have it answer at another (Servo::address)
   int dip_id = 0;  // 1..32, what its DIP switch says; 0: `id`

@@ -153,9 +153,7 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
 
 Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
   if (bus_.time() >= due) return Progress::kThere;
-  const SimTime before = due - SimTime{1};
-  const Progress progress =
-      bus_.time() < before ? bring_to(before, deadline, patience) : Progress::kThere;
+  const Progress progress = bring_to(std::max(due - SimTime{1}, bus_.time()), deadline, patience);
   if (progress == Progress::kThere) bus_.reach(due);
   return progress;
 }

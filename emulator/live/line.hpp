@@ -82,10 +82,11 @@ class Line {
   /// Brings the bus to `until`, as far as it gets before `deadline`. Everything that is due up to
   /// and including `until` has happened then, watchers have looked, replies have left.
   Progress bring_to(SimTime until, MonoTime deadline, Patience patience);
-  /// The same up to `due`, but without what happens there: a body has its drives at this instant.
+  /// The same for the body that drives of the line are on: everything before `due` has happened
+  /// (Bus::reach).
   Progress reach(SimTime due, MonoTime deadline, Patience patience);
-  /// The bus, for whoever puts its drives on a body.
-  Bus& bus_of_body() { return bus_; }
+  /// For whoever moves that body.
+  Bus& bus_on_body() { return bus_; }
   /// Tells those who listen what is about to be performed.
   void announce(const std::string& json) const;
   /// Does it now, or plans it. Returns false when the bus has no room for it: nothing is done then.

@@ -1,5 +1,6 @@
 #include "emulator/live/world.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
@@ -56,8 +57,18 @@ SimTime World::time() const {
 void World::start() {
   // Else the kernel lets sleeps end up to 50 µs late, for fewer wake-ups.
   ::prctl(PR_SET_TIMERSLACK, 1);
+  couple();
   clock_ = SimClock(monotonic_now(), clock_.mode());
   serve_all();
+}
+
+void World::couple() {
+  std::vector<BusConfig> robot;
+  for (const auto& line : lines_) {
+    robot.push_back(line->config());
+    buses_.push_back(&line->bus_on_body());
+  }
+  if (Coupling::needed(robot)) coupling_.emplace(robot, buses_);
 }
 
 void World::stop() {
@@ -104,7 +115,7 @@ void World::wake() {
 /// does. Not for long, as the loop has other things to do.
 void World::linger() {
   const MonoTime leave = seen_ + kLinger;
-  while (!stopped_ && !clock_.mode().stepped && !coupling_ && seen_ < leave) {
+  while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
       if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
@@ -135,7 +146,7 @@ void World::linger() {
 /// A receive that waits saves asking whether there is something to receive.
 bool World::only_frames_are_waited_for() const {
   const Port* const port = lines_.front()->port();
-  return lines_.size() == 1 && port != nullptr && port->can_wait() && !lines_.front()->watched() &&
+  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() && !lines_.front()->watched() &&
          next_due() > seen_ + kLongestReceive;
 }
 
@@ -155,7 +166,9 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
       const TimedFrame frame{.at = clock_.shows(stamps_.arrival(in.stamp, seen_)),
                              .frame = in.frame,
                              .sender = in.sender};
-      clock_.mode().stepped || coupling_ ? line.keep_for_later(frame) : line.take_in(frame);
+      // A line on a body must not get ahead of the others.
+      const bool later = clock_.mode().stepped || coupling_;
+      later ? line.keep_for_later(frame) : line.take_in(frame);
     }
   };
   taken.more = line.port()->receive(take, wait);
@@ -178,15 +191,67 @@ void World::bring_on(Line& line) {
   const SimTime now = std::max(follow_clock(line), line.bus().time());
   // Time that goes by fast may be more than fits in between: the rest has to wait, or slips.
   if (coupling_) {
-    bring_all(now, seen_ + kSlice, Line::Patience::kNone);
-    return;
+    bring_all_to(now, seen_ + kSlice, Line::Patience::kNone);
+  } else {
+    line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
   }
-  line.bring_to(now, seen_ + kSlice, Line::Patience::kNone);
+}
+
+Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience) {
+  while (coupling_ && coupling_->next_due() <= until) {
+    const SimTime due = coupling_->next_due();
+    for (const auto& line : lines_) {
+      const auto progress = line->reach(due, deadline, patience);
+      if (progress != Line::Progress::kThere) return progress;
+    }
+    if (!exchange()) return due == until ? Line::Progress::kThere : Line::Progress::kBlocked;
+  }
+  for (const auto& line : lines_) {
+    const auto progress = line->bring_to(std::max(until, line->bus().time()), deadline, patience);
+    if (progress != Line::Progress::kThere) return progress;
+  }
+  return Line::Progress::kThere;
+}
+
+bool World::exchange() {
+  if (coupling_->under_way()) {
+    const bool was_well = !coupling_->failure();
+    coupling_->finish(buses_);
+    if (was_well && coupling_->failure()) {
+      spdlog::error("{}; it stands still", *coupling_->failure());
+    }
+    body_is_ready_ = !on_body_step || on_body_step();
+  }
+  if (!std::exchange(body_is_ready_, false)) return false;
+  coupling_->begin(buses_);
+  return true;
+}
+
+void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime step = body->step();
+  coupling_.emplace(std::move(body), drives, (now + step - SimTime{1}) / step * step);
+  body_is_ready_ = true;
+}
+
+void World::uncouple() {
+  coupling_.reset();
+  if (advance_) go_on_soon();
+}
+
+void World::body_is_ready() {
+  body_is_ready_ = true;
+  if (advance_) {
+    go_on_soon();
+  } else if (!clock_.mode().stepped) {
+    serve_all();
+  }
 }
 
 MonoTime World::next_due() const {
-  if (waits_for_body()) return MonoTime::max();
-  MonoTime first = coupling_ ? clock_.to_mono(coupling_->next_due()) : MonoTime::max();
+  MonoTime first = MonoTime::max();
+  if (waits_for_body()) return first;
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
   }
@@ -213,57 +278,6 @@ void World::set_clock(ClockMode mode) {
   for (const auto& line : lines_) now = std::max(now, line->bus().time());
   clock_.switch_to(mode, monotonic_now(), now);
   serve_all();
-}
-
-// --- on a body
-
-void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
-  SimTime now{0};
-  for (const auto& line : lines_) now = std::max(now, line->bus().time());
-  const SimTime step = body->step();
-  const SimTime start = (now + step - SimTime{1}) / step * step;
-  coupling_.emplace(std::move(body), drives, start);
-  body_is_ready_ = true;
-}
-
-void World::uncouple() {
-  coupling_.reset();
-  if (advance_) go_on_soon();
-}
-
-void World::body_is_ready() {
-  body_is_ready_ = true;
-  if (advance_) {
-    go_on_soon();
-  } else if (!clock_.mode().stepped) {
-    serve_all();
-  }
-}
-
-Line::Progress World::bring_all(SimTime to, MonoTime deadline, Line::Patience patience) {
-  for (;;) {
-    const SimTime due = coupling_ ? coupling_->next_due() : SimTime::max();
-    for (const auto& line : lines_) {
-      const SimTime until = std::max(to, line->bus().time());
-      const Line::Progress progress = due <= to ? line->reach(due, deadline, patience)
-                                                : line->bring_to(until, deadline, patience);
-      if (progress != Line::Progress::kThere) return progress;
-    }
-    if (due > to) return Line::Progress::kThere;
-    if (!exchange()) return due == to ? Line::Progress::kThere : Line::Progress::kBlocked;
-  }
-}
-
-bool World::exchange() {
-  std::vector<Bus*> buses;
-  for (const auto& line : lines_) buses.push_back(&line->bus_of_body());
-  if (coupling_->under_way()) {
-    coupling_->finish(buses);
-    body_is_ready_ = !on_body_step || on_body_step();
-  }
-  if (!std::exchange(body_is_ready_, false)) return false;
-  coupling_->begin(buses);
-  return true;
 }
 
 // --- stepped
@@ -313,7 +327,7 @@ void World::go_on() {
 Line::Progress World::move(MonoTime deadline) {
   for (;;) {
     const SimTime next = std::min(advance_->to, time() + kStride);
-    const auto progress = bring_all(next, deadline, Line::Patience::kForReplies);
+    const auto progress = bring_all_to(next, deadline, Line::Patience::kForReplies);
     if (progress != Line::Progress::kThere) return progress;
     clock_.step_to(next);
     if (next >= advance_->to) return Line::Progress::kThere;

@@ -56,17 +56,17 @@ class World {
   bool advancing() const { return advance_.has_value(); }
   void cancel_advance() { end_advance(Advanced::kCancelled); }
 
-  /// From now on these drives are on the joints of a body. Its steps begin at a multiple of their
+  /// From now on these drives are on the joints of this body. Its steps begin at multiples of their
   /// length.
   void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
   void uncouple();
   const Coupling* coupling() const { return coupling_ ? &*coupling_ : nullptr; }
-  /// Called when the drives have done a step; whether the body is where they left it by then. Else
-  /// time stands until `body_is_ready`. May not couple or uncouple.
+  /// Called when the drives have done a step; whether the body has done it too by then. Else time
+  /// stands until `body_is_ready`. May not couple or uncouple. None: it has.
   std::function<bool()> on_body_step;
   void body_is_ready();
 
-  /// Somebody has the clock, and says so to others who would set or move it; empty: nobody.
+  /// Somebody has the clock: what is said to others who would set or move it; empty: nobody.
   std::string clock_is_held_by;
 
   /// How long an advance waits for replies that do not leave.
@@ -93,9 +93,11 @@ class World {
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
-  /// Lines that are on a body move together. kBlocked: the body has yet to answer, or as of a line.
-  Line::Progress bring_all(SimTime to, MonoTime deadline, Line::Patience patience);
-  /// Where all are at the end of a step. False: the body has yet to answer.
+  /// All lines, and the body that drives of them are on. kBlocked: that has yet to do its step, or as
+  /// of a line.
+  Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
+  void couple();
+  /// Where all are at the end of a step. False: the body has yet to do it.
   bool exchange();
   bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void take_in_all();
@@ -117,11 +119,12 @@ class World {
   std::vector<pollfd> sockets_;  // by line
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<Bus*> buses_;           // of the lines
+  std::optional<Coupling> coupling_;  // where the robot has a body
+  bool body_is_ready_ = false;        // for a step that has not begun
   WakeTimer timer_;
   boost::asio::steady_timer patience_;
   std::optional<Advance> advance_;
-  std::optional<Coupling> coupling_;
-  bool body_is_ready_ = false;  // between two steps
   unsigned advances_ = 0;
   bool stopped_ = false;
 };

@@ -43,7 +43,7 @@ ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const Shaf
   for (std::size_t n = 0; n < world.lines().size(); ++n) {
     const Line& line = *world.lines()[n];
     for (const ServoConfig& servo : line.config().servos) {
-      shafts_.push_back({n, servo.id, line.name() + ":" + std::to_string(servo.id)});
+      shafts_.push_back({n, servo.id, line.name() + ":" + std::to_string(servo.id), &servo});
     }
   }
   options.path.empty() ? listen_at_port(options) : listen_at_path(options);
@@ -132,6 +132,20 @@ void ShaftServer::accept(Acceptor& acceptor) {
   });
 }
 
+/// What a gear's spring has behind it is not known yet: an arm as heavy as the rotor, assumed.
+bool ShaftServer::is_stiff(const Shaft& shaft) const {
+  const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
+  return emulator::is_stiff(m, m.J * m.gear_ratio * m.gear_ratio, step_);
+}
+
+/// As the joint has to have it; of a gear that is stiff, rotor and output are one to that.
+model::MountedShaft ShaftServer::now(const Shaft& shaft) const {
+  model::MountedShaft is = world_.lines()[shaft.bus]->bus_on_body().mounted_shaft(shaft.id);
+  const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
+  if (is_stiff(shaft)) is.armature = m.J_out + m.J * m.gear_ratio * m.gear_ratio;
+  return is;
+}
+
 void ShaftServer::meet(int fd) {
   if (simulator_ || world_.stopped()) {
     const ShaftBytes end = end_message("another simulator has the shafts");
@@ -146,11 +160,10 @@ void ShaftServer::meet(int fd) {
   world_.serve_all();  // to the present
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {
-    const model::MountedShaft now =
-        world_.lines()[shaft.bus]->bus_of_body().mounted_shaft(shaft.id);
+    const model::MountedShaft is = now(shaft);
     lk_shafts_offer offer{};
-    offer.armature_kg_m2 = now.armature;
-    offer.angle_rad = now.theta_out;
+    offer.armature_kg_m2 = is.armature;
+    offer.angle_rad = is.theta;
     shaft.name.copy(offer.name, LK_SHAFTS_NAME_BYTES - 1);
     offers.push_back(offer);
   }
@@ -212,12 +225,10 @@ void ShaftServer::hear_accept(ShaftAccept accept) {
                               shaft.name), true);
     }
     if (terms.owner == LK_SHAFTS_NOT_COUPLED) continue;
-    for (const ServoConfig& servo : world_.lines()[shaft.bus]->config().servos) {
-      const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
-      if (servo.id == shaft.id && f_Hz * step.count() % 1'000'000'000 != 0) {
-        return part(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
-                                step.count(), shaft.name), true);
-      }
+    const auto f_Hz = protocol::rounded(shaft.servo->profile.drive.inverter.f_pwm);
+    if (f_Hz * step.count() % 1'000'000'000 != 0) {
+      return part(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
+                              step.count(), shaft.name), true);
     }
     simulator_->taken.push_back(n);
   }
@@ -269,10 +280,10 @@ void ShaftServer::begin(const ShaftStates& states) {
   std::vector<lk_shafts_state> taken;
   for (const std::size_t n : simulator_->taken) {
     const Shaft& shaft = shafts_[n];
-    const auto now = world_.lines()[shaft.bus]->bus_of_body().mounted_shaft(shaft.id);
-    drives.push_back({shaft.bus, shaft.id, {.joint = joints.size()}});
-    joints.push_back({shaft.name, simulator_->accepted->records[n], now.theta_out, now.omega_out,
-                      now.armature});
+    const model::MountedShaft is = now(shaft);
+    drives.push_back({shaft.bus, shaft.id, {.joint = joints.size()}, is_stiff(shaft)});
+    joints.push_back({shaft.name, simulator_->accepted->records[n], is.theta, is.omega,
+                      is.armature});
     taken.push_back(states.records[n]);
   }
   auto body = std::make_unique<ShaftBody>(std::move(joints), step_);
@@ -362,8 +373,7 @@ void ShaftServer::leave_drives() {
   std::vector<model::LoadParams> loads;
   for (std::size_t n = 0; n < simulator_->taken.size(); ++n) {
     const Shaft& shaft = shafts_[simulator_->taken[n]];
-    const auto now = world_.lines()[shaft.bus]->bus_of_body().mounted_shaft(shaft.id);
-    const double inertia = simulator_->body->joint(n).inertia_kg_m2 - now.armature;
+    const double inertia = simulator_->body->joint(n).inertia_kg_m2 - now(shaft).armature;
     loads.push_back({.J = std::max(inertia, 0.0)});
   }
   const bool had_time = has_time();
@@ -373,7 +383,7 @@ void ShaftServer::leave_drives() {
   world_.cancel_advance();
   for (std::size_t n = 0; n < loads.size(); ++n) {
     const Shaft& shaft = shafts_[simulator_->taken[n]];
-    world_.lines()[shaft.bus]->bus_of_body().set_load(shaft.id, loads[n]);
+    world_.lines()[shaft.bus]->bus_on_body().set_load(shaft.id, loads[n]);
   }
   if (lost_ == ShaftsLost::kStop) {
     clock_is_stopped_ = had_time || !world_.clock().mode().stepped;

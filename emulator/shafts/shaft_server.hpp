@@ -38,6 +38,7 @@ class ShaftServer {
     std::size_t bus;
     int id;
     std::string name;
+    const ServoConfig* servo;
   };
   /// Who is connected.
   struct Simulator {
@@ -56,6 +57,8 @@ class ShaftServer {
     bool unread = false;        // it does not read
   };
 
+  model::MountedShaft now(const Shaft& shaft) const;
+  bool is_stiff(const Shaft& shaft) const;
   void listen_at_path(const ShaftOptions& options);
   void listen_at_port(const ShaftOptions& options);
   template <class Acceptor>

@@ -107,11 +107,11 @@ std::optional<Action> read_drive_action(TableReader& reader) {
 }
 
 /// Where a body has a shaft and what weighs on it is the body's.
-void check_not_mounted(TableReader& reader, const ServoConfig& servo) {
-  if (!servo.joint) return;
+void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
+  if (servo == nullptr || !servo->joint) return;
   for (const char* action : {"load", "turn_deg"}) {
     if (!reader.has(action)) continue;
-    reader.fail(action, "drive " + std::to_string(servo.id) + " turns a joint of the body, which is its load");
+    reader.fail(action, "drive " + std::to_string(servo->id) + " turns a joint of the body, which is its load");
   }
 }
 
@@ -205,7 +205,7 @@ std::vector<TimedDirective> read_directives(TableReader& reader, const BusConfig
   };
   if (const auto action = read_drive_action(reader)) {
     for (const int id : ids) {
-      check_not_mounted(reader, *find_servo(bus, id));
+      check_not_mounted(reader, find_servo(bus, id));
       add(id, *action);
     }
   } else if (reader.has("settings")) {

@@ -54,7 +54,10 @@ void read_counts(TableReader& reader, Replies& replies) {
 std::optional<WhichError> read_which_error(TableReader& reader) {
   if (reader.is_text("error") && reader.text("error") == "any") return WhichError{};
   const auto error = read_error(reader, "error");
-  return error ? std::optional(WhichError(*error)) : std::nullopt;
+  if (!error) return std::nullopt;
+  WhichError which;
+  which.one = error;
+  return which;
 }
 
 Replies read_replies(TableReader& reader, bool none) {

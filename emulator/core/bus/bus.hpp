@@ -127,11 +127,12 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
-  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id)}; }
+  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint}; }
   /// Of one that is mounted.
   model::MountedShaft mounted_shaft(int id) const;
   // Act now.
-  void mount(int id, const model::Mount& mount) { lane(nodes_.of(id)).mount(mount); }
+  /// The body has the drive's joint so.
+  void mount(int id, const model::Mount& mount, const JointState& joint);
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);

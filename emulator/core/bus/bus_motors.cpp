@@ -173,6 +173,12 @@ model::MountedShaft Bus::mounted_shaft(int id) const {
   return motors_.bank(place).mounted_shaft(motors_.index(place));
 }
 
+void Bus::mount(int id, const model::Mount& mount, const JointState& joint) {
+  Node& node = nodes_.of(id);
+  node.joint = joint;
+  lane(node).mount(mount);
+}
+
 Surroundings Bus::surroundings(int id) const {
   assert(settled());
   const MotorPlace& place = nodes_.of(id).motor;

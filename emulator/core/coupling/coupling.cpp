@@ -13,7 +13,16 @@ namespace {
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
+
 }  // namespace
+
+/// Half a radian a step, assumed.
+bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
+  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
+  const double omega2 = m.gear_stiffness_out * (1.0 / (m.J_out + J_body) + 1.0 / J_rotor);
+  return omega2 * seconds(step) * seconds(step) > 0.25;
+}
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
@@ -25,10 +34,14 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
     : mechanism_(robot.front().body->clone()),
       torques_(mechanism_->joints().size()),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+      step_s_(seconds(mechanism_->step())) {
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
-      if (servo.joint) links_.push_back({n, servo.id, *servo.joint});
+      if (!servo.joint) continue;
+      const double rate = servo.joint->rate;
+      const double J = mechanism_->joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
+      links_.push_back({n, servo.id, *servo.joint});
+      links_.back().stiff = is_stiff(servo.profile.drive.mechanics, J, mechanism_->step());
     }
   }
   begin(buses);
@@ -39,8 +52,10 @@ Coupling::Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const Coupled
     : mechanism_(std::move(mechanism)),
       torques_(mechanism_->joints().size()),
       end_(start),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
-  for (const CoupledDrive& drive : drives) links_.push_back({drive.bus, drive.id, drive.joint});
+      step_s_(seconds(mechanism_->step())) {
+  for (const CoupledDrive& drive : drives) {
+    links_.push_back({drive.bus, drive.id, drive.joint, drive.stiff});
+  }
 }
 
 Coupling::Coupling(const Coupling& other)
@@ -68,11 +83,13 @@ void Coupling::begin(std::span<Bus* const> buses) {
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
     const double rate = link.joint.rate;
-    link.mount = {.theta_out = link.joint.output_of(joint.angle_rad),
-                  .omega_out = rate * joint.speed_rad_s,
+    link.mount = {.theta = link.joint.output_of(joint.angle_rad),
+                  .omega = rate * joint.speed_rad_s,
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
-                  .tau = joint.body_torque_Nm / rate};
-    buses[link.bus]->mount(link.id, link.mount);
+                  .tau = joint.body_torque_Nm / rate,
+                  .stiff = link.stiff};
+    buses[link.bus]->mount(link.id, link.mount,
+                           {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
 }
 
@@ -81,21 +98,24 @@ void Coupling::begin(std::span<Bus* const> buses) {
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double J = link.mount.J + link.armature;
-  const double gained = shaft.omega_out - link.mount.omega_out;
-  const double ahead = shaft.theta_out - link.mount.theta_out -
-                       step_s_ * (link.mount.omega_out + 0.5 * gained);
+  const double gained = shaft.omega - link.mount.omega;
+  const double ahead = shaft.theta - link.mount.theta -
+                       step_s_ * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s_ - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
   return {mean * link.joint.rate, slope * link.joint.rate,
-          shaft.theta_out / link.joint.rate + link.joint.offset_rad,
-          shaft.omega_out / link.joint.rate};
+          shaft.theta / link.joint.rate + link.joint.offset_rad,
+          shaft.omega / link.joint.rate};
 }
 
 void Coupling::finish(std::span<Bus* const> buses) {
   under_way_ = false;
   if (failure_) return;
-  for (const Link& link : links_) {
-    torques_[link.joint.joint] = given(link, buses[link.bus]->mounted_shaft(link.id));
+  for (Link& link : links_) {
+    const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
+    torques_[link.joint.joint] = given(link, shaft);
+    const double own = link.armature * (shaft.omega - link.mount.omega) / step_s_;
+    link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
   failure_ = mechanism_->failure();

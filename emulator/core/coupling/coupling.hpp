@@ -18,7 +18,12 @@ struct CoupledDrive {
   std::size_t bus;
   int id;
   JointLink joint;
+  bool stiff = false;  // is_stiff
 };
+
+/// Whether the spring of a gear, with a body of `J_body` at its output, swings faster than a body can
+/// follow that is heard once a step: rotor and output are then one to it.
+bool is_stiff(const model::MechanicsParams& mechanics, double J_body, SimTime step);
 
 /// The drives of several buses and the body whose joints they turn. Whoever advances the buses has
 /// all of them `reach` each `next_due`, and calls `exchange` there before they go on. A value: a
@@ -59,8 +64,10 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
+    bool stiff = false;     // model::Mount has it
     model::Mount mount{};   // at the beginning of the step
     double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
+    double torque_Nm = 0;   // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
 

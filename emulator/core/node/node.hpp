@@ -25,6 +25,7 @@ struct Node {
   Memory memory;
   DriveLink link;
   SimTime started{0};  // its controller, last
+  JointState joint{};
   int flags_left = 0;  // error flags that it sends yet because it is at another bit rate
 
   int id() const { return servo.id(); }

@@ -15,6 +15,7 @@ struct DriveView {
   const Servo& servo;
   model::Telemetry telemetry;
   model::Truth truth;
+  JointState joint{};
 };
 
 struct Signal {

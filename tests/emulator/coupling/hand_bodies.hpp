@@ -124,17 +124,18 @@ inline Equations pendulum(double J, double mgl) {
   };
 }
 
-/// Two equal rods without weight but for a mass at each end; the second angle is against the first
-/// rod. 0: hanging.
-inline Equations double_pendulum(double m, double l, double g = 9.81) {
+/// Two equal rods without weight but for a mass at each end, which has the inertia `I`; the second
+/// angle is against the first rod. 0: hanging.
+inline Equations double_pendulum(double m, double l, double I = 0) {
   return [=](const Two& q, const Two& v) {
+    const double g = 9.81;
     const double ml2 = m * l * l;
     const double c = std::cos(q[1]);
     const double s = std::sin(q[1]);
     const double g1 = m * g * l * std::sin(q[0]);
     const double g2 = m * g * l * std::sin(q[0] + q[1]);
-    return Dynamics{{ml2 * (3 + 2 * c), ml2},
-                    ml2 * (1 + c),
+    return Dynamics{{ml2 * (3 + 2 * c) + 2 * I, ml2 + I},
+                    ml2 * (1 + c) + I,
                     {ml2 * s * (2 * v[0] * v[1] + v[1] * v[1]) - 2 * g1 - g2,
                      -ml2 * s * v[0] * v[0] - g2},
                     -m * g * l * (2 * std::cos(q[0]) + std::cos(q[0] + q[1]))};

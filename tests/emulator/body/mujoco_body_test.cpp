@@ -1,0 +1,72 @@
+// MuJoCo as a mechanism: what it refuses, what it shows, what becomes of it when it explodes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/emulator/body/body_support.hpp"
+
+namespace lk::test {
+namespace mujoco_body_test {
+
+using emulator::JointTorque;
+using emulator::MujocoBody;
+
+std::string refusal(const std::string& text) {
+  try {
+    body_of(text);
+  } catch (const std::invalid_argument& problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+const std::string kArm =
+    R"(<body><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".1" mass="1" pos="0 0 -1"/></body>)";
+
+TEST(MujocoBody, SaysInItsWordsWhatIsWrongWithAModel) {
+  EXPECT_NE(refusal("<mujoco><worldbody><body>").find("XML"), std::string::npos);
+  EXPECT_NE(refusal("<mujoco><worldbody>" + kArm + R"(<geom type="mesh" mesh="no"/></worldbody>
+    <asset><mesh name="no" file="no.stl"/></asset></mujoco>)").find("no.stl"), std::string::npos);
+  EXPECT_NE(refusal(R"(<mujoco><worldbody><body><joint name="a"/><inertial pos="0 0 0" mass="0"
+    diaginertia="0 0 0"/></body></worldbody></mujoco>)").find("mass"), std::string::npos);
+  EXPECT_NE(refusal("<mujoco><worldbody/></mujoco>").find("no hinge"), std::string::npos);
+  EXPECT_EQ(refusal("<mujoco><worldbody>" + kArm + "</worldbody></mujoco>"), "");
+}
+
+TEST(MujocoBody, BeginsInItsFirstKeyframe) {
+  const auto body = body_of("<mujoco><worldbody>" + kArm +
+                            R"(</worldbody><keyframe><key qpos="0.7"/></keyframe></mujoco>)");
+  EXPECT_EQ(body->joint(0).angle_rad, 0.7);
+  EXPECT_NEAR(body->joint(0).inertia_kg_m2, 1 + 0.4 * 0.01, 1e-12);  // m·l² + 2/5·m·r²
+  EXPECT_NEAR(body->joint(0).body_torque_Nm, -9.81 * std::sin(0.7), 1e-9);
+}
+
+/// Free, a foot is as light as it is; on the floor it has the floor behind it.
+TEST(MujocoBody, FeelsTheFloorInTheJoint) {
+  const auto leg = [](const char* height) {
+    return body_of(std::string(R"(<mujoco><option timestep=".001"/><worldbody>
+      <geom type="plane" size="1 1 1"/><body pos="0 0 )") + height +
+      R"("><joint name="knee" axis="0 1 0"/><geom type="sphere" size=".1" mass="0.1" pos=".5 0 0"/>
+      </body></worldbody></mujoco>)");
+  };
+  const double own = 0.1 * (0.25 + 0.4 * 0.01);
+  EXPECT_NEAR(leg("1")->joint(0).inertia_kg_m2, own, 1e-9);
+  EXPECT_GT(leg("0.0999")->joint(0).inertia_kg_m2, 3 * own);
+}
+
+TEST(MujocoBody, SaysWhereItExplodes) {
+  const auto body = body_of(kDoublePendulum);
+  const JointTorque torques[2] = {{0, 0}, {1e300, 0}};
+  for (int n = 0; n < 10; ++n) {
+    body->advance(torques);
+    body->update();
+  }
+  ASSERT_TRUE(body->failure());
+  EXPECT_NE(body->failure()->find("out of all bounds"), std::string::npos) << *body->failure();
+  const auto copy = body->clone();
+  EXPECT_TRUE(copy->failure());
+}
+
+}  // namespace mujoco_body_test
+}  // namespace lk::test

@@ -1,0 +1,141 @@
+// The steps of a body: their order, their slices, their copies.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "emulator/core/scenario/scenario_fleet.hpp"
+#include "tests/emulator/coupling/coupling_support.hpp"
+#include "tests/support/bus_config.hpp"
+
+namespace lk::test {
+namespace steps_test {
+
+using emulator::Scenario;
+using emulator::ScenarioFleet;
+using emulator::ScenarioRun;
+using emulator::ServoConfig;
+using emulator::SimTime;
+
+/// Two geared drives on a double pendulum, under constant torque currents, with nothing in them
+/// that is not smooth.
+Scenario smooth(SimTime step) {
+  const auto body = std::make_shared<HandBody>(2, double_pendulum(0.3, 0.25), step, Two{0.6, -0.4});
+  std::vector<ServoConfig> servos;
+  for (int id = 1; id <= 2; ++id) {
+    ServoConfig servo = servo_config(id);
+    servo.profile.drive.mechanics.gear_ratio = 6;
+    servo.profile.drive.mechanics.J = 2e-5;
+    servo.profile.drive.mechanics.B = 2e-4;
+    servo.profile.drive.inverter.timer_counts = 1e9;
+    servo.profile.drive.encoder.bits = 18;
+    servo.profile.drive.current_sensor.bits = 26;
+    servo.joint = emulator::JointLink{.joint = static_cast<std::size_t>(id - 1)};
+    servo.joint->start_rad = body->joint(servo.joint->joint).angle_rad;
+    servos.push_back(servo);
+  }
+  Scenario scenario = on_body(body, servos);
+  scenario.robot.front().bitrate = 0;
+  for (int id = 1; id <= 2; ++id) {
+    const auto format =
+        protocol::wire_format(servos[0].quirks.dialect, servos[0].profile.series);
+    scenario.sends.push_back(
+        {.frame = protocol::encode_query(id, protocol::Torque{id == 1 ? 1.5 : -1.0}, format)});
+  }
+  return scenario;
+}
+
+Two angles_after(SimTime step, SimTime time) {
+  ScenarioRun run(smooth(step));
+  run.advance_to(time);
+  return hand_body(run).angles();
+}
+
+TEST(Steps, AreOfSecondOrder) {
+  const SimTime time = 400 * kMs;
+  const Two exact = angles_after(kMs / 8, time);
+  std::array<double, 3> error{};
+  for (std::size_t n = 0; n < error.size(); ++n) {
+    const Two angles = angles_after(kMs * (1 << n), time);
+    error[n] = std::max(std::abs(angles[0] - exact[0]), std::abs(angles[1] - exact[1]));
+  }
+  EXPECT_LT(error[0], 1e-4);
+  // 4, less what is wrong with the exact one and of higher order.
+  EXPECT_GT(error[2] / error[1], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
+  EXPECT_GT(error[1] / error[0], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
+}
+
+/// All of it to the bit.
+void expect_same(const ScenarioRun& one, const ScenarioRun& other) {
+  EXPECT_EQ(hand_body(one).angles(), hand_body(other).angles());
+  EXPECT_EQ(hand_body(one).speeds(), hand_body(other).speeds());
+  for (int id = 1; id <= 2; ++id) {
+    EXPECT_EQ(one.bus(0).truth(id).theta_m, other.bus(0).truth(id).theta_m);
+    EXPECT_EQ(one.bus(0).truth(id).i_q, other.bus(0).truth(id).i_q);
+    EXPECT_EQ(one.bus(0).truth(id).omega_out, other.bus(0).truth(id).omega_out);
+  }
+}
+
+TEST(Steps, DoNotDependOnSlices) {
+  ScenarioRun whole(smooth(kMs));
+  ScenarioRun sliced(smooth(kMs));
+  whole.advance_to(300 * kMs);
+  for (int n = 0; n * 137 < 300'000; ++n) sliced.advance_to(n * std::chrono::microseconds(137));
+  sliced.advance_to(300 * kMs);
+  expect_same(whole, sliced);
+}
+
+TEST(Steps, OfACopyAreItsOwn) {
+  ScenarioRun first(smooth(kMs));
+  first.advance_to(std::chrono::microseconds(100'300));
+  ScenarioRun copy(first);
+  first.advance_to(200 * kMs);
+  copy.advance_to(200 * kMs);
+  expect_same(first, copy);
+}
+
+TEST(Steps, InAFleetAreThoseAlone) {
+  ScenarioRun alone(smooth(kMs));
+  alone.advance_to(200 * kMs);
+  std::vector<ScenarioRun> runs;
+  runs.emplace_back(smooth(kMs));
+  runs.emplace_back(smooth(2 * kMs));
+  ScenarioFleet fleet(std::move(runs));
+  fleet.advance_to(std::chrono::microseconds(77'700));
+  fleet.advance_to(200 * kMs);
+  expect_same(fleet.run(0), alone);
+}
+
+/// Stiff gears on a body that is light beside their rotors: each pulls at the other.
+TEST(Steps, AreStableWithStiffGearsOnALightBody) {
+  for (const char* const motor : {"mg4005", "mg4010", "mg6012-i36", "mg8016"}) {
+    for (const double m : {0.001, 0.03, 1.0}) {
+      const auto body = std::make_shared<HandBody>(2, double_pendulum(m, 0.2), kMs, Two{0.3, -0.2});
+      const ServoConfig first = on_joint(1, motor, *body);
+      ScenarioRun run(on_body(body, {first, on_joint(2, motor, *body)}));
+      const double N = first.profile.drive.mechanics.gear_ratio;
+      const auto increment = static_cast<std::int32_t>(std::lround(2000 * N));
+      const auto format = protocol::wire_format(first.quirks.dialect, first.profile.series);
+      for (const int id : {1, 2}) {
+        const protocol::Position5 step{id == 1 ? increment : -increment};
+        run.receive(0, {100 * kMs, protocol::encode_query(id, step, format)});
+      }
+      run.advance_to(1900 * kMs);
+      double fastest = 0;
+      for (int ms = 1900; ms < 2000; ++ms) {
+        run.advance_to(ms * kMs);
+        for (const double speed : hand_body(run).speeds()) {
+          fastest = std::max(fastest, std::abs(speed));
+        }
+      }
+      const double to_rad = 3.14159265 / 180;
+      EXPECT_NEAR(hand_body(run).angles()[0], 0.3 + 20 * to_rad, 0.5 * to_rad) << motor << ' ' << m;
+      EXPECT_NEAR(hand_body(run).angles()[1], -0.2 - 20 * to_rad, 0.5 * to_rad) << motor << ' ' << m;
+      EXPECT_LT(fastest, 0.2) << motor << ' ' << m;
+    }
+  }
+}
+
+}  // namespace steps_test
+}  // namespace lk::test
