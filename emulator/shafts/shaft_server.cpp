@@ -43,6 +43,7 @@ ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const Shaf
   for (std::size_t n = 0; n < world.lines().size(); ++n) {
     const Line& line = *world.lines()[n];
     for (const ServoConfig& servo : line.config().servos) {
+      if (servo.joint) throw StartError("--shafts: the robot has a [body], which has its shafts");
       shafts_.push_back({n, servo.id, line.name() + ":" + std::to_string(servo.id), &servo});
     }
   }
