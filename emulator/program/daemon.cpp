@@ -213,7 +213,8 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
-  control_->api().recording = recording_.for_clients();
+  // What a simulator does is in no recording.
+  if (!shafts_) control_->api().recording = recording_.for_clients();
 }
 
 int Daemon::run() {
