@@ -146,8 +146,8 @@ void World::linger() {
 /// A receive that waits saves asking whether there is something to receive.
 bool World::only_frames_are_waited_for() const {
   const Port* const port = lines_.front()->port();
-  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() && !lines_.front()->watched() &&
-         next_due() > seen_ + kLongestReceive;
+  return lines_.size() == 1 && !coupling_ && port != nullptr && port->can_wait() &&
+         !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
 }
 
 /// Takes in what has arrived on a line.

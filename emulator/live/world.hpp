@@ -93,8 +93,8 @@ class World {
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
-  /// All lines, and the body that drives of them are on. kBlocked: that has yet to do its step, or as
-  /// of a line.
+  /// All lines, and the body that drives of them are on. kBlocked: that has yet to do its step, or
+  /// as of a line.
   Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
   void couple();
   /// Where all are at the end of a step. False: the body has yet to do it.

@@ -28,7 +28,9 @@ bool is_untold(const lk_shafts_accept& terms, const lk_shafts_state& state) {
 /// Of those numbers that mean something.
 std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_accept& terms) {
   const bool moved_by_simulator = terms.owner == LK_SHAFTS_SIMULATOR;
-  const auto is = [](const char* what, double value) { return fmt::format("{} is {}", what, value); };
+  const auto is = [](const char* what, double value) {
+    return fmt::format("{} is {}", what, value);
+  };
   if (moved_by_simulator && !within(state.angle_rad, kMostAngle_rad)) {
     return is("angle_rad", state.angle_rad);
   }
@@ -96,8 +98,9 @@ std::optional<std::string> ShaftBody::problem_of(std::span<const lk_shafts_state
     }
     if (problem.empty() && moved_by_simulator && inertia > 0 &&
         inertia < armature * (1 - kRounding)) {
-      problem = fmt::format("inertia_kg_m2 is {}, less than the armature of {} that the joint has to have",
-                            inertia, armature);
+      problem = fmt::format(
+          "inertia_kg_m2 is {}, less than the armature of {} that the joint has to have", inertia,
+          armature);
     }
     if (!problem.empty()) return names_[n] + ": " + problem;
   }
@@ -120,7 +123,8 @@ void ShaftBody::take(std::span<const lk_shafts_state> states) {
     joint.state.inertia_kg_m2 = told.inertia_kg_m2;
     joint.state.torque_Nm = told.torque_Nm;
     if (joint.terms.owner == LK_SHAFTS_SIMULATOR) {
-      if (is_untold(joint.terms, told)) joint.state.torque_Nm = found_torque_of(joint, told.speed_rad_s);
+      if (is_untold(joint.terms, told))
+        joint.state.torque_Nm = found_torque_of(joint, told.speed_rad_s);
       joint.state.angle_rad = told.angle_rad;
       joint.state.speed_rad_s = told.speed_rad_s;
       joint.told_speed_rad_s = told.speed_rad_s;

@@ -48,12 +48,12 @@ class ShaftBody final : public Mechanism {
  private:
   struct Joint {
     lk_shafts_accept terms;
-    lk_shafts_state state;            // as of now
-    double armature_kg_m2;            // as of now
-    double told_armature_kg_m2;       // that is in the state's inertia
+    lk_shafts_state state;                                  // as of now
+    double armature_kg_m2;                                  // as of now
+    double told_armature_kg_m2;                             // that is in the state's inertia
     std::optional<double> told_speed_rad_s = std::nullopt;  // by the last `take`
-    double torque_Nm = 0;             // sum of the means since then
-    double slope_Nm_s = 0;            // of the last step
+    double torque_Nm = 0;                                   // sum of the means since then
+    double slope_Nm_s = 0;                                  // of the last step
   };
   static double inertia_of(const Joint& joint);
   /// What acts on a joint beside its drive, by how it has moved since the last `take`.

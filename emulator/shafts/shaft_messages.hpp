@@ -45,8 +45,8 @@ class ShaftReader {
 
  private:
   std::uint32_t joints_;
-  ShaftBytes bytes_;          // of the message that is not whole
-  lk_shafts_head head_{};     // of it, where it has come
+  ShaftBytes bytes_;       // of the message that is not whole
+  lk_shafts_head head_{};  // of it, where it has come
   std::string wrong_;
 };
 

@@ -178,33 +178,39 @@ void ShaftServer::meet(int fd) {
 }
 
 void ShaftServer::hear() {
-  simulator_->socket.async_wait(
-      boost::asio::posix::stream_descriptor::wait_read,
-      [this, mine = simulator_->number](const error_code& error) {
-        if (error || !simulator_ || simulator_->number != mine) return;
-        while (hear_some()) {
-        }
-        if (simulator_ && simulator_->number == mine) hear();
-      });
+  simulator_->socket.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                                [this, mine = simulator_->number](const error_code& error) {
+                                  if (error || !simulator_ || simulator_->number != mine) return;
+                                  while (hear_some()) {
+                                  }
+                                  if (simulator_ && simulator_->number == mine) hear();
+                                });
 }
 
 bool ShaftServer::hear_some() {
   std::array<unsigned char, 4096> bytes;
-  const std::size_t most = std::min(bytes.size(), simulator_->reader.wants());
   const ssize_t size =
-      ::recv(simulator_->socket.native_handle(), bytes.data(), most, MSG_DONTWAIT);
+      ::recv(simulator_->socket.native_handle(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   if (size <= 0) {
     part(size == 0 ? "has gone" : "has gone: " + reason_of(errno), false);
     return false;
   }
-  auto message = simulator_->reader.take({bytes.data(), static_cast<std::size_t>(size)});
+  std::span<const unsigned char> left(bytes.data(), static_cast<std::size_t>(size));
+  while (!left.empty() && simulator_) {
+    const std::size_t some = std::min(left.size(), simulator_->reader.wants());
+    hear_message(simulator_->reader.take(left.first(some)));
+    left = left.subspan(some);
+  }
+  return simulator_ && static_cast<std::size_t>(size) == bytes.size();
+}
+
+void ShaftServer::hear_message(ShaftReader::Message message) {
   std::visit(overloaded{[](ShaftReader::More) {},
                         [this](ShaftAccept& accept) { hear_accept(std::move(accept)); },
                         [this](const ShaftStates& states) { hear_states(states); },
                         [this](const std::string& wrong) { part(wrong, true); }},
              message);
-  return simulator_.has_value();
 }
 
 void ShaftServer::hear_accept(ShaftAccept accept) {
@@ -216,20 +222,23 @@ void ShaftServer::hear_accept(ShaftAccept accept) {
   const std::uint64_t asked_ns = accept.head.number;
   const SimTime step = asked_ns == 0 ? step_ : SimTime(static_cast<std::int64_t>(asked_ns));
   if (step < kShortestStep || step > kLongestStep) {
-    return part(fmt::format("asks for steps of {} ns, which are 50000 to 10000000", asked_ns), true);
+    return part(fmt::format("asks for steps of {} ns, which are 50000 to 10000000", asked_ns),
+                true);
   }
   for (std::size_t n = 0; n < shafts_.size(); ++n) {
     const lk_shafts_accept& terms = accept.records[n];
     const Shaft& shaft = shafts_[n];
     if (terms.owner > LK_SHAFTS_DRIVE || terms.flags > LK_SHAFTS_TORQUE_UNTOLD) {
-      return part(fmt::format("sent owner {} and flags {} for {}", terms.owner, terms.flags,
-                              shaft.name), true);
+      return part(
+          fmt::format("sent owner {} and flags {} for {}", terms.owner, terms.flags, shaft.name),
+          true);
     }
     if (terms.owner == LK_SHAFTS_NOT_COUPLED) continue;
     const auto f_Hz = protocol::rounded(shaft.servo->profile.drive.inverter.f_pwm);
     if (f_Hz * step.count() % 1'000'000'000 != 0) {
       return part(fmt::format("asks for steps of {} ns, no whole number of PWM periods of {}",
-                              step.count(), shaft.name), true);
+                              step.count(), shaft.name),
+                  true);
     }
     simulator_->taken.push_back(n);
   }
@@ -242,8 +251,9 @@ void ShaftServer::hear_states(const ShaftStates& states) {
   if (!simulator_->accepted) return part("sent STATES before ACCEPT", true);
   if (!simulator_->owes) return part("sent STATES that nobody waits for", true);
   if (states.head.number != simulator_->answers) {
-    return part(fmt::format("sent STATES {} where {} are due", states.head.number,
-                            simulator_->answers), true);
+    return part(
+        fmt::format("sent STATES {} where {} are due", states.head.number, simulator_->answers),
+        true);
   }
   if (simulator_->body == nullptr) return begin(states);
   std::vector<lk_shafts_state> taken;
@@ -283,8 +293,8 @@ void ShaftServer::begin(const ShaftStates& states) {
     const Shaft& shaft = shafts_[n];
     const model::MountedShaft is = now(shaft);
     drives.push_back({shaft.bus, shaft.id, {.joint = joints.size()}, is_stiff(shaft)});
-    joints.push_back({shaft.name, simulator_->accepted->records[n], is.theta, is.omega,
-                      is.armature});
+    joints.push_back(
+        {shaft.name, simulator_->accepted->records[n], is.theta, is.omega, is.armature});
     taken.push_back(states.records[n]);
   }
   auto body = std::make_unique<ShaftBody>(std::move(joints), step_);

@@ -67,6 +67,7 @@ class ShaftServer {
   void hear();
   /// False: nothing more of it now.
   bool hear_some();
+  void hear_message(ShaftReader::Message message);
   void hear_accept(ShaftAccept accept);
   void hear_states(const ShaftStates& states);
   void begin(const ShaftStates& states);
