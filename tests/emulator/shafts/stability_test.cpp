@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -32,7 +33,7 @@ BusConfig one_drive(double B) {
 
 using Simulator = std::function<lk_shafts_state(const lk_shafts_torque&)>;
 
-/// Speeds of the joint after each step.
+/// Speeds of the joint after each step; none where it has run away.
 std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_rad_s,
                         const lk_shafts_state& first, const Simulator& simulator, int steps) {
   Bus bus(one_drive(B));
@@ -50,7 +51,7 @@ std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_ra
     bus.reach(coupling.next_due());
     coupling.finish(buses);
     const lk_shafts_state now = simulator(body.torques()[0]);
-    EXPECT_EQ(body.problem_of({&now, 1}), std::nullopt);
+    if (body.problem_of({&now, 1})) return {};
     body.take({&now, 1});
     speeds.push_back(body.joint(0).speed_rad_s);
     coupling.begin(buses);
@@ -62,6 +63,7 @@ double armature() { return Bus(one_drive(0)).mounted_shaft(1).armature; }
 
 /// The largest of the last ten, as a share of the largest of the first ten.
 double growth(const std::vector<double>& speeds) {
+  if (speeds.empty()) return std::numeric_limits<double>::infinity();
   const auto most = [](auto from, auto to) {
     double found = 0;
     for (; from != to; ++from) found = std::max(found, std::abs(*from));
