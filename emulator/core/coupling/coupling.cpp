@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
@@ -15,16 +16,7 @@ constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
-/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster
-/// than a body can follow that is heard once a step. Half a radian a step, assumed.
-bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
-  const model::MechanicsParams& m = servo.profile.drive.mechanics;
-  const double rate = servo.joint->rate;
-  const double J_out = m.J_out + body.joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
-  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
-  const double omega2 = m.gear_stiffness_out * (1.0 / J_out + 1.0 / J_rotor);
-  return omega2 * step_s * step_s > 0.25;
-}
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
 /// There is one.
 const Mechanism& body_of(std::span<const BusConfig> robot) {
@@ -42,9 +34,14 @@ bool moves_body(std::span<const BusConfig> robot) {
   });
 }
 
-double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
-
 }  // namespace
+
+/// Half a radian a step, assumed.
+bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
+  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
+  const double omega2 = m.gear_stiffness_out * (1.0 / (m.J_out + J_body) + 1.0 / J_rotor);
+  return omega2 * seconds(step) * seconds(step) > 0.25;
+}
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
   return moves_body(robot) || Battery::needed(robot);
@@ -58,12 +55,24 @@ Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
+      const double rate = servo.joint->rate;
+      const double J = mechanism_->joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
       links_.push_back({n, servo.id, *servo.joint});
-      links_.back().stiff = is_stiff(servo, *mechanism_, seconds(step_));
+      links_.back().stiff = is_stiff(servo.profile.drive.mechanics, J, step_);
     }
   }
-  if (mechanism_) begin(buses);
-  end_ = step_;
+  begin(buses);
+}
+
+Coupling::Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
+                   SimTime start)
+    : mechanism_(std::move(mechanism)),
+      torques_(mechanism_->joints().size()),
+      end_(start),
+      step_(mechanism_->step()) {
+  for (const CoupledDrive& drive : drives) {
+    links_.push_back({drive.bus, drive.id, drive.joint, drive.stiff});
+  }
 }
 
 Coupling::Coupling(const Coupling& other)
@@ -73,6 +82,7 @@ Coupling::Coupling(const Coupling& other)
       torques_(other.torques_),
       pushing_(other.pushing_),
       end_(other.end_),
+      under_way_(other.under_way_),
       step_(other.step_),
       failure_(other.failure_) {}
 
@@ -110,9 +120,15 @@ void Coupling::push_on() {
   std::erase_if(pushing_, [this](const Pushing& one) { return one.until <= end_; });
 }
 
+void Coupling::begin(std::span<Bus* const> buses) {
+  under_way_ = true;
+  if (mechanism_ && !failure_) mount(buses);
+  end_ += step_;
+}
+
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
-void Coupling::begin(std::span<Bus* const> buses) {
+void Coupling::mount(std::span<Bus* const> buses) {
   take_acts(buses);
   push_on();
   for (Link& link : links_) {
@@ -151,16 +167,19 @@ JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) 
   const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
-  return {mean * link.joint.rate, slope * link.joint.rate};
+  return {mean * link.joint.rate, slope * link.joint.rate,
+          shaft.theta / link.joint.rate + link.joint.offset_rad, shaft.omega / link.joint.rate};
 }
 
 void Coupling::exchange(std::span<Bus* const> buses) {
-  if (battery_) battery_->exchange(buses, step_);
-  if (mechanism_ && !failure_) take_step(buses);
-  end_ += step_;
+  finish(buses);
+  begin(buses);
 }
 
-void Coupling::take_step(std::span<Bus* const> buses) {
+void Coupling::finish(std::span<Bus* const> buses) {
+  under_way_ = false;
+  if (battery_) battery_->exchange(buses, step_);
+  if (!mechanism_ || failure_) return;
   for (Link& link : links_) {
     const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
     torques_[link.joint.joint] = given(link, shaft);
@@ -168,7 +187,7 @@ void Coupling::take_step(std::span<Bus* const> buses) {
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
-  begin(buses);
+  has_failed();
 }
 
 }  // namespace lk::emulator
