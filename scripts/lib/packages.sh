@@ -83,6 +83,15 @@ packages_install_browser() {
   fi
 }
 
+# What computes the bodies of robots. Ubuntu has no such package; lk-emu-body and its tests are left out there.
+packages_install_body() {
+  local names
+  mapfile -t names < <(packages_in body)
+  if [[ -z $(packages_missing "${names[@]}") ]] || packages_exists "${names[0]}"; then
+    packages_install "${names[@]}"
+  fi
+}
+
 # The whole set-up: packages_setup GROUP..., groups of packages.txt.
 packages_setup() {
   local group names=()
@@ -96,6 +105,7 @@ packages_setup() {
     packages_install_bus || return
   fi
   if [[ " $* " == *" test "* ]]; then
-    packages_install_browser
+    packages_install_browser || return
+    packages_install_body
   fi
 }
