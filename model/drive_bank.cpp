@@ -173,11 +173,17 @@ std::int64_t DriveBank::ticks() const {
   return least;
 }
 
+double DriveBank::State::source_voltage(const Unit& unit, const Faults& faults) {
+  if (!unit.connected || faults.supply_cut) return 0.0;
+  const double left = std::max(unit.params.supply.v_source - unit.supply_drop, 0.0);
+  return std::min(left, faults.v_source_max);
+}
+
 PlantParams<double> DriveBank::State::plant_of(const Unit& unit, const Faults& faults) {
   DriveParams params = with_faults(unit.params, faults);
   if (unit.mounted) params.load.J = unit.params.load.J;
+  params.supply.v_source = source_voltage(unit, faults);
   if (!unit.connected || faults.supply_cut) {  // a source of nothing that takes nothing back
-    params.supply.v_source = 0.0;
     params.supply.i_regen_max = 0.0;
   }
   params.mechanics.tau_coulomb += params.brake.tau * unit.brake.pressed;
@@ -383,6 +389,15 @@ void DriveBank::set_load(std::size_t drive, const LoadParams& load) {
 void DriveBank::set_supply_voltage(std::size_t drive, double v_source) {
   state_->units[drive].params.supply.v_source = v_source;
   state_->derive_plant(drive);
+}
+void DriveBank::set_supply_drop(std::size_t drive, double v_drop) {
+  State::Unit& unit = state_->units[drive];
+  unit.supply_drop = v_drop;
+  // Of the plant's numbers this one alone is another: all of them take too long, so often.
+  const double v_source = State::source_voltage(unit, unit.faults);
+  state_->with_block(drive, [&](auto& block, std::size_t lane) {
+    lane_of(block.plant_params.v_source, lane) = v_source;
+  });
 }
 void DriveBank::connect_supply(std::size_t drive, bool connected) {
   state_->units[drive].connected = connected;

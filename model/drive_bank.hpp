@@ -91,6 +91,8 @@ class DriveBank {
 
   void set_load(std::size_t drive, const LoadParams& load);
   void set_supply_voltage(std::size_t drive, double v_source);
+  /// What other drives cost the source of its voltage, V: to be said again and again. 0 at first.
+  void set_supply_drop(std::size_t drive, double v_drop);
   /// Disconnected, the link feeds the drive until it is empty.
   void connect_supply(std::size_t drive, bool connected);
   /// Current through the coil releases the brake. A drive that loses its power lets go of it.

@@ -30,7 +30,8 @@ struct DriveBank::State {
     LifeState life;
     BrakeState brake;
     bool connected = true;
-    bool mounted = false;  // on a body, which faults of the drive do not make heavier
+    double supply_drop = 0.0;  // V
+    bool mounted = false;      // on a body, which faults of the drive do not make heavier
     bool mounted_stiff = false;
     double mounted_at = 0.0;  // rad: the shaft's angle, less the body's
     Faults faults;
@@ -97,6 +98,8 @@ struct DriveBank::State {
   /// Returns true if the stretch must end: a drive died or came alive, or a brake moved.
   static bool give_orders(void* block_drives, std::size_t first, std::size_t count,
                           std::int64_t tick);
+  /// V, what the drive is supplied with, with these faults.
+  static double source_voltage(const Unit& unit, const Faults& faults);
   /// The plant of a drive as it would be with these faults.
   static PlantParams<double> plant_of(const Unit& unit, const Faults& faults);
   void derive_plant(std::size_t drive);

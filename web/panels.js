@@ -2,9 +2,13 @@
 
 import {el} from './dom.js';
 import {figures, kUnits} from './format.js';
+import {byHand, ValueRanges} from './panel_ranges.js';
+import {PlotLegend} from './plot_legend.js';
 import {t} from './words.js';
 
-const kAxis_px = 62;
+export const kAxis_px = 62;
+const kSide = 0.4;     // of the width, for the spectra
+export const kPadding = [22, null, null, null];  // above a picture its legend
 const kLeast_px = 76;
 const kMostPoints = 30_000;  // in all pictures: what a processor draws 60 times a second
 const kLeastBins = 160;
@@ -13,7 +17,7 @@ const kPadding_px = 10;
 const kTimes_px = 26;  // more for the picture with the axis of time
 const kDrag_px = 4;    // less is a click: no hand is quite still
 
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /// Never so narrow that numbers cannot tell the ticks of the axis apart: uPlot would count them for ever.
 export function range(self, min, max) {
@@ -24,20 +28,27 @@ export function range(self, min, max) {
   return [min - span * 0.06, max + span * 0.06];
 }
 
-/// `traces` are {label, colour, dash, unit}; `view` is asked for {from_s, to_s, cursors, marks}.
+/// Of all axes: colours, type.
+export const axisStyle = () => ({stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'});
+
+/// `traces` are {label, colour, dash, unit, shown}; `view` is asked for {from_s, to_s, cursors, marks}; `onToggle` is told
+/// of a trace that is to be hidden or shown.
 export class Panels {
-  constructor(root, {onSelect, onPoint, view}) {
+  constructor(root, {onSelect, onPoint, onToggle, view}) {
     this.root = root;
     this.onSelect = onSelect;
     this.onPoint = onPoint;
+    this.onToggle = onToggle;
     this.view = view;
+    this.ranges = new ValueRanges(() => ++this.generation);
+    this.withSides = false;  // room beside each picture, for its spectrum
+    this.onFit = () => {};   // told the height of each picture and the width beside it
     this.plots = [];
     this.width = 0;
     this.generation = 0;  // of what is to be drawn anew
     this.traces = [];
     this.dragged = false;  // since the button went down
     new ResizeObserver(() => this.fit()).observe(root);
-    document.addEventListener('theme', () => this.set(this.traces));
   }
 
   set(traces) {
@@ -47,27 +58,28 @@ export class Panels {
     const units = [...new Set(traces.map((trace) => trace.unit))];
     this.root.replaceChildren();
     this.plots = units.map((unit, n) => this.make(unit, traces.filter((trace) => trace.unit === unit), n === units.length - 1));
-    this.fit();
   }
 
   make(unit, traces, lowest) {
-    const holder = el('div', {class: 'panel-plot', role: 'img', 
+    const holder = el('div', {class: 'panel-plot', role: 'group', tabindex: 0,
       'aria-label': t('plot_of', {unit: kUnits[unit], traces: traces.map((trace) => trace.label).join(', ')})});
-    this.root.append(holder);
-    const axis = {stroke: css('--dim'), grid: {stroke: css('--grid'), width: 1}, ticks: {show: false}, font: '12px system-ui, sans-serif'};
+    const side = el('div', {class: 'panel-side'});
+    this.root.append(el('div', {class: 'panel-row'}, holder, side));
+    const axis = axisStyle();
     const few = this.traces.length <= kFew;
     const plot = new uPlot({
-      width: 300, height: 120, legend: {show: false}, pxAlign: 0,
+      width: 300, height: 120, legend: {show: false}, pxAlign: 0, padding: kPadding,
       cursor: {sync: {key: 'scope'}, drag: {x: false, y: false, setScale: false, click: () => {}}, bind: {mousedown: () => null}, points: {show: traces.length <= 8}, y: false},
       select: {show: true},
-      scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }}, y: {range}},
+      scales: {x: {time: false, range: () => { const v = this.view(); return [v.from_s, v.to_s]; }},
+        y: {range: (u, min, max) => this.ranges.get(unit) ?? range(u, min, max)}},
       axes: [
         {...axis, size: lowest ? 34 : 8, values: lowest ? (u, ticks) => ticks.map((tick) => figures(tick, 9)) : () => []},
         {...axis, size: kAxis_px, space: 24, label: kUnits[unit], labelSize: 16, labelGap: 0, labelFont: '12px system-ui, sans-serif',
           values: (u, ticks) => ticks.map((tick) => figures(tick, 6))},
       ],
       series: [{}, ...traces.map((trace) => ({label: trace.label, stroke: trace.colour, width: 1, dash: few ? trace.dash : undefined,
-        points: {show: false}, spanGaps: true}))],
+        show: trace.shown, points: {show: false}, spanGaps: true}))],
       hooks: {draw: [(u) => this.drawMarks(u)]},
     }, [[], ...traces.map(() => [])], holder);
     plot.over.addEventListener('click', (event) => {
@@ -75,7 +87,34 @@ export class Panels {
       if (!this.dragged) this.onPoint(plot.posToVal(left, 'x'), event);
     });
     this.selectByDragging(plot);
-    return {plot, traces, holder};
+    byHand(this.ranges, {plot, unit, holder});
+    const legend = new PlotLegend(holder, traces, {onToggle: this.onToggle, onAuto: () => this.ranges.auto(unit)});
+    return {plot, unit, traces, holder, side, legend};
+  }
+
+  /// What `trace.shown` says now.
+  showTrace(trace) {
+    ++this.generation;
+    for (const {plot, traces, legend} of this.plots) {
+      const place = traces.indexOf(trace);
+      if (place < 0) continue;
+      plot.setSeries(place + 1, {show: trace.shown});
+      legend.showHidden();
+    }
+  }
+
+  /// Values below the pointer, of all pictures.
+  showLegends() {
+    for (const {plot, unit, legend} of this.plots) {
+      const {left} = plot.cursor;
+      legend.show(left >= 0 ? plot.posToVal(left, 'x') : null, this.ranges.get(unit) !== undefined);
+    }
+  }
+
+  /// The wheel over a picture: its values are zoomed where the pointer is.
+  zoomAt(event, factor) {
+    const panel = this.plots.find(({holder}) => holder.contains(event.target));
+    if (panel) this.ranges.zoom(panel, factor, panel.plot.posToVal(event.clientY - panel.plot.over.getBoundingClientRect().top, 'y'));
   }
 
   /// A part of the screen, measured in pixels: the axis moves below the pointer while the scope runs.
@@ -124,7 +163,7 @@ export class Panels {
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
-      ctx.fillText(name, x + 4 * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
+      ctx.fillText(name, x + 4 * devicePixelRatio, bbox.top + bbox.height - 5 * devicePixelRatio);  // the legend is at the top
     }
     ctx.restore();
   }
@@ -143,12 +182,16 @@ export class Panels {
   }
 
   fit() {
-    const width = this.root.clientWidth;
+    const all = this.root.clientWidth;
+    const beside = this.withSides ? Math.round(all * kSide) : 0;
+    const width = all - beside - kPadding_px;
     const height = this.root.clientHeight;
     this.width = width;
     if (width < 50 || !this.plots.length) return;
     ++this.generation;
     const each = Math.max(kLeast_px, Math.floor((height - kPadding_px - kTimes_px) / this.plots.length));
-    this.plots.forEach(({plot}, n) => plot.setSize({width, height: each + (n === this.plots.length - 1 ? kTimes_px : 0)}));
+    const heights = this.plots.map((_, n) => each + (n === this.plots.length - 1 ? kTimes_px : 0));
+    this.plots.forEach(({plot}, n) => plot.setSize({width, height: heights[n]}));
+    this.onFit(heights, beside);
   }
 }

@@ -28,6 +28,7 @@ export class ScopeControls {
     this.rate = el('select', {'aria-label': t('rate_label'), onchange: () => { chosen.rate_Hz = Number(this.rate.value); does.restart(); }},
       ...kRates_Hz.map((rate) => el('option', {value: rate, text: `${rate / 1000} kHz`})));
     this.rate.value = chosen.rate_Hz;
+    this.spectra = el('button', {type: 'button', title: t('spectra_about'), 'aria-pressed': 'false', onclick: does.spectra}, 'FFT');
     this.frames = el('span', {class: 'dim', id: 'scope-info'});
     this.drives = el('div', {class: 'row picks', role: 'group', 'aria-label': t('drives')});
     this.sets = el('div', {class: 'row picks', role: 'group', 'aria-label': t('signal_sets')});
@@ -39,9 +40,17 @@ export class ScopeControls {
         button('←', t('earlier'), () => does.pan(-0.2)), button('→', t('later'), () => does.pan(0.2)),
         labelled(t('rate'), this.rate),
         ...['A', 'B'].map((name) => button(name, t('cursor_label', {name}), () => does.putCursor(name))),
-        button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.frames),
+        button(t('no_cursors'), t('no_cursors_about'), does.clearCursors), button('CSV', t('csv_about'), does.exportCsv), this.spectra, this.frames),
       el('div', {class: 'row wide-gap'}, this.drives, this.sets),
-      el('details', {}, el('summary', {text: t('all_signals')}), this.signals));
+      this.more = el('div', {class: 'row wide-gap'}),
+      el('div', {class: 'folded'}, el('details', {}, el('summary', {text: t('all_signals')}), this.signals),
+        this.layouts = el('details', {}, el('summary', {text: t('layouts')}))));
+  }
+
+  /// The controls of others.
+  add({trigger, layouts}) {
+    this.more.append(trigger);
+    this.layouts.append(layouts);
   }
 
   build() {
@@ -106,6 +115,14 @@ export class ScopeControls {
   showHeld(held) {
     setText(this.pause, held ? t('resume') : t('pause'));
     this.pause.setAttribute('aria-pressed', held);
+  }
+
+  showSpectra(yes) {
+    this.spectra.setAttribute('aria-pressed', yes);
+  }
+
+  showRate(rate_Hz) {
+    this.rate.value = kRates_Hz.reduce((best, rate) => (Math.abs(rate - rate_Hz) < Math.abs(best - rate_Hz) ? rate : best));
   }
 
   showWidth(width_s) {

@@ -7,7 +7,9 @@ import {t} from './words.js';
 const kFew = 16;
 
 export class ScopeTable {
-  constructor() {
+  /// `onToggle` is told of a trace that is to be hidden or shown.
+  constructor(onToggle) {
+    this.onToggle = onToggle;
     this.body = el('tbody');
     this.span = el('caption', {text: ' '});
     const heads = [t('trace'), t('now'), 'A', 'B', 'B − A', t('least'), t('most')];
@@ -21,9 +23,15 @@ export class ScopeTable {
       const cells = Array.from({length: 6}, () => el('td', {class: 'num', text: '–'}));
       const swatch = el('span', {class: `swatch${trace.dash ? ' dashed' : ''}`});
       swatch.style.borderColor = trace.colour;
-      return {trace, cells, root: el('tr', {'data-trace': trace.label}, el('th', {scope: 'row'}, swatch, trace.label), ...cells)};
+      const button = el('button', {type: 'button', title: t('legend_about'), onclick: () => this.onToggle(trace)}, swatch, trace.label);
+      return {trace, cells, button, root: el('tr', {'data-trace': trace.label}, el('th', {scope: 'row'}, button), ...cells)};
     });
     this.body.replaceChildren(...this.rows.map((row) => row.root));
+    this.showHidden();
+  }
+
+  showHidden() {
+    for (const {trace, button} of this.rows) button.setAttribute('aria-pressed', trace.shown);
   }
 
   /// Those that can be seen: a hundred traces are a lot of work otherwise.

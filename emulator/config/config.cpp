@@ -113,6 +113,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   if (!problem.empty()) reader.fail("bitrate", problem);
   Body body{read_body(reader, load_body), {}};
   if (body.mechanism) body.taken.resize(body.mechanism->joints().size());
+  const double battery_R_ohm = read_battery(reader);
   std::vector<BusConfig> buses;
   std::set<std::string> seen;
   std::vector<TableReader> tables = reader.tables("bus");
@@ -121,6 +122,7 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
     if (!seen.insert(buses.back().interface).second) {
       table.fail("interface", "bus " + buses.back().interface + " is given twice");
     }
+    buses.back().battery_R_ohm = battery_R_ohm;
     buses.back().seed = seed ? static_cast<std::uint64_t>(*seed) : kDefaultSeed;
   }
   if (buses.empty()) reader.note_missing("bus");

@@ -14,6 +14,9 @@ namespace {
 constexpr double kShortest_ms = 0.05;  // assumed
 constexpr double kLongest_ms = 10;     // assumed: slower than every drive's position loop
 
+constexpr double kLeast_ohm = 1e-4;  // assumed: less no current of a robot shows
+constexpr double kMost_ohm = 10;     // assumed: more, and no drive of a robot starts
+
 std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
@@ -97,6 +100,15 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
   } catch (const std::invalid_argument& problem) {
     body->fail("model", problem.what());
   }
+}
+
+double read_battery(TableReader& reader) {
+  auto battery = reader.table("battery");
+  if (!battery) return 0.0;
+  const auto R_ohm = battery->number("R_ohm", kLeast_ohm, kMost_ohm);
+  if (!R_ohm) battery->note_missing("R_ohm");
+  battery->finish();
+  return R_ohm.value_or(0.0);
 }
 
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,

@@ -1,6 +1,6 @@
 #pragma once
 
-/// @file What a robot file says of its body: [body], and the joints of its drives.
+/// @file What a robot file says of its body: [body], the joints of its drives, and [battery].
 
 #include <memory>
 #include <optional>
@@ -14,6 +14,9 @@ namespace lk::emulator {
 
 /// Reads [body]; null: there is none. Throws ConfigError.
 std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& load);
+
+/// Reads [battery]: its inner resistance, ohm; 0: there is none. Throws ConfigError.
+double read_battery(TableReader& reader);
 
 /// Reads the `joint` of a drive whose other keys have been read; nothing: it has none.
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,

@@ -81,6 +81,10 @@ void check_query(const ApiRequest& request, std::string_view route) {
   throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
 }
 
+void check_clock_is_free(const World& world) {
+  if (!world.clock_is_held_by.empty()) throw ApiError(409, "clock", world.clock_is_held_by);
+}
+
 /// The mode that `key` names, which has to be there.
 ClockMode read_clock(TableReader& reader, const std::string& key) {
   const auto word = reader.text(key);
@@ -283,6 +287,7 @@ void ControlApi::post_directives(const ApiRequest& request, const Parts& /*parts
     TableReader reader(table, "request", "");
     const ClockMode mode = read_clock(reader, "clock");
     reader.finish();
+    check_clock_is_free(world_);
     world_.set_clock(mode);
     return reply({200, {{"time_s", seconds(world_.time())}, {"faults", Json::array()}}, ""});
   }
@@ -318,6 +323,7 @@ void ControlApi::put_clock(const ApiRequest& request, const Parts& /*parts*/, co
   TableReader reader(table, "request", "");
   const ClockMode mode = read_clock(reader, "mode");
   reader.finish();
+  check_clock_is_free(world_);
   world_.set_clock(mode);
   reply({200, clock_json(), ""});
 }
@@ -331,6 +337,7 @@ void ControlApi::post_advance(const ApiRequest& request, const Parts& /*parts*/,
   if (by && to) reader.fail("to_s", "give either by_s or to_s");
   if (!by && !to) reader.note_missing("by_s");
   reader.finish();
+  check_clock_is_free(world_);
   if (!world_.clock().mode().stepped) {
     throw ApiError(409, "clock",
                    "time goes by itself (" + to_string(world_.clock().mode()) +

@@ -186,6 +186,9 @@ struct BusConfig {
   // What the joints of its drives are of: one for all buses of a robot, which starts from a copy of
   // this; null: none.
   std::shared_ptr<const Mechanism> body;
+  // Inner resistance of the battery that the drives of all buses of a robot have in common, the
+  // same on each; 0: each drive has a source for itself.
+  double battery_R_ohm = 0;
 };
 
 }  // namespace lk::emulator

@@ -152,7 +152,8 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
 }
 
 Line::Progress Line::reach(SimTime due, MonoTime deadline, Patience patience) {
-  const Progress progress = bring_to(due - SimTime{1}, deadline, patience);
+  if (bus_.time() >= due) return Progress::kThere;
+  const Progress progress = bring_to(std::max(due - SimTime{1}, bus_.time()), deadline, patience);
   if (progress == Progress::kThere) bus_.reach(due);
   return progress;
 }

@@ -115,7 +115,7 @@ void World::wake() {
 /// does. Not for long, as the loop has other things to do.
 void World::linger() {
   const MonoTime leave = seen_ + kLinger;
-  while (!stopped_ && !clock_.mode().stepped && seen_ < leave) {
+  while (!stopped_ && !clock_.mode().stepped && !on_body_step && seen_ < leave) {
     sockets_.clear();
     for (const auto& line : lines_) {
       if (!line->replies_have_left()) return;  // they wait for somebody whom the loop hears
@@ -199,27 +199,59 @@ void World::bring_on(Line& line) {
 
 Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience) {
   while (coupling_ && coupling_->next_due() <= until) {
+    const SimTime due = coupling_->next_due();
     for (const auto& line : lines_) {
-      const auto progress = line->reach(coupling_->next_due(), deadline, patience);
+      const auto progress = line->reach(due, deadline, patience);
       if (progress != Line::Progress::kThere) return progress;
     }
-    exchange();
+    if (!exchange()) return due == until ? Line::Progress::kThere : Line::Progress::kBlocked;
   }
   for (const auto& line : lines_) {
-    const auto progress = line->bring_to(until, deadline, patience);
+    const auto progress = line->bring_to(std::max(until, line->bus().time()), deadline, patience);
     if (progress != Line::Progress::kThere) return progress;
   }
   return Line::Progress::kThere;
 }
 
-void World::exchange() {
+bool World::exchange() {
   const bool was_well = !coupling_->failure();
-  coupling_->exchange(buses_);
-  if (was_well && coupling_->failure()) spdlog::error("{}; it stands still", *coupling_->failure());
+  if (coupling_->under_way()) {
+    coupling_->finish(buses_);
+    body_is_ready_ = !on_body_step || on_body_step();
+  }
+  if (!std::exchange(body_is_ready_, false)) return false;
+  coupling_->begin(buses_);
+  if (was_well && coupling_->failure()) {
+    spdlog::error("{}; it stands still", *coupling_->failure());
+  }
+  return true;
+}
+
+void World::couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives) {
+  SimTime now{0};
+  for (const auto& line : lines_) now = std::max(now, line->bus().time());
+  const SimTime step = body->step();
+  coupling_.emplace(std::move(body), drives, (now + step - SimTime{1}) / step * step);
+  body_is_ready_ = true;
+}
+
+void World::uncouple() {
+  coupling_.reset();
+  if (advance_) go_on_soon();
+}
+
+void World::body_is_ready() {
+  body_is_ready_ = true;
+  if (advance_) {
+    go_on_soon();
+  } else if (!clock_.mode().stepped) {
+    serve_all();
+  }
 }
 
 MonoTime World::next_due() const {
   MonoTime first = MonoTime::max();
+  if (waits_for_body()) return first;
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
   }
@@ -278,6 +310,7 @@ void World::go_on_soon() {
 
 void World::go_on() {
   const Line::Progress progress = move(monotonic_now() + kSlice);
+  if (progress == Line::Progress::kBlocked && waits_for_body()) return;  // until body_is_ready
   if (progress == Line::Progress::kOutOfTime) {
     go_on_soon();
     return;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ class World {
   /// How far all lines have got.
   SimTime time() const;
   /// What drives turn the joints of, as it is now; null: nothing, or time has not begun.
-  const Mechanism* body() const { return coupling_ ? &coupling_->mechanism() : nullptr; }
+  const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
   /// Time begins.
   void start();
@@ -56,6 +57,20 @@ class World {
   void advance(SimTime to, OnAdvanced done);
   bool advancing() const { return advance_.has_value(); }
   void cancel_advance() { end_advance(Advanced::kCancelled); }
+
+  /// From now on these drives are on the joints of this body. Its steps begin at multiples of their
+  /// length.
+  void couple(std::unique_ptr<Mechanism> body, std::span<const CoupledDrive> drives);
+  void uncouple();
+  const Coupling* coupling() const { return coupling_ ? &*coupling_ : nullptr; }
+  /// Called when the drives have done a step; whether the body has done it too by then. Else time
+  /// stands until `body_is_ready`. May not couple or uncouple. None: it has.
+  std::function<bool()> on_body_step;
+  void body_is_ready();
+
+  /// Somebody has the clock: what is said to others who would set or move it; empty: nobody.
+  std::string clock_is_held_by;
+
   /// How long an advance waits for replies that do not leave.
   static constexpr auto kMostPatience = std::chrono::seconds(5);
 
@@ -80,10 +95,13 @@ class World {
   SimTime follow_clock(Line& line);
   void bring_to_now(Line& line);
   void bring_on(Line& line);
-  /// All lines, and the body that drives of them are on.
+  /// All lines, and the body that drives of them are on. kBlocked: that has yet to do its step, or
+  /// as of a line.
   Line::Progress bring_all_to(SimTime until, MonoTime deadline, Line::Patience patience);
   void couple();
-  void exchange();
+  /// Where all are at the end of a step. False: the body has yet to do it.
+  bool exchange();
+  bool waits_for_body() const { return coupling_ && !coupling_->under_way() && !body_is_ready_; }
   void take_in_all();
   void go_on();
   void go_on_soon();
@@ -104,7 +122,8 @@ class World {
   SlipReporter slip_reporter_;
   std::vector<std::unique_ptr<Line>> lines_;
   std::vector<Bus*> buses_;           // of the lines
-  std::optional<Coupling> coupling_;  // since time began, where the robot has a body
+  std::optional<Coupling> coupling_;  // where the robot has a body
+  bool body_is_ready_ = false;        // for a step that has not begun
   WakeTimer timer_;
   boost::asio::steady_timer patience_;
   std::optional<Advance> advance_;

@@ -140,6 +140,7 @@ std::vector<std::filesystem::path> places_of(const RunOptions& options) {
   std::vector<std::filesystem::path> places;
   const std::string& socket = options.control.socket;
   if (!socket.empty() && socket != "none") places.emplace_back(socket);
+  if (options.shafts && !options.shafts->path.empty()) places.emplace_back(options.shafts->path);
   for (const auto& place : {options.rom.directory, options.record, options.junit}) {
     if (place) places.push_back(*place);
   }
@@ -194,6 +195,11 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
+  if (options.shafts && Coupling::needed(buses)) {
+    throw StartError(
+        "--shafts: the drives of this robot have a [body] or a battery in common already");
+  }
+  if (options.shafts) shafts_.emplace(loop_, world_, *options.shafts);
   for (const BusConfig& bus : buses) {
     if (options.create_buses && is_socketcan(bus)) make(bus.interface);
   }
@@ -211,7 +217,8 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   for (const std::string& line : seen_otherwise(buses)) spdlog::info("{}", line);
   control_->api().scenario = scenario_.for_clients();
-  control_->api().recording = recording_.for_clients();
+  // What a simulator does is in no recording.
+  if (!shafts_) control_->api().recording = recording_.for_clients();
 }
 
 int Daemon::run() {

@@ -18,6 +18,7 @@
 #include "emulator/rom/rom_options.hpp"
 #include "emulator/rom/rom_store.hpp"
 #include "emulator/rom/rom_writer.hpp"
+#include "emulator/shafts/shaft_server.hpp"
 #include "emulator/transports/netlink.hpp"
 
 namespace lk::emulator {
@@ -29,6 +30,7 @@ struct RunOptions {
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
+  std::optional<ShaftOptions> shafts;  // where a simulator finds them
   std::optional<Scenario> scenario;  // the run ends with it
   std::optional<std::filesystem::path> junit;
   std::optional<std::filesystem::path> record;  // a recording from the beginning
@@ -91,6 +93,7 @@ class Daemon {
   bool ready_ = false;
   std::optional<RomStore> rom_store_;  // none: ROM ends with the process
   std::optional<ControlServer> control_;
+  std::optional<ShaftServer> shafts_;
   RomWriter rom_writer_;  // last: its thread ends before what it reports to
 };
 

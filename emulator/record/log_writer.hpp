@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -13,47 +14,62 @@
 
 namespace lk::emulator {
 
-/// Appends lines to two files on a thread of its own, so that nobody waits for the disk. What a
-/// kill leaves of the second file never runs ahead of the first: each batch goes to the first file
-/// before it goes to the second.
-class LogWriter {
+/// Where the lines of two logs go.
+class LogSink {
  public:
   static constexpr std::size_t kFiles = 2;
+  /// Lines of each log, with their ends. None of the second are there before those of the first.
+  using Batch = std::array<std::string, kFiles>;
+
+  LogSink() = default;
+  LogSink(const LogSink&) = delete;
+  LogSink& operator=(const LogSink&) = delete;
+  virtual ~LogSink() = default;
+  /// Returns 0 or errno; nothing is written after that.
+  virtual int write(const Batch& batch) = 0;
+  /// The last lines of the first log; nothing follows.
+  virtual int finish(const std::string& last_lines) = 0;
+};
+
+/// Appends to two files; each batch goes to the first before it goes to the second.
+std::unique_ptr<LogSink> line_files(std::array<Descriptor, LogSink::kFiles> files);
+
+/// Writes the lines of two logs on a thread of its own, so that nobody waits for the disk. What a
+/// kill leaves of the second log never runs ahead of the first.
+class LogWriter {
+ public:
   /// What waits for the disk at most: some 300 000 frames, half a minute of a full bus.
   static constexpr std::size_t kMostWaiting = std::size_t{16} << 20U;
 
   /// Called once, on any thread, when it cannot go on, with the reason; nothing is written then.
   using OnEnd = std::function<void(const std::string& reason)>;
 
-  LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end,
-            std::size_t most_waiting = kMostWaiting);
+  LogWriter(std::unique_ptr<LogSink> sink, OnEnd on_end, std::size_t most_waiting = kMostWaiting);
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
   /// Waits until all is written, or cannot be.
   ~LogWriter();
 
-  /// Nothing will be added any more. Once all is written, so are these lines of the first file,
+  /// Nothing will be added any more. Once all is written, so are these lines of the first log,
   /// which say so. Does not wait either.
   void finish(std::string last_lines);
   /// Finished, and nothing is left to write.
   bool done() const;
 
   /// Never waits. The end of the line is added.
-  void add(std::size_t file, std::string_view line);
+  void add(std::size_t log, std::string_view line);
   /// It could not go on.
   bool failed() const;
 
  private:
   void run();
-  /// Returns 0 or errno.
-  int write(const std::array<std::string, kFiles>& batch);
 
-  std::array<Descriptor, kFiles> files_;
+  std::unique_ptr<LogSink> sink_;
   OnEnd on_end_;
   std::size_t most_waiting_;
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  std::array<std::string, kFiles> waiting_;
+  LogSink::Batch waiting_;
   std::size_t waiting_bytes_ = 0;
   bool failed_ = false;
   bool stop_ = false;

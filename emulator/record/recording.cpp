@@ -244,8 +244,8 @@ class MadeFiles {
   std::vector<fs::path> made_;  // in order
 };
 
-fs::path rom_file(const fs::path& directory, const BusConfig& bus, const ServoConfig& servo) {
-  return directory / "rom" / rom_file_name(bus.interface, servo.id);
+fs::path rom_file(const BusConfig& bus, const ServoConfig& servo) {
+  return fs::path("rom") / rom_file_name(bus.interface, servo.id);
 }
 
 bool was_written(const ServoConfig& servo) {
@@ -299,7 +299,7 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
   }
   for (BusConfig& bus : buses) {
     for (ServoConfig& servo : bus.servos) {
-      const fs::path rom = rom_file(directory, bus, servo);
+      const fs::path rom = directory / rom_file(bus, servo);
       if (fs::exists(rom))
         read_rom(read_regular_file(rom, kLongestRom), rom.string(), bus.interface, servo);
     }
@@ -385,25 +385,34 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 
 // --- the directory
 
-void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
-                     const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
-  MadeFiles beginning(directory);
-  beginning.make_empty_directory();
-  for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
-  if (texts.config) beginning.write(directory / "config.toml", *texts.config);
+std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
+                                         const std::vector<BusConfig>& buses) {
+  std::vector<RecordedText> all;
+  if (texts.config) all.push_back({"config.toml", *texts.config});
   for (const auto& [asked, copy] : copies_of(texts.motors)) {
-    beginning.write(directory / "motors" / copy, texts.motors.at(asked).text);
+    all.push_back({"motors/" + copy, texts.motors.at(asked).text});
   }
   for (const BusConfig& bus : buses) {
     for (const ServoConfig& servo : bus.servos) {
       if (!was_written(servo)) continue;
       const RomOwner owner{bus.interface, servo.id, servo.profile.name};
-      beginning.write(rom_file(directory, bus, servo), print_rom(owner, servo.rom, servo.wear));
+      all.push_back({rom_file(bus, servo).string(), print_rom(owner, servo.rom, servo.wear)});
     }
   }
+  all.push_back({kRecordingFile, print_info(info, texts, buses)});
+  return all;
+}
+
+void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
+                     const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {
+  MadeFiles beginning(directory);
+  beginning.make_empty_directory();
+  for (const char* part : {"motors", "rom"}) beginning.make_directory(directory / part);
   for (const char* log : {kFramesFile, kInputsFile}) beginning.write(directory / log, "");
-  // Last: a directory that has it has the rest as well.
-  beginning.write(directory / kRecordingFile, print_info(info, texts, buses));
+  // recording.json last: a directory that has it has the rest as well.
+  for (const auto& [name, text] : recorded_texts(info, texts, buses)) {
+    beginning.write(directory / name, text);
+  }
   go_on();
   beginning.keep();
 }

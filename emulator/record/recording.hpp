@@ -20,6 +20,9 @@ inline constexpr int kRecordingFormat = 1;
 inline constexpr const char* kRecordingFile = "recording.json";
 inline constexpr const char* kFramesFile = "frames.log";
 inline constexpr const char* kInputsFile = "directives.jsonl";
+/// The logs in the order in which a batch is written: a frame is never there without the directives
+/// before it.
+enum RecordedLog : std::size_t { kInputs, kFrames };
 
 /// The texts that a configuration was read from.
 struct ConfigTexts {
@@ -69,6 +72,16 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 /// The registers of `restored`; `servo` is the drive's configuration. Throws ConfigError.
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo);
+
+/// A file of a recording, by its name in it.
+struct RecordedText {
+  std::string name;
+  std::string text;
+};
+
+/// All that is known at the beginning; `buses` are as the drives start. recording.json is the last.
+std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
+                                         const std::vector<BusConfig>& buses);
 
 /// Writes all that is known at the beginning; `buses` are as the drives start. `go_on` then opens
 /// the logs. Throws StartError, so when there is something in `directory` already, and whatever

@@ -14,6 +14,8 @@ RETRIES = 5  # and then the drive is gone
 RETURN_LIMIT_S = 5.0  # by then it is back, or the move has failed
 POLL_S = 0.005
 STALL_LIMIT_S = 0.3  # without progress
+MOVE_LIMIT_S = 10.0  # with progress, but not to the end of a move
+FARTHEST_DEG = 36000  # what reads as more is not what the drive has sent
 PROGRESS_DEG = 0.5
 TOLERANCE_DEG = 0.2
 SETTLED = 3  # readings in a row
@@ -72,13 +74,20 @@ class Joint:
         self.homings += 1
 
     def angle(self):
-        return int.from_bytes(self.ask(ANGLE)[1:], "little", signed=True) / 100
+        angle_deg = int.from_bytes(self.ask(ANGLE)[1:], "little", signed=True) / 100
+        if abs(angle_deg) > FARTHEST_DEG:
+            raise NoReply(f"{angle_deg:.2f} degrees is no angle of a joint")
+        return angle_deg
 
     def move_to(self, target_deg, speed_dps=SPEED_DPS):
         """Returns where the joint has come to rest. Raises JointError."""
         self.start(target_deg, speed_dps)
         progress_deg, progress_s, settled = None, self.now(), 0
+        limit_s = progress_s + MOVE_LIMIT_S
         while settled < SETTLED:
+            if self.now() > limit_s:
+                self.ask(STOP)
+                raise Stalled(f"not at {target_deg:.2f} degrees after {MOVE_LIMIT_S:.0f} s")
             self.sleep(POLL_S)
             try:
                 if self.ask(STATE_1)[7]:

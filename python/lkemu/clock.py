@@ -8,7 +8,7 @@ from typing import Union
 from .client import Client
 
 UNITS_S = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-LEAST_S = 1e-9  # the clock knows nothing less
+LEAST_S = 1e-6  # the clock knows nothing less, and a step of less than half of it would leave it where it is
 Duration = Union[str, float, int]
 
 

@@ -36,7 +36,7 @@ class SteppedBus:
             # A host that waits until `deadline - now()` is 0 waits for what its subtraction leaves over, too.
             step_s = max(min(self._step_s, left_s), LEAST_S)
             self.clock.advance(step_s)
-            # What is left of a step beyond the clock's nanosecond is a rounding error.
+            # What is left of a step beyond the clock's microsecond is a rounding error.
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def __iter__(self) -> Iterator[Any]:

@@ -12,12 +12,19 @@
 
 namespace lk::test {
 
+inline std::string robot_file(const std::string& name) {
+  return std::string(LKEMU_SOURCE_DIR) + "/configs/buses/" + name + ".toml";
+}
+
+inline std::string text_of_robot(const std::string& name) {
+  std::ostringstream text;
+  text << std::ifstream(robot_file(name)).rdbuf();
+  return text.str();
+}
+
 /// The buses of configs/buses/`name`.toml.
 inline std::vector<emulator::BusConfig> robot(const std::string& name) {
-  const std::string file = std::string(LKEMU_SOURCE_DIR) + "/configs/buses/" + name + ".toml";
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return emulator::parse_config(text.str(), file, {}, profile);
+  return emulator::parse_config(text_of_robot(name), robot_file(name), {}, profile);
 }
 
 }  // namespace lk::test

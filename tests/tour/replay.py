@@ -19,7 +19,7 @@ import time
 import session
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE_S = 60  # of a command that prints something else; none takes as long
+PATIENCE_S = 180  # of a command that prints something else; none takes as long, also on a machine that has much else to do
 END = "\x1e"  # printed when a command has ended
 
 

@@ -64,6 +64,12 @@ def main():
         report(f"bus, {drives} drives")
         page.go("scope?drive=vcan0/1")
         report("scope, 1 drive, 4 signals")
+        page.click(".scope-controls", "FFT")
+        page.choose('.scope-controls [aria-label="trigger"] [aria-label="trigger"]', "normal")
+        page.fill('.scope-controls [aria-label="trigger"] [aria-label="level"]', "1e9\t")  # for the picture to move
+        report("the same, spectra and a trigger that waits")
+        page.click(".scope-controls", "FFT")
+        page.choose('.scope-controls [aria-label="trigger"] [aria-label="trigger"]', "off")
         page.click(".scope-controls", "all drives")
         report(f"scope, {drives} drives, 4 signals")
         print("  " + page.text("#scope-info"))

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
+#include <variant>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_quirks.hpp"
@@ -60,6 +61,8 @@ struct Raw {
   std::string junit;
   std::string http;
   std::string http_token;
+  std::string shafts;
+  std::string shafts_lost = "free";
   bool http_write = false;
   std::string record;
   std::string language;
@@ -106,7 +109,8 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
-  app.add_option("--record", raw.record, "directory to record into, for lk-emu replay")
+  app.add_option("--record", raw.record,
+                 "directory, or FILE.mcap, to record into, for lk-emu replay")
       ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
                "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");
@@ -144,6 +148,14 @@ void add_options(CLI::App& app, Raw& raw) {
          "file with the token that clients have to show, or none; required when other machines "
          "can reach the address")
       ->type_name("FILE");
+  app.add_option("--shafts", raw.shafts,
+                 "where a simulator finds the shafts of the drives, to have them on its joints, as "
+                 "unix:/tmp/shafts or tcp:29600 (docs/shafts.md)")
+      ->type_name("PLACE");
+  app.add_option("--shafts-lost", raw.shafts_lost,
+                 "what the drives do without it then: go on free (default), or stop, with the time, "
+                 "until one comes")
+      ->type_name("WHAT");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");
@@ -281,6 +293,25 @@ void read_rom_option(const std::string& text, RomOptions& rom) {
   }
 }
 
+std::optional<ShaftOptions> read_shafts(const CLI::App& app, const Raw& raw) {
+  if (app.count("--shafts") == 0) {
+    if (app.count("--shafts-lost") > 0) throw StartError("--shafts-lost: belongs to --shafts");
+    return std::nullopt;
+  }
+  auto place = parse_shafts_place(raw.shafts);
+  if (const auto* const problem = std::get_if<std::string>(&place)) {
+    throw StartError("--shafts: " + *problem);
+  }
+  auto& shafts = std::get<ShaftOptions>(place);
+  const auto lost = parse_shafts_lost(raw.shafts_lost);
+  if (!lost) throw StartError("--shafts-lost: \"" + raw.shafts_lost + "\" is neither free nor stop");
+  shafts.lost = *lost;
+  if (app.count("--record") > 0) {
+    throw StartError("--record: what a simulator at --shafts does is in no recording");
+  }
+  return shafts;
+}
+
 CommandLine gather(const CLI::App& app, Raw& raw) {
   CommandLine& line = raw.line;
   pair_up(app, raw, line.overrides);
@@ -326,6 +357,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   if (raw.http_write && !line.control.http) throw StartError("--http-write: belongs to --http");
   line.control.pages_may_write = raw.http_write;
   line.control.page_language = raw.language;
+  line.shafts = read_shafts(app, raw);
   if (app.count("--record") > 0) {
     if (raw.record.empty()) throw StartError("--record: needs a directory");
     line.record = raw.record;

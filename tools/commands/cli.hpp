@@ -12,6 +12,7 @@
 #include "emulator/ground/language.hpp"
 #include "emulator/live/pacer.hpp"
 #include "emulator/rom/rom_options.hpp"
+#include "emulator/shafts/shaft_options.hpp"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's
 class App;
@@ -31,6 +32,7 @@ struct CommandLine {
   RomOptions rom;
   ClockMode clock;
   ControlOptions control;
+  std::optional<ShaftOptions> shafts;
   std::optional<std::filesystem::path> scenario;
   std::optional<std::filesystem::path> junit;   // of the scenario
   std::optional<std::filesystem::path> record;  // directory that gets a recording

@@ -3,10 +3,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -16,6 +20,8 @@
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/record/log_compare.hpp"
+#include "emulator/record/mcap_recording.hpp"
+#include "emulator/record/mcap_unpack.hpp"
 #include "emulator/record/replay_csv.hpp"
 #include "emulator/record/replay_directory.hpp"
 #include "emulator/record/replay_text.hpp"
@@ -47,7 +53,7 @@ struct ReplayRequest {
 };
 
 void add_options(CLI::App& app, ReplayRequest& request) {
-  app.add_option("DIR", request.directory, "recording to run again");
+  app.add_option("DIR", request.directory, "recording to run again, a directory or FILE.mcap");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
       ->type_name("FILE");
   app.add_flag("--marks", request.marks, "end its lines with T, a host's, or R, a drive's");
@@ -159,7 +165,7 @@ ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& 
   return end;
 }
 
-int replay_directory(const ReplayRequest& request) {
+int replay_recorded(const ReplayRequest& request) {
   const Recording recording = open_recording(request.directory);
   Replay replay(recording.buses);
   const ReplayEnd end = run(request, recording, replay);
@@ -180,6 +186,48 @@ int replay_directory(const ReplayRequest& request) {
                           replies, replies == 1 ? "y" : "ies", ending)
                   .c_str());
   return 0;
+}
+
+/// A directory of its own for as long as it is needed.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory()
+      : path_((std::filesystem::temp_directory_path() / "lk-emu-XXXXXX").string()) {
+    if (::mkdtemp(path_.data()) == nullptr) {
+      throw StartError("replay: cannot make " + path_ + ": " +
+                       std::generic_category().message(errno));
+    }
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// What is wrong is wrong with the file.
+int replay_mcap(const ReplayRequest& request) {
+  const TemporaryDirectory directory;
+  unpack_mcap(request.directory, directory.path());
+  ReplayRequest unpacked = request;
+  unpacked.directory = directory.path();
+  try {
+    return replay_recorded(unpacked);
+  } catch (const StartError& problem) {
+    std::string text = problem.what();
+    for (const auto& [from, to] : {std::pair{directory.path() + "/", request.directory + ": "},
+                                   std::pair{directory.path(), request.directory}}) {
+      for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+        text.replace(at, from.size(), to);
+      }
+    }
+    throw StartError(text);
+  }
 }
 
 // --- a log
@@ -272,7 +320,8 @@ int run_replay(int argc, const char* const* argv) {
   if (!parse_arguments(given.app, argc, argv)) return 0;
   const ReplayRequest& request = given.request;
   check(given.app, request);
-  return request.log.empty() ? replay_directory(request) : compare(request);
+  if (!request.log.empty()) return compare(request);
+  return is_mcap(request.directory) ? replay_mcap(request) : replay_recorded(request);
 }
 
 }  // namespace lk::emulator

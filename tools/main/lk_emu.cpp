@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
                                                  .rom = command_line->rom,
                                                  .clock = command_line->clock,
                                                  .control = command_line->control,
+                                                 .shafts = command_line->shafts,
                                                  .scenario = std::move(scenario),
                                                  .junit = command_line->junit,
                                                  .record = command_line->record,

@@ -132,9 +132,12 @@ class Bus {
   }
   /// Moves out what the body has been told since the last call, in order; appended.
   void take_body_acts(std::vector<BodyAct>& out);
+  /// What it has taken from its source since power-up.
+  double drawn_J(int id) const;
   /// Of one that is mounted.
   model::MountedShaft mounted_shaft(int id) const;
   // Act now.
+  void set_supply_drop(int id, double drop_V) { lane(nodes_.of(id)).set_supply_drop(drop_V); }
   /// The body has the drive's joint so.
   void mount(int id, const model::Mount& mount, const JointState& joint);
   void set_load(int id, const model::LoadParams& load);

@@ -167,6 +167,12 @@ model::Truth Bus::truth(int id) const {
   return motors_.truth(nodes_.of(id).motor);
 }
 
+double Bus::drawn_J(int id) const {
+  assert(settled());
+  const MotorPlace& place = nodes_.of(id).motor;
+  return motors_.bank(place).energy(motors_.index(place)).supply;
+}
+
 model::MountedShaft Bus::mounted_shaft(int id) const {
   assert(settled());
   const MotorPlace& place = nodes_.of(id).motor;

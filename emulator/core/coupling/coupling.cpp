@@ -1,8 +1,8 @@
 #include "emulator/core/coupling/coupling.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <chrono>
+#include <utility>
 
 #include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
@@ -10,19 +10,13 @@
 namespace lk::emulator {
 namespace {
 
+/// A battery's, where there is no body. Assumed: motors take longer to warm up, links are as fast.
+constexpr SimTime kBatteryStep = std::chrono::milliseconds(1);
+
 /// kg·m²: what a body adds to a shaft is not less, however it was rounded.
 constexpr double kLightest = 1e-12;
 
-/// Whether the spring of the gear, with what the body has behind it as it begins, swings faster
-/// than a body can follow that is heard once a step. Half a radian a step, assumed.
-bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
-  const model::MechanicsParams& m = servo.profile.drive.mechanics;
-  const double rate = servo.joint->rate;
-  const double J_out = m.J_out + body.joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
-  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
-  const double omega2 = m.gear_stiffness_out * (1.0 / J_out + 1.0 / J_rotor);
-  return omega2 * step_s * step_s > 0.25;
-}
+double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
 /// There is one.
 const Mechanism& body_of(std::span<const BusConfig> robot) {
@@ -31,9 +25,8 @@ const Mechanism& body_of(std::span<const BusConfig> robot) {
           })->body;
 }
 
-}  // namespace
-
-bool Coupling::needed(std::span<const BusConfig> robot) {
+/// Some drive of the robot turns a joint.
+bool moves_body(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
     return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
              return servo.joint.has_value();
@@ -41,27 +34,56 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
   });
 }
 
+}  // namespace
+
+/// Half a radian a step, assumed.
+bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
+  const double J_rotor = m.J * m.gear_ratio * m.gear_ratio;
+  const double omega2 = m.gear_stiffness_out * (1.0 / (m.J_out + J_body) + 1.0 / J_rotor);
+  return omega2 * seconds(step) * seconds(step) > 0.25;
+}
+
+bool Coupling::needed(std::span<const BusConfig> robot) {
+  return moves_body(robot) || Battery::needed(robot);
+}
+
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-    : mechanism_(body_of(robot).clone()),
-      torques_(mechanism_->joints().size()),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
+    : mechanism_(moves_body(robot) ? body_of(robot).clone() : nullptr),
+      torques_(mechanism_ ? mechanism_->joints().size() : 0),
+      step_(mechanism_ ? mechanism_->step() : kBatteryStep) {
+  if (Battery::needed(robot)) battery_.emplace(robot, buses);
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
+      const double rate = servo.joint->rate;
+      const double J = mechanism_->joint(servo.joint->joint).inertia_kg_m2 / (rate * rate);
       links_.push_back({n, servo.id, *servo.joint});
-      links_.back().stiff = is_stiff(servo, *mechanism_, step_s_);
+      links_.back().stiff = is_stiff(servo.profile.drive.mechanics, J, step_);
     }
   }
   begin(buses);
 }
 
+Coupling::Coupling(std::unique_ptr<Mechanism> mechanism, std::span<const CoupledDrive> drives,
+                   SimTime start)
+    : mechanism_(std::move(mechanism)),
+      torques_(mechanism_->joints().size()),
+      end_(start),
+      step_(mechanism_->step()) {
+  for (const CoupledDrive& drive : drives) {
+    links_.push_back({drive.bus, drive.id, drive.joint, drive.stiff});
+  }
+}
+
 Coupling::Coupling(const Coupling& other)
-    : mechanism_(other.mechanism_->clone()),
+    : mechanism_(other.mechanism_ ? other.mechanism_->clone() : nullptr),
+      battery_(other.battery_),
       links_(other.links_),
       torques_(other.torques_),
       pushing_(other.pushing_),
       end_(other.end_),
-      step_s_(other.step_s_),
+      under_way_(other.under_way_),
+      step_(other.step_),
       failure_(other.failure_) {}
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
@@ -98,9 +120,15 @@ void Coupling::push_on() {
   std::erase_if(pushing_, [this](const Pushing& one) { return one.until <= end_; });
 }
 
+void Coupling::begin(std::span<Bus* const> buses) {
+  under_way_ = true;
+  if (mechanism_ && !failure_) mount(buses);
+  end_ += step_;
+}
+
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
-void Coupling::begin(std::span<Bus* const> buses) {
+void Coupling::mount(std::span<Bus* const> buses) {
   take_acts(buses);
   push_on();
   for (Link& link : links_) {
@@ -108,7 +136,6 @@ void Coupling::begin(std::span<Bus* const> buses) {
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
-  end_ += mechanism_->step();
   if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
@@ -123,10 +150,10 @@ void Coupling::begin(std::span<Bus* const> buses) {
   }
 }
 
-/// When it is first found the step ends.
+/// When it is first found a step ends, or the first one begins.
 bool Coupling::has_failed() {
   const auto reason = mechanism_->failure();
-  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  if (reason) failure_ = "the body at " + time_text(end_) + ": " + *reason;
   return reason.has_value();
 }
 
@@ -134,27 +161,33 @@ bool Coupling::has_failed() {
 /// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
+  const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
-  const double mean = J * gained / step_s_ - link.mount.tau;
-  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
-  return {mean * link.joint.rate, slope * link.joint.rate};
+  const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
+  const double mean = J * gained / step_s - link.mount.tau;
+  const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
+  return {mean * link.joint.rate, slope * link.joint.rate,
+          shaft.theta / link.joint.rate + link.joint.offset_rad, shaft.omega / link.joint.rate};
 }
 
 void Coupling::exchange(std::span<Bus* const> buses) {
-  if (failure_) {
-    end_ += mechanism_->step();
-    return;
-  }
+  finish(buses);
+  begin(buses);
+}
+
+void Coupling::finish(std::span<Bus* const> buses) {
+  under_way_ = false;
+  if (battery_) battery_->exchange(buses, step_);
+  if (!mechanism_ || failure_) return;
   for (Link& link : links_) {
     const model::MountedShaft shaft = buses[link.bus]->mounted_shaft(link.id);
     torques_[link.joint.joint] = given(link, shaft);
-    const double own = link.armature * (shaft.omega - link.mount.omega) / step_s_;
+    const double own = link.armature * (shaft.omega - link.mount.omega) / seconds(step_);
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
-  begin(buses);
+  has_failed();
 }
 
 }  // namespace lk::emulator

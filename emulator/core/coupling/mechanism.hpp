@@ -23,10 +23,13 @@ struct JointView {
   double body_torque_Nm = 0;
 };
 
-/// What a joint is given over one step: mean·(1) + slope·(time from the middle of the step).
+/// What a joint is given over one step: mean·(1) + slope·(time from the middle of the step); and
+/// where that brings it, as long as the body responds as it did at the beginning.
 struct JointTorque {
   double mean_Nm = 0;
   double slope_Nm_s = 0;
+  double angle_rad = 0;
+  double speed_rad_s = 0;
 };
 
 /// A body with joints that drives turn (docs/decisions/0031-a-body-on-the-shafts.md): a pure

@@ -3,6 +3,7 @@
 
 #include "emulator/core/faults/acts.hpp"
 #include "emulator/core/faults/fault_rows.hpp"
+#include "emulator/core/wire/host_adapter.hpp"
 
 namespace lk::emulator {
 namespace {

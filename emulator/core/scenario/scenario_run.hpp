@@ -82,7 +82,7 @@ class ScenarioRun {
   }
   Verdict verdict() const;
   /// Where its robot has one.
-  const Mechanism* body() const { return coupling_ ? &coupling_->mechanism() : nullptr; }
+  const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
  private:
   friend class ScenarioFleet;  // brings the motors of several runs

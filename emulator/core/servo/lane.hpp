@@ -19,6 +19,7 @@ struct Lane {
   void restart() const { bank.restart(index); }
   void feed_input() const { bank.feed_input(index); }
   void set_brake_coil(bool on) const { bank.set_brake_coil(index, on); }
+  void set_supply_drop(double drop_V) const { bank.set_supply_drop(index, drop_V); }
   void mount(const model::Mount& mount) const { bank.mount(index, mount); }
   model::Telemetry telemetry() const { return bank.telemetry(index); }
 };

@@ -48,7 +48,7 @@ class OnBody {
   }
   void heal() { bus_.apply({emulator::kWholeBus, emulator::ClearFault{"all"}}); }
   model::Truth truth() const { return bus_.truth(1); }
-  const HandBody& body() const { return dynamic_cast<const HandBody&>(coupling_.mechanism()); }
+  const HandBody& body() const { return dynamic_cast<const HandBody&>(*coupling_.body()); }
   model::EnergyLedger energy() {
     const auto place = bus_.motors().place_of(config_.servos.front(), config_);
     return bus_.motors().bank(place).energy(bus_.motors().index(place));

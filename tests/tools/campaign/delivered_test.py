@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The plans of configs/campaigns as people run them: `delivered_test.py LK_EMU CONFIGS`. Each can be read, and a few
-cases of each run: those with a host program too."""
+cases of each run, to their end: those with a host program too."""
 
 import os
 import pathlib
@@ -29,7 +29,7 @@ def main():
             store = f"{directory}/{plan.stem}.db"
             lk_emu(str(plan), "-o", store, "--shard", f"0/{SHARDS[plan.stem]}")
             rows = sqlite3.connect(store).execute("SELECT number, outcome, note FROM cases").fetchall()
-            if len(rows) < 2 or any(outcome == "crash" for _, outcome, _ in rows):
+            if len(rows) < 2 or any(outcome in ("crash", "hang") for _, outcome, _ in rows):
                 sys.exit(f"{plan.stem}: {rows}")
 
 

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 #include <utility>
 
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/faults/fault_table.hpp"
+#include "tools/campaign/plan/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -76,12 +76,6 @@ void make_absolute(toml::table& table, const char* key, const std::filesystem::p
   const auto given = table[key].value<std::string>();
   if (!given || (!names_too && !is_path(*given))) return;
   table.insert_or_assign(key, std::filesystem::absolute(directory / *given).string());
-}
-
-std::string text_of(const toml::table& document) {
-  std::ostringstream text;
-  text << document << '\n';
-  return text.str();
 }
 
 }  // namespace
@@ -151,8 +145,8 @@ toml::table CaseScenarios::document(const CaseValues& values, bool watched) {
     if (target == Target::kBusLoad) bus_load = std::get<double>(*values[n]);
   }
   if (!surroundings && bus_load == 0 && !watched) return document;
-  const Scenario plain =
-      parse_scenario(text_of(document), plan_.scenario_file.string(), std::nullopt, files_.files());
+  const Scenario plain = parse_scenario(toml_text(document), plan_.scenario_file.string(),
+                                        std::nullopt, files_.files());
   if (surroundings) vary_surroundings(values, plain, array_of(document, "event"));
   for (const BusConfig& bus : plain.robot) {
     if (bus_load > 0 && bus.bitrate > 0 && !bus.serial) {
@@ -187,7 +181,7 @@ toml::table CaseScenarios::document(const CaseValues& values, bool watched) {
 
 CaseGroup CaseScenarios::group(const CaseValues& values) {
   CaseGroup group;
-  group.scenario = parse_scenario(text_of(document(values, true)), plan_.scenario_file.string(),
+  group.scenario = parse_scenario(toml_text(document(values, true)), plan_.scenario_file.string(),
                                   std::nullopt, files_.files());
   const std::vector<Expectation>& all = group.scenario.expectations;
   for (const Expectation& one : all) {
@@ -278,7 +272,7 @@ std::string CaseScenarios::file_text(const CaseValues& values, bool watched) {
   if (kind_of(plan_, values) != nullptr) {
     array_of(whole, "event").push_back(fault_event(values));
   }
-  return text_of(whole);
+  return toml_text(whole);
 }
 
 }  // namespace lk::emulator

@@ -14,28 +14,12 @@
 #include "tools/campaign/plan/case_scenario.hpp"
 #include "tools/campaign/plan/plan_dimensions.hpp"
 #include "tools/campaign/plan/sampling.hpp"
+#include "tools/campaign/plan/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {
 
 constexpr std::int64_t kMostNumbers = 1'000'000'000'000'000;
-
-/// The keys of a table as TOML on one line: `reply = { error = "stall" }`.
-std::string inline_toml(const toml::table& table) {
-  std::string text;
-  for (const auto& [key, node] : table) {
-    std::ostringstream value;
-    if (const auto* inner = node.as_table()) {
-      toml::table flat = *inner;
-      flat.is_inline(true);
-      value << toml::toml_formatter{flat, toml::format_flags::none};
-    } else {
-      node.visit([&](const auto& leaf) { value << leaf; });
-    }
-    text += (text.empty() ? "" : "\n") + std::string(key.str()) + " = " + value.str();
-  }
-  return text;
-}
 
 void check_regex(TableReader& reader, const std::string& key, const std::string& pattern) {
   try {
@@ -59,7 +43,7 @@ void read_host_rule(TableReader& reader, const toml::table& table, Detection& de
     reader.integer("id", protocol::kMinId, protocol::kMaxId);
     reader.text("bus");
     if (!reader.has("id")) reader.note_missing("id");
-    const std::string toml = inline_toml(table);
+    const std::string toml = toml_lines(table);
     std::string text = toml;
     std::ranges::replace(text, '\n', ' ');
     detection.host.push_back({toml, text});

@@ -5,6 +5,7 @@
 #include "emulator/core/scenario/scenario_run.hpp"
 #include "tests/tools/campaign/plan/plan_support.hpp"
 #include "tools/campaign/plan/sampling.hpp"
+#include "tools/campaign/plan/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -51,6 +52,25 @@ TEST_F(CaseOfPlan, HasItsValuesInTheScenario) {
   const std::vector<PlannedDirective> fault = scenarios_.fault(values_, group.scenario);
   ASSERT_EQ(fault.size(), 1U);
   EXPECT_EQ(fault[0].directive.at, std::chrono::milliseconds(750));
+}
+
+// With 17 digits they would be 0.10000000000000001, 3.2999999999999998, 9.9999999999999995e-07.
+TEST(CaseText, HasTheShortestNumbersThatReadBackTheSame) {
+  const std::string text = R"(about = "a \"b\""
+at_s = 0.1
+"two words" = 1e+22
+within = [ -1.0, 3.3, 1e-06 ]
+
+[[event]]
+fault = { for_s = 0.30000000000000004, kind = "jam" }
+id = 1
+
+[[event]]
+at_s = 2.5
+)";
+  const toml::table document = parse_toml(text, "case.toml");
+  EXPECT_EQ(toml_text(document), text);
+  EXPECT_EQ(parse_toml(toml_text(document), "again.toml"), document);
 }
 
 // 0.5 of 1 Mbit/s by frames of 111 bits and about 9.5 stuff bits: one in 241 us.

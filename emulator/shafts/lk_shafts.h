@@ -1,0 +1,209 @@
+/* lk_shafts.h: the shaft port of lk-emu (lk-emu --shafts), for simulators that have its drives on
+ * their joints. docs/shafts.md says what is exchanged and why. MIT licence.
+ *
+ * C99 or later, or C++; nothing but the C library; no state. What these functions read or write is
+ * the bytes of one message; sockets are the caller's own.
+ *
+ * A message is a head of 32 bytes and a record for each joint, all numbers little-endian, all
+ * offsets multiples of their numbers' sizes:
+ *
+ *   lk-emu -> simulator   OFFER     when a simulator has connected
+ *   simulator -> lk-emu   ACCEPT    which joints it takes, and whose the time is
+ *   simulator -> lk-emu   STATES    of the joints at the beginning of a step
+ *   lk-emu -> simulator   TORQUES   of the drives in that step; and so on, one for one
+ *   lk-emu -> simulator   END       why lk-emu hangs up: text in place of records */
+#ifndef LK_SHAFTS_H
+#define LK_SHAFTS_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#define LK_SHAFTS_VERSION 1
+#define LK_SHAFTS_HEAD_BYTES 32
+#define LK_SHAFTS_NAME_BYTES 64
+
+/* Kinds of messages. */
+enum { LK_SHAFTS_OFFER = 1, LK_SHAFTS_ACCEPT, LK_SHAFTS_STATES, LK_SHAFTS_TORQUES, LK_SHAFTS_END };
+
+/* lk_shafts_head.what of ACCEPT: whose the time is. */
+enum {
+  LK_SHAFTS_TIME_IS_SIMULATORS = 1, /* lk-emu does one step for each STATES, and waits for the next */
+  LK_SHAFTS_TIME_IS_DRIVES = 2      /* lk-emu's clock goes on, whether or not STATES come in time */
+};
+
+/* lk_shafts_accept.owner: who moves a joint. */
+enum {
+  LK_SHAFTS_NOT_COUPLED = 0, /* the drive keeps the load that its robot file gives it */
+  LK_SHAFTS_SIMULATOR = 1,   /* the simulator: it takes the torque, and has the armature to add */
+  LK_SHAFTS_DRIVE = 2        /* the drive: it takes an inertia and a torque of load */
+};
+
+/* lk_shafts_accept.flags */
+#define LK_SHAFTS_TORQUE_UNTOLD 1u /* of a joint that the simulator moves: torque_Nm of STATES means
+                                      nothing, lk-emu makes its own of how the joint moves */
+
+struct lk_shafts_head {
+  uint32_t kind;
+  uint32_t bytes;  /* of the whole message */
+  uint32_t joints; /* records; of END 0 */
+  uint32_t what;   /* ACCEPT: whose the time is; TORQUES: how many steps they are the mean of;
+                      END: bytes of the text; else 0 */
+  uint64_t number; /* OFFER, ACCEPT: length of a step in ns (ACCEPT 0: as offered); TORQUES: steps
+                      done so far; STATES: the same, of the TORQUES that they follow, at first 0 */
+};
+
+struct lk_shafts_offer {
+  char name[LK_SHAFTS_NAME_BYTES]; /* "vcan0:1": bus and ID; ends with a 0 */
+  double armature_kg_m2;           /* as in TORQUES, of the first step */
+  double angle_rad;                /* of the output shaft, now */
+};
+
+struct lk_shafts_accept {
+  uint32_t owner;
+  uint32_t flags;
+};
+
+struct lk_shafts_state { /* DRIVE: the first two mean nothing */
+  double angle_rad;
+  double speed_rad_s;
+  double inertia_kg_m2; /* SIMULATOR: that the shaft feels, armature included; 0: not known.
+                           DRIVE: of the load, without the drive's own, 0 or more */
+  double torque_Nm;     /* all that acts on this inertia beside the drive */
+};
+
+struct lk_shafts_torque {
+  double torque_Nm;         /* of the drive on the joint, mean of the step */
+  double torque_slope_Nm_s; /* how it changed within the step, from its middle on; may be left out */
+  double armature_kg_m2;    /* what the joint has to carry of the drive besides its own inertia */
+  double angle_rad;         /* where the drive has the output shaft at the end of the step */
+  double speed_rad_s;
+};
+
+/* Bytes of a record; of a message. 0: there is no such kind. */
+static inline size_t lk_shafts_record_bytes(uint32_t kind) {
+  switch (kind) {
+    case LK_SHAFTS_OFFER: return LK_SHAFTS_NAME_BYTES + 16;
+    case LK_SHAFTS_ACCEPT: return 8;
+    case LK_SHAFTS_STATES: return 32;
+    case LK_SHAFTS_TORQUES: return 40;
+    default: return 0;
+  }
+}
+static inline size_t lk_shafts_bytes(uint32_t kind, uint32_t joints) {
+  return LK_SHAFTS_HEAD_BYTES + lk_shafts_record_bytes(kind) * joints;
+}
+/* Where the record of a joint begins in a message. */
+static inline size_t lk_shafts_at(uint32_t kind, uint32_t joint) {
+  return lk_shafts_bytes(kind, joint);
+}
+
+static inline void lk_shafts_put_u32(unsigned char* to, uint32_t value) {
+  int n;
+  for (n = 0; n < 4; ++n) to[n] = (value >> (8 * n)) & 0xFFu;
+}
+static inline void lk_shafts_put_u64(unsigned char* to, uint64_t value) {
+  int n;
+  for (n = 0; n < 8; ++n) to[n] = (value >> (8 * n)) & 0xFFu;
+}
+static inline void lk_shafts_put_f64(unsigned char* to, double value) {
+  uint64_t bits;
+  memcpy(&bits, &value, 8);
+  lk_shafts_put_u64(to, bits);
+}
+static inline uint32_t lk_shafts_get_u32(const unsigned char* from) {
+  uint32_t value = 0;
+  int n;
+  for (n = 3; n >= 0; --n) value = (value << 8) | from[n];
+  return value;
+}
+static inline uint64_t lk_shafts_get_u64(const unsigned char* from) {
+  uint64_t value = 0;
+  int n;
+  for (n = 7; n >= 0; --n) value = (value << 8) | from[n];
+  return value;
+}
+static inline double lk_shafts_get_f64(const unsigned char* from) {
+  const uint64_t bits = lk_shafts_get_u64(from);
+  double value;
+  memcpy(&value, &bits, 8);
+  return value;
+}
+
+static inline void lk_shafts_put_head(unsigned char* to, const struct lk_shafts_head* head) {
+  memcpy(to, "LKSH", 4);
+  lk_shafts_put_u32(to + 4, LK_SHAFTS_VERSION);
+  lk_shafts_put_u32(to + 8, head->kind);
+  lk_shafts_put_u32(to + 12, head->bytes);
+  lk_shafts_put_u32(to + 16, head->joints);
+  lk_shafts_put_u32(to + 20, head->what);
+  lk_shafts_put_u64(to + 24, head->number);
+}
+/* Of LK_SHAFTS_HEAD_BYTES bytes. NULL when they are one of this version that fits its kind, else
+ * what is wrong with them. How many joints there should be the caller knows. */
+static inline const char* lk_shafts_get_head(const unsigned char* from, struct lk_shafts_head* head) {
+  uint64_t bytes;
+  if (memcmp(from, "LKSH", 4) != 0) return "does not begin with LKSH";
+  if (lk_shafts_get_u32(from + 4) != LK_SHAFTS_VERSION) return "is of another version";
+  head->kind = lk_shafts_get_u32(from + 8);
+  head->bytes = lk_shafts_get_u32(from + 12);
+  head->joints = lk_shafts_get_u32(from + 16);
+  head->what = lk_shafts_get_u32(from + 20);
+  head->number = lk_shafts_get_u64(from + 24);
+  if (head->kind < LK_SHAFTS_OFFER || head->kind > LK_SHAFTS_END) return "is of no known kind";
+  bytes = lk_shafts_record_bytes(head->kind);
+  bytes *= head->joints;
+  if (head->kind == LK_SHAFTS_END) {
+    bytes = head->what;
+    bytes += (8 - bytes % 8) % 8;
+  }
+  return LK_SHAFTS_HEAD_BYTES + bytes == head->bytes ? NULL : "has another length than its records";
+}
+
+static inline void lk_shafts_put_offer(unsigned char* to, const struct lk_shafts_offer* offer) {
+  memcpy(to, offer->name, LK_SHAFTS_NAME_BYTES);
+  lk_shafts_put_f64(to + 64, offer->armature_kg_m2);
+  lk_shafts_put_f64(to + 72, offer->angle_rad);
+}
+static inline void lk_shafts_get_offer(const unsigned char* from, struct lk_shafts_offer* offer) {
+  memcpy(offer->name, from, LK_SHAFTS_NAME_BYTES);
+  offer->name[LK_SHAFTS_NAME_BYTES - 1] = 0;
+  offer->armature_kg_m2 = lk_shafts_get_f64(from + 64);
+  offer->angle_rad = lk_shafts_get_f64(from + 72);
+}
+static inline void lk_shafts_put_accept(unsigned char* to, const struct lk_shafts_accept* accept) {
+  lk_shafts_put_u32(to, accept->owner);
+  lk_shafts_put_u32(to + 4, accept->flags);
+}
+static inline void lk_shafts_get_accept(const unsigned char* from, struct lk_shafts_accept* accept) {
+  accept->owner = lk_shafts_get_u32(from);
+  accept->flags = lk_shafts_get_u32(from + 4);
+}
+static inline void lk_shafts_put_state(unsigned char* to, const struct lk_shafts_state* state) {
+  lk_shafts_put_f64(to, state->angle_rad);
+  lk_shafts_put_f64(to + 8, state->speed_rad_s);
+  lk_shafts_put_f64(to + 16, state->inertia_kg_m2);
+  lk_shafts_put_f64(to + 24, state->torque_Nm);
+}
+static inline void lk_shafts_get_state(const unsigned char* from, struct lk_shafts_state* state) {
+  state->angle_rad = lk_shafts_get_f64(from);
+  state->speed_rad_s = lk_shafts_get_f64(from + 8);
+  state->inertia_kg_m2 = lk_shafts_get_f64(from + 16);
+  state->torque_Nm = lk_shafts_get_f64(from + 24);
+}
+static inline void lk_shafts_put_torque(unsigned char* to, const struct lk_shafts_torque* torque) {
+  lk_shafts_put_f64(to, torque->torque_Nm);
+  lk_shafts_put_f64(to + 8, torque->torque_slope_Nm_s);
+  lk_shafts_put_f64(to + 16, torque->armature_kg_m2);
+  lk_shafts_put_f64(to + 24, torque->angle_rad);
+  lk_shafts_put_f64(to + 32, torque->speed_rad_s);
+}
+static inline void lk_shafts_get_torque(const unsigned char* from, struct lk_shafts_torque* torque) {
+  torque->torque_Nm = lk_shafts_get_f64(from);
+  torque->torque_slope_Nm_s = lk_shafts_get_f64(from + 8);
+  torque->armature_kg_m2 = lk_shafts_get_f64(from + 16);
+  torque->angle_rad = lk_shafts_get_f64(from + 24);
+  torque->speed_rad_s = lk_shafts_get_f64(from + 32);
+}
+
+#endif

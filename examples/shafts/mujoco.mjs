@@ -1,0 +1,106 @@
+// A model of MuJoCo, in WebAssembly, whose joints the drives of lk-emu turn:
+//
+//     npm install @mujoco/mujoco
+//     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
+//     node mujoco.mjs unix:/tmp/shafts two_joints.xml 2 shoulder elbow > angles.csv
+//
+// The joints that are named are given to the drives in their order; the time is the simulator's. docs/shafts.md has
+// the layout of the messages.
+import {readFileSync} from "node:fs";
+import {createConnection} from "node:net";
+
+const [place, file, seconds, ...names] = process.argv.slice(2);
+const HEAD = 32, OFFER = 1, ACCEPT = 2, STATES = 3, TORQUES = 4, END = 5;
+const SIMULATORS_TIME = 1, OWNED_BY_SIMULATOR = 1;
+
+/** Whole messages of a socket, one after the other. */
+async function* messages(socket) {
+  let bytes = Buffer.alloc(0);
+  for await (const part of socket) {
+    bytes = Buffer.concat([bytes, part]);
+    while (bytes.length >= HEAD && bytes.length >= bytes.readUInt32LE(12)) {
+      const size = bytes.readUInt32LE(12);
+      yield bytes.subarray(0, size);
+      bytes = bytes.subarray(size);
+    }
+  }
+}
+
+function message(kind, joints, recordBytes, what, number) {
+  const bytes = Buffer.alloc(HEAD + joints * recordBytes);
+  bytes.write("LKSH");
+  [1, kind, bytes.length, joints, what].forEach((word, n) => bytes.writeUInt32LE(word, 4 + 4 * n));
+  bytes.writeBigUInt64LE(number, 24);
+  return bytes;
+}
+
+async function next(stream, kind) {
+  const {value, done} = await stream.next();
+  if (done) throw new Error("lk-emu has hung up");
+  if (value.readUInt32LE(8) === END) throw new Error("lk-emu: " + value.toString("utf8", HEAD, HEAD + value.readUInt32LE(20)));
+  if (value.readUInt32LE(8) !== kind) throw new Error("lk-emu sent a message of kind " + value.readUInt32LE(8));
+  return value;
+}
+
+const engineFile = process.env.MUJOCO_WASM ?? "@mujoco/mujoco";  // where it is not installed beside this file
+const mujoco = await (await import(engineFile)).default();
+const model = mujoco.MjModel.from_xml_string(readFileSync(file, "utf8"));
+const data = new mujoco.MjData(model);
+const dofs = names.map((name) => {
+  const joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT.value, name);
+  if (joint < 0) throw new Error(`${file} has no joint ${name}`);
+  return {q: model.jnt_qposadr[joint], v: model.jnt_dofadr[joint]};
+});
+const row = new mujoco.DoubleBuffer(model.nv);
+
+/** What the shaft of `dof` feels: 1 over its entry of the inverse of the mass matrix. */
+function inertia(dof) {
+  const unit = Array(model.nv).fill(0);
+  unit[dof] = 1;
+  mujoco.mj_solveM(model, data, row, unit);
+  return 1 / row.GetView()[dof];
+}
+
+function states(number) {
+  const bytes = message(STATES, dofs.length, 32, 0, number);
+  dofs.forEach(({q, v}, n) => {
+    const J = inertia(v);
+    const others = J * data.qacc[v] - data.qfrc_applied[v];  // of gravity, and of the rest of the arm
+    [data.qpos[q], data.qvel[v], J, others].forEach((value, k) => bytes.writeDoubleLE(value, HEAD + 32 * n + 8 * k));
+  });
+  return bytes;
+}
+
+function setArmature(values) {
+  if (dofs.every(({v}, n) => model.dof_armature[v] === values[n])) return;
+  dofs.forEach(({v}, n) => { model.dof_armature[v] = values[n]; });
+  mujoco.mj_setConst(model, new mujoco.MjData(model));
+}
+
+const tcp = /^tcp:(?:(.*):)?(\d+)$/.exec(place);
+const socket = createConnection(tcp ? {host: tcp[1] ?? "127.0.0.1", port: Number(tcp[2]), noDelay: true}
+                                    : {path: place.replace(/^unix:/, "")});
+const stream = messages(socket);
+const offer = await next(stream, OFFER);
+if (offer.readUInt32LE(16) !== dofs.length) throw new Error(`${dofs.length} joints for ${offer.readUInt32LE(16)} drives`);
+setArmature(dofs.map((_, n) => offer.readDoubleLE(HEAD + 80 * n + 64)));
+const step = BigInt(Math.round(model.opt.timestep * 1e9));
+const accept = message(ACCEPT, dofs.length, 8, SIMULATORS_TIME, step);
+dofs.forEach((_, n) => accept.writeUInt32LE(OWNED_BY_SIMULATOR, HEAD + 8 * n));
+socket.write(accept);
+
+console.log(["time_s", ...names].join());
+mujoco.mj_forward(model, data);
+let number = 0n;
+while (data.time < Number(seconds) - 0.5 * model.opt.timestep) {
+  console.log([data.time.toFixed(6), ...dofs.map(({q}) => data.qpos[q])].join());
+  socket.write(states(number));
+  const torques = await next(stream, TORQUES);
+  number = torques.readBigUInt64LE(24);
+  setArmature(dofs.map((_, n) => torques.readDoubleLE(HEAD + 40 * n + 16)));
+  dofs.forEach(({v}, n) => { data.qfrc_applied[v] = torques.readDoubleLE(HEAD + 40 * n); });
+  mujoco.mj_step(model, data);
+  mujoco.mj_forward(model, data);
+}
+console.log([data.time.toFixed(6), ...dofs.map(({q}) => data.qpos[q])].join());
+socket.end();

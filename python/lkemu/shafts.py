@@ -1,0 +1,173 @@
+"""The shaft port: a simulator of yours has the drives of lk-emu on its joints (docs/shafts.md).
+
+    with Shafts("unix:/tmp/shafts", time="simulator") as shafts:
+        joint = shafts.joints[0]                     # "vcan0:1", and the armature to add
+        while True:
+            torque = shafts.exchange([State(angle_rad, speed_rad_s, inertia_kg_m2, torque_Nm)])[0]
+            ...                                      # one step of shafts.step_s under torque.torque_Nm
+
+Layout of the messages: lk_shafts.h. One thread; not safe for several.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+from types import TracebackType
+from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Type, Union
+
+from .errors import Ended, Refused, StartError
+
+VERSION = 1
+NOT_COUPLED, SIMULATOR, DRIVE = 0, 1, 2
+_OFFER, _ACCEPT, _STATES, _TORQUES, _END = 1, 2, 3, 4, 5
+_TIMES = {"simulator": 1, "drives": 2}
+_TORQUE_UNTOLD = 1
+_HEAD = struct.Struct("<4sIIIIIQ")
+_OFFERED = struct.Struct("<64sdd")
+_ACCEPTED = struct.Struct("<II")
+_STATE = struct.Struct("<4d")
+_TORQUE = struct.Struct("<5d")
+_MOST_BYTES = 1 << 24
+
+
+class Joint(NamedTuple):
+    """A shaft that lk-emu offers."""
+
+    name: str  # bus and ID, "vcan0:1"
+    armature_kg_m2: float  # of the drive, for the joint to have on top
+    angle_rad: float  # of the output shaft, now
+
+
+class State(NamedTuple):
+    """A joint at the beginning of a step. Of one that its drive owns only the last two count."""
+
+    angle_rad: float = 0.0
+    speed_rad_s: float = 0.0
+    inertia_kg_m2: float = 0.0  # that the shaft feels, with the armature; 0: not known. Of DRIVE: the load's
+    torque_Nm: float = 0.0  # all that acts on this inertia beside the drive
+
+
+class Torque(NamedTuple):
+    """What a drive did in a step."""
+
+    torque_Nm: float  # on the joint, mean of the step
+    torque_slope_Nm_s: float  # how it changed in the step, from its middle on
+    armature_kg_m2: float  # for the joint to have on top, in this step
+    angle_rad: float  # where the drive has its shaft at the end
+    speed_rad_s: float
+
+
+class Shafts:
+    """A connection. `place` is what lk-emu was given as --shafts: "unix:/tmp/shafts", "tcp:29600".
+
+    `time`: "simulator": lk-emu does one step for each `exchange`, its clock stands in between; "drives": its clock
+    goes on, and who is late for a step gets the mean of several (`steps`).
+    `step_s`: None, as offered (1 ms), or 50 us to 10 ms, a whole number of PWM periods of each drive.
+    `owners`: by name of a joint SIMULATOR, DRIVE or NOT_COUPLED; the others are the simulator's.
+    `torque_untold`: lk-emu finds out by itself what acts on a joint beside the drive.
+    Raises StartError when nobody is there, Refused with lk-emu's words.
+    """
+
+    def __init__(
+        self,
+        place: str,
+        time: str = "simulator",
+        step_s: Optional[float] = None,
+        owners: Optional[Dict[str, int]] = None,
+        torque_untold: bool = False,
+        limit_s: float = 10.0,
+    ) -> None:
+        if time not in _TIMES:
+            raise ValueError(f'time is "simulator" or "drives", not {time!r}')
+        self._socket = _connect(place, limit_s)
+        head = self._read_head(_OFFER)
+        offers = _OFFERED.iter_unpack(self._read(_OFFERED.size * head[4]))
+        self.joints: List[Joint] = [Joint(n.split(b"\0")[0].decode(), a, q) for n, a, q in offers]
+        owners = owners or {}
+        unknown = set(owners) - {joint.name for joint in self.joints}
+        if unknown:
+            raise ValueError(f"no joint {sorted(unknown)[0]}: there are {', '.join(j.name for j in self.joints)}")
+        step_ns = head[6] if step_s is None else round(step_s * 1e9)
+        self.step_s = step_ns * 1e-9
+        self.steps = 1  # that the last torques are the mean of
+        self.number = 0  # steps that lk-emu has done
+        flags = _TORQUE_UNTOLD if torque_untold else 0
+        records = b"".join(_ACCEPTED.pack(owners.get(joint.name, SIMULATOR), flags) for joint in self.joints)
+        self._send(_ACCEPT, records, _TIMES[time], step_ns)
+
+    def exchange(self, states: Sequence[Union[State, Iterable[float]]]) -> List[Torque]:
+        """The joints as they are, in the order of `joints`; what the drives did in the step that begins there.
+
+        Raises Ended when lk-emu has hung up, Refused with its reason.
+        """
+        if len(states) != len(self.joints):
+            raise ValueError(f"{len(states)} states for {len(self.joints)} joints")
+        self._send(_STATES, b"".join(_STATE.pack(*state) for state in states), 0, self.number)
+        head = self._read_head(_TORQUES)
+        self.steps, self.number = head[5], head[6]
+        return [Torque(*record) for record in _TORQUE.iter_unpack(self._read(_TORQUE.size * head[4]))]
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def __enter__(self) -> "Shafts":
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        problem: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        self.close()
+
+    def _send(self, kind: int, records: bytes, what: int, number: int) -> None:
+        size = _HEAD.size + len(records)
+        try:
+            self._socket.sendall(_HEAD.pack(b"LKSH", VERSION, kind, size, len(self.joints), what, number) + records)
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # why may be read yet
+
+    def _read_head(self, kind: int) -> tuple[bytes, int, int, int, int, int, int]:
+        head = _HEAD.unpack(self._read(_HEAD.size))
+        if head[0] != b"LKSH" or head[1] != VERSION or head[3] > _MOST_BYTES:
+            raise Ended("what is there does not speak version 1 of the shaft port")
+        if head[2] == _END:
+            raise Refused("lk-emu", self._read(head[3] - _HEAD.size)[: head[5]].decode(errors="replace"))
+        if head[2] != kind:
+            raise Ended(f"lk-emu sent a message of kind {head[2]} in place of {kind}")
+        return head
+
+    def _read(self, size: int) -> bytes:
+        parts: List[bytes] = []
+        while size > 0:
+            try:
+                part = self._socket.recv(size)
+            except socket.timeout:
+                raise Ended("lk-emu has not answered in time") from None
+            except ConnectionResetError:
+                part = b""
+            if not part:
+                raise Ended("lk-emu has hung up")
+            parts.append(part)
+            size -= len(part)
+        return b"".join(parts)
+
+
+def _connect(place: str, limit_s: float) -> socket.socket:
+    scheme, _, rest = place.partition(":")
+    try:
+        if scheme == "unix":
+            found = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            found.settimeout(limit_s)
+            found.connect(rest)
+        elif scheme == "tcp":
+            host, _, port = rest.rpartition(":")
+            found = socket.create_connection((host.strip("[]") or "127.0.0.1", int(port)), limit_s)
+            found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        else:
+            raise StartError(f'"{place}" is not unix:PATH or tcp:[ADDR:]PORT')
+    except OSError as problem:
+        raise StartError(f"{place}: {problem.strerror or problem}") from None
+    return found

@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""The hosts of python/examples move the delivered robots with a body, with a clock that they step.
+
+    hosts_test.py LK-EMU-BODY
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+
+import lkemu  # noqa: E402
+
+KNEES = (3, 6, 9, 12)
+# What happens to the dog in some of the tests, while it stands by torques that its host computes from replies.
+LATE = '[[bus.event]]\nat_s = 2.5\nfault = { kind = "delay", delay_ms = 10 }\n'
+BLOW = '[[bus.event]]\nat_s = 3\nids = "1,4,7,10"\nfault = { kind = "kick", impulse_Nms = 0.4 }\n'
+
+
+def run(program, robot, host, *words, events=""):
+    """The host's exit status and output, and where the joints are when it has ended: (angle, torque) by ID."""
+    with tempfile.TemporaryDirectory() as directory:
+        config = Path(directory) / f"{robot}.toml"
+        config.write_text((ROOT / f"configs/buses/{robot}.toml").read_text() + events)
+        with lkemu.Emulator(bus="auto", config=config, program=program, clock="stepped") as emulator:
+            environment = {
+                **os.environ,
+                "PYTHONPATH": str(ROOT / "python"),
+                "LKEMU_BUS": emulator.buses[0],
+                "LKEMU_CONTROL": emulator.control,
+            }
+            done = subprocess.run(
+                [sys.executable, "-B", ROOT / "python/examples" / host, *words],
+                env=environment, capture_output=True, text=True, timeout=600,
+            )  # fmt: skip
+            joints = {drive.id: drive.telemetry("joint_deg", "joint_Nm") for drive in emulator.drives}
+    print(f"{host} {' '.join(words)}: {done.returncode}\n{done.stdout}{done.stderr}", flush=True)
+    return done.returncode, done.stdout, joints
+
+
+def check(what, ok):
+    if not ok:
+        sys.exit(f"not so: {what}")
+    print(f"ok: {what}", flush=True)
+
+
+def main():
+    program = sys.argv[1]
+    for robot, arm in (("two_joint_arm", "two"), ("six_joint_arm", "six")):
+        status, _, _ = run(program, robot, "arm_square.py", arm)
+        check(f"the arm of {arm} joints draws its square", status == 0)
+    dog = "quadruped_on_the_ground"
+    status, _, joints = run(program, dog, "quadruped_stand.py", "--seconds", "2")
+    check("the dog stands up and stands", status == 0)
+    # Hand calculation: each foot carries about a quarter of 17.14 kg, below its hip, at 0.25 m*sin(36.9 deg) from the knee.
+    carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
+    check(f"on its feet: its knees carry {carried_Nm:.1f} Nm", abs(carried_Nm / (17.14 * 9.81 * 0.15) - 1) < 0.15)
+    status, _, joints = run(program, dog, "quadruped_walk.py", "--seconds", "4")
+    carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
+    check("it trots, and stands on its feet afterwards", status == 0 and carried_Nm > 20)
+    by_torques = ("quadruped_stand.py", "--torques", "--seconds", "3")
+    for what, events, falls in (
+        ("it stands by torques from its host", "", False),
+        ("it stands through a blow", BLOW, False),
+        ("it stands with late replies", LATE, False),
+        ("it does not stand through a blow with late replies", LATE + BLOW, True),
+    ):
+        status, _, _ = run(program, dog, *by_torques, events=events)
+        check(what, (status != 0) == falls)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+// The limits of docs/shafts.md, each from both sides: a drive and a simulator that are linear, so
+// that what grows and what dies out can be calculated by hand.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "emulator/core/coupling/coupling.hpp"
+#include "emulator/shafts/shaft_body.hpp"
+#include "tests/support/bus_config.hpp"
+
+namespace lk::emulator {
+namespace stability_test {
+
+constexpr SimTime kStep = std::chrono::milliseconds(1);
+constexpr double kStep_s = 1e-3;
+
+/// Switched on and not driven, and its shaft feels nothing but `B`, Nm·s/rad.
+BusConfig one_drive(double B) {
+  BusConfig config = test::bus_config({1});
+  model::DriveParams& drive = config.servos[0].profile.drive;
+  drive.mechanics.B = B;
+  drive.mechanics.tau_coulomb = 0;
+  drive.mechanics.tau_static = 0;
+  drive.mechanics.tau_cogging = 0;
+  config.servos[0].boot_angle_deg = 0;
+  return config;
+}
+
+using Simulator = std::function<lk_shafts_state(const lk_shafts_torque&)>;
+
+/// Speeds of the joint after each step; none where it has run away.
+std::vector<double> run(double B, const lk_shafts_accept& terms, double speed_rad_s,
+                        const lk_shafts_state& first, const Simulator& simulator, int steps) {
+  Bus bus(one_drive(B));
+  Bus* const buses[] = {&bus};
+  const double armature = bus.mounted_shaft(1).armature;
+  auto made = std::make_unique<ShaftBody>(
+      std::vector<ShaftJoint>{{"test:1", terms, 0, speed_rad_s, armature}}, kStep);
+  ShaftBody& body = *made;
+  body.take({&first, 1});
+  const CoupledDrive drive{0, 1, {}};
+  Coupling coupling(std::move(made), {&drive, 1}, SimTime{0});
+  coupling.begin(buses);
+  std::vector<double> speeds;
+  for (int n = 0; n < steps; ++n) {
+    bus.reach(coupling.next_due());
+    coupling.finish(buses);
+    const lk_shafts_state now = simulator(body.torques()[0]);
+    if (body.problem_of({&now, 1})) return {};
+    body.take({&now, 1});
+    speeds.push_back(body.joint(0).speed_rad_s);
+    coupling.begin(buses);
+  }
+  return speeds;
+}
+
+double armature() { return Bus(one_drive(0)).mounted_shaft(1).armature; }
+
+/// The largest of the last ten, as a share of the largest of the first ten.
+double growth(const std::vector<double>& speeds) {
+  if (speeds.empty()) return std::numeric_limits<double>::infinity();
+  const auto most = [](auto from, auto to) {
+    double found = 0;
+    for (; from != to; ++from) found = std::max(found, std::abs(*from));
+    return found;
+  };
+  return most(speeds.end() - 10, speeds.end()) / most(speeds.begin(), speeds.begin() + 10);
+}
+
+/// A joint of the simulator's of inertia `I` without anything else on it, on a drive that brakes it
+/// so hard that within a step it stands. `told`: what the simulator says that it has.
+double growth_of_braked(double I, double told, std::uint32_t flags) {
+  const double B = 20 * std::max(I, told) / kStep_s;
+  double angle = 0;
+  double speed = 0.1;
+  const auto simulator = [&](const lk_shafts_torque& drive) {
+    angle += kStep_s * speed;
+    speed += kStep_s * drive.torque_Nm / I;
+    return lk_shafts_state{angle, speed, told, 0};
+  };
+  return growth(run(B, {LK_SHAFTS_SIMULATOR, flags}, speed, {0, speed, told, 0}, simulator, 100));
+}
+
+/// Each step the speed becomes (1 − told/I) of itself.
+TEST(ShaftStability, AnInertiaThatIsToldMayBeLessThanTwiceTheRealOne) {
+  const double I = 10 * armature();
+  EXPECT_LT(growth_of_braked(I, I, 0), 1e-3);
+  EXPECT_LT(growth_of_braked(I, armature(), 0), 1e-3);
+  EXPECT_LT(growth_of_braked(I, 1.9 * I, 0), 1e-3) << "0.9^100 is 3e-5";
+  EXPECT_GT(growth_of_braked(I, 2.1 * I, 0), 10) << "1.1^90 is 5313";
+}
+
+/// ω' = (1−r)·(ω + Δ), Δ' = (1−r)·Δ − r·ω with r = told/I: its limit is 4/3.
+TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
+  const double I = 10 * armature();
+  EXPECT_LT(growth_of_braked(I, I, LK_SHAFTS_TORQUE_UNTOLD), 1e-3);
+  EXPECT_LT(growth_of_braked(I, 1.25 * I, LK_SHAFTS_TORQUE_UNTOLD), 0.1);
+  EXPECT_GT(growth_of_braked(I, 1.42 * I, LK_SHAFTS_TORQUE_UNTOLD), 10);
+}
+
+/// The armature is never more than what is there.
+TEST(ShaftStability, AnInertiaThatIsNotKnownIsStableForAnyJoint) {
+  for (const double share : {1.0, 1.1, 3.0, 30.0, 1000.0}) {
+    EXPECT_LT(growth_of_braked(share * armature(), 0, 0), 1.0) << share;
+  }
+}
+
+/// A simulator that leaves the armature out: its joint is lighter than what the drive takes it for.
+TEST(ShaftStability, AJointWithoutItsArmatureIsNotWhenItIsLight) {
+  const double I = 0.4 * armature();
+  EXPECT_GT(growth_of_braked(I, 0, 0), 10);
+}
+
+/// A spring `k` with a damper `c` in the simulator, on a shaft of the drive's with a load of `J`.
+double growth_on_spring(double J, double k, double c) {
+  const auto simulator = [&](const lk_shafts_torque& drive) {
+    return lk_shafts_state{0, 0, J, -k * drive.angle_rad - c * drive.speed_rad_s};
+  };
+  return growth(run(0, {LK_SHAFTS_DRIVE, 0}, 0, {0, 0, J, 0.1}, simulator, 600));
+}
+
+/// [1 − h²k/2J, h − h²c/2J; −hk/J, 1 − hc/J] has a determinant of 1 − hc/J + h²k/2J, and −1 as an
+/// eigenvalue at c = 2J/h.
+TEST(ShaftStability, ADrivesJointOnASpringWantsADamper) {
+  const double J_load = 0.1;
+  const double J = J_load + armature();
+  const double k = 4000;
+  EXPECT_GT(growth_on_spring(J_load, k, 0.5 * kStep_s * k - 1.0), 2) << "too little";
+  EXPECT_LT(growth_on_spring(J_load, k, 0.5 * kStep_s * k + 1.0), 0.5);
+  EXPECT_LT(growth_on_spring(J_load, k, 0.95 * 2 * J / kStep_s), 0.1);
+  EXPECT_GT(growth_on_spring(J_load, k, 1.05 * 2 * J / kStep_s), 10) << "too much";
+}
+
+/// The speed of an inertia under a torque is the torque times the time over both inertias together,
+/// whoever has them: reflected once and only once.
+TEST(ShaftStability, TheArmatureCountsOnce) {
+  const double I = 5 * armature();
+  double angle = 0;
+  double speed = 0;
+  const auto owned_by_simulator = [&](const lk_shafts_torque& drive) {
+    const double acceleration = (0.3 + drive.torque_Nm) / (I + drive.armature_kg_m2);
+    angle += kStep_s * (speed + 0.5 * kStep_s * acceleration);
+    speed += kStep_s * acceleration;
+    return lk_shafts_state{angle, speed, I + drive.armature_kg_m2, 0.3};
+  };
+  const auto owned_by_drive = [&](const lk_shafts_torque&) {
+    return lk_shafts_state{0, 0, I, 0.3};
+  };
+  const double expected = 0.3 * 50 * kStep_s / (6 * armature());
+  const auto simulators =
+      run(0, {LK_SHAFTS_SIMULATOR, 0}, 0, {0, 0, 6 * armature(), 0.3}, owned_by_simulator, 50);
+  const auto drives = run(0, {LK_SHAFTS_DRIVE, 0}, 0, {0, 0, I, 0.3}, owned_by_drive, 50);
+  EXPECT_NEAR(simulators.back(), expected, 1e-3 * expected);
+  EXPECT_NEAR(drives.back(), expected, 1e-3 * expected);
+}
+
+}  // namespace stability_test
+}  // namespace lk::emulator

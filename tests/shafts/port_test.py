@@ -1,0 +1,307 @@
+"""The shaft port of the running program: lock step and real time, both owners, bad simulators and lost ones.
+
+usage: port_test.py LK_EMU
+"""
+
+import contextlib
+import os
+import pathlib
+import random
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "lk-emu"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+from lkemu.client import Client  # noqa: E402
+from lkemu.errors import Ended, Refused  # noqa: E402
+from lkemu.shafts import DRIVE, NOT_COUPLED, Shafts, State  # noqa: E402
+
+PATIENCE_S = 60
+SPEED_90 = b"t1418A200000028230000\r"  # 90.00 deg/s of the rotor
+NAN = float("nan")
+
+
+class Program:
+    def __init__(self, directory: str, *arguments: str, ids: str = "1-2") -> None:
+        self.place = f"unix:{directory}/shafts"
+        self.control = f"{directory}/control"
+        self.can = f"{directory}/can"
+        self.process = subprocess.Popen(
+            [PROGRAM, "--bus", f"slcan-pty:{self.can}", "--ids", ids, "--motor", "mf7015", "--rom", ":memory:",
+             "--control", self.control, "--shafts", self.place, *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert "ready" in self.process.stdout.readline(), self.process.communicate()
+
+    def stop(self) -> str:
+        """What was logged."""
+        self.process.send_signal(signal.SIGTERM)
+        _, errors = self.process.communicate(timeout=PATIENCE_S)
+        assert self.process.returncode == 0, errors
+        return errors
+
+    def time_s(self) -> float:
+        return Client(self.control, PATIENCE_S, RuntimeError).get("/clock")["time_s"]
+
+
+@contextlib.contextmanager
+def program(*arguments: str, ids: str = "1-2"):
+    with tempfile.TemporaryDirectory() as directory:
+        running = Program(directory, *arguments, ids=ids)
+        try:
+            yield running
+        finally:
+            if running.process.poll() is None:
+                running.process.kill()
+                running.process.communicate()
+
+
+class FreeJoint:
+    """An inertia and a torque, integrated by hand."""
+
+    def __init__(self, inertia: float, torque: float = 0.0) -> None:
+        self.inertia, self.torque = inertia, torque
+        self.angle = self.speed = self.armature = 0.0
+
+    def state(self) -> State:
+        return State(self.angle, self.speed, self.inertia + self.armature, self.torque)
+
+    def step(self, given, h: float) -> None:
+        self.armature = given.armature_kg_m2
+        acceleration = (given.torque_Nm + self.torque) / (self.inertia + self.armature)
+        self.angle += h * (self.speed + h * acceleration / 2)
+        self.speed += h * acceleration
+
+
+def run(shafts: Shafts, joints, steps: int):
+    for joint, offered in zip(joints, shafts.joints):
+        joint.armature = offered.armature_kg_m2
+    trace = []
+    for _ in range(steps):
+        for joint, given in zip(joints, shafts.exchange([joint.state() for joint in joints])):
+            joint.step(given, shafts.step_s * shafts.steps)
+            trace.append((joint.angle, given.torque_Nm))
+    return trace
+
+
+class LockStep(unittest.TestCase):
+    def test_a_joint_turns_as_fast_as_the_host_says(self) -> None:
+        with program(ids="1") as running, open(running.can, "r+b", buffering=0) as can, Shafts(running.place) as shafts:
+            self.assertEqual(shafts.joints[0].name, f"slcan-pty:{running.can}:1")
+            self.assertEqual(shafts.step_s, 1e-3)
+            joint = FreeJoint(0.01)
+            run(shafts, [joint], 10)
+            can.write(b"O\r" + SPEED_90)
+            time.sleep(0.2)
+            run(shafts, [joint], 1500)
+            self.assertAlmostEqual(joint.speed, 1.5707963, delta=0.05, msg="90 deg/s, without a gear")
+            self.assertAlmostEqual(running.time_s(), 1.51, places=9, msg="a step for each exchange")
+
+    def test_three_runs_are_the_same_to_the_bit(self) -> None:
+        traces = []
+        for _ in range(3):
+            with program("--clock", "stepped") as running, Shafts(running.place) as shafts:
+                traces.append(run(shafts, [FreeJoint(0.01, 0.2), FreeJoint(0.002, -0.1)], 300))
+        self.assertEqual(traces[0], traces[1])
+        self.assertEqual(traces[0], traces[2])
+        self.assertGreater(abs(traces[0][-1][0]), 0.01)
+
+    def test_the_drive_moves_its_joint_where_it_owns_it(self) -> None:
+        with program(ids="1") as running, Shafts(running.place, owners={}) as shafts:
+            name = shafts.joints[0].name
+        with program(ids="1") as running:
+            name = f"slcan-pty:{running.can}:1"
+            with Shafts(running.place, owners={name: DRIVE}) as shafts:
+                begin = shafts.joints[0].angle_rad
+                for _ in range(200):
+                    given = shafts.exchange([State(NAN, NAN, 0.01, 0.5)])[0]
+                inertia = 0.01 + given.armature_kg_m2
+                self.assertLess(given.speed_rad_s, 0.5 * 0.2 / inertia, "friction takes some")
+                self.assertGreater(given.speed_rad_s, 0.5 * 0.5 * 0.2 / inertia)
+                self.assertAlmostEqual(given.angle_rad - begin, given.speed_rad_s * 0.1, delta=0.2 * given.speed_rad_s * 0.1)
+
+    def test_a_joint_that_is_not_taken_keeps_its_load(self) -> None:
+        with program() as running:
+            with Shafts(running.place, owners={f"slcan-pty:{running.can}:2": NOT_COUPLED}) as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
+                self.assertEqual(shafts.exchange([State(0, 0, 0.1, 0), State(NAN, NAN, NAN, NAN)])[1], (0,) * 5)
+
+    def test_the_clock_is_the_simulators(self) -> None:
+        with program() as running, Shafts(running.place) as shafts:
+            run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
+            done = subprocess.run([PROGRAM, "ctl", "--socket", running.control, "advance", "1s"], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, check=False)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("time is the simulator's", done.stderr)
+            time.sleep(0.1)
+            self.assertAlmostEqual(running.time_s() % 1e-3, 0, places=9)
+
+    def test_others_are_told_that_it_is_taken(self) -> None:
+        with program() as running, Shafts(running.place) as shafts:
+            with self.assertRaisesRegex((Refused, Ended), "another simulator has the shafts"):
+                Shafts(running.place)
+            run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
+
+
+class RealTime(unittest.TestCase):
+    def test_the_clock_goes_on_with_a_simulator_that_is_late(self) -> None:
+        with program() as running, Shafts(running.place, time="drives") as shafts:
+            joints = [FreeJoint(0.01, 0.05), FreeJoint(0.01)]
+            run(shafts, joints, 50)
+            before = running.time_s()
+            time.sleep(0.3)
+            self.assertGreater(running.time_s(), before + 0.2)
+            run(shafts, joints, 1)
+            missed = shafts.number
+            run(shafts, joints, 2)
+            self.assertGreater(shafts.number, missed)
+            log = running.stop()
+            self.assertEqual(log.count("is late"), 1, log)
+            self.assertNotIn("error", log)
+
+    def test_a_stepped_clock_waits_for_it(self) -> None:
+        with program("--clock", "stepped") as running, Shafts(running.place, time="drives") as shafts:
+            joints = [FreeJoint(0.01), FreeJoint(0.01)]
+            states = [joint.state() for joint in joints]
+            for joint, offered in zip(joints, shafts.joints):
+                joint.armature = offered.armature_kg_m2
+            advance = subprocess.Popen([PROGRAM, "ctl", "--socket", running.control, "advance", "20ms"],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            run(shafts, joints, 20)
+            self.assertEqual(advance.wait(PATIENCE_S), 0, advance.stderr.read())
+            advance.stderr.close()
+            self.assertAlmostEqual(running.time_s(), 0.02, places=9)
+            del states
+
+
+class Lost(unittest.TestCase):
+    def test_the_drives_go_on_free(self) -> None:
+        with program() as running:
+            with Shafts(running.place) as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
+            self.eventually(lambda: running.time_s() > 0.2)
+            log = running.stop()
+            self.assertIn("shafts: the simulator has gone: the drives go on without it", log)
+
+    def test_or_time_stands_until_one_comes(self) -> None:
+        with program("--shafts-lost", "stop") as running:
+            with Shafts(running.place) as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
+            time.sleep(0.3)
+            stands = running.time_s()
+            time.sleep(0.2)
+            self.assertEqual(running.time_s(), stands)
+            with Shafts(running.place, time="drives") as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
+                self.assertGreater(running.time_s(), stands)
+            self.assertIn("has gone: time stands until one comes", running.stop())
+
+    def test_a_simulator_that_dies_within_a_message(self) -> None:
+        with program() as running:
+            shafts = Shafts(running.place)
+            run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
+            shafts._socket.sendall(struct.pack("<4sIIIIIQ", b"LKSH", 1, 3, 96, 2, 0, 5) + b"\0" * 20)
+            shafts.close()
+            self.eventually(lambda: running.time_s() > 0.1)
+            self.assertIn("has gone", running.stop())
+
+    def eventually(self, holds) -> None:
+        end = time.monotonic() + PATIENCE_S
+        while not holds():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.02)
+
+
+class Nonsense(unittest.TestCase):
+    def refused(self, state: State, reason: str) -> None:
+        with program() as running:
+            with Shafts(running.place) as shafts:
+                joints = [FreeJoint(0.01), FreeJoint(0.01)]
+                run(shafts, joints, 5)
+                with self.assertRaisesRegex(Refused, reason):
+                    shafts.exchange([joints[0].state(), state])
+            log = running.stop()
+            self.assertRegex(log, reason)
+            self.assertEqual(log.count("[error]") + log.count("error "), 1, log)
+
+    def test_a_nan_is_told_with_joint_and_field(self) -> None:
+        self.refused(State(NAN, 0, 0.1, 0), r":2: angle_rad is nan")
+
+    def test_an_inertia_without_the_armature(self) -> None:
+        self.refused(State(0, 0, 1e-6, 0), r":2: inertia_kg_m2 is 1e-06, less than the armature")
+
+    def test_a_thousand_bad_simulators_and_a_host_that_is_served(self) -> None:
+        dice = random.Random(1)
+        with program() as running, open(running.can, "r+b", buffering=0) as can:
+            can.write(b"O\r")
+            for n in range(300):
+                with socket.socket(socket.AF_UNIX) as one:
+                    one.connect(running.place[5:])
+                    with contextlib.suppress(OSError):
+                        self.misbehave(dice, one)
+                if n % 50 == 0:
+                    can.write(b"t14189A00000000000000\r")
+            end = time.monotonic() + PATIENCE_S
+            heard = b""
+            os.set_blocking(can.fileno(), False)
+            while heard.count(b"t14189A") < 6 and time.monotonic() < end:
+                heard += can.read(65536) or b""
+                time.sleep(0.02)
+            self.assertGreaterEqual(heard.count(b"t14189A"), 6)
+            time.sleep(0.2)
+            with Shafts(running.place) as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
+            running.stop()
+
+    def misbehave(self, dice: random.Random, one: socket.socket) -> None:
+        way = dice.randrange(6)
+        accept = struct.pack("<4sIIIIIQ", b"LKSH", 1, 2, 48, 2, 1, 0) + struct.pack("<4I", 1, 0, 1, 0)
+        states = struct.pack("<4sIIIIIQ", b"LKSH", 1, 3, 96, 2, 0, 0) + struct.pack("<8d", 0, 0, 0.1, 0, 0, 0, 0.1, 0)
+        if way == 0:
+            one.sendall(dice.randbytes(dice.randrange(1, 300)))
+        elif way == 1:
+            one.sendall(states)  # before ACCEPT
+        elif way == 2:
+            one.sendall(accept + accept)
+        elif way == 3:
+            one.sendall(accept + states + states)  # which nobody waits for
+        elif way == 4:
+            one.sendall(accept[: dice.randrange(len(accept))])
+        else:
+            broken = bytearray(accept + states)
+            for _ in range(3):
+                broken[dice.randrange(len(broken))] ^= 1 << dice.randrange(8)
+            one.sendall(broken)
+        one.settimeout(0.02)
+        one.recv(4096)
+
+
+class Options(unittest.TestCase):
+    def test_what_is_no_place_is_one_line_of_status_2(self) -> None:
+        for arguments, said in (
+            (["--shafts", "udp:1"], '--shafts: "udp:1" is not unix:PATH or tcp:[ADDR:]PORT'),
+            (["--shafts", "unix:"], "--shafts: unix: needs a path"),
+            (["--shafts", "tcp:70000"], '--shafts: "tcp:70000" needs a port'),
+            (["--shafts", "tcp:host:1"], '--shafts: "host" is not an IP address'),
+            (["--shafts", "unix:/nowhere/at/all"], "/nowhere/at/all"),
+            (["--shafts-lost", "stop"], "--shafts-lost: belongs to --shafts"),
+            (["--shafts", "tcp:0", "--shafts-lost", "x"], '--shafts-lost: "x" is neither free nor stop'),
+            (["--shafts", "tcp:0", "--record", "/tmp/x"], "--record: what a simulator"),
+        ):
+            with tempfile.TemporaryDirectory() as directory:
+                done = subprocess.run([PROGRAM, "--bus", f"slcan-pty:{directory}/can", "--ids", "1", "--rom", ":memory:",
+                                       "--control", "none", *arguments], capture_output=True, text=True, timeout=PATIENCE_S,
+                                      check=False)
+            self.assertEqual(done.returncode, 2, done)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertIn(said, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,145 @@
+#!/usr/bin/python3
+"""Recordings as MCAP beside a host on a real bus, read by a reader of the tests' own: whole ones, one that is killed, replay.
+
+usage: mcap_host.py LK_EMU   (where vcan0 is up, see scripts/with-vcan)
+"""
+
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import can
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from mcap_reader import Mcap  # noqa: E402
+
+PATIENCE_S = 20.0
+QUERIES = 3000  # of a chunk there are 1 MB: more than one
+
+
+class Recorded:
+    """lk-emu that records into `file`; `said` is what the host had answers to."""
+
+    def __init__(self, program, file, *options):
+        self.program, self.file, self.said = program, file, []
+        self.control = file.with_suffix(".sock")
+        self.process = subprocess.Popen([program, "--bus", "vcan0", "--ids", "1,2", "--rom", ":memory:", "--control", str(self.control),
+                                         "--record", str(file), *options], stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout.readline() == "lk-emu ready vcan0:1-2\n"
+
+    def talk(self, count):
+        with can.Bus(interface="socketcan", channel="vcan0") as bus:
+            for n in range(count):
+                drive = 1 + n % 2
+                bus.send(can.Message(arbitration_id=0x140 + drive, data=bytes([0x9C]).ljust(8, b"\0"), is_extended_id=False))
+                reply = bus.recv(PATIENCE_S)
+                assert reply is not None and reply.arbitration_id == 0x140 + drive
+                self.said.append((drive, bytes(reply.data)))
+
+    def mark(self, text):
+        subprocess.run([self.program, "ctl", "--socket", str(self.control), "mark", text], check=True, stdout=subprocess.DEVNULL)
+
+    def end(self, how):
+        self.process.send_signal(how)
+        return self.process.wait()
+
+
+def check_frames(read, said):
+    """Each reply that the host heard, behind its query, in order; and what the manual reads in it."""
+    frames = [json.loads(data) for _, data in read.of("/vcan0/frames")]
+    assert [(one["from"], one["id"] - 0x140, bytes(one["data"])) for one in frames if one["from"] == "drive"] == [
+        ("drive", drive, data) for drive, data in said]
+    assert sum(one["from"] == "host" for one in frames) == len(said)
+    for log_time, data in read.of("/vcan0/frames"):
+        one = json.loads(data)
+        text = (f"({log_time // 10**9:010d}.{log_time % 10**9 // 1000:06d}) vcan0 "
+                f"{one['id']:03X}#{bytes(one['data']).hex().upper()} {'TR'[one['from'] == 'drive']}")
+        assert one["line"] == text, (one["line"], text)
+    for drive in (1, 2):
+        values = [json.loads(data) for _, data in read.of(f"/vcan0/{drive}")]
+        # 0x9C: DATA[1] is the temperature, DATA[4..5] the speed in dps, little-endian.
+        wanted = [(data[1], int.from_bytes(data[4:6], "little", signed=True)) for number, data in said if number == drive]
+        assert [(one["temperature_C"], one["speed_dps"]) for one in values] == wanted
+
+
+def replay(program, file):
+    done = subprocess.run([program, "replay", str(file)], capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+def whole(program, directory):
+    file = directory / "whole.mcap"
+    recorded = Recorded(program, file)
+    recorded.talk(QUERIES)
+    recorded.mark("half of it")
+    recorded.talk(10)
+    assert recorded.end(signal.SIGTERM) == 0
+    read = Mcap(file.read_bytes())
+    assert read.complete and len(read.chunks) > 1, len(read.chunks)
+    assert read.library.startswith("lk-emu ")
+    check_frames(read, recorded.said)
+    directives = [json.loads(data) for _, data in read.of("/directives")]
+    assert [one.get("directive", {}).get("mark") for one in directives] == ["half of it", None], directives
+    assert directives[0]["after_frames"] == QUERIES and directives[-1]["end"] is True
+    assert json.loads(read.attachments["recording.json"])["replayable"] is True
+    for _, encoding, text in read.schemas.values():
+        assert encoding == "jsonschema" and json.loads(text)["type"] == "object"
+    assert {encoding for _, _, encoding in read.channels.values()} == {"json"}
+    status, said = replay(program, file)
+    assert (status, said) == (0, f"{QUERIES + 10} frames, {QUERIES + 10} replies, identical\n"), said
+    return file
+
+
+def killed(program, directory):
+    """What the host had an answer to is there after the gathering of 10 ms, in sums that are right at any instant."""
+    file = directory / "killed.mcap"
+    recorded = Recorded(program, file)
+    deadline = time.monotonic() + PATIENCE_S
+    for _ in range(20):
+        recorded.talk(50)
+        while len(Mcap(file.read_bytes()).of("/vcan0/frames")) < 2 * len(recorded.said):
+            assert time.monotonic() < deadline, "frames do not reach the file"
+    assert recorded.end(signal.SIGKILL) == -signal.SIGKILL
+    read = Mcap(file.read_bytes())
+    assert not read.complete
+    check_frames(read, recorded.said)
+    status, said = replay(program, file)
+    assert status == 0 and said.startswith("1000 frames, 1000 replies, identical up to "), said
+
+
+def refused(program, directory, file):
+    """One line, status 2; the file that is there stays."""
+    taken = subprocess.run([program, "--bus", "vcan0", "--ids", "1", "--rom", ":memory:", "--record", str(file)], capture_output=True, text=True, check=False)
+    assert taken.returncode == 2 and "is there already" in taken.stderr, taken.stderr
+    data = file.read_bytes()
+    assert Mcap(data).complete
+    middle = Mcap(data).chunks[0]["offset"] + 100
+    for name, content, words in (
+            ("text", b"no such file", "not an MCAP file"), ("empty", b"", "not an MCAP file"),
+            ("foreign", data[:8], "not a recording of lk-emu"),
+            ("damaged", data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1:], "the sum of a chunk is wrong"),
+            ("long", data[:8] + b"\x06" + b"\xff" * 8, "longer than any")):
+        bad = directory / f"{name}.mcap"
+        bad.write_bytes(content)
+        status, said = replay(program, bad)
+        assert status == 2 and words in said and f"{name}.mcap" in said and said.count("\n") == 1, (name, status, said)
+    status, said = replay(program, directory / "missing.mcap")
+    assert status == 2 and "missing.mcap" in said, said
+
+
+def main(program):
+    with tempfile.TemporaryDirectory() as name:
+        directory = pathlib.Path(name)
+        file = whole(program, directory)
+        killed(program, directory)
+        refused(program, directory, file)
+    print("recordings as MCAP: good")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

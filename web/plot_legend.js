@@ -1,0 +1,37 @@
+// In a picture of the scope: which line is what, its value below the pointer, and a click hides it.
+
+import {el, setText} from './dom.js';
+import {figures} from './format.js';
+import {t} from './words.js';
+
+const kMost = 12;  // more would cover the picture; the table below has them all
+
+export class PlotLegend {
+  constructor(holder, traces, {onToggle, onAuto}) {
+    this.rows = traces.slice(0, kMost).map((trace) => {
+      const value = el('span', {class: 'value'});
+      const swatch = el('span', {class: `swatch${trace.dash ? ' dashed' : ''}`});
+      swatch.style.borderColor = trace.colour;
+      const button = el('button', {type: 'button', title: t('legend_about'), onclick: () => onToggle(trace)}, swatch, trace.label, value);
+      return {trace, value, button};
+    });
+    this.auto = el('button', {type: 'button', hidden: true, title: t('auto_values_about'), onclick: onAuto}, t('auto_values'));
+    this.root = el('div', {class: 'plot-legend'}, ...this.rows.map((row) => row.button),
+      traces.length > kMost ? el('span', {class: 'dim', text: t('legend_more', {n: traces.length - kMost})}) : '', this.auto);
+    holder.append(this.root);
+    this.showHidden();
+  }
+
+  showHidden() {
+    for (const {trace, button} of this.rows) button.setAttribute('aria-pressed', trace.shown);
+  }
+
+  /// Values at an instant; null: none. `byHand`: the axis of values is not automatic.
+  show(time_s, byHand) {
+    this.auto.hidden = !byHand;
+    this.root.classList.toggle('with-values', time_s !== null);
+    for (const {trace, value} of this.rows) {
+      setText(value, time_s === null ? '' : figures(trace.capture.samples.at(trace.column, time_s), 5));
+    }
+  }
+}
