@@ -88,7 +88,7 @@ class RobotView {
     this.slider = el('input', {type: 'range', min: 0, max: 0, step: 1, 'aria-label': t('robot_slider'),
       oninput: () => this.hold(this.record.begin + Number(this.slider.value))});
     this.when = el('span', {class: 'robot-when mono'});
-    this.box.append(this.legend, this.hint);
+    this.box.append(el('div', {class: 'robot-notes'}, this.legend, this.hint));
     this.root.prepend(el('div', {class: 'row', role: 'group', 'aria-label': t('robot_colours')}, el('span', {class: 'dim', text: t('robot_colours')}),
       ...this.ways, this.arrows, button(t('robot_home'), () => this.camera.reset())));
     this.root.append(el('div', {class: 'row robot-replay'}, this.play, this.slider, this.when, this.live));

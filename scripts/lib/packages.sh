@@ -79,7 +79,7 @@ packages_install_bus() {
 # The browser of the dashboard's tests. Ubuntu has none as a package; the tests are skipped there and say so.
 packages_install_browser() {
   if [[ -z $(packages_missing chromium) ]] || packages_exists chromium-driver; then
-    packages_install chromium chromium-driver python3-selenium
+    packages_install chromium chromium-driver python3-selenium python3-pil
   fi
 }
 
