@@ -239,6 +239,7 @@ int Daemon::run() {
     // The writer's thread may stand in a system call for as long as the disk likes. Ending the
     // process is cutting the power, and a file that is not done yet is as it was.
     control_.reset();
+    shafts_.reset();
     spdlog::default_logger()->flush();
     std::fflush(nullptr);
     std::_Exit(status);

@@ -248,6 +248,7 @@ void ShaftServer::hear_accept(ShaftAccept accept) {
 }
 
 void ShaftServer::hear_states(const ShaftStates& states) {
+  if (world_.stopped()) return;
   if (!simulator_->accepted) return part("sent STATES before ACCEPT", true);
   if (!simulator_->owes) return part("sent STATES that nobody waits for", true);
   if (states.head.number != simulator_->answers) {
