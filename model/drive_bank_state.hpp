@@ -30,12 +30,8 @@ struct DriveBank::State {
     LifeState life;
     BrakeState brake;
     bool connected = true;
-<<<<<<< HEAD
     double supply_drop = 0.0;  // V
-    bool mounted = false;     // on a body, which faults of the drive do not make heavier
-=======
     bool mounted = false;  // on a body, which faults of the drive do not make heavier
->>>>>>> h-body
     bool mounted_stiff = false;
     double mounted_at = 0.0;  // rad: the shaft's angle, less the body's
     Faults faults;

@@ -127,17 +127,13 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
-<<<<<<< HEAD
-  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint}; }
-  /// What it has taken from its source since power-up.
-  double drawn_J(int id) const;
-=======
   DriveView view(int id) const {
     return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
   }
   /// Moves out what the body has been told since the last call, in order; appended.
   void take_body_acts(std::vector<BodyAct>& out);
->>>>>>> h-body
+  /// What it has taken from its source since power-up.
+  double drawn_J(int id) const;
   /// Of one that is mounted.
   model::MountedShaft mounted_shaft(int id) const;
   // Act now.

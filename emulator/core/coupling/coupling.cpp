@@ -26,10 +26,6 @@ bool is_stiff(const ServoConfig& servo, const Mechanism& body, double step_s) {
   return omega2 * step_s * step_s > 0.25;
 }
 
-<<<<<<< HEAD
-/// Some drive of the robot turns a joint.
-bool moves_body(std::span<const BusConfig> robot) {
-=======
 /// There is one.
 const Mechanism& body_of(std::span<const BusConfig> robot) {
   return *std::ranges::find_if(robot, [](const BusConfig& bus) {
@@ -37,10 +33,8 @@ const Mechanism& body_of(std::span<const BusConfig> robot) {
           })->body;
 }
 
-}  // namespace
-
-bool Coupling::needed(std::span<const BusConfig> robot) {
->>>>>>> h-body
+/// Some drive of the robot turns a joint.
+bool moves_body(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
     return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
              return servo.joint.has_value();
@@ -57,16 +51,10 @@ bool Coupling::needed(std::span<const BusConfig> robot) {
 }
 
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-<<<<<<< HEAD
-    : mechanism_(moves_body(robot) ? robot.front().body->clone() : nullptr),
+    : mechanism_(moves_body(robot) ? body_of(robot).clone() : nullptr),
       torques_(mechanism_ ? mechanism_->joints().size() : 0),
       step_(mechanism_ ? mechanism_->step() : kBatteryStep) {
   if (Battery::needed(robot)) battery_.emplace(robot, buses);
-=======
-    : mechanism_(body_of(robot).clone()),
-      torques_(mechanism_->joints().size()),
-      step_s_(static_cast<double>(mechanism_->step().count()) * 1e-9) {
->>>>>>> h-body
   for (std::size_t n = 0; n < robot.size(); ++n) {
     for (const ServoConfig& servo : robot[n].servos) {
       if (!servo.joint) continue;
@@ -74,8 +62,11 @@ Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses
       links_.back().stiff = is_stiff(servo, *mechanism_, seconds(step_));
     }
   }
-  if (mechanism_) begin(buses);
-  end_ = step_;
+  if (mechanism_) {
+    begin(buses);
+  } else {
+    end_ = step_;
+  }
 }
 
 Coupling::Coupling(const Coupling& other)
@@ -132,7 +123,7 @@ void Coupling::begin(std::span<Bus* const> buses) {
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
-  end_ += mechanism_->step();
+  end_ += step_;
   if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
@@ -145,16 +136,13 @@ void Coupling::begin(std::span<Bus* const> buses) {
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
-<<<<<<< HEAD
-=======
 }
 
 /// When it is first found the step ends.
 bool Coupling::has_failed() {
   const auto reason = mechanism_->failure();
-  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  if (reason) failure_ = "the body at " + time_text(end_ - step_) + ": " + *reason;
   return reason.has_value();
->>>>>>> h-body
 }
 
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
@@ -164,22 +152,19 @@ JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) 
   const double step_s = seconds(step_);
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-<<<<<<< HEAD
   const double ahead = shaft.theta - link.mount.theta - step_s * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s * step_s * step_s);
-=======
-  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
-  const double mean = J * gained / step_s_ - link.mount.tau;
-  const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
->>>>>>> h-body
   return {mean * link.joint.rate, slope * link.joint.rate};
 }
 
 void Coupling::exchange(std::span<Bus* const> buses) {
   if (battery_) battery_->exchange(buses, step_);
-  if (mechanism_ && !failure_) take_step(buses);
-  end_ += step_;
+  if (mechanism_ && !failure_) {
+    take_step(buses);
+  } else {
+    end_ += step_;
+  }
 }
 
 void Coupling::take_step(std::span<Bus* const> buses) {
@@ -190,14 +175,6 @@ void Coupling::take_step(std::span<Bus* const> buses) {
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
-<<<<<<< HEAD
-  failure_ = mechanism_->failure();
-  if (failure_) {
-    failure_ = "the body after " + time_text(end_) + ": " + *failure_;
-    return;
-  }
-=======
->>>>>>> h-body
   begin(buses);
 }
 

@@ -51,14 +51,11 @@ class Coupling {
     double torque_Nm = 0;  // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
-<<<<<<< HEAD
   void take_step(std::span<Bus* const> buses);
-=======
   /// What the buses have told the body; and what pushes it yet.
   void take_acts(std::span<Bus* const> buses);
   void push_on();
   bool has_failed();
->>>>>>> h-body
   /// A step begins.
   void begin(std::span<Bus* const> buses);
 
