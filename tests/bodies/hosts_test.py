@@ -17,8 +17,11 @@ import lkemu  # noqa: E402
 
 KNEES = (3, 6, 9, 12)
 # What happens to the dog in some of the tests, while it stands by torques that its host computes from replies.
-LATE = '[[bus.event]]\nat_s = 2.5\nfault = { kind = "delay", delay_ms = 10 }\n'
-BLOW = '[[bus.event]]\nat_s = 3\nids = "1,4,7,10"\nfault = { kind = "kick", impulse_Nms = 0.4 }\n'
+LATE = '[[bus.event]]\nat_s = 2.5\nfault = { kind = "delay", delay_ms = 15 }\n'
+BLOW = "".join(  # to the left, at all four hips: front and hind roll drives are mounted the other way round
+    f'[[bus.event]]\nat_s = 3\nids = "{ids}"\nfault = {{ kind = "kick", impulse_Nms = {impulse} }}\n'
+    for ids, impulse in (("1,4", 0.2), ("7,10", -0.2))
+)
 
 
 def run(program, robot, host, *words, events=""):
