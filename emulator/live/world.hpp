@@ -29,7 +29,7 @@ class World {
   /// How far all lines have got.
   SimTime time() const;
   /// What drives turn the joints of, as it is now; null: nothing, or time has not begun.
-  const Mechanism* body() const { return coupling_ ? &coupling_->mechanism() : nullptr; }
+  const Mechanism* body() const { return coupling_ ? coupling_->body() : nullptr; }
 
   /// Time begins.
   void start();
