@@ -267,6 +267,11 @@ RunOutputs run_outputs(const CaseOutputs& outputs) {
 int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
               const CaseOutputs& outputs) {
   const RunOutputs run = run_outputs(outputs);
+  if (plan.host && (!outputs.csv.empty() || !outputs.candump.empty())) {
+    throw StartError(std::string(outputs.csv.empty() ? "--candump" : "--csv") +
+                     ": not of a case with a host program; --scenario FILE writes the case, and "
+                     "lk-emu run FILE what drives do in it without the host");
+  }
   const CaseToRun one{number, 0, with_set(plan, values_of(plan, number, store), outputs.set)};
   CaseScenarios scenarios(plan);
   const std::string text = scenarios.file_text(one.values, false);

@@ -21,8 +21,8 @@ struct HostSetup {
   std::string bus = "slcan-tcp";  // a kind of bus, one of host_bus_kinds()
   bool stepped = false;           // the host moves the clock; else time is real
   double timeout_s = 60;          // from its start to its end, on the wall clock; above 0
-  // What says that the host has noticed: any of these statuses, or the first line of its output in
-  // which one of these expressions (ECMAScript) is found.
+  // What says that the host has noticed: any of these statuses, or a line of its output in which
+  // one of these expressions (ECMAScript) is found.
   std::vector<int> detecting_exit_status;
   std::vector<std::string> detecting_lines;
   std::filesystem::path directory;  // that the host runs in; empty: this process's
@@ -78,11 +78,14 @@ struct HostVerdict {
 
 /// The host has said that something is wrong.
 struct HostNotice {
-  SimTime at{0};     // since the scenario began; may be after its end
-  std::string text;  // the line, cut at kLongestNotice; or "exit status 3"
+  SimTime at{0};         // since the scenario began; may be after its end
+  std::string text;      // the line, cut at kLongestNotice; or "exit status 3"
+  std::size_t rule = 0;  // which of the expressions, from 1; 0: its exit status
+  std::string gist;      // what another run says too, when it says the same: gist_of(), or `text`
   friend bool operator==(const HostNotice&, const HostNotice&) = default;
 };
 inline constexpr std::size_t kLongestNotice = 500;   // bytes
+inline constexpr std::size_t kMostNotices = 1000;    // that are kept
 inline constexpr std::size_t kLongestOutput = 4096;  // bytes that are kept of its end
 
 struct HostRun {
@@ -96,8 +99,8 @@ struct HostRun {
   // Since the scenario began: the scenario comes first, by less than a millisecond on a machine
   // that has time. Stepped: 0.
   SimTime started_at{0};
-  SimTime ended_at{0};  // since the scenario began; may be after its end
-  std::optional<HostNotice> noticed;
+  SimTime ended_at{0};              // since the scenario began; may be after its end
+  std::vector<HostNotice> notices;  // in order of time, the first of each gist
   HostVerdict verdict;
   std::string output;  // the end of what it said
   double wall_s = 0;   // from its start to its end

@@ -61,25 +61,6 @@ bool can_be_run(const fs::path& file) {
 
 }  // namespace
 
-std::vector<std::string> command_words(std::string_view line) {
-  std::vector<std::string> words;
-  char quote = 0;
-  bool in_word = false;
-  for (const char c : line) {
-    if (quote != 0 ? c == quote : c == '\'' || c == '"') {
-      quote = quote != 0 ? 0 : c;
-      if (!std::exchange(in_word, true)) words.emplace_back();
-    } else if (quote == 0 && (c == ' ' || c == '\t' || c == '\n')) {
-      in_word = false;
-    } else {
-      if (!std::exchange(in_word, true)) words.emplace_back();
-      words.back() += c;
-    }
-  }
-  if (quote != 0) throw StartError(std::string("host: command: no end of ") + quote);
-  return words;
-}
-
 std::vector<std::string> filled_in(const HostSetup& setup, const HostCase& one, const HostBus& bus,
                                    const std::string& control) {
   std::map<std::string, std::string> values = {{"bus", bus.name()},

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "tools/campaign/hosts/case_keeper.hpp"
@@ -10,11 +9,6 @@
 #include "tools/campaign/hosts/host_case.hpp"
 
 namespace lk::emulator {
-
-/// A command line as its words: spaces divide them, and what is in '…' or "…" is kept together.
-/// There is no shell: $, * and | are characters as others are. Throws StartError where a quotation
-/// has no end.
-std::vector<std::string> command_words(std::string_view line);
 
 /// The host's arguments with the values of a case in place of {…}. Throws StartError at one of
 /// {host.NAME} that the case does not have.

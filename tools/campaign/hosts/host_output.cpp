@@ -17,6 +17,17 @@ constexpr std::size_t kLongestSearched = 2000;
 
 }  // namespace
 
+std::string gist_of(std::string_view line) {
+  std::string gist;
+  while (!line.empty()) {
+    const std::size_t end = std::min(line.find(' '), line.size());
+    const std::string_view word = line.substr(0, end);
+    if (word.find_first_of("0123456789/") == std::string_view::npos) gist.append(word) += ' ';
+    line.remove_prefix(std::min(end + 1, line.size()));
+  }
+  return gist;
+}
+
 HostOutput::HostOutput(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) {
     try {
@@ -56,10 +67,15 @@ void HostOutput::finish(const std::function<SimTime()>& now) {
 
 void HostOutput::look_at_line(const std::function<SimTime()>& now) {
   if (line_.ends_with('\r')) line_.pop_back();
-  const bool tells = !noticed_ && std::ranges::any_of(telling_, [&](const std::regex& telling) {
-    return std::regex_search(line_, telling);
-  });
-  if (tells) noticed_ = HostNotice{now(), line_.substr(0, kLongestNotice)};
+  const auto telling = std::ranges::find_if(
+      telling_, [&](const std::regex& one) { return std::regex_search(line_, one); });
+  if (telling != telling_.end() && notices_.size() < kMostNotices) {
+    const std::string gist = gist_of(line_);
+    if (std::ranges::find(notices_, gist, &HostNotice::gist) == notices_.end()) {
+      const auto rule = static_cast<std::size_t>(telling - telling_.begin()) + 1;
+      notices_.push_back({now(), line_.substr(0, kLongestNotice), rule, gist});
+    }
+  }
   line_.clear();
 }
 

@@ -20,7 +20,7 @@ bool HostRun::crashed(const HostSetup& setup) const {
 
 bool same(const HostRun& a, const HostRun& b) {
   return a.end == b.end && a.status == b.status && a.started_at == b.started_at &&
-         a.ended_at == b.ended_at && a.noticed == b.noticed && a.verdict == b.verdict &&
+         a.ended_at == b.ended_at && a.notices == b.notices && a.verdict == b.verdict &&
          a.output == b.output;
 }
 

@@ -109,11 +109,12 @@ std::optional<HostRun> RunningCase::run_host() {
   end_others();
   take_output();
   output_.finish([&] { return run.ended_at; });
-  run.noticed = output_.noticed();
+  run.notices = output_.notices();
   const bool tells = run.end == HostRun::End::kExit &&
                      std::ranges::count(setup_.detecting_exit_status, run.status) > 0;
-  if (!run.noticed && tells) {
-    run.noticed = HostNotice{run.ended_at, "exit status " + std::to_string(run.status)};
+  if (tells) {
+    const std::string text = "exit status " + std::to_string(run.status);
+    run.notices.push_back({run.ended_at, text, 0, text});
   }
   run.output = output_.tail();
   finish_scenario(run);

@@ -86,13 +86,11 @@ CaseScenarios::CaseScenarios(const Plan& plan)
       base_(parse_toml(plan.scenario_text, plan.scenario_file.string())) {}
 
 std::string CaseScenarios::group_key(const CaseValues& values) const {
-  std::string key;
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    const Target target = plan_.dimensions[n].target;
-    if (of_fault(target) || target == Target::kHost || !values[n]) continue;
-    key += value_text(*values[n]) + '|';
+  CaseValues rest = without_fault(values);
+  for (std::size_t n = 0; n < rest.size(); ++n) {
+    if (plan_.dimensions[n].target == Target::kHost) rest[n].reset();
   }
-  return key;
+  return key_of(rest);
 }
 
 void CaseScenarios::vary_surroundings(const CaseValues& values, const Scenario& plain,

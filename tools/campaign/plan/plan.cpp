@@ -24,6 +24,15 @@ const Dimension* Plan::find(Target target) const {
   return found == dimensions.end() ? nullptr : &*found;
 }
 
+std::string key_of(const CaseValues& values) {
+  std::string key;
+  for (const auto& value : values) {
+    const std::string text = value ? value_text(*value) : "";
+    key += value ? std::to_string(text.size()) + ':' + text : "-";
+  }
+  return key;
+}
+
 bool applies(const Dimension& dimension, const FaultRow* kind) {
   switch (dimension.target) {
     case Target::kFaultId:

@@ -99,6 +99,9 @@ struct Plan {
 /// The values of a case, by the plan's dimensions; nothing where a dimension does not count.
 using CaseValues = std::vector<std::optional<CaseValue>>;
 
+/// One text for each: no two have the same.
+std::string key_of(const CaseValues& values);
+
 /// Whether `dimension` counts in cases whose fault is of this kind; null: there is no fault.
 bool applies(const Dimension& dimension, const FaultRow* kind);
 /// The kind of fault of these values, as far as they go; null: the plan has no fault.

@@ -12,6 +12,7 @@
 #include "emulator/ground/start_error.hpp"
 #include "tools/campaign/plan/case_files.hpp"
 #include "tools/campaign/plan/case_scenario.hpp"
+#include "tools/campaign/plan/host_words.hpp"
 #include "tools/campaign/plan/plan_dimensions.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 #include "tools/campaign/plan/toml_text.hpp"
@@ -19,6 +20,7 @@
 namespace lk::emulator {
 namespace {
 
+constexpr std::int64_t kRealtimeRuns = 2;  // the least that shows a case that goes both ways
 constexpr std::int64_t kMostNumbers = 1'000'000'000'000'000;
 
 void check_regex(TableReader& reader, const std::string& key, const std::string& pattern) {
@@ -85,12 +87,21 @@ Detection read_detection(TableReader& reader, const toml::table& table) {
 
 HostProgram read_host(TableReader& reader) {
   HostProgram host;
-  host.command = reader.texts("command");
+  if (reader.is_text("command")) {
+    try {
+      host.command = command_words(*reader.text("command"));
+    } catch (const std::invalid_argument& problem) {
+      reader.fail("command", problem.what());
+    }
+  } else {
+    host.command = reader.texts("command");
+  }
   if (host.command.empty()) reader.note_missing("command");
   host.bus = reader.text("bus").value_or(host.bus);
   host.stepped = reader.choice("clock", {"realtime", "stepped"}).value_or(0) == 1;
   host.timeout_s = reader.number("timeout_s", 0.1, 1e5).value_or(host.timeout_s);
-  host.runs = static_cast<int>(reader.integer("runs", 1, 1000).value_or(host.runs));
+  const auto runs = reader.integer("runs", 1, 1000);
+  host.runs = static_cast<int>(runs.value_or(host.stepped ? 1 : kRealtimeRuns));
   if (host.stepped && host.runs > 1) {
     reader.fail("runs", "is of clock = \"realtime\": a stepped host does the same each time");
   }
@@ -299,7 +310,9 @@ Plan parse_plan(const std::string& text, const std::filesystem::path& file) {
   for (const Dimension& dimension : plan.dimensions) {
     plan.head.dimensions.push_back(head_of(dimension));
   }
-  plan.head.input_hash = hexadecimal(text_hash(text, text_hash(plan.scenario_text, files.hash())));
+  std::uint64_t hash = files.hash();
+  if (plan.host) hash = files_hash(plan.host->command, file.parent_path(), hash);
+  plan.head.input_hash = hexadecimal(text_hash(text, text_hash(plan.scenario_text, hash)));
   return plan;
 }
 

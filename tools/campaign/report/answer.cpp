@@ -65,6 +65,8 @@ class Gathering {
   }
 
   void meet(const std::string& word, const CaseResult& result) {
+    // Of what a host program has commanded, and of its drive then, nothing is known.
+    if (result.state.empty() && result.command.empty()) return;
     const std::string state = result.state.empty() ? "unknown" : result.state;
     const std::string command = result.command.empty() ? "none" : result.command;
     Space& space = answer_.space;

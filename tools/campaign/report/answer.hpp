@@ -54,7 +54,7 @@ struct KindAnswer {
 };
 
 /// Where faults met the drive: kind of fault × run state × latest command. A case whose fault never
-/// took effect has met nothing.
+/// took effect has met nothing. Nothing is known of cases with a host program: theirs is empty.
 struct Space {
   struct Cell {
     std::uint64_t cases = 0;

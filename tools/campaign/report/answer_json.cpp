@@ -145,7 +145,8 @@ Json case_row(const CaseResult& result, std::optional<std::size_t> kind) {
                       seconds_json(result.first_effect_at), seconds_json(result.detected_by_drive),
                       seconds_json(result.detected_by_host), seconds_json(result.violated_at),
                       result.violated, optional_json(result.margin), result.state, result.command,
-                      result.note, result.real_time, result.runs, result.flips, std::move(values)});
+                      note_of(result), result.real_time, result.runs, result.flips,
+                      std::move(values)});
 }
 
 Json residual_json(const Answer& answer) {
@@ -223,7 +224,7 @@ std::string answer_json(const Answer& answer, const std::vector<ThresholdResult>
                {"flipped", answer.flipped},
                {"all", kind_json(answer.all)},
                {"kinds", std::move(kinds)},
-               {"space", space_json(answer.space)},
+               {"space", answer.space.size() > 0 ? space_json(answer.space) : Json(nullptr)},
                {"required", thresholds_json(thresholds)},
                {"smallest", smallest_json(answer)},
                {"residual", residual_json(answer)}};

@@ -100,6 +100,7 @@ std::string latency_line(std::string_view who, const LatencyCounts& latencies) {
 }
 
 std::string space_text(const Space& space) {
+  if (space.size() == 0) return "";
   return fmt::format(
       "space: {} of {} combinations of fault, state and latest command were met, {} never\n",
       space.cells.size(), space.size(), space.holes());
@@ -170,7 +171,7 @@ std::string case_sentence(const CaseResult& result, const CampaignHead& head) {
   }
   const std::string values = values_text(result, head);
   if (!values.empty()) text += " (" + values + ')';
-  if (!result.note.empty()) text += "; " + result.note;
+  if (const std::string note = note_of(result); !note.empty()) text += "; " + note;
   return on_one_line(text);
 }
 

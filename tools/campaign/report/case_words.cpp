@@ -55,6 +55,10 @@ std::optional<SimTime> latency_of(const CaseResult& result) {
   return drive ? drive : host;
 }
 
+std::string note_of(const CaseResult& result) {
+  return result.note + (result.note.empty() || result.said.empty() ? "" : "; ") + result.said;
+}
+
 double seconds_of(SimTime time) { return std::chrono::duration<double>(time).count(); }
 
 std::string shell_word(const std::string& text) {

@@ -32,6 +32,9 @@ std::optional<SimTime> latency_of(const CaseResult& result);
 /// Since the first effect of the case, of something that may not have been.
 std::optional<SimTime> since_effect(const CaseResult& result, const std::optional<SimTime>& at);
 
+/// Its note, and what the host said.
+std::string note_of(const CaseResult& result);
+
 double seconds_of(SimTime time);
 
 /// A word of a POSIX shell's command line, quoted where it has to be.

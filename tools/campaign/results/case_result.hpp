@@ -67,7 +67,8 @@ struct CaseResult {
   // Where it met the drive: for what of the space has been covered.
   std::string state;        // its run state, "running"
   std::string command;      // the latest command it had heard, "A4"; "none"
-  std::string note;         // of the host: exit status, signal, the line that told; or why invalid
+  std::string note;         // of the host: exit status, signal, which line told; or why invalid
+  std::string said;         // the host's line that told, or its last; left out as wall_s is
   bool real_time = false;   // not to be had again to the bit
   std::uint32_t runs = 1;   // of a case in real time
   std::uint32_t flips = 0;  // runs of these with another outcome than the worst

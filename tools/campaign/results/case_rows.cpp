@@ -117,6 +117,7 @@ void read_case(Statement& row, const Words& words, const CampaignHead& head, Cas
   ReadColumn read{row, words};
   each_column(result, read);
   result.wall_s = static_cast<double>(row.integer(0)) / kUsPerS;
+  result.said = row.text();
   result.values.resize(head.dimensions.size());
   for (std::size_t i = 0; i < head.dimensions.size(); ++i) {
     auto& value = result.values[i];
@@ -134,7 +135,7 @@ void read_case(Statement& row, const Words& words, const CampaignHead& head, Cas
 constexpr const char* kSelect = "SELECT * FROM results";
 
 std::string insert_text(const CampaignHead& head) {
-  std::size_t columns = 2 + head.dimensions.size();  // number and wall_us
+  std::size_t columns = 3 + head.dimensions.size();  // number, wall_us and said
   each_column([&](const char*, const auto&) { ++columns; });
   std::string text = "INSERT INTO results VALUES (?";
   while (--columns > 0) text += ", ?";
@@ -201,7 +202,7 @@ bool CaseRows::insert(const CaseResult& result) {
   insert_.reset();
   insert_.bind(static_cast<std::int64_t>(result.number));
   each_column(result, BindColumn{insert_, words_});
-  insert_.bind(wall_us(result.wall_s));
+  insert_.bind(wall_us(result.wall_s)).bind(std::string_view(result.said));
   for (const auto& value : result.values) bind_value(insert_, words_, value);
   insert_.run();
   return ::sqlite3_changes(database_.handle()) > 0;

@@ -15,7 +15,8 @@ struct Word {
 template <class Text>
 Word(Text&) -> Word<Text>;
 
-/// Calls `visit(name, member)` for each, in order. Without the wall clock, which differs each time.
+/// Calls `visit(name, member)` for each, in order. Without what differs each time: the wall clock,
+/// and the text of what the host said, in which there may be a time or a path.
 template <class Result, class Visit>
 void each_column(Result& result, Visit&& visit) {
   visit("outcome", result.outcome);

@@ -11,7 +11,7 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::int64_t kApplication = 0x4C4B4643;  // "LKFC": what file(1) shows
-constexpr std::int64_t kFormat = 1;
+constexpr std::int64_t kFormat = 2;
 
 struct Object {
   std::string name;
@@ -61,6 +61,7 @@ Object results_table(const CampaignHead& head) {
   StoredAs stored;
   each_column(stored);
   stored.add("wall_us", "INTEGER NOT NULL");
+  stored.add("said", "TEXT NOT NULL");
   for (std::size_t i = 0; i < head.dimensions.size(); ++i) {
     stored.add("v" + std::to_string(i), head.dimensions[i].words.empty() ? "REAL" : "INTEGER");
   }
@@ -77,7 +78,8 @@ Object cases_view(const CampaignHead& head) {
   }
   ShownAs shown;
   each_column(shown);
-  return {"cases", sql + shown.sql + ", r.wall_us / 1e6 AS wall_s FROM results AS r"};
+  return {"cases",
+          sql + shown.sql + ", r.said AS said, r.wall_us / 1e6 AS wall_s FROM results AS r"};
 }
 
 std::vector<Object> objects(const CampaignHead& head) {
@@ -104,7 +106,7 @@ std::vector<Object> objects(const CampaignHead& head) {
 
 /// SQLite's names of columns are the same in small letters.
 void check_names(const Database& database, const CampaignHead& head) {
-  std::vector<std::string> names = {"number", "wall_s"};
+  std::vector<std::string> names = {"number", "said", "wall_s"};
   each_column([&](const char* name, const auto&) { names.emplace_back(name); });
   for (const auto& dimension : head.dimensions) {
     std::string name = small_letters(dimension.name);

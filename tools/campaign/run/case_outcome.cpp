@@ -1,10 +1,12 @@
 #include "tools/campaign/run/case_outcome.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 namespace lk::emulator {
 namespace {
 
+using namespace std::chrono_literals;
 using Status = ExpectationResult::Status;
 
 void take_earlier(std::optional<SimTime>& first, std::optional<SimTime> at) {
@@ -77,12 +79,73 @@ CaseOutcome outcome_of(const CaseResult& result, std::optional<SimTime> tolerant
   return same_traffic ? CaseOutcome::kNoEffect : CaseOutcome::kTolerated;
 }
 
+/// A run in which all that is expected held, and nobody noticed anything: what a case without a
+/// fault is measured by, whose cause is what else differs from case to case.
+SeenRun flawless(const CaseGroup& group, SeenRun run) {
+  const Watched& watched = group.watched;
+  for (std::size_t n = 0; n < group.order.size(); ++n) {
+    const bool own = n < watched.own;
+    const bool fires_by_failing = !own && n >= watched.own + watched.drive &&
+                                  group.fires_by_failing[n - watched.own - watched.drive];
+    run.verdict.expectations[group.order[n]].status =
+        own || fires_by_failing ? Status::kPassed : Status::kFailed;
+  }
+  run.host.reset();
+  return run;
+}
+
+/// The first that the host says because of the fault; null: nothing. In real time no two runs say
+/// the same at the same instant: there it means nothing whenever the other has it.
+const HostNotice* noticed_by_host(const SeenRun& without, const HostEnd& host,
+                                  const CaseResult& result) {
+  using std::chrono::microseconds;  // in which hosts' times are
+  const SimTime since = std::chrono::floor<microseconds>(result.first_effect_at.value_or(0ns));
+  for (const HostNotice& one : host.notices) {
+    const auto says_it = [&](const HostNotice& other) {
+      return other.gist == one.gist && (result.real_time || other.at <= one.at);
+    };
+    const bool anyway = without.host && std::ranges::any_of(without.host->notices, says_it);
+    if (one.at >= since && !anyway) return &one;
+  }
+  return nullptr;
+}
+
+void judge_host(const SeenRun& without, const HostEnd& host, CaseResult& result) {
+  result.note = host.note;
+  result.said = host.said;
+  const HostNotice* const notice = noticed_by_host(without, host, result);
+  if (notice == nullptr) return;
+  take_earlier(result.detected_by_host, notice->at);
+  if (notice->rule == 0) return;
+  result.note += "; line " + std::to_string(notice->rule) + " of [detect]";
+  result.said = notice->text;
+}
+
+/// Where the host program came to no end of its own, that is the outcome; but not when the fault
+/// had no effect, nor when it is so without the fault.
+void judge_end(const SeenRun& without, const HostEnd& host, bool has_fault, CaseResult& result) {
+  if (without.host && without.host->kind != HostEnd::Kind::kExited) {
+    result.outcome = CaseOutcome::kNotFired;
+    result.note = "without the fault too: " + without.host->note;
+    result.said = without.host->said;
+    return;
+  }
+  if (host.kind == HostEnd::Kind::kExited || (has_fault && !result.first_effect_at)) return;
+  result.outcome = host.kind == HostEnd::Kind::kHung ? CaseOutcome::kHang : CaseOutcome::kCrash;
+}
+
 }  // namespace
 
-void judge_case(const CaseGroup& group, const SeenRun& without, const SeenRun& with,
-                std::optional<SimTime> tolerant, const HostEnd* host, CaseResult& result) {
+void judge_case(const CaseGroup& group, const SeenRun& reference, const SeenRun& with,
+                std::optional<SimTime> tolerant, CaseResult& result) {
+  const PlannedFault* const fault = fault_of_case(reference.verdict, with.verdict);
+  const SeenRun without = fault != nullptr ? reference : flawless(group, reference);
   const auto before = in_order(group, without.verdict);
   const auto after = in_order(group, with.verdict);
+  if (fault != nullptr) {
+    result.fault_at = fault->report.evidence.began_at;
+    result.first_effect_at = fault->report.evidence.first_effect_at;
+  }
   judge_own(group, before, after, result);
   const std::size_t drives = group.watched.own + group.watched.drive;
   for (std::size_t n = group.watched.own; n < drives; ++n) {
@@ -92,23 +155,13 @@ void judge_case(const CaseGroup& group, const SeenRun& without, const SeenRun& w
     take_earlier(result.detected_by_host,
                  noticed(*before[drives + n], *after[drives + n], group.fires_by_failing[n]));
   }
-  const PlannedFault* const fault = fault_of_case(without.verdict, with.verdict);
-  if (fault != nullptr) {
-    result.fault_at = fault->report.evidence.began_at;
-    result.first_effect_at = fault->report.evidence.first_effect_at;
-  }
   if (with.verdict.invalid.size() > without.verdict.invalid.size() && result.first_effect_at) {
     result.note = with.verdict.invalid.back();
   }
-  if (host != nullptr) {
-    take_earlier(result.detected_by_host, host->noticed_at);
-    result.note = host->note;
-  }
-  const bool same = without.heard == with.heard;
+  if (with.host) judge_host(without, *with.host, result);
+  const bool same = fault != nullptr && without.heard == with.heard;
   result.outcome = outcome_of(result, tolerant, fault != nullptr, same);
-  if (host != nullptr && host->kind != HostEnd::Kind::kExited) {
-    result.outcome = host->kind == HostEnd::Kind::kHung ? CaseOutcome::kHang : CaseOutcome::kCrash;
-  }
+  if (with.host) judge_end(without, *with.host, fault != nullptr, result);
 }
 
 }  // namespace lk::emulator

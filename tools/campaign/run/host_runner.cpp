@@ -39,13 +39,6 @@ Verdict verdict_of(const HostVerdict& host) {
   return verdict;
 }
 
-SeenRun seen(const HostRun& run) {
-  std::uint64_t heard = 0;
-  const std::string& hash = run.verdict.replies_hash;
-  std::from_chars(hash.data(), hash.data() + hash.size(), heard, 16);
-  return {verdict_of(run.verdict), heard};
-}
-
 std::string end_text(const HostRun& run) {
   switch (run.end) {
     case HostRun::End::kExit:
@@ -70,13 +63,19 @@ HostEnd end_of(const HostRun& run, const HostSetup& setup) {
   if (run.end == HostRun::End::kTimeout) end.kind = HostEnd::Kind::kHung;
   if (run.crashed(setup)) end.kind = HostEnd::Kind::kDied;
   end.note = end_text(run);
-  if (end.kind != HostEnd::Kind::kExited && !run.output.empty()) {
-    end.note += "; " + last_words(run);
-  } else if (run.noticed) {
-    end.noticed_at = run.noticed->at;
-    end.note += "; " + run.noticed->text;
+  if (end.kind == HostEnd::Kind::kExited) {
+    end.notices = run.notices;
+  } else {
+    end.said = last_words(run);
   }
   return end;
+}
+
+SeenRun seen(const HostRun& run, const HostSetup& setup) {
+  std::uint64_t heard = 0;
+  const std::string& hash = run.verdict.replies_hash;
+  std::from_chars(hash.data(), hash.data() + hash.size(), heard, 16);
+  return {verdict_of(run.verdict), heard, end_of(run, setup)};
 }
 
 }  // namespace
@@ -142,33 +141,32 @@ std::optional<HostRun> HostRunner::run_once(std::uint64_t number, const CaseValu
 
 std::shared_ptr<HostReferences::Reference> HostRunner::reference_of(const CaseToRun& one) {
   const CaseValues rest = scenarios_.without_fault(one.values);
-  std::string key;
-  for (const auto& value : rest) key += (value ? value_text(*value) : "") + '|';
-  auto reference = references_.find(key);
-  bool stopped = false;
+  auto reference = references_.find(key_of(rest));
   std::call_once(reference->once, [&] {
-    const auto run = run_once(one.number, rest);
-    stopped = !run;
-    if (!run) return;
-    reference->run = seen(*run);
-    reference->end = end_of(*run, setup_);
+    if (const auto run = run_once(one.number, rest)) reference->run = seen(*run, setup_);
   });
-  if (stopped || reference->run.verdict.expectations.empty()) return nullptr;
-  return reference;
+  return reference->run ? reference : nullptr;
 }
 
 void HostRunner::try_without_fault(const CaseToRun& one) {
   if (kind_of(plan_, one.values) == nullptr) return;
   const auto reference = reference_of(one);
-  if (!reference || reference->end.kind == HostEnd::Kind::kExited) return;
+  if (!reference) return;
+  const HostEnd& end = reference->run->host.value();
+  if (end.kind == HostEnd::Kind::kExited) return;
   throw StartError(plan_.file.string() + ": host: even without a fault the command of case " +
-                   std::to_string(one.number) + " ends like this: " + reference->end.note);
+                   std::to_string(one.number) + " ends like this: " + end.note +
+                   (end.said.empty() ? "" : "; " + end.said));
 }
 
 std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
   const CaseGroup group = scenarios_.group(one.values);
-  const auto reference = reference_of(one);
-  if (!reference) return std::nullopt;
+  std::shared_ptr<HostReferences::Reference> reference;
+  if (kind_of(plan_, one.values) != nullptr) {
+    reference = reference_of(one);
+    if (!reference) return std::nullopt;
+  }
+  const SeenRun* const without = reference ? &*reference->run : nullptr;
   std::optional<CaseResult> worst;
   std::vector<CaseOutcome> outcomes;
   double wall_s = 0;
@@ -176,7 +174,7 @@ std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
     const auto run = run_once(one.number, one.values);
     if (!run) return std::nullopt;
     wall_s += run->wall_s;
-    CaseResult result = judged(one, group, reference->run, *run);
+    CaseResult result = judged(one, group, without, *run);
     outcomes.push_back(result.outcome);
     if (!worst || result.outcome > worst->outcome) worst = std::move(result);
   }
@@ -187,20 +185,20 @@ std::optional<CaseResult> HostRunner::run_case(const CaseToRun& one) {
   return worst;
 }
 
-CaseResult HostRunner::judged(const CaseToRun& one, const CaseGroup& group, const SeenRun& without,
+CaseResult HostRunner::judged(const CaseToRun& one, const CaseGroup& group, const SeenRun* without,
                               const HostRun& run) const {
   CaseResult result;
   result.number = one.number;
   result.generation = one.generation;
   result.values = one.values;
   result.real_time = !plan_.host->stepped;
-  const HostEnd end = end_of(run, setup_);
-  const SeenRun with = seen(run);
-  if (with.verdict.expectations.size() != without.verdict.expectations.size()) {
+  const SeenRun with = seen(run, setup_);
+  if (without == nullptr) without = &with;
+  if (with.verdict.expectations.size() != without->verdict.expectations.size()) {
     throw StartError("case " + std::to_string(one.number) +
                      ": its verdict has other expectations than the case without a fault");
   }
-  judge_case(group, without, with, plan_.head.tolerant_time, &end, result);
+  judge_case(group, *without, with, plan_.head.tolerant_time, result);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,8 +28,7 @@ class HostReferences {
  public:
   struct Reference {
     std::once_flag once;
-    SeenRun run;
-    HostEnd end;
+    std::optional<SeenRun> run;
   };
   std::shared_ptr<Reference> find(const std::string& key);
 
@@ -54,7 +54,8 @@ class HostRunner {
   /// Null when it is stopped.
   std::shared_ptr<HostReferences::Reference> reference_of(const CaseToRun& one);
   std::optional<CaseResult> run_case(const CaseToRun& one);
-  CaseResult judged(const CaseToRun& one, const CaseGroup& group, const SeenRun& without,
+  /// `without`: the run without the fault; null where there is no fault.
+  CaseResult judged(const CaseToRun& one, const CaseGroup& group, const SeenRun* without,
                     const HostRun& run) const;
 
   const Plan& plan_;

@@ -180,8 +180,7 @@ CaseResult OfflineRunner::judged(const Lane& lane) const {
   result.values = lane.one->values;
   result.state = lane.state;
   result.command = lane.command;
-  judge_case(lane.group->group, *lane.group->end, lane.seen, plan_.head.tolerant_time, nullptr,
-             result);
+  judge_case(lane.group->group, *lane.group->end, lane.seen, plan_.head.tolerant_time, result);
   return result;
 }
 

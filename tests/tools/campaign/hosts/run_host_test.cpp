@@ -46,7 +46,7 @@ TEST(RunHost, AHostThatComesToItsEnd) {
   EXPECT_EQ(done.end, HostRun::End::kExit);
   EXPECT_EQ(done.status, 0);
   EXPECT_FALSE(done.crashed(shell("")));
-  EXPECT_FALSE(done.noticed);
+  EXPECT_TRUE(done.notices.empty());
   EXPECT_TRUE(done.output.starts_with("case 4711, gain 0.5 on slcan-tcp:")) << done.output;
   // It had ended long before the scenario, which has come to its end all the same.
   EXPECT_EQ(done.verdict.outcome, "passed");
@@ -58,34 +58,52 @@ TEST(RunHost, AHostThatComesToItsEnd) {
   EXPECT_NEAR(done.verdict.expectations[0].margin.value(), 0.5, 0.1);
 }
 
-TEST(RunHost, NoticesByTheFirstLineThatTells) {
+TEST(RunHost, NoticesByLinesThatTell) {
   HostSetup setup = shell("echo all is well; echo 'WARNING 7: no reply' >&2; echo WARNING 8");
   setup.detecting_lines = {"^error", "WARNING \\d+"};
   const HostRun done = run(setup, quiet_case());
-  ASSERT_TRUE(done.noticed);
-  EXPECT_EQ(done.noticed->text, "WARNING 7: no reply");
-  EXPECT_LE(done.noticed->at, done.ended_at);
+  ASSERT_FALSE(done.notices.empty());
+  EXPECT_EQ(done.notices[0].text, "WARNING 7: no reply");
+  EXPECT_LE(done.notices[0].at, done.ended_at);
+  EXPECT_EQ(done.notices[0].rule, 2U);
+  ASSERT_EQ(done.notices.size(), 2U);
+  EXPECT_EQ(done.notices[1].text, "WARNING 8");
   EXPECT_EQ(done.output, "all is well\nWARNING 7: no reply\nWARNING 8\n");
+}
+
+/// What differs in figures and paths alone is kept once, and no host makes more of them than many.
+TEST(RunHost, KeepsOneNoticeOfEachGist) {
+  HostSetup setup = shell(
+      "echo 'at 0.1 s: slow'; echo 'at 0.2 s: slow'; echo '/tmp/a: slow'; echo lost; "
+      "seq 5000 | tr 0-9 a-j; exit 3");
+  setup.detecting_lines = {"."};
+  setup.detecting_exit_status = {3};
+  const HostRun done = run(setup, quiet_case());
+  ASSERT_EQ(done.notices.size(), kMostNotices + 1);
+  EXPECT_EQ(done.notices[0].text, "at 0.1 s: slow");
+  EXPECT_EQ(done.notices[1].text, "/tmp/a: slow");
+  EXPECT_EQ(done.notices[2].text, "lost");
+  EXPECT_EQ(done.notices.back().text, "exit status 3");
 }
 
 TEST(RunHost, NoticesByItsExitStatus) {
   HostSetup setup = shell("exit 3");
   setup.detecting_exit_status = {2, 3};
   const HostRun done = run(setup, quiet_case());
-  ASSERT_TRUE(done.noticed);
-  EXPECT_EQ(done.noticed->text, "exit status 3");
-  EXPECT_EQ(done.noticed->at, done.ended_at);
+  ASSERT_FALSE(done.notices.empty());
+  EXPECT_EQ(done.notices[0].text, "exit status 3");
+  EXPECT_EQ(done.notices[0].at, done.ended_at);
   EXPECT_FALSE(done.crashed(setup));
   setup.detecting_exit_status = {2};
   const HostRun other = run(setup, quiet_case());
-  EXPECT_FALSE(other.noticed);
+  EXPECT_TRUE(other.notices.empty());
   EXPECT_TRUE(other.crashed(setup));
 }
 
 TEST(RunHost, ALineWithoutAnEndIsOneToo) {
   HostSetup setup = shell("printf 'no end of it'");
   setup.detecting_lines = {"end of it$"};
-  EXPECT_EQ(run(setup, quiet_case()).noticed.value().text, "no end of it");
+  EXPECT_EQ(run(setup, quiet_case()).notices.at(0).text, "no end of it");
 }
 
 /// Bounded, whatever it says; only the beginning of a line is searched.
@@ -93,7 +111,7 @@ TEST(RunHost, AHostThatSaysMuch) {
   HostSetup setup = shell("head -c 3000000 /dev/zero | tr '\\0' a; echo; echo found; seq 100000");
   setup.detecting_lines = {"^(a|b)*found", "^found"};
   const HostRun done = run(setup, quiet_case());
-  EXPECT_EQ(done.noticed.value().text, "found");
+  EXPECT_EQ(done.notices.at(0).text, "found");
   EXPECT_EQ(done.output.size(), kLongestOutput);
   EXPECT_TRUE(done.output.ends_with("\n100000\n"));
 }
@@ -169,16 +187,6 @@ TEST(RunHost, RefusesWhatCannotBe) {
     EXPECT_EQ(std::string(problem.what()),
               "host: command: {host.gain} has no value: it is no dimension");
   }
-}
-
-TEST(RunHost, ACommandLineIsItsWords) {
-  using Words = std::vector<std::string>;
-  EXPECT_EQ(command_words("python3  my_host.py --gain {host.gain}\n"),
-            (Words{"python3", "my_host.py", "--gain", "{host.gain}"}));
-  EXPECT_EQ(command_words(R"(sh -c 'echo "$1" *' "" a"b c"'d')"),
-            (Words{"sh", "-c", "echo \"$1\" *", "", "ab cd"}));
-  EXPECT_EQ(command_words(" "), Words{});
-  EXPECT_THROW(command_words("echo 'no end"), StartError);
 }
 
 /// What is wrong with a case is told with its number, as lk-emu tells it.

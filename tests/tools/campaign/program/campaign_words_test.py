@@ -53,6 +53,11 @@ class Refused(InADirectory):
         for words in ["p.toml"], ["p.toml", "--dry-run"]:
             self.refused(*words, says="p.toml: host: .*without a fault.*exit status 3; no module named can")
 
+    def test_frames_of_a_case_with_a_host(self):
+        self.write("p.toml", plan(10, rest='[host]\ncommand = "true"\nclock = "stepped"\n'))
+        for option in "--csv", "--candump":
+            self.refused("p.toml", "--case", "0", "--scenario", "s.toml", option, "x", says=f"{option}: .*host program")
+
     def test_plans_that_are_none(self):
         self.write("text.toml", "a night of faults\n")
         (self.directory / "binary.toml").write_bytes(bytes(range(256)))

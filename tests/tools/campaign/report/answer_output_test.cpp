@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "report_support.hpp"
@@ -45,6 +46,22 @@ Answer nasty_sample() {
   Answer answer = answer_of(head, stream_of({result}));
   answer.smallest.push_back({kNasty, CaseOutcome::kCrash, result, kNasty, kNasty});
   return answer;
+}
+
+// Nobody knows what a host program had commanded.
+TEST(AnswerText, OfAHostProgramHasNoSpaceAndSaysWhatTheHostSaid) {
+  CaseResult crash = planted_case(4, "jam", CaseOutcome::kCrash);
+  crash.state = crash.command = "";
+  crash.note = "exit status 3";
+  crash.said = "no reply";
+  const Answer answer = answer_of(planted_head(), stream_of({crash}));
+  EXPECT_THAT(answer_text(answer, {}),
+              AllOf(Not(HasSubstr("space:")), HasSubstr("; exit status 3; no reply\n")));
+  const auto json = nlohmann::json::parse(answer_json(answer, {}));
+  EXPECT_TRUE(json["space"].is_null());
+  const auto& columns = json["residual"]["columns"];
+  const auto note = std::find(columns.begin(), columns.end(), "note") - columns.begin();
+  EXPECT_EQ(json["residual"]["rows"][0][note], "exit status 3; no reply");
 }
 
 TEST(AnswerText, SaysWhatCame) {

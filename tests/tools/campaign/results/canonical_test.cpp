@@ -26,6 +26,7 @@ TEST(Canonical, IsALineACase) {
   one.violated = "it stays \"there\", and still";
   one.margin = -1.0 / 3;
   one.note = "exit status 3\nlost";
+  one.said = "lost at 12:34:56";
   one.wall_s = 7;
   EXPECT_EQ(
       emulator::canonical_line(one),

@@ -123,8 +123,8 @@ TEST_P(Changed, IsToldSo) {
 INSTANTIATE_TEST_SUITE_P(
     Each, Changed,
     ::testing::Values(Change{"PRAGMA application_id = 0", "not the results of a campaign"},
-                      Change{"PRAGMA user_version = 2",
-                             "its format is 2, and this program reads 1"},
+                      Change{"PRAGMA user_version = 1",
+                             "its format is 1, and this program reads 2"},
                       Change{"DROP VIEW cases", "damaged"},
                       Change{"ALTER TABLE results ADD COLUMN more REAL", "damaged"},
                       Change{"DELETE FROM campaign", "damaged"},

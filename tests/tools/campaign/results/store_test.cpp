@@ -47,6 +47,7 @@ CaseResult full_case() {
   one.real_time = true;
   one.runs = std::numeric_limits<std::uint32_t>::max();
   one.flips = 2;
+  one.said = "at 0.1 s: \"lost\"";
   one.wall_s = 0.125;
   return one;
 }
@@ -73,6 +74,7 @@ TEST_F(Store, GivesBackWhatWasPut) {
   EXPECT_EQ(got->real_time, put.real_time);
   EXPECT_EQ(got->runs, put.runs);
   EXPECT_EQ(got->flips, put.flips);
+  EXPECT_EQ(got->said, put.said);
   EXPECT_EQ(got->wall_s, put.wall_s);
 }
 

@@ -33,10 +33,12 @@ struct Seen {
   bool fault = false;
   At effect;
   std::vector<std::string> own_faults = {};
+  std::optional<HostEnd> host = std::nullopt;
 
   SeenRun seen() const {
     SeenRun run;
     run.heard = heard;
+    run.host = host;
     run.verdict.expectations = {first, second, error, reply, answered};
     for (const std::string& name : own_faults) run.verdict.faults.push_back(named(name, 100ms));
     if (fault) run.verdict.faults.push_back(named("fault", effect));
@@ -53,6 +55,9 @@ struct Seen {
   }
 };
 
+/// A line of a host that the second expression is for.
+HostNotice notice(SimTime at, const std::string& gist = "alarm") { return {at, gist, 2, gist}; }
+
 CaseGroup group_of_run() {
   CaseGroup group;
   group.watched = {2, 1, 2};
@@ -62,10 +67,10 @@ CaseGroup group_of_run() {
   return group;
 }
 
-CaseResult judged(const Seen& with, const Seen& without = {}, const HostEnd* host = nullptr,
+CaseResult judged(const Seen& with, const Seen& without = {},
                   const CaseGroup& group = group_of_run()) {
   CaseResult result;
-  judge_case(group, without.seen(), with.seen(), 200ms, host, result);
+  judge_case(group, without.seen(), with.seen(), 200ms, result);
   return result;
 }
 
@@ -153,7 +158,7 @@ TEST(Outcome, WhatIsNoHazardDoesNotCount) {
   group.hazardous = {false, true};
   Seen run = effective();
   run.first = failed(1200ms);
-  EXPECT_EQ(judged(run, {}, nullptr, group).outcome, CaseOutcome::kTolerated);
+  EXPECT_EQ(judged(run, {}, group).outcome, CaseOutcome::kTolerated);
 }
 
 TEST(Outcome, WhatFiresEarlierWithoutTheFaultIsNoDetection) {
@@ -196,7 +201,7 @@ TEST(Outcome, FindsTheCasesFaultBeforeThoseOfAnotherBus) {
   with.heard = 2;
   with.verdict.faults.insert(with.verdict.faults.begin(), Seen::named("fault", 1100ms));
   CaseResult result;
-  judge_case(group_of_run(), without, with, 200ms, nullptr, result);
+  judge_case(group_of_run(), without, with, 200ms, result);
   EXPECT_EQ(result.first_effect_at, 1100ms);
 }
 
@@ -204,17 +209,26 @@ TEST(Outcome, WithoutATolerantTimeOnlyTheHazardEndsIt) {
   Seen run = effective();
   run.error = held(4s);
   CaseResult result;
-  judge_case(group_of_run(), Seen{}.seen(), run.seen(), std::nullopt, nullptr, result);
+  judge_case(group_of_run(), Seen{}.seen(), run.seen(), std::nullopt, result);
   EXPECT_EQ(result.outcome, CaseOutcome::kDetectedByDrive);
 }
 
-TEST(Outcome, APlanWithoutAFaultIsJudgedFromItsBeginning) {
-  Seen run;  // its loads, its supply or its host's settings are otherwise
-  EXPECT_EQ(judged(run).outcome, CaseOutcome::kNoEffect);
-  run.heard = 2;
-  EXPECT_EQ(judged(run).outcome, CaseOutcome::kTolerated);
-  run.first = failed(1s);
-  EXPECT_EQ(judged(run).outcome, CaseOutcome::kSilentlyWrong);
+// Its loads, its supply or its host's settings are otherwise; there is nothing to compare it with
+// but itself, and it did not notice or fail because of a fault.
+TEST(Outcome, APlanWithoutAFaultIsJudgedByItself) {
+  Seen run;
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kTolerated);
+  run.error = held(150ms);
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kDetectedByDrive);
+  run.error = never(), run.first = failed(1s), run.first.margin = -0.5;
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kSilentlyWrong);
+  EXPECT_EQ(judged(run, run).margin, -0.5);
+  run.answered = failed(100ms);
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kDetectedByHost);
+  run.answered = held(), run.host = HostEnd{HostEnd::Kind::kExited, {notice(100ms)}, "", ""};
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kDetectedByHost);
+  run.host->kind = HostEnd::Kind::kDied;
+  EXPECT_EQ(judged(run, run).outcome, CaseOutcome::kCrash);
 }
 
 // Buses come one after the other in a verdict, and not as the scenario has them.
@@ -234,7 +248,7 @@ TEST(Outcome, TakesExpectationsInTheOrderOfTheScenario) {
     all[0] = held();
   }
   CaseResult result;
-  judge_case(group, without, with, 200ms, nullptr, result);
+  judge_case(group, without, with, 200ms, result);
   EXPECT_EQ(result.violated, "second");
   EXPECT_EQ(result.outcome, CaseOutcome::kSilentlyWrong);
 }
@@ -251,22 +265,79 @@ TEST(Outcome, TheLeastMarginOfWhatHoldsWithoutTheFault) {
   EXPECT_EQ(judged(run, without).margin, -0.5);
 }
 
+/// With a host that ended like this.
+Seen hosted(HostEnd::Kind kind, std::vector<HostNotice> notices = {}) {
+  Seen run = effective();
+  run.host = HostEnd{kind, std::move(notices), "its end", "its last words"};
+  return run;
+}
+Seen anyway(HostEnd::Kind kind, std::vector<HostNotice> notices = {}) {
+  Seen run;
+  run.host = HostEnd{kind, std::move(notices), "its end", "its last words"};
+  return run;
+}
+constexpr auto kExited = HostEnd::Kind::kExited;
+
 TEST(Outcome, OfAHostProgram) {
-  const HostEnd fine{HostEnd::Kind::kExited, std::nullopt, "exit status 0"};
-  const HostEnd noticed{HostEnd::Kind::kExited, 1200ms, "exit status 3"};
-  const HostEnd late{HostEnd::Kind::kExited, 2s, "exit status 3"};
-  const HostEnd died{HostEnd::Kind::kDied, std::nullopt, "killed by SIGSEGV"};
-  const HostEnd hung{HostEnd::Kind::kHung, 1200ms, "did not end in time"};
-  EXPECT_EQ(judged(effective(), {}, &fine).outcome, CaseOutcome::kTolerated);
-  EXPECT_EQ(judged(effective(), {}, &noticed).outcome, CaseOutcome::kDetectedByHost);
-  EXPECT_EQ(judged(effective(), {}, &noticed).note, "exit status 3");
-  EXPECT_EQ(judged(effective(), {}, &late).outcome, CaseOutcome::kLate);
-  EXPECT_EQ(judged(effective(), {}, &died).outcome, CaseOutcome::kCrash);
-  EXPECT_EQ(judged(effective(), {}, &hung).outcome, CaseOutcome::kHang);
-  Seen unfired = effective();
+  const Seen well = anyway(kExited);
+  EXPECT_EQ(judged(hosted(kExited), well).outcome, CaseOutcome::kTolerated);
+  EXPECT_EQ(judged(hosted(kExited, {notice(1200ms)}), well).outcome, CaseOutcome::kDetectedByHost);
+  EXPECT_EQ(judged(hosted(kExited, {notice(2s)}), well).outcome, CaseOutcome::kLate);
+  EXPECT_EQ(judged(hosted(HostEnd::Kind::kDied), well).outcome, CaseOutcome::kCrash);
+  EXPECT_EQ(judged(hosted(HostEnd::Kind::kHung), well).outcome, CaseOutcome::kHang);
+}
+
+TEST(Outcome, SaysBesidesHowTheHostEndedWhichLineTold) {
+  const Seen well = anyway(kExited);
+  const CaseResult line = judged(hosted(kExited, {notice(1200ms, "lost it at 7 s")}), well);
+  EXPECT_EQ(line.note, "its end; line 2 of [detect]");
+  EXPECT_EQ(line.said, "lost it at 7 s");
+  const HostNotice status{1200ms, "exit status 3", 0, "exit status 3"};
+  EXPECT_EQ(judged(hosted(kExited, {status}), well).note, "its end");
+  const CaseResult died = judged(hosted(HostEnd::Kind::kDied), well);
+  EXPECT_EQ(died.note, "its end");
+  EXPECT_EQ(died.said, "its last words");
+}
+
+// A false alarm is no detection: it comes without the fault too, or before the fault has an effect.
+TEST(Outcome, WhatAHostSaysAnywayIsNoDetection) {
+  const HostNotice alarm = notice(1150ms), other = notice(1200ms, "lost");
+  const Seen same = anyway(kExited, {alarm});
+  EXPECT_EQ(judged(hosted(kExited, {alarm}), same).outcome, CaseOutcome::kTolerated);
+  EXPECT_EQ(judged(hosted(kExited, {alarm}), same).detected_by_host, std::nullopt);
+  // What it says besides counts, and so does what it says earlier.
+  EXPECT_EQ(judged(hosted(kExited, {alarm, other}), same).detected_by_host, 1200ms);
+  EXPECT_EQ(judged(hosted(kExited, {alarm}), anyway(kExited, {notice(3s)})).detected_by_host,
+            1150ms);
+  const Seen well = anyway(kExited);
+  EXPECT_EQ(judged(hosted(kExited, {notice(1100ms - 1us)}), well).outcome, CaseOutcome::kTolerated);
+  EXPECT_EQ(judged(hosted(kExited, {notice(1100ms)}), well).outcome, CaseOutcome::kDetectedByHost);
+  Seen unfired = hosted(kExited, {alarm});
   unfired.effect.reset();
-  EXPECT_EQ(judged(unfired, {}, &died).outcome, CaseOutcome::kCrash);
-  EXPECT_EQ(judged(unfired, {}, &hung).outcome, CaseOutcome::kHang);
+  EXPECT_EQ(judged(unfired, well).outcome, CaseOutcome::kNotFired);
+}
+
+TEST(Outcome, InRealTimeWhatAHostSaysAnywayMayComeEarlier) {
+  CaseResult result;
+  result.real_time = true;
+  judge_case(group_of_run(), anyway(kExited, {notice(1151ms)}).seen(),
+             hosted(kExited, {notice(1150ms)}).seen(), 200ms, result);
+  EXPECT_EQ(result.outcome, CaseOutcome::kTolerated);
+}
+
+TEST(Outcome, AHostThatDiesOrHangsAnywayDoesNotDoSoOfTheFault) {
+  for (const auto kind : {HostEnd::Kind::kDied, HostEnd::Kind::kHung}) {
+    Seen unfired = hosted(kind);
+    unfired.effect.reset();
+    EXPECT_EQ(judged(unfired, anyway(kExited)).outcome, CaseOutcome::kNotFired);
+    for (const auto with : {kExited, HostEnd::Kind::kDied, HostEnd::Kind::kHung}) {
+      Seen run = hosted(with, {notice(1200ms)});
+      run.first = failed(2s);
+      const CaseResult result = judged(run, anyway(kind));
+      EXPECT_EQ(result.outcome, CaseOutcome::kNotFired);
+      EXPECT_EQ(result.note, "without the fault too: its end");
+    }
+  }
 }
 
 }  // namespace case_outcome_test

@@ -19,7 +19,7 @@ function tiles() {
     tile(t('failures'), counted(failures), t('failures_about'), failures ? 'bad' : 'good'),
     ...[...kFailures].map((outcome) => tile(t(outcome), counted(all.outcomes[outcome]), '', all.outcomes[outcome] ? kColours[outcome] : '')),
     tile(t('not_fired'), counted(all.outcomes.not_fired), ''),
-    tile(t('space'), `${counted(space.combinations - space.holes)} / ${counted(space.combinations)}`,
+    space && tile(t('space'), `${counted(space.combinations - space.holes)} / ${counted(space.combinations)}`,
       t('space_met', {n: counted(space.combinations - space.holes), all: counted(space.combinations), holes: counted(space.holes)})),
     answer.comparison ? tile(t('comparison'), t('cases_worse', {n: counted(answer.comparison.worse)}), '', answer.comparison.worse ? 'bad' : 'good') : null);
 }

@@ -33,7 +33,7 @@ function showCases(kind, outcome) {
 function render() {
   translatePage();
   const panels = [overviewPanel(), answer.comparison ? comparisonPanel() : null, matrixPanel(showCases), coveragePanel(), latencyPanel(),
-    spacePanel(), answer.smallest.length ? smallestPanel() : null, residualPanel(), planPanel()].filter(Boolean);
+    answer.space ? spacePanel() : null, answer.smallest.length ? smallestPanel() : null, residualPanel(), planPanel()].filter(Boolean);
   byId('main').replaceChildren(...panels);
   byId('places').replaceChildren(...panels.map(({id}) => el('a', {href: `#${id}`, text: t(id)})));
   setText(byId('name'), answer.campaign.name);
