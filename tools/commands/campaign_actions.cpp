@@ -23,10 +23,12 @@
 #include "tools/campaign/report/answer_junit.hpp"
 #include "tools/campaign/report/answer_page.hpp"
 #include "tools/campaign/report/answer_text.hpp"
+#include "tools/campaign/results/case_rows.hpp"
 #include "tools/campaign/results/same_campaign.hpp"
 #include "tools/campaign/run/host_runner.hpp"
 #include "tools/campaign/run/interruption.hpp"
 #include "tools/campaign/run/smallest.hpp"
+#include "tools/commands/campaign_files.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -100,6 +102,7 @@ CaseValues with_set(const Plan& plan, CaseValues values, const std::vector<std::
       throw StartError("--set: such a case needs " + plan.dimensions[n].name + " too");
     }
   }
+  if (is_excluded(plan, values)) throw StartError("--set: the plan excludes such a case");
   return values;
 }
 
@@ -107,14 +110,17 @@ CaseValues with_set(const Plan& plan, CaseValues values, const std::vector<std::
 std::function<CaseRunner()> runner_of(const Plan& plan, HostReferences& references) {
   if (!plan.host) {
     return [&plan] {
-      return [runner = std::make_shared<OfflineRunner>(plan)](std::span<const CaseToRun> cases) {
-        return runner->run(cases);
+      return [runner = std::make_shared<OfflineRunner>(plan)](std::span<const CaseToRun> cases,
+                                                              const ResultTaker& take) {
+        runner->run(cases, take);
       };
     };
   }
   return [&plan, &references] {
     return [runner = std::make_shared<HostRunner>(plan, references, interruption())](
-               std::span<const CaseToRun> cases) { return runner->run(cases); };
+               std::span<const CaseToRun> cases, const ResultTaker& take) {
+      take(runner->run(cases));
+    };
   };
 }
 
@@ -195,23 +201,12 @@ std::vector<Threshold> thresholds_of(const CampaignReports& reports, const Campa
   return thresholds;
 }
 
-/// Where reports cannot be written, before anything is run that may take a night.
-void check_reports(const CampaignReports& reports) {
-  const std::pair<const char*, fs::path> files[] = {
-      {"--html", reports.html}, {"--json", reports.json}, {"--junit", reports.junit}};
-  for (const auto& [option, file] : files) {
-    const fs::path directory = file.parent_path();
-    if (directory.empty() || fs::is_directory(directory)) continue;
-    throw StartError(std::string(option) + ": there is no directory " +
-                     on_one_line(directory.string()));
-  }
-}
-
 /// Says and writes what came of a campaign. `complete` adds what only its plan can.
-int report_of(const CampaignStore& store, const std::string& plan_file,
-              const CampaignReports& reports, bool quiet,
+int report_of(const CampaignStore& store, const CampaignReports& reports, bool quiet,
               const std::function<void(Answer&)>& complete) {
-  Answer answer = answer_of(store.head(), stream_of(store), plan_file);
+  Answer answer = answer_of(store.head(), stream_of(store));
+  answer.store_file = store.path().string();
+  answer.missing = missing_cases(store.head(), store.count());
   if (!reports.html.empty() || !reports.json.empty()) complete(answer);
   const auto required = check_thresholds(answer, thresholds_of(reports, store.head()));
   if (!quiet) std::fputs(answer_text(answer, required).c_str(), stdout);
@@ -277,8 +272,12 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
   const std::string text = scenarios.file_text(one.values, false);
   if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
   HostReferences references;
-  const std::vector<CaseResult> results =
-      runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1));
+  std::vector<CaseResult> results;
+  runner_of(plan, references)()(std::span<const CaseToRun>(&one, 1),
+                                [&](std::vector<CaseResult> some) {
+                                  results = std::move(some);
+                                  return true;
+                                });
   if (results.empty()) return 130;
   std::printf("%s\n", case_sentence(results.front(), plan.head).c_str());
   if (outputs.csv.empty() && outputs.candump.empty()) return 0;
@@ -308,7 +307,7 @@ int tell_cost(const Plan& plan, int jobs) {
   const std::vector<CaseToRun> some =
       spread_cases(plan, plan.host ? static_cast<std::uint64_t>(jobs) : kTried);
   const auto began = std::chrono::steady_clock::now();
-  runner_of(plan, references)()(some);
+  runner_of(plan, references)()(some, [](const auto&) { return true; });
   const double each_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
       static_cast<double>(some.size());
@@ -318,10 +317,13 @@ int tell_cost(const Plan& plan, int jobs) {
   return 0;
 }
 
-int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request) {
+int run_and_report(const Plan& plan, const CampaignRequest& request) {
   check_shard(plan, request);
   check_store(request);
-  check_reports(request.reports);
+  check_reports(request.reports, {{request.store, "the file of the results"},
+                                  {request.after, "the file of --after"},
+                                  {plan.file, "the plan"},
+                                  {plan.scenario_file, "the plan's scenario"}});
   thresholds_of(request.reports, plan.head);
   CampaignOptions options = request.options;
   std::optional<CampaignStore> earlier;
@@ -345,23 +347,31 @@ int run_and_report(const Plan& plan, const std::string& given, const CampaignReq
                 static_cast<unsigned long>(end.ran), time_words(end.wall_s).c_str(),
                 static_cast<double>(end.ran) / std::max(end.wall_s, 1e-9), name.c_str());
   }
-  return report_of(store, given, request.reports, request.quiet, [&](Answer& answer) {
+  return report_of(store, request.reports, request.quiet, [&](Answer& answer) {
     const Interruptible interruptible;
     if (!plan.host) {
       answer.smallest = smallest_cases(plan, answer, request.options.jobs, interrupted);
     }
+    if (!interrupted()) return;
+    std::fprintf(stderr, "lk-emu: stopped: all cases are in %s, smallest cases are missing; %s\n",
+                 name.c_str(), (request.resuming + " looks for them again").c_str());
   });
 }
 
 int report_results(const fs::path& store, const CampaignReports& reports, bool quiet) {
-  return report_of(CampaignStore::read(store), "", reports, quiet, [](Answer&) {});
+  check_reports(reports, {{store, "the file of the results"}});
+  return report_of(CampaignStore::read(store), reports, quiet, [](Answer&) {});
 }
 
 int compare_results(const fs::path& before, const fs::path& now, const CampaignReports& reports) {
+  check_reports(reports, {{before, "the file of results before"}, {now, "the file of results"}});
   const CampaignStore old_store = CampaignStore::read(before);
   const CampaignStore new_store = CampaignStore::read(now);
-  const Comparison comparison = compare_campaigns(old_store.head(), stream_of(old_store),
-                                                  new_store.head(), stream_of(new_store));
+  CaseCursor old_cases = old_store.cursor();
+  CaseCursor new_cases = new_store.cursor();
+  const Comparison comparison = compare_campaigns(
+      old_store.head(), [&] { return old_cases.next(); }, new_store.head(),
+      [&] { return new_cases.next(); });
   const Answer answer = answer_of(new_store.head(), stream_of(new_store));
   std::fputs(comparison_text(comparison, answer.plan_file).c_str(), stdout);
   if (!reports.html.empty()) {

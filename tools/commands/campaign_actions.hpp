@@ -42,8 +42,7 @@ int show_case(const Plan& plan, std::uint64_t number, const std::filesystem::pat
               const CaseOutputs& outputs);
 /// Says how many cases there are, what each dimension gives, and how long they take with `jobs`.
 int tell_cost(const Plan& plan, int jobs);
-/// `given`: what the plan is called on the command line.
-int run_and_report(const Plan& plan, const std::string& given, const CampaignRequest& request);
+int run_and_report(const Plan& plan, const CampaignRequest& request);
 int report_results(const std::filesystem::path& store, const CampaignReports& reports, bool quiet);
 int compare_results(const std::filesystem::path& before, const std::filesystem::path& now,
                     const CampaignReports& reports);

@@ -32,7 +32,7 @@ Examples:
   lk-emu campaign every_fault --case 4711 --csv case.csv    one of them again
   lk-emu campaign every_fault -o part3.db --shard 3/8       and then: lk-emu campaign merge -o night.db part*.db
 
-Exit status: 0 done, 1 a --require does not hold (compare: cases are worse), 2 unusable input, 130 interrupted: --resume goes on.)";
+Exit status: 0 done, 1 a --require does not hold (compare: cases are worse; merge: some are missing), 2 unusable input, 130 interrupted: --resume goes on.)";
 
 struct CampaignApp {
   CLI::App app{"Run many cases of a scenario with faults, and tell what came of them",
@@ -205,7 +205,7 @@ int run_plan(const CampaignApp& given, const std::string& resuming) {
   request.options.progress = !given.quiet && ::isatty(STDERR_FILENO) != 0;
   request.quiet = given.quiet;
   request.reports = given.reports;
-  return run_and_report(plan, given.plan, request);
+  return run_and_report(plan, request);
 }
 
 int run_given(const CampaignApp& given, const std::string& resuming) {
@@ -213,7 +213,7 @@ int run_given(const CampaignApp& given, const std::string& resuming) {
     const std::vector<fs::path> parts(given.parts.begin(), given.parts.end());
     const MergeSummary merged = merge_campaigns(given.output, parts);
     std::printf("%s: %s\n", on_one_line(given.output).c_str(), merged.text().c_str());
-    return 0;
+    return merged.is_whole ? 0 : 1;
   }
   if (given.report->parsed()) return report_results(given.store, given.reports, false);
   if (given.compare->parsed()) return compare_results(given.before, given.store, given.reports);

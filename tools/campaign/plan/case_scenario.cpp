@@ -146,10 +146,15 @@ toml::table CaseScenarios::document(const CaseValues& values, bool watched) {
   const Scenario plain = parse_scenario(toml_text(document), plan_.scenario_file.string(),
                                         std::nullopt, files_.files());
   if (surroundings) vary_surroundings(values, plain, array_of(document, "event"));
+  bool can_be_loaded = false;
   for (const BusConfig& bus : plain.robot) {
-    if (bus_load > 0 && bus.bitrate > 0 && !bus.serial) {
-      array_of(document, "send").push_back(background(bus, bus_load));
-    }
+    if (bus_load == 0 || bus.bitrate == 0 || bus.serial) continue;
+    array_of(document, "send").push_back(background(bus, bus_load));
+    can_be_loaded = true;
+  }
+  if (bus_load > 0 && !can_be_loaded) {
+    throw ConfigError(plan_.file.string(), 0, "bus_load",
+                      "needs a CAN bus with a bitrate, which frames take time on");
   }
   if (!watched) return document;
   toml::array& expectations = array_of(document, "expect");

@@ -63,6 +63,10 @@ void check_ends(const Plan& plan) {
         const CaseValues values = values_by_kind(plan, [&](std::size_t n) {
           if (&plan.dimensions[n] == kinds) return kind;
           if (n == changed) return end;
+          // A bus without a bitrate does, and so does any load, but not together.
+          const Dimension& other = plan.dimensions[n];
+          const bool loads = other.target == Target::kBusLoad;
+          if (loads && dimension.target == Target::kBitrate) return CaseValue(other.values.most());
           return first[n] ? *first[n] : ends_of(plan.dimensions[n].values).front();
         });
         if (!values[changed] || is_excluded(plan, values)) continue;

@@ -335,10 +335,19 @@ Exclusion read_exclusion(const toml::table& table, const std::string& file,
     ExcludedValues excluded;
     excluded.dimension = static_cast<std::size_t>(place - dimensions.begin());
     if (const auto* range = node->as_table()) {
+      const auto fail = [&, at = line, key = "exclude." + name](const std::string& reason) {
+        throw ConfigError(file, at, key, reason);
+      };
       const toml::node* const from = range->get("from");
       const toml::node* const to = range->get("to");
+      for (const auto& [key, value] : *range) {
+        if (&value == from || &value == to) continue;
+        fail("unknown key " + std::string(key.str()) + "; known are from, to");
+      }
+      if (place->values.has_words()) fail("has words, and no range: give one or a list");
       excluded.from = from != nullptr ? reader.read_number(*from) : -kAnything;
       excluded.to = to != nullptr ? reader.read_number(*to) : kAnything;
+      if (excluded.from > excluded.to) fail("the range is empty: to is below from");
     } else {
       excluded.values = reader.read_list(*node);
     }

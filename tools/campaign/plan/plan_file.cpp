@@ -234,12 +234,11 @@ void check_lists(const TableReader& reader, const Plan& plan) {
 
 /// How many cases there are: counted one by one, where some are excluded and that takes no time.
 void count_cases(Plan& plan) {
-  constexpr std::uint64_t kMostLooked = 1'000'000;
   const CaseNumbers numbers(plan);
   plan.head.numbers = plan.head.cases = numbers.numbers();
   const bool dropped =
       plan.head.sampling == Sampling::kFull || plan.head.sampling == Sampling::kLatin;
-  if (plan.exclusions.empty() || !dropped || numbers.numbers() > kMostLooked) return;
+  if (plan.exclusions.empty() || !dropped || numbers.numbers() > kMostCounted) return;
   for (std::uint64_t n = 0; n < numbers.numbers(); ++n) {
     if (!numbers.values(n)) --plan.head.cases;
   }
@@ -319,7 +318,9 @@ Plan parse_plan(const std::string& text, const std::filesystem::path& file) {
 Plan load_plan(const std::string& given) {
   try {
     const std::filesystem::path file = meant_file(kCampaigns, given);
-    return parse_plan(read_regular_file(file, kLongestText), file);
+    Plan plan = parse_plan(read_regular_file(file, kLongestText), file);
+    plan.head.plan_called.word = given;
+    return plan;
   } catch (const ConfigError& problem) {
     throw StartError(problem.what());
   } catch (const std::invalid_argument& problem) {

@@ -131,13 +131,16 @@ Space::Cell Space::at(const std::string& kind, const std::string& state,
 }
 
 std::string Answer::command_of(std::uint64_t number) const {
-  return "lk-emu campaign " + shell_word(plan_file) + " --case " + std::to_string(number);
+  const bool from_store = head.sampling == Sampling::kAdaptive && !store_file.empty();
+  return "lk-emu campaign " + shell_word(plan_file) +
+         (from_store ? " -o " + shell_word(store_file) : "") + " --case " + std::to_string(number);
 }
 
 Answer answer_of(const CampaignHead& head, const CaseStream& results, std::string plan_file) {
   Answer answer;
   answer.head = head;
   answer.plan_file = std::move(plan_file);
+  if (answer.plan_file.empty()) answer.plan_file = head.plan_called.word;
   if (answer.plan_file.empty()) answer.plan_file = head.plan_name + ".toml";
   Gathering gathering(head, answer);
   results([&](const CaseResult& result) { gathering.add(result); });

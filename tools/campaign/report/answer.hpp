@@ -86,7 +86,9 @@ struct Answer {
   static constexpr std::size_t kMostOfOutcome = 25'000;
 
   CampaignHead head;
-  std::string plan_file;  // as it is called in commands: "plans/every_fault.toml"
+  std::string plan_file;      // as it is called in commands: "plans/every_fault.toml"
+  std::string store_file;     // which has the values of the cases of `adaptive`; empty: not known
+  std::uint64_t missing = 0;  // cases of the plan that have no result
   KindAnswer all;
   std::vector<KindAnswer> kinds;  // in the plan's order
   Space space;
@@ -100,7 +102,7 @@ struct Answer {
   std::string command_of(std::uint64_t number) const;
 };
 
-/// `plan_file` is for commands; empty: the plan's name and ".toml".
+/// `plan_file` is for commands; empty: as the head says, or else the plan's name and ".toml".
 Answer answer_of(const CampaignHead& head, const CaseStream& results, std::string plan_file = "");
 
 }  // namespace lk::emulator

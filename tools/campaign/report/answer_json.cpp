@@ -173,8 +173,10 @@ Json smallest_json(const Answer& answer) {
 Json thresholds_json(const std::vector<ThresholdResult>& thresholds) {
   Json list = Json::array();
   for (const ThresholdResult& one : thresholds) {
-    list.push_back(
-        {{"text", one.text}, {"holds", one.holds}, {"measured", optional_json(one.measured)}});
+    list.push_back({{"text", one.text},
+                    {"holds", one.holds},
+                    {"measured", optional_json(one.measured)},
+                    {"missing", one.missing}});
   }
   return list;
 }

@@ -1,32 +1,14 @@
 #include "tools/campaign/report/comparison.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
-
-constexpr std::uint8_t kAbsent = kCaseOutcomes;
-
-/// Outcomes by number.
-class Outcomes {
- public:
-  void set(std::uint64_t number, std::uint8_t outcome) {
-    if (number >= list_.size()) list_.resize(number + 1, kAbsent);
-    list_[number] = outcome;
-  }
-  std::uint8_t at(std::uint64_t number) const {
-    return number < list_.size() ? list_[number] : kAbsent;
-  }
-  std::uint64_t present() const {
-    return list_.size() - static_cast<std::uint64_t>(std::ranges::count(list_, kAbsent));
-  }
-
- private:
-  std::vector<std::uint8_t> list_;
-};
 
 [[noreturn]] void refuse_other_plan(const std::string& what) {
   throw StartError("compare: the campaigns are not of the same plan: " + on_one_line(what));
@@ -75,6 +57,18 @@ void check_number(const CampaignHead& head, const CaseResult& result) {
   }
 }
 
+/// Dimensions tell their ends only: what is drawn between them, a list or a weight may differ.
+void check_same_case(const CampaignHead& head, const CaseResult& before, const CaseResult& now) {
+  const auto text = [](const std::optional<CaseValue>& value) {
+    return value ? value_text(*value) : std::string("nothing");
+  };
+  for (std::size_t n = 0; n < head.dimensions.size(); ++n) {
+    if (before.values[n] == now.values[n]) continue;
+    refuse_other_plan("case " + std::to_string(now.number) + " had " + head.dimensions[n].name +
+                      " = " + text(before.values[n]) + " and has " + text(now.values[n]));
+  }
+}
+
 void count_move(Comparison& comparison, CaseOutcome before, const CaseResult& result) {
   const CaseOutcome now = result.outcome;
   ++comparison.moves.at(static_cast<std::size_t>(before)).at(static_cast<std::size_t>(now));
@@ -96,30 +90,30 @@ void count_move(Comparison& comparison, CaseOutcome before, const CaseResult& re
 
 }  // namespace
 
-Comparison compare_campaigns(const CampaignHead& before, const CaseStream& results_before,
-                             const CampaignHead& now, const CaseStream& results_now) {
+Comparison compare_campaigns(const CampaignHead& before, const CaseSource& next_before,
+                             const CampaignHead& now, const CaseSource& next_now) {
   check_same_plan(before, now);
-  Outcomes outcomes;
-  results_before([&](const CaseResult& result) {
-    check_number(before, result);
-    outcomes.set(result.number, static_cast<std::uint8_t>(result.outcome));
-  });
   Comparison comparison;
   comparison.before = before;
   comparison.now = now;
-  std::uint64_t met = 0;
-  results_now([&](const CaseResult& result) {
-    check_number(now, result);
-    const std::uint8_t was = outcomes.at(result.number);
-    if (was == kAbsent) {
-      ++comparison.only_now;
+  const CaseResult* old_one = next_before();
+  const CaseResult* new_one = next_now();
+  while (old_one != nullptr || new_one != nullptr) {
+    const bool old_is_due =
+        new_one == nullptr || (old_one != nullptr && old_one->number <= new_one->number);
+    const bool new_is_due =
+        old_one == nullptr || (new_one != nullptr && new_one->number <= old_one->number);
+    if (old_is_due) check_number(before, *old_one);
+    if (new_is_due) check_number(now, *new_one);
+    if (old_is_due && new_is_due) {
+      check_same_case(now, *old_one, *new_one);
+      count_move(comparison, old_one->outcome, *new_one);
     } else {
-      ++met;
-      count_move(comparison, static_cast<CaseOutcome>(was), result);
+      ++(old_is_due ? comparison.only_before : comparison.only_now);
     }
-  });
-  comparison.only_before = outcomes.present() - met;
-  std::ranges::sort(comparison.cases, {}, [](const WorseCase& one) { return one.now.number; });
+    if (old_is_due) old_one = next_before();
+    if (new_is_due) new_one = next_now();
+  }
   return comparison;
 }
 

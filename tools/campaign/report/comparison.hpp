@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "tools/campaign/report/answer.hpp"
@@ -36,10 +37,13 @@ struct Comparison {
   bool is_worse() const { return worse > 0; }
 };
 
-/// The same number has to mean the same case: throws StartError where sampling, seed, numbers or
-/// dimensions differ, and for `adaptive`, whose cases depend on results. Takes a byte for each
-/// number of the plan up to the highest that was met.
-Comparison compare_campaigns(const CampaignHead& before, const CaseStream& results_before,
-                             const CampaignHead& now, const CaseStream& results_now);
+/// Gives one result after the other, by ascending number; null after the last. Each stands until
+/// the next is asked for.
+using CaseSource = std::function<const CaseResult*()>;
+
+/// The same number has to mean the same case: throws StartError where sampling, seed, numbers,
+/// dimensions or the values of a case differ, and for `adaptive`, whose cases depend on results.
+Comparison compare_campaigns(const CampaignHead& before, const CaseSource& next_before,
+                             const CampaignHead& now, const CaseSource& next_now);
 
 }  // namespace lk::emulator

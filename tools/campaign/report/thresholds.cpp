@@ -138,8 +138,9 @@ std::vector<ThresholdResult> check_thresholds(const Answer& answer,
   std::vector<ThresholdResult> results;
   for (const Threshold& one : thresholds) {
     const std::optional<double> value = measured(answer, one);
-    const bool holds = value && (one.at_least ? *value >= one.limit : *value <= one.limit);
-    results.push_back({one.text, holds, value});
+    const bool holds =
+        answer.missing == 0 && value && (one.at_least ? *value >= one.limit : *value <= one.limit);
+    results.push_back({one.text, holds, value, answer.missing});
   }
   return results;
 }
@@ -147,7 +148,9 @@ std::vector<ThresholdResult> check_thresholds(const Answer& answer,
 std::string threshold_sentence(const ThresholdResult& result) {
   const std::string measured =
       result.measured ? "measured " + number_text(*result.measured) : "nothing to measure";
-  return result.text + ": " + measured;
+  return result.text + ": " + measured +
+         (result.missing > 0 ? ", but " + std::to_string(result.missing) + " cases are missing"
+                             : "");
 }
 
 }  // namespace lk::emulator

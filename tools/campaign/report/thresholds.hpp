@@ -38,13 +38,14 @@ struct ThresholdResult {
   bool holds = false;
   /// Nothing: there is nothing to measure (no dangerous case, no detection), and it does not hold.
   std::optional<double> measured;
+  std::uint64_t missing = 0;  // cases that have no result: it does not hold, whatever is measured
 };
 /// Throws StartError: a kind that the plan does not have, a bound of a campaign whose sampling is
 /// not random.
 std::vector<ThresholdResult> check_thresholds(const Answer& answer,
                                               const std::vector<Threshold>& thresholds);
 
-/// "coverage>=0.99: measured 0.994565".
+/// "coverage>=0.99: measured 0.994565", and how many cases are missing.
 std::string threshold_sentence(const ThresholdResult& result);
 
 }  // namespace lk::emulator

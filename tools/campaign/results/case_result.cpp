@@ -11,4 +11,10 @@ std::string value_text(const CaseValue& value) {
   return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
+std::uint64_t missing_cases(const CampaignHead& head, std::uint64_t count) {
+  const bool known = head.numbers <= kMostCounted || head.cases < head.numbers ||
+                     head.plan_text.find("exclude") == std::string::npos;
+  return known && count < head.cases ? head.cases - count : 0;
+}
+
 }  // namespace lk::emulator

@@ -88,6 +88,12 @@ enum class Sampling : std::uint8_t { kFull, kRandom, kLatin, kPairwise, kAdaptiv
 inline constexpr std::array<std::string_view, 5> kSamplingWords = {"full", "random", "latin",
                                                                    "pairwise", "adaptive"};
 
+/// What the plan was called on the command line. Whatever it is, the campaign is the same.
+struct PlanCalled {
+  std::string word;  // "plans/every_fault.toml", "every_fault"; empty: not known
+  friend bool operator==(const PlanCalled&, const PlanCalled&) { return true; }
+};
+
 /// Which campaign results are of. All of a campaign's shards have the same.
 struct CampaignHead {
   std::string version;     // of the program
@@ -101,7 +107,14 @@ struct CampaignHead {
   std::uint64_t cases = 0;               // of these, those that are not excluded; as far as known
   std::optional<SimTime> tolerant_time;  // the fault-tolerant time, from the first effect
   std::vector<DimensionHead> dimensions;
+  PlanCalled plan_called;  // for commands that run its cases again: as a path was given
   friend bool operator==(const CampaignHead&, const CampaignHead&) = default;
 };
+
+/// Cases are counted one by one up to so many numbers.
+inline constexpr std::uint64_t kMostCounted = 1'000'000;
+/// How many cases of its plan a file does not have that has `count`. 0 too where nobody knows: of a
+/// plan that excludes some of more than kMostCounted numbers.
+std::uint64_t missing_cases(const CampaignHead& head, std::uint64_t count);
 
 }  // namespace lk::emulator

@@ -138,6 +138,9 @@ std::string MergeSummary::text() const {
   if (missing.size() > kNamed) {
     text += " and " + std::to_string(missing.size() - kNamed) + " more";
   }
+  if (missing.empty() && lacks > 0) {
+    text += "; missing: " + std::to_string(lacks) + " of shards that were interrupted";
+  }
   return text;
 }
 
@@ -147,7 +150,8 @@ MergeSummary merge_campaigns(const fs::path& out, std::span<const fs::path> path
   Parts parts = open_parts(paths);
   const CampaignHead& head = parts.front()->store.head();
   const std::vector<Shard> shards = shards_of(parts);
-  MergeSummary summary{.cases = 0, .of = head.cases, .missing = missing_of(shards)};
+  MergeSummary summary{
+      .cases = 0, .of = head.cases, .lacks = 0, .missing = missing_of(shards), .is_whole = false};
   {
     Database database(file.unfinished());
     write_schema(database, head);
@@ -158,6 +162,9 @@ MergeSummary merge_campaigns(const fs::path& out, std::span<const fs::path> path
     all.commit();
   }
   file.finish();
+  summary.lacks = missing_cases(head, summary.cases);
+  summary.is_whole =
+      head.sampling == Sampling::kAdaptive || (summary.lacks == 0 && summary.missing.empty());
   return summary;
 }
 

@@ -14,8 +14,11 @@ namespace lk::emulator {
 struct MergeSummary {
   std::uint64_t cases = 0;     // that are there
   std::uint64_t of = 0;        // as the head says
+  std::uint64_t lacks = 0;     // cases
   std::vector<Shard> missing;  // shards of which no part is
-  /// "9000 of 10000 cases; missing: shard 3/10"
+  bool is_whole = false;       // or on its way, of `adaptive`, whose shards need those before
+  /// "9000 of 10000 cases; missing: shard 3/10", "9990 of 10000 cases; missing: 10 of shards that
+  /// were interrupted"
   std::string text() const;
 };
 

@@ -88,7 +88,7 @@ std::vector<Object> objects(const CampaignHead& head) {
        "CREATE TABLE campaign (version TEXT NOT NULL, plan_name TEXT NOT NULL, "
        "about TEXT NOT NULL, plan_text TEXT NOT NULL, input_hash TEXT NOT NULL, "
        "sampling TEXT NOT NULL, seed INTEGER NOT NULL, numbers INTEGER NOT NULL, "
-       "cases INTEGER NOT NULL, tolerant_time_ns INTEGER) STRICT"},
+       "cases INTEGER NOT NULL, tolerant_time_ns INTEGER, plan_called TEXT NOT NULL) STRICT"},
       {"dimensions",
        "CREATE TABLE dimensions (position INTEGER PRIMARY KEY, name TEXT NOT NULL, "
        "least REAL NOT NULL, most REAL NOT NULL, harmless_is_most INTEGER NOT NULL) STRICT"},
@@ -131,7 +131,7 @@ void write_dimensions(const Database& database, const CampaignHead& head) {
 }
 
 void write_head(const Database& database, const CampaignHead& head) {
-  Statement campaign(database, "INSERT INTO campaign VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  Statement campaign(database, "INSERT INTO campaign VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   campaign.bind(head.version).bind(head.plan_name).bind(head.about).bind(head.plan_text);
   campaign.bind(head.input_hash).bind(kSamplingWords[static_cast<std::size_t>(head.sampling)]);
   campaign.bind(std::bit_cast<std::int64_t>(head.seed));
@@ -139,7 +139,7 @@ void write_head(const Database& database, const CampaignHead& head) {
   campaign.bind(static_cast<std::int64_t>(head.cases));
   head.tolerant_time ? campaign.bind(std::int64_t{head.tolerant_time->count()})
                      : campaign.bind_nothing();
-  campaign.run();
+  campaign.bind(head.plan_called.word).run();
 }
 
 /// Outcomes have their own numbers; every other word has the next one that is free.
@@ -200,6 +200,7 @@ CampaignHead read_campaign(const Database& database) {
   head.numbers = static_cast<std::uint64_t>(row.integer(0, kMostNumbers));
   head.cases = static_cast<std::uint64_t>(row.integer(0, kMostNumbers));
   if (!row.next_is_nothing()) head.tolerant_time = SimTime(row.integer(0));
+  head.plan_called.word = row.text();
   return head;
 }
 

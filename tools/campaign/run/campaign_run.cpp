@@ -12,7 +12,7 @@
 namespace lk::emulator {
 namespace {
 
-// Enough for neighbours in time to be close, few enough to lose little when all is killed.
+// Enough for neighbours in time to be close.
 constexpr std::uint64_t kMostInPile = 128;
 constexpr std::uint64_t kLeastInPile = 8;
 

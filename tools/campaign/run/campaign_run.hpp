@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <thread>
 #include <vector>
 
 #include "tools/campaign/plan/plan.hpp"
@@ -13,8 +14,8 @@
 
 namespace lk::emulator {
 
-/// Runs cases, in a thread of its own.
-using CaseRunner = std::function<std::vector<CaseResult>(std::span<const CaseToRun>)>;
+/// Runs cases, in a thread of its own, and hands over what is finished as it goes.
+using CaseRunner = std::function<void(std::span<const CaseToRun>, const ResultTaker&)>;
 
 struct CampaignOptions {
   int jobs = 1;
@@ -40,8 +41,13 @@ std::uint64_t generations_of(const Plan& plan);
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner);
 
+/// As many threads as can be started, up to `count`.
+void start_threads(std::vector<std::jthread>& threads, int count,
+                   const std::function<void()>& work);
+
 /// Threads that each take the next pile of cases; what they give goes to `done`, on the calling
-/// thread, in any order. Ends early when `stop` says so.
+/// thread, in any order. Ends early when `stop` says so. Throws StartError when not a single thread
+/// can be started; else goes on with those there are.
 void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
                     const std::function<std::vector<CaseToRun>()>& next_pile,
                     const std::function<void(const std::vector<CaseResult>&)>& done,

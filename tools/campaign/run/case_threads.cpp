@@ -5,9 +5,11 @@
 #include <iterator>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "emulator/ground/start_error.hpp"
 #include "tools/campaign/run/campaign_run.hpp"
 
 namespace lk::emulator {
@@ -19,18 +21,26 @@ class Exchange {
   /// Nothing: there is no more.
   std::optional<std::vector<CaseToRun>> take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return !piles_.empty() || closed_; });
+    changed_.wait(lock, [&] { return !piles_.empty() || dropped_; });
     if (piles_.empty()) return std::nullopt;
     std::vector<CaseToRun> pile = std::move(piles_.front());
     piles_.pop_front();
     ++running_;
     return pile;
   }
-  void give(std::vector<CaseResult> results, std::exception_ptr problem) {
+  /// Returns whether the rest of the pile is still wanted.
+  bool give(std::vector<CaseResult> results) {
+    const std::scoped_lock lock(mutex_);
+    results_.insert(results_.end(), std::make_move_iterator(results.begin()),
+                    std::make_move_iterator(results.end()));
+    changed_.notify_all();
+    return !dropped_;
+  }
+  /// A pile is done.
+  void end(const std::exception_ptr& problem) {
     const std::scoped_lock lock(mutex_);
     --running_;
     if (problem && !problem_) problem_ = problem;
-    if (!results.empty()) results_.push_back(std::move(results));
     changed_.notify_all();
   }
   void put(std::vector<CaseToRun> pile) {
@@ -38,11 +48,11 @@ class Exchange {
     piles_.push_back(std::move(pile));
     changed_.notify_all();
   }
-  /// No more piles come; with `drop`, those that wait are not run either.
-  void close(bool drop) {
+  /// No more piles come; those that wait are not run either, those that run end early.
+  void drop() {
     const std::scoped_lock lock(mutex_);
-    closed_ = true;
-    if (drop) piles_.clear();
+    dropped_ = true;
+    piles_.clear();
     changed_.notify_all();
   }
   std::size_t waiting() {
@@ -55,12 +65,11 @@ class Exchange {
   }
   /// Results, as soon as there are any, or after a while; nothing runs any more and none are left:
   /// false.
-  bool collect(std::vector<std::vector<CaseResult>>& out) {
+  bool collect(std::vector<CaseResult>& out) {
     constexpr auto kGlance = std::chrono::milliseconds(200);
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, kGlance, [&] { return !results_.empty() || idle(); });
-    out.assign(std::make_move_iterator(results_.begin()), std::make_move_iterator(results_.end()));
-    results_.clear();
+    out = std::exchange(results_, {});
     return !out.empty() || !idle();
   }
   std::exception_ptr problem() {
@@ -74,28 +83,37 @@ class Exchange {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::vector<CaseToRun>> piles_;
-  std::vector<std::vector<CaseResult>> results_;
+  std::vector<CaseResult> results_;
   std::exception_ptr problem_;
   std::size_t running_ = 0;
-  bool closed_ = false;
+  bool dropped_ = false;
 };
 
 void work(Exchange& exchange, const std::function<CaseRunner()>& runner) {
   CaseRunner run;
   while (const auto pile = exchange.take()) {
-    std::vector<CaseResult> results;
     std::exception_ptr problem;
     try {
       if (!run) run = runner();
-      results = run(*pile);
+      run(*pile, [&](std::vector<CaseResult> some) { return exchange.give(std::move(some)); });
     } catch (...) {
       problem = std::current_exception();
     }
-    exchange.give(std::move(results), problem);
+    exchange.end(problem);
   }
 }
 
 }  // namespace
+
+void start_threads(std::vector<std::jthread>& threads, int count,
+                   const std::function<void()>& work) {
+  threads.reserve(static_cast<std::size_t>(count));
+  try {
+    for (int n = 0; n < count; ++n) threads.emplace_back(work);
+  } catch (const std::system_error&) {
+    // No memory for a stack, or no process left.
+  }
+}
 
 void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
                     const std::function<std::vector<CaseToRun>()>& next_pile,
@@ -105,26 +123,25 @@ void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
   std::vector<std::jthread> threads;
   struct Closing {  // whatever happens, before the threads are joined
     Exchange& exchange;
-    ~Closing() { exchange.close(true); }
+    ~Closing() { exchange.drop(); }
   };
-  for (int n = 0; n < jobs; ++n) {
-    threads.emplace_back([&] { work(exchange, runner); });
-  }
   const Closing closing{exchange};
+  start_threads(threads, jobs, [&] { work(exchange, runner); });
+  if (threads.empty()) throw StartError("no thread can be started: too little memory");
   bool more = true;
-  std::vector<std::vector<CaseResult>> finished;
+  std::vector<CaseResult> finished;
   for (;;) {
     if (more && (stop() || exchange.failed())) {
       more = false;
-      exchange.close(true);
+      exchange.drop();
     }
-    while (more && exchange.waiting() < static_cast<std::size_t>(jobs)) {
+    while (more && exchange.waiting() < threads.size()) {
       std::vector<CaseToRun> pile = next_pile();
       more = !pile.empty();
       if (more) exchange.put(std::move(pile));
     }
     const bool busy = exchange.collect(finished);
-    for (const auto& results : finished) done(results);
+    if (!finished.empty()) done(finished);
     if (!busy && !more) break;
   }
   if (const auto problem = exchange.problem()) std::rethrow_exception(problem);

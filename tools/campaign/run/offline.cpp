@@ -1,6 +1,7 @@
 #include "tools/campaign/run/offline.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -78,28 +79,36 @@ std::vector<OfflineRunner::Lane> OfflineRunner::lanes_of(std::span<const CaseToR
 }
 
 std::vector<CaseResult> OfflineRunner::run(std::span<const CaseToRun> cases) {
+  std::vector<CaseResult> results;
+  run(cases, [&](std::vector<CaseResult> some) {
+    std::ranges::move(some, std::back_inserter(results));
+    return true;
+  });
+  std::ranges::sort(results, {}, &CaseResult::number);
+  return results;
+}
+
+void OfflineRunner::run(std::span<const CaseToRun> cases, const ResultTaker& take) {
   if (groups_.size() > kMostGroups) groups_.clear();
   std::vector<Lane> lanes = lanes_of(cases);
-  std::vector<CaseResult> results;
   std::vector<Lane> mixed;  // those that have little company of their own
   for (auto first = lanes.begin(); first != lanes.end();) {
     const auto last = std::find_if(first, lanes.end(),
                                    [&](const Lane& lane) { return lane.group != first->group; });
     if (last - first >= static_cast<std::ptrdiff_t>(kTogether / 2)) {
-      run_group({first, last}, results);
+      if (!run_group({first, last}, take)) return;
     } else {
       mixed.insert(mixed.end(), first, last);
     }
     first = last;
   }
   for (std::size_t n = 0; n < mixed.size(); n += kTogether) {
-    run_mixed(std::span(mixed).subspan(n, std::min(kTogether, mixed.size() - n)), results);
+    const auto some = std::span(mixed).subspan(n, std::min(kTogether, mixed.size() - n));
+    if (!run_mixed(some, take)) return;
   }
-  std::ranges::sort(results, {}, &CaseResult::number);
-  return results;
 }
 
-void OfflineRunner::run_group(std::span<Lane> lanes, std::vector<CaseResult>& results) {
+bool OfflineRunner::run_group(std::span<Lane> lanes, const ResultTaker& take) {
   Group& group = *lanes.front().group;
   Start base{ScenarioRun(group.group.scenario), {}};
   const std::size_t together = sharing_.lanes ? kTogether : 1;
@@ -107,15 +116,19 @@ void OfflineRunner::run_group(std::span<Lane> lanes, std::vector<CaseResult>& re
     const auto some = lanes.subspan(n, std::min(together, lanes.size() - n));
     if (sharing_.prefix) bring_to(base.run, base.watch, begin_of(some.front().fault) - SimTime{1});
     run_together(some, std::vector(some.size(), base));
+    if (!group.end) group.end = seen_without(group, base);
+    if (!take(judged(some))) return false;
   }
-  if (!group.end) {
-    bring_to(base.run, base.watch, group.group.scenario.duration);
-    group.end = SeenRun{base.run.verdict(), base.watch.heard()};
-  }
-  for (const Lane& lane : lanes) results.push_back(judged(lane));
+  return true;
 }
 
-void OfflineRunner::run_mixed(std::span<Lane> lanes, std::vector<CaseResult>& results) {
+/// A group without a fault, from where it has come to.
+SeenRun OfflineRunner::seen_without(const Group& group, Start from) const {
+  bring_to(from.run, from.watch, group.group.scenario.duration);
+  return {from.run.verdict(), from.watch.heard()};
+}
+
+bool OfflineRunner::run_mixed(std::span<Lane> lanes, const ResultTaker& take) {
   std::vector<Start> starts;
   std::vector<Lane> without;  // a fault: the references that are missing
   std::vector<Start> without_starts;
@@ -130,7 +143,7 @@ void OfflineRunner::run_mixed(std::span<Lane> lanes, std::vector<CaseResult>& re
   if (!without.empty()) run_together(without, without_starts);
   for (Lane& lane : without) lane.group->end = std::move(lane.seen);
   run_together(lanes, starts);
-  for (const Lane& lane : lanes) results.push_back(judged(lane));
+  return take(judged(lanes));
 }
 
 void OfflineRunner::run_together(std::span<Lane> lanes, const std::vector<Start>& starts) const {
@@ -171,6 +184,12 @@ void OfflineRunner::run_together(std::span<Lane> lanes, const std::vector<Start>
   for (std::size_t n = 0; n < lanes.size(); ++n) {
     lanes[n].seen = {fleet.run(n).verdict(), lanes[n].watch.heard()};
   }
+}
+
+std::vector<CaseResult> OfflineRunner::judged(std::span<const Lane> lanes) const {
+  std::vector<CaseResult> results;
+  for (const Lane& lane : lanes) results.push_back(judged(lane));
+  return results;
 }
 
 CaseResult OfflineRunner::judged(const Lane& lane) const {

@@ -3,6 +3,7 @@
 /// @file Cases whose host is the scenario itself, computed side by side from shared beginnings.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -26,6 +27,9 @@ struct CaseToRun {
   CaseValues values;
 };
 
+/// Takes results; false: the other cases are not wanted any more.
+using ResultTaker = std::function<bool(std::vector<CaseResult>)>;
+
 /// What cases share; what comes out does not depend on it.
 struct OfflineSharing {
   bool lanes = true;   // eight cases in one bank
@@ -41,6 +45,8 @@ class OfflineRunner {
   /// Those of one group, and near in time, are cheapest together; results come by number. Throws
   /// ConfigError where values make no scenario.
   std::vector<CaseResult> run(std::span<const CaseToRun> cases);
+  /// The same; `take` gets eight at a time, or fewer, in any order.
+  void run(std::span<const CaseToRun> cases, const ResultTaker& take);
 
  private:
   /// A group, and what its run without a fault comes to.
@@ -65,9 +71,11 @@ class OfflineRunner {
 
   Group& group_of(const CaseValues& values);
   std::vector<Lane> lanes_of(std::span<const CaseToRun> cases);
-  void run_group(std::span<Lane> lanes, std::vector<CaseResult>& results);
-  void run_mixed(std::span<Lane> lanes, std::vector<CaseResult>& results);
+  bool run_group(std::span<Lane> lanes, const ResultTaker& take);
+  bool run_mixed(std::span<Lane> lanes, const ResultTaker& take);
   void run_together(std::span<Lane> lanes, const std::vector<Start>& starts) const;
+  SeenRun seen_without(const Group& group, Start from) const;
+  std::vector<CaseResult> judged(std::span<const Lane> lanes) const;
   CaseResult judged(const Lane& lane) const;
 
   const Plan& plan_;

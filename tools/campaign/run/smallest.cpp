@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -15,6 +16,7 @@
 #include "emulator/scenario/csv_writer.hpp"
 #include "tools/campaign/plan/case_files.hpp"
 #include "tools/campaign/plan/case_scenario.hpp"
+#include "tools/campaign/run/campaign_run.hpp"
 #include "tools/plot/run_picture.hpp"
 #include "tools/plot/svg.hpp"
 
@@ -54,13 +56,13 @@ std::vector<double> milder(const Dimension& dimension, double present) {
 }
 
 /// The mildest of `tried`, values of `dimension`, with the outcome of `present`; `present`: none.
-CaseResult mildest(OfflineRunner& runner, const CaseResult& present, std::size_t dimension,
-                   const std::vector<double>& tried) {
+CaseResult mildest(const Plan& plan, OfflineRunner& runner, const CaseResult& present,
+                   std::size_t dimension, const std::vector<double>& tried) {
   std::vector<CaseToRun> cases;
   for (std::size_t n = 0; n < tried.size(); ++n) {
     CaseToRun one{n, present.generation, present.values};
     one.values[dimension] = tried[n];
-    cases.push_back(std::move(one));
+    if (!is_excluded(plan, one.values)) cases.push_back(std::move(one));
   }
   for (CaseResult& result : runner.run(cases)) {
     if (result.outcome != present.outcome) continue;
@@ -115,6 +117,17 @@ std::vector<const CaseResult*> first_failures(const Plan& plan, const Answer& an
   return failures;
 }
 
+SmallestCase smallest_of(const Plan& plan, const Answer& answer, const CaseResult& failing) {
+  OfflineRunner runner(plan);
+  SmallestCase one;
+  one.result = shrunk(plan, runner, failing);
+  one.command = command_of(plan, answer, failing, one.result);
+  one.kind = kind_of(plan, one.result.values)->word;
+  one.outcome = one.result.outcome;
+  one.svg = picture_of_case(plan, one.result);
+  return one;
+}
+
 }  // namespace
 
 CaseResult shrunk(const Plan& plan, OfflineRunner& runner, const CaseResult& failing) {
@@ -125,7 +138,7 @@ CaseResult shrunk(const Plan& plan, OfflineRunner& runner, const CaseResult& fai
     for (std::size_t n = 0; n < plan.dimensions.size(); ++n) {
       if (!smallest.values[n] || !is_severity(plan.dimensions[n])) continue;
       const auto tried = milder(plan.dimensions[n], std::get<double>(*smallest.values[n]));
-      if (!tried.empty()) smallest = mildest(runner, smallest, n, tried);
+      if (!tried.empty()) smallest = mildest(plan, runner, smallest, n, tried);
     }
     if (smallest.values == before) break;
   }
@@ -161,20 +174,17 @@ std::vector<SmallestCase> smallest_cases(const Plan& plan, const Answer& answer,
   std::vector<std::optional<SmallestCase>> found(failures.size());
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
-    OfflineRunner runner(plan);
     for (std::size_t n = next++; n < failures.size() && !stop(); n = next++) {
-      SmallestCase one;
-      one.result = shrunk(plan, runner, *failures[n]);
-      one.command = command_of(plan, answer, *failures[n], one.result);
-      one.kind = kind_of(plan, one.result.values)->word;
-      one.outcome = one.result.outcome;
-      one.svg = picture_of_case(plan, one.result);
-      found[n] = std::move(one);
+      try {
+        found[n] = smallest_of(plan, answer, *failures[n]);
+      } catch (const std::exception&) {
+        // The report is worth more than this case: no memory, or results that somebody changed.
+      }
     }
   };
   {
     std::vector<std::jthread> threads;
-    for (int n = 1; n < jobs; ++n) threads.emplace_back(work);
+    start_threads(threads, jobs - 1, work);
     work();
   }
   std::vector<SmallestCase> smallest;

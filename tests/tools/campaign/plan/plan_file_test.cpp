@@ -59,6 +59,20 @@ TEST(PlanFile, RefusesWithTheReason) {
             "detect.host.says: \"(\" is no regular express");
 }
 
+TEST(PlanFile, RefusesExclusionsThatMeanSomethingElse) {
+  const auto excluding = [](const std::string& what) {
+    return problem("random", std::string(kJam) + "supply_V = { from = 20, to = 24 }",
+                   "cases = 1\n[[exclude]]\n" + what + "\n");
+  };
+  EXPECT_EQ(excluding("supply_V = { from = 21, too = 22 }"),
+            "exclude.supply_V: unknown key too; known are from, to");
+  EXPECT_EQ(excluding("supply_V = { from = 22, to = 21 }"),
+            "exclude.supply_V: the range is empty: to is below from");
+  EXPECT_EQ(excluding("fault.kind = { from = 1 }"),
+            "exclude.fault.kind: has words, and no range: give one or a list");
+  EXPECT_EQ(excluding("supply_V = { from = 23 }"), "nothing");
+}
+
 TEST(PlanFile, KnowsWhichFaultsADriveCanHave) {
   const Plan plan =
       plan_of("random", "fault.kind = { values = [\"jam\"], weights = [1] }\nfault.at_s = 1\n",

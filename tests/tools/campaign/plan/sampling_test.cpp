@@ -159,5 +159,62 @@ TEST(PairwiseSampling, LeavesOutWhatIsExcludedAndWhatBelongsToOthers) {
   EXPECT_EQ(with.size(), 3);
 }
 
+using MetPairs = std::set<std::tuple<std::size_t, std::size_t, std::string, std::string>>;
+
+void meet(const CaseValues& values, MetPairs& met) {
+  for (std::size_t a = 0; a < values.size(); ++a) {
+    for (std::size_t b = a + 1; b < values.size(); ++b) {
+      if (values[a] && values[b]) met.emplace(a, b, value_text(*values[a]), value_text(*values[b]));
+    }
+  }
+}
+
+// What `full` has, every combination that is not excluded, is what can meet.
+void expect_all_possible_pairs(const std::string& dimensions, const std::string& exclusions) {
+  const Plan every = plan_of("full", dimensions, exclusions);
+  const CaseNumbers numbers(every);
+  MetPairs possible;
+  std::set<std::string> allowed;
+  for (std::uint64_t n = 0; n < numbers.numbers(); ++n) {
+    const auto values = numbers.values(n);
+    if (!values) continue;
+    meet(*values, possible);
+    allowed.insert(text_of(*values));
+  }
+  MetPairs met;
+  for (const CaseValues& values : pairwise_cases(plan_of("pairwise", dimensions, exclusions))) {
+    EXPECT_TRUE(allowed.contains(text_of(values))) << text_of(values);
+    meet(values, met);
+  }
+  EXPECT_EQ(met, possible) << exclusions;
+}
+
+TEST(PairwiseSampling, LosesNoPairThatExclusionsLeavePossible) {
+  // The kind that brings most pairs is one that the exclusion forbids.
+  expect_all_possible_pairs(
+      "fault.kind = [\"jam\", \"cut\"]\nfault.id = 1\nfault.at_s = [1, 2]\n"
+      "fault.for_s = [0.1, 0.2]\nfault.jam.percent = 50\n",
+      "[[exclude]]\nfault.kind = \"jam\"\nfault.at_s = 1\n");
+  expect_all_possible_pairs(kTwoKinds, "[[exclude]]\nfault.kind = \"jam\"\nfault.at_s = 2\n");
+  // Narrow: 24 V with jam alone, at 1 s nothing but kick, and no long drop.
+  expect_all_possible_pairs(
+      std::string(kTwoKinds) + "supply_V = [20, 22, 24]\n",
+      "[[exclude]]\nfault.kind = [\"kick\", \"drop\"]\nsupply_V = { from = 23 }\n"
+      "[[exclude]]\nfault.kind = [\"jam\", \"drop\"]\nfault.at_s = 1\n"
+      "[[exclude]]\nfault.kind = \"drop\"\nfault.for_s = 0.5\nfault.probability = 1\n");
+}
+
+TEST(PairwiseSampling, RefusesWhatIsTooMuchToCover) {
+  try {
+    plan_of("pairwise",
+            "fault.kind = \"jam\"\nfault.id = 1\nfault.at_s = { from = 0, to = 4, step = 0.001 }\n"
+            "fault.jam.percent = { from = 1, to = 100, step = 0.01 }\n");
+    FAIL() << "40 million pairs";
+  } catch (const ConfigError& problem) {
+    EXPECT_EQ(problem.key, "sampling");
+    EXPECT_NE(problem.reason.find("10 million pairs"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace lk::emulator

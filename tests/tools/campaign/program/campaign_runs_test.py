@@ -2,6 +2,7 @@
 
 import os
 import re
+import resource
 import shlex
 import signal
 import subprocess
@@ -43,7 +44,7 @@ class Same(InADirectory):
                 for shard in "2/3", "0/3", "1/3":
                     parts.append(f"{name}-{shard[0]}.part")
                     self.campaign(f"{name}.toml", "-o", parts[-1], "--shard", shard, "--jobs", "2", "--quiet")
-                some = self.campaign("merge", "-o", f"{name}-some.db", *parts[:2]).stdout
+                some = self.campaign("merge", "-o", f"{name}-some.db", *parts[:2], status=1).stdout
                 self.assertIn("missing: shard 1/3", some)
                 self.campaign("merge", "-o", f"{name}-all.db", f"{name}-some.db", parts[2])
                 self.assertEqual(self.export(f"{name}-all.db"), self.export(f"{name}.db"))
@@ -62,6 +63,18 @@ class Same(InADirectory):
             self.campaign("merge", "-o", f"{n}.db", *so_far, f"{n}.part")
             merged = f"{n}.db"
         self.assertEqual(self.export(merged), self.export("p.db"))
+
+
+class Few(InADirectory):
+    def test_threads_for_want_of_memory(self):
+        self.write("p.toml", plan(24))
+        self.campaign("p.toml", "-o", "all.db", "--quiet")
+        memory = 1_500_000_000  # of addresses; a stack takes 8 MB of them
+        done = subprocess.run([LK_EMU, "campaign", "p.toml", "-j", "1024", "--quiet"], cwd=self.directory, timeout=300,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (memory, memory)),
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.export("p.db"), self.export("all.db"))
 
 
 class Killed(InADirectory):
@@ -110,11 +123,11 @@ class Interrupted(InADirectory):
         self.assertEqual(self.export(store).count("\n") - 1, int(said[1]))
         return said[2]
 
-    def go_on(self, command):
+    def go_on(self, command, status=0):
         path = f"{LK_EMU.parent}:{os.environ['PATH']}"
         done = subprocess.run(["sh", "-c", command], cwd=self.directory, env={**os.environ, "PATH": path},
                               capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.returncode, status, done.stderr)
         return done
 
     def test_says_how_to_go_on(self):
@@ -131,7 +144,7 @@ class Interrupted(InADirectory):
         command = self.interrupt(signal.SIGINT, "it's a plan.toml", "-o", "$(results) 1.db", "--shard", "1/2", "--json",
                                  "a b.json", "--require", "late>=0", "--quiet", store="$(results) 1.db")
         self.assertEqual(shlex.split(command)[-1], "--resume")
-        self.assertEqual(self.go_on(command).stdout, "")
+        self.assertEqual(self.go_on(command, 1).stdout, "late>=0: measured 0, but 3000 cases are missing\n")
         self.assertTrue((self.directory / "a b.json").exists())
         self.assertEqual(self.export("$(results) 1.db").count("\n") - 1, 3000)
 

@@ -48,6 +48,26 @@ class Refused(InADirectory):
             self.refused("p.toml", option, "nowhere/report", says=f"{option}.*nowhere")
         self.assertFalse((self.directory / "p.db").exists())
 
+    def test_reports_in_place_of_other_files(self):
+        self.write("p.toml", plan(10))
+        self.campaign("p.toml", "--quiet")
+        self.write("q.toml", plan(10))
+        (self.directory / "link.html").symlink_to("p.db")
+        (self.directory / "folder").mkdir()
+        for words, says in [(["report", "p.db", "--html", "p.db"], "--html: p.db is also the file of the results"),
+                            (["report", "p.db", "--json", "link.html"], "--json: link.html is also"),
+                            (["report", "p.db", "--html", "a", "--junit", "./a"], "--junit: ./a is also for --html"),
+                            (["compare", "p.db", "p.db", "--json", "folder/../p.db"], "--json: .*results"),
+                            (["report", "p.db", "--html", "folder"], "--html: folder is a directory"),
+                            (["q.toml", "--html", "q.db"], "--html: q.db is also the file of the results"),
+                            (["q.toml", "--json", "q.toml"], "--json: q.toml is also the plan")]:
+            self.refused(*words, says=says)
+
+    def test_a_load_of_a_bus_that_cannot_have_one(self):
+        for bitrate in "0", "[0, 1000000]":
+            self.write("bad.toml", plan(10, KINDS + f"bitrate = {bitrate}\nbus_load = [0, 0.5]\n"))
+            self.refused("bad.toml", says="bad.toml: .*bus_load: needs a CAN bus with a bitrate")
+
     def test_a_host_that_dies_even_without_a_fault(self):
         self.write("p.toml", plan(10, rest='[host]\ncommand = ["sh", "-c", "echo no module named can; exit 3"]\n'))
         for words in ["p.toml"], ["p.toml", "--dry-run"]:
@@ -114,6 +134,7 @@ class Refused(InADirectory):
         self.campaign("p.toml", "--quiet")
         there = {int(line.split(",")[0]) for line in self.export("p.db").splitlines()[1:]}
         self.assertEqual(len(there), 5)
+        self.refused("p.toml", "--case", str(min(there)), "--set", "supply_V=20", says="--set: the plan excludes")
         for number in set(range(10)) - there:
             self.refused("p.toml", "--case", str(number), says=f"case {number} is excluded")
 
@@ -222,6 +243,19 @@ class OneCase(InADirectory):
         self.assertIn("supply_V = 24", text)
         self.assertIn("silent", text)
         self.assertIn("at_s = 0.5", text)
+
+
+    def test_is_found_by_the_command_of_a_report_from_elsewhere(self):
+        (self.directory / "plans").mkdir()
+        self.write("plans/p.toml", plan(24))
+        self.write("a.toml", plan(24, sampling="adaptive"))
+        self.campaign("plans/p.toml", "-o", "p.db", "--quiet")
+        self.campaign("a.toml", "-o", "other.db", "--quiet")
+        for store in "p.db", "other.db":
+            told = self.campaign("report", store).stdout
+            line, number, command = re.search(r"^ *(case (\d+): .*)\n +lk-emu (campaign .*)$", told, re.M).groups()
+            self.assertIn(f"--case {number}", command)
+            self.assertEqual(self.campaign(*command.split()[1:]).stdout, line + "\n")
 
 
 class DryRun(InADirectory):

@@ -104,6 +104,7 @@ TEST(AnswerJson, HasItAll) {
   EXPECT_EQ(json["space"]["holes"], 8);
   EXPECT_EQ(json["space"]["met"][0], nlohmann::json({0, 2, 0, 4, 1}));
   EXPECT_EQ(json["required"][0]["holds"], true);
+  EXPECT_EQ(json["required"][0]["missing"], 0);
   EXPECT_EQ(json["smallest"][0]["svg"], "<svg/>");
   EXPECT_EQ(json["case_command"], "lk-emu campaign every_fault.toml --case ");
   const auto& residual = json["residual"];

@@ -141,5 +141,17 @@ TEST(Answer, CommandsFitAShell) {
   EXPECT_EQ(command("it's $(me).toml"), "lk-emu campaign 'it'\\''s $(me).toml' --case 4711");
 }
 
+TEST(Answer, CommandsCallThePlanAsItWasCalled) {
+  CampaignHead head = planted_head();
+  head.plan_called.word = "plans/a.toml";
+  EXPECT_EQ(answer_of(head, stream_of({})).command_of(1), "lk-emu campaign plans/a.toml --case 1");
+}
+
+TEST(Answer, CommandsOfAdaptiveNameTheResultsThatHaveTheValues) {
+  Answer answer = answer_of(planted_head(Sampling::kAdaptive), stream_of({}), "a.toml");
+  answer.store_file = "a night.db";
+  EXPECT_EQ(answer.command_of(1), "lk-emu campaign a.toml -o 'a night.db' --case 1");
+}
+
 }  // namespace
 }  // namespace lk::emulator

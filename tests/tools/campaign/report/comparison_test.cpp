@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "emulator/ground/start_error.hpp"
 #include "report_support.hpp"
@@ -17,15 +20,21 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::ThrowsMessage;
 
+/// By number, as a file of results gives them.
+CaseSource source_of(std::vector<CaseResult> results) {
+  const auto all = std::make_shared<std::vector<CaseResult>>(std::move(results));
+  return [all, n = std::size_t{0}]() mutable { return n < all->size() ? &(*all)[n++] : nullptr; };
+}
+
 Comparison compared(const std::vector<CaseOutcome>& before, const std::vector<CaseOutcome>& now) {
-  const auto stream = [](const std::vector<CaseOutcome>& outcomes) {
+  const auto source = [](const std::vector<CaseOutcome>& outcomes) {
     std::vector<CaseResult> results;
     for (const CaseOutcome outcome : outcomes) {
       results.push_back(planted_case(results.size(), "jam", outcome));
     }
-    return stream_of(results);
+    return source_of(results);
   };
-  return compare_campaigns(planted_head(), stream(before), planted_head(), stream(now));
+  return compare_campaigns(planted_head(), source(before), planted_head(), source(now));
 }
 
 TEST(Comparison, CountsWhatMoved) {
@@ -60,8 +69,8 @@ TEST(Comparison, CasesOfOneSideAreCounted) {
     return planted_case(number, "jam", CaseOutcome::kLate);
   };
   const Comparison comparison =
-      compare_campaigns(planted_head(), stream_of({late(9), late(2), late(3)}), planted_head(),
-                        stream_of({late(999), late(3)}));
+      compare_campaigns(planted_head(), source_of({late(2), late(3), late(9)}), planted_head(),
+                        source_of({late(3), late(999)}));
   EXPECT_EQ(comparison.only_before, 2);
   EXPECT_EQ(comparison.only_now, 1);
   EXPECT_EQ(comparison.same, 1);
@@ -71,7 +80,7 @@ TEST(Comparison, AnotherPlanIsRefused) {
   const auto refuses = [](const std::function<void(CampaignHead&)>& change, const char* why) {
     CampaignHead now = planted_head();
     change(now);
-    EXPECT_THAT([&] { compare_campaigns(planted_head(), stream_of({}), now, stream_of({})); },
+    EXPECT_THAT([&] { compare_campaigns(planted_head(), source_of({}), now, source_of({})); },
                 ThrowsMessage<StartError>(
                     AllOf(HasSubstr(why), HasSubstr("compare: "), Not(HasSubstr("\n")))))
         << why;
@@ -85,26 +94,41 @@ TEST(Comparison, AnotherPlanIsRefused) {
           "was not there");
 }
 
+// Of dimensions there are words and ends only: a list between them or weights may have changed.
+TEST(Comparison, OtherCasesOfTheSameNumbersAreRefused) {
+  const CaseResult before = planted_case(7, "jam", CaseOutcome::kLate);
+  CaseResult now = before;
+  const auto compare = [&] {
+    compare_campaigns(planted_head(), source_of({before}), planted_head(), source_of({now}));
+  };
+  EXPECT_NO_THROW(compare());
+  now.values[1] = 0.25;
+  EXPECT_THAT(compare,
+              ThrowsMessage<StartError>(HasSubstr("case 7 had fault.for_s = 0.1 and has 0.25")));
+  now.values[1].reset();
+  EXPECT_THAT(compare, ThrowsMessage<StartError>(HasSubstr("and has nothing")));
+}
+
 TEST(Comparison, AnotherVersionIsNotAnotherPlan) {
   CampaignHead now = planted_head();
   now.version = "1.1.0";
   now.input_hash = "ffff";
   now.tolerant_time.reset();
   const Comparison comparison =
-      compare_campaigns(planted_head(), stream_of({}), now, stream_of({}));
+      compare_campaigns(planted_head(), source_of({}), now, source_of({}));
   EXPECT_THAT(comparison_text(comparison, "a.toml"), HasSubstr("has changed in between"));
 }
 
 TEST(Comparison, AdaptiveCampaignsAreRefused) {
   const CampaignHead head = planted_head(Sampling::kAdaptive);
-  EXPECT_THAT([&] { compare_campaigns(head, stream_of({}), head, stream_of({})); },
+  EXPECT_THAT([&] { compare_campaigns(head, source_of({}), head, source_of({})); },
               ThrowsMessage<StartError>(HasSubstr("adaptive")));
 }
 
 // A file that somebody wrote must not make the program take all memory.
 TEST(Comparison, NumbersBeyondThePlanAreRefused) {
-  const CaseStream far = stream_of({planted_case(1ULL << 60U, "jam", CaseOutcome::kLate)});
-  EXPECT_THAT([&] { compare_campaigns(planted_head(), far, planted_head(), stream_of({})); },
+  const CaseSource far = source_of({planted_case(1ULL << 60U, "jam", CaseOutcome::kLate)});
+  EXPECT_THAT([&] { compare_campaigns(planted_head(), far, planted_head(), source_of({})); },
               ThrowsMessage<StartError>(HasSubstr("is not one of the 1000")));
 }
 

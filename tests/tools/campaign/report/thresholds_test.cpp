@@ -124,5 +124,14 @@ TEST(Thresholds, MistakesAreToldInOneLine) {
               ThrowsMessage<StartError>(HasSubstr("jam, drop, dip")));
 }
 
+// What is not there may be what would have failed.
+TEST(Thresholds, DoNotHoldWhereCasesAreMissing) {
+  Answer answer = nine_of_ten();
+  answer.missing = 3;
+  const ThresholdResult result = check_thresholds(answer, {parse_threshold("coverage>=0.9")}).at(0);
+  EXPECT_FALSE(result.holds);
+  EXPECT_EQ(threshold_sentence(result), "coverage>=0.9: measured 0.9, but 3 cases are missing");
+}
+
 }  // namespace
 }  // namespace lk::emulator

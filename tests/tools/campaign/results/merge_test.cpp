@@ -64,6 +64,7 @@ TEST_F(Merge, GivesTheBytesOfOneRunWhateverTheShards) {
     const Path all = at("all" + std::to_string(of));
     const auto summary = merge_campaigns(all, parts);
     EXPECT_EQ(summary.text(), "500 of 500 cases");
+    EXPECT_TRUE(summary.is_whole);
     EXPECT_EQ(exported(all), one) << of;
     EXPECT_EQ(CampaignStore::read(all).shards().size(), of);
     EXPECT_EQ(CampaignStore::read(all).head(), head);
@@ -83,6 +84,7 @@ TEST_F(Merge, SaysWhatIsMissing) {
   EXPECT_EQ(summary.of, 500u);
   EXPECT_EQ(summary.missing, (std::vector<Shard>{{1, 4}, {3, 4}}));
   EXPECT_EQ(summary.text(), "250 of 500 cases; missing: shard 1/4, 3/4");
+  EXPECT_FALSE(summary.is_whole);
 }
 
 TEST_F(Merge, NamesTenThatAreMissing) {

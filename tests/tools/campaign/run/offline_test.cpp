@@ -87,6 +87,28 @@ TEST(Offline, DoesNotDependOnCompany) {
   EXPECT_EQ(texts_of(one_runner.run(cases)), together) << "again";
 }
 
+TEST(Offline, HandsOverEightAtATimeAndStopsThen) {
+  const Plan plan = plan_of("short_move.toml",
+                            "fault.kind = \"silent\"\nfault.id = 1\n"
+                            "fault.at_s = { from = 0.1, to = 0.9 }\nfault.for_s = 0.1\n",
+                            "sampling = \"random\"\ncases = 20");
+  std::vector<std::uint64_t> numbers(20);
+  std::iota(numbers.begin(), numbers.end(), 0);
+  const std::vector<CaseToRun> cases = cases_of(plan, numbers);
+  std::vector<std::size_t> sizes;
+  const auto run = [&](std::size_t most) {
+    sizes.clear();
+    OfflineRunner(plan).run(cases, [&](std::vector<CaseResult> some) {
+      sizes.push_back(some.size());
+      return sizes.size() < most;
+    });
+  };
+  run(100);
+  EXPECT_EQ(sizes, (std::vector<std::size_t>{8, 8, 4}));
+  run(1);
+  EXPECT_EQ(sizes, std::vector<std::size_t>{8});
+}
+
 TEST(Offline, RunsNothingOfNothing) {
   const Plan plan =
       plan_of("joint_moves", "fault.kind = \"silent\"\nfault.at_s = 1\n", "sampling = \"full\"");

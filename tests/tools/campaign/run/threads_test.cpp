@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "tools/campaign/run/campaign_run.hpp"
 
@@ -29,8 +30,17 @@ std::vector<CaseResult> results_of(std::span<const CaseToRun> cases) {
   return results;
 }
 
-std::function<CaseRunner()> each(CaseRunner run) {
-  return [run] { return run; };
+using Computing = std::function<std::vector<CaseResult>(std::span<const CaseToRun>)>;
+
+/// A runner that hands over a pile as a whole.
+CaseRunner whole(Computing run) {
+  return [run = std::move(run)](std::span<const CaseToRun> cases, const ResultTaker& take) {
+    take(run(cases));
+  };
+}
+
+std::function<CaseRunner()> each(Computing run) {
+  return [run = whole(std::move(run))] { return run; };
 }
 
 struct Delivered {
@@ -63,7 +73,7 @@ TEST(Threads, MakeOneRunnerEach) {
       3,
       [&] {
         ++made;
-        return CaseRunner(results_of);
+        return whole(results_of);
       },
       piles(100), delivered.taker(), never);
   EXPECT_GE(made, 1);
@@ -90,7 +100,7 @@ TEST(Threads, LetExceptionsOfARunnerOutAndKeepWhatIsFinished) {
   for (const int jobs : {1, 4}) {
     std::mutex mutex;
     std::multiset<std::uint64_t> finished;
-    const CaseRunner run = [&](std::span<const CaseToRun> cases) {
+    const Computing run = [&](std::span<const CaseToRun> cases) {
       if (cases.front().number == 20) throw std::runtime_error("case 20");
       const std::scoped_lock lock(mutex);
       finished.insert(cases.front().number);
@@ -133,7 +143,7 @@ TEST(Threads, StopEarlyAndDeliverWhatRuns) {
   for (const int jobs : {1, 4}) {
     std::mutex mutex;
     std::multiset<std::uint64_t> finished;
-    const CaseRunner run = [&](std::span<const CaseToRun> cases) {
+    const Computing run = [&](std::span<const CaseToRun> cases) {
       const std::scoped_lock lock(mutex);
       finished.insert(cases.front().number);
       return results_of(cases);
@@ -147,6 +157,41 @@ TEST(Threads, StopEarlyAndDeliverWhatRuns) {
   }
 }
 
+// A pile may take minutes: what of it is finished is not lost, and Ctrl-C need not wait for the
+// rest.
+TEST(Threads, HandOverAndStopInTheMiddleOfAPile) {
+  constexpr std::uint64_t kFar = 10'000'000;
+  std::multiset<std::uint64_t> given;
+  const CaseRunner slow = [&](std::span<const CaseToRun>, const ResultTaker& take) {
+    for (std::uint64_t n = 0; n < kFar; ++n) {
+      given.insert(n);
+      std::vector<CaseResult> one(1);
+      one.front().number = n;
+      if (!take(std::move(one))) break;
+    }
+  };
+  Delivered delivered;
+  run_in_threads(
+      1, [&] { return slow; }, piles(1), delivered.taker(),
+      [&] { return !delivered.numbers.empty(); });
+  EXPECT_EQ(delivered.numbers, given);
+  EXPECT_LT(given.size(), kFar);
+}
+
+TEST(Threads, KeepWhatWasHandedOverBeforeAnException) {
+  const CaseRunner breaks = [](std::span<const CaseToRun> cases, const ResultTaker& take) {
+    take(results_of(cases));
+    throw std::runtime_error("later");
+  };
+  Delivered delivered;
+  EXPECT_EQ(problem_of([&] {
+              run_in_threads(
+                  1, [&] { return breaks; }, piles(1), delivered.taker(), never);
+            }),
+            "later");
+  EXPECT_EQ(delivered.numbers, std::multiset<std::uint64_t>{0});
+}
+
 TEST(Threads, ThatAreStoppedBeforehandRunNothing) {
   Delivered delivered;
   run_in_threads(2, each(results_of), piles(10), delivered.taker(), [] { return true; });
@@ -155,7 +200,7 @@ TEST(Threads, ThatAreStoppedBeforehandRunNothing) {
 
 // What a host runner returns when it is stopped: fewer than it was given.
 TEST(Threads, TakeFewerResultsThanCases) {
-  const CaseRunner run = [](std::span<const CaseToRun> cases) {
+  const Computing run = [](std::span<const CaseToRun> cases) {
     return cases.front().number % 2 == 0 ? results_of(cases) : std::vector<CaseResult>{};
   };
   Delivered delivered;

@@ -29,7 +29,8 @@ function requirements() {
   return el('ul', {class: 'required'}, ...answer.required.map((one) => el('li', {},
     el('span', {class: `chip ${one.holds ? 'good' : 'bad'}`, text: t(one.holds ? 'holds' : 'fails')}), ' ',
     el('code', {class: 'mono', text: one.text}), ' ',
-    el('span', {class: 'dim', text: one.measured === null ? t('nothing_measured') : t('measured', {value: figures(one.measured, 6)})}))));
+    el('span', {class: 'dim', text: one.measured === null ? t('nothing_measured') : t('measured', {value: figures(one.measured, 6)})}),
+    one.missing ? el('span', {class: 'dim', text: ` ${t('but_missing', {n: counted(one.missing)})}`}) : null)));
 }
 
 function overviewPanel() {

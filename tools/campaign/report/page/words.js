@@ -45,6 +45,7 @@ const kWords = {
   holds: ['holds', '满足'],
   fails: ['fails', '不满足'],
   measured: ['measured {value}', '实测 {value}'],
+  but_missing: ['but {n} cases are missing', '但缺少 {n} 个用例'],
   nothing_measured: ['nothing to measure', '无可测量'],
   required_none: ['nothing was required', '没有提出要求'],
 
