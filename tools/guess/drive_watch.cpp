@@ -212,7 +212,7 @@ void DriveWatch::see_several(const Told& told, const Sighting& sighting) {
 }
 
 void DriveWatch::see_state_1(const Sighting& sighting) {
-  const Payload& data = sighting.frame.data;
+  const protocol::Payload& data = sighting.frame.data;
   if (static_cast<std::int8_t>(data[1]) < kColdest_C) return;
   ValueSet layouts = state_1_layouts(data);
   if (layouts == 0) {
@@ -236,7 +236,7 @@ void DriveWatch::see_state_1(const Sighting& sighting) {
 
 /// An offset that has bits where only one of the layouts has them.
 void DriveWatch::see_zero(const Sighting& sighting) {
-  const Payload& data = sighting.frame.data;
+  const protocol::Payload& data = sighting.frame.data;
   ValueSet widths = 0;
   if ((data[4] | data[5]) == 0) widths |= only(kNarrow);
   if ((data[6] | data[7]) == 0) widths |= only(kWide);
@@ -244,7 +244,7 @@ void DriveWatch::see_zero(const Sighting& sighting) {
 }
 
 void DriveWatch::see_single_turn(const Sighting& sighting) {
-  const Payload& data = sighting.frame.data;
+  const protocol::Payload& data = sighting.frame.data;
   const auto wide_cdeg = get_le<std::uint32_t>(data, 4);
   const auto narrow_cdeg = get_le<std::uint16_t>(data, 6);
   if (wide_cdeg == 0 || (data[1] | data[2] | data[3]) != 0) return;
