@@ -30,14 +30,14 @@ def free_ports(count):
 
 
 class Bench:
-    """lk-emu inside with-vcan, reachable from here."""
+    """lk-emu inside with-vcan, reachable from here; without `ids` the options say which drives there are."""
 
     def __init__(self, program, ids, *options):
         self.http, self.host = free_ports(2)
         self.process = subprocess.Popen(
             [str(WITH_VCAN), "--forward", str(self.http), "--forward", str(self.host),
-             "/usr/bin/python3", str(HERE / "guest.py"), str(self.host), program, "--bus", "vcan0",
-             "--ids", ids, "--rom", ":memory:", "--control", "none",
+             "/usr/bin/python3", str(HERE / "guest.py"), str(self.host), program,
+             *(["--bus", "vcan0", "--ids", ids] if ids else []), "--rom", ":memory:", "--control", "none",
              "--http", f"127.0.0.1:{self.http}", *options], stdout=subprocess.PIPE)
         if not self.process.stdout.readline().startswith(b"lk-emu ready"):
             raise RuntimeError("lk-emu did not start")
