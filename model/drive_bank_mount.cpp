@@ -1,5 +1,6 @@
 // A shaft on a body that is computed elsewhere (docs/decisions/0031).
 #include <cassert>
+#include <cmath>
 
 #include "model/block_access.hpp"
 #include "model/drive_bank_state.hpp"
@@ -10,10 +11,18 @@
 namespace lk::model {
 namespace {
 
+/// rad, rad/s: what rounding makes of a joint on its way through a body.
+constexpr double kRounding = 1e-12;
+
 /// Rotor and output with their joint where the body has it; what is between them stays as it is.
-template <class State>
-void move(State& plant, std::size_t lane, double ratio, double rotor_share, double theta,
+/// What rests stays at rest, bit for bit: friction tells that from the smallest speed.
+template <class State, class Joint>
+void move(State& plant, std::size_t lane, double ratio, const Joint& joint, double theta,
           double omega) {
+  if (std::abs(theta - joint.theta) < kRounding && std::abs(omega - joint.omega) < kRounding) {
+    return;
+  }
+  const double rotor_share = joint.rotor_share;
   double& theta_m = lane_of(plant.theta, lane);
   double& omega_m = lane_of(plant.omega, lane);
   double& theta_out = lane_of(plant.theta_out, lane);
@@ -57,7 +66,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
   unit.mounted = true;
   unit.mounted_stiff = mount.stiff;
   unit.params.load = {.J = mount.J, .tau = mount.tau};
-  const double rotor_share = state_->joint(drive).rotor_share;
+  const State::Joint joint = state_->joint(drive);
   const MechanicsParams mechanics = with_faults(unit.params, unit.faults).mechanics;
   state_->with_block(drive, [&](auto& block, std::size_t lane) {
     // Of the plant's numbers these alone are others: all of them take too long, so often.
@@ -69,7 +78,7 @@ void DriveBank::mount(std::size_t drive, const Mount& mount) {
     lane_of(p.mobility, lane) = inertia.mobility;
     lane_of(p.mobility_out, lane) = inertia.mobility_out;
     lane_of(p.tau_load, lane) = mount.tau + unit.faults.load_torque;
-    move(block.plant, lane, mechanics.gear_ratio, rotor_share, mount.theta + unit.mounted_at,
+    move(block.plant, lane, mechanics.gear_ratio, joint, mount.theta + unit.mounted_at,
          mount.omega);
     const double stored = stored_energy(get<PlantParams<double>>(p, lane),
                                         get<PlantState<double>>(block.plant, lane));

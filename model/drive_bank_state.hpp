@@ -30,7 +30,7 @@ struct DriveBank::State {
     LifeState life;
     BrakeState brake;
     bool connected = true;
-    bool mounted = false;     // on a body, which faults of the drive do not make heavier
+    bool mounted = false;  // on a body, which faults of the drive do not make heavier
     bool mounted_stiff = false;
     double mounted_at = 0.0;  // rad: the shaft's angle, less the body's
     Faults faults;

@@ -13,6 +13,9 @@ namespace {
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
 
+/// Of a joint of a body that stands still: no drive turns it by a count in a day.
+constexpr double kImmovable_kg_m2 = 1e12;
+
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 std::string name_of(const mjModel& model, mjtObj kind, int index) {
@@ -66,7 +69,10 @@ MujocoBody::MujocoBody(const MujocoBody& other)
       substeps_(other.substeps_),
       names_(other.names_),
       hinges_(other.hinges_),
-      armature_changed_(other.armature_changed_),
+      parts_(other.parts_),
+      own_kg_(other.own_kg_),
+      frozen_(other.frozen_),
+      constants_changed_(other.constants_changed_),
       response_(other.response_),
       inertia_(other.inertia_),
       failure_(other.failure_) {}
@@ -79,12 +85,20 @@ void MujocoBody::find_joints() {
     hinges_.push_back(joint);
   }
   inertia_.resize(names_.size());
+  for (int body = 0; body < model_->nbody; ++body) {
+    parts_.push_back(body > 0 ? name_of(*model_, mjOBJ_BODY, body) : "");  // 0 is the world
+    own_kg_.push_back(model_->body_mass[body]);
+  }
 }
 
 JointView MujocoBody::joint(std::size_t joint) const {
   const int dof = model_->jnt_dofadr[hinges_[joint]];
   JointView view;
   view.angle_rad = data_->qpos[model_->jnt_qposadr[hinges_[joint]]];
+  if (frozen_) {
+    view.inertia_kg_m2 = kImmovable_kg_m2;
+    return view;
+  }
   view.speed_rad_s = data_->qvel[dof];
   view.inertia_kg_m2 = inertia_[joint];
   view.body_torque_Nm = view.inertia_kg_m2 * data_->qacc[dof] - data_->qfrc_applied[dof];
@@ -93,18 +107,18 @@ JointView MujocoBody::joint(std::size_t joint) const {
 
 void MujocoBody::set_armature(std::size_t joint, double inertia_kg_m2) {
   double& armature = model_->dof_armature[model_->jnt_dofadr[hinges_[joint]]];
-  armature_changed_ = armature_changed_ || armature != inertia_kg_m2;
+  constants_changed_ = constants_changed_ || armature != inertia_kg_m2;
   armature = inertia_kg_m2;
 }
 
 void MujocoBody::update() {
   if (failure_) return;
   try {
-    if (armature_changed_) {
+    if (constants_changed_) {
       // How soft constraints are is scaled by what moves; found at the model's own zero.
       const std::unique_ptr<mjData, Free> scratch(mj_makeData(model_.get()));
       mj_setConst(model_.get(), scratch.get());
-      armature_changed_ = false;
+      constants_changed_ = false;
     }
     mj_forward(model_.get(), data_.get());
     mj_checkAcc(model_.get(), data_.get());
@@ -150,8 +164,25 @@ void MujocoBody::find_response() {
   }
 }
 
+void MujocoBody::push(std::size_t part, const std::array<double, 3>& force_N,
+                      const std::array<double, 3>& torque_Nm) {
+  mjtNum* const applied = data_->xfrc_applied + 6 * part;
+  std::ranges::copy(force_N, applied);
+  std::ranges::copy(torque_Nm, applied + 3);
+}
+
+void MujocoBody::carry(std::size_t part, double mass_kg) {
+  model_->body_mass[part] = own_kg_[part] + mass_kg;
+  constants_changed_ = true;
+}
+
+void MujocoBody::freeze(bool on) {
+  frozen_ = on;
+  std::fill_n(data_->qvel, model_->nv, 0.0);
+}
+
 void MujocoBody::advance(std::span<const JointTorque> torques) {
-  if (failure_) return;
+  if (failure_ || frozen_) return;
   const double dt = model_->opt.timestep;
   try {
     for (int n = 0; n < substeps_ && !failure_; ++n) {

@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -33,6 +34,11 @@ class MujocoBody : public Mechanism {
   void set_armature(std::size_t joint, double inertia_kg_m2) override;
   void update() override;
   void advance(std::span<const JointTorque> torques) override;
+  std::span<const std::string> parts() const override { return parts_; }
+  void push(std::size_t part, const std::array<double, 3>& force_N,
+            const std::array<double, 3>& torque_Nm) override;
+  void carry(std::size_t part, double mass_kg) override;
+  void freeze(bool on) override;
   std::optional<std::string> failure() const override { return failure_; }
 
   const mjModel& model() const { return *model_; }
@@ -54,11 +60,14 @@ class MujocoBody : public Mechanism {
   SimTime step_;
   int substeps_ = 1;
   std::vector<std::string> names_;
-  std::vector<int> hinges_;       // of the model's joints
-  bool armature_changed_ = true;  // since constants were derived from it
-  std::vector<double> response_;  // nv x nv: its Cholesky factor
-  std::vector<double> inertia_;   // by names_
-  std::vector<double> slopes_;    // nv, kept for its memory, as the next
+  std::vector<int> hinges_;         // of the model's joints
+  std::vector<std::string> parts_;  // the model's bodies
+  std::vector<double> own_kg_;      // of these
+  bool frozen_ = false;
+  bool constants_changed_ = true;  // those that others are derived from
+  std::vector<double> response_;   // nv x nv: its Cholesky factor
+  std::vector<double> inertia_;    // by names_
+  std::vector<double> slopes_;     // nv, kept for its memory, as the next
   std::vector<double> work_;
   std::optional<std::string> failure_;
 };

@@ -1,5 +1,6 @@
 #include "emulator/config/config_body.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 
@@ -23,7 +24,8 @@ std::string short_number(double value) {
 void check_step(const TableReader& reader, const ServoConfig& servo, SimTime step) {
   const auto f_Hz = protocol::rounded(servo.profile.drive.inverter.f_pwm);
   if (f_Hz * step.count() % 1'000'000'000 == 0) return;
-  reader.fail("joint", "the body's step_ms, " + short_number(static_cast<double>(step.count()) / 1e6) +
+  reader.fail("joint", "the body's step_ms, " +
+                           short_number(static_cast<double>(step.count()) / 1e6) +
                            ", is no whole number of this drive's PWM periods (f_pwm_kHz = " +
                            short_number(static_cast<double>(f_Hz) / 1e3) + ")");
 }
@@ -31,8 +33,51 @@ void check_step(const TableReader& reader, const ServoConfig& servo, SimTime ste
 void check_alone(const TableReader& reader) {
   if (reader.has("load")) reader.fail("load", "the body is the load of a drive with a joint");
   if (reader.has("boot_angle_deg")) {
-    reader.fail("boot_angle_deg", "a drive with a joint starts where the body has it: use offset_deg");
+    reader.fail("boot_angle_deg",
+                "a drive with a joint starts where the body has it: use offset_deg");
   }
+}
+
+constexpr double kStrongest = 1e6;    // N, Nm; assumed
+constexpr double kHeaviest_kg = 1e4;  // assumed
+
+std::size_t read_part(TableReader& table, const Mechanism& body) {
+  std::vector<std::string> names;
+  for (const std::string& name : body.parts()) {
+    if (!name.empty()) names.push_back(name);
+  }
+  const auto place = table.choice("body", names);
+  if (!place) {
+    table.note_missing("body");
+    return 0;
+  }
+  const auto parts = body.parts();
+  return static_cast<std::size_t>(std::ranges::find(parts, names[*place]) - parts.begin());
+}
+
+Push read_push(TableReader table, const Mechanism& body) {
+  Push push;
+  push.part = read_part(table, body);
+  const auto force = table.numbers("force_N", 3, -kStrongest, kStrongest);
+  const auto torque = table.numbers("torque_Nm", 3, -kStrongest, kStrongest);
+  std::ranges::copy(force, push.force_N.begin());
+  std::ranges::copy(torque, push.torque_Nm.begin());
+  if (force.empty() && torque.empty()) table.note_missing("force_N");
+  const auto lasts = table.number("for_s", 0, 1e6);
+  if (!lasts) table.note_missing("for_s");
+  push.duration = SimTime(protocol::rounded(lasts.value_or(0) * 1e9));
+  table.finish();
+  return push;
+}
+
+Payload read_payload(TableReader table, const Mechanism& body) {
+  Payload payload;
+  payload.part = read_part(table, body);
+  const auto mass = table.number("mass_kg", 0, kHeaviest_kg);
+  if (!mass) table.note_missing("mass_kg");
+  payload.mass_kg = mass.value_or(0);
+  table.finish();
+  return payload;
 }
 
 }  // namespace
@@ -79,6 +124,17 @@ std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& serv
   }
   link.start_rad = body->joint(link.joint).angle_rad;
   return link;
+}
+
+std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body) {
+  std::optional<BodyAct> act;
+  for (const char* word : {"push", "payload", "freeze"}) {
+    if (reader.has(word) && body == nullptr) reader.fail(word, "the robot has no [body]");
+  }
+  if (const auto push = reader.table("push")) act = BodyAct{read_push(*push, *body)};
+  if (const auto payload = reader.table("payload")) act = BodyAct{read_payload(*payload, *body)};
+  if (const auto on = reader.boolean("freeze")) act = BodyAct{Freeze{*on}};
+  return act;
 }
 
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken) {

@@ -19,6 +19,9 @@ std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& 
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
                                     const Mechanism* body);
 
+/// Reads `push`, `payload` or `freeze`, where one of them is there.
+std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body);
+
 /// Refuses a joint that another drive of the robot turns too. `reader` is that of `servo`; `taken`
 /// has those of the drives that were read before.
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken);

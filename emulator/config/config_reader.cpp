@@ -192,6 +192,22 @@ std::vector<std::string> TableReader::texts(const std::string& key) {
   return all;
 }
 
+std::vector<double> TableReader::numbers(const std::string& key, std::size_t count, double min,
+                                         double max) {
+  std::vector<double> all;
+  const toml::node* node = ask(key);
+  if (node == nullptr) return all;
+  const std::string wanted = "must be an array of " + std::to_string(count) + " numbers";
+  if (!node->is_array() || node->as_array()->size() != count) fail(key, wanted);
+  for (const toml::node& element : *node->as_array()) {
+    if (!element.is_number()) fail(key, wanted);
+    const double value = *element.value<double>();
+    if (!(value >= min && value <= max)) fail(key, outside(print(value), print(min), print(max)));
+    all.push_back(value);
+  }
+  return all;
+}
+
 std::optional<std::size_t> TableReader::choice(const std::string& key,
                                                const std::vector<std::string>& words) {
   const auto word = text(key);

@@ -38,6 +38,8 @@ class TableReader {
   std::optional<std::string> text(const std::string& key);
   /// An array of strings; empty when absent.
   std::vector<std::string> texts(const std::string& key);
+  /// An array of `count` numbers; empty when absent.
+  std::vector<double> numbers(const std::string& key, std::size_t count, double min, double max);
   /// Index of the word found among `words`.
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
   std::optional<TableReader> table(const std::string& key);

@@ -3,6 +3,8 @@
 /// @file What can be done to a running bus besides sending frames: plain values, handled by the
 /// core.
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -63,16 +65,37 @@ struct ClearFault {
   std::string which;
 };
 inline constexpr std::string_view kPlanned = "planned";
+/// What pushes a part of the body, in the axes of the world, at the part's centre of mass.
+struct Push {
+  std::size_t part = 0;  // of Mechanism::parts()
+  std::array<double, 3> force_N{};
+  std::array<double, 3> torque_Nm{};
+  SimTime duration{0};
+};
+/// A part of the body carries so much at its centre of mass, in place of what it carried.
+struct Payload {
+  std::size_t part = 0;
+  double mass_kg = 0;
+};
+/// The body stands still, or moves again, from rest.
+struct Freeze {
+  bool on = true;
+};
+/// Of the body that drives of the bus are on; done when its next step begins.
+struct BodyAct {
+  std::variant<Push, Payload, Freeze> what;
+};
 /// Nothing but a note in logs and recordings.
 struct Mark {
   std::string text;
 };
 
-/// To the drive `id`, which must be on the bus; SetFault, ClearFault and Mark have kWholeBus.
+/// To the drive `id`, which must be on the bus; SetFault, ClearFault, BodyAct and Mark have
+/// kWholeBus.
 struct Directive {
   int id = kWholeBus;
   std::variant<PowerOn, PowerOff, PowerCycle, SupplyVoltage, Sag, AmbientTemperature, Load,
-               TurnShaft, Setting, SetFault, ClearFault, Mark>
+               TurnShaft, Setting, SetFault, ClearFault, BodyAct, Mark>
       what;
 };
 

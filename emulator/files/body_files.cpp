@@ -32,8 +32,8 @@ fs::path model_file(const std::string& robot_file, const std::string& model) {
     if (entry.path().extension() == ".xml") known.push_back(entry.path().stem().string());
   }
   std::ranges::sort(known);
-  throw std::invalid_argument("no body \"" + model + "\" (in " + shelf.string() +
-                              " there are: " + comma_list(known) + "; or give a path to an .xml file)");
+  throw std::invalid_argument("no body \"" + model + "\" (in " + shelf.string() + " there are: " +
+                              comma_list(known) + "; or give a path to an .xml file)");
 }
 
 }  // namespace

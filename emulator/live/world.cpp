@@ -215,15 +215,13 @@ Line::Progress World::bring_all_to(SimTime until, MonoTime deadline, Line::Patie
 
 bool World::exchange() {
   if (coupling_->under_way()) {
-    const bool was_well = !coupling_->failure();
     coupling_->finish(buses_);
-    if (was_well && coupling_->failure()) {
-      spdlog::error("{}; it stands still", *coupling_->failure());
-    }
     body_is_ready_ = !on_body_step || on_body_step();
   }
   if (!std::exchange(body_is_ready_, false)) return false;
+  const bool was_well = !coupling_->failure();
   coupling_->begin(buses_);
+  if (was_well && coupling_->failure()) spdlog::error("{}; it stands still", *coupling_->failure());
   return true;
 }
 
@@ -252,6 +250,8 @@ void World::body_is_ready() {
 MonoTime World::next_due() const {
   MonoTime first = MonoTime::max();
   if (waits_for_body()) return first;
+  // Whoever moves the body has to hear of each step in time.
+  if (coupling_ && on_body_step) first = clock_.to_mono(coupling_->next_due());
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
   }

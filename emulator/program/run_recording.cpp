@@ -1,5 +1,6 @@
 #include "emulator/program/run_recording.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
@@ -26,7 +27,10 @@ std::vector<BusConfig> buses_of(const World& world) {
 void RunRecording::start(const std::filesystem::path& directory, From from) {
   const RecordRequest request{directory, overrides_, texts_, to_string(world_.clock().mode())};
   RecordingInfo info = recording_info(request, world_.time());
-  info.replayable = replayable_ = from == From::kBeginning;
+  // What a body does to its drives is in no file.
+  const bool body = std::ranges::any_of(
+      world_.lines(), [](const auto& line) { return line->config().body != nullptr; });
+  info.replayable = replayable_ = from == From::kBeginning && !body;
   stop();
   previous_ = std::exchange(recorder_, std::nullopt);
   recorder_.emplace(directory, info, texts_, buses_of(world_));

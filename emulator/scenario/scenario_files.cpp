@@ -53,8 +53,7 @@ ScenarioFiles scenario_files(const fs::path& directory, FileLimits limits) {
             const fs::path file = robot_file(name, directory);
             MotorFiles motors;
             return parse_config(read_regular_file(file, std::min(limits.each, kLongestText)),
-                                file.string(), overrides, profile_finder(motors),
-                                body_loader());
+                                file.string(), overrides, profile_finder(motors), body_loader());
           },
       .text =
           [directory, limits, played = std::uintmax_t{0}](const std::string& name) mutable {

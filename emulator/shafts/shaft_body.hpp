@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,6 +36,12 @@ class ShaftBody final : public Mechanism {
   void update() override {}
   /// Where the drives leave their joints is where these are until the simulator says otherwise.
   void advance(std::span<const JointTorque> torques) override;
+  /// What else there is of it is the simulator's own.
+  std::span<const std::string> parts() const override { return {}; }
+  void push(std::size_t /*part*/, const std::array<double, 3>& /*force_N*/,
+            const std::array<double, 3>& /*torque_Nm*/) override {}
+  void carry(std::size_t /*part*/, double /*mass_kg*/) override {}
+  void freeze(bool /*on*/) override {}
   std::optional<std::string> failure() const override { return std::nullopt; }
 
   /// What is wrong with these states of its joints; nothing when they can be taken.

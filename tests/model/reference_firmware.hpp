@@ -5,10 +5,13 @@
 #include <array>
 #include <cstdint>
 
+#include "model/control/current_loop.hpp"
 #include "model/control/current_loop_params.hpp"
 #include "model/control/motion_loops.hpp"
 #include "model/plant/sensors.hpp"
 #include "model/plant/slow_sensors.hpp"
+#include "model/transforms.hpp"
+#include "model/trig.hpp"
 #include "tests/model/reference_solver.hpp"
 
 namespace lk::model::test {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "emulator/config/config_body.hpp"
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
 #include "emulator/config/profile.hpp"
@@ -32,9 +33,12 @@ constexpr Companion kCompanions[] = {
 };
 
 constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient_C", "load",
-                                    "turn_deg", "settings", "fault",    "clear",     "mark"};
+                                    "turn_deg", "settings", "fault",    "clear",     "push",
+                                    "payload",  "freeze",   "mark"};
 constexpr const char* kActionList =
-    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear or mark";
+    "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, "
+    "freeze "
+    "or mark";
 
 /// One action at most.
 void check_actions(TableReader& reader) {
@@ -54,7 +58,7 @@ void check_actions(TableReader& reader) {
 /// No key that nobody knows, and then none that belongs to another action: where an action is
 /// misspelt, that is what is wrong.
 void finish_event(TableReader& reader) {
-  for (const char* action : {"load", "settings", "fault"}) {
+  for (const char* action : {"load", "settings", "fault", "push", "payload"}) {
     if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
   }
   for (const auto& companion : kCompanions) {
@@ -111,7 +115,8 @@ void check_not_mounted(TableReader& reader, const ServoConfig* servo) {
   if (servo == nullptr || !servo->joint) return;
   for (const char* action : {"load", "turn_deg"}) {
     if (!reader.has(action)) continue;
-    reader.fail(action, "drive " + std::to_string(servo->id) + " turns a joint of the body, which is its load");
+    reader.fail(action, "drive " + std::to_string(servo->id) +
+                            " turns a joint of the body, which is its load");
   }
 }
 
@@ -173,6 +178,10 @@ std::optional<Action> read_bus_action(TableReader& reader, const BusConfig& bus,
   if (const auto which = reader.text("clear")) {
     refuse_ids(reader, "clear");
     action = ClearFault{*which};
+  }
+  if (auto act = read_body_act(reader, bus.body.get())) {
+    refuse_ids(reader, "what is done to the body");
+    action = *act;
   }
   if (const auto text = reader.text("mark")) {
     refuse_ids(reader, "mark");

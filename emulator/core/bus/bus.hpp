@@ -127,7 +127,11 @@ class Bus {
   Surroundings surroundings(int id) const;
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
-  DriveView view(int id) const { return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint}; }
+  DriveView view(int id) const {
+    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
+  }
+  /// Moves out what the body has been told since the last call, in order; appended.
+  void take_body_acts(std::vector<BodyAct>& out);
   /// Of one that is mounted.
   model::MountedShaft mounted_shaft(int id) const;
   // Act now.
@@ -233,6 +237,7 @@ class Bus {
   Duplicates duplicates_;
   std::vector<TimedFrame> replies_;   // hosts have got them; not yet taken
   std::vector<RomWrite> rom_writes_;  // not yet taken
+  std::vector<BodyAct> body_acts_;    // not yet taken
   BusStats stats_;                    // sums over the drives are made on reading
 };
 

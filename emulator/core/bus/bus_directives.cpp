@@ -70,6 +70,7 @@ bool Bus::apply(const Directive& directive) {
               faults_[fault].evidence.state = FaultEvidence::State::kCleared;
             }
           },
+          [&](const BodyAct& act) { body_acts_.push_back(act); },
           [](const Mark&) {},  // a note for others
       },
       directive.what);

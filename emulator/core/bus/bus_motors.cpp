@@ -173,6 +173,11 @@ model::MountedShaft Bus::mounted_shaft(int id) const {
   return motors_.bank(place).mounted_shaft(motors_.index(place));
 }
 
+void Bus::take_body_acts(std::vector<BodyAct>& out) {
+  out.insert(out.end(), body_acts_.begin(), body_acts_.end());
+  body_acts_.clear();
+}
+
 void Bus::mount(int id, const model::Mount& mount, const JointState& joint) {
   Node& node = nodes_.of(id);
   node.joint = joint;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "emulator/core/overloaded.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
 
 namespace lk::emulator {
@@ -14,6 +15,13 @@ namespace {
 constexpr double kLightest = 1e-12;
 
 double seconds(SimTime time) { return static_cast<double>(time.count()) * 1e-9; }
+
+/// There is one.
+const Mechanism& body_of(std::span<const BusConfig> robot) {
+  return *std::ranges::find_if(robot, [](const BusConfig& bus) {
+            return bus.body != nullptr;
+          })->body;
+}
 
 }  // namespace
 
@@ -26,13 +34,14 @@ bool is_stiff(const model::MechanicsParams& m, double J_body, SimTime step) {
 
 bool Coupling::needed(std::span<const BusConfig> robot) {
   return std::ranges::any_of(robot, [](const BusConfig& bus) {
-    return bus.body != nullptr &&
-           std::ranges::any_of(bus.servos, [](const auto& servo) { return servo.joint.has_value(); });
+    return bus.body != nullptr && std::ranges::any_of(bus.servos, [](const auto& servo) {
+             return servo.joint.has_value();
+           });
   });
 }
 
 Coupling::Coupling(std::span<const BusConfig> robot, std::span<Bus* const> buses)
-    : mechanism_(robot.front().body->clone()),
+    : mechanism_(body_of(robot).clone()),
       torques_(mechanism_->joints().size()),
       step_s_(seconds(mechanism_->step())) {
   for (std::size_t n = 0; n < robot.size(); ++n) {
@@ -62,6 +71,7 @@ Coupling::Coupling(const Coupling& other)
     : mechanism_(other.mechanism_->clone()),
       links_(other.links_),
       torques_(other.torques_),
+      pushing_(other.pushing_),
       end_(other.end_),
       under_way_(other.under_way_),
       step_s_(other.step_s_),
@@ -69,17 +79,55 @@ Coupling::Coupling(const Coupling& other)
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
 
+void Coupling::take_acts(std::span<Bus* const> buses) {
+  std::vector<BodyAct> acts;
+  for (Bus* const bus : buses) bus->take_body_acts(acts);
+  for (const BodyAct& act : acts) {
+    std::visit(
+        overloaded{
+            [&](const Push& push) {
+              pushing_.push_back({push, end_ + push.duration});
+            },
+            [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
+            [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
+        },
+        act.what);
+  }
+}
+
+/// All that push a part at once, summed; a push is as long as whole steps can have it.
+void Coupling::push_on() {
+  for (const Pushing& one : pushing_) {
+    Push sum{.part = one.push.part};
+    for (const Pushing& other : pushing_) {
+      if (other.push.part != sum.part || other.until <= end_) continue;
+      for (std::size_t n = 0; n < 3; ++n) {
+        sum.force_N[n] += other.push.force_N[n];
+        sum.torque_Nm[n] += other.push.torque_Nm[n];
+      }
+    }
+    mechanism_->push(sum.part, sum.force_N, sum.torque_Nm);
+  }
+  std::erase_if(pushing_, [this](const Pushing& one) { return one.until <= end_; });
+}
+
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::begin(std::span<Bus* const> buses) {
   under_way_ = true;
-  end_ += mechanism_->step();
-  if (failure_) return;
+  if (failure_) {
+    end_ += mechanism_->step();
+    return;
+  }
+  take_acts(buses);
+  push_on();
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
     mechanism_->set_armature(link.joint.joint, link.armature * link.joint.rate * link.joint.rate);
   }
   mechanism_->update();
+  end_ += mechanism_->step();
+  if (has_failed()) return;
   for (Link& link : links_) {
     const JointView joint = mechanism_->joint(link.joint.joint);
     const double rate = link.joint.rate;
@@ -93,19 +141,24 @@ void Coupling::begin(std::span<Bus* const> buses) {
   }
 }
 
+/// When it is first found the step ends.
+bool Coupling::has_failed() {
+  const auto reason = mechanism_->failure();
+  if (reason) failure_ = "the body at " + time_text(end_ - mechanism_->step()) + ": " + *reason;
+  return reason.has_value();
+}
+
 /// What the drive did to the joint, read off what the joint did in the drive: its momentum gives
 /// the mean, and how far it went the slope. `armature` is what the body moves of the drive itself,
 /// also where that has broken off meanwhile.
 JointTorque Coupling::given(const Link& link, const model::MountedShaft& shaft) const {
   const double J = link.mount.J + link.armature;
   const double gained = shaft.omega - link.mount.omega;
-  const double ahead = shaft.theta - link.mount.theta -
-                       step_s_ * (link.mount.omega + 0.5 * gained);
+  const double ahead = shaft.theta - link.mount.theta - step_s_ * (link.mount.omega + 0.5 * gained);
   const double mean = J * gained / step_s_ - link.mount.tau;
   const double slope = -12.0 * J * ahead / (step_s_ * step_s_ * step_s_);
   return {mean * link.joint.rate, slope * link.joint.rate,
-          shaft.theta / link.joint.rate + link.joint.offset_rad,
-          shaft.omega / link.joint.rate};
+          shaft.theta / link.joint.rate + link.joint.offset_rad, shaft.omega / link.joint.rate};
 }
 
 void Coupling::finish(std::span<Bus* const> buses) {
@@ -118,8 +171,6 @@ void Coupling::finish(std::span<Bus* const> buses) {
     link.torque_Nm = torques_[link.joint.joint].mean_Nm - own * link.joint.rate;
   }
   mechanism_->advance(torques_);
-  failure_ = mechanism_->failure();
-  if (failure_) failure_ = "the body after " + time_text(end_) + ": " + *failure_;
 }
 
 }  // namespace lk::emulator

@@ -21,8 +21,8 @@ struct CoupledDrive {
   bool stiff = false;  // is_stiff
 };
 
-/// Whether the spring of a gear, with a body of `J_body` at its output, swings faster than a body can
-/// follow that is heard once a step: rotor and output are then one to it.
+/// Whether the spring of a gear, with a body of `J_body` at its output, swings faster than a body
+/// can follow that is heard once a step: rotor and output are then one to it.
 bool is_stiff(const model::MechanicsParams& mechanics, double J_body, SimTime step);
 
 /// The drives of several buses and the body whose joints they turn. Whoever advances the buses has
@@ -64,16 +64,25 @@ class Coupling {
     std::size_t bus;
     int id;
     JointLink joint;
-    bool stiff = false;     // model::Mount has it
-    model::Mount mount{};   // at the beginning of the step
-    double armature = 0;    // kg·m² at the output: what the body has of the drive in this step
-    double torque_Nm = 0;   // on the body at the joint, in the step before
+    bool stiff = false;    // model::Mount has it
+    model::Mount mount{};  // at the beginning of the step
+    double armature = 0;   // kg·m² at the output: what the body has of the drive in this step
+    double torque_Nm = 0;  // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
+  /// What the buses have told the body; and what pushes it yet.
+  void take_acts(std::span<Bus* const> buses);
+  void push_on();
+  bool has_failed();
 
   std::unique_ptr<Mechanism> mechanism_;
   std::vector<Link> links_;
   std::vector<JointTorque> torques_;  // of all joints, in the last step
+  struct Pushing {
+    Push push;
+    SimTime until;
+  };
+  std::vector<Pushing> pushing_;
   SimTime end_{0};
   bool under_way_ = false;
   double step_s_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -53,6 +54,15 @@ class Mechanism {
   virtual void update() = 0;
   /// One step under these torques, one for each of joints().
   virtual void advance(std::span<const JointTorque> torques) = 0;
+  /// The names of its parts, which can be pushed and loaded; "" is one that cannot.
+  virtual std::span<const std::string> parts() const = 0;
+  /// From now on, in place of what pushed that part before; world axes, at its centre of mass.
+  virtual void push(std::size_t part, const std::array<double, 3>& force_N,
+                    const std::array<double, 3>& torque_Nm) = 0;
+  /// What the part carries at its centre of mass, kg ≥ 0. `update` has to follow.
+  virtual void carry(std::size_t part, double mass_kg) = 0;
+  /// It stands still, with joints that nothing turns; or goes on from rest. `update` has to follow.
+  virtual void freeze(bool on) = 0;
   /// Why its state means nothing any more, with what went wrong and where; nothing while it does.
   /// It stands still then.
   virtual std::optional<std::string> failure() const = 0;

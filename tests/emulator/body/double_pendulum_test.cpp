@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/wire_timing.hpp"
 #include "tests/emulator/body/body_support.hpp"
 #include "tests/emulator/body/double_reference.hpp"
 #include "tests/emulator/coupling/coupling_support.hpp"
@@ -33,8 +34,8 @@ ServoConfig smooth_drive(int id) {
 
 protocol::Frame query(const protocol::Position5& step, int id) {
   const ServoConfig servo = smooth_drive(id);
-  return protocol::encode_query(
-      id, step, protocol::wire_format(servo.quirks.dialect, servo.profile.series));
+  return protocol::encode_query(id, step,
+                                protocol::wire_format(servo.quirks.dialect, servo.profile.series));
 }
 
 Scenario on_pendulum() {
@@ -62,6 +63,7 @@ TEST(DoublePendulum, IsWhereOneSystemOfEquationsHasIt) {
     const auto now = emulator::time_of_tick(tick, f_Hz);
     for (const int id : {1, 2}) {
       run.receive(0, {now, query({id == 1 ? turn_cdeg : -turn_cdeg / 2}, id)});
+      run.advance_to(now);
       firmware[static_cast<std::size_t>(id - 1)].command(run.bus(0).setpoint(id));
     }
     for (const std::int64_t end = tick + f_Hz / 4; tick < end; ++tick) {

@@ -27,9 +27,13 @@ const std::string kArm =
 TEST(MujocoBody, SaysInItsWordsWhatIsWrongWithAModel) {
   EXPECT_NE(refusal("<mujoco><worldbody><body>").find("XML"), std::string::npos);
   EXPECT_NE(refusal("<mujoco><worldbody>" + kArm + R"(<geom type="mesh" mesh="no"/></worldbody>
-    <asset><mesh name="no" file="no.stl"/></asset></mujoco>)").find("no.stl"), std::string::npos);
+    <asset><mesh name="no" file="no.stl"/></asset></mujoco>)")
+                .find("no.stl"),
+            std::string::npos);
   EXPECT_NE(refusal(R"(<mujoco><worldbody><body><joint name="a"/><inertial pos="0 0 0" mass="0"
-    diaginertia="0 0 0"/></body></worldbody></mujoco>)").find("mass"), std::string::npos);
+    diaginertia="0 0 0"/></body></worldbody></mujoco>)")
+                .find("mass"),
+            std::string::npos);
   EXPECT_NE(refusal("<mujoco><worldbody/></mujoco>").find("no hinge"), std::string::npos);
   EXPECT_EQ(refusal("<mujoco><worldbody>" + kArm + "</worldbody></mujoco>"), "");
 }
@@ -45,14 +49,42 @@ TEST(MujocoBody, BeginsInItsFirstKeyframe) {
 /// Free, a foot is as light as it is; on the floor it has the floor behind it.
 TEST(MujocoBody, FeelsTheFloorInTheJoint) {
   const auto leg = [](const char* height) {
-    return body_of(std::string(R"(<mujoco><option timestep=".001"/><worldbody>
-      <geom type="plane" size="1 1 1"/><body pos="0 0 )") + height +
-      R"("><joint name="knee" axis="0 1 0"/><geom type="sphere" size=".1" mass="0.1" pos=".5 0 0"/>
+    return body_of(
+        std::string(R"(<mujoco><option timestep=".001"/><worldbody>
+      <geom type="plane" size="1 1 1"/><body pos="0 0 )") +
+        height +
+        R"("><joint name="knee" axis="0 1 0"/><geom type="sphere" size=".1" mass="0.1" pos=".5 0 0"/>
       </body></worldbody></mujoco>)");
   };
   const double own = 0.1 * (0.25 + 0.4 * 0.01);
   EXPECT_NEAR(leg("1")->joint(0).inertia_kg_m2, own, 1e-9);
   EXPECT_GT(leg("0.0999")->joint(0).inertia_kg_m2, 3 * own);
+}
+
+/// Of a kilogram a metre out, pushed by 2 N for 10 ms: 2·0.01/(1 + 0.004) rad/s.
+TEST(MujocoBody, IsPushedLoadedAndHeld) {
+  const auto body = body_of(R"(<mujoco><option timestep=".001" gravity="0 0 0"/><worldbody>
+      <body name="arm"><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".1" mass="1"
+      pos="0 0 -1"/></body></worldbody></mujoco>)");
+  const JointTorque nothing[1] = {};
+  ASSERT_EQ(body->parts().size(), 2U);
+  body->push(1, {-2, 0, 0}, {0, 0, 0});
+  body->update();
+  for (int n = 0; n < 10; ++n) {
+    body->advance(nothing);
+    body->update();
+  }
+  body->push(1, {0, 0, 0}, {0, 0, 0});
+  EXPECT_NEAR(body->joint(0).speed_rad_s, 0.02 / 1.004, 1e-6);
+  body->carry(1, 2.0);
+  body->update();
+  EXPECT_NEAR(body->joint(0).inertia_kg_m2, 3.004, 1e-9);
+  body->freeze(true);
+  body->update();
+  const double angle = body->joint(0).angle_rad;
+  body->advance(nothing);
+  EXPECT_EQ(body->joint(0).angle_rad, angle);
+  EXPECT_EQ(body->joint(0).speed_rad_s, 0);
 }
 
 TEST(MujocoBody, SaysWhereItExplodes) {

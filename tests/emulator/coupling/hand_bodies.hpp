@@ -78,6 +78,10 @@ class HandBody : public emulator::Mechanism {
       taken_J_ += torques[n].mean_Nm * (q_[n] - q_before[n]);
     }
   }
+  std::span<const std::string> parts() const override { return {}; }
+  void push(std::size_t, const std::array<double, 3>&, const std::array<double, 3>&) override {}
+  void carry(std::size_t, double) override {}
+  void freeze(bool) override {}
   std::optional<std::string> failure() const override { return std::nullopt; }
 
   const Two& angles() const { return q_; }
@@ -134,11 +138,11 @@ inline Equations double_pendulum(double m, double l, double I = 0) {
     const double s = std::sin(q[1]);
     const double g1 = m * g * l * std::sin(q[0]);
     const double g2 = m * g * l * std::sin(q[0] + q[1]);
-    return Dynamics{{ml2 * (3 + 2 * c) + 2 * I, ml2 + I},
-                    ml2 * (1 + c) + I,
-                    {ml2 * s * (2 * v[0] * v[1] + v[1] * v[1]) - 2 * g1 - g2,
-                     -ml2 * s * v[0] * v[0] - g2},
-                    -m * g * l * (2 * std::cos(q[0]) + std::cos(q[0] + q[1]))};
+    return Dynamics{
+        {ml2 * (3 + 2 * c) + 2 * I, ml2 + I},
+        ml2 * (1 + c) + I,
+        {ml2 * s * (2 * v[0] * v[1] + v[1] * v[1]) - 2 * g1 - g2, -ml2 * s * v[0] * v[0] - g2},
+        -m * g * l * (2 * std::cos(q[0]) + std::cos(q[0] + q[1]))};
   };
 }
 

@@ -13,10 +13,10 @@ using emulator::Scenario;
 using emulator::ScenarioRun;
 using emulator::ServoConfig;
 
-constexpr const char* kMotors[] = {
-    "mf4005", "mf5010", "mf7015-23t", "mf7015", "mf9025",     "mg4005-14p", "mg4005",
-    "mg4010", "mg5010", "mg5210",     "mg6010", "mg6012-i36", "mg6012-i8",  "mg8008",
-    "mg8016", "mh9025", "ms3506",     "ms4010", "ms4015"};
+constexpr const char* kMotors[] = {"mf4005",     "mf5010",     "mf7015-23t", "mf7015", "mf9025",
+                                   "mg4005-14p", "mg4005",     "mg4010",     "mg5010", "mg5210",
+                                   "mg6010",     "mg6012-i36", "mg6012-i8",  "mg8008", "mg8016",
+                                   "mh9025",     "ms3506",     "ms4010",     "ms4015"};
 
 /// The output takes a step of 10 degrees.
 void step(ScenarioRun& run, const ServoConfig& servo) {
@@ -57,12 +57,11 @@ TEST_P(LinearBody, MovesAsTheSameLoadDoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Motors, LinearBody, testing::ValuesIn(kMotors),
-                         [](const auto& motor) {
-                           std::string name = motor.param;
-                           std::ranges::replace(name, '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Motors, LinearBody, testing::ValuesIn(kMotors), [](const auto& motor) {
+  std::string name = motor.param;
+  std::ranges::replace(name, '-', '_');
+  return name;
+});
 
 }  // namespace linear_body_test
 }  // namespace lk::test

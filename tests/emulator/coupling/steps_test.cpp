@@ -38,8 +38,7 @@ Scenario smooth(SimTime step) {
   Scenario scenario = on_body(body, servos);
   scenario.robot.front().bitrate = 0;
   for (int id = 1; id <= 2; ++id) {
-    const auto format =
-        protocol::wire_format(servos[0].quirks.dialect, servos[0].profile.series);
+    const auto format = protocol::wire_format(servos[0].quirks.dialect, servos[0].profile.series);
     scenario.sends.push_back(
         {.frame = protocol::encode_query(id, protocol::Torque{id == 1 ? 1.5 : -1.0}, format)});
   }
@@ -107,32 +106,46 @@ TEST(Steps, InAFleetAreThoseAlone) {
   expect_same(fleet.run(0), alone);
 }
 
-/// Stiff gears on a body that is light beside their rotors: each pulls at the other.
+/// Both outputs take a step of 20 degrees, one against the other.
+ScenarioRun pulling(const char* motor, double m, SimTime step) {
+  const auto body = std::make_shared<HandBody>(2, double_pendulum(m, 0.2), step, Two{0.3, -0.2});
+  const ServoConfig first = on_joint(1, motor, *body);
+  ScenarioRun run(on_body(body, {first, on_joint(2, motor, *body)}));
+  const double N = first.profile.drive.mechanics.gear_ratio;
+  const auto increment = static_cast<std::int32_t>(std::lround(2000 * N));
+  const auto format = protocol::wire_format(first.quirks.dialect, first.profile.series);
+  for (const int id : {1, 2}) {
+    const protocol::Position5 turn{id == 1 ? increment : -increment};
+    run.receive(0, {100 * kMs, protocol::encode_query(id, turn, format)});
+  }
+  return run;
+}
+
+/// Stiff gears on a body that is light beside their rotors, where each pulls at the other: beside
+/// an eighth of the step. A light joint may be anywhere in the play of its gear; one that swings
+/// for long, as the heavier arm does on the weakest motor, is only held to be no faster.
 TEST(Steps, AreStableWithStiffGearsOnALightBody) {
   for (const char* const motor : {"mg4005", "mg4010", "mg6012-i36", "mg8016"}) {
-    for (const double m : {0.001, 0.03, 1.0}) {
-      const auto body = std::make_shared<HandBody>(2, double_pendulum(m, 0.2), kMs, Two{0.3, -0.2});
-      const ServoConfig first = on_joint(1, motor, *body);
-      ScenarioRun run(on_body(body, {first, on_joint(2, motor, *body)}));
-      const double N = first.profile.drive.mechanics.gear_ratio;
-      const auto increment = static_cast<std::int32_t>(std::lround(2000 * N));
-      const auto format = protocol::wire_format(first.quirks.dialect, first.profile.series);
-      for (const int id : {1, 2}) {
-        const protocol::Position5 step{id == 1 ? increment : -increment};
-        run.receive(0, {100 * kMs, protocol::encode_query(id, step, format)});
-      }
-      run.advance_to(1900 * kMs);
-      double fastest = 0;
-      for (int ms = 1900; ms < 2000; ++ms) {
+    const double play = profile(motor).drive.mechanics.backlash_out;
+    for (const double m : {0.001, 0.03, 0.3}) {
+      ScenarioRun run = pulling(motor, m, kMs);
+      ScenarioRun fine = pulling(motor, m, kMs / 8);
+      double apart = 0;
+      Two fastest{};
+      for (int ms = 101; ms < 1500; ++ms) {
         run.advance_to(ms * kMs);
-        for (const double speed : hand_body(run).speeds()) {
-          fastest = std::max(fastest, std::abs(speed));
+        fine.advance_to(ms * kMs);
+        for (std::size_t n = 0; n < 2; ++n) {
+          apart =
+              std::max(apart, std::abs(hand_body(run).angles()[n] - hand_body(fine).angles()[n]));
+          fastest[0] = std::max(fastest[0], std::abs(hand_body(run).speeds()[n]));
+          fastest[1] = std::max(fastest[1], std::abs(hand_body(fine).speeds()[n]));
         }
       }
-      const double to_rad = 3.14159265 / 180;
-      EXPECT_NEAR(hand_body(run).angles()[0], 0.3 + 20 * to_rad, 0.5 * to_rad) << motor << ' ' << m;
-      EXPECT_NEAR(hand_body(run).angles()[1], -0.2 - 20 * to_rad, 0.5 * to_rad) << motor << ' ' << m;
-      EXPECT_LT(fastest, 0.2) << motor << ' ' << m;
+      EXPECT_LT(fastest[0], 1.1 * fastest[1]) << motor << ' ' << m;
+      if (m < 0.1) {
+        EXPECT_LT(apart, 0.01 * 0.35 + play) << motor << ' ' << m;  // 1 % of the way
+      }
     }
   }
 }

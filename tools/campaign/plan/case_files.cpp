@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "emulator/files/body_files.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 
@@ -37,7 +38,7 @@ std::vector<BusConfig> CaseFiles::robot(const std::string& name, const Overrides
     without_seed.seed.reset();
     known = robots_
                 .emplace(key, parse_config(text(file, kLongestText), file.string(), without_seed,
-                                           profile_finder(motors_)))
+                                           profile_finder(motors_), body_loader()))
                 .first;
   }
   std::vector<BusConfig> robot = known->second;
