@@ -13,6 +13,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -46,8 +47,22 @@ class Program:
         assert self.process.returncode == 0, errors
         return errors
 
+    def advance(self, by_s: float) -> None:
+        client = Client(self.control, PATIENCE_S, RuntimeError)
+        try:
+            client.post("/clock/advance", {"by_s": by_s})
+        finally:
+            client.close()
+
+    def clock(self) -> dict:
+        client = Client(self.control, PATIENCE_S, RuntimeError)
+        try:
+            return client.get("/clock")
+        finally:
+            client.close()
+
     def time_s(self) -> float:
-        return Client(self.control, PATIENCE_S, RuntimeError).get("/clock")["time_s"]
+        return self.clock()["time_s"]
 
 
 @contextlib.contextmanager
@@ -60,6 +75,21 @@ def program(*arguments: str, ids: str = "1-2"):
             if running.process.poll() is None:
                 running.process.kill()
                 running.process.communicate()
+
+
+def say(can, line: bytes, answer: bytes) -> None:
+    """To slcan, until it has answered."""
+    can.write(line)
+    heard = b""
+    while answer not in heard:
+        heard += can.read(1)
+
+
+def eventually(holds) -> None:
+    end = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 class FreeJoint:
@@ -92,13 +122,13 @@ def run(shafts: Shafts, joints, steps: int):
 
 class LockStep(unittest.TestCase):
     def test_a_joint_turns_as_fast_as_the_host_says(self) -> None:
-        with program(ids="1") as running, open(running.can, "r+b", buffering=0) as can, Shafts(running.place) as shafts:
+        with program("--clock", "stepped", ids="1") as running, open(running.can, "r+b", buffering=0) as can, \
+                Shafts(running.place) as shafts:
             self.assertEqual(shafts.joints[0].name, f"slcan-pty:{running.can}:1")
             self.assertEqual(shafts.step_s, 1e-3)
             joint = FreeJoint(0.01)
             run(shafts, [joint], 10)
-            can.write(b"O\r" + SPEED_90)
-            time.sleep(0.2)
+            say(can, b"O\r" + SPEED_90, b"z\r")
             run(shafts, [joint], 1500)
             self.assertAlmostEqual(joint.speed, 1.5707963, delta=0.05, msg="90 deg/s, without a gear")
             self.assertAlmostEqual(running.time_s(), 1.51, places=9, msg="a step for each exchange")
@@ -113,8 +143,6 @@ class LockStep(unittest.TestCase):
         self.assertGreater(abs(traces[0][-1][0]), 0.01)
 
     def test_the_drive_moves_its_joint_where_it_owns_it(self) -> None:
-        with program(ids="1") as running, Shafts(running.place, owners={}) as shafts:
-            name = shafts.joints[0].name
         with program(ids="1") as running:
             name = f"slcan-pty:{running.can}:1"
             with Shafts(running.place, owners={name: DRIVE}) as shafts:
@@ -135,12 +163,9 @@ class LockStep(unittest.TestCase):
     def test_the_clock_is_the_simulators(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
-            done = subprocess.run([PROGRAM, "ctl", "--socket", running.control, "advance", "1s"], capture_output=True, text=True,
-                                  timeout=PATIENCE_S, check=False)
-            self.assertNotEqual(done.returncode, 0)
-            self.assertIn("time is the simulator's", done.stderr)
-            time.sleep(0.1)
-            self.assertAlmostEqual(running.time_s() % 1e-3, 0, places=9)
+            with self.assertRaisesRegex(Refused, "time is the simulator's"):
+                running.advance(1.0)
+            self.assertAlmostEqual(running.time_s() * 1e3, round(running.time_s() * 1e3), places=6)
 
     def test_others_are_told_that_it_is_taken(self) -> None:
         with program() as running, Shafts(running.place) as shafts:
@@ -155,8 +180,7 @@ class RealTime(unittest.TestCase):
             joints = [FreeJoint(0.01, 0.05), FreeJoint(0.01)]
             run(shafts, joints, 50)
             before = running.time_s()
-            time.sleep(0.3)
-            self.assertGreater(running.time_s(), before + 0.2)
+            eventually(lambda: running.time_s() > before + 0.2)
             run(shafts, joints, 1)
             missed = shafts.number
             run(shafts, joints, 2)
@@ -168,16 +192,13 @@ class RealTime(unittest.TestCase):
     def test_a_stepped_clock_waits_for_it(self) -> None:
         with program("--clock", "stepped") as running, Shafts(running.place, time="drives") as shafts:
             joints = [FreeJoint(0.01), FreeJoint(0.01)]
-            states = [joint.state() for joint in joints]
             for joint, offered in zip(joints, shafts.joints):
                 joint.armature = offered.armature_kg_m2
-            advance = subprocess.Popen([PROGRAM, "ctl", "--socket", running.control, "advance", "20ms"],
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            advance = threading.Thread(target=running.advance, args=(0.02,))
+            advance.start()
             run(shafts, joints, 20)
-            self.assertEqual(advance.wait(PATIENCE_S), 0, advance.stderr.read())
-            advance.stderr.close()
+            advance.join(PATIENCE_S)
             self.assertAlmostEqual(running.time_s(), 0.02, places=9)
-            del states
 
 
 class Lost(unittest.TestCase):
@@ -185,7 +206,7 @@ class Lost(unittest.TestCase):
         with program() as running:
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
-            self.eventually(lambda: running.time_s() > 0.2)
+            eventually(lambda: running.time_s() > 0.2)
             log = running.stop()
             self.assertIn("shafts: the simulator has gone: the drives go on without it", log)
 
@@ -193,13 +214,12 @@ class Lost(unittest.TestCase):
         with program("--shafts-lost", "stop") as running:
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
-            time.sleep(0.3)
+            eventually(lambda: running.clock()["mode"] == "stepped")
             stands = running.time_s()
-            time.sleep(0.2)
-            self.assertEqual(running.time_s(), stands)
             with Shafts(running.place, time="drives") as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
-                self.assertGreater(running.time_s(), stands)
+                self.assertGreaterEqual(running.time_s(), stands + 0.04)
+                self.assertEqual(running.clock()["mode"], "realtime")
             self.assertIn("has gone: time stands until one comes", running.stop())
 
     def test_a_simulator_that_dies_within_a_message(self) -> None:
@@ -208,14 +228,8 @@ class Lost(unittest.TestCase):
             run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 5)
             shafts._socket.sendall(struct.pack("<4sIIIIIQ", b"LKSH", 1, 3, 96, 2, 0, 5) + b"\0" * 20)
             shafts.close()
-            self.eventually(lambda: running.time_s() > 0.1)
+            eventually(lambda: running.time_s() > 0.1)
             self.assertIn("has gone", running.stop())
-
-    def eventually(self, holds) -> None:
-        end = time.monotonic() + PATIENCE_S
-        while not holds():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.02)
 
 
 class Nonsense(unittest.TestCase):
@@ -254,7 +268,6 @@ class Nonsense(unittest.TestCase):
                 heard += can.read(65536) or b""
                 time.sleep(0.02)
             self.assertGreaterEqual(heard.count(b"t14189A"), 6)
-            time.sleep(0.2)
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
             running.stop()
