@@ -41,9 +41,8 @@ Scenario clamped(int drives, double battery_R_ohm) {
 void torque(ScenarioRun& run, int id, double iq_A) {
   const ServoConfig servo = clamped(1, 0).robot.front().servos.front();
   const auto format = protocol::wire_format(servo.quirks.dialect, servo.profile.series);
-  const auto lsb = static_cast<std::int16_t>(std::lround(iq_A / 0.016));
   run.receive(0,
-              {milliseconds(100 + id), protocol::encode_query(id, protocol::Torque{lsb}, format)});
+              {milliseconds(100 + id), protocol::encode_query(id, protocol::Torque{iq_A}, format)});
 }
 
 /// W, what a drive takes that holds `iq_A`: nearly all of it copper, whatever its voltage.
