@@ -4,10 +4,10 @@ import json
 import sqlite3
 import unittest
 
-from campaign_program import InADirectory, plan
+from campaign_program import DETECT, InADirectory, plan
 
 FAULT = 'fault.kind = "stale"\nfault.id = 1\nfault.at_s = 0.3\nfault.for_s = 0.2\n'
-DETECT = '[[detect.host]]\nsays = "warning"\n[[detect.host]]\nexit_status = 1\n'
+RULES = '\n[detect]\n[[detect.host]]\nsays = "warning"\n[[detect.host]]\nexit_status = 1\n'
 
 
 class WithAHost(InADirectory):
@@ -15,7 +15,7 @@ class WithAHost(InADirectory):
         self.write("host.sh", script)
         words = "sh host.sh" + (" {host.status}" if "host.status" in dimensions else "")
         host = f'[host]\ncommand = "{words}"\nclock = "stepped"\n'
-        self.write("p.toml", plan(None, dimensions, "full", host) + DETECT)
+        self.write("p.toml", plan(None, dimensions, "full", host).removesuffix(DETECT) + RULES)
 
     def run_plan(self, store):
         self.campaign("p.toml", "-o", store, "--quiet", "--json", "p.json", "--jobs", "1")
