@@ -252,6 +252,8 @@ void World::body_is_ready() {
 MonoTime World::next_due() const {
   MonoTime first = MonoTime::max();
   if (waits_for_body()) return first;
+  // Whoever moves the body has to hear of each step in time.
+  if (coupling_ && on_body_step) first = clock_.to_mono(coupling_->next_due());
   for (const auto& line : lines_) {
     if (const auto due = line->bus().next_due()) first = std::min(first, clock_.to_mono(*due));
   }
