@@ -41,7 +41,8 @@ class MujocoBody : public Mechanism, public BodyLooks {
   void carry(std::size_t part, double mass_kg) override;
   void freeze(bool on) override;
   std::optional<std::string> failure() const override { return failure_; }
-  /// Of the groups that MuJoCo's own viewer shows, 0 to 2. Meshes as the boxes around them; height fields not at all.
+  /// Of the groups that MuJoCo's own viewer shows, 0 to 2. Meshes as the boxes around them; height
+  /// fields not at all.
   BodyShape shape() const override;
   std::vector<BodyPose> poses() const override;
   std::vector<BodyContact> contacts() const override;

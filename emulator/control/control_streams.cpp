@@ -28,7 +28,8 @@ void ControlApi::read_body_request(const ApiRequest& request) const {
   if (!request.query.empty()) {
     throw ApiError(400, request.query.begin()->first, "unknown; this request has no parameters");
   }
-  if (looks_of(world_) == nullptr) throw ApiError(404, "body", "the drives turn the joints of no body");
+  if (looks_of(world_) == nullptr)
+    throw ApiError(404, "body", "the drives turn the joints of no body");
 }
 
 Line& ControlApi::read_frames_request(const ApiRequest& request) {

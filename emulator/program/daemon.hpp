@@ -31,7 +31,7 @@ struct RunOptions {
   ClockMode clock;
   ControlOptions control;
   std::optional<ShaftOptions> shafts;  // where a simulator finds them
-  std::optional<Scenario> scenario;  // the run ends with it
+  std::optional<Scenario> scenario;    // the run ends with it
   std::optional<std::filesystem::path> junit;
   std::optional<std::filesystem::path> record;  // a recording from the beginning
   Language language = Language::kEnglish;       // of advice

@@ -1,11 +1,12 @@
 // An arm of two links in Simbody whose joints the drives of lk-emu turn:
 //
-//     g++ -std=c++17 -I/usr/include/simbody simbody.cpp -o simbody_arm -lSimTKsimbody -lSimTKmath -lSimTKcommon
-//     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
+//     g++ -std=c++17 -I/usr/include/simbody simbody.cpp -o simbody_arm -lSimTKsimbody -lSimTKmath
+//     -lSimTKcommon lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
 //     ./simbody_arm /tmp/shafts 2 > angles.csv
 //
-// Simbody gives the mass matrix and the forces of gravity and of speed. Its joints have no armature, so that is added
-// to the matrix here, and the equations are integrated here too, by Runge and Kutta's fourth-order method.
+// Simbody gives the mass matrix and the forces of gravity and of speed. Its joints have no
+// armature, so that is added to the matrix here, and the equations are integrated here too, by
+// Runge and Kutta's fourth-order method.
 #include <Simbody.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -35,18 +36,20 @@ class Arm {
     using namespace SimTK;
     const Vec3 middle(0, 0, -0.125);
     const Inertia about_middle(0.0016, 0.0016, 0.00003);
-    const Body::Rigid link(MassProperties(0.3, middle, about_middle.shiftFromMassCenter(middle, 0.3)));
+    const Body::Rigid link(
+        MassProperties(0.3, middle, about_middle.shiftFromMassCenter(middle, 0.3)));
     // A pin turns about z of its frame, which is put along y here.
     const Rotation z_along_y(-Pi / 2, XAxis);
     MobilizedBody::Pin upper(matter_.Ground(), Transform(z_along_y, Vec3(0, 0, 1)), link,
                              Transform(z_along_y, Vec3(0)));
-    MobilizedBody::Pin fore(upper, Transform(z_along_y, Vec3(0, 0, -0.25)), link, Transform(z_along_y, Vec3(0)));
+    MobilizedBody::Pin fore(upper, Transform(z_along_y, Vec3(0, 0, -0.25)), link,
+                            Transform(z_along_y, Vec3(0)));
     state_ = system_.realizeTopology();
   }
 
   struct Equations {
     SimTK::Matrix M;  // armature included
-    Two torque;  // of gravity and of speed
+    Two torque;       // of gravity and of speed
   };
   Equations at(const Two& q, const Two& v, const Two& armature) {
     for (int n = 0; n < 2; ++n) {
@@ -61,7 +64,8 @@ class Arm {
     const SimTK::Vector no_acceleration(2, 0.0);
     SimTK::Vector missing;
     matter_.calcResidualForceIgnoringConstraints(
-        state_, no_torque, system_.getRigidBodyForces(state_, SimTK::Stage::Dynamics), no_acceleration, missing);
+        state_, no_torque, system_.getRigidBodyForces(state_, SimTK::Stage::Dynamics),
+        no_acceleration, missing);
     here.torque = {-missing[0], -missing[1]};
     return here;
   }
@@ -128,8 +132,9 @@ Bytes next(int fd, std::uint32_t kind, lk_shafts_head& head) {
   bytes.resize(head.bytes);
   read_all(fd, bytes.data() + LK_SHAFTS_HEAD_BYTES, head.bytes - LK_SHAFTS_HEAD_BYTES);
   if (head.kind == LK_SHAFTS_END) {
-    throw std::runtime_error("lk-emu: " + std::string(bytes.begin() + LK_SHAFTS_HEAD_BYTES,
-                                                      bytes.begin() + LK_SHAFTS_HEAD_BYTES + head.what));
+    throw std::runtime_error("lk-emu: " +
+                             std::string(bytes.begin() + LK_SHAFTS_HEAD_BYTES,
+                                         bytes.begin() + LK_SHAFTS_HEAD_BYTES + head.what));
   }
   if (head.kind != kind) throw std::runtime_error("lk-emu sent another message than was due");
   return bytes;
@@ -137,7 +142,8 @@ Bytes next(int fd, std::uint32_t kind, lk_shafts_head& head) {
 
 Bytes message(std::uint32_t kind, std::uint32_t what, std::uint64_t number) {
   Bytes bytes(lk_shafts_bytes(kind, kJoints));
-  const lk_shafts_head head = {kind, static_cast<std::uint32_t>(bytes.size()), kJoints, what, number};
+  const lk_shafts_head head = {kind, static_cast<std::uint32_t>(bytes.size()), kJoints, what,
+                               number};
   lk_shafts_put_head(bytes.data(), &head);
   return bytes;
 }
@@ -157,7 +163,8 @@ void run(const std::string& path, double seconds) {
   Two v{};
   Two given{};
   Two armature{};
-  Bytes accept = message(LK_SHAFTS_ACCEPT, LK_SHAFTS_TIME_IS_SIMULATORS, static_cast<std::uint64_t>(kStep_s * 1e9));
+  Bytes accept = message(LK_SHAFTS_ACCEPT, LK_SHAFTS_TIME_IS_SIMULATORS,
+                         static_cast<std::uint64_t>(kStep_s * 1e9));
   for (std::uint32_t n = 0; n < kJoints; ++n) {
     lk_shafts_offer offer;
     lk_shafts_get_offer(&bytes[lk_shafts_at(LK_SHAFTS_OFFER, n)], &offer);

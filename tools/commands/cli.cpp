@@ -152,9 +152,10 @@ void add_options(CLI::App& app, Raw& raw) {
                  "where a simulator finds the shafts of the drives, to have them on its joints, as "
                  "unix:/tmp/shafts or tcp:29600 (docs/shafts.md)")
       ->type_name("PLACE");
-  app.add_option("--shafts-lost", raw.shafts_lost,
-                 "what the drives do without it then: go on free (default), or stop, with the time, "
-                 "until one comes")
+  app.add_option(
+         "--shafts-lost", raw.shafts_lost,
+         "what the drives do without it then: go on free (default), or stop, with the time, "
+         "until one comes")
       ->type_name("WHAT");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
@@ -304,7 +305,8 @@ std::optional<ShaftOptions> read_shafts(const CLI::App& app, const Raw& raw) {
   }
   auto& shafts = std::get<ShaftOptions>(place);
   const auto lost = parse_shafts_lost(raw.shafts_lost);
-  if (!lost) throw StartError("--shafts-lost: \"" + raw.shafts_lost + "\" is neither free nor stop");
+  if (!lost)
+    throw StartError("--shafts-lost: \"" + raw.shafts_lost + "\" is neither free nor stop");
   shafts.lost = *lost;
   if (app.count("--record") > 0) {
     throw StartError("--record: what a simulator at --shafts does is in no recording");

@@ -10,6 +10,7 @@
 #include "model/control/protection.cpp"
 #include "model/drive_bank.cpp"
 #include "model/drive_bank_faults.cpp"
+#include "model/drive_bank_mount.cpp"
 #include "model/fault_effects.cpp"
 #include "model/lane_kernel.cpp"
 #include "model/plant/broken_legs.cpp"

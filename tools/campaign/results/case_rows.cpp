@@ -50,7 +50,7 @@ void check(const CaseResult& result, const CampaignHead& head) {
 
 struct BindColumn {
   Statement& row;
-  Words& words;
+  WordTable& words;
   void operator()(const char*, CaseOutcome outcome) {
     row.bind(static_cast<std::int64_t>(outcome));
   }
@@ -68,7 +68,7 @@ struct BindColumn {
   void operator()(const char*, const std::string& text) { row.bind(std::string_view(text)); }
 };
 
-void bind_value(Statement& row, Words& words, const std::optional<CaseValue>& value) {
+void bind_value(Statement& row, WordTable& words, const std::optional<CaseValue>& value) {
   if (!value) {
     row.bind_nothing();
   } else if (const double* const number = std::get_if<double>(&*value)) {
@@ -85,7 +85,7 @@ std::int64_t wall_us(double wall_s) {
 
 struct ReadColumn {
   Statement& row;
-  const Words& words;
+  const WordTable& words;
   bool nothing() {
     const bool is = row.next_is_nothing();
     if (is) row.skip();
@@ -111,7 +111,8 @@ struct ReadColumn {
 };
 
 /// The columns of `kSelect`, in their order. Reuses what `result` has of memory.
-void read_case(Statement& row, const Words& words, const CampaignHead& head, CaseResult& result) {
+void read_case(Statement& row, const WordTable& words, const CampaignHead& head,
+               CaseResult& result) {
   const auto last = static_cast<std::int64_t>(head.numbers) - 1;
   result.number = static_cast<std::uint64_t>(row.integer(0, last));
   ReadColumn read{row, words};
@@ -144,7 +145,7 @@ std::string insert_text(const CampaignHead& head) {
 
 }  // namespace
 
-Words::Words(const Database& database)
+WordTable::WordTable(const Database& database)
     : database_(database), insert_(database, "INSERT INTO words VALUES (?, ?)") {
   Statement row(database, "SELECT id, word FROM words ORDER BY id");
   while (row.step()) {
@@ -156,7 +157,7 @@ Words::Words(const Database& database)
   if (by_number_.size() < kCaseOutcomes) database.fail_damaged();
 }
 
-std::int64_t Words::number_of(const std::string& word) {
+std::int64_t WordTable::number_of(const std::string& word) {
   const auto known = numbers_.find(word);
   if (known != numbers_.end()) return known->second;
   const auto number = static_cast<std::int64_t>(by_number_.size());
@@ -167,18 +168,18 @@ std::int64_t Words::number_of(const std::string& word) {
   return number;
 }
 
-const std::string& Words::at(std::int64_t number) const {
+const std::string& WordTable::at(std::int64_t number) const {
   if (number < 0 || static_cast<std::size_t>(number) >= by_number_.size()) database_.fail_damaged();
   return by_number_[static_cast<std::size_t>(number)];
 }
 
-void Words::forget_after(std::size_t size) {
+void WordTable::forget_after(std::size_t size) {
   for (; by_number_.size() > size; by_number_.pop_back()) {
     numbers_.erase(by_number_.back());
   }
 }
 
-CaseCursor::CaseCursor(const Database& database, const Words& words, const CampaignHead& head)
+CaseCursor::CaseCursor(const Database& database, const WordTable& words, const CampaignHead& head)
     : select_(database, std::string(kSelect) + " ORDER BY number"), words_(words), head_(head) {}
 
 const CaseResult* CaseCursor::next() {

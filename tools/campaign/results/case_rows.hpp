@@ -12,10 +12,10 @@
 namespace lk::emulator {
 
 /// Texts that many cases share, by the numbers that stand for them in a file.
-class Words {
+class WordTable {
  public:
   /// All that the file has.
-  explicit Words(const Database& database);
+  explicit WordTable(const Database& database);
   std::size_t size() const { return by_number_.size(); }
   /// Writes it, when it is new.
   std::int64_t number_of(const std::string& word);
@@ -34,13 +34,13 @@ class Words {
 /// Cases of a file in ascending order.
 class CaseCursor {
  public:
-  CaseCursor(const Database& database, const Words& words, const CampaignHead& head);
+  CaseCursor(const Database& database, const WordTable& words, const CampaignHead& head);
   /// Null after the last. Stands until the next call.
   const CaseResult* next();
 
  private:
   Statement select_;
-  const Words& words_;
+  const WordTable& words_;
   const CampaignHead& head_;
   std::uint64_t least_ = 0;  // that the next number may be
   CaseResult result_;
@@ -56,12 +56,12 @@ class CaseRows {
   bool has(std::uint64_t number);
   std::optional<CaseResult> find(std::uint64_t number);
   CaseCursor cursor() const { return {database_, words_, head_}; }
-  Words& words() { return words_; }
+  WordTable& words() { return words_; }
 
  private:
   const Database& database_;
   const CampaignHead& head_;
-  Words words_;
+  WordTable words_;
   Statement insert_;
   Statement has_;
   Statement find_;
