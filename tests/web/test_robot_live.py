@@ -1,5 +1,6 @@
 """The robot on the dashboard as lk-emu-body computes it; LKEMU_BODY says which program."""
 
+import math
 import os
 import pathlib
 
@@ -34,27 +35,36 @@ def inspect(page, expression):
         f"const r = inspectRobot(); done({expression});}})")
 
 
-def tilt(page):
-    """Of the arm, about y: twice the arc sine of its quaternion's y."""
-    return inspect(page, "r.record.frame(r.frames[1] - 1)?.poses[5] ?? 0")
+def tilt_angle(page):
+    """Of the arm, about y, from its quaternion."""
+    w, y = inspect(page, "[3, 5].map((n) => r.record.frame(r.frames[1] - 1).poses[n])")
+    return 2 * math.atan2(y, w)
 
 
 def test_the_body_moves_with_its_drive(page, bench):
     page.until(lambda: inspect(page, "r.frames[1]") > 3)
-    before = tilt(page)
-    page.run("""return fetch('/api/v1/frames', {method: 'POST', headers: {'Content-Type': 'application/json'},
-                body: '{"id": 1, "command": "A4", "angle_deg": 400, "max_speed_dps": 300}'})""")
-    page.until(lambda: abs(tilt(page) - before) > 0.1)
+    before = tilt_angle(page)
+    bench.position(1, 400, 300)
+    page.until(lambda: abs(tilt_angle(page) - before) > 0.1)
 
 
-def test_a_push_of_the_mouse_moves_it(page, bench):
-    bench.ask(1, 0x80)  # limp, so that it hangs
-    page.until(lambda: abs(inspect(page, "r.record.frame(r.frames[1] - 1).time_s - r.record.frame(r.frames[1] - 5).time_s")) > 0)
+def test_a_push_of_the_mouse_is_taken_by_the_program(page):
+    """That the body then moves is for the tests of the directive."""
+    page.run("""
+      window.pushed = [];
+      const plain = window.fetch;
+      window.fetch = async (...asked) => {
+        const answer = await plain(...asked);
+        if (String(asked[0]).endsWith('/directives')) window.pushed.push([JSON.parse(asked[1].body).push.body, answer.status]);
+        return answer;
+      };""")
+    # Halfway down the rod, which is 0.3 m long and hangs, or is held, at an angle about y.
+    angle = tilt_angle(page)
+    point = [-0.15 * math.sin(angle), 0, 0.5 - 0.15 * math.cos(angle)]
+    x, y, _ = inspect(page, f"r.project({point})")
     canvas = page.one("#robot canvas")
-    x, y, _ = inspect(page, "r.project([...r.record.frame(r.frames[1] - 1).poses.slice(0, 2), 0.35])")
-    before = tilt(page)
-    hand = ActionChains(page.driver, duration=50).move_to_element_with_offset(
-        canvas, round(x * canvas.size["width"] / 2), round(-y * canvas.size["height"] / 2))
-    hand.click_and_hold().move_by_offset(120, 0).perform()
-    page.until(lambda: abs(tilt(page) - before) > 0.1)
+    ActionChains(page.driver, duration=50).move_to_element_with_offset(
+        canvas, round(x * canvas.size["width"] / 2), round(-y * canvas.size["height"] / 2)).click_and_hold().move_by_offset(60, 0).perform()
+    page.until(lambda: ["arm", 200] in page.run("return window.pushed"))
     ActionChains(page.driver).release().perform()
+    assert {status for _, status in page.run("return window.pushed")} == {200}
