@@ -53,13 +53,15 @@ class Arm {
   };
   Equations at(const Two& q, const Two& v, const Two& armature) {
     for (int n = 0; n < 2; ++n) {
-      state_.updQ()[n] = q[n];
-      state_.updU()[n] = v[n];
+      const auto joint = static_cast<std::size_t>(n);
+      state_.updQ()[n] = q[joint];
+      state_.updU()[n] = v[joint];
     }
     system_.realize(state_, SimTK::Stage::Dynamics);
     Equations here;
     matter_.calcM(state_, here.M);
-    for (int n = 0; n < 2; ++n) here.M(n, n) += armature[n];
+    here.M(0, 0) += armature[0];
+    here.M(1, 1) += armature[1];
     const SimTK::Vector no_torque(2, 0.0);
     const SimTK::Vector no_acceleration(2, 0.0);
     SimTK::Vector missing;

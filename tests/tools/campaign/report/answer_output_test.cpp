@@ -60,7 +60,8 @@ TEST(AnswerText, OfAHostProgramHasNoSpaceAndSaysWhatTheHostSaid) {
   const auto json = nlohmann::json::parse(answer_json(answer, {}));
   EXPECT_TRUE(json["space"].is_null());
   const auto& columns = json["residual"]["columns"];
-  const auto note = std::find(columns.begin(), columns.end(), "note") - columns.begin();
+  const auto note =
+      static_cast<std::size_t>(std::find(columns.begin(), columns.end(), "note") - columns.begin());
   EXPECT_EQ(json["residual"]["rows"][0][note], "exit status 3; no reply");
 }
 
@@ -131,8 +132,8 @@ TEST(AnswerJson, OtherSamplingsHaveNoInterval) {
 
 TEST(AnswerJson, ComparesToo) {
   const Comparison comparison =
-      compare_campaigns(planted_head(), stream_of({planted_case(0, "jam", CaseOutcome::kLate)}),
-                        planted_head(), stream_of({planted_case(0, "jam", CaseOutcome::kCrash)}));
+      compare_campaigns(planted_head(), source_of({planted_case(0, "jam", CaseOutcome::kLate)}),
+                        planted_head(), source_of({planted_case(0, "jam", CaseOutcome::kCrash)}));
   const auto alone = nlohmann::json::parse(comparison_json(comparison));
   EXPECT_EQ(alone["worse"], 1);
   EXPECT_EQ(alone["moves"][5][8], 1);

@@ -20,12 +20,6 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::ThrowsMessage;
 
-/// By number, as a file of results gives them.
-CaseSource source_of(std::vector<CaseResult> results) {
-  const auto all = std::make_shared<std::vector<CaseResult>>(std::move(results));
-  return [all, n = std::size_t{0}]() mutable { return n < all->size() ? &(*all)[n++] : nullptr; };
-}
-
 Comparison compared(const std::vector<CaseOutcome>& before, const std::vector<CaseOutcome>& now) {
   const auto source = [](const std::vector<CaseOutcome>& outcomes) {
     std::vector<CaseResult> results;

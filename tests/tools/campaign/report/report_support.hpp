@@ -3,11 +3,13 @@
 /// @file Campaigns that never ran.
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tools/campaign/report/answer.hpp"
+#include "tools/campaign/report/comparison.hpp"
 
 namespace lk::emulator {
 
@@ -54,6 +56,12 @@ inline CaseStream stream_of(std::vector<CaseResult> results) {
   return [results = std::move(results)](const std::function<void(const CaseResult&)>& take) {
     for (const CaseResult& result : results) take(result);
   };
+}
+
+/// By number, as a file of results gives them.
+inline CaseSource source_of(std::vector<CaseResult> results) {
+  const auto all = std::make_shared<std::vector<CaseResult>>(std::move(results));
+  return [all, n = std::size_t{0}]() mutable { return n < all->size() ? &(*all)[n++] : nullptr; };
 }
 
 }  // namespace lk::emulator
