@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 bool is_same(const fs::path& one, const fs::path& other) {
   std::error_code error;
   if (fs::equivalent(one, other, error)) return true;
-  return fs::weakly_canonical(one, error) == fs::weakly_canonical(other, error);
+  return fs::weakly_canonical(fs::absolute(one), error) ==
+         fs::weakly_canonical(fs::absolute(other), error);
 }
 
 void check_place(const std::string& option, const fs::path& file) {

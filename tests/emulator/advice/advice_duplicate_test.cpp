@@ -153,16 +153,16 @@ constexpr std::uint8_t kTorqueByte = 0xA1;
 class Hosts : public testing::Test {
  protected:
   /// The last reply once the drives have answered, 0.5 ms later; zeros if none has.
-  Payload ask(const Payload& data, std::uint32_t id = 0x141) {
+  protocol::Payload ask(const protocol::Payload& data, std::uint32_t id = 0x141) {
     here.send(Frame{.id = id, .dlc = 8, .data = data});
     here.wait(500us);
     return replies();
   }
-  Payload replies() {
+  protocol::Payload replies() {
     std::vector<TimedFrame> taken;
     here.bus.take_replies(taken);
     for (const TimedFrame& reply : taken) here.adviser.hear_reply(reply.frame);
-    return taken.empty() ? Payload{} : taken.back().frame.data;
+    return taken.empty() ? protocol::Payload{} : taken.back().frame.data;
   }
   void expect_nothing() const {
     for (int id = 1; id <= 4; ++id) {
@@ -193,7 +193,7 @@ TEST_F(Hosts, OneThatSendsItsReceiveBufferAgainIsNoDrive) {
   for (const std::uint8_t command :
        std::to_array<std::uint8_t>({0x30, 0x33, 0x90, 0x92, 0x94, 0x9A, 0x9B, 0x9C, 0x9D, 0xA1,
                                     0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0xA7, 0xA8})) {
-    Payload buffer{command};
+    protocol::Payload buffer{command};
     for (std::uint8_t n = 0; n < 100; ++n) {
       if (command > 0xA0) buffer[4] = n;
       buffer = ask(buffer);
@@ -204,7 +204,7 @@ TEST_F(Hosts, OneThatSendsItsReceiveBufferAgainIsNoDrive) {
 }
 
 TEST_F(Hosts, OneThatDoesSoWithSeveralDrivesIsNoDrive) {
-  Payload buffer{kRead};
+  protocol::Payload buffer{kRead};
   for (int n = 0; n < 500; ++n) {
     for (const std::uint32_t id : {0x141U, 0x142U, 0x143U, 0x144U}) {
       here.send(Frame{.id = id, .dlc = 8, .data = buffer});
@@ -237,7 +237,7 @@ TEST_F(Hosts, OneThatLeavesRubbishThereIsNoDrive) {
   for (const std::uint8_t command : std::to_array<std::uint8_t>({kRead, 0x33, 0x90, 0x92, 0x94})) {
     ask({command});
     for (int n = 0; n < 5000; ++n) {
-      Payload data{command};
+      protocol::Payload data{command};
       for (std::size_t k = 1; k < 8; ++k) {
         data[k] = static_cast<std::uint8_t>((random = random * 1664525 + 1013904223) >> 24U);
       }

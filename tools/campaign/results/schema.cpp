@@ -88,7 +88,7 @@ std::vector<Object> objects(const CampaignHead& head) {
        "CREATE TABLE campaign (version TEXT NOT NULL, plan_name TEXT NOT NULL, "
        "about TEXT NOT NULL, plan_text TEXT NOT NULL, input_hash TEXT NOT NULL, "
        "sampling TEXT NOT NULL, seed INTEGER NOT NULL, numbers INTEGER NOT NULL, "
-       "cases INTEGER NOT NULL, tolerant_time_ns INTEGER, plan_called TEXT NOT NULL) STRICT"},
+       "cases INTEGER NOT NULL, plan_called TEXT NOT NULL, tolerant_time_ns INTEGER) STRICT"},
       {"dimensions",
        "CREATE TABLE dimensions (position INTEGER PRIMARY KEY, name TEXT NOT NULL, "
        "least REAL NOT NULL, most REAL NOT NULL, harmless_is_most INTEGER NOT NULL) STRICT"},
@@ -137,9 +137,10 @@ void write_head(const Database& database, const CampaignHead& head) {
   campaign.bind(std::bit_cast<std::int64_t>(head.seed));
   campaign.bind(static_cast<std::int64_t>(head.numbers));
   campaign.bind(static_cast<std::int64_t>(head.cases));
+  campaign.bind(head.plan_called.word);
   head.tolerant_time ? campaign.bind(std::int64_t{head.tolerant_time->count()})
                      : campaign.bind_nothing();
-  campaign.bind(head.plan_called.word).run();
+  campaign.run();
 }
 
 /// Outcomes have their own numbers; every other word has the next one that is free.
@@ -199,8 +200,8 @@ CampaignHead read_campaign(const Database& database) {
   head.seed = std::bit_cast<std::uint64_t>(row.integer());
   head.numbers = static_cast<std::uint64_t>(row.integer(0, kMostNumbers));
   head.cases = static_cast<std::uint64_t>(row.integer(0, kMostNumbers));
-  if (!row.next_is_nothing()) head.tolerant_time = SimTime(row.integer(0));
   head.plan_called.word = row.text();
+  if (!row.next_is_nothing()) head.tolerant_time = SimTime(row.integer(0));  // the last one
   return head;
 }
 

@@ -31,7 +31,7 @@ class Same(InADirectory):
                     self.campaign(f"{name}.toml", "-o", f"{name}{jobs}.db", "--jobs", jobs, "--quiet")
                     exports.add(self.export(f"{name}{jobs}.db"))
                 self.assertEqual(len(exports), 1)
-                self.assertGreater(exports.pop().count("\n"), 10)
+                self.assertGreaterEqual(exports.pop().count("\n"), 10)
 
     def test_for_any_shards(self):
         for name, text in SAMPLINGS.items():

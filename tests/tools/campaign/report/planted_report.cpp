@@ -91,6 +91,13 @@ CaseStream many_cases(const CampaignHead& head, std::uint64_t night) {
   };
 }
 
+/// The same, one after the other.
+CaseSource source_of_many(const CampaignHead& head, std::uint64_t night) {
+  std::vector<CaseResult> results;
+  many_cases(head, night)([&](const CaseResult& result) { results.push_back(result); });
+  return source_of(std::move(results));
+}
+
 void write(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
@@ -104,7 +111,7 @@ void write_many(const std::string& directory) {
         {kind_of(result, 0), result.outcome, result, kPicture, answer.command_of(result.number)});
   }
   const Comparison comparison =
-      compare_campaigns(head, many_cases(head, 0), head, many_cases(head, 1));
+      compare_campaigns(head, source_of_many(head, 0), head, source_of_many(head, 1));
   const auto thresholds = check_thresholds(
       answer, {parse_threshold("coverage>=0.5"), parse_threshold("coverage.lower[jam]>=0.9"),
                parse_threshold("crash<=0"), parse_threshold("coverage[bus_off]>=0.9")});
