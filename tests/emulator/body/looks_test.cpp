@@ -16,8 +16,8 @@ using emulator::BodyShape;
 using emulator::GeomKind;
 using emulator::Triple;
 
-/// By hand from the file: a rod 0.3 m down, of which the capsule's middle is at half, and a bob at
-/// its end.
+/// By hand from the file: a mount, and a tube 0.3 m down, of which the capsule's middle is at half,
+/// with a ball at its end.
 TEST(Looks, OfThePendulumAreThoseOfItsFile) {
   std::ostringstream text;
   text << std::ifstream(LKEMU_SOURCE_DIR "/configs/bodies/pendulum.xml").rdbuf();
@@ -25,17 +25,18 @@ TEST(Looks, OfThePendulumAreThoseOfItsFile) {
   ASSERT_EQ(shape.bodies.size(), 1U);
   EXPECT_EQ(shape.bodies[0].name, "arm");
   EXPECT_FALSE(shape.bodies[0].free);
-  EXPECT_NEAR(shape.mass_kg, 0.3, 1e-12);
-  EXPECT_NEAR(shape.bodies[0].centre_m[2], -(0.2 * 0.15 + 0.1 * 0.3) / 0.3, 1e-9);
-  ASSERT_EQ(shape.geoms.size(), 2U);
-  EXPECT_EQ(shape.geoms[0].kind, GeomKind::kCapsule);
-  EXPECT_NEAR(shape.geoms[0].size_m[0], 0.01, 1e-12);
-  EXPECT_NEAR(shape.geoms[0].size_m[1], 0.15, 1e-12);
-  EXPECT_NEAR(shape.geoms[0].position_m[2], -0.15, 1e-12);
-  EXPECT_EQ(shape.geoms[1].kind, GeomKind::kSphere);
-  EXPECT_EQ(shape.geoms[1].body, 0U);
+  EXPECT_NEAR(shape.mass_kg, 0.1 + 0.5, 1e-12);
+  EXPECT_NEAR(shape.bodies[0].centre_m[2], -(0.1 * 0.15 + 0.5 * 0.3) / 0.6, 1e-9);
+  ASSERT_EQ(shape.geoms.size(), 3U);
+  EXPECT_EQ(shape.geoms[0].kind, GeomKind::kBox);
+  EXPECT_EQ(shape.geoms[1].kind, GeomKind::kCapsule);
+  EXPECT_NEAR(shape.geoms[1].size_m[0], 0.008, 1e-12);
+  EXPECT_NEAR(shape.geoms[1].size_m[1], 0.15, 1e-12);
+  EXPECT_NEAR(shape.geoms[1].position_m[2], -0.15, 1e-12);
+  EXPECT_EQ(shape.geoms[2].kind, GeomKind::kSphere);
+  EXPECT_EQ(shape.geoms[2].body, 0U);
   ASSERT_EQ(shape.joints.size(), 1U);
-  EXPECT_EQ(shape.joints[0].axis, (Triple{0, 1, 0}));
+  EXPECT_EQ(shape.joints[0].axis, (Triple{0, -1, 0}));
 }
 
 const char* const kOnTheFloor = R"(<mujoco><option timestep=".001"/>

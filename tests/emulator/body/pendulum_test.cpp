@@ -56,7 +56,7 @@ TEST(Pendulum, IsPushedByADirective) {
       {std::chrono::milliseconds(10),
        {kWholeBus,
         BodyAct{
-            Push{.part = 1, .force_N = {-5, 0, 0}, .duration = std::chrono::milliseconds(100)}}}}};
+            Push{.part = 1, .force_N = {5, 0, 0}, .duration = std::chrono::milliseconds(100)}}}}};
   ScenarioRun pushed(scenario);
   scenario.robot[0].events.clear();
   ScenarioRun left(scenario);
@@ -64,10 +64,10 @@ TEST(Pendulum, IsPushedByADirective) {
   left.advance_to(std::chrono::milliseconds(111));
   const double J = pushed.body()->joint(0).inertia_kg_m2;
   EXPECT_EQ(left.body()->joint(0).angle_rad, 0);
-  // Of 5 N at the centre of mass, 0.2 m, less the friction of the gear: upwards, and below the
+  // Of 5 N at the centre of mass, 0.275 m, less the friction of the gear: upwards, and below the
   // bound.
   EXPECT_GT(pushed.body()->joint(0).speed_rad_s, 0.1);
-  EXPECT_LT(pushed.body()->joint(0).speed_rad_s, 5 * 0.2 * 0.1 / J);
+  EXPECT_LT(pushed.body()->joint(0).speed_rad_s, 5 * 0.275 * 0.1 / J);
 }
 
 }  // namespace pendulum_test

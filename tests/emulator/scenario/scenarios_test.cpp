@@ -61,10 +61,21 @@ std::string told(const Verdict& verdict) {
   return text;
 }
 
+/// Such a robot is of tests/bodies.
+bool has_body(const std::string& name) {
+  try {
+    load(name);
+  } catch (const ConfigError& problem) {
+    return problem.key == "body";
+  }
+  return false;
+}
+
 std::vector<std::string> names() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(kConfigs / "scenarios")) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() == ".toml" && !has_body(name)) names.push_back(name);
   }
   std::ranges::sort(names);
   return names;

@@ -41,13 +41,14 @@ std::uint64_t generations_of(const Plan& plan);
 CampaignEnd run_campaign(const Plan& plan, CampaignStore& store, const CampaignOptions& options,
                          const std::function<CaseRunner()>& runner);
 
-/// As many threads as can be started, up to `count`.
+/// `count` threads. Throws StartError where the system has no room for so many; those that were
+/// started have to come to their end by themselves then.
 void start_threads(std::vector<std::jthread>& threads, int count,
                    const std::function<void()>& work);
 
 /// Threads that each take the next pile of cases; what they give goes to `done`, on the calling
-/// thread, in any order. Ends early when `stop` says so. Throws StartError when not a single thread
-/// can be started; else goes on with those there are.
+/// thread, in any order. Ends early when `stop` says so. Throws StartError when there is no room
+/// for so many threads.
 void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
                     const std::function<std::vector<CaseToRun>()>& next_pile,
                     const std::function<void(const std::vector<CaseResult>&)>& done,

@@ -110,8 +110,9 @@ void start_threads(std::vector<std::jthread>& threads, int count,
   threads.reserve(static_cast<std::size_t>(count));
   try {
     for (int n = 0; n < count; ++n) threads.emplace_back(work);
-  } catch (const std::system_error&) {
-    // No memory for a stack, or no process left.
+  } catch (const std::system_error& problem) {
+    throw StartError("--jobs: " + std::to_string(threads.size()) + " of " + std::to_string(count) +
+                     " threads could be started: " + problem.what() + "; ask for fewer");
   }
 }
 
@@ -127,7 +128,6 @@ void run_in_threads(int jobs, const std::function<CaseRunner()>& runner,
   };
   const Closing closing{exchange};
   start_threads(threads, jobs, [&] { work(exchange, runner); });
-  if (threads.empty()) throw StartError("no thread can be started: too little memory");
   bool more = true;
   std::vector<CaseResult> finished;
   for (;;) {
