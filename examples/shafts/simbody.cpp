@@ -1,7 +1,7 @@
 // An arm of two links in Simbody whose joints the drives of lk-emu turn:
 //
-//     g++ -std=c++17 -I/usr/include/simbody simbody.cpp -o simbody_arm -lSimTKsimbody -lSimTKmath
-//     -lSimTKcommon lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
+//     g++ -std=c++17 -I/usr/include/simbody simbody.cpp -o simbody_arm -lSimTK{simbody,math,common}
+//     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
 //     ./simbody_arm /tmp/shafts 2 > angles.csv
 //
 // Simbody gives the mass matrix and the forces of gravity and of speed. Its joints have no
