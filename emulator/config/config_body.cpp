@@ -73,8 +73,8 @@ Push read_push(TableReader table, const Mechanism& body) {
   return push;
 }
 
-Payload read_payload(TableReader table, const Mechanism& body) {
-  Payload payload;
+CarriedMass read_payload(TableReader table, const Mechanism& body) {
+  CarriedMass payload;
   payload.part = read_part(table, body);
   const auto mass = table.number("mass_kg", 0, kHeaviest_kg);
   if (!mass) table.note_missing("mass_kg");

@@ -73,7 +73,7 @@ struct Push {
   SimTime duration{0};
 };
 /// A part of the body carries so much at its centre of mass, in place of what it carried.
-struct Payload {
+struct CarriedMass {
   std::size_t part = 0;
   double mass_kg = 0;
 };
@@ -83,7 +83,7 @@ struct Freeze {
 };
 /// Of the body that drives of the bus are on; done when its next step begins.
 struct BodyAct {
-  std::variant<Push, Payload, Freeze> what;
+  std::variant<Push, CarriedMass, Freeze> what;
 };
 /// Nothing but a note in logs and recordings.
 struct Mark {

@@ -97,7 +97,7 @@ void Coupling::take_acts(std::span<Bus* const> buses) {
             [&](const Push& push) {
               pushing_.push_back({push, end_ + push.duration});
             },
-            [&](const Payload& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
+            [&](const CarriedMass& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
             [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
         },
         act.what);
