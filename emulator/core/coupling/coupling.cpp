@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "emulator/core/overloaded.hpp"
-#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/time_text.hpp"
 
 namespace lk::emulator {
 namespace {
