@@ -66,6 +66,7 @@ class Same(InADirectory):
 
 
 class Few(InADirectory):
+    @unittest.skipIf(b"__asan_init" in LK_EMU.read_bytes(), "AddressSanitizer takes all addresses")
     def test_threads_for_want_of_memory(self):
         self.write("p.toml", plan(24))
         memory = 1_500_000_000  # of addresses; a stack takes 8 MB of them
