@@ -18,13 +18,12 @@ sys.path[:0] = [str(ROOT / "python"), str(ROOT / "python" / "examples")]
 import lkemu  # noqa: E402
 import quadruped  # noqa: E402
 import quadruped_walk  # noqa: E402
-from arm_square import Drawing, SixJointArm  # noqa: E402
 from lk_joints import Joints, Rounds, bus_and_time  # noqa: E402
 
 SIZE = (1440, 790)
 HEADER_PX = 88  # of the page, which is left out: it tells of the clock
 SCALE = 0.69  # of the moving picture: 990 pixels wide
-QUALITY = 40
+QUALITY, METHOD = 40, 4
 MOST_BYTES = 1_500_000
 FRAME_S = 0.08
 WALK_S, WALK_M_S = 4.5, 0.3
@@ -113,27 +112,14 @@ def dog_on_three_legs(program):
         return stage.panel()
 
 
-def drawing_arm(program):
-    arm = SixJointArm()
-    with Stage(program, "six_joint_arm", "++") as stage:
-        drawing = Drawing(arm, stage.joints(arm.joints), stage.rounds())
-        drawing.to(lambda _: arm.angles(arm.corners[0]), 2.0)
-        return stage.panel()
-
-
-def save(picture, file):
-    picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(file, optimize=True)
-
-
 def main():
     program = sys.argv[1]
     directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
     directory.mkdir(parents=True, exist_ok=True)
-    save(dog_on_three_legs(program), directory / "robot.png")
-    save(drawing_arm(program), directory / "arm.png")
+    dog_on_three_legs(program).save(directory / "robot_errors.webp", quality=80)
     first, *others = walking_dog(program)
     film = directory / "robot.webp"
-    first.save(film, save_all=True, append_images=others, duration=round(1000 * FRAME_S), loop=0, quality=QUALITY)
+    first.save(film, save_all=True, append_images=others, duration=round(1000 * FRAME_S), loop=0, quality=QUALITY, method=METHOD)
     size = film.stat().st_size
     print(f"{film}: {1 + len(others)} pictures, {size} bytes")
     return 0 if size < MOST_BYTES else 1
