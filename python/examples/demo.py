@@ -28,7 +28,9 @@ def find_python_can():
     for python in (sys.executable, DEBIANS_PYTHON):
         asked = [python, "-c", "from can import Bus; import serial"]
         if os.path.exists(python) and subprocess.run(asked, stderr=subprocess.DEVNULL).returncode == 0:
-            return python == sys.executable or os.execv(python, [python, "-B", *sys.argv])
+            if python != sys.executable:
+                os.execv(python, [python, "-B", *sys.argv])
+            return
     sys.stderr.write("lk-emu: demo: its host needs python-can: apt install python3-can\n")
     sys.exit(2)
 
