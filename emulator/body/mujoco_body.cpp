@@ -74,6 +74,7 @@ MujocoBody::MujocoBody(const MujocoBody& other)
       own_kg_(other.own_kg_),
       keyframes_(other.keyframes_),
       free_parts_(other.free_parts_),
+      falls_on_(other.falls_on_),
       planes_(other.planes_),
       level_gravity_(other.level_gravity_),
       frozen_(other.frozen_),

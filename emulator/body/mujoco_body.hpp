@@ -80,8 +80,9 @@ class MujocoBody : public Mechanism, public BodyLooks {
   std::vector<double> own_kg_;      // of these
   std::vector<std::string> keyframes_;
   std::vector<std::size_t> free_parts_;
-  std::vector<int> planes_;  // the floor: geoms of what does not move
-  Triple level_gravity_{};   // the model's own
+  std::vector<bool> falls_on_;  // by parts_: it has fallen when this touches the world
+  std::vector<int> planes_;     // the floor: geoms of what does not move
+  Triple level_gravity_{};      // the model's own
   bool frozen_ = false;
   bool constants_changed_ = true;  // those that others are derived from
   std::vector<double> response_;   // nv x nv: its Cholesky factor

@@ -15,6 +15,12 @@ bool is_free(const mjModel& model, int body) {
   return joint >= 0 && model.jnt_type[joint] == mjJNT_FREE;
 }
 
+/// Of a limb: no part hangs on it.
+bool is_end(const mjModel& model, int body) {
+  const int* const parents = model.body_parentid;
+  return std::find(parents + 1, parents + model.nbody, body) == parents + model.nbody;
+}
+
 bool moves(const mjModel& model, int geom) {
   return model.body_weldid[model.geom_bodyid[geom]] != 0;
 }
@@ -28,6 +34,12 @@ void MujocoBody::find_scene() {
   }
   for (int body = 1; body < model_->nbody; ++body) {
     if (is_free(*model_, body)) free_parts_.push_back(static_cast<std::size_t>(body));
+  }
+  falls_on_.resize(parts_.size());
+  for (int body = 1; body < model_->nbody && !free_parts_.empty(); ++body) {
+    const int root = static_cast<int>(free_parts_.front());
+    if (model_->body_rootid[body] != root) continue;
+    falls_on_[static_cast<std::size_t>(body)] = body == root || !is_end(*model_, body);
   }
   for (int geom = 0; geom < model_->ngeom; ++geom) {
     if (model_->geom_type[geom] == mjGEOM_PLANE && !moves(*model_, geom)) planes_.push_back(geom);
@@ -125,8 +137,7 @@ void MujocoBody::look_at_contacts(BodyState& state) const {
       const bool on_world = !moves(*model_, geom == geoms[0] ? geoms[1] : geoms[0]);
       if (!on_world || !moves(*model_, geom)) continue;
       state.contact_N += force[0];
-      const bool is_first = !free_parts_.empty() && part == free_parts_.front();
-      state.fallen = state.fallen || (is_first && force[0] > 0);
+      state.fallen = state.fallen || (falls_on_[part] && force[0] > 0);
     }
   }
 }

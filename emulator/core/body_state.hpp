@@ -21,8 +21,8 @@ struct PartState {
 struct BodyState {
   std::vector<PartState> parts;  // of Mechanism::parts()
   double contact_N = 0;          // normal forces between what moves and the world, summed
-  // Of the first part that goes where it likes: it touches the world, or has tilted by more than
-  // kFallen_deg. Never of a body that is fixed.
+  // Something else of it than the ends of its limbs touches the world, or the part that goes where
+  // it likes has tilted by more than kFallen_deg. Never of a body that is fixed.
   bool fallen = false;
 };
 inline constexpr double kFallen_deg = 60;  // assumed: no gait tilts a trunk by as much

@@ -25,7 +25,7 @@ Angles angles(const Quaternion& q) {
 // clang-format off
 constexpr BodySignal kTable[] = {
     {"contact_N", "normal forces between what moves and the world, summed", [](const BodyState& b, std::size_t) { return b.contact_N; }, false},
-    {"fallen", "1 while the part that goes where it likes touches the world or has tilted by more than 60 degrees",
+    {"fallen", "1 while other parts than the ends of its limbs touch the world, or its trunk has tilted by more than 60 degrees",
      [](const BodyState& b, std::size_t) { return b.fallen ? 1.0 : 0.0; }, false},
     {"x_m", "where the part's frame is, along the world's x", [](const BodyState& b, std::size_t n) { return b.parts[n].position_m[0]; }, true},
     {"y_m", "along y", [](const BodyState& b, std::size_t n) { return b.parts[n].position_m[1]; }, true},

@@ -165,7 +165,25 @@ TEST(Scene, HasFallenWhenItLiesOrIsTilted) {
   EXPECT_EQ(read(*body, "body.fallen"), 1);
 }
 
-/// As without the directive, bit for bit: a copy that is put where it starts.
+/// A table with one leg that swings: on the leg's end it stands, on its own corner it has fallen.
+TEST(Scene, FeetMayTouchTheFloor) {
+  const auto table = [](const char* height) {
+    return body_of(std::string(R"(<mujoco><worldbody><geom type="plane" size="9 9 1"/>
+      <body name="top" pos="0 0 )") +
+                   height + R"("><freejoint/><geom type="box" size=".3 .3 .01" mass="1"/>
+      <body name="upper"><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".02" mass=".1"/>
+      <body name="foot" pos="0 0 -.5"><joint name="knee" axis="0 1 0"/>
+        <geom type="sphere" size=".05" mass=".1"/></body></body></body>
+      </worldbody></mujoco>)");
+  };
+  const auto stands = table("0.549");  // 1 mm into the floor
+  EXPECT_GT(read(*stands, "body.foot.contact_N"), 0);
+  EXPECT_EQ(read(*stands, "body.fallen"), 0);
+  const auto lies = table("0.009");
+  EXPECT_GT(read(*lies, "body.top.contact_N"), 0);
+  EXPECT_EQ(read(*lies, "body.fallen"), 1);
+}
+
 TEST(Scene, ACopyHasItsGroundForItself) {
   const auto body = body_of(kBlock);
   const auto copy = body->clone();
