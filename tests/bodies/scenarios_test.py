@@ -84,7 +84,7 @@ def check_without_body(program, text, directory, effects):
         if is_of_the_body(block):
             reason = refusal(program, "\n".join([*of_drives, block]), directory)
             print(f"without the body: {reason}")
-            if not re.fullmatch(r"2: \S+: expect\.signal: the robot has no \[body\]", reason):
+            if not re.fullmatch(r"2: lk-emu: \S+: expect\.signal: the robot has no \[body\]", reason):
                 problems.append(f"without the body it is not refused but: {reason}")
     results = outcome(program, "\n".join(of_drives), directory)
     for block, effect in effects.items():

@@ -262,8 +262,9 @@ std::optional<model::Error> read_error(TableReader& reader, const std::string& k
 }
 
 const Signal* read_signal(TableReader& reader, const std::string& key, const BusConfig& bus) {
-  if (!reader.has(key)) return nullptr;
-  const bool of_body = reader.is_text(key) && reader.text(key)->starts_with(kBodyPrefix);
+  const auto name = reader.text(key);
+  if (!name) return nullptr;
+  const bool of_body = name->starts_with(kBodyPrefix);
   if (of_body && bus.body_signals == nullptr) reader.fail(key, "the robot has no [body]");
   std::vector<const Signal*> all = signals_with(bus.body_signals.get());
   // A list that tells of a mistake is of one kind.

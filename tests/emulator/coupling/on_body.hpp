@@ -46,8 +46,9 @@ class OnBody {
   }
   void torque_current(double iq_A) { say(protocol::Torque{iq_A}); }
   void put(double angle_rad) {
-    bus_.apply(
-        {emulator::kWholeBus, emulator::BodyAct{emulator::Pose{.joints = {{0, angle_rad}}}}});
+    emulator::Pose pose;
+    pose.joints = {{0, angle_rad}};
+    bus_.apply({emulator::kWholeBus, emulator::BodyAct{pose}});
   }
   void fault(std::string_view word, std::initializer_list<emulator::FaultValue> values = {}) {
     ASSERT_TRUE(bus_.apply({emulator::kWholeBus, emulator::SetFault{fault_of(word, values, {1})}}));
