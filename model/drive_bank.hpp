@@ -32,6 +32,8 @@ struct Mount {
   /// A gear that gives, but so fast that the body does not follow: it has rotor and output as one,
   /// where their common momentum has them, and how they swing against each other is the drive's.
   bool stiff = false;
+  /// The shaft did not turn there, it was put there: as by hand, and drive and body are at rest.
+  bool put_there = false;
 };
 /// A shaft that is fixed to a body, as the body is to see it.
 struct MountedShaft {
@@ -131,6 +133,8 @@ class DriveBank {
   EnergyLedger energy(std::size_t drive) const;
 
  private:
+  /// The output, and the rotor with it, at `theta`, at rest.
+  void put_at_rest(std::size_t drive, double theta);
   /// In drive_bank_state.hpp: how the fast tick stores a drive is no business of who has one.
   struct State;
   std::unique_ptr<State> state_;

@@ -53,6 +53,7 @@ MujocoBody::MujocoBody(const std::string& file, SimTime step) : model_(load(file
   model_->opt.timestep = seconds(step) / substeps_;
   model_->opt.disableflags |= mjDSBL_ACTUATION;
   find_joints();
+  find_scene();
   if (names_.empty()) throw std::invalid_argument(file + ": it has no hinge joint with a name");
   data_.reset(mj_makeData(model_.get()));
   if (data_ == nullptr) throw std::invalid_argument(file + ": not enough memory for it");
@@ -71,6 +72,11 @@ MujocoBody::MujocoBody(const MujocoBody& other)
       hinges_(other.hinges_),
       parts_(other.parts_),
       own_kg_(other.own_kg_),
+      keyframes_(other.keyframes_),
+      free_parts_(other.free_parts_),
+      falls_on_(other.falls_on_),
+      planes_(other.planes_),
+      level_gravity_(other.level_gravity_),
       frozen_(other.frozen_),
       constants_changed_(other.constants_changed_),
       response_(other.response_),

@@ -40,6 +40,13 @@ class MujocoBody : public Mechanism, public BodyLooks {
             const std::array<double, 3>& torque_Nm) override;
   void carry(std::size_t part, double mass_kg) override;
   void freeze(bool on) override;
+  std::optional<std::array<double, 2>> stops(std::size_t joint) const override;
+  std::span<const std::string> keyframes() const override { return keyframes_; }
+  std::span<const std::size_t> free_parts() const override { return free_parts_; }
+  bool has_floor() const override { return !planes_.empty(); }
+  void set_floor(const Floor& floor) override;
+  void pose(const Pose& pose) override;
+  void look(BodyState& state) const override;
   std::optional<std::string> failure() const override { return failure_; }
   /// Of the groups that MuJoCo's own viewer shows, 0 to 2. Meshes as the boxes around them; height
   /// fields not at all.
@@ -56,6 +63,8 @@ class MujocoBody : public Mechanism, public BodyLooks {
     void operator()(mjData* data) const { mj_deleteData(data); }
   };
   void find_joints();
+  void find_scene();
+  void look_at_contacts(BodyState& state) const;
   /// A with A·acceleration = torque + …, of the constraints too that are active now; factored.
   void find_response();
   void substep(std::span<const JointTorque> torques, double from_s);
@@ -69,6 +78,11 @@ class MujocoBody : public Mechanism, public BodyLooks {
   std::vector<int> hinges_;         // of the model's joints
   std::vector<std::string> parts_;  // the model's bodies
   std::vector<double> own_kg_;      // of these
+  std::vector<std::string> keyframes_;
+  std::vector<std::size_t> free_parts_;
+  std::vector<bool> falls_on_;  // by parts_: it has fallen when this touches the world
+  std::vector<int> planes_;     // the floor: geoms of what does not move
+  Triple level_gravity_{};      // the model's own
   bool frozen_ = false;
   bool constants_changed_ = true;  // those that others are derived from
   std::vector<double> response_;   // nv x nv: its Cholesky factor

@@ -10,6 +10,7 @@
 #include "emulator/config/config_reader.hpp"
 #include "emulator/config/config_serial.hpp"
 #include "emulator/config/events/config_events.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -52,6 +53,7 @@ AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
 /// The body of a robot, and which of its joints some drive turns.
 struct Body {
   std::shared_ptr<const Mechanism> mechanism;
+  std::shared_ptr<const BodySignals> signals;
   std::vector<bool> taken;
 };
 
@@ -59,6 +61,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
                    const Overrides& overrides, const FindProfile& find, Body& body) {
   BusConfig bus;
   bus.body = body.mechanism;
+  bus.body_signals = body.signals;
   if (const auto interface = reader.text("interface")) {
     const std::string wrong = interface_name_problem(*interface);
     if (!wrong.empty()) reader.fail("interface", wrong);
@@ -111,8 +114,11 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   const std::int64_t bitrate = reader.integer("bitrate", 0, INT64_MAX).value_or(kDefaultBitrate);
   const std::string problem = bitrate_problem(bitrate);
   if (!problem.empty()) reader.fail("bitrate", problem);
-  Body body{read_body(reader, load_body), {}};
-  if (body.mechanism) body.taken.resize(body.mechanism->joints().size());
+  Body body{read_body(reader, load_body), {}, {}};
+  if (body.mechanism) {
+    body.signals = std::make_shared<BodySignals>(body.mechanism->parts());
+    body.taken.resize(body.mechanism->joints().size());
+  }
   const double battery_R_ohm = read_battery(reader);
   std::vector<BusConfig> buses;
   std::set<std::string> seen;

@@ -41,48 +41,6 @@ void check_alone(const TableReader& reader) {
   }
 }
 
-constexpr double kStrongest = 1e6;    // N, Nm; assumed
-constexpr double kHeaviest_kg = 1e4;  // assumed
-
-std::size_t read_part(TableReader& table, const Mechanism& body) {
-  std::vector<std::string> names;
-  for (const std::string& name : body.parts()) {
-    if (!name.empty()) names.push_back(name);
-  }
-  const auto place = table.choice("body", names);
-  if (!place) {
-    table.note_missing("body");
-    return 0;
-  }
-  const auto parts = body.parts();
-  return static_cast<std::size_t>(std::ranges::find(parts, names[*place]) - parts.begin());
-}
-
-Push read_push(TableReader table, const Mechanism& body) {
-  Push push;
-  push.part = read_part(table, body);
-  const auto force = table.numbers("force_N", 3, -kStrongest, kStrongest);
-  const auto torque = table.numbers("torque_Nm", 3, -kStrongest, kStrongest);
-  std::ranges::copy(force, push.force_N.begin());
-  std::ranges::copy(torque, push.torque_Nm.begin());
-  if (force.empty() && torque.empty()) table.note_missing("force_N");
-  const auto lasts = table.number("for_s", 0, 1e6);
-  if (!lasts) table.note_missing("for_s");
-  push.duration = SimTime(protocol::rounded(lasts.value_or(0) * 1e9));
-  table.finish();
-  return push;
-}
-
-CarriedMass read_payload(TableReader table, const Mechanism& body) {
-  CarriedMass payload;
-  payload.part = read_part(table, body);
-  const auto mass = table.number("mass_kg", 0, kHeaviest_kg);
-  if (!mass) table.note_missing("mass_kg");
-  payload.mass_kg = mass.value_or(0);
-  table.finish();
-  return payload;
-}
-
 }  // namespace
 
 std::shared_ptr<const Mechanism> read_body(TableReader& reader, const LoadBody& load) {
@@ -136,17 +94,6 @@ std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& serv
   }
   link.start_rad = body->joint(link.joint).angle_rad;
   return link;
-}
-
-std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body) {
-  std::optional<BodyAct> act;
-  for (const char* word : {"push", "payload", "freeze"}) {
-    if (reader.has(word) && body == nullptr) reader.fail(word, "the robot has no [body]");
-  }
-  if (const auto push = reader.table("push")) act = BodyAct{read_push(*push, *body)};
-  if (const auto payload = reader.table("payload")) act = BodyAct{read_payload(*payload, *body)};
-  if (const auto on = reader.boolean("freeze")) act = BodyAct{Freeze{*on}};
-  return act;
 }
 
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken) {

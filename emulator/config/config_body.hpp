@@ -22,9 +22,6 @@ double read_battery(TableReader& reader);
 std::optional<JointLink> read_joint(TableReader& reader, const ServoConfig& servo,
                                     const Mechanism* body);
 
-/// Reads `push`, `payload` or `freeze`, where one of them is there.
-std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body);
-
 /// Refuses a joint that another drive of the robot turns too. `reader` is that of `servo`; `taken`
 /// has those of the drives that were read before.
 void check_joint(const TableReader& reader, const ServoConfig& servo, std::vector<bool>& taken);

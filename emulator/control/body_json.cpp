@@ -7,6 +7,7 @@
 #include <span>
 
 #include "emulator/control/control_json.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -93,11 +94,15 @@ Json body_json(const World& world) {
   joints.resize(shape.joints.size());
   Json poses = Json::array();
   for (const BodyPose& pose : body.poses()) poses.push_back(numbers(pose));
-  return {{"mass_kg", shape.mass_kg},
-          {"bodies", bodies},
-          {"geoms", geoms},
-          {"joints", joints},
-          {"poses", poses}};
+  Json values = Json::object();
+  const Line& line = *world.lines().front();
+  if (const BodySignals* const all = line.config().body_signals.get()) {
+    for (const Signal& one : all->all()) {
+      values[std::string(one.name)] = one.of_body(line.bus().body(), one.part);
+    }
+  }
+  return {{"mass_kg", shape.mass_kg}, {"signals", values}, {"bodies", bodies},
+          {"geoms", geoms},           {"joints", joints},  {"poses", poses}};
 }
 
 std::string body_now_text(const World& world) {

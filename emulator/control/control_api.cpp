@@ -274,7 +274,7 @@ void ControlApi::get_fault_kinds(const ApiRequest& /*request*/, const Parts& /*p
 void ControlApi::get_signals(const ApiRequest& /*request*/, const Parts& /*parts*/,
                              const Reply& reply) {
   catch_up();
-  reply({200, signals_json(), ""});
+  reply({200, signals_json(world_), ""});
 }
 
 // --- what can be done

@@ -15,8 +15,8 @@
 #include "emulator/core/frame_text.hpp"
 #include "emulator/core/generation.hpp"
 #include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 #include "emulator/core/servo/shaft_angles.hpp"
-#include "emulator/core/servo/signals.hpp"
 #include "emulator/core/units.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
@@ -358,10 +358,10 @@ Json scenarios_json() {
   return all.value_or(Json::array());
 }
 
-Json signals_json() {
+Json signals_json(const World& world) {
   Json all = Json::array();
-  for (const Signal& signal : signals()) {
-    all.push_back({{"name", signal.name}, {"about", signal.about}});
+  for (const Signal* signal : signals_with(world.lines().front()->config().body_signals.get())) {
+    all.push_back({{"name", signal->name}, {"about", signal->about}});
   }
   return all;
 }

@@ -14,7 +14,7 @@ Json drive_json(const Line& line, int id);
 Json advice_json(const Line& line, const Advice& advice);
 Json fault_json(const Line& line, const FaultReport& report);
 Json fault_kinds_json();
-Json signals_json();
+Json signals_json(const World& world);
 /// The scenarios that are delivered: name, file, what they are about.
 Json scenarios_json();
 

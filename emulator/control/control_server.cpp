@@ -17,15 +17,11 @@
 namespace lk::emulator {
 namespace {
 
-using boost::asio::ip::tcp;
-using local = boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr std::size_t kShortestToken = 16;
 // Written in hexadecimal, as a page has to, it still fits into a header (kLongestHeader).
 constexpr std::size_t kLongestToken = 2048;
-constexpr std::size_t kLongestPath = 107;  // of a Unix socket
-constexpr auto kPause = std::chrono::milliseconds(100);
 
 /// systemd keeps others from what it hands to a service, with lists that the mode does not show.
 bool is_credential(const std::filesystem::path& file) {
@@ -67,11 +63,7 @@ std::string read_token(const std::filesystem::path& file) {
 
 ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
                              const ControlOptions& options)
-    : loop_(loop),
-      shared_(std::make_shared<HttpShared>(world)),
-      patience_(options.patience),
-      unix_pause_(loop),
-      tcp_pause_(loop) {
+    : loop_(loop), shared_(std::make_shared<HttpShared>(world)), patience_(options.patience) {
   // First what may be refused and leaves nothing behind.
   if (options.http) listen_at(*options.http, options);
   if (options.socket.empty()) {
@@ -89,42 +81,12 @@ ControlServer::ControlServer(boost::asio::io_context& loop, World& world,
   }
 }
 
-ControlServer::~ControlServer() {
-  struct stat found {};
-  // Only what is still ours.
-  if (!path_.empty() && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_) {
-    ::unlink(path_.c_str());
-  }
-}
-
 void ControlServer::listen_at(const std::filesystem::path& path) {
-  if (path.string().size() > kLongestPath) {
-    throw StartError(path.string() + " is longer than the path of a socket can be (" +
-                     std::to_string(kLongestPath) + ")");
-  }
-  clear_stale_socket(path);
-  try {
-    unix_.emplace(loop_);
-    unix_->open();
-    const mode_t before = ::umask(0177);  // nobody gets in between making it and closing it
-    error_code error;
-    unix_->bind(local::endpoint(path.string()), error);
-    ::umask(before);
-    if (error) throw boost::system::system_error(error);
-    path_ = path;
-    struct stat made {};
-    ::lstat(path.c_str(), &made);
-    inode_ = made.st_ino;
-    unix_->listen();
-  } catch (const boost::system::system_error& problem) {
-    unix_.reset();
-    throw StartError("cannot listen at " + path.string() + ": " + problem.code().message());
-  }
-  spdlog::debug("control: {}", path.string());
   const auto entrance = std::make_shared<Entrance>();
   entrance->patience = patience_;
   entrance->same_user = true;
-  accept(*unix_, unix_pause_, entrance);
+  unix_.emplace(loop_, path, serving(entrance));
+  spdlog::debug("control: {}", path.string());
 }
 
 void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& options) {
@@ -146,26 +108,14 @@ void ControlServer::listen_at(const HttpAddress& http, const ControlOptions& opt
                      ": give a --http-token FILE, or none");
   }
   access.own_pages_only = address.is_loopback() || access.token.empty();
-  try {
-    const tcp::endpoint endpoint(address, http.port);
-    tcp_.emplace(loop_);
-    tcp_->open(endpoint.protocol());
-    tcp_->set_option(tcp::acceptor::reuse_address(true));
-    tcp_->bind(endpoint);
-    tcp_->listen();
-    port_ = tcp_->local_endpoint().port();
-  } catch (const boost::system::system_error& problem) {
-    throw StartError("cannot listen at " + http.address + ":" + std::to_string(http.port) + ": " +
-                     problem.code().message());
-  }
-  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  tcp_.emplace(loop_, address, http.port, serving(entrance));
+  const std::string host = url_host(address);
   if (!address.is_loopback() && access.token.empty()) {
     spdlog::warn("--http: whoever reaches {} can look at these drives{}{}", host,
                  options.pages_may_write ? " and command them" : "",
                  address.is_unspecified() ? "; that is all addresses of this machine" : "");
   }
-  spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port_);
-  accept(*tcp_, tcp_pause_, entrance);
+  spdlog::info("dashboard: http://{0}:{1}/, control: http://{0}:{1}/api/v1", host, port());
 }
 
 /// A newcomer takes the place of whoever has been idle for longest.
@@ -181,22 +131,10 @@ bool ControlServer::has_room(Entrance& entrance) {
   return true;
 }
 
-template <class Acceptor>
-void ControlServer::accept(Acceptor& acceptor, boost::asio::steady_timer& pause,
-                           std::shared_ptr<Entrance> entrance) {
-  acceptor.async_accept([this, &acceptor, &pause, entrance](const error_code& error, auto socket) {
-    if (error == boost::asio::error::operation_aborted) return;
-    if (error) {
-      // Most likely there are too many descriptors: some will be closed.
-      pause.expires_after(kPause);
-      pause.async_wait([this, &acceptor, &pause, entrance](const error_code& aborted) {
-        if (!aborted) accept(acceptor, pause, entrance);
-      });
-      return;
-    }
-    if (has_room(*entrance)) serve_http(HttpSocket(std::move(socket)), shared_, entrance);
-    accept(acceptor, pause, entrance);
-  });
+SocketListener::OnConnect ControlServer::serving(std::shared_ptr<Entrance> entrance) {
+  return [shared = shared_, entrance = std::move(entrance)](HttpSocket socket) {
+    if (has_room(*entrance)) serve_http(std::move(socket), shared, entrance);
+  };
 }
 
 }  // namespace lk::emulator

@@ -267,8 +267,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     check_handshake();
     const TelemetryRequest wanted = shared_->api.read_telemetry_request(request_);
-    const double values =
-        wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
+    const double values = wanted.rate_Hz * wanted.values();
     if (shared_->telemetry_values + values > kMostTelemetryOfAll) {
       throw ApiError(429, "rate_Hz", "all clients together ask for too many values per second");
     }

@@ -6,23 +6,30 @@
 
 #include "emulator/config/config.hpp"
 #include "emulator/control/control_api.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 
 namespace lk::emulator {
 namespace {
 
-/// "speed_dps,iq_A"
-std::vector<const Signal*> signals_of(std::string_view names) {
-  std::vector<const Signal*> all;
+/// "speed_dps,iq_A,body.fallen"
+void read_signals(std::string_view names, const BodySignals* body, TelemetryRequest& wanted) {
+  const std::vector<const Signal*> known = signals_with(body);
   for (;;) {
     const std::size_t end = names.find(',');
     const std::string name(names.substr(0, end));
-    const Signal* const signal = find_signal(name);
-    if (signal == nullptr) throw ApiError(400, "signals", "there is no signal \"" + name + "\"");
-    if (std::ranges::find(all, signal) != all.end()) {
+    const auto found = std::ranges::find(known, name, &Signal::name);
+    if (found == known.end()) {
+      const bool bodiless = body == nullptr && name.starts_with(kBodyPrefix);
+      throw ApiError(
+          400, "signals",
+          bodiless ? name + ": the robot has no [body]" : "there is no signal \"" + name + "\"");
+    }
+    auto& all = (*found)->is_of_body() ? wanted.body_signals : wanted.signals;
+    if (std::ranges::find(all, *found) != all.end()) {
       throw ApiError(400, "signals", name + " is given twice");
     }
-    all.push_back(signal);
-    if (end == std::string_view::npos) return all;
+    all.push_back(*found);
+    if (end == std::string_view::npos) return;
     names.remove_prefix(end + 1);
   }
 }
@@ -74,10 +81,8 @@ TelemetryRequest ControlApi::read_telemetry_request(const ApiRequest& request) {
   if (wanted.ids.empty()) {
     for (const ServoConfig& servo : wanted.line->config().servos) wanted.ids.push_back(servo.id);
   }
-  wanted.signals = signals_of(names);
-  const double values =
-      wanted.rate_Hz * static_cast<double>(wanted.ids.size() * wanted.signals.size());
-  if (values > kMostTelemetry) {
+  read_signals(names, wanted.line->config().body_signals.get(), wanted);
+  if (wanted.rate_Hz * wanted.values() > kMostTelemetry) {
     throw ApiError(400, "rate_Hz", "more than 200000 values per second: ask for fewer");
   }
   wanted.period = SimTime(std::llround(1e9 / wanted.rate_Hz));

@@ -64,15 +64,15 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   }
 
  private:
-  double values_a_second() const {
-    return wanted_.rate_Hz * static_cast<double>(wanted_.ids.size() * wanted_.signals.size());
-  }
+  double values_a_second() const { return wanted_.rate_Hz * wanted_.values(); }
 
   void begin() {
     std::vector<SampledColumn> columns;
     for (const int id : wanted_.ids) {
       for (const Signal* signal : wanted_.signals) columns.push_back({id, signal});
     }
+    const int any = wanted_.line->config().servos.front().id;
+    for (const Signal* signal : wanted_.body_signals) columns.push_back({any, signal});
     sampler_.emplace(std::move(columns), wanted_.line->bus().time(), wanted_.period);
     tell(introduction());
     // Not this stream's owner: it may end in between.
@@ -90,10 +90,11 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
   std::string introduction() const {
     Json names = Json::array();
     for (const Signal* signal : wanted_.signals) names.push_back(signal->name);
-    const Json json = {{"bus", wanted_.line->name()},
-                       {"ids", wanted_.ids},
-                       {"signals", names},
-                       {"rate_Hz", wanted_.rate_Hz}};
+    Json json = {{"bus", wanted_.line->name()},
+                 {"ids", wanted_.ids},
+                 {"signals", names},
+                 {"rate_Hz", wanted_.rate_Hz}};
+    for (const Signal* signal : wanted_.body_signals) json["body"].push_back(signal->name);
     return json.dump();
   }
 
@@ -118,7 +119,12 @@ class TelemetryStream : public std::enable_shared_from_this<TelemetryStream> {
       }
       text += ']';
     }
-    text += "]}";
+    text += ']';
+    for (auto left = value; value != row_.end(); ++value) {
+      text += value == left ? ",\"body\":[" : ",";
+      append_number(text, *value);
+    }
+    text += wanted_.body_signals.empty() ? "}" : "]}";
     if (gathered_samples_ >= wanted_.samples_per_message) {
       tell_gathered();
     } else if (gathered_samples_ == 1) {

@@ -21,6 +21,7 @@ namespace lk::emulator {
 
 using protocol::Series;
 
+class BodySignals;
 class Mechanism;
 
 /// Which turn the encoder field of the wire spans on geared motors (docs/protocol.md §7).
@@ -186,6 +187,8 @@ struct BusConfig {
   // What the joints of its drives are of: one for all buses of a robot, which starts from a copy of
   // this; null: none.
   std::shared_ptr<const Mechanism> body;
+  // What can be watched of it; null: nothing.
+  std::shared_ptr<const BodySignals> body_signals;
   // Inner resistance of the battery that the drives of all buses of a robot have in common, the
   // same on each; 0: each drive has a source for itself.
   double battery_R_ohm = 0;

@@ -9,7 +9,9 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
+#include "emulator/core/body_state.hpp"
 #include "emulator/core/condition.hpp"
 #include "emulator/core/fault.hpp"
 #include "emulator/core/parameter_memory.hpp"
@@ -81,9 +83,26 @@ struct CarriedMass {
 struct Freeze {
   bool on = true;
 };
+/// The ground that the body stands on. What is not said stays as it is.
+struct Floor {
+  std::optional<double> friction;   // sliding, of whatever touches it
+  std::optional<double> slope_rad;  // it rises along +x
+};
+/// The body is put there, at rest. What is not said stays where it is.
+struct Pose {
+  struct JointAt {
+    std::size_t joint = 0;  // of Mechanism::joints()
+    double angle_rad = 0;
+  };
+  std::optional<std::size_t> keyframe;  // of Mechanism::keyframes(), before all else
+  std::size_t part = 0;                 // that goes where it likes
+  std::optional<Triple> position_m;     // its
+  std::optional<Quaternion> quaternion;
+  std::vector<JointAt> joints;
+};
 /// Of the body that drives of the bus are on; done when its next step begins.
 struct BodyAct {
-  std::variant<Push, CarriedMass, Freeze> what;
+  std::variant<Push, CarriedMass, Freeze, Floor, Pose> what;
 };
 /// Nothing but a note in logs and recordings.
 struct Mark {

@@ -14,7 +14,11 @@ struct Signal;
 struct TelemetryRequest {
   Line* line = nullptr;
   std::vector<int> ids;
-  std::vector<const Signal*> signals;
+  std::vector<const Signal*> signals;       // of each
+  std::vector<const Signal*> body_signals;  // once
+  double values() const {                   // of a sample
+    return static_cast<double>(ids.size() * signals.size() + body_signals.size());
+  }
   double rate_Hz = 100;
   SimTime period{0};
   // 1: a message is a sample; more: a list of up to so many, which is less work for both sides.

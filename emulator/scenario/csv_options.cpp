@@ -1,5 +1,6 @@
 #include "emulator/scenario/csv_options.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "emulator/config/config_reader.hpp"
@@ -7,18 +8,44 @@
 
 namespace lk::emulator {
 
-std::vector<const Signal*> find_signals(const std::vector<std::string>& names) {
+std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
+                                        const BodySignals* body) {
+  const std::vector<const Signal*> all = signals_with(body);
   std::vector<std::string> known;
-  for (const Signal& signal : signals()) known.emplace_back(signal.name);
+  for (const Signal* const signal : all) known.emplace_back(signal->name);
   std::vector<const Signal*> found;
   for (const std::string& name : names) {
-    found.push_back(find_signal(name));
-    if (found.back() != nullptr) continue;
+    const auto place = std::ranges::find(all, name, &Signal::name);
+    if (place != all.end()) {
+      found.push_back(*place);
+      continue;
+    }
+    if (name.starts_with(kBodyPrefix) && body == nullptr) {
+      throw StartError("--signals: " + name + ": there is no [body] here");
+    }
     const std::string meant = nearest(name, known);
     throw StartError("--signals: no signal \"" + name + "\"" +
                      (meant.empty() ? "" : ", did you mean " + meant + "?"));
   }
   return found;
+}
+
+std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
+                                                    const std::vector<const Signal*>& signals,
+                                                    const std::vector<int>& ids) {
+  std::vector<std::vector<SampledColumn>> all(buses.size());
+  for (std::size_t n = 0; n < buses.size(); ++n) {
+    for (const ServoConfig& servo : buses[n].servos) {
+      if (!ids.empty() && std::ranges::find(ids, servo.id) == ids.end()) continue;
+      for (const Signal* const signal : signals) {
+        if (!signal->is_of_body()) all[n].push_back({servo.id, signal});
+      }
+    }
+  }
+  for (const Signal* const signal : signals) {
+    if (signal->is_of_body()) all.front().push_back({buses.front().servos.front().id, signal});
+  }
+  return all;
 }
 
 SimTime row_period(double rate_Hz) {

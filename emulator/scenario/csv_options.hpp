@@ -3,13 +3,22 @@
 #include <string>
 #include <vector>
 
-#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/bus_config.hpp"
+#include "emulator/core/scenario/sampler.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
 
-/// What --signals names. Throws StartError.
-std::vector<const Signal*> find_signals(const std::vector<std::string>& names);
+/// What --signals names, of drives and of the body, which may be null. Throws StartError.
+std::vector<const Signal*> find_signals(const std::vector<std::string>& names,
+                                        const BodySignals* body);
+
+/// The columns of all `buses`: of each drive among `ids` (empty: all) its signals, and once, with
+/// those of the first bus, the body's.
+std::vector<std::vector<SampledColumn>> csv_columns(const std::vector<BusConfig>& buses,
+                                                    const std::vector<const Signal*>& signals,
+                                                    const std::vector<int>& ids);
 
 /// The time between rows at --rate. Throws StartError.
 SimTime row_period(double rate_Hz);

@@ -12,8 +12,9 @@ std::string csv_header(const std::vector<std::string>& buses,
   for (std::size_t n = 0; n < samplers.size(); ++n) {
     for (const SampledColumn& column : samplers[n].columns()) {
       text += ',';
-      if (buses.size() > 1) text += buses[n] + '.';
-      text += std::to_string(column.id) + '.';
+      const bool of_body = column.signal->is_of_body();
+      if (!of_body && buses.size() > 1) text += buses[n] + '.';
+      if (!of_body) text += std::to_string(column.id) + '.';
       text += column.signal->name;
     }
   }

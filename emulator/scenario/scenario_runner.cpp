@@ -10,6 +10,7 @@
 #include "emulator/files/durable_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
+#include "emulator/scenario/csv_options.hpp"
 #include "emulator/scenario/csv_writer.hpp"
 #include "emulator/scenario/progress.hpp"
 
@@ -29,19 +30,12 @@ class CsvOutput {
       });
       if (!known) throw StartError("--ids: the robot has no drive " + std::to_string(id));
     }
-    std::vector<std::string> buses;
-    for (const BusConfig& bus : scenario.robot) {
-      std::vector<SampledColumn> columns;
-      for (const ServoConfig& servo : bus.servos) {
-        const bool wanted =
-            csv.ids.empty() || std::ranges::find(csv.ids, servo.id) != csv.ids.end();
-        for (const Signal* signal : csv.signals) {
-          if (wanted) columns.push_back({servo.id, signal});
-        }
-      }
+    const BodySignals* const body = scenario.robot.front().body_signals.get();
+    for (auto& columns : csv_columns(scenario.robot, find_signals(csv.signals, body), csv.ids)) {
       samplers_.emplace_back(std::move(columns), SimTime{0}, csv.period);
-      buses.push_back(bus.interface);
     }
+    std::vector<std::string> buses;
+    for (const BusConfig& bus : scenario.robot) buses.push_back(bus.interface);
     file_.write(csv_header(buses, samplers_));
   }
 

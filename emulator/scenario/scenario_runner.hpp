@@ -18,7 +18,7 @@ namespace lk::emulator {
 struct RunOutputs {
   struct Csv {
     std::filesystem::path file;
-    std::vector<const Signal*> signals;
+    std::vector<std::string> signals = {"angle_deg", "speed_dps", "iq_A"};
     std::vector<int> ids;  // empty: all
     SimTime period{0};
   };

@@ -3,43 +3,39 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/post.hpp>
 #include <cerrno>
+#include <thread>
 #include <utility>
 
 #include "emulator/core/overloaded.hpp"
-#include "emulator/files/runtime_dir.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {
 namespace {
 
-using boost::asio::ip::tcp;
 using boost::system::error_code;
-using local = boost::asio::local::stream_protocol;
 
-constexpr std::size_t kLongestPath = 107;  // of a Unix socket
-constexpr auto kPause = std::chrono::milliseconds(100);
 /// From connecting to the first STATES: time for a model to be read.
 constexpr auto kManners = std::chrono::seconds(10);
 constexpr SimTime kShortestStep = std::chrono::microseconds(50);  // as of a [body]
 constexpr SimTime kLongestStep = std::chrono::milliseconds(10);
+/// A step and its answer that take no longer than this find the program awake: waking up takes as
+/// long as an exchange.
+constexpr auto kPolling = std::chrono::microseconds(100);
 constexpr const char* kClockIsHeld = "time is the simulator's that is at --shafts";
 
 }  // namespace
 
 ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const ShaftOptions& options)
-    : loop_(loop),
-      world_(world),
-      lost_(options.lost),
-      pause_(loop),
-      manners_(loop),
-      patience_(loop, [this] { go_on_without_answer(); }) {
+    : loop_(loop), world_(world), lost_(options.lost), manners_(loop), patience_(loop, [this] {
+        go_on_without_answer();
+      }) {
   for (std::size_t n = 0; n < world.lines().size(); ++n) {
     const Line& line = *world.lines()[n];
     for (const ServoConfig& servo : line.config().servos) {
@@ -47,90 +43,34 @@ ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const Shaf
       shafts_.push_back({n, servo.id, line.name() + ":" + std::to_string(servo.id), &servo});
     }
   }
-  options.path.empty() ? listen_at_port(options) : listen_at_path(options);
+  try {
+    listen(options);
+  } catch (const StartError& problem) {
+    throw StartError("--shafts: " + std::string(problem.what()));
+  }
   world_.on_body_step = [this] { return end_step(); };
   spdlog::info("shafts: {} waits for a simulator", place_);
 }
 
-ShaftServer::~ShaftServer() {
-  world_.on_body_step = nullptr;
-  struct stat found {};
-  // Only what is still ours.
-  if (!path_.empty() && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_) {
-    ::unlink(path_.c_str());
-  }
-}
+ShaftServer::~ShaftServer() { world_.on_body_step = nullptr; }
 
-void ShaftServer::listen_at_path(const ShaftOptions& options) {
-  place_ = "unix:" + options.path;
-  if (options.path.size() > kLongestPath) {
-    throw StartError("--shafts: " + options.path + " is longer than the path of a socket can be (" +
-                     std::to_string(kLongestPath) + ")");
+void ShaftServer::listen(const ShaftOptions& options) {
+  const auto on_connect = [this](SocketListener::Socket socket) { meet(socket.release()); };
+  if (!options.path.empty()) {
+    place_ = "unix:" + options.path;
+    listener_.emplace(loop_, std::filesystem::path(options.path), on_connect);
+    return;
   }
-  clear_stale_socket(options.path);
-  try {
-    unix_.emplace(loop_);
-    unix_->open();
-    const mode_t before = ::umask(0177);  // nobody gets in between making it and closing it
-    error_code error;
-    unix_->bind(local::endpoint(options.path), error);
-    ::umask(before);
-    if (error) throw boost::system::system_error(error);
-    path_ = options.path;
-    struct stat made {};
-    ::lstat(path_.c_str(), &made);
-    inode_ = made.st_ino;
-    unix_->listen();
-  } catch (const boost::system::system_error& problem) {
-    throw StartError("--shafts: cannot listen at " + options.path + ": " +
-                     problem.code().message());
-  }
-  accept(*unix_);
-}
-
-void ShaftServer::listen_at_port(const ShaftOptions& options) {
   error_code error;
   const auto address = boost::asio::ip::make_address(options.address, error);
-  if (error) throw StartError("--shafts: \"" + options.address + "\" is no IP address");
-  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  try {
-    const tcp::endpoint endpoint(address, options.port);
-    tcp_.emplace(loop_);
-    tcp_->open(endpoint.protocol());
-    tcp_->set_option(tcp::acceptor::reuse_address(true));
-    tcp_->bind(endpoint);
-    tcp_->listen();
-  } catch (const boost::system::system_error& problem) {
-    throw StartError("--shafts: cannot listen at " + host + ":" + std::to_string(options.port) +
-                     ": " + problem.code().message());
-  }
-  place_ = "tcp:" + host + ":" + std::to_string(tcp_->local_endpoint().port());
+  if (error) throw StartError("\"" + options.address + "\" is not an IP address");
+  listener_.emplace(loop_, address, options.port, on_connect);
+  const std::string host = url_host(address);
+  place_ = "tcp:" + host + ":" + std::to_string(listener_->port());
   if (!address.is_loopback()) {
     spdlog::warn("--shafts: whoever reaches {} can turn these shafts and stop the time{}", host,
                  address.is_unspecified() ? "; that is all addresses of this machine" : "");
   }
-  accept(*tcp_);
-}
-
-template <class Acceptor>
-void ShaftServer::accept(Acceptor& acceptor) {
-  acceptor.async_accept([this, &acceptor](const error_code& error, auto socket) {
-    if (error == boost::asio::error::operation_aborted) return;
-    if (error) {
-      // Most likely there are too many descriptors: some will be closed.
-      pause_.expires_after(kPause);
-      pause_.async_wait([this, &acceptor](const error_code& aborted) {
-        if (!aborted) accept(acceptor);
-      });
-      return;
-    }
-    if constexpr (std::is_same_v<Acceptor, tcp::acceptor>) {
-      error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-    }
-    meet(socket.release());
-    accept(acceptor);
-  });
 }
 
 /// What a gear's spring has behind it is not known yet: an arm as heavy as the rotor, assumed.
@@ -180,11 +120,23 @@ void ShaftServer::meet(int fd) {
 void ShaftServer::hear() {
   simulator_->socket.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                                 [this, mine = simulator_->number](const error_code& error) {
-                                  if (error || !simulator_ || simulator_->number != mine) return;
-                                  while (hear_some()) {
-                                  }
-                                  if (simulator_ && simulator_->number == mine) hear();
+                                  if (!error && is_here(mine)) hear_all();
                                 });
+}
+
+/// What there is; then waits for more, at first without going to sleep where time is the
+/// simulator's.
+void ShaftServer::hear_all() {
+  const unsigned mine = simulator_->number;
+  while (hear_some()) {
+  }
+  if (!is_here(mine)) return;
+  if (!has_time() || monotonic_now() >= poll_until_) return hear();
+  boost::asio::post(loop_, [this, mine] {
+    if (!is_here(mine)) return;
+    std::this_thread::yield();  // on a lone processor the simulator needs it
+    hear_all();
+  });
 }
 
 bool ShaftServer::hear_some() {
@@ -263,6 +215,7 @@ void ShaftServer::hear_states(const ShaftStates& states) {
     return part("sent nonsense: " + *problem, true);
   }
   simulator_->owes = false;
+  poll_until_ = monotonic_now() + kPolling;
   // Else it was late, and the drives have gone on: what it says is of the past.
   if (simulator_->answers != simulator_->steps_done) return;
   simulator_->body->take(taken);
@@ -347,6 +300,7 @@ void ShaftServer::send_torques() {
   std::vector<lk_shafts_torque> all(shafts_.size());
   for (std::size_t n = 0; n < given.size(); ++n) all[simulator_->taken[n]] = given[n];
   send(torques_message(all, simulator_->body->steps(), simulator_->steps_done));
+  poll_until_ = monotonic_now() + kPolling;
 }
 
 void ShaftServer::go_on_without_answer() {

@@ -2,8 +2,6 @@
 
 #include <array>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <memory>
@@ -16,6 +14,7 @@
 #include "emulator/shafts/shaft_body.hpp"
 #include "emulator/shafts/shaft_messages.hpp"
 #include "emulator/shafts/shaft_options.hpp"
+#include "emulator/transports/socket_listener.hpp"
 
 namespace lk::emulator {
 
@@ -59,12 +58,11 @@ class ShaftServer {
 
   model::MountedShaft now(const Shaft& shaft) const;
   bool is_stiff(const Shaft& shaft) const;
-  void listen_at_path(const ShaftOptions& options);
-  void listen_at_port(const ShaftOptions& options);
-  template <class Acceptor>
-  void accept(Acceptor& acceptor);
+  void listen(const ShaftOptions& options);
   void meet(int fd);
   void hear();
+  void hear_all();
+  bool is_here(unsigned number) const { return simulator_ && simulator_->number == number; }
   /// False: nothing more of it now.
   bool hear_some();
   void hear_message(ShaftReader::Message message);
@@ -91,16 +89,13 @@ class ShaftServer {
   World& world_;
   ShaftsLost lost_;
   std::string place_;
-  std::optional<boost::asio::local::stream_protocol::acceptor> unix_;
-  std::optional<boost::asio::ip::tcp::acceptor> tcp_;
-  boost::asio::steady_timer pause_;  // when there are no descriptors left
-  std::string path_;                 // of our socket
-  unsigned long inode_ = 0;
+  std::optional<SocketListener> listener_;
   std::vector<Shaft> shafts_;
   std::optional<Simulator> simulator_;
   boost::asio::steady_timer manners_;  // how long one may say nothing at first
   WakeTimer patience_;                 // how long a step of the clock's waits
   MonoTime give_up_{0};
+  MonoTime poll_until_{0};
   ClockMode clock_before_;
   bool clock_is_stopped_ = false;  // as a simulator was lost
   bool step_is_due_ = false;       // of a clock that is still being moved

@@ -114,6 +114,17 @@ class Targets:
         return sorted({*super().__dir__(), *self._emulator.fault_kinds()})
 
 
+def chosen(values: Dict[str, float], signals: Sequence[str]) -> Union[float, Dict[str, float]]:
+    """Of all values that of one signal; of several or, without any, of all a dict."""
+    for name in signals:
+        if name not in values:
+            near = difflib.get_close_matches(name, values, 1)
+            raise Refused("signals", f"there is no signal {name!r}" + (f", did you mean {near[0]}?" if near else ""))
+    if len(signals) == 1:
+        return float(values[signals[0]])
+    return {name: values[name] for name in signals} if signals else dict(values)
+
+
 class Drive(Targets):
     """One drive. What is read is asked for each time, and is true of one instant."""
 
@@ -133,14 +144,7 @@ class Drive(Targets):
 
     def telemetry(self, *signals: str) -> Union[float, Dict[str, float]]:
         """Signals now: the value of one; of several or, without any, of all a dict (GET /signals lists them)."""
-        values = self.view()["signals"]
-        for name in signals:
-            if name not in values:
-                near = difflib.get_close_matches(name, values, 1)
-                raise Refused("signals", f"there is no signal {name!r}" + (f", did you mean {near[0]}?" if near else ""))
-        if len(signals) == 1:
-            return float(values[signals[0]])
-        return {name: values[name] for name in signals} if signals else dict(values)
+        return chosen(self.view()["signals"], signals)
 
     @property
     def state(self) -> str:

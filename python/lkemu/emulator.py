@@ -6,13 +6,13 @@ import os
 import shutil
 import signal
 import tempfile
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, Union, overload
 from urllib.parse import urlencode
 
 from .buses import Claim, can_args, claim_any_bus, claim_free_bus, runtime_directory
 from .client import BASE, Client
 from .clock import Clock
-from .drive import Drive, Targets, When
+from .drive import Drive, Targets, When, chosen
 from .errors import Ended, Error, NoEffect, StartError
 from .faults import Evidence, Fault, Kind
 from .options import AUTO, Buses, Ids, Options, Quirks, ids_text
@@ -265,13 +265,26 @@ class Emulator:
         bus: Optional[str] = None,
         timeout_s: Optional[float] = None,
     ) -> Telemetry:
-        """Signals of drives, so many samples a second of their time: `for time_s, drives in emu.telemetry(…)`."""
+        """Signals of drives, so many samples a second of their time: `for time_s, drives in emu.telemetry(…)`.
+
+        Those of the body are in `drives["body"]`.
+        """
         words = signals if isinstance(signals, str) else ",".join(signals)
         query = {"signals": words, "bus": bus or self.bus, "rate_Hz": f"{rate_Hz:g}"}
         if ids is not None:
             query["ids"] = ids_text(ids)
         target = f"{BASE}/telemetry?{urlencode(query, safe=',')}"
         return Telemetry(self.control, target, self._timeout_s if timeout_s is None else timeout_s)
+
+    @overload
+    def body(self, signal: str, /) -> float: ...
+
+    @overload
+    def body(self, *signals: str) -> Dict[str, float]: ...
+
+    def body(self, *signals: str) -> Union[float, Dict[str, float]]:
+        """Signals of the body now: the value of one; of several or, without any, of all a dict. Raises Refused without one."""
+        return chosen(self.client.get("/body")["signals"], signals)
 
     # --- what is done to it ---
 

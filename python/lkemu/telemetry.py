@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import json
 import socket
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 from .errors import Error
 from .websocket import WebSocket
 
 
 class Sample(NamedTuple):
-    """One instant: `sample.drives[2]["speed_dps"]`."""
+    """One instant: `sample.drives[2]["speed_dps"]`, `sample.drives["body"]["body.trunk.z_m"]`."""
 
     time_s: float
-    drives: Dict[int, Dict[str, float]]
+    drives: Dict[Union[int, str], Dict[str, float]]
 
 
 class Telemetry(Iterator[Sample]):
@@ -32,6 +32,7 @@ class Telemetry(Iterator[Sample]):
         self.bus: str = about["bus"]
         self.ids: List[int] = about["ids"]
         self.signals: Tuple[str, ...] = tuple(about["signals"])
+        self.body: Tuple[str, ...] = tuple(about.get("body", ()))
         self.rate_Hz: float = about["rate_Hz"]
         self.lost = 0  # samples that lk-emu had to leave out, because nobody read the others
 
@@ -40,7 +41,11 @@ class Telemetry(Iterator[Sample]):
         if message is None:
             raise StopIteration
         self.lost = int(message.get("lost", 0))
-        drives = {int(row[0]): dict(zip(self.signals, row[1:])) for row in message["rows"]}
+        drives: Dict[Union[int, str], Dict[str, float]] = {
+            int(row[0]): dict(zip(self.signals, row[1:])) for row in message["rows"]
+        }
+        if self.body:
+            drives["body"] = dict(zip(self.body, message["body"]))
         return Sample(float(message["time_s"]), drives)
 
     def close(self) -> None:

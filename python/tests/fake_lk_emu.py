@@ -100,7 +100,8 @@ class Handler(BaseHTTPRequestHandler):
             _, _, bus, id = path.split("/")
             return self.answer(200, world.drive(bus, int(id)))
         answers = {"/status": world.status(), "/clock": world.status()["clock"], "/faults": world.faults,
-                   "/faults/kinds": KINDS, "/directives": world.directives, "/advice": world.advice}
+                   "/faults/kinds": KINDS, "/directives": world.directives, "/advice": world.advice,
+                   "/body": {"signals": {"body.fallen": 0, "body.trunk.z_m": 0.37}}}
         if path in answers:
             return self.answer(200, answers[path])
         return self.answer(404, {"error": {"where": path, "reason": "not found"}})
@@ -133,12 +134,18 @@ class Handler(BaseHTTPRequestHandler):
         self.send_header("Connection", "Upgrade")
         self.send_header("Sec-WebSocket-Accept", base64.b64encode(hashlib.sha1(key.encode()).digest()).decode())
         self.end_headers()
-        signals = query["signals"][0].split(",")
+        signals = [name for name in query["signals"][0].split(",") if not name.startswith("body.")]
+        body = [name for name in query["signals"][0].split(",") if name.startswith("body.")]
         about = {"bus": query["bus"][0], "ids": [1, 2], "signals": signals, "rate_Hz": float(query["rate_Hz"][0])}
+        if body:
+            about["body"] = body
         self.frame(0x81, json.dumps(about).encode())
         for n in range(3):
             rows = [[1, n, 10.0], [2, -n, 20.0]]
-            text = json.dumps({"time_s": n * 0.01, "rows": rows, "pad": "x" * (10, 200, 70000)[n]}).encode()
+            sample = {"time_s": n * 0.01, "rows": rows, "pad": "x" * (10, 200, 70000)[n]}
+            if body:
+                sample["body"] = [0.25 * n for _ in body]
+            text = json.dumps(sample).encode()
             if n == 1:
                 self.frame(0x89, b"there?")
                 pong = self.rfile.read(2 + 4 + 6)

@@ -142,6 +142,13 @@ def test_what_is_read_of_a_drive(emu):
     assert (drive.state, drive.alive, drive.errors, drive.counters) == ("running", True, [], {"replies": 7})
 
 
+def test_what_is_read_of_the_body(emu):
+    assert emu.body("body.trunk.z_m") == 0.37
+    assert emu.body() == {"body.fallen": 0, "body.trunk.z_m": 0.37}
+    with pytest.raises(lkemu.Refused, match="signals: there is no signal 'body.trunk.z', did you mean body.trunk.z_m?"):
+        emu.body("body.trunk.z")
+
+
 # --- faults ---
 
 
@@ -226,6 +233,14 @@ def test_samples_come_until_the_stream_ends(emu):
         samples = list(stream)
     assert [sample.time_s for sample in samples] == [0, 0.01, 0.02]
     assert samples[2].drives == {1: {"angle_deg": 2, "speed_dps": 10}, 2: {"angle_deg": -2, "speed_dps": 20}}
+
+
+def test_samples_have_the_body_too(emu):
+    with emu.telemetry(["angle_deg", "body.trunk.z_m"]) as stream:
+        assert (stream.signals, stream.body) == (("angle_deg",), ("body.trunk.z_m",))
+        samples = list(stream)
+    assert samples[2].drives["body"] == {"body.trunk.z_m": 0.5}
+    assert samples[2].drives[1] == {"angle_deg": 2}
 
 
 def test_telemetry_that_is_refused(emu):

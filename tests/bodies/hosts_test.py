@@ -25,7 +25,7 @@ BLOW = "".join(  # to the left, at all four hips: front and hind roll drives are
 
 
 def run(program, robot, host, *words, events=""):
-    """The host's exit status and output, and where the joints are when it has ended: (angle, torque) by ID."""
+    """The host's exit status, and when it has ended (angle, torque) of the joints by ID and the signals of the body."""
     with tempfile.TemporaryDirectory() as directory:
         config = Path(directory) / f"{robot}.toml"
         config.write_text((ROOT / f"configs/buses/{robot}.toml").read_text() + events)
@@ -41,8 +41,9 @@ def run(program, robot, host, *words, events=""):
                 env=environment, capture_output=True, text=True, timeout=600,
             )  # fmt: skip
             joints = {drive.id: drive.telemetry("joint_deg", "joint_Nm") for drive in emulator.drives}
+            body = emulator.body()
     print(f"{host} {' '.join(words)}: {done.returncode}\n{done.stdout}{done.stderr}", flush=True)
-    return done.returncode, done.stdout, joints
+    return done.returncode, joints, body
 
 
 def check(what, ok):
@@ -57,12 +58,17 @@ def main():
         status, _, _ = run(program, robot, "arm_square.py", arm)
         check(f"the arm of {arm} joints draws its square", status == 0)
     dog = "quadruped_on_the_ground"
-    status, _, joints = run(program, dog, "quadruped_stand.py", "--seconds", "2")
+    status, joints, body = run(program, dog, "quadruped_stand.py", "--seconds", "2")
     check("the dog stands up and stands", status == 0)
     # Hand calculation: each foot carries about a quarter of 17.14 kg, below its hip, at 0.25 m*sin(36.9 deg) from the knee.
     carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
     check(f"on its feet: its knees carry {carried_Nm:.1f} Nm", abs(carried_Nm / (17.14 * 9.81 * 0.15) - 1) < 0.15)
-    status, _, joints = run(program, dog, "quadruped_walk.py", "--seconds", "4")
+    # Its hips, 5 cm above the trunk's middle, are 2*0.25 m*cos(36.9 deg) above the middle of feet of 2 cm; its weight on them.
+    height_m, weight_N = body["body.trunk.z_m"], body["body.contact_N"]
+    check(f"its trunk is {height_m:.3f} m above the floor", abs(height_m - (0.4 + 0.02 - 0.05)) < 0.02)
+    check(f"the floor carries {weight_N:.0f} N", abs(weight_N / (17.14 * 9.81) - 1) < 0.05)
+    check("it has not fallen", body["body.fallen"] == 0)
+    status, joints, body = run(program, dog, "quadruped_walk.py", "--seconds", "4")
     carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
     check("it trots, and stands on its feet afterwards", status == 0 and carried_Nm > 20)
     by_torques = ("quadruped_stand.py", "--torques", "--seconds", "3")
@@ -72,8 +78,8 @@ def main():
         ("it stands with late replies", LATE, False),
         ("it does not stand through a blow with late replies", LATE + BLOW, True),
     ):
-        status, _, _ = run(program, dog, *by_torques, events=events)
-        check(what, (status != 0) == falls)
+        status, _, body = run(program, dog, *by_torques, events=events)
+        check(what, (status != 0) == falls and (body["body.fallen"] == 1) == falls)
 
 
 if __name__ == "__main__":

@@ -248,9 +248,7 @@ RunOutputs run_outputs(const CaseOutputs& outputs) {
     RunOutputs::Csv csv;
     csv.file = outputs.csv;
     csv.period = row_period(outputs.rate_Hz);
-    csv.signals = find_signals(outputs.signals.empty()
-                                   ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
-                                   : outputs.signals);
+    if (!outputs.signals.empty()) csv.signals = outputs.signals;
     run.csv = csv;
   }
   if (!outputs.candump.empty()) run.frames.candump = outputs.candump;

@@ -118,7 +118,7 @@ void check(const CLI::App& app, const ReplayRequest& request) {
 
 ReplayCsv read_csv(const ReplayRequest& request) {
   const SimTime period = row_period(request.rate_Hz);
-  return {request.csv, find_signals(request.signals), period};
+  return {request.csv, find_signals(request.signals, nullptr), period};
 }
 
 Recording open_recording(const std::string& directory) {

@@ -76,9 +76,7 @@ RunOutputs::Csv read_csv(const RawRun& raw) {
   RunOutputs::Csv csv;
   csv.file = raw.csv;
   csv.period = row_period(raw.rate_Hz);
-  csv.signals =
-      find_signals(raw.signals.empty() ? std::vector<std::string>{"angle_deg", "speed_dps", "iq_A"}
-                                       : raw.signals);
+  if (!raw.signals.empty()) csv.signals = raw.signals;
   if (raw.ids.empty()) return csv;
   try {
     csv.ids = parse_ids(raw.ids);

@@ -12,7 +12,7 @@ namespace lk::emulator {
 /// A column of a CSV file of `lk-emu run` or `lk-emu replay`: "vcan0.1.speed_dps".
 struct RunColumn {
   std::string bus;  // empty where there was only one
-  int id;
+  int id;           // 0: of the body
   std::string signal;
 };
 

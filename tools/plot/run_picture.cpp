@@ -153,6 +153,7 @@ std::string left_out_text(const ChosenDrives& drives, Language language) {
 ChosenDrives choose_drives(const std::vector<RunColumn>& columns, const DriveChoice& choice) {
   std::vector<PlottedDrive> drives;
   for (const RunColumn& column : columns) {
+    if (column.id == 0) continue;
     const PlottedDrive drive{column.bus, column.id};
     const bool wanted = (choice.bus.empty() || column.bus == choice.bus) &&
                         (choice.ids.empty() || std::ranges::count(choice.ids, column.id) > 0);

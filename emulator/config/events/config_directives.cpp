@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 
-#include "emulator/config/config_body.hpp"
 #include "emulator/config/config_checks.hpp"
 #include "emulator/config/config_ids.hpp"
+#include "emulator/config/events/config_body_acts.hpp"
 #include "emulator/config/profile.hpp"
 #include "emulator/config/register_fields.hpp"
 #include "emulator/config/rom_file.hpp"
-#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 #include "protocol/rounding.hpp"
 
 namespace lk::emulator {
@@ -34,11 +34,10 @@ constexpr Companion kCompanions[] = {
 
 constexpr const char* kActions[] = {"power",    "supply_V", "sag_to_V", "ambient_C", "load",
                                     "turn_deg", "settings", "fault",    "clear",     "push",
-                                    "payload",  "freeze",   "mark"};
+                                    "payload",  "freeze",   "floor",    "pose",      "mark"};
 constexpr const char* kActionList =
     "power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, fault, clear, push, payload, "
-    "freeze "
-    "or mark";
+    "freeze, floor, pose or mark";
 
 /// One action at most.
 void check_actions(TableReader& reader) {
@@ -58,7 +57,7 @@ void check_actions(TableReader& reader) {
 /// No key that nobody knows, and then none that belongs to another action: where an action is
 /// misspelt, that is what is wrong.
 void finish_event(TableReader& reader) {
-  for (const char* action : {"load", "settings", "fault", "push", "payload"}) {
+  for (const char* action : {"load", "settings", "fault", "push", "payload", "floor", "pose"}) {
     if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
   }
   for (const auto& companion : kCompanions) {
@@ -262,11 +261,17 @@ std::optional<model::Error> read_error(TableReader& reader, const std::string& k
   return word ? std::optional(static_cast<model::Error>(*word)) : std::nullopt;
 }
 
-const Signal* read_signal(TableReader& reader, const std::string& key) {
+const Signal* read_signal(TableReader& reader, const std::string& key, const BusConfig& bus) {
+  const auto name = reader.text(key);
+  if (!name) return nullptr;
+  const bool of_body = name->starts_with(kBodyPrefix);
+  if (of_body && bus.body_signals == nullptr) reader.fail(key, "the robot has no [body]");
+  std::vector<const Signal*> all = signals_with(bus.body_signals.get());
+  // A list that tells of a mistake is of one kind.
+  std::erase_if(all, [&](const Signal* one) { return one->is_of_body() != of_body; });
   std::vector<std::string> names;
-  for (const Signal& signal : signals()) names.emplace_back(signal.name);
-  const auto place = reader.choice(key, names);
-  return place ? &signals()[*place] : nullptr;
+  for (const Signal* const signal : all) names.emplace_back(signal->name);
+  return all[*reader.choice(key, names)];
 }
 
 namespace {
@@ -292,11 +297,16 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
   auto when = reader.table("when");
   if (!when) return std::nullopt;
   Condition condition;
-  if (const auto said = when->integer("id", 1, protocol::kMaxId)) {
+  const auto said = when->integer("id", 1, protocol::kMaxId);
+  if (said) {
     id = static_cast<int>(*said);
     check_id(*when, "id", bus, *id);
   }
-  const Signal* const signal = read_signal(*when, "signal");
+  const Signal* const signal = read_signal(*when, "signal", bus);
+  if (signal != nullptr && signal->is_of_body()) {
+    if (said) when->fail("id", "a signal of the body is of no drive");
+    id = bus.servos.front().id;  // any
+  }
   const auto error = read_error(*when, "error");
   const auto command = read_command(*when, "command");
   const auto count = when->integer("count", 1, 1'000'000'000);

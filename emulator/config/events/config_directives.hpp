@@ -44,8 +44,8 @@ std::optional<std::uint8_t> read_command(TableReader& reader, const std::string&
 /// Reads an error bit by its word.
 std::optional<model::Error> read_error(TableReader& reader, const std::string& key);
 
-/// Reads the name of a signal.
-const Signal* read_signal(TableReader& reader, const std::string& key);
+/// Reads the name of a signal of a drive of `bus`, or of its body.
+const Signal* read_signal(TableReader& reader, const std::string& key, const BusConfig& bus);
 
 /// Why a text of people cannot stand in a line of a log or a recording; empty when it can.
 std::string text_problem(const std::string& text, std::size_t longest);

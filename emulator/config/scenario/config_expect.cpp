@@ -146,7 +146,10 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   if (id) expectation.id = static_cast<int>(*id);
   expectation.says = reader.text("says").value_or("");
   bool found = true;
-  if (const Signal* signal = read_signal(reader, "signal")) {
+  bool of_body = false;
+  if (const Signal* signal = read_signal(reader, "signal", scenario.robot.front())) {
+    of_body = signal->is_of_body();
+    if (of_body && id) reader.fail("id", "a signal of the body is of no drive");
     const auto range = read_range(reader, "min", "max");
     if (!range) reader.fail("signal", "needs min, max or both");
     expectation.what = SignalWithin{signal, *range};
@@ -163,15 +166,20 @@ Expectation read_expectation(TableReader& reader, const Scenario& scenario) {
   } else {
     found = false;
   }
-  if (!id) reader.note_missing("id");
+  if (!id && !of_body) reader.note_missing("id");
   const bool counts = std::holds_alternative<Replies>(expectation.what) ||
                       std::holds_alternative<Answered>(expectation.what);
   expectation.when = read_period(reader, scenario.duration, counts);
-  if (!id) {
+  if (!id && !of_body) {
     reader.text("bus");
     finish_expectation(reader);
   }
-  expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
+  if (of_body) {
+    if (reader.has("bus")) reader.fail("bus", "a signal of the body is of no bus");
+    expectation.id = scenario.robot.front().servos.front().id;  // any
+  } else {
+    expectation.bus = read_bus_of(reader, scenario.robot, expectation.id);
+  }
   finish_expectation(reader);
   if (!found)
     reader.fail("id", "what is expected? signal, error, state, reply, no_reply or answered");

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "emulator/core/coupling/mechanism.hpp"
 #include "emulator/core/seed.hpp"
 
 namespace lk::emulator {
@@ -15,7 +16,8 @@ Bus::Bus(const BusConfig& config)
       motors_(config),
       own_adapter_(config.adapter != nullptr ? config.adapter->times : AdapterTimes{}),
       adapter_(own_adapter_, stream_seed(config.seed, kWholeBus, SeedStream::kAdapter)),
-      faults_(config.seed) {
+      faults_(config.seed),
+      body_signals_(config.body_signals) {
   for (const ServoConfig& servo : config.servos) {
     const MotorPlace motor = motors_.place_of(servo, config);
     Servo firmware(servo, motors_.telemetry(motor));
@@ -25,6 +27,7 @@ Bus::Bus(const BusConfig& config)
     follow_start(nodes_.of(servo.id));
   }
   rom_writes_.reserve(nodes_.size());
+  if (config.body) config.body->look(body_);
   for (const TimedDirective& event : config.events) plan_as_configured(event);
 }
 

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -128,8 +129,10 @@ class Bus {
   /// What the loops of the drive obey.
   model::Setpoint setpoint(int id) const;
   DriveView view(int id) const {
-    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint};
+    return {servo(id), telemetry(id), truth(id), nodes_.of(id).joint, &body_};
   }
+  /// Of the body that drives of the bus are on. At any time.
+  const BodyState& body() const { return body_; }
   /// Moves out what the body has been told since the last call, in order; appended.
   void take_body_acts(std::vector<BodyAct>& out);
   /// What it has taken from its source since power-up.
@@ -140,6 +143,7 @@ class Bus {
   void set_supply_drop(int id, double drop_V) { lane(nodes_.of(id)).set_supply_drop(drop_V); }
   /// The body has the drive's joint so.
   void mount(int id, const model::Mount& mount, const JointState& joint);
+  void set_body(const BodyState& body) { body_ = body; }
   void set_load(int id, const model::LoadParams& load);
   void set_supply_voltage(int id, double supply_V);
   void set_ambient_temperature(int id, double ambient_C);
@@ -241,7 +245,9 @@ class Bus {
   std::vector<TimedFrame> replies_;   // hosts have got them; not yet taken
   std::vector<RomWrite> rom_writes_;  // not yet taken
   std::vector<BodyAct> body_acts_;    // not yet taken
-  BusStats stats_;                    // sums over the drives are made on reading
+  BodyState body_;
+  std::shared_ptr<const BodySignals> body_signals_;  // conditions are of some of them
+  BusStats stats_;                                   // sums over the drives are made on reading
 };
 
 }  // namespace lk::emulator

@@ -7,13 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/body_state.hpp"
+
 namespace lk::emulator {
 
 /// @file What a body looks like, for whoever draws it. Metres, kilograms, newtons; z is up;
 /// quaternions are w x y z.
-
-using Triple = std::array<double, 3>;
-using Quaternion = std::array<double, 4>;
 
 struct BodyPart {
   std::string name;   // empty: it has none

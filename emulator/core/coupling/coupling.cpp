@@ -81,6 +81,7 @@ Coupling::Coupling(const Coupling& other)
       links_(other.links_),
       torques_(other.torques_),
       pushing_(other.pushing_),
+      seen_(other.seen_),
       end_(other.end_),
       under_way_(other.under_way_),
       step_(other.step_),
@@ -99,6 +100,11 @@ void Coupling::take_acts(std::span<Bus* const> buses) {
             },
             [&](const CarriedMass& payload) { mechanism_->carry(payload.part, payload.mass_kg); },
             [&](const Freeze& freeze) { mechanism_->freeze(freeze.on); },
+            [&](const Floor& floor) { mechanism_->set_floor(floor); },
+            [&](const Pose& pose) {
+              mechanism_->pose(pose);
+              put_there_ = true;
+            },
         },
         act.what);
   }
@@ -129,6 +135,7 @@ void Coupling::begin(std::span<Bus* const> buses) {
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::mount(std::span<Bus* const> buses) {
+  put_there_ = false;
   take_acts(buses);
   push_on();
   for (Link& link : links_) {
@@ -144,10 +151,13 @@ void Coupling::mount(std::span<Bus* const> buses) {
                   .omega = rate * joint.speed_rad_s,
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
                   .tau = joint.body_torque_Nm / rate,
-                  .stiff = link.stiff};
+                  .stiff = link.stiff,
+                  .put_there = put_there_};
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }
+  mechanism_->look(seen_);
+  for (Bus* const bus : buses) bus->set_body(seen_);
 }
 
 /// When it is first found a step ends, or the first one begins.

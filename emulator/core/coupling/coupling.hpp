@@ -86,6 +86,8 @@ class Coupling {
     SimTime until;
   };
   std::vector<Pushing> pushing_;
+  BodyState seen_;          // as the step began
+  bool put_there_ = false;  // a pose was taken as it began
   SimTime end_{0};
   bool under_way_ = false;
   SimTime step_;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/core/directive.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
@@ -63,6 +64,19 @@ class Mechanism {
   virtual void carry(std::size_t part, double mass_kg) = 0;
   /// It stands still, with joints that nothing turns; or goes on from rest. `update` has to follow.
   virtual void freeze(bool on) = 0;
+  /// Its hinge's end stops, rad; nothing: it turns freely.
+  virtual std::optional<std::array<double, 2>> stops(std::size_t /*joint*/) const { return {}; }
+  /// The names of poses that it brings along; "" is one without a name.
+  virtual std::span<const std::string> keyframes() const { return {}; }
+  /// Places in parts() of those that go where they like.
+  virtual std::span<const std::size_t> free_parts() const { return {}; }
+  virtual bool has_floor() const { return false; }
+  /// It has one. `update` has to follow.
+  virtual void set_floor(const Floor& /*floor*/) {}
+  /// Puts it there. `update` has to follow.
+  virtual void pose(const Pose& /*pose*/) {}
+  /// As it is now, into `state`.
+  virtual void look(BodyState& /*state*/) const {}
   /// Why its state means nothing any more, with what went wrong and where; nothing while it does.
   /// It stands still then.
   virtual std::optional<std::string> failure() const = 0;

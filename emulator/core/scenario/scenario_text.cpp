@@ -97,8 +97,10 @@ std::string state_word(RunState state) {
 }
 
 std::string expectation_text(const Expectation& expectation, const std::string& interface) {
-  return interface + " drive " + std::to_string(expectation.id) + ": " + what_text(expectation) +
-         when_text(expectation.when);
+  const auto* const within = std::get_if<SignalWithin>(&expectation.what);
+  const std::string text = what_text(expectation) + when_text(expectation.when);
+  if (within != nullptr && within->signal->is_of_body()) return text;
+  return interface + " drive " + std::to_string(expectation.id) + ": " + text;
 }
 
 }  // namespace lk::emulator

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/config/scenario/config_scenario.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
+#include "emulator/core/servo/signals.hpp"
 #include "tests/emulator/config/config_support.hpp"
 #include "tests/emulator/coupling/hand_bodies.hpp"
 
@@ -85,6 +88,179 @@ TEST(ConfigBody, IsNotLoadedNorTurnedByHand) {
       error("[[bus]]\ninterface = \"vcan0\"\n" + kDrive + "[[bus.event]]\nat_s = 1\nfreeze = true")
           .find("the robot has no [body]"),
       std::string::npos);
+}
+
+// --- what is done to a body, and what is watched of it
+
+/// With a trunk that goes where it likes, on a floor.
+class Walker : public test::HandBody {
+ public:
+  explicit Walker(SimTime step) : HandBody(2, test::double_pendulum(1, 1), step) {}
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Walker>(*this); }
+  std::span<const std::string> parts() const override { return parts_; }
+  std::span<const std::string> keyframes() const override { return keyframes_; }
+  std::span<const std::size_t> free_parts() const override { return free_; }
+  std::optional<std::array<double, 2>> stops(std::size_t joint) const override {
+    return joint == 0 ? std::optional(std::array{-0.5, 0.5}) : std::nullopt;
+  }
+  bool has_floor() const override { return true; }
+  /// The trunk is at x = its first angle, and its joint 1 is on the floor.
+  void look(BodyState& state) const override {
+    state.parts.resize(2);
+    state.parts[1].position_m = {angles()[0], 0, 0.3};
+    state.contact_N = 9.81;
+  }
+
+ private:
+  std::vector<std::string> parts_{"", "trunk"};
+  std::vector<std::string> keyframes_{"lies", ""};
+  std::vector<std::size_t> free_{1};
+};
+
+std::shared_ptr<const Mechanism> walker(const std::string& /*file*/, const std::string& /*model*/,
+                                        SimTime step) {
+  return std::make_shared<Walker>(step);
+}
+
+const std::string kEvent = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.event]]\nat_s = 1\n";
+
+template <class Act>
+Act act(const std::string& words) {
+  const auto buses = read(kEvent + words, walker);
+  const auto& event = buses.at(0).events.at(0);
+  EXPECT_EQ(event.directive.id, kWholeBus);
+  return std::get<Act>(std::get<BodyAct>(event.directive.what).what);
+}
+
+TEST(ConfigBody, HasAFloor) {
+  const auto floor = act<Floor>("floor = { friction = 0.3, slope_deg = 10 }");
+  EXPECT_EQ(floor.friction, 0.3);
+  EXPECT_NEAR(floor.slope_rad.value(), 0.174532925, 1e-9);
+  EXPECT_FALSE(act<Floor>("floor = { slope_deg = -3 }").friction);
+  EXPECT_EQ(error(kEvent + "floor = { friction = 0 }", walker),
+            "robot.toml:10: bus.event.floor.friction: 0 is out of range (1e-05 to 10)");
+  EXPECT_EQ(error(kEvent + "floor = {}", walker),
+            "robot.toml:10: bus.event.floor.friction: missing");
+  EXPECT_EQ(error(kEvent + "floor = { friction = 1 }"),
+            "robot.toml:10: bus.event.floor: the model has no plane that stands still");
+  EXPECT_EQ(error(kEvent + "floor = { friction = 1 }\nid = 1", walker),
+            "robot.toml:11: bus.event.id: what is done to the body is of the bus as a whole");
+}
+
+/// A half turn about y after a quarter about x: (w, x, y, z) = (0, 0, cos 45°, −sin 45°), by hand.
+TEST(ConfigBody, IsPutSomewhere) {
+  const auto pose = act<Pose>(
+      "pose = { keyframe = \"lies\", position_m = [1, 2, 3], rpy_deg = [90, 180, 0], "
+      "joints_deg = { joint_1 = 90 } }");
+  EXPECT_EQ(pose.keyframe, 0U);
+  EXPECT_EQ(pose.part, 1U);
+  EXPECT_EQ(pose.position_m, (Triple{1, 2, 3}));
+  const Quaternion q = pose.quaternion.value();
+  EXPECT_NEAR(q[0], 0, 1e-12);
+  EXPECT_NEAR(q[1], 0, 1e-12);
+  EXPECT_NEAR(q[2], 0.70710678, 1e-8);
+  EXPECT_NEAR(q[3], -0.70710678, 1e-8);
+  ASSERT_EQ(pose.joints.size(), 1U);
+  EXPECT_EQ(pose.joints[0].joint, 1U);
+  EXPECT_NEAR(pose.joints[0].angle_rad, 1.57079633, 1e-8);
+}
+
+TEST(ConfigBody, IsPutNowhereElse) {
+  const auto wrong = [](const std::string& pose) {
+    return error(kEvent + "pose = " + pose, walker);
+  };
+  EXPECT_EQ(wrong("{}"),
+            "robot.toml:10: bus.event.pose: needs one of keyframe, position_m, rpy_deg and "
+            "joints_deg");
+  EXPECT_EQ(wrong("{ keyframe = \"stands\" }"),
+            "robot.toml:10: bus.event.pose.keyframe: \"stands\" is not one of lies");
+  EXPECT_EQ(wrong("{ joints_deg = { joint_0 = 30 } }"),
+            "robot.toml:10: bus.event.pose.joints_deg.joint_0: goes from -28.6479 to 28.6479 "
+            "degrees");
+  EXPECT_NE(wrong("{ joints_deg = { joint_7 = 30 } }").find("joints_deg.joint_7: unknown"),
+            std::string::npos);
+  EXPECT_EQ(error(kEvent + "pose = { position_m = [0, 0, 1] }"),
+            "robot.toml:10: bus.event.pose.position_m: no part of the body goes where it likes");
+  EXPECT_EQ(error(kEvent + "pose = { keyframe = \"lies\" }"),
+            "robot.toml:10: bus.event.pose.keyframe: the model has no keyframe with a name");
+  EXPECT_EQ(error(kEvent + "push = { body = \"tail\", force_N = [1, 0, 0], for_s = 1 }", walker),
+            "robot.toml:10: bus.event.push.body: \"tail\" is not one of trunk");
+  EXPECT_EQ(error("[[bus]]\ninterface = \"vcan0\"\n" + kDrive +
+                  "[[bus.event]]\nat_s = 1\npose = { position_m = [0, 0, 1] }"),
+            "robot.toml:7: bus.event.pose: the robot has no [body]");
+}
+
+TEST(ConfigBody, IsWaitedFor) {
+  const std::string event = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.event]]\nmark = \"m\"\n";
+  const auto buses = read(event + "when = { signal = \"body.trunk.x_m\", above = 0.1 }", walker);
+  const auto& when = buses[0].events[0].when.value();
+  EXPECT_EQ(std::get<SignalReaches>(when.what).signal->name, "body.trunk.x_m");
+  EXPECT_EQ(error(event + "when = { id = 1, signal = \"body.fallen\", above = 1 }", walker),
+            "robot.toml:10: bus.event.when.id: a signal of the body is of no drive");
+  EXPECT_NE(error(event + "when = { signal = \"body.tail.x_m\", above = 1 }", walker)
+                .find("robot.toml:10: bus.event.when.signal: \"body.tail.x_m\" is not one of "),
+            std::string::npos);
+  EXPECT_EQ(error("[[bus]]\ninterface = \"vcan0\"\n" + kDrive +
+                  "[[bus.event]]\nmark = \"m\"\nwhen = { signal = \"body.fallen\", above = 1 }"),
+            "robot.toml:7: bus.event.when.signal: the robot has no [body]");
+}
+
+const ScenarioFiles kWalker{
+    .robot =
+        [](const std::string& name, const Overrides& overrides) {
+          const std::string drive = name == "walker" ? kDrive + "joint = \"joint_0\"\n" : kDrive;
+          const std::string head = "[[bus]]\ninterface = \"vcan0\"\n";
+          return parse_config((name == "walker" ? kRobot : head) + drive, "robot.toml", overrides,
+                              find_test_profile, walker);
+        },
+    .text = {}};
+
+Scenario scenario(const std::string& robot, const std::string& tables) {
+  return parse_scenario("robot = \"" + robot + "\"\nduration_s = 1\n" + tables, "s.toml",
+                        std::nullopt, kWalker);
+}
+
+/// It hangs at rest, and is put to x = 0.2.
+TEST(ConfigBody, IsExpectedToBeSomewhere) {
+  const Scenario walks = scenario("walker", R"(
+[[event]]
+at_s = 0.5
+pose = { joints_deg = { joint_0 = 11.459155902616464 } }
+[[expect]]
+signal = "body.trunk.x_m"
+min = -0.001
+max = 0.001
+at_s = 0.499
+[[expect]]
+signal = "body.trunk.x_m"
+min = 0.199
+max = 0.201
+at_s = 0.501
+[[expect]]
+signal = "body.contact_N"
+max = 9
+at_s = 0.9
+)");
+  ScenarioRun run(walks);
+  run.advance_to(walks.duration);
+  const Verdict verdict = run.verdict();
+  ASSERT_EQ(verdict.expectations.size(), 3U);
+  EXPECT_EQ(verdict.expectations[0].status, ExpectationResult::Status::kPassed);
+  EXPECT_EQ(verdict.expectations[1].status, ExpectationResult::Status::kPassed)
+      << verdict.expectations[1].measured;
+  EXPECT_EQ(verdict.expectations[2].status, ExpectationResult::Status::kFailed);
+  EXPECT_EQ(verdict.expectations[2].expected, "body.contact_N at most 9 at 0.9 s");
+  EXPECT_EQ(verdict.expectations[2].measured, "9.81 at 0.9 s");
+}
+
+TEST(ConfigBody, IsNotExpectedWhereThereIsNone) {
+  const auto wrong = [](const std::string& robot, const std::string& words) {
+    return config_error([&] { scenario(robot, "[[expect]]\n" + words); });
+  };
+  EXPECT_EQ(wrong("drive", "signal = \"body.fallen\"\nmax = 0"),
+            "s.toml:4: expect.signal: the robot has no [body]");
+  EXPECT_EQ(wrong("walker", "signal = \"body.fallen\"\nmax = 0\nid = 1"),
+            "s.toml:6: expect.id: a signal of the body is of no drive");
 }
 
 }  // namespace config_body_test

@@ -221,7 +221,7 @@ TEST(Vocabulary, MistakesOfConditions) {
   EXPECT_EQ(error_of("when = { id = 2, error = \"stall\" }"),
             place +
                 ": an event needs an action: power, supply_V, sag_to_V, ambient_C, load, "
-                "turn_deg, settings, fault, clear, push, payload, freeze or mark");
+                "turn_deg, settings, fault, clear, push, payload, freeze, floor, pose or mark");
 }
 
 TEST(Vocabulary, ABusHasRoomForSoManyFaultsAndConditions) {
@@ -283,7 +283,7 @@ TEST(Vocabulary, MistakesOfATableInMemoryHaveNoLine) {
   EXPECT_EQ(error(toml::table{{"power", "off"}}, Timing::kRequired), "request: at_s: missing");
   const std::string needs =
       "an event needs an action: power, supply_V, sag_to_V, ambient_C, load, turn_deg, settings, "
-      "fault, clear, push, payload, freeze or mark";
+      "fault, clear, push, payload, freeze, floor, pose or mark";
   EXPECT_EQ(error(toml::table{}, Timing::kNow), "request: " + needs);
   EXPECT_EQ(error(toml::table{{"at_s", 1}}, Timing::kOptional), "request: at_s: " + needs);
 }

@@ -110,7 +110,8 @@ TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
        "robot.toml:7: bus.event.at_s: -1 is out of range (0 to 100000000)"},
       {"at_s = 1",
        "robot.toml:7: bus.event.at_s: an event needs an action: power, supply_V, sag_to_V, "
-       "ambient_C, load, turn_deg, settings, fault, clear, push, payload, freeze or mark"},
+       "ambient_C, load, turn_deg, settings, fault, clear, push, payload, freeze, floor, pose or "
+       "mark"},
       {"at_s = 1\nclock = \"x10\"",
        "robot.toml:8: bus.event.clock: time is the running program's: --clock, or lk-emu ctl "
        "clock"},

@@ -8,6 +8,7 @@
 
 #include "emulator/control/body_stream.hpp"
 #include "emulator/core/coupling/body_looks.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 #include "tests/emulator/control/http_support.hpp"
 
 namespace lk::emulator {
@@ -23,7 +24,11 @@ class Wheel : public Mechanism, public BodyLooks {
   void set_armature(std::size_t /*joint*/, double /*inertia*/) override {}
   void update() override {}
   void advance(std::span<const JointTorque> /*torques*/) override { ++steps_; }
-  std::span<const std::string> parts() const override { return {}; }
+  std::span<const std::string> parts() const override { return parts_; }
+  void look(BodyState& state) const override {
+    state.parts = {{}, {.position_m = {1.5, 0, -1e-3 * steps_}}};
+    state.contact_N = steps_ < 2 ? 0 : 19.62;
+  }
   void push(std::size_t /*part*/, const Triple& /*force*/, const Triple& /*torque*/) override {}
   void carry(std::size_t /*part*/, double /*mass*/) override {}
   void freeze(bool /*on*/) override {}
@@ -48,6 +53,7 @@ class Wheel : public Mechanism, public BodyLooks {
 
  private:
   std::vector<std::string> names_{"axle", "spoke"};
+  std::vector<std::string> parts_{"", "wheel"};
   int steps_ = 0;
 };
 
@@ -55,6 +61,7 @@ BusConfig on_a_wheel() {
   BusConfig bus = test::bus_config({7}, 1'000'000);
   bus.interface = "vcan0";
   bus.body = std::make_shared<Wheel>();
+  bus.body_signals = std::make_shared<BodySignals>(bus.body->parts());
   bus.servos.front().joint = JointLink{};
   return bus;
 }
@@ -82,6 +89,33 @@ TEST(ControlBody, IsToldWithTheDrivesThatTurnItsJoints) {
   EXPECT_EQ(body["joints"][1]["name"], "spoke");
   EXPECT_EQ(body["joints"][1]["id"], nullptr) << "nobody turns it";
   EXPECT_EQ(body["poses"], Json::parse("[[1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]"));
+}
+
+TEST(ControlBody, HasSignals) {
+  TestWorld t(on_a_wheel());
+  const Json values = t.get("/body").body["signals"];
+  EXPECT_EQ(values["body.wheel.x_m"], 1.5);
+  EXPECT_EQ(values["body.wheel.z_m"], 0);
+  EXPECT_EQ(values["body.fallen"], 0);
+  const Json all = t.get("/signals").body;
+  EXPECT_EQ(all.back()["name"], "body.wheel.contact_N");
+}
+
+TEST_F(ServedWheel, SignalsOfTheBodyComeOnceInASample) {
+  start();
+  const Client stream = client();
+  stream.send(
+      "GET /api/v1/telemetry?signals=alive,body.wheel.z_m,body.contact_N&rate_Hz=1000 HTTP/1.1\r\n"
+      "Host: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
+  const std::string first = stream.receive_until("}");
+  EXPECT_NE(first.find(R"("body":["body.wheel.z_m","body.contact_N"])"), std::string::npos)
+      << first;
+  EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);
+  std::string told;
+  while (told.find("\"time_s\":0.003,") == std::string::npos) told = stream.receive_until("}");
+  EXPECT_NE(told.find(R"("rows":[[7,1]],"body":[-0.003,19.62]})"), std::string::npos) << told;
 }
 
 TEST(ControlBody, IsNotThereWhereDrivesTurnNone) {

@@ -39,6 +39,7 @@ ServoConfig breakable(ServoConfig servo, Random& random) {
   drive.mechanics.J *= 1 + below(random, 3);
   if (below(random, 2) == 0) {
     drive.mechanics.gear_ratio = 6;
+    drive.mechanics.J_out = 1e-5;
     drive.mechanics.gear_stiffness_out = 200;
     drive.mechanics.gear_damping_out = 0.1;
     drive.mechanics.backlash_out = 1e-3;

@@ -82,6 +82,10 @@ class HandBody : public emulator::Mechanism {
   void push(std::size_t, const std::array<double, 3>&, const std::array<double, 3>&) override {}
   void carry(std::size_t, double) override {}
   void freeze(bool) override {}
+  void pose(const emulator::Pose& pose) override {
+    for (const auto& [joint, angle_rad] : pose.joints) q_[joint] = angle_rad;
+    v_ = before_ = {};
+  }
   std::optional<std::string> failure() const override { return std::nullopt; }
 
   const Two& angles() const { return q_; }

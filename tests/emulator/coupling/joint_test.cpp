@@ -1,79 +1,15 @@
 // What goes through a joint between a drive and a body: torque, energy, friction, faults.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <memory>
 
-#include "emulator/core/coupling/coupling.hpp"
-#include "tests/emulator/coupling/coupling_support.hpp"
-#include "tests/support/bus_config.hpp"
-#include "tests/support/faults.hpp"
+#include "tests/emulator/coupling/on_body.hpp"
 
 namespace lk::test {
 namespace joint_test {
 
-using emulator::Bus;
-using emulator::BusConfig;
-using emulator::Coupling;
 using emulator::ServoConfig;
-
-/// A bus of one frictionless drive on a body, step by step.
-class OnBody {
- public:
-  OnBody(std::shared_ptr<const emulator::Mechanism> body, ServoConfig servo)
-      : config_(make(std::move(body), std::move(servo))),
-        bus_(config_),
-        buses_{&bus_},
-        coupling_(std::span(&config_, 1), buses_) {}
-
-  void advance(double seconds) {
-    const auto until =
-        bus_.time() + std::chrono::round<emulator::SimTime>(std::chrono::duration<double>(seconds));
-    while (coupling_.next_due() <= until) {
-      bus_.reach(coupling_.next_due());
-      coupling_.exchange(buses_);
-    }
-    bus_.advance_to(until);
-  }
-  void torque_current(double iq_A) {
-    const auto& servo = config_.servos.front();
-    bus_.receive(
-        {bus_.time(), protocol::encode_query(
-                          1, protocol::Torque{iq_A},
-                          protocol::wire_format(servo.quirks.dialect, servo.profile.series))});
-  }
-  void fault(std::string_view word, std::initializer_list<emulator::FaultValue> values = {}) {
-    ASSERT_TRUE(bus_.apply({emulator::kWholeBus, emulator::SetFault{fault_of(word, values, {1})}}));
-  }
-  void heal() { bus_.apply({emulator::kWholeBus, emulator::ClearFault{"all"}}); }
-  model::Truth truth() const { return bus_.truth(1); }
-  const HandBody& body() const { return dynamic_cast<const HandBody&>(*coupling_.body()); }
-  model::EnergyLedger energy() {
-    const auto place = bus_.motors().place_of(config_.servos.front(), config_);
-    return bus_.motors().bank(place).energy(bus_.motors().index(place));
-  }
-
- private:
-  static BusConfig make(std::shared_ptr<const emulator::Mechanism> body, ServoConfig servo) {
-    BusConfig config = bus_config({});
-    servo.joint = emulator::JointLink{.start_rad = body->joint(0).angle_rad};
-    config.servos = {std::move(servo)};
-    config.body = std::move(body);
-    return config;
-  }
-  BusConfig config_;
-  Bus bus_;
-  std::array<Bus*, 1> buses_;
-  Coupling coupling_;
-};
-
-ServoConfig geared_drive(double ratio) {
-  ServoConfig servo = servo_config(1);
-  servo.profile.drive.mechanics.gear_ratio = ratio;
-  servo.profile.drive.mechanics.J_out = 1e-4;
-  return servo;
-}
 
 TEST(Joint, HasTheRotorsInertiaOnceAndOnlyOnce) {
   const double J_body = 0.02;
@@ -169,6 +105,61 @@ TEST(Joint, StopsAtAnEndStopOfTheDrive) {
     least = std::min(least, run.body().angles()[0]);
   }
   EXPECT_NEAR(least, 1.0 - 3.14159265 / 6, 1e-4);
+}
+
+constexpr double kHanging_Nm = 0.6;
+constexpr double kArm_kg_m2 = 0.02;
+
+/// How far an arm falls in a time, with the drive's rotor.
+double fall_rad(const ServoConfig& servo, double seconds) {
+  const model::MechanicsParams& m = servo.profile.drive.mechanics;
+  const double J = kArm_kg_m2 + m.J_out + m.gear_ratio * m.gear_ratio * m.J;
+  return 0.5 * kHanging_Nm / J * seconds * seconds;
+}
+
+std::shared_ptr<HandBody> hanging_arm() {
+  return std::make_shared<HandBody>(1, linear_inertia(kArm_kg_m2, kHanging_Nm), kMs);
+}
+
+/// A brake of 2 Nm at the output is let go of for 100 ms, and stops the arm where it has fallen for
+/// so long: after the fall's way once more in the ratio of the torques.
+TEST(Joint, SagsFartherWhileItsBrakeIsLate) {
+  const auto sag = [](double late_s) {
+    ServoConfig servo = geared_drive(10);
+    servo.profile.drive.brake = {.tau = 0.2, .engage_time = 1e-4, .release_time = 1e-4};
+    servo.quirks.dialect.brake_command = true;
+    OnBody run(hanging_arm(), servo);
+    run.advance(0.1);
+    EXPECT_NEAR(run.body().angles()[0], 0, 1e-9);  // held
+    run.say(protocol::Brake{protocol::kBrakeRelease});
+    run.advance(0.05);
+    if (late_s > 0) run.fault("brake_late", {late_s * 1e3});
+    run.advance(0.05);
+    run.say(protocol::Brake{protocol::kBrakeEngage});
+    run.advance(1);
+    EXPECT_NEAR(run.body().speeds()[0], 0, 1e-6);
+    return run.body().angles()[0];
+  };
+  const ServoConfig servo = geared_drive(10);
+  const double stop = 2.0 / (2.0 - kHanging_Nm);
+  EXPECT_NEAR(sag(0), stop * fall_rad(servo, 0.1), 0.03 * fall_rad(servo, 0.1));
+  EXPECT_NEAR(sag(0.1), stop * fall_rad(servo, 0.2), 0.03 * fall_rad(servo, 0.2));
+}
+
+/// 0x80 to a drive that holds an arm: it falls, as if the drive were no more than its rotor.
+TEST(Joint, IsLimpAfter0x80) {
+  OnBody run(hanging_arm(), geared_drive(10));
+  run.say(protocol::Speed{});
+  run.advance(0.5);
+  const double held = run.body().angles()[0];
+  EXPECT_NEAR(run.body().speeds()[0], 0, 0.02);
+  run.advance(0.1);
+  EXPECT_NEAR(run.body().angles()[0], held, 2e-3);
+  const double speed = run.body().speeds()[0];
+  run.say(protocol::Off{});
+  run.advance(0.1);
+  const double fallen = run.body().angles()[0] - held - 0.1 * speed;
+  EXPECT_NEAR(fallen, fall_rad(geared_drive(10), 0.1), 0.05 * fallen);
 }
 
 }  // namespace joint_test

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "emulator/core/faults/fault_table.hpp"
-#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 #include "emulator/program/config_listing.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
@@ -57,6 +57,15 @@ TEST(Documents, TheSignalsAreThoseOfTheTable) {
     table += "| `" + std::string(signal.name) + "` | " + std::string(signal.about) + " |\n";
   }
   EXPECT_EQ(generated(document("directives.md"), "signals"), table);
+}
+
+TEST(Documents, TheSignalsOfABodyAreThoseOfTheTable) {
+  std::string table = "| signal | what |\n|---|---|\n";
+  for (const BodySignal& signal : body_signal_table()) {
+    const std::string name = (signal.of_part ? "body.PART." : "body.") + std::string(signal.name);
+    table += "| `" + name + "` | " + std::string(signal.about) + " |\n";
+  }
+  EXPECT_EQ(generated(document("directives.md"), "body signals"), table);
 }
 
 TEST(Documents, TheFaultsAreThoseOfTheTableInChineseToo) {

@@ -61,6 +61,16 @@ Picture picture(const std::string& text, const DriveChoice& choice = {}) {
 
 // --- rows
 
+/// Signals of a body are of no drive, and none of the panels has them.
+TEST(PlotCsv, LeavesOutTheBody) {
+  const CsvFile file("time_s,1.speed_dps,body.trunk.z_m,body.fallen\n0,1.5,0.3,0\n");
+  RunCsv csv = open_run_csv(file.path());
+  ASSERT_EQ(csv.columns().size(), 3U);
+  EXPECT_EQ(csv.columns()[1].id, 0);
+  EXPECT_EQ(csv.columns()[1].signal, "body.trunk.z_m");
+  EXPECT_EQ(choose_drives(csv.columns(), {}).shown.size(), 1U);
+}
+
 TEST(PlotCsv, ReadsWhatARunWrites) {
   const CsvFile file("time_s,vcan0.1.speed_dps,can0.5.32.iq_A\n0,1.5,-2e-3\n0.01,nan,\r\n");
   RunCsv csv = open_run_csv(file.path());

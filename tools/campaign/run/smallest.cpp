@@ -74,7 +74,7 @@ CaseResult mildest(const Plan& plan, OfflineRunner& runner, const CaseResult& pr
 
 std::string csv_of(const Scenario& scenario) {
   const std::vector<const Signal*> signals =
-      find_signals({"angle_deg", "true_angle_deg", "speed_dps", "iq_A", "temperature_C"});
+      find_signals({"angle_deg", "true_angle_deg", "speed_dps", "iq_A", "temperature_C"}, nullptr);
   std::vector<std::string> buses;
   std::vector<Sampler> samplers;
   for (const BusConfig& bus : scenario.robot) {

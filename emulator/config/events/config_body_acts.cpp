@@ -1,0 +1,162 @@
+#include "emulator/config/events/config_body_acts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
+#include "emulator/core/units.hpp"
+#include "protocol/rounding.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr double kStrongest = 1e6;        // N, Nm; assumed
+constexpr double kHeaviest_kg = 1e4;      // assumed
+constexpr double kLeastFriction = 1e-5;   // MuJoCo's least
+constexpr double kMostFriction = 10;      // assumed
+constexpr double kSteepest_deg = 60;      // assumed: nothing that walks climbs as much
+constexpr double kFarthest_m = 1e3;       // assumed
+constexpr double kMostTurned_deg = 3600;  // of joints without stops; assumed
+
+std::vector<std::string> named(std::span<const std::string> all) {
+  std::vector<std::string> names;
+  std::ranges::copy_if(all, std::back_inserter(names),
+                       [](const auto& one) { return !one.empty(); });
+  return names;
+}
+
+std::size_t read_part(TableReader& table, const Mechanism& body) {
+  const std::vector<std::string> names = named(body.parts());
+  const auto place = table.choice("body", names);
+  if (!place) {
+    table.note_missing("body");
+    return 0;
+  }
+  const auto parts = body.parts();
+  return static_cast<std::size_t>(std::ranges::find(parts, names[*place]) - parts.begin());
+}
+
+Push read_push(TableReader table, const Mechanism& body) {
+  Push push;
+  push.part = read_part(table, body);
+  const auto force = table.numbers("force_N", 3, -kStrongest, kStrongest);
+  const auto torque = table.numbers("torque_Nm", 3, -kStrongest, kStrongest);
+  std::ranges::copy(force, push.force_N.begin());
+  std::ranges::copy(torque, push.torque_Nm.begin());
+  if (force.empty() && torque.empty()) table.note_missing("force_N");
+  const auto lasts = table.number("for_s", 0, 1e6);
+  if (!lasts) table.note_missing("for_s");
+  push.duration = SimTime(protocol::rounded(lasts.value_or(0) * 1e9));
+  table.finish();
+  return push;
+}
+
+CarriedMass read_payload(TableReader table, const Mechanism& body) {
+  CarriedMass payload;
+  payload.part = read_part(table, body);
+  const auto mass = table.number("mass_kg", 0, kHeaviest_kg);
+  if (!mass) table.note_missing("mass_kg");
+  payload.mass_kg = mass.value_or(0);
+  table.finish();
+  return payload;
+}
+
+Floor read_floor(TableReader table) {
+  Floor floor;
+  floor.friction = table.number("friction", kLeastFriction, kMostFriction);
+  if (const auto slope_deg = table.number("slope_deg", -kSteepest_deg, kSteepest_deg)) {
+    floor.slope_rad = *slope_deg * kRadPerDeg;
+  }
+  if (!floor.friction && !floor.slope_rad) table.note_missing("friction");
+  table.finish();
+  return floor;
+}
+
+/// About x, then y, then z of the world.
+Quaternion quaternion_of(const std::vector<double>& rpy_deg) {
+  double c[3];
+  double s[3];
+  for (std::size_t n = 0; n < 3; ++n) {
+    c[n] = std::cos(0.5 * rpy_deg[n] * kRadPerDeg);
+    s[n] = std::sin(0.5 * rpy_deg[n] * kRadPerDeg);
+  }
+  return {c[0] * c[1] * c[2] + s[0] * s[1] * s[2], s[0] * c[1] * c[2] - c[0] * s[1] * s[2],
+          c[0] * s[1] * c[2] + s[0] * c[1] * s[2], c[0] * c[1] * s[2] - s[0] * s[1] * c[2]};
+}
+
+std::size_t read_free_part(TableReader& table, const Mechanism& body, const char* what) {
+  const auto places = body.free_parts();
+  if (places.empty()) table.fail(what, "no part of the body goes where it likes");
+  std::vector<std::string> names;
+  for (const std::size_t place : places) names.push_back(body.parts()[place]);
+  if (const auto place = table.choice("body", names)) return places[*place];
+  if (places.size() > 1) table.fail(what, "of which body? " + comma_list(names));
+  return places.front();
+}
+
+std::string degrees_text(double angle_rad) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", angle_rad / kRadPerDeg);
+  return text;
+}
+
+void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
+  for (std::size_t n = 0; n < body.joints().size(); ++n) {
+    const std::string& name = body.joints()[n];
+    const auto angle_deg = joints.number(name, -kMostTurned_deg, kMostTurned_deg);
+    if (!angle_deg) continue;
+    const double angle_rad = *angle_deg * kRadPerDeg;
+    const auto stops = body.stops(n);
+    if (stops && (angle_rad < stops->front() - 1e-9 || angle_rad > stops->back() + 1e-9)) {
+      joints.fail(name, "goes from " + degrees_text(stops->front()) + " to " +
+                            degrees_text(stops->back()) + " degrees");
+    }
+    pose.joints.push_back({n, angle_rad});
+  }
+  joints.finish();
+}
+
+Pose read_pose(TableReader table, const Mechanism& body) {
+  Pose pose;
+  if (table.has("keyframe")) {
+    const std::vector<std::string> names = named(body.keyframes());
+    if (names.empty()) table.fail("keyframe", "the model has no keyframe with a name");
+    const std::string& name = names[*table.choice("keyframe", names)];
+    pose.keyframe = std::ranges::find(body.keyframes(), name) - body.keyframes().begin();
+  }
+  const auto position = table.numbers("position_m", 3, -kFarthest_m, kFarthest_m);
+  const auto rpy = table.numbers("rpy_deg", 3, -360, 360);
+  if (!position.empty() || !rpy.empty() || table.has("body")) {
+    const char* const what = !position.empty() ? "position_m" : !rpy.empty() ? "rpy_deg" : "body";
+    pose.part = read_free_part(table, body, what);
+  }
+  if (!position.empty()) std::ranges::copy(position, pose.position_m.emplace().begin());
+  if (!rpy.empty()) pose.quaternion = quaternion_of(rpy);
+  if (auto joints = table.table("joints_deg")) read_joints(*joints, body, pose);
+  table.finish();
+  if (!pose.keyframe && !pose.position_m && !pose.quaternion && pose.joints.empty()) {
+    table.fail("", "needs one of keyframe, position_m, rpy_deg and joints_deg");
+  }
+  return pose;
+}
+
+}  // namespace
+
+std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body) {
+  std::optional<BodyAct> act;
+  for (const char* word : kBodyActs) {
+    if (reader.has(word) && body == nullptr) reader.fail(word, "the robot has no [body]");
+  }
+  if (const auto push = reader.table("push")) act = BodyAct{read_push(*push, *body)};
+  if (const auto payload = reader.table("payload")) act = BodyAct{read_payload(*payload, *body)};
+  if (const auto on = reader.boolean("freeze")) act = BodyAct{Freeze{*on}};
+  if (const auto floor = reader.table("floor")) {
+    if (!body->has_floor()) reader.fail("floor", "the model has no plane that stands still");
+    act = BodyAct{read_floor(*floor)};
+  }
+  if (const auto pose = reader.table("pose")) act = BodyAct{read_pose(*pose, *body)};
+  return act;
+}
+
+}  // namespace lk::emulator

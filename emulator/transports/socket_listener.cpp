@@ -1,0 +1,107 @@
+#include "emulator/transports/socket_listener.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <chrono>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "emulator/files/runtime_dir.hpp"
+#include "emulator/ground/start_error.hpp"
+
+namespace lk::emulator {
+namespace {
+
+using boost::asio::ip::tcp;
+using boost::asio::local::stream_protocol;
+using boost::system::error_code;
+
+constexpr std::size_t kLongestPath = 107;  // of a Unix socket: sun_path and its zero
+constexpr auto kPause = std::chrono::milliseconds(100);
+
+}  // namespace
+
+SocketListener::SocketListener(boost::asio::io_context& loop, const std::filesystem::path& path,
+                               OnConnect on_connect)
+    : acceptor_(loop), pause_(loop), on_connect_(std::move(on_connect)) {
+  const std::string name = path.string();
+  if (name.size() > kLongestPath) {
+    throw StartError(name + " is longer than the path of a socket can be (" +
+                     std::to_string(kLongestPath) + ")");
+  }
+  clear_stale_socket(path);
+  error_code error;
+  acceptor_.open(stream_protocol{}, error);
+  if (!error) {
+    const mode_t before = ::umask(0177);  // or others could open it before its mode is set
+    acceptor_.bind(stream_protocol::endpoint(name), error);
+    ::umask(before);
+  }
+  if (!error) {
+    path_ = path;
+    struct stat made {};
+    ::lstat(name.c_str(), &made);
+    inode_ = made.st_ino;
+    acceptor_.listen(boost::asio::socket_base::max_listen_connections, error);
+  }
+  if (error) throw StartError("cannot listen at " + name + ": " + error.message());
+  accept();
+}
+
+SocketListener::SocketListener(boost::asio::io_context& loop,
+                               const boost::asio::ip::address& address, std::uint16_t port,
+                               OnConnect on_connect)
+    : acceptor_(loop), pause_(loop), on_connect_(std::move(on_connect)) {
+  const tcp::endpoint endpoint(address, port);
+  try {
+    acceptor_.open(endpoint.protocol());
+    acceptor_.set_option(tcp::acceptor::reuse_address(true));
+    acceptor_.bind(endpoint);
+    acceptor_.listen();
+    const auto bound = acceptor_.local_endpoint();
+    tcp::endpoint here;
+    here.resize(bound.size());
+    std::memcpy(here.data(), bound.data(), bound.size());
+    port_ = here.port();
+  } catch (const boost::system::system_error& problem) {
+    throw StartError("cannot listen at " + url_host(address) + ":" + std::to_string(port) + ": " +
+                     problem.code().message());
+  }
+  accept();
+}
+
+SocketListener::~SocketListener() {
+  struct stat found {};
+  // Only what is still ours.
+  if (!path_.empty() && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_) {
+    ::unlink(path_.c_str());
+  }
+}
+
+void SocketListener::accept() {
+  acceptor_.async_accept([this](const error_code& error, Socket socket) {
+    if (error == boost::asio::error::operation_aborted) return;
+    if (error) {
+      // Most likely there are too many descriptors: some will be closed.
+      pause_.expires_after(kPause);
+      pause_.async_wait([this](const error_code& aborted) {
+        if (!aborted) accept();
+      });
+      return;
+    }
+    error_code ignored;
+    if (path_.empty()) socket.set_option(tcp::no_delay(true), ignored);
+    on_connect_(std::move(socket));
+    accept();
+  });
+}
+
+std::string url_host(const boost::asio::ip::address& address) {
+  return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+}
+
+}  // namespace lk::emulator

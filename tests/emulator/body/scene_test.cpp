@@ -1,0 +1,203 @@
+// The ground under a body of MuJoCo, where it is put, and what is watched of it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "emulator/core/servo/body_signals.hpp"
+#include "tests/emulator/body/body_support.hpp"
+
+namespace lk::test {
+namespace scene_test {
+
+using emulator::BodyState;
+using emulator::JointTorque;
+using emulator::MujocoBody;
+
+constexpr double kG = 9.81;
+constexpr double kRad = std::numbers::pi / 180;
+
+/// A block of 2 kg on the floor, and a wheel of no weight to speak of for there to be a hinge. The
+/// block's own friction is high.
+const char* const kBlock = R"(
+<mujoco><compiler angle="degree"/><option timestep=".001" gravity="0 0 -9.81"/><worldbody>
+  <geom name="floor" type="plane" size="9 9 1" friction="0.8 0.005 0.0001"/>
+  <body name="block" pos="0 0 0.05"><freejoint/>
+    <geom type="box" size=".2 .2 .05" mass="2" friction="1 0.005 0.0001"/></body>
+  <body name="wheel" pos="0 0 2"><joint name="axle" axis="1 0 0" range="-90 45" limited="true"/>
+    <geom type="sphere" size=".1" mass="0.1" contype="0" conaffinity="0"/></body>
+</worldbody><keyframe><key name="there" qpos="0 0 .05 1 0 0 0 0"/>
+  <key name="up" qpos="0 0 1 1 0 0 0 0.5"/></keyframe></mujoco>)";
+constexpr std::size_t kPart = 1;
+
+void run(MujocoBody& body, double seconds) {
+  const JointTorque nothing[1] = {};
+  for (int n = 0; n < std::lround(1e3 * seconds); ++n) {
+    body.advance(nothing);
+    body.update();
+  }
+}
+
+BodyState look(const MujocoBody& body) {
+  BodyState state;
+  body.look(state);
+  return state;
+}
+
+/// The signal of that name, as conditions and CSV files have it.
+double read(const MujocoBody& body, const std::string& name) {
+  const emulator::BodySignals signals(body.parts());
+  const BodyState state = look(body);
+  for (const emulator::Signal& signal : signals.all()) {
+    if (signal.name == name) return signal.of_body(state, signal.part);
+  }
+  ADD_FAILURE() << "no signal " << name;
+  return 0;
+}
+
+/// It slides down where tan(slope) is above the friction: with g·(sin − μ·cos), in spite of its own
+/// friction of 1. MuJoCo's friction yields a little: 3 %.
+TEST(Scene, ABlockSlidesDownASlopeThatIsSteepForItsFriction) {
+  const auto body = body_of(kBlock);
+  body->set_floor({.friction = 0.2, .slope_rad = 20 * kRad});
+  body->update();
+  run(*body, 0.5);
+  const double before = look(*body).parts[kPart].speed_m_s[0];
+  run(*body, 0.5);
+  const double gained = look(*body).parts[kPart].speed_m_s[0] - before;
+  const double a = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
+  EXPECT_NEAR(gained / 0.5, -a, 0.03 * a);  // it rises along +x
+}
+
+/// tan 20° = 0.364 < 0.8. It creeps, as MuJoCo's friction does.
+TEST(Scene, ABlockStaysOnASlopeThatItsFrictionHolds) {
+  const auto body = body_of(kBlock);
+  body->set_floor({.friction = {}, .slope_rad = 20 * kRad});
+  body->update();
+  run(*body, 1);
+  EXPECT_GT(look(*body).parts[kPart].position_m[0], -0.02);
+  body->set_floor({.friction = {}, .slope_rad = 0.0});
+  body->update();
+  EXPECT_NEAR(body->model().opt.gravity[0], 0, 1e-12);
+  EXPECT_NEAR(body->model().opt.gravity[2], -kG, 1e-12);
+}
+
+/// On a slope the floor carries m·g·cos.
+TEST(Scene, TheFloorsForcesAreTheWeight) {
+  const auto body = body_of(kBlock);
+  run(*body, 1);
+  EXPECT_NEAR(read(*body, "body.contact_N"), 2 * kG, 0.01 * 2 * kG);
+  EXPECT_NEAR(read(*body, "body.block.contact_N"), 2 * kG, 0.01 * 2 * kG);
+  EXPECT_EQ(read(*body, "body.wheel.contact_N"), 0);
+  body->set_floor({.friction = {}, .slope_rad = 30 * kRad});
+  body->update();
+  run(*body, 0.2);
+  EXPECT_NEAR(read(*body, "body.contact_N"), 2 * kG * std::cos(30 * kRad), 0.02 * 2 * kG);
+}
+
+/// It falls freely from where it was put: 0.5·g·t² and g·t, of Euler with steps of 1 ms.
+TEST(Scene, IsPutThereAtRest) {
+  const auto body = body_of(kBlock);
+  run(*body, 0.1);
+  // Quarter turn about z: cos 45° and sin 45°.
+  const double half = std::sqrt(0.5);
+  body->pose({.keyframe = {},
+              .part = kPart,
+              .position_m = emulator::Triple{1, 2, 3},
+              .quaternion = emulator::Quaternion{half, 0, 0, half},
+              .joints = {{0, -0.3}}});
+  body->update();
+  EXPECT_EQ(read(*body, "body.block.x_m"), 1);
+  EXPECT_EQ(read(*body, "body.block.y_m"), 2);
+  EXPECT_EQ(read(*body, "body.block.z_m"), 3);
+  EXPECT_NEAR(read(*body, "body.block.yaw_deg"), 90, 1e-9);
+  EXPECT_NEAR(read(*body, "body.block.roll_deg"), 0, 1e-9);
+  EXPECT_EQ(read(*body, "body.block.speed_m_s"), 0);
+  EXPECT_EQ(body->joint(0).angle_rad, -0.3);
+  EXPECT_EQ(body->joint(0).speed_rad_s, 0);
+  run(*body, 0.1);
+  EXPECT_NEAR(read(*body, "body.block.vz_m_s"), -0.1 * kG, 1e-9);
+  EXPECT_NEAR(read(*body, "body.block.speed_m_s"), 0.1 * kG, 1e-9);
+  EXPECT_NEAR(read(*body, "body.block.z_m"), 3 - 0.5 * kG * 0.1 * 0.101, 1e-9);
+}
+
+TEST(Scene, AKeyframeIsAPose) {
+  const auto body = body_of(kBlock);
+  ASSERT_EQ(body->keyframes().size(), 2U);
+  EXPECT_EQ(body->keyframes()[1], "up");
+  body->pose({.keyframe = 1, .part = 0, .position_m = {}, .quaternion = {}, .joints = {}});
+  body->update();
+  EXPECT_EQ(look(*body).parts[kPart].position_m[2], 1);
+  EXPECT_EQ(body->joint(0).angle_rad, 0.5);
+}
+
+TEST(Scene, SaysWhatItHas) {
+  const auto body = body_of(kBlock);
+  EXPECT_TRUE(body->has_floor());
+  ASSERT_EQ(body->free_parts().size(), 1U);
+  EXPECT_EQ(body->free_parts().front(), kPart);
+  EXPECT_NEAR(body->stops(0)->front(), -90 * kRad, 1e-12);
+  EXPECT_NEAR(body->stops(0)->back(), 45 * kRad, 1e-12);
+  const auto arm = body_of(kDoublePendulum);
+  EXPECT_FALSE(arm->has_floor());
+  EXPECT_TRUE(arm->free_parts().empty());
+  EXPECT_FALSE(arm->stops(0));
+}
+
+/// In the air it has fallen only when it is tilted by more than 60°; on the floor it lies.
+TEST(Scene, HasFallenWhenItLiesOrIsTilted) {
+  const auto body = body_of(kBlock);
+  const auto tilted = [&](double degrees) {
+    const double half = 0.5 * degrees * kRad;
+    body->pose({.keyframe = {},
+                .part = kPart,
+                .position_m = emulator::Triple{0, 0, 3},
+                .quaternion = emulator::Quaternion{std::cos(half), std::sin(half), 0, 0},
+                .joints = {}});
+    body->update();
+    EXPECT_NEAR(read(*body, "body.block.roll_deg"), degrees, 1e-9);
+    return read(*body, "body.fallen");
+  };
+  EXPECT_EQ(tilted(59.9), 0);
+  EXPECT_EQ(tilted(60.1), 1);
+  EXPECT_EQ(tilted(0), 0);
+  run(*body, 1.5);
+  EXPECT_EQ(read(*body, "body.fallen"), 1);
+}
+
+/// A table with one leg that swings: on the leg's end it stands, on its own corner it has fallen.
+TEST(Scene, FeetMayTouchTheFloor) {
+  const auto table = [](const char* height) {
+    return body_of(std::string(R"(<mujoco><worldbody><geom type="plane" size="9 9 1"/>
+      <body name="top" pos="0 0 )") +
+                   height + R"("><freejoint/><geom type="box" size=".3 .3 .01" mass="1"/>
+      <body name="upper"><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".005" mass=".1"/>
+      <body name="foot" pos="0 0 -.5"><joint name="knee" axis="0 1 0"/>
+        <geom type="sphere" size=".005" mass=".1"/></body></body></body>
+      </worldbody></mujoco>)");
+  };
+  const auto stands = table("0.504");  // 1 mm into the floor
+  EXPECT_GT(read(*stands, "body.foot.contact_N"), 0);
+  EXPECT_EQ(read(*stands, "body.fallen"), 0);
+  const auto lies = table("0.009");
+  lies->pose({.keyframe = {},
+              .part = 0,
+              .position_m = {},
+              .quaternion = {},
+              .joints = {{0, 0.5 * std::numbers::pi}}});  // the leg is level
+  lies->update();
+  EXPECT_GT(read(*lies, "body.top.contact_N"), 0);
+  EXPECT_EQ(read(*lies, "body.fallen"), 1);
+}
+
+TEST(Scene, ACopyHasItsGroundForItself) {
+  const auto body = body_of(kBlock);
+  const auto copy = body->clone();
+  copy->set_floor({.friction = 0.1, .slope_rad = 0.3});
+  body->update();
+  EXPECT_EQ(body->model().opt.gravity[0], 0);
+  EXPECT_EQ(body->model().geom_friction[0], 0.8);
+}
+
+}  // namespace scene_test
+}  // namespace lk::test
