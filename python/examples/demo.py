@@ -16,7 +16,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-HTTP_PORT, BUS_PORT = 8474, 29536  # where they are free
+HTTP_PORT = 8474  # where it is free, of the demo that was first
 DEBIANS_PYTHON = "/usr/bin/python3"
 ENDS = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 PATIENCE_S = 10.0  # with a program that is to end
@@ -35,9 +35,9 @@ def find_python_can():
     sys.exit(2)
 
 
-def free_port(wanted):
-    """On this machine: this one, or any."""
-    for port in (wanted, 0):
+def free_port(*wanted):
+    """On this machine: one of these, or any."""
+    for port in (*wanted, 0):
         with socket.socket() as tried:
             tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as lk-emu will
             try:
@@ -47,6 +47,15 @@ def free_port(wanted):
                 continue
     sys.stderr.write("lk-emu: demo: no port is free\n")
     sys.exit(2)
+
+
+def is_first(mark):
+    """Of the demos that run; `mark` is a socket that tells the others so, for as long as it is open."""
+    try:
+        mark.bind("\0lk-emu-demo")
+        return True
+    except OSError:
+        return False
 
 
 def in_a_child():
@@ -119,7 +128,8 @@ def main():
     given = parser.parse_args()
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDS | {signal.SIGCHLD})
     find_python_can()
-    http, bus = free_port(HTTP_PORT), free_port(BUS_PORT)
+    mark = socket.socket(socket.AF_UNIX)
+    http, bus = free_port(*([HTTP_PORT] if is_first(mark) else [])), free_port()
     robot = start_robot(given.program, given.robot, http, bus)
     if robot is None:
         return 2

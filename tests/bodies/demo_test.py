@@ -9,6 +9,7 @@ import json
 import os
 import pty
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -106,8 +107,10 @@ class Demo(unittest.TestCase):
         environment = {**os.environ, "XDG_RUNTIME_DIR": self.directory.name, "DISPLAY": ":7", "PATH": path}
         process = subprocess.Popen([BODY, "demo", "arm"], stdout=its_end, env=environment)
         self.addCleanup(end, process)
-        with open(opened, encoding="utf-8") as file:
-            self.assertRegex(file.read(), r"^http://127\.0\.0\.1:\d+/\n$")
+        reader = os.open(opened, os.O_RDWR)  # which does not wait for the writer
+        self.assertTrue(select.select([reader], [], [], LIMIT_S)[0])
+        self.assertRegex(os.read(reader, 100), rb"^http://127\.0\.0\.1:\d+/\n$")
+        os.close(reader)
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(LIMIT_S), 0)
         self.assertIn(b"demo: http://127.0.0.1:", os.read(terminal, 65536))
