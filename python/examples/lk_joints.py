@@ -13,7 +13,7 @@ import can
 REPLY_LIMIT_S = 0.003  # of a round, besides its frames
 WIRE_S = 0.00026  # a frame and its reply at 1 Mbit/s
 SILENT_ROUNDS = 20  # and then a drive is gone
-RETRIES = 5  # of what has to be answered
+RETRIES = 20  # of what has to be answered: a busy machine may be late by 0.1 s
 CATCH_UP_DPS = 20  # of the joint, beyond what the targets take
 COUNTS = 65536  # of the encoder field; here of motors where it spans a turn of the rotor
 

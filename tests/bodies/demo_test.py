@@ -25,6 +25,7 @@ from lkemu.telemetry import Telemetry  # noqa: E402
 
 BODY, PLAIN = os.path.abspath(sys.argv.pop()), os.path.abspath(sys.argv.pop())
 LIMIT_S = 120
+PATIENCE_S = 30  # of the robot's time
 KNEES = "/api/v1/telemetry?signals=joint_deg&ids=3,6,9,12&rate_Hz=20"
 # By hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments 0.25 m. It lies with 164 degrees.
 STANDS_DEG, NEARLY_DEG = 73.7, 5
@@ -42,8 +43,10 @@ def runs(pid):
 
 
 def end(process):
-    process.kill()
-    process.communicate()
+    """Of a test that has failed it shows what was said."""
+    if process.poll() is None:
+        process.terminate()
+        print(process.communicate(timeout=LIMIT_S)[0])
 
 
 def answer_of(*command, **more):
@@ -74,6 +77,7 @@ class Demo(unittest.TestCase):
             for sample in knees:
                 if all(abs(drive["joint_deg"] - STANDS_DEG) < NEARLY_DEG for drive in sample.drives.values()):
                     return
+                self.assertLess(sample.time_s, PATIENCE_S)
         self.fail("lk-emu has ended")
 
     def end_well(self, process):
