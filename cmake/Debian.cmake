@@ -29,9 +29,11 @@ set(CPACK_DEBIAN_BODY_PACKAGE_NAME lk-emu-body)
 set(CPACK_DEBIAN_BODY_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_BODY_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_BODY_PACKAGE_DEPENDS "lk-emu (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_BODY_PACKAGE_RECOMMENDS "python3, python3-can")  # of lk-emu demo
+set(CPACK_DEBIAN_BODY_PACKAGE_SUGGESTS xdg-utils)
 set(CPACK_COMPONENT_BODY_DESCRIPTION
   "lk-emu with the bodies of robots: its drives turn the joints of a model
-that MuJoCo computes, in lock step.")
+that MuJoCo computes, in lock step. lk-emu-body demo shows one that walks.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME lk-emu-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

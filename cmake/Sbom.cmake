@@ -122,3 +122,6 @@ else()
   lkemu_sbom(lk-emu program core program)
 endif()
 lkemu_sbom(lk-emu-dev development core)
+if(LKEMU_BODY)
+  lkemu_sbom(lk-emu-body body core program)  # MuJoCo stays outside, a shared library
+endif()

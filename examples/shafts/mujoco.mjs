@@ -4,8 +4,9 @@
 //     lk-emu --config two_drives.toml --shafts unix:/tmp/shafts &
 //     node mujoco.mjs unix:/tmp/shafts two_joints.xml 2 shoulder elbow > angles.csv
 //
-// The joints that are named are given to the drives in their order; the time is the simulator's. docs/shafts.md has
-// the layout of the messages.
+// The joints that are named are given to the drives in their order; the time is the simulator's. For each step it prints where
+// all hinges and slides of the model are, in rad and m, and the sum of all normal forces of contacts. docs/shafts.md has the
+// layout of the messages.
 import {readFileSync} from "node:fs";
 import {createConnection} from "node:net";
 
@@ -77,6 +78,25 @@ function setArmature(values) {
   mujoco.mj_setConst(model, new mujoco.MjData(model));
 }
 
+const force = new mujoco.DoubleBuffer(6);
+
+function contactForce() {
+  let sum = 0;
+  for (let n = 0; n < data.ncon; ++n) {
+    mujoco.mj_contactForce(model, data, n, force);
+    sum += force.GetView()[0];
+  }
+  return sum;
+}
+
+const {mjJNT_SLIDE, mjJNT_HINGE} = mujoco.mjtJoint;
+const shown = Array.from(model.jnt_type.keys()).filter(
+    (joint) => [mjJNT_SLIDE.value, mjJNT_HINGE.value].includes(model.jnt_type[joint]));
+
+function print() {
+  console.log([data.time.toFixed(6), ...shown.map((joint) => data.qpos[model.jnt_qposadr[joint]]), contactForce()].join());
+}
+
 const tcp = /^tcp:(?:(.*):)?(\d+)$/.exec(place);
 const socket = createConnection(tcp ? {host: tcp[1] ?? "127.0.0.1", port: Number(tcp[2]), noDelay: true}
                                     : {path: place.replace(/^unix:/, "")});
@@ -89,11 +109,12 @@ const accept = message(ACCEPT, dofs.length, 8, SIMULATORS_TIME, step);
 dofs.forEach((_, n) => accept.writeUInt32LE(OWNED_BY_SIMULATOR, HEAD + 8 * n));
 socket.write(accept);
 
-console.log(["time_s", ...names].join());
+const nameOf = (joint) => mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT.value, joint);
+console.log(["time_s", ...shown.map(nameOf), "contact_N"].join());
 mujoco.mj_forward(model, data);
 let number = 0n;
 while (data.time < Number(seconds) - 0.5 * model.opt.timestep) {
-  console.log([data.time.toFixed(6), ...dofs.map(({q}) => data.qpos[q])].join());
+  print();
   socket.write(states(number));
   const torques = await next(stream, TORQUES);
   number = torques.readBigUInt64LE(24);
@@ -102,5 +123,5 @@ while (data.time < Number(seconds) - 0.5 * model.opt.timestep) {
   mujoco.mj_step(model, data);
   mujoco.mj_forward(model, data);
 }
-console.log([data.time.toFixed(6), ...dofs.map(({q}) => data.qpos[q])].join());
+print();
 socket.end();

@@ -1,4 +1,4 @@
-# Run by CPack on the files of both packages before it packs them: what Debian wants in places and formats of its own.
+# Run by CPack on the files of the packages before it packs them: what Debian wants in places and formats of its own.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where that is set
 
 function(compress file)
@@ -31,5 +31,6 @@ compress(${program}/usr/share/man/man1/lk-emu.1)
 finish(${program} lk-emu)
 finish(${CPACK_TEMPORARY_DIRECTORY}/development lk-emu-dev)
 if(EXISTS ${CPACK_TEMPORARY_DIRECTORY}/body)
+  compress(${CPACK_TEMPORARY_DIRECTORY}/body/usr/share/man/man1/lk-emu-body.1)
   finish(${CPACK_TEMPORARY_DIRECTORY}/body lk-emu-body)
 endif()

@@ -4,7 +4,7 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py six     configs/buses/six_joint_arm.toml
 
 Prints how far the tip was off the square's sides, by the angles that the drives say. Exit status: 0 when that was not more than
---tolerance, 1 when it was; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
+--tolerance, or --forever was ended by Ctrl-C, 1 when it was; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
 """
 
 import argparse
@@ -123,16 +123,22 @@ def main():
     parser.add_argument("arm", choices=["two", "six"])
     parser.add_argument("--side-s", type=float, default=2.0, help="time for a side of 20 cm (2)")
     parser.add_argument("--tolerance-mm", type=float, default=3.0, help="what is a square (3)")
+    parser.add_argument("--forever", action="store_true", help="one square after the other, until Ctrl-C")
     given = parser.parse_args()
     arm = TwoJointArm() if given.arm == "two" else SixJointArm()
     bus, now, sleep = bus_and_time()
     robot = Joints(bus, arm.joints, now, sleep)
     try:
         sleep(BOOT_S)
-        off = Drawing(arm, robot, Rounds(PERIOD_S, now, sleep)).square(given.side_s)
-        mean_mm = 1000 * math.sqrt(sum(d * d for d in off) / len(off))
-        print(f"square drawn: at most {1000 * max(off):.2f} mm off its sides, {mean_mm:.2f} mm rms")
-        return 0 if 1000 * max(off) <= given.tolerance_mm else 1
+        drawing = Drawing(arm, robot, Rounds(PERIOD_S, now, sleep))
+        while True:
+            off = drawing.square(given.side_s)
+            mean_mm = 1000 * math.sqrt(sum(d * d for d in off) / len(off))
+            print(f"square drawn: at most {1000 * max(off):.2f} mm off its sides, {mean_mm:.2f} mm rms", flush=True)
+            if not given.forever:
+                return 0 if 1000 * max(off) <= given.tolerance_mm else 1
+    except KeyboardInterrupt:
+        return 0 if given.forever else 130
     except JointError as problem:
         print(f"error: {type(problem).__name__}: {problem}")
         return NOTICED

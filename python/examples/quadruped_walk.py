@@ -3,21 +3,23 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_walk.py --seconds 10 --speed 0.2
 
 The feet follow a path, whatever the trunk does: nothing on the bus tells how that stands. Exit status: 0 when it has walked, as
-far as its joints tell; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
+far as its joints tell, or --forever was ended by Ctrl-C; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
 """
 
 import argparse
+import itertools
 import math
 import sys
 
 from lk_joints import JointError, Joints, Rounds, bus_and_time, smooth
-from quadruped import LEGS, OFFSET_M, PERIOD_S, STANCE_M, joints, leg_angles, side, stand_up, worst
+from quadruped import LEGS, OFFSET_M, PERIOD_S, STANCE_M, joints, leg_angles, side, stance, stand_up, worst
 
 NOTICED = 3
 BOOT_S = 0.2
 STEP_S = 0.5  # of all four legs
 LIFT_M = 0.05
 EASE_S = 1.0  # to full step, and back
+REST_S = 2.0
 LATE = {"lf": 0.0, "rh": 0.0, "rf": 0.5, "lh": 0.5}  # shares of a step
 
 
@@ -47,10 +49,24 @@ def walk(dog, rounds, seconds, speed_m_s):
     return largest
 
 
+def stand(dog, rounds, seconds):
+    for _ in range(round(seconds / PERIOD_S)):
+        rounds.next()
+        dog.move(stance(), PERIOD_S)
+
+
+def walk_to_and_fro(dog, rounds, seconds, speed_m_s):
+    """`rounds()` makes them, from now on."""
+    for direction in itertools.cycle((1, -1)):
+        stand(dog, rounds(), REST_S)
+        walk(dog, rounds(), seconds, direction * speed_m_s)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=10.0, help="how long it walks (10)")
     parser.add_argument("--speed", type=float, default=0.2, metavar="M_S", help="how fast, backwards below 0 (0.2)")
+    parser.add_argument("--forever", action="store_true", help="there and back, so long each, with rests, until Ctrl-C")
     given = parser.parse_args()
     bus, now, sleep = bus_and_time()
     dog = Joints(bus, joints(), now, sleep)
@@ -59,9 +75,13 @@ def main():
         dog.start()
         stand_up(dog, Rounds(PERIOD_S, now, sleep))
         print("up", flush=True)
+        if given.forever:
+            walk_to_and_fro(dog, lambda: Rounds(PERIOD_S, now, sleep), given.seconds, given.speed)
         error, name = walk(dog, Rounds(PERIOD_S, now, sleep), given.seconds, given.speed)
         print(f"walked for {given.seconds:g} s, joints at most {error:.1f} degrees behind, {name}")
         return 0
+    except KeyboardInterrupt:
+        return 0 if given.forever else 130
     except JointError as problem:
         print(f"error: {type(problem).__name__}: {problem}")
         return NOTICED

@@ -27,6 +27,7 @@ shopt -s nullglob
 debs=("$scratch"/lk-emu_*.deb "$scratch"/lk-emu-dev_*.deb)
 ((${#debs[@]} == 2)) || fail "packages: ${debs[*]}"
 deb=${debs[0]} dev=${debs[1]}
+bodies=("$scratch"/lk-emu-body_*.deb) # where there is MuJoCo
 
 # What it says of itself.
 for field in Depends Maintainer Section Description Installed-Size; do
@@ -108,6 +109,13 @@ said=$(systemd-analyze verify --man=no --root="$root" lk-emu@arm.service 2>&1) |
 [[ -z $said ]] || fail "unit: $said"
 quietly systemd-analyze security --no-pager --offline=true --threshold=15 "$unit"
 rm -r "$root/etc/lk-emu" "$root"/usr/lib/systemd/system/*.target
+
+for body in "${bodies[@]}"; do
+  in_root --install "$body"
+  "$(dirname "$0")/deb_body.sh" "$body" "$root" "$scratch"
+  in_root --purge lk-emu-body
+  [[ ! -e $root/usr/bin/lk-emu-body && -e $program ]] || fail "purging lk-emu-body took too little or too much"
+done
 
 # Before the program goes, what runs is stopped: where systemd runs, which something stands in for here. An upgrade lets
 # it run on.

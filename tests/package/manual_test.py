@@ -15,6 +15,7 @@ PROGRAM, MANUAL = map(os.path.abspath, sys.argv[1:3])
 PAGE = os.path.join(MANUAL, "lk-emu.1")
 BASH = os.path.join(MANUAL, "bash/lk-emu")
 FISH = os.path.join(MANUAL, "fish/lk-emu.fish")
+FISH_OF_BODY = os.path.join(os.path.dirname(__file__), "../../packaging/body/lk-emu-body.fish")
 OPTIONS_PAGE = os.path.join(os.path.dirname(__file__), "../../docs/options.md")
 ZSH = os.path.join(MANUAL, "zsh/_lk-emu")
 CONFIGS = os.path.join(os.path.dirname(__file__), "../../configs")
@@ -136,7 +137,7 @@ class OptionsPage(unittest.TestCase):
 
 ASK_BASH = r"""
 source "$1"
-complete -p lk-emu
+complete -p lk-emu lk-emu-body
 while IFS= read -r line; do
   IFS=$'\t' read -r -a COMP_WORDS <<<"$line"
   [[ $line != *$'\t' ]] || COMP_WORDS+=('')
@@ -154,8 +155,8 @@ def ask_bash(*lines, cwd=None):
             return ask_bash(*lines, cwd=empty)
     text = "".join("\t".join(line) + "\n" for line in lines)
     said = output("bash", "--norc", "-c", ASK_BASH, "bash", BASH, input=text, cwd=cwd).split("\n")
-    assert said[0] == "complete -F _lk_emu lk-emu", said[0]
-    return [set(filter(None, line.split("\t"))) for line in said[1:-1]]
+    assert said[:2] == ["complete -F _lk_emu lk-emu", "complete -F _lk_emu lk-emu-body"], said[:2]
+    return [set(filter(None, line.split("\t"))) for line in said[2:-1]]
 
 
 class Bash(unittest.TestCase):
@@ -195,6 +196,7 @@ class Bash(unittest.TestCase):
             (["--wipe-rom", "--mot"], {"--motor"}),
             (["ctl", "--socket", "x", "wat"], {"watch"}),
             (["ctl", "mark", ""], set()),
+            (["demo", ""], {"arm", "quadruped"}),
         ]
         for (line, expected), offered in zip(cases, ask_bash(*[["lk-emu", *line] for line, _ in cases]), strict=True):
             self.assertEqual(offered, expected, line)
@@ -222,7 +224,7 @@ class Bash(unittest.TestCase):
 class OtherShells(unittest.TestCase):
     def ask_fish(self, *lines, cwd="/"):
         """What fish offers, without descriptions."""
-        script = f"source {FISH}\n" + "".join(f"complete -C '{line}'\necho ==\n" for line in lines)
+        script = f"source {FISH}\nsource {FISH_OF_BODY}\n" + "".join(f"complete -C '{line}'\necho ==\n" for line in lines)
         with tempfile.TemporaryDirectory() as home:
             said = output("fish", "--no-config", "-c", script, cwd=cwd, env={**os.environ, "HOME": home})
         answers = said.split("==\n")[:-1]
@@ -242,6 +244,7 @@ class OtherShells(unittest.TestCase):
             "lk-emu ctl --bus vcan1 power o": {"on", "off"},
             "lk-emu --clock st": {"stepped"},
             "lk-emu ctl fault jam": {"jam"},
+            "lk-emu-body demo q": {"quadruped"},
             "lk-emu --motor mf9": {"mf9025", "MF9025-16T", "MF9025v2", "MF9025v2-16T"},
         }
         for (line, expected), offered in zip(cases.items(), self.ask_fish(*cases), strict=True):
@@ -250,8 +253,8 @@ class OtherShells(unittest.TestCase):
     def test_zsh_takes_it(self):
         self.assertEqual(output("zsh", "-f", "-n", ZSH), "")
         directory = os.path.dirname(ZSH)
-        script = "fpath=($1 $fpath); autoload -Uz compinit; compinit -u -D; print -- $_comps[lk-emu]"
-        self.assertEqual(output("zsh", "-f", "-c", script, "zsh", directory), "_lk-emu\n")
+        script = "fpath=($1 $fpath); autoload -Uz compinit; compinit -u -D; print -- $_comps[lk-emu] $_comps[lk-emu-body]"
+        self.assertEqual(output("zsh", "-f", "-c", script, "zsh", directory), "_lk-emu _lk-emu\n")
         with open(ZSH, encoding="utf-8") as file:
             functions = re.split(r"\n(_lk-emu\S*)\(\) \{\n", file.read())
         bodies = dict(zip(functions[1::2], functions[2::2], strict=True))

@@ -1,4 +1,5 @@
-"""Other people's simulators at the shaft port move an arm as lk-emu-body's own MuJoCo does: within 1e-3 rad over 2 s.
+"""Other people's simulators at the shaft port move an arm as lk-emu-body's own MuJoCo does: within 1e-3 rad over 2 s. And a leg
+stands on the floor as high, and as heavily.
 
 usage: other_simulators_test.py LK_EMU LK_EMU_BODY [MujocoWasm|Simbody]; status 77 where the simulator is not there.
 
@@ -10,6 +11,7 @@ import math
 import os
 import pathlib
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -20,6 +22,7 @@ EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples/shafts"
 PATIENCE_S = 200
 SECONDS = 2
 MOST_RAD = 1e-3
+STRETCHED_M = 0.33  # the trunk of leg.xml where its slide is 0
 
 
 def mujoco_wasm() -> "str | None":
@@ -36,22 +39,24 @@ class Arm(unittest.TestCase):
         self.bus = f"slcan-pty:{self.directory}/can"
         for file in EXAMPLES.glob("*.[tx]*ml"):
             (self.directory / file.name).write_text(file.read_text().replace("vcan0", self.bus))
-        (self.directory / "of_two_drives.toml").write_text(
-            (EXAMPLES / "reach.toml").read_text().replace("two_joints.toml", "two_drives.toml"))
+        for scenario, robot in (("reach", "two_joints"), ("crouch", "one_leg")):
+            text = (EXAMPLES / f"{scenario}.toml").read_text()
+            (self.directory / f"{scenario}_of_drives.toml").write_text(text.replace(f"{robot}.toml", "two_drives.toml"))
 
-    def of_body(self) -> "list[list[float]]":
+    def of_body(self, scenario: str, *words: str) -> "list[list[float]]":
+        """One row for each millisecond: the signals in their order."""
         file = self.directory / "body.csv"
-        subprocess.run([BODY, "run", self.directory / "reach.toml", "--csv", file, "--signals", "joint_deg", "--ids", "1-2",
-                        "--rate", "1000"], check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
+        subprocess.run([BODY, "run", self.directory / f"{scenario}.toml", "--csv", file, "--rate", "1000", *words], check=True,
+                       stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
         with file.open() as lines:
-            return [[math.radians(float(value)) for value in row[1:]] for row in list(csv.reader(lines))[1:]]
+            return [[float(value) for value in row[1:]] for row in list(csv.reader(lines))[1:]]
 
-    def of_simulator(self, *command: str, **environment: str) -> "list[list[float]]":
+    def of_simulator(self, scenario: str, *command: str, **environment: str) -> "list[dict[str, float]]":
         shafts = self.directory / "shafts"
         with subprocess.Popen(
                 [PROGRAM, "--config", self.directory / "two_drives.toml", "--rom", ":memory:", "--control", "none",
-                 "--clock", "stepped", "--scenario", self.directory / "of_two_drives.toml", "--shafts", f"unix:{shafts}"],
-                stdout=subprocess.PIPE, text=True) as process:
+                 "--clock", "stepped", "--scenario", self.directory / f"{scenario}_of_drives.toml", "--shafts",
+                 f"unix:{shafts}"], stdout=subprocess.PIPE, text=True) as process:
             try:
                 self.assertIn("ready", process.stdout.readline())
                 place = str(shafts) if command[0].endswith("simbody_arm") else f"unix:{shafts}"
@@ -60,13 +65,14 @@ class Arm(unittest.TestCase):
             finally:
                 process.terminate()
         self.assertEqual(done.returncode, 0, done.stderr)
-        return [[float(value) for value in row[1:]] for row in list(csv.reader(done.stdout.splitlines()))[1:]]
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(done.stdout.splitlines())]
 
-    def compare(self, simulator: "list[list[float]]") -> None:
-        body = self.of_body()
+    def compare(self, simulator: "list[dict[str, float]]") -> None:
+        body = self.of_body("reach", "--signals", "joint_deg", "--ids", "1-2")
         self.assertGreaterEqual(len(simulator), SECONDS * 1000)
-        pairs = list(zip(body, simulator))
-        travel = [max(row[n] for row in body) - min(row[n] for row in body) for n in range(2)]
+        pairs = [([math.radians(angle) for angle in one], [other["shoulder"], other["elbow"]])
+                 for one, other in zip(body, simulator)]
+        travel = [max(one[n] for one, _ in pairs) - min(one[n] for one, _ in pairs) for n in range(2)]
         apart = [max(abs(one[n] - other[n]) for one, other in pairs) for n in range(2)]
         print(f"{self.id()}: travel {travel[0]:.3f} and {travel[1]:.3f} rad, apart {apart[0]:.2e} and {apart[1]:.2e} rad")
         self.assertGreater(min(travel), 0.3, "it has moved")
@@ -74,15 +80,31 @@ class Arm(unittest.TestCase):
 
 
 class MujocoWasm(Arm):
+    def run_it(self, scenario: str, model: str, seconds: int, *joints: str) -> "list[dict[str, float]]":
+        return self.of_simulator(scenario, "node", str(EXAMPLES / "mujoco.mjs"), "PLACE", str(EXAMPLES / model), str(seconds),
+                                 *joints, MUJOCO_WASM=mujoco_wasm())
+
     def test_moves_as_the_body_does(self) -> None:
-        engine = mujoco_wasm()
-        self.compare(self.of_simulator("node", str(EXAMPLES / "mujoco.mjs"), "PLACE", str(EXAMPLES / "two_joints.xml"),
-                                       str(SECONDS), "shoulder", "elbow", MUJOCO_WASM=engine))
+        self.compare(self.run_it("reach", "two_joints.xml", SECONDS, "shoulder", "elbow"))
+
+    def test_stands_as_the_body_does(self) -> None:
+        # The drives' loops never rest quite: the mean of the last half second.
+        rows = self.run_it("crouch", "leg.xml", 3, "hip", "knee")[-500:]
+        other_m = STRETCHED_M + statistics.fmean(row["height"] for row in rows)
+        other_N = statistics.fmean(row["contact_N"] for row in rows)
+        height_m, contact_N = map(statistics.fmean, zip(
+            *self.of_body("crouch", "--signals", "body.trunk.z_m,body.contact_N")[-500:]))
+        print(f"{self.id()}: {height_m:.5f} and {other_m:.5f} m high, {contact_N:.4f} and {other_N:.4f} N")
+        # Hand calculation: hip and knee at 30 and 60 degrees, two links of 0.15 m, a foot of 0.02 m.
+        self.assertAlmostEqual(height_m, 2 * 0.15 * math.cos(math.radians(30)) + 0.02, delta=0.01)
+        self.assertAlmostEqual(contact_N, 1.3 * 9.81, delta=0.05)
+        self.assertAlmostEqual(other_m, height_m, delta=1e-3)
+        self.assertAlmostEqual(other_N, contact_N, delta=0.005 * contact_N)
 
 
 class Simbody(Arm):
     def test_moves_as_the_body_does(self) -> None:
-        self.compare(self.of_simulator(os.environ["SIMBODY_ARM"], "PLACE", str(SECONDS)))
+        self.compare(self.of_simulator("reach", os.environ["SIMBODY_ARM"], "PLACE", str(SECONDS)))
 
 
 if __name__ == "__main__":

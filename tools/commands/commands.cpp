@@ -8,6 +8,7 @@ constexpr Command kCommands[] = {
      run_campaigns, campaign_app},
     {"ctl", "inspect and control a running lk-emu", run_ctl, ctl_app},
     {"decode", "explain the frames of a bus, from candump's output", run_decode, decode_app},
+    {"demo", "show a robot that walks or draws, in the browser", run_demo, demo_app},
     {"faults", "list the faults that can be injected, or show one of them", run_faults, faults_app},
     {"identify", "find a motor's numbers in logs of it, and write a motor file", run_identify,
      identify_app},

@@ -33,6 +33,9 @@ std::shared_ptr<CLI::App> ctl_app();
 // decode_command.cpp
 int run_decode(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> decode_app();
+// demo_command.cpp
+int run_demo(int argc, const char* const* argv);
+std::shared_ptr<CLI::App> demo_app();
 // faults_command.cpp
 int run_faults(int argc, const char* const* argv);
 std::shared_ptr<CLI::App> faults_app();

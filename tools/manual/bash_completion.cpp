@@ -72,7 +72,7 @@ _lk_emu() {
   fi
 }
 
-complete -F _lk_emu lk-emu
+complete -F _lk_emu lk-emu lk-emu-body
 )";
 
 struct Tables {

@@ -8,7 +8,7 @@
 namespace lk::manual {
 namespace {
 
-constexpr const char* kZshHead = R"(#compdef lk-emu
+constexpr const char* kZshHead = R"(#compdef lk-emu lk-emu-body
 # zsh completion for lk-emu, made from what its --help is made from.
 
 _lk-emu-interfaces() {

@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""`lk-emu-body demo`: robot, dashboard and host with one command, and nothing left of them after Ctrl-C.
+
+    demo_test.py LK-EMU LK-EMU-BODY
+"""
+
+import glob
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.request
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+
+from lkemu.telemetry import Telemetry  # noqa: E402
+
+BODY, PLAIN = os.path.abspath(sys.argv.pop()), os.path.abspath(sys.argv.pop())
+LIMIT_S = 120
+KNEES = "/api/v1/telemetry?signals=joint_deg&ids=3,6,9,12&rate_Hz=20"
+# By hand: 2*acos(0.40/0.50), with the foot 0.40 m below the hip and both segments 0.25 m. It lies with 164 degrees.
+STANDS_DEG, NEARLY_DEG = 73.7, 5
+
+
+def children(pid):
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def runs(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def end(process):
+    process.kill()
+    process.communicate()
+
+
+def answer_of(*command, **more):
+    ran = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=LIMIT_S, **more)
+    return ran.returncode, ran.stdout
+
+
+class Demo(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory()
+        self.addCleanup(self.directory.cleanup)
+
+    def start(self, program, robot):
+        """The process and the dashboard's address."""
+        process = subprocess.Popen(
+            [program, "demo", robot, "--no-browser"], stdout=subprocess.PIPE, text=True,
+            env={**os.environ, "XDG_RUNTIME_DIR": self.directory.name},
+        )  # fmt: skip
+        self.addCleanup(end, process)
+        line = process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:\d+/", line)
+        self.assertTrue(found, line)
+        return process, found[0]
+
+    def wait_until_it_stands(self):
+        (control,) = glob.glob(os.path.join(self.directory.name, "lk-emu", "*.sock"))
+        with Telemetry(control, KNEES, LIMIT_S) as knees:
+            for sample in knees:
+                if all(abs(drive["joint_deg"] - STANDS_DEG) < NEARLY_DEG for drive in sample.drives.values()):
+                    return
+        self.fail("lk-emu has ended")
+
+    def end_well(self, process):
+        below = children(process.pid)
+        self.assertEqual(len(below), 2)
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=LIMIT_S)
+        self.assertEqual(process.returncode, 0, said)
+        self.assertEqual([pid for pid in below if runs(pid)], [])
+        return said
+
+    def test_the_dog_stands_up_and_all_ends_with_ctrl_c(self):
+        process, address = self.start(BODY, "quadruped")
+        with urllib.request.urlopen(address + "api/v1/status", timeout=LIMIT_S) as answer:
+            status = json.load(answer)
+        self.assertTrue(status["body"] and status["pages_may_write"])
+        self.wait_until_it_stands()
+        self.assertEqual(process.stdout.readline(), "up\n")
+        said = self.end_well(process)
+        self.assertIn("lk-emu stopped", said)
+        self.assertNotIn("Traceback", said)
+
+    def test_two_at_once_and_the_plain_program_hands_over(self):
+        first, one = self.start(BODY, "arm")
+        second, other = self.start(PLAIN, "arm")
+        self.assertNotEqual(one, other)
+        for process in (first, second):
+            self.end_well(process)
+
+    def test_a_host_that_ends_leaves_the_robot_and_a_robot_that_ends_is_the_end(self):
+        process, _ = self.start(BODY, "arm")
+        robot, host = children(process.pid)
+        os.kill(host, signal.SIGKILL)
+        self.assertIn("the host has ended", process.stdout.readline())
+        self.assertTrue(runs(robot))
+        os.kill(robot, signal.SIGKILL)
+        process.communicate(timeout=LIMIT_S)
+        self.assertEqual(process.returncode, 1)
+
+    def test_what_is_missing_is_said_in_one_line(self):
+        without = {**os.environ, "PATH": self.directory.name}
+        for words, environment, status, said in (
+            (["cat"], None, 2, 'lk-emu: demo: there is no "cat", there are quadruped, arm\n'),
+            (["arm"], without, 2, "lk-emu: demo: its host needs python3 and python-can: apt install python3-can\n"),
+        ):
+            self.assertEqual(answer_of(BODY, "demo", *words, env=environment), (status, said))
+
+    def test_the_plain_program_alone_says_which_package_is_missing(self):
+        alone = os.path.join(self.directory.name, "bin")
+        os.mkdir(alone)
+        os.symlink(os.path.realpath(os.path.join(os.path.dirname(PLAIN), "../share")), os.path.join(self.directory.name, "share"))
+        shutil.copy(PLAIN, alone)
+        said = "lk-emu: demo: its robots have a body: this needs the package lk-emu-body\n"
+        self.assertEqual(answer_of(os.path.join(alone, "lk-emu"), "demo", "quadruped"), (2, said))
+
+
+if __name__ == "__main__":
+    unittest.main()

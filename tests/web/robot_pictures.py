@@ -1,0 +1,129 @@
+"""The pictures of robots in README.md and docs/: python3 robot_pictures.py LK-EMU-BODY [DIRECTORY]
+
+Hosts of python/examples move them with a stepped clock, which stands while a picture is taken: so each of them shows one instant,
+however long the browser takes to draw it. Wants python3-pil, with WebP, which GIF and APNG would be three times as large as."""
+
+import io
+import os
+import pathlib
+import sys
+
+from dashboard import Page, free_ports
+from PIL import Image
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PICTURES = ROOT / "docs" / "pictures"
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "python" / "examples")]
+
+import lkemu  # noqa: E402
+import quadruped  # noqa: E402
+import quadruped_walk  # noqa: E402
+from lk_joints import Joints, Rounds, bus_and_time  # noqa: E402
+
+SIZE = (1440, 790)
+HEADER_PX = 88  # of the page, which is left out: it tells of the clock
+SCALE = 0.69  # of the moving picture: 990 pixels wide
+QUALITY, METHOD = 40, 4
+MOST_BYTES = 1_500_000
+FRAME_S = 0.08
+WALK_S, WALK_M_S = 4.5, 0.3
+
+
+def last_instant(page):
+    """That the robot's panel has drawn, in seconds."""
+    return page.driver.execute_async_script(
+        "const done = arguments[0]; import('/robot.js').then(({inspectRobot}) => done(inspectRobot().time_s ?? -1))")
+
+
+class Stage:
+    """A robot with its host's bus and time, and its dashboard. `sleep` takes a frame whenever FRAME_S have gone by since `film`."""
+
+    def __init__(self, program, robot, keys):
+        """`keys` bring the camera where the robot is seen best."""
+        http, port = free_ports(2)
+        self.emulator = lkemu.Emulator(bus=f"slcan-tcp:{port}", config=robot, program=program, clock="stepped",
+                                       arguments=["--http", f"127.0.0.1:{http}", "--http-write"]).start()
+        os.environ.update(LKEMU_BUS=self.emulator.buses[0], LKEMU_CONTROL=self.emulator.control)
+        self.bus, self.now, self.plain_sleep = bus_and_time()
+        self.page = Page(http, SIZE, "?lang=en", before="localStorage.setItem('lk-emu-theme', 'dark')")
+        self.page.until(lambda: self.page.all("#robot .robot-replay"))
+        self.page.one("#robot canvas").send_keys(keys)
+        self.page.run("document.activeElement.blur()")
+        self.frames, self.next_s = [], None
+
+    def film(self):
+        self.next_s = self.now()
+
+    def sleep(self, seconds):
+        self.plain_sleep(seconds)
+        if self.next_s is not None and self.now() >= self.next_s:
+            self.next_s += FRAME_S
+            picture = self.picture()
+            self.frames.append(picture.resize([round(SCALE * length) for length in picture.size], Image.Resampling.LANCZOS))
+
+    def picture(self):
+        """Of this instant, without the page's header."""
+        self.page.until(lambda: last_instant(self.page) > self.now() - 0.02)
+        self.page.drawn()
+        return Image.open(io.BytesIO(self.page.driver.get_screenshot_as_png())).convert("RGB").crop((0, HEADER_PX, *SIZE))
+
+    def panel(self):
+        box = self.page.run("return document.querySelector('#robot').getBoundingClientRect().toJSON()")
+        left, top = box["x"], box["y"] - HEADER_PX
+        return self.picture().crop([round(edge) for edge in (left, top, left + box["width"], top + box["height"])])
+
+    def joints(self, joints):
+        """Of the robot, when its drives have booted."""
+        self.sleep(quadruped_walk.BOOT_S)
+        return Joints(self.bus, joints, self.now, self.sleep)
+
+    def rounds(self):
+        return Rounds(quadruped.PERIOD_S, self.now, self.sleep)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.page.close()
+        self.bus.shutdown()
+        self.emulator.stop()
+
+
+def walking_dog(program):
+    """It stands up from where it lies, and walks."""
+    with Stage(program, "quadruped_on_the_ground", "+") as stage:
+        dog = stage.joints(quadruped.joints())
+        dog.start()
+        stage.film()
+        quadruped.stand_up(dog, stage.rounds())
+        quadruped_walk.walk(dog, stage.rounds(), WALK_S, WALK_M_S)
+        return stage.frames
+
+
+def dog_on_three_legs(program):
+    """A knee has no power any more."""
+    with Stage(program, "quadruped_on_the_ground", "+") as stage:
+        dog = stage.joints(quadruped.joints())
+        dog.start()
+        quadruped.stand_up(dog, stage.rounds())
+        stage.page.click("#robot", "errors")
+        stage.emulator.drives[6].power.off()
+        quadruped_walk.stand(dog, stage.rounds(), 0.18)  # the host gives up when it has not answered for a fifth of a second
+        return stage.panel()
+
+
+def main():
+    program = sys.argv[1]
+    directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
+    directory.mkdir(parents=True, exist_ok=True)
+    dog_on_three_legs(program).save(directory / "robot_errors.webp", quality=80)
+    first, *others = walking_dog(program)
+    film = directory / "robot.webp"
+    first.save(film, save_all=True, append_images=others, duration=round(1000 * FRAME_S), loop=0, quality=QUALITY, method=METHOD)
+    size = film.stat().st_size
+    print(f"{film}: {1 + len(others)} pictures, {size} bytes")
+    return 0 if size < MOST_BYTES else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

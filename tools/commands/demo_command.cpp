@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "emulator/files/body_files.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "tools/commands/cli.hpp"
+#include "tools/commands/commands.hpp"
+
+namespace lk::emulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDemoFooter = R"(
+Needs no bus and no privileges: robot and host talk over a TCP port of this machine, the dashboard
+is at http://127.0.0.1:8474/ or, where that is taken, at the address that is printed. The host is a
+program in Python: python3-can has to be installed. Needs lk-emu-body.
+
+Exit status: 0 ended by Ctrl-C or SIGTERM, 1 robot or host had failed, 2 it could not begin.)";
+
+/// A delivered robot, and what moves it: a file of python/examples with its arguments.
+struct Demo {
+  const char* word;
+  const char* robot;
+  std::vector<std::string> host;
+};
+
+std::vector<Demo> demos() {
+  return {{"quadruped", "quadruped_on_the_ground", {"quadruped_walk.py", "--forever"}},
+          {"arm", "six_joint_arm", {"arm_square.py", "six", "--forever"}}};
+}
+
+struct DemoApp {
+  CLI::App app{"Show a robot that walks or draws, in the browser", "lk-emu demo"};
+  std::string word;
+  bool no_browser = false;
+
+  DemoApp() {
+    app.footer(kDemoFooter);
+    std::string words;
+    for (const Demo& demo : demos()) words += (words.empty() ? "" : "|") + std::string(demo.word);
+    app.add_option("ROBOT", word, "which: a dog that walks to and fro, an arm that draws squares")
+        ->type_name(words)
+        ->required();
+    app.add_flag("--no-browser", no_browser,
+                 "only print the dashboard's address, as without a terminal or a display");
+  }
+};
+
+Demo find_demo(const std::string& word) {
+  std::string known;
+  for (const Demo& demo : demos()) {
+    if (word == demo.word) return demo;
+    known += (known.empty() ? "" : ", ") + std::string(demo.word);
+  }
+  throw StartError(fmt::format("demo: there is no \"{}\", there are {}", word, known));
+}
+
+/// Beside the motors where lk-emu is installed; of a build tree in the sources, as they are.
+fs::path demo_script() {
+  std::error_code none_there;
+  const fs::path installed = config_directory() / "python/examples/demo.py";
+  if (fs::exists(installed, none_there)) return installed;
+  const fs::path configs = fs::weakly_canonical(config_directory(), none_there);
+  const fs::path source = configs.parent_path() / "python/examples/demo.py";
+  if (fs::exists(source, none_there)) return source;
+  throw StartError("demo: there is no " + installed.string());
+}
+
+/// Becomes that program; returns why not. A name without a path is looked for in PATH.
+int become(const std::string& program, const std::vector<std::string>& arguments) {
+  std::vector<char*> pointers{const_cast<char*>(program.c_str())};
+  for (const std::string& one : arguments) pointers.push_back(const_cast<char*>(one.c_str()));
+  pointers.push_back(nullptr);
+  ::execvp(program.c_str(), pointers.data());
+  return errno;
+}
+
+/// The program that has bodies: this one, or what stands beside it.
+fs::path program_with_bodies() {
+  const fs::path self = fs::read_symlink("/proc/self/exe");
+  if (body_loader()) return self;
+  const fs::path other = self.parent_path() / "lk-emu-body";
+  if (::access(other.c_str(), X_OK) == 0) return other;
+  throw StartError("demo: its robots have a body: this needs the package lk-emu-body");
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::App> demo_app() {
+  const auto made = std::make_shared<DemoApp>();
+  return {made, &made->app};
+}
+
+int run_demo(int argc, const char* const* argv) {
+  DemoApp given;
+  if (!parse_arguments(given.app, argc, argv)) return 0;
+  const Demo demo = find_demo(given.word);
+  std::vector<std::string> words{"-B", demo_script().string()};
+  if (given.no_browser) words.emplace_back("--no-browser");
+  words.insert(words.end(),
+               {program_with_bodies().string(), shipped_file(kRobots, demo.robot).string()});
+  words.insert(words.end(), demo.host.begin(), demo.host.end());
+  const int error = become("python3", words);
+  if (error == ENOENT) {
+    throw StartError("demo: its host needs python3 and python-can: apt install python3-can");
+  }
+  throw StartError(std::string("demo: python3: ") + std::strerror(error));
+}
+
+}  // namespace lk::emulator
