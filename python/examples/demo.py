@@ -8,7 +8,6 @@ machine. Exit status: 0 when it was ended by Ctrl-C or SIGTERM, 1 when robot or 
 
 import argparse
 import ctypes
-import importlib.util
 import os
 import shutil
 import signal
@@ -26,11 +25,12 @@ PR_SET_PDEATHSIG = 1
 
 def find_python_can():
     """Where this Python has no python-can, Debian's goes on with it."""
-    if importlib.util.find_spec("can") and importlib.util.find_spec("serial"):
-        return
-    asked = [DEBIANS_PYTHON, "-c", "import can, serial"]
-    if os.path.exists(DEBIANS_PYTHON) and subprocess.run(asked, stderr=subprocess.DEVNULL).returncode == 0:
-        os.execv(DEBIANS_PYTHON, [DEBIANS_PYTHON, "-B", *sys.argv])
+    for python in (sys.executable, DEBIANS_PYTHON):
+        asked = [python, "-c", "from can import Bus; import serial"]
+        if os.path.exists(python) and subprocess.run(asked, stderr=subprocess.DEVNULL).returncode == 0:
+            if python != sys.executable:
+                os.execv(python, [python, "-B", *sys.argv])
+            return
     sys.stderr.write("lk-emu: demo: its host needs python-can: apt install python3-can\n")
     sys.exit(2)
 
@@ -117,8 +117,8 @@ def main():
     parser.add_argument("robot", metavar="ROBOT")
     parser.add_argument("host", metavar="HOST", nargs=argparse.REMAINDER)
     given = parser.parse_args()
-    find_python_can()
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDS | {signal.SIGCHLD})
+    find_python_can()
     http, bus = free_port(HTTP_PORT), free_port(BUS_PORT)
     robot = start_robot(given.program, given.robot, http, bus)
     if robot is None:

@@ -7,6 +7,7 @@
 import glob
 import json
 import os
+import pty
 import re
 import shutil
 import signal
@@ -93,6 +94,25 @@ class Demo(unittest.TestCase):
         said = self.end_well(process)
         self.assertIn("lk-emu stopped", said)
         self.assertNotIn("Traceback", said)
+
+    def test_it_opens_a_browser_from_a_terminal_with_a_display(self):
+        opener, opened = (os.path.join(self.directory.name, name) for name in ("xdg-open", "opened"))
+        os.mkfifo(opened)
+        with open(opener, "w", encoding="utf-8") as file:
+            file.write(f'#!/bin/sh\necho "$1" >{opened}\n')
+        os.chmod(opener, 0o755)
+        terminal, its_end = pty.openpty()
+        path = self.directory.name + os.pathsep + os.environ["PATH"]
+        environment = {**os.environ, "XDG_RUNTIME_DIR": self.directory.name, "DISPLAY": ":7", "PATH": path}
+        process = subprocess.Popen([BODY, "demo", "arm"], stdout=its_end, env=environment)
+        self.addCleanup(end, process)
+        with open(opened, encoding="utf-8") as file:
+            self.assertRegex(file.read(), r"^http://127\.0\.0\.1:\d+/\n$")
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(LIMIT_S), 0)
+        self.assertIn(b"demo: http://127.0.0.1:", os.read(terminal, 65536))
+        os.close(terminal)
+        os.close(its_end)
 
     def test_two_at_once_and_the_plain_program_hands_over(self):
         first, one = self.start(BODY, "arm")

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "emulator/files/body_files.hpp"
@@ -76,12 +77,12 @@ fs::path demo_script() {
   throw StartError("demo: there is no " + installed.string());
 }
 
-/// Becomes that program; returns why not. A name without a path is looked for in PATH.
-int become(const std::string& program, const std::vector<std::string>& arguments) {
-  std::vector<char*> pointers{const_cast<char*>(program.c_str())};
-  for (const std::string& one : arguments) pointers.push_back(const_cast<char*>(one.c_str()));
+/// Becomes that program, the first of the words, which is looked for in PATH; returns why not.
+int become(std::vector<std::string> words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
-  ::execvp(program.c_str(), pointers.data());
+  ::execvp(pointers.front(), pointers.data());
   return errno;
 }
 
@@ -105,12 +106,12 @@ int run_demo(int argc, const char* const* argv) {
   DemoApp given;
   if (!parse_arguments(given.app, argc, argv)) return 0;
   const Demo demo = find_demo(given.word);
-  std::vector<std::string> words{"-B", demo_script().string()};
+  std::vector<std::string> words{"python3", "-B", demo_script().string()};
   if (given.no_browser) words.emplace_back("--no-browser");
   words.insert(words.end(),
                {program_with_bodies().string(), shipped_file(kRobots, demo.robot).string()});
   words.insert(words.end(), demo.host.begin(), demo.host.end());
-  const int error = become("python3", words);
+  const int error = become(std::move(words));
   if (error == ENOENT) {
     throw StartError("demo: its host needs python3 and python-can: apt install python3-can");
   }
