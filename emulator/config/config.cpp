@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/config/config_body.hpp"
@@ -116,7 +117,9 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   if (!problem.empty()) reader.fail("bitrate", problem);
   Body body{read_body(reader, load_body), {}, {}};
   if (body.mechanism) {
-    body.signals = std::make_shared<BodySignals>(body.mechanism->parts());
+    BodyState beginning;
+    body.mechanism->look(beginning);
+    body.signals = std::make_shared<BodySignals>(body.mechanism->parts(), std::move(beginning));
     body.taken.resize(body.mechanism->joints().size());
   }
   const double battery_R_ohm = read_battery(reader);

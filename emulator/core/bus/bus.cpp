@@ -4,8 +4,8 @@
 #include <cassert>
 #include <utility>
 
-#include "emulator/core/coupling/mechanism.hpp"
 #include "emulator/core/seed.hpp"
+#include "emulator/core/servo/body_signals.hpp"
 
 namespace lk::emulator {
 
@@ -27,7 +27,7 @@ Bus::Bus(const BusConfig& config)
     follow_start(nodes_.of(servo.id));
   }
   rom_writes_.reserve(nodes_.size());
-  if (config.body) config.body->look(body_);
+  if (body_signals_) body_ = body_signals_->beginning();
   for (const TimedDirective& event : config.events) plan_as_configured(event);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "emulator/core/units.hpp"
 
@@ -52,7 +53,8 @@ bool can_be_listed(const std::string& part) {
 
 std::span<const BodySignal> body_signal_table() { return kTable; }
 
-BodySignals::BodySignals(std::span<const std::string> parts) {
+BodySignals::BodySignals(std::span<const std::string> parts, BodyState beginning)
+    : beginning_(std::move(beginning)) {
   names_.reserve(std::size(kTable) * (parts.size() + 1));  // so that none of them moves
   const auto add = [this](const std::string& name, const BodySignal& row, std::size_t part) {
     names_.push_back(std::string(kBodyPrefix) + name);

@@ -14,16 +14,18 @@ namespace lk::emulator {
 class BodySignals {
  public:
   /// `parts`: names, of Mechanism::parts(). Those without one have no signals, nor have those whose
-  /// name cannot stand in a list with commas.
-  explicit BodySignals(std::span<const std::string> parts);
+  /// name cannot stand in a list with commas. `beginning`: of the body as it starts.
+  BodySignals(std::span<const std::string> parts, BodyState beginning);
   BodySignals(const BodySignals&) = delete;
   BodySignals& operator=(const BodySignals&) = delete;
 
   std::span<const Signal> all() const { return signals_; }
+  const BodyState& beginning() const { return beginning_; }
 
  private:
   std::vector<std::string> names_;
   std::vector<Signal> signals_;
+  BodyState beginning_;
 };
 
 /// One of the table behind BodySignals.

@@ -46,8 +46,8 @@ BodyState look(const MujocoBody& body) {
 
 /// The signal of that name, as conditions and CSV files have it.
 double read(const MujocoBody& body, const std::string& name) {
-  const emulator::BodySignals signals(body.parts());
   const BodyState state = look(body);
+  const emulator::BodySignals signals(body.parts(), state);
   for (const emulator::Signal& signal : signals.all()) {
     if (signal.name == name) return signal.of_body(state, signal.part);
   }

@@ -253,6 +253,24 @@ at_s = 0.9
   EXPECT_EQ(verdict.expectations[2].measured, "9.81 at 0.9 s");
 }
 
+/// What no drive turns stays as it is, and can be watched nevertheless.
+TEST(ConfigBody, IsWatchedWhereNoDriveTurnsIt) {
+  const ScenarioFiles files{.robot =
+                                [](const std::string&, const Overrides& overrides) {
+                                  return parse_config(kRobot + kDrive, "robot.toml", overrides,
+                                                      find_test_profile, walker);
+                                },
+                            .text = {}};
+  const Scenario still = parse_scenario(
+      "robot = \"still\"\nduration_s = 1\n[[expect]]\nsignal = \"body.contact_N\"\nmin = 9.8\nmax "
+      "= "
+      "9.82\nfrom_s = 0",
+      "s.toml", std::nullopt, files);
+  ScenarioRun run(still);
+  run.advance_to(still.duration);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kPassed);
+}
+
 TEST(ConfigBody, IsNotExpectedWhereThereIsNone) {
   const auto wrong = [](const std::string& robot, const std::string& words) {
     return config_error([&] { scenario(robot, "[[expect]]\n" + words); });

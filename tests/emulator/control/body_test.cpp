@@ -61,7 +61,9 @@ BusConfig on_a_wheel() {
   BusConfig bus = test::bus_config({7}, 1'000'000);
   bus.interface = "vcan0";
   bus.body = std::make_shared<Wheel>();
-  bus.body_signals = std::make_shared<BodySignals>(bus.body->parts());
+  BodyState beginning;
+  bus.body->look(beginning);
+  bus.body_signals = std::make_shared<BodySignals>(bus.body->parts(), beginning);
   bus.servos.front().joint = JointLink{};
   return bus;
 }
