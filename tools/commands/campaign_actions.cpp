@@ -268,6 +268,13 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
   const CaseToRun one{number, 0, with_set(plan, values_of(plan, number, store), outputs.set)};
   CaseScenarios scenarios(plan);
   const std::string text = scenarios.file_text(one.values, false);
+  CaseFiles files(plan.scenario_file.parent_path());
+  std::optional<Scenario> watched;
+  if (run.csv || run.frames.candump) {
+    watched = parse_scenario(text, plan.scenario_file.string(), std::nullopt, files.files());
+    // What it does not have is refused before anything is written.
+    if (run.csv) find_signals(run.csv->signals, watched->robot.front().body_signals.get());
+  }
   if (!outputs.scenario.empty()) write_output(outputs.scenario, "--scenario", text);
   HostReferences references;
   std::vector<CaseResult> results;
@@ -278,11 +285,8 @@ int show_case(const Plan& plan, std::uint64_t number, const fs::path& store,
                                 });
   if (results.empty()) return 130;
   std::printf("%s\n", case_sentence(results.front(), plan.head).c_str());
-  if (outputs.csv.empty() && outputs.candump.empty()) return 0;
-  CaseFiles files(plan.scenario_file.parent_path());
-  Scenario scenario =
-      parse_scenario(text, plan.scenario_file.string(), std::nullopt, files.files());
-  std::fputs(report_text(run_scenario(std::move(scenario), run), false, Language::kEnglish).c_str(),
+  if (!watched) return 0;
+  std::fputs(report_text(run_scenario(*std::move(watched), run), false, Language::kEnglish).c_str(),
              stdout);
   return 0;
 }
