@@ -25,6 +25,26 @@ bool moves(const mjModel& model, int geom) {
   return model.body_weldid[model.geom_bodyid[geom]] != 0;
 }
 
+/// Of angles about x, then y, then z of the world.
+Quaternion quaternion_of(const Triple& rpy_rad) {
+  Triple c;
+  Triple s;
+  for (std::size_t n = 0; n < 3; ++n) {
+    c[n] = std::cos(0.5 * rpy_rad[n]);
+    s[n] = std::sin(0.5 * rpy_rad[n]);
+  }
+  return {c[0] * c[1] * c[2] + s[0] * s[1] * s[2], s[0] * c[1] * c[2] - c[0] * s[1] * s[2],
+          c[0] * s[1] * c[2] + s[0] * c[1] * s[2], c[0] * c[1] * s[2] - s[0] * s[1] * c[2]};
+}
+
+/// The way back.
+Triple rpy_rad_of(const mjtNum* quaternion) {
+  const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];
+  return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+          std::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0)),
+          std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
+}
+
 }  // namespace
 
 void MujocoBody::find_scene() {
@@ -89,10 +109,10 @@ void MujocoBody::pose(const Pose& pose) {
       std::copy_n(m.key_mquat + 4 * key * m.nmocap, 4 * m.nmocap, data_->mocap_quat);
     }
   }
-  if (pose.position_m || pose.quaternion) {
+  if (pose.position_m || pose.rpy_rad) {
     mjtNum* const root = data_->qpos + m.jnt_qposadr[m.body_jntadr[pose.part]];
     if (pose.position_m) std::ranges::copy(*pose.position_m, root);
-    if (pose.quaternion) std::ranges::copy(*pose.quaternion, root + 3);
+    if (pose.rpy_rad) std::ranges::copy(quaternion_of(*pose.rpy_rad), root + 3);
   }
   for (const Pose::JointAt& one : pose.joints) {
     data_->qpos[m.jnt_qposadr[hinges_[one.joint]]] = one.angle_rad;
@@ -108,7 +128,7 @@ void MujocoBody::look(BodyState& state) const {
   for (int body = 0; body < m.nbody; ++body) {
     PartState& part = state.parts[static_cast<std::size_t>(body)];
     std::copy_n(data_->xpos + 3 * body, 3, part.position_m.begin());
-    std::copy_n(data_->xquat + 4 * body, 4, part.quaternion.begin());
+    part.rpy_rad = rpy_rad_of(data_->xquat + 4 * body);
     mjtNum speed[6];  // turning, then going
     mj_objectVelocity(&m, data_.get(), mjOBJ_XBODY, body, speed, 0);
     std::copy_n(speed + 3, 3, part.speed_m_s.begin());
@@ -117,7 +137,7 @@ void MujocoBody::look(BodyState& state) const {
   state.contact_N = 0;
   state.fallen = false;
   if (!free_parts_.empty()) {
-    const Quaternion& q = state.parts[free_parts_.front()].quaternion;
+    const mjtNum* const q = data_->xquat + 4 * free_parts_.front();
     const double upright = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);  // of its z, along the world's
     state.fallen = upright < std::cos(kFallen_deg * kRadPerDeg);
   }

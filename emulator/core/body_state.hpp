@@ -12,8 +12,8 @@ using Quaternion = std::array<double, 4>;  // w x y z
 
 /// A part of a body at an instant, in the axes of the world.
 struct PartState {
-  Triple position_m{};  // of the part's own frame
-  Quaternion quaternion{1, 0, 0, 0};
+  Triple position_m{};   // of the part's own frame
+  Triple rpy_rad{};      // turned about the world's x, then y, then z
   Triple speed_m_s{};    // of that frame's origin
   double contact_N = 0;  // normal forces of all that touches it, summed
 };

@@ -97,7 +97,7 @@ struct Pose {
   std::optional<std::size_t> keyframe;  // of Mechanism::keyframes(), before all else
   std::size_t part = 0;                 // that goes where it likes
   std::optional<Triple> position_m;     // its
-  std::optional<Quaternion> quaternion;
+  std::optional<Triple> rpy_rad;        // turned about the world's x, then y, then z
   std::vector<JointAt> joints;
 };
 /// Of the body that drives of the bus are on; done when its next step begins.

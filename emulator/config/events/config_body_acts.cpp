@@ -1,7 +1,6 @@
 #include "emulator/config/events/config_body_acts.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
 
@@ -73,18 +72,6 @@ Floor read_floor(TableReader table) {
   return floor;
 }
 
-/// About x, then y, then z of the world.
-Quaternion quaternion_of(const std::vector<double>& rpy_deg) {
-  double c[3];
-  double s[3];
-  for (std::size_t n = 0; n < 3; ++n) {
-    c[n] = std::cos(0.5 * rpy_deg[n] * kRadPerDeg);
-    s[n] = std::sin(0.5 * rpy_deg[n] * kRadPerDeg);
-  }
-  return {c[0] * c[1] * c[2] + s[0] * s[1] * s[2], s[0] * c[1] * c[2] - c[0] * s[1] * s[2],
-          c[0] * s[1] * c[2] + s[0] * c[1] * s[2], c[0] * c[1] * s[2] - s[0] * s[1] * c[2]};
-}
-
 std::size_t read_free_part(TableReader& table, const Mechanism& body, const char* what) {
   const auto places = body.free_parts();
   if (places.empty()) table.fail(what, "no part of the body goes where it likes");
@@ -132,10 +119,13 @@ Pose read_pose(TableReader table, const Mechanism& body) {
     pose.part = read_free_part(table, body, what);
   }
   if (!position.empty()) std::ranges::copy(position, pose.position_m.emplace().begin());
-  if (!rpy.empty()) pose.quaternion = quaternion_of(rpy);
+  if (!rpy.empty()) {
+    std::ranges::transform(rpy, pose.rpy_rad.emplace().begin(),
+                           [](double angle_deg) { return angle_deg * kRadPerDeg; });
+  }
   if (auto joints = table.table("joints_deg")) read_joints(*joints, body, pose);
   table.finish();
-  if (!pose.keyframe && !pose.position_m && !pose.quaternion && pose.joints.empty()) {
+  if (!pose.keyframe && !pose.position_m && !pose.rpy_rad && pose.joints.empty()) {
     table.fail("", "needs one of keyframe, position_m, rpy_deg and joints_deg");
   }
   return pose;

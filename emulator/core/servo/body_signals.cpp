@@ -9,19 +9,6 @@
 namespace lk::emulator {
 namespace {
 
-struct Angles {
-  double roll_deg, pitch_deg, yaw_deg;
-};
-
-/// First about x, then about y, then about z, of the world.
-Angles angles(const Quaternion& q) {
-  const auto [w, x, y, z] = q;
-  const double sine = std::clamp(2 * (w * y - z * x), -1.0, 1.0);
-  return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)) / kRadPerDeg,
-          std::asin(sine) / kRadPerDeg,
-          std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) / kRadPerDeg};
-}
-
 // One row a line.
 // clang-format off
 constexpr BodySignal kTable[] = {
@@ -31,9 +18,9 @@ constexpr BodySignal kTable[] = {
     {"x_m", "where the part's frame is, along the world's x", [](const BodyState& b, std::size_t n) { return b.parts[n].position_m[0]; }, true},
     {"y_m", "along y", [](const BodyState& b, std::size_t n) { return b.parts[n].position_m[1]; }, true},
     {"z_m", "along z, up", [](const BodyState& b, std::size_t n) { return b.parts[n].position_m[2]; }, true},
-    {"roll_deg", "how it is turned about the world's x, which comes first", [](const BodyState& b, std::size_t n) { return angles(b.parts[n].quaternion).roll_deg; }, true},
-    {"pitch_deg", "about y, which comes second", [](const BodyState& b, std::size_t n) { return angles(b.parts[n].quaternion).pitch_deg; }, true},
-    {"yaw_deg", "about z, which comes last", [](const BodyState& b, std::size_t n) { return angles(b.parts[n].quaternion).yaw_deg; }, true},
+    {"roll_deg", "how it is turned about the world's x, which comes first", [](const BodyState& b, std::size_t n) { return b.parts[n].rpy_rad[0] / kRadPerDeg; }, true},
+    {"pitch_deg", "about y, which comes second", [](const BodyState& b, std::size_t n) { return b.parts[n].rpy_rad[1] / kRadPerDeg; }, true},
+    {"yaw_deg", "about z, which comes last", [](const BodyState& b, std::size_t n) { return b.parts[n].rpy_rad[2] / kRadPerDeg; }, true},
     {"speed_m_s", "speed of its frame's origin", [](const BodyState& b, std::size_t n) {
        const Triple& v = b.parts[n].speed_m_s;
        return std::hypot(v[0], v[1], v[2]); }, true},

@@ -99,12 +99,10 @@ TEST(Scene, TheFloorsForcesAreTheWeight) {
 TEST(Scene, IsPutThereAtRest) {
   const auto body = body_of(kBlock);
   run(*body, 0.1);
-  // Quarter turn about z: cos 45° and sin 45°.
-  const double half = std::sqrt(0.5);
   body->pose({.keyframe = {},
               .part = kPart,
               .position_m = emulator::Triple{1, 2, 3},
-              .quaternion = emulator::Quaternion{half, 0, 0, half},
+              .rpy_rad = emulator::Triple{0, 0, 90 * kRad},
               .joints = {{0, -0.3}}});
   body->update();
   EXPECT_EQ(read(*body, "body.block.x_m"), 1);
@@ -112,6 +110,10 @@ TEST(Scene, IsPutThereAtRest) {
   EXPECT_EQ(read(*body, "body.block.z_m"), 3);
   EXPECT_NEAR(read(*body, "body.block.yaw_deg"), 90, 1e-9);
   EXPECT_NEAR(read(*body, "body.block.roll_deg"), 0, 1e-9);
+  // Quarter turn about z: cos 45° and sin 45°.
+  const double half = std::sqrt(0.5);
+  EXPECT_NEAR(body->data().qpos[body->model().jnt_qposadr[0] + 3], half, 1e-12);
+  EXPECT_NEAR(body->data().qpos[body->model().jnt_qposadr[0] + 6], half, 1e-12);
   EXPECT_EQ(read(*body, "body.block.speed_m_s"), 0);
   EXPECT_EQ(body->joint(0).angle_rad, -0.3);
   EXPECT_EQ(body->joint(0).speed_rad_s, 0);
@@ -121,11 +123,25 @@ TEST(Scene, IsPutThereAtRest) {
   EXPECT_NEAR(read(*body, "body.block.z_m"), 3 - 0.5 * kG * 0.1 * 0.101, 1e-9);
 }
 
+/// A half turn about y after a quarter about x: (w, x, y, z) = (0, 0, cos 45°, −sin 45°), by hand.
+TEST(Scene, IsTurnedAboutXThenYThenZ) {
+  const auto body = body_of(kBlock);
+  body->pose({.keyframe = {},
+              .part = kPart,
+              .position_m = {},
+              .rpy_rad = emulator::Triple{90 * kRad, 180 * kRad, 0},
+              .joints = {}});
+  const double expected[] = {0, 0, std::sqrt(0.5), -std::sqrt(0.5)};
+  for (int n = 0; n < 4; ++n) {
+    EXPECT_NEAR(body->data().qpos[body->model().jnt_qposadr[0] + 3 + n], expected[n], 1e-12) << n;
+  }
+}
+
 TEST(Scene, AKeyframeIsAPose) {
   const auto body = body_of(kBlock);
   ASSERT_EQ(body->keyframes().size(), 2U);
   EXPECT_EQ(body->keyframes()[1], "up");
-  body->pose({.keyframe = 1, .part = 0, .position_m = {}, .quaternion = {}, .joints = {}});
+  body->pose({.keyframe = 1, .part = 0, .position_m = {}, .rpy_rad = {}, .joints = {}});
   body->update();
   EXPECT_EQ(look(*body).parts[kPart].position_m[2], 1);
   EXPECT_EQ(body->joint(0).angle_rad, 0.5);
@@ -148,11 +164,10 @@ TEST(Scene, SaysWhatItHas) {
 TEST(Scene, HasFallenWhenItLiesOrIsTilted) {
   const auto body = body_of(kBlock);
   const auto tilted = [&](double degrees) {
-    const double half = 0.5 * degrees * kRad;
     body->pose({.keyframe = {},
                 .part = kPart,
                 .position_m = emulator::Triple{0, 0, 3},
-                .quaternion = emulator::Quaternion{std::cos(half), std::sin(half), 0, 0},
+                .rpy_rad = emulator::Triple{degrees * kRad, 0, 0},
                 .joints = {}});
     body->update();
     EXPECT_NEAR(read(*body, "body.block.roll_deg"), degrees, 1e-9);
@@ -183,7 +198,7 @@ TEST(Scene, FeetMayTouchTheFloor) {
   lies->pose({.keyframe = {},
               .part = 0,
               .position_m = {},
-              .quaternion = {},
+              .rpy_rad = {},
               .joints = {{0, 0.5 * std::numbers::pi}}});  // the leg is level
   lies->update();
   EXPECT_GT(read(*lies, "body.top.contact_N"), 0);

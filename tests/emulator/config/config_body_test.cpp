@@ -147,7 +147,6 @@ TEST(ConfigBody, HasAFloor) {
             "robot.toml:11: bus.event.id: what is done to the body is of the bus as a whole");
 }
 
-/// A half turn about y after a quarter about x: (w, x, y, z) = (0, 0, cos 45°, −sin 45°), by hand.
 TEST(ConfigBody, IsPutSomewhere) {
   const auto pose = act<Pose>(
       "pose = { keyframe = \"lies\", position_m = [1, 2, 3], rpy_deg = [90, 180, 0], "
@@ -155,11 +154,10 @@ TEST(ConfigBody, IsPutSomewhere) {
   EXPECT_EQ(pose.keyframe, 0U);
   EXPECT_EQ(pose.part, 1U);
   EXPECT_EQ(pose.position_m, (Triple{1, 2, 3}));
-  const Quaternion q = pose.quaternion.value();
-  EXPECT_NEAR(q[0], 0, 1e-12);
-  EXPECT_NEAR(q[1], 0, 1e-12);
-  EXPECT_NEAR(q[2], 0.70710678, 1e-8);
-  EXPECT_NEAR(q[3], -0.70710678, 1e-8);
+  const Triple rpy_rad = pose.rpy_rad.value();
+  EXPECT_NEAR(rpy_rad[0], 1.57079633, 1e-8);
+  EXPECT_NEAR(rpy_rad[1], 3.14159265, 1e-8);
+  EXPECT_EQ(rpy_rad[2], 0);
   ASSERT_EQ(pose.joints.size(), 1U);
   EXPECT_EQ(pose.joints[0].joint, 1U);
   EXPECT_NEAR(pose.joints[0].angle_rad, 1.57079633, 1e-8);
