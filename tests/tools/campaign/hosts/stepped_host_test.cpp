@@ -159,8 +159,11 @@ TEST_F(SteppedHost, InRealTimeItIsToldWhenTimeSlipped) {
   const std::string script = own_.put("host.py", R"py(
 import os, signal, time
 for pid in filter(str.isdigit, os.listdir("/proc")):
-    with open(f"/proc/{pid}/stat") as file:
-        parent = int(file.read().rsplit(")", 1)[1].split()[1])
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            parent = int(file.read().rsplit(")", 1)[1].split()[1])
+    except OSError:  # it has just ended
+        continue
     if parent == os.getppid() and int(pid) != os.getpid():
         os.kill(int(pid), signal.SIGSTOP)
         time.sleep(0.3)
