@@ -4,7 +4,8 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 arm_square.py six     configs/buses/six_joint_arm.toml
 
 Prints how far the tip was off the square's sides, by the angles that the drives say. Exit status: 0 when that was not more than
---tolerance, or --forever was ended by Ctrl-C, 1 when it was; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
+--tolerance, or --forever was ended by Ctrl-C, 1 when it was; 3 when it has noticed that a drive cannot go on; anything else is
+a mistake of this program's.
 """
 
 import argparse

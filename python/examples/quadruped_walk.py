@@ -3,7 +3,8 @@
     CAN_INTERFACE=socketcan CAN_CHANNEL=vcan0 python3 quadruped_walk.py --seconds 10 --speed 0.2
 
 The feet follow a path, whatever the trunk does: nothing on the bus tells how that stands. Exit status: 0 when it has walked, as
-far as its joints tell, or --forever was ended by Ctrl-C; 3 when it has noticed that a drive cannot go on; anything else is a mistake of this program's.
+far as its joints tell, or --forever was ended by Ctrl-C; 3 when it has noticed that a drive cannot go on; anything else is a
+mistake of this program's.
 """
 
 import argparse

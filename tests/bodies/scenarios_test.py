@@ -5,7 +5,8 @@
 
 In the scenario "# the cause" marks its cause, and "# in the body" the expectations of its effect. It passes as it is. Without
 the cause, the effects are missing, and all that is expected before it is there. With the cause but without the body - the
-same drives where they stood, with nothing that joins them - the effects are missing too; what is expected of the body itself (signal = "body.…") is refused there, in one line.
+same drives where they stood, with nothing that joins them - the effects are missing too; what is
+expected of the body itself (signal = "body.…") is refused there, in one line.
 """
 
 import re

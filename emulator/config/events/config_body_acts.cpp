@@ -25,15 +25,19 @@ std::vector<std::string> named(std::span<const std::string> all) {
   return names;
 }
 
+/// The place among `all` of the one that `key` names.
+std::optional<std::size_t> read_named(TableReader& table, const char* key,
+                                      std::span<const std::string> all) {
+  const std::vector<std::string> names = named(all);
+  const auto place = table.choice(key, names);
+  if (!place) return std::nullopt;
+  return static_cast<std::size_t>(std::ranges::find(all, names[*place]) - all.begin());
+}
+
 std::size_t read_part(TableReader& table, const Mechanism& body) {
-  const std::vector<std::string> names = named(body.parts());
-  const auto place = table.choice("body", names);
-  if (!place) {
-    table.note_missing("body");
-    return 0;
-  }
-  const auto parts = body.parts();
-  return static_cast<std::size_t>(std::ranges::find(parts, names[*place]) - parts.begin());
+  const auto part = read_named(table, "body", body.parts());
+  if (!part) table.note_missing("body");
+  return part.value_or(0);
 }
 
 Push read_push(TableReader table, const Mechanism& body) {
@@ -106,12 +110,10 @@ void read_joints(TableReader joints, const Mechanism& body, Pose& pose) {
 
 Pose read_pose(TableReader table, const Mechanism& body) {
   Pose pose;
-  if (table.has("keyframe")) {
-    const std::vector<std::string> names = named(body.keyframes());
-    if (names.empty()) table.fail("keyframe", "the model has no keyframe with a name");
-    const std::string& name = names[*table.choice("keyframe", names)];
-    pose.keyframe = std::ranges::find(body.keyframes(), name) - body.keyframes().begin();
+  if (table.has("keyframe") && named(body.keyframes()).empty()) {
+    table.fail("keyframe", "the model has no keyframe with a name");
   }
+  pose.keyframe = read_named(table, "keyframe", body.keyframes());
   const auto position = table.numbers("position_m", 3, -kFarthest_m, kFarthest_m);
   const auto rpy = table.numbers("rpy_deg", 3, -360, 360);
   if (!position.empty() || !rpy.empty() || table.has("body")) {

@@ -57,7 +57,9 @@ void check_actions(TableReader& reader) {
 /// No key that nobody knows, and then none that belongs to another action: where an action is
 /// misspelt, that is what is wrong.
 void finish_event(TableReader& reader) {
-  for (const char* action : {"load", "settings", "fault", "push", "payload", "floor", "pose"}) {
+  std::vector<const char*> tables = {"load", "settings", "fault"};
+  tables.insert(tables.end(), std::begin(kBodyActs), std::end(kBodyActs));
+  for (const char* action : tables) {
     if (!reader.has(action)) reader.table(action);  // so that it can be what was meant
   }
   for (const auto& companion : kCompanions) {
