@@ -89,8 +89,9 @@ Coupling::Coupling(const Coupling& other)
 
 Coupling& Coupling::operator=(const Coupling& other) { return *this = Coupling(other); }
 
-void Coupling::take_acts(std::span<Bus* const> buses) {
+bool Coupling::take_acts(std::span<Bus* const> buses) {
   std::vector<BodyAct> acts;
+  bool put_there = false;
   for (Bus* const bus : buses) bus->take_body_acts(acts);
   for (const BodyAct& act : acts) {
     std::visit(
@@ -103,11 +104,12 @@ void Coupling::take_acts(std::span<Bus* const> buses) {
             [&](const Floor& floor) { mechanism_->set_floor(floor); },
             [&](const Pose& pose) {
               mechanism_->pose(pose);
-              put_there_ = true;
+              put_there = true;
             },
         },
         act.what);
   }
+  return put_there;
 }
 
 /// All that push a part at once, summed; a push is as long as whole steps can have it.
@@ -135,8 +137,7 @@ void Coupling::begin(std::span<Bus* const> buses) {
 /// Each joint as the body answers it alone: of what its drive does in this step the others hear in
 /// the next one.
 void Coupling::mount(std::span<Bus* const> buses) {
-  put_there_ = false;
-  take_acts(buses);
+  const bool put_there = take_acts(buses);
   push_on();
   for (Link& link : links_) {
     link.armature = buses[link.bus]->mounted_shaft(link.id).armature;
@@ -152,7 +153,7 @@ void Coupling::mount(std::span<Bus* const> buses) {
                   .J = std::max(joint.inertia_kg_m2 / (rate * rate) - link.armature, kLightest),
                   .tau = joint.body_torque_Nm / rate,
                   .stiff = link.stiff,
-                  .put_there = put_there_};
+                  .put_there = put_there};
     buses[link.bus]->mount(link.id, link.mount,
                            {joint.angle_rad, joint.speed_rad_s, link.torque_Nm});
   }

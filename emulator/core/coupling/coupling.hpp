@@ -70,8 +70,9 @@ class Coupling {
     double torque_Nm = 0;  // on the body at the joint, in the step before
   };
   JointTorque given(const Link& link, const model::MountedShaft& shaft) const;
-  /// What the buses have told the body; and what pushes it yet.
-  void take_acts(std::span<Bus* const> buses);
+  /// Does what the buses have told the body. Returns whether it was put somewhere.
+  bool take_acts(std::span<Bus* const> buses);
+  /// What pushes it yet.
   void push_on();
   bool has_failed();
   /// Puts the drives on the joints as these are now.
@@ -86,8 +87,7 @@ class Coupling {
     SimTime until;
   };
   std::vector<Pushing> pushing_;
-  BodyState seen_;          // as the step began
-  bool put_there_ = false;  // a pose was taken as it began
+  BodyState seen_;  // as the step began
   SimTime end_{0};
   bool under_way_ = false;
   SimTime step_;
