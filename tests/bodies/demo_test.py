@@ -141,7 +141,7 @@ class Demo(unittest.TestCase):
     def test_what_is_missing_is_said_in_one_line(self):
         without = {**os.environ, "PATH": self.directory.name}
         for words, environment, status, said in (
-            (["cat"], None, 2, 'lk-emu: demo: there is no "cat", there are quadruped, arm\n'),
+            (["cat"], None, 2, 'lk-emu: demo: unknown robot "cat", known are quadruped, arm\n'),
             (["arm"], without, 2, "lk-emu: demo: its host needs python3 and python-can: apt install python3-can\n"),
         ):
             self.assertEqual(answer_of(BODY, "demo", *words, env=environment), (status, said))

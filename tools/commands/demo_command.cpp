@@ -63,7 +63,7 @@ Demo find_demo(const std::string& word) {
     if (word == demo.word) return demo;
     known += (known.empty() ? "" : ", ") + std::string(demo.word);
   }
-  throw StartError(fmt::format("demo: there is no \"{}\", there are {}", word, known));
+  throw StartError(fmt::format("demo: unknown robot \"{}\", known are {}", word, known));
 }
 
 /// Beside the motors where lk-emu is installed; of a build tree in the sources, as they are.
@@ -74,7 +74,7 @@ fs::path demo_script() {
   const fs::path configs = fs::weakly_canonical(config_directory(), none_there);
   const fs::path source = configs.parent_path() / "python/examples/demo.py";
   if (fs::exists(source, none_there)) return source;
-  throw StartError("demo: there is no " + installed.string());
+  throw StartError("demo: " + installed.string() + " not found");
 }
 
 /// Becomes that program, the first of the words, which is looked for in PATH; returns why not.

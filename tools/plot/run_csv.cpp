@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "emulator/core/servo/body_signals.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 #include "tools/plot/svg_text.hpp"
@@ -100,7 +101,7 @@ RunColumn RunCsv::read_column(std::string_view name) const {
     if (std::from_chars(name.data() + begin, last, column.id).ptr != last) column.id = 0;
   }
   if (column.id < 1 || column.id > 32 || column.bus.size() > kLongestBus) {
-    if (name.starts_with("body.")) return {"", 0, on_one_line(name)};
+    if (name.starts_with(kBodyPrefix)) return {"", 0, on_one_line(name)};
     fail("column " + std::to_string(columns_.size() + 2) +
          " is not called like 1.speed_dps or vcan0.1.speed_dps");
   }
