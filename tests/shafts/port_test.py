@@ -40,6 +40,11 @@ class Program:
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert "ready" in self.process.stdout.readline(), self.process.communicate()
 
+    def until_logged(self, text: str) -> None:
+        """What was read until then is no longer in what `stop` gives."""
+        while text not in self.process.stderr.readline():
+            assert self.process.poll() is None
+
     def stop(self) -> str:
         """What was logged."""
         self.process.send_signal(signal.SIGTERM)
@@ -194,7 +199,12 @@ class RealTime(unittest.TestCase):
             joints = [FreeJoint(0.01), FreeJoint(0.01)]
             for joint, offered in zip(joints, shafts.joints):
                 joint.armature = offered.armature_kg_m2
-            advance = threading.Thread(target=running.advance, args=(0.02,))
+
+            def advance_once_coupled() -> None:
+                running.until_logged("a simulator has 2 of 2 joints")
+                running.advance(0.02)
+
+            advance = threading.Thread(target=advance_once_coupled)
             advance.start()
             run(shafts, joints, 20)
             advance.join(PATIENCE_S)
