@@ -35,10 +35,30 @@ def inspect(page, expression):
         f"const r = inspectRobot(); done({expression});}})")
 
 
+def arm_pose(page):
+    """Where the arm's hinge is (x, y, z), and the arm's angle about y, from its quaternion."""
+    *hinge, w, _, y, _ = inspect(page, "[0, 1, 2, 3, 4, 5, 6].map((n) => r.record.frame(r.frames[1] - 1).poses[n])")
+    return hinge, 2 * math.atan2(y, w)
+
+
 def tilt_angle(page):
-    """Of the arm, about y, from its quaternion."""
-    w, y = inspect(page, "[3, 5].map((n) => r.record.frame(r.frames[1] - 1).poses[n])")
-    return 2 * math.atan2(y, w)
+    return arm_pose(page)[1]
+
+
+def rod_on_screen(page):
+    """Halfway down the rod, which is 0.3 m long and hangs, or is held, at an angle about y."""
+    (x, y, z), angle = arm_pose(page)
+    return inspect(page, f"r.project({[x - 0.15 * math.sin(angle), y, z - 0.15 * math.cos(angle)]})")[:2]
+
+
+def wait_for_rest(page, bench):
+    """The drive has arrived, the page shows it, and the camera no longer moves."""
+    def is_at_rest():
+        before = rod_on_screen(page)
+        page.drawn()
+        still = math.dist(before, rod_on_screen(page)) < 0.001
+        return still and abs(math.remainder(tilt_angle(page) + math.radians(bench.angle_deg(1)), math.tau)) < 0.01
+    page.until(is_at_rest)
 
 
 def test_the_body_moves_with_its_drive(page, bench):
@@ -48,7 +68,7 @@ def test_the_body_moves_with_its_drive(page, bench):
     page.until(lambda: abs(tilt_angle(page) - before) > 0.1)
 
 
-def test_a_push_of_the_mouse_is_taken_by_the_program(page):
+def test_a_push_of_the_mouse_is_taken_by_the_program(page, bench):
     """That the body then moves is for the tests of the directive."""
     page.run("""
       window.pushed = [];
@@ -58,10 +78,8 @@ def test_a_push_of_the_mouse_is_taken_by_the_program(page):
         if (String(asked[0]).endsWith('/directives')) window.pushed.push([JSON.parse(asked[1].body).push.body, answer.status]);
         return answer;
       };""")
-    # Halfway down the rod, which is 0.3 m long and hangs, or is held, at an angle about y.
-    angle = tilt_angle(page)
-    point = [-0.15 * math.sin(angle), 0, 0.5 - 0.15 * math.cos(angle)]
-    x, y, _ = inspect(page, f"r.project({point})")
+    wait_for_rest(page, bench)
+    x, y = rod_on_screen(page)
     canvas = page.one("#robot canvas")
     ActionChains(page.driver, duration=50).move_to_element_with_offset(
         canvas, round(x * canvas.size["width"] / 2), round(-y * canvas.size["height"] / 2)).click_and_hold().move_by_offset(60, 0).perform()
