@@ -17,6 +17,9 @@ function(lk_room directory)
   list(TRANSFORM room_USES REPLACE "^.*/" "")
   list(TRANSFORM room_USES PREPEND lk_)
   target_link_libraries(lk_${name} ${scope} lk_options ${room_USES} ${room_LIBRARIES})
+  if(sources)
+    lk_optimise_in_debug(lk_${name})
+  endif()
 endfunction()
 
 # What tests/rooms_test.py reads: "emulator/config: emulator/core".

@@ -131,10 +131,19 @@ class RobotView {
   }
 
   take(message) {
+    if (message.shape_changes !== this.shape.shape_changes) this.lookAtWorld(message.shape_changes);
     const values = this.jointValues(this.shape.joints);
     this.colouring.heed(values);
     this.record.add(message, values);
     if (this.cursor === null) this.dirty = true;
+  }
+
+  /// A floor that has got a step.
+  async lookAtWorld(changes) {
+    this.shape.shape_changes = changes;
+    const {geoms} = await get('/body');
+    this.scene.furnish(geoms);
+    this.dirty = true;
   }
 
   resize() {

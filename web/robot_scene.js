@@ -24,6 +24,13 @@ const kGeometry = {
   plane: ([x, y]) => new PlaneGeometry(2 * x, 2 * y),
 };
 
+const isEndless = ({type, size_m}) => type === 'plane' && !(size_m[0] > 0 && size_m[1] > 0);
+
+function release(one) {
+  one.geometry?.dispose();
+  one.material?.dispose?.();
+}
+
 function put(object, position, quaternion) {
   object.position.fromArray(position);
   if (quaternion) object.quaternion.set(quaternion[1], quaternion[2], quaternion[3], quaternion[0]);
@@ -62,21 +69,28 @@ export class RobotScene {
     this.ground = [];  // what takes the page's colours
     this.bodies = shape.bodies.map(() => new Group());
     this.robot = new Group().add(...this.bodies);
-    this.scene.add(this.robot);
+    this.furniture = new Group();
+    this.scene.add(this.robot, this.furniture);
     this.shape = shape;
     shape.geoms.forEach((geom) => this.addGeom(geom));
     this.raycaster = new Raycaster();
   }
 
   addGeom(geom) {
-    const endless = geom.type === 'plane' && !(geom.size_m[0] > 0 && geom.size_m[1] > 0);
-    if (endless) return this.addGround(geom);
+    if (isEndless(geom)) return this.addGround(geom);
     const [r, g, b, a] = geom.colour;
     const material = new MeshLambertMaterial({color: new Color().setRGB(r, g, b, SRGBColorSpace), transparent: a < 1, opacity: a});
     const mesh = new Mesh(kGeometry[geom.type](geom.size_m), material);
     put(mesh, geom.position_m, geom.quaternion);
     mesh.userData.body = geom.body;
-    (geom.body === null ? this.scene : this.bodies[geom.body]).add(mesh);
+    (geom.body === null ? this.furniture : this.bodies[geom.body]).add(mesh);
+  }
+
+  /// What stands in the world, the ground aside, is this now.
+  furnish(geoms) {
+    for (const mesh of this.furniture.children) release(mesh);
+    this.furniture.clear();
+    for (const geom of geoms) if (geom.body === null && !isEndless(geom)) this.addGeom(geom);
   }
 
   /// A plane without end is a board whose fields the page colours.
@@ -235,10 +249,7 @@ export class RobotScene {
   }
 
   close() {
-    this.scene.traverse((one) => {
-      one.geometry?.dispose();
-      one.material?.dispose?.();
-    });
+    this.scene.traverse(release);
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }

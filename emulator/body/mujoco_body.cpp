@@ -32,21 +32,10 @@ std::string mover(const mjModel& model, int dof) {
   return body.empty() ? "" : "body " + body;
 }
 
-mjModel* load(const std::string& file) {
-  tame_mujoco();
-  std::array<char, 1000> text{};
-  try {
-    mjModel* const model = mj_loadXML(file.c_str(), nullptr, text.data(), text.size());
-    if (model != nullptr) return model;
-  } catch (const MujocoError& problem) {
-    throw std::invalid_argument(file + ": " + on_one_line(problem.what()));
-  }
-  throw std::invalid_argument(file + ": " + on_one_line(text.data()));
-}
-
 }  // namespace
 
-MujocoBody::MujocoBody(const std::string& file, SimTime step) : model_(load(file)), step_(step) {
+MujocoBody::MujocoBody(const std::string& file, SimTime step)
+    : model_(load_mujoco_model(file)), step_(step) {
   const double longest_s = model_->opt.timestep;
   if (!(longest_s >= 1e-6)) throw std::invalid_argument(file + ": its timestep is below 1 us");
   substeps_ = std::max(1, static_cast<int>(std::ceil(seconds(step) / longest_s - 1e-6)));
@@ -76,6 +65,8 @@ MujocoBody::MujocoBody(const MujocoBody& other)
       free_parts_(other.free_parts_),
       falls_on_(other.falls_on_),
       planes_(other.planes_),
+      step_geom_(other.step_geom_),
+      shape_changes_(other.shape_changes_),
       level_gravity_(other.level_gravity_),
       frozen_(other.frozen_),
       constants_changed_(other.constants_changed_),
@@ -122,7 +113,7 @@ void MujocoBody::update() {
   try {
     if (constants_changed_) {
       // How soft constraints are is scaled by what moves; found at the model's own zero.
-      const std::unique_ptr<mjData, Free> scratch(mj_makeData(model_.get()));
+      const std::unique_ptr<mjData, FreeMujoco> scratch(mj_makeData(model_.get()));
       mj_setConst(model_.get(), scratch.get());
       constants_changed_ = false;
     }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "emulator/body/mujoco_model.hpp"
 #include "emulator/core/coupling/body_looks.hpp"
 #include "emulator/core/coupling/mechanism.hpp"
 
@@ -51,6 +52,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   /// Of the groups that MuJoCo's own viewer shows, 0 to 2. Meshes as the boxes around them; height
   /// fields not at all.
   BodyShape shape() const override;
+  unsigned shape_changes() const override { return shape_changes_; }
   std::vector<BodyPose> poses() const override;
   std::vector<BodyContact> contacts() const override;
 
@@ -58,20 +60,18 @@ class MujocoBody : public Mechanism, public BodyLooks {
   const mjData& data() const { return *data_; }
 
  private:
-  struct Free {
-    void operator()(mjModel* model) const { mj_deleteModel(model); }
-    void operator()(mjData* data) const { mj_deleteData(data); }
-  };
   void find_joints();
   void find_scene();
+  void set_floor_friction(double friction);
+  void raise_step(const FloorStep& step);
   void look_at_contacts(BodyState& state) const;
   /// A with A·acceleration = torque + …, of the constraints too that are active now; factored.
   void find_response();
   void substep(std::span<const JointTorque> torques, double from_s);
   void look_for_trouble();
 
-  std::unique_ptr<mjModel, Free> model_;
-  std::unique_ptr<mjData, Free> data_;
+  std::unique_ptr<mjModel, FreeMujoco> model_;
+  std::unique_ptr<mjData, FreeMujoco> data_;
   SimTime step_;
   int substeps_ = 1;
   std::vector<std::string> names_;
@@ -82,7 +82,9 @@ class MujocoBody : public Mechanism, public BodyLooks {
   std::vector<std::size_t> free_parts_;
   std::vector<bool> falls_on_;  // by parts_: it has fallen when this touches the world
   std::vector<int> planes_;     // the floor: geoms of what does not move
-  Triple level_gravity_{};      // the model's own
+  int step_geom_ = -1;          // -1: there is no floor
+  unsigned shape_changes_ = 0;
+  Triple level_gravity_{};  // the model's own
   bool frozen_ = false;
   bool constants_changed_ = true;  // those that others are derived from
   std::vector<double> response_;   // nv x nv: its Cholesky factor

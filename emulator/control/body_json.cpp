@@ -101,13 +101,19 @@ Json body_json(const World& world) {
       values[std::string(one.name)] = one.of_body(line.bus().body(), one.part);
     }
   }
-  return {{"mass_kg", shape.mass_kg}, {"signals", values}, {"bodies", bodies},
-          {"geoms", geoms},           {"joints", joints},  {"poses", poses}};
+  return {{"mass_kg", shape.mass_kg},
+          {"signals", values},
+          {"bodies", bodies},
+          {"geoms", geoms},
+          {"joints", joints},
+          {"poses", poses},
+          {"shape_changes", body.shape_changes()}};
 }
 
 std::string body_now_text(const World& world) {
   const BodyLooks& body = *looks_of(world);
-  std::string text = fmt::format("{{\"time_s\":{},\"poses\":[", seconds(world.time()));
+  std::string text = fmt::format(R"({{"time_s":{},"shape_changes":{},"poses":[)",
+                                 seconds(world.time()), body.shape_changes());
   bool first = true;
   for (const BodyPose& pose : body.poses()) {
     text += std::exchange(first, false) ? "" : ",";

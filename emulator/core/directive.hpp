@@ -83,10 +83,16 @@ struct CarriedMass {
 struct Freeze {
   bool on = true;
 };
+/// The ground is so much higher from there on, along +x; of 0: nowhere.
+struct FloorStep {
+  double height_m = 0;
+  double from_x_m = 0;
+};
 /// The ground that the body stands on. What is not said stays as it is.
 struct Floor {
   std::optional<double> friction;   // sliding, of whatever touches it
   std::optional<double> slope_rad;  // it rises along +x
+  std::optional<FloorStep> step = std::nullopt;
 };
 /// The body is put there, at rest. What is not said stays where it is.
 struct Pose {

@@ -105,14 +105,16 @@ void ScenarioActivity::start(Scenario scenario, std::function<void()> on_over) {
   live_.reset();
   const unsigned number = ++number_;
   planned_ = static_cast<bool>(on_over);
-  live_.emplace(std::move(scenario), lines(), [this, number, over = std::move(on_over)] {
+  const auto end = [this, number, over = std::move(on_over)] {
     // Not from within a line, and only if it is still this one.
     boost::asio::post(loop_, [this, number, over] {
       if (number != number_ || !live_->running()) return;
       finish();
       if (over) over();
     });
-  });
+  };
+  live_.emplace(std::move(scenario), lines(), end,
+                [this] { return world_.coupling() ? world_.coupling()->failure() : std::nullopt; });
 }
 
 void ScenarioActivity::finish() {

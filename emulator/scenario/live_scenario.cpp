@@ -33,8 +33,12 @@ void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
 }
 
 LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
-                           std::function<void()> on_over)
-    : scenario_(std::move(scenario)), on_over_(std::move(on_over)), began_(monotonic_now()) {
+                           std::function<void()> on_over,
+                           std::function<std::optional<std::string>()> body_failure)
+    : scenario_(std::move(scenario)),
+      on_over_(std::move(on_over)),
+      body_failure_(std::move(body_failure)),
+      began_(monotonic_now()) {
   check_room(scenario_, lines);
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const Bus& bus = lines[n]->bus();
@@ -128,6 +132,7 @@ RunReport LiveScenario::report() const {
     report.accounts.push_back({part->line->name(), part->beginning.start, part->errors.firsts(),
                                part->replies, part->replies_hash});
   }
+  if (const auto failure = body_failure_()) report.verdict.invalid.push_back(*failure);
   conclude(report.verdict);
   return report;
 }

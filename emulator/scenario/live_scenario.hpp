@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "emulator/core/scenario/error_watch.hpp"
@@ -26,9 +27,11 @@ class LiveScenario {
  public:
   /// Begins now. `scenario.robot` is what runs on `lines`, in that order; they outlive this.
   /// `on_over` is called once, from a line, when the scenario has come to its end; `finish` is to
-  /// be called after that, not from there. Throws std::invalid_argument when a bus cannot take so
-  /// many faults.
-  LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over);
+  /// be called after that, not from there. `body_failure` says why what the body does means nothing
+  /// any more, where it does not. Throws std::invalid_argument when a bus cannot take so many
+  /// faults.
+  LiveScenario(Scenario scenario, std::vector<Line*> lines, std::function<void()> on_over,
+               std::function<std::optional<std::string>()> body_failure);
   LiveScenario(const LiveScenario&) = delete;
   LiveScenario& operator=(const LiveScenario&) = delete;
   ~LiveScenario() { finish(); }
@@ -69,6 +72,7 @@ class LiveScenario {
 
   Scenario scenario_;
   std::function<void()> on_over_;
+  std::function<std::optional<std::string>()> body_failure_;
   std::vector<std::unique_ptr<Part>> parts_;
   MonoTime began_;
   std::optional<RunReport> final_;

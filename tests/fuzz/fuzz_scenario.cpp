@@ -65,7 +65,8 @@ void run_live(const std::string& text, const ScenarioFiles& files) {
       fuzz::shipped_text("scenarios/robots/joint.toml"), "joint", {}, fuzz::shipped_profile);
   const Scenario scenario = parse_live_scenario(text, "live.toml", kRunning, files);
   Line line(kRunning.front());
-  LiveScenario live(scenario, {&line}, [] {});
+  LiveScenario live(
+      scenario, {&line}, [] {}, [] { return std::nullopt; });
   line.bring_to(std::min(scenario.duration, kRun), MonoTime::max(), Line::Patience::kNone);
   live.finish();
   require(live.report().verdict.expectations.size() == scenario.expectations.size());

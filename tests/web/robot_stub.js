@@ -1,7 +1,8 @@
 // A robot for a page whose program has none: a trunk on two legs, or on window.robotLegs, as GET /body and its stream tell
 // of it. What the page pushes is kept in window.pushes; window.robot.height_m is where the trunk is, window.robot.forward_m how far it came.
 
-window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
+// window.robot.step_m: a step of the floor, from x = 0.5 on.
+window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, step_m: 0, shape_changes: 0, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
 window.pushes = [];
 
 const drive = (id) => ({bus: window.robotBus ?? 'vcan0', id});
@@ -32,13 +33,16 @@ function poses() {
 /// Beside the feet, where they can be seen, each with its share of the weight.
 const contacts = () => (window.robot.contacts ? legs.map(({x, y}) => [window.robot.forward_m + x, 2 * y, 0, 0, 0, 98 / legs.length]) : []);
 
+const step = () => (window.robot.step_m > 0 ? [
+  {body: null, type: 'box', size_m: [10, 10, window.robot.step_m], position_m: [10.5, 0, 0], quaternion: [1, 0, 0, 0], colour: [1, 1, 0, 1]}] : []);
+
 class PoseStream {
   constructor() {
     ++window.robot.opened;
     setTimeout(() => this.onopen());
     this.timer = setInterval(() => {
       window.robot.time_s += 1 / window.robot.rate_Hz;
-      this.onmessage({data: JSON.stringify({time_s: window.robot.time_s, poses: poses(), contacts: contacts()})});
+      this.onmessage({data: JSON.stringify({time_s: window.robot.time_s, shape_changes: window.robot.shape_changes, poses: poses(), contacts: contacts()})});
     }, 1000 / window.robot.rate_Hz);
   }
   close() {
@@ -55,7 +59,7 @@ const fetchBeforeRobot = window.fetch;
 window.fetch = async (address, ...rest) => {
   const path = String(address);
   const json = (what) => new Response(JSON.stringify(what));
-  if (path.endsWith('/body')) return json({...kShape, poses: poses()});
+  if (path.endsWith('/body')) return json({...kShape, geoms: [...kShape.geoms, ...step()], shape_changes: window.robot.shape_changes, poses: poses()});
   if (path.endsWith('/directives') && JSON.parse(rest[0].body).push) {
     window.pushes.push(JSON.parse(rest[0].body).push);
     return json({time_s: 0, faults: []});

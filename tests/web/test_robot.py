@@ -96,6 +96,19 @@ def test_the_robot_is_drawn_where_it_is(robot):
     assert not is_magenta(robot.colour((0, -0.5, 0))) and not is_blue(robot.colour((0, -0.5, 0)))
 
 
+def test_a_step_of_the_floor_comes_and_goes(robot):
+    def is_yellow():
+        red, green, blue = robot.colour((0.55, 0, 0.1))
+        return min(red, green) > 60 and blue < min(red, green) / 3
+
+    assert not is_yellow()
+    robot.stand(step_m=0.1, shape_changes=1)
+    robot.page.until(is_yellow)
+    robot.stand(step_m=0, shape_changes=2)
+    robot.page.until(lambda: not is_yellow())
+    assert is_magenta(robot.colour(TRUNK)) and is_blue(robot.colour(BEHIND)), "all else stays"
+
+
 def test_it_moves_as_its_poses_do_and_is_followed(robot):
     robot.stand(height_m=1.1)
     before = robot.inspect("r.camera")

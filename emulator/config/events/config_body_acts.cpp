@@ -15,6 +15,7 @@ constexpr double kHeaviest_kg = 1e4;      // assumed
 constexpr double kLeastFriction = 1e-5;   // MuJoCo's least
 constexpr double kMostFriction = 10;      // assumed
 constexpr double kSteepest_deg = 60;      // assumed: nothing that walks climbs as much
+constexpr double kHighestStep_m = 10;     // assumed
 constexpr double kFarthest_m = 1e3;       // assumed
 constexpr double kMostTurned_deg = 3600;  // of joints without stops; assumed
 
@@ -71,7 +72,13 @@ Floor read_floor(TableReader table) {
   if (const auto slope_deg = table.number("slope_deg", -kSteepest_deg, kSteepest_deg)) {
     floor.slope_rad = *slope_deg * kRadPerDeg;
   }
-  if (!floor.friction && !floor.slope_rad) table.note_missing("friction");
+  const auto step_m = table.number("step_m", 0, kHighestStep_m);
+  const auto step_at_x_m = table.number("step_at_x_m", -kFarthest_m, kFarthest_m);
+  if (step_m) floor.step = FloorStep{*step_m, step_at_x_m.value_or(0)};
+  if (step_m.value_or(0) > 0 && !step_at_x_m) table.note_missing("step_at_x_m");
+  if (step_at_x_m && !step_m) table.note_missing("step_m");
+  if (!floor.friction && !floor.slope_rad && !floor.step && !step_at_x_m)
+    table.note_missing("friction");
   table.finish();
   return floor;
 }

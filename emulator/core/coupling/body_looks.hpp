@@ -64,8 +64,9 @@ struct BodyContact {
 class BodyLooks {
  public:
   virtual ~BodyLooks() = default;
-  /// Never changes.
   virtual BodyShape shape() const = 0;
+  /// How often shape() has changed: what stands in the world, and nothing else.
+  virtual unsigned shape_changes() const { return 0; }
   /// Of shape().bodies, and where they touch something, at the present instant.
   virtual std::vector<BodyPose> poses() const = 0;
   virtual std::vector<BodyContact> contacts() const = 0;

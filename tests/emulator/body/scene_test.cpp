@@ -147,6 +147,67 @@ TEST(Scene, AKeyframeIsAPose) {
   EXPECT_EQ(body->joint(0).angle_rad, 0.5);
 }
 
+/// The block is set down on either side of the edge; its middle is 0.05 m above what it stands on.
+TEST(Scene, AStepCarriesWhatStandsOnIt) {
+  const auto body = body_of(kBlock);
+  const auto height_at = [&](double x_m) {
+    body->pose({.keyframe = {},
+                .part = kPart,
+                .position_m = emulator::Triple{x_m, 0, 0.2},
+                .rpy_rad = {},
+                .joints = {}});
+    body->update();
+    run(*body, 1);
+    return read(*body, "body.block.z_m") - 0.05;
+  };
+  EXPECT_NEAR(height_at(0.8), 0, 1e-3);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, 0.5}});
+  body->update();
+  EXPECT_NEAR(height_at(0.8), 0.08, 1e-3);
+  EXPECT_NEAR(read(*body, "body.contact_N"), 2 * kG, 0.01 * 2 * kG);
+  EXPECT_EQ(read(*body, "body.fallen"), 1) << "it is the ground";
+  EXPECT_NEAR(height_at(0.2), 0, 1e-3);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{}});
+  body->update();
+  EXPECT_NEAR(height_at(0.8), 0, 1e-3);
+}
+
+/// Towards the edge, which is at x = 0.5, with the block's own half of 0.2 m.
+TEST(Scene, AStepStopsWhatRunsIntoIt) {
+  const auto body = body_of(kBlock);
+  body->set_floor({.friction = 0.01, .slope_rad = {}, .step = emulator::FloorStep{0.03, 0.5}});
+  body->push(kPart, {4, 0, 0}, {});
+  body->update();
+  run(*body, 2);
+  EXPECT_NEAR(read(*body, "body.block.x_m"), 0.3, 5e-3);
+}
+
+/// The step is of what the floor is: it slides there as in
+/// ABlockSlidesDownASlopeThatIsSteepForItsFriction.
+TEST(Scene, AStepHasTheFrictionOfTheFloor) {
+  const auto gained = [](bool friction_first) {
+    const auto body = body_of(kBlock);
+    const emulator::FloorStep step{0.1, -5};
+    if (friction_first) body->set_floor({.friction = 0.2, .slope_rad = {}});
+    body->set_floor({.friction = {}, .slope_rad = {}, .step = step});
+    body->pose({.keyframe = {},
+                .part = kPart,
+                .position_m = emulator::Triple{0, 0, 0.15},
+                .rpy_rad = {},
+                .joints = {}});
+    if (!friction_first) body->set_floor({.friction = 0.2, .slope_rad = {}});
+    body->set_floor({.friction = {}, .slope_rad = 20 * kRad});
+    body->update();
+    run(*body, 0.5);
+    const double before = look(*body).parts[kPart].speed_m_s[0];
+    run(*body, 0.5);
+    return look(*body).parts[kPart].speed_m_s[0] - before;
+  };
+  const double a = kG * (std::sin(20 * kRad) - 0.2 * std::cos(20 * kRad));
+  EXPECT_NEAR(gained(true) / 0.5, -a, 0.03 * a);
+  EXPECT_NEAR(gained(false) / 0.5, -a, 0.03 * a);
+}
+
 TEST(Scene, SaysWhatItHas) {
   const auto body = body_of(kBlock);
   EXPECT_TRUE(body->has_floor());
@@ -208,8 +269,9 @@ TEST(Scene, FeetMayTouchTheFloor) {
 TEST(Scene, ACopyHasItsGroundForItself) {
   const auto body = body_of(kBlock);
   const auto copy = body->clone();
-  copy->set_floor({.friction = 0.1, .slope_rad = 0.3});
+  copy->set_floor({.friction = 0.1, .slope_rad = 0.3, .step = emulator::FloorStep{0.1, 0}});
   body->update();
+  EXPECT_EQ(body->shape_changes(), 0U);
   EXPECT_EQ(body->model().opt.gravity[0], 0);
   EXPECT_EQ(body->model().geom_friction[0], 0.8);
 }

@@ -137,6 +137,14 @@ TEST(ConfigBody, HasAFloor) {
   EXPECT_EQ(floor.friction, 0.3);
   EXPECT_NEAR(floor.slope_rad.value(), 0.174532925, 1e-9);
   EXPECT_FALSE(act<Floor>("floor = { slope_deg = -3 }").friction);
+  const auto step = act<Floor>("floor = { step_m = 0.05, step_at_x_m = 0.4 }").step.value();
+  EXPECT_EQ(step.height_m, 0.05);
+  EXPECT_EQ(step.from_x_m, 0.4);
+  EXPECT_EQ(act<Floor>("floor = { step_m = 0 }").step.value().height_m, 0);
+  EXPECT_EQ(error(kEvent + "floor = { step_m = 0.05 }", walker),
+            "robot.toml:10: bus.event.floor.step_at_x_m: missing");
+  EXPECT_EQ(error(kEvent + "floor = { step_at_x_m = 1 }", walker),
+            "robot.toml:10: bus.event.floor.step_m: missing");
   EXPECT_EQ(error(kEvent + "floor = { friction = 0 }", walker),
             "robot.toml:10: bus.event.floor.friction: 0 is out of range (1e-05 to 10)");
   EXPECT_EQ(error(kEvent + "floor = {}", walker),

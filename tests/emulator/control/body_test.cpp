@@ -148,8 +148,9 @@ TEST_F(ServedWheel, PosesComeWhenTimeGoesOn) {
   stream.send(kBodyUpgrade);
   EXPECT_EQ(status(stream.receive_until("\r\n\r\n")), 101);
   const std::string first = stream.receive_until("]}");
-  EXPECT_NE(first.find(R"({"time_s":0,"poses":[[1.5,0,-0,1,0,0,0]],"contacts":[]})"),
-            std::string::npos)
+  EXPECT_NE(
+      first.find(R"({"time_s":0,"shape_changes":0,"poses":[[1.5,0,-0,1,0,0,0]],"contacts":[]})"),
+      std::string::npos)
       << first;
   EXPECT_EQ(status(ask(post("/clock/advance", R"({"by_s": 0.003})"))), 200);
   std::string told;

@@ -4,13 +4,20 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "tests/emulator/control/control_support.hpp"
+#include "tests/emulator/coupling/hand_bodies.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::emulator {
 namespace scenario_activity_test {
+
+using namespace std::chrono_literals;
 
 /// Reading a long one would keep the drives waiting.
 TEST(ScenarioActivity, AClientsScenarioIsShort) {
@@ -111,6 +118,46 @@ TEST(ScenarioActivity, OverTcpNoFileIsSpokenOfButShippedOnes) {
   };
   EXPECT_EQ(playing(there), playing(missing));
   EXPECT_EQ(over_tcp(Json{{"toml", checks}}).status, 200);
+}
+
+/// A wheel that nothing turns, until it bursts.
+class Bursting : public test::HandBody {
+ public:
+  Bursting()
+      : HandBody(
+            1,
+            [](const auto&, const auto&) {
+              return test::Dynamics{{1, 0}, 0, {}, 0};
+            },
+            1ms) {}
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Bursting>(*this); }
+  void advance(std::span<const JointTorque> /*torques*/) override { ++steps_; }
+  std::optional<std::string> failure() const override {
+    return steps_ < 300 ? std::nullopt : std::optional<std::string>("it has burst");
+  }
+
+ private:
+  int steps_ = 0;
+};
+
+/// All that it expects is as it should be: the drive does not notice.
+TEST(ScenarioActivity, ABodyThatExplodesMakesItInvalid) {
+  TestWorld t;
+  ScenarioActivity scenario(t.loop, t.world);
+  t.api.scenario = scenario.for_clients();
+  t.world.couple(std::make_unique<Bursting>(), {});
+  const char* const text = "duration_s = 0.2\n[[expect]]\nid = 1\nstate = \"running\"\n";
+  const auto run = [&] {
+    EXPECT_EQ(t.post("/scenario", Json{{"toml", text}}.dump()).status, 200);
+    EXPECT_EQ(t.post("/clock/advance", R"({"by_s": 0.2})").status, 200);
+    t.loop.restart();
+    t.loop.poll();
+    return t.get("/scenario").body;
+  };
+  EXPECT_EQ(run()["state"], "passed");
+  const Json second = run();
+  EXPECT_EQ(second["state"], "invalid");
+  EXPECT_EQ(second["invalid"], Json({"the body at 0.3 s: it has burst"}));
 }
 
 TEST(ScenarioActivity, AScenarioThatFindsNoRoomLeavesTheLastVerdict) {

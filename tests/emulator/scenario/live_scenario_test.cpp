@@ -32,6 +32,8 @@ class Live : public testing::Test {
     return {0, 1, replies, {Period::Kind::kThroughout, 0ns, 1s}, ""};
   }
 
+  static std::optional<std::string> well() { return std::nullopt; }
+
   Line line_{test::bus_config({1, 2})};
   int overs_ = 0;
 };
@@ -40,7 +42,8 @@ TEST_F(Live, HearsAHostAndItsOwnFrames) {
   Scenario plan = scenario();
   plan.sends = {{0, 200ms, test::frame("141#9C00000000000000"), 100ms, 2}};
   plan.expectations = {answered(3)};
-  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  LiveScenario live(
+      plan, {&line_}, [this] { ++overs_; }, well);
   line_.take_in({10s + 500ms, test::frame("141#9C00000000000000")});
   go_to(11s - 1ms);
   EXPECT_EQ(overs_, 0);
@@ -62,7 +65,8 @@ TEST_F(Live, GivesAccountOfWhatDrivesHaveSaid) {
   plan.expectations = {answered(0)};
   const auto account_of = [&](const char* query, SimTime delay) {
     const SimTime start = line_.bus().time();
-    LiveScenario live(plan, {&line_}, [] {});
+    LiveScenario live(
+        plan, {&line_}, [] {}, well);
     line_.take_in({start + delay, test::frame(query)});
     go_to(start + 1s);
     live.finish();
@@ -90,7 +94,8 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
   plan.sends = {{0, 400ms, test::frame("141#9C00000000000000"), 200ms, 2}};
   plan.expectations = {answered(1)};
-  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  LiveScenario live(
+      plan, {&line_}, [this] { ++overs_; }, well);
   go_to(11s);
   live.finish();
   const Verdict verdict = live.report().verdict;
@@ -108,7 +113,8 @@ TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
   line_.perform({10s, {kWholeBus, SetFault{hang}}, std::nullopt});
   Scenario plan = scenario();
   plan.expectations = {answered(0)};
-  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  LiveScenario live(
+      plan, {&line_}, [this] { ++overs_; }, well);
   go_to(11s);
   live.finish();
   EXPECT_EQ(live.report().verdict.outcome, Outcome::kPassed);
@@ -124,7 +130,8 @@ TEST_F(Live, CutShortItHasNotPassed) {
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
   plan.expectations = {
       {0, 1, SignalWithin{find_signal("alive"), {1, 1}}, {Period::Kind::kAt, 0ns, 100ms}, ""}};
-  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  LiveScenario live(
+      plan, {&line_}, [this] { ++overs_; }, well);
   go_to(10s + 300ms);
   live.finish();
   const Verdict verdict = live.report().verdict;
@@ -139,7 +146,8 @@ TEST_F(Live, ItsVerdictIsThatOfItsLastInstant) {
   hang.ids = {1};
   Scenario plan = scenario();
   plan.robot[0].events = {{500ms, {kWholeBus, SetFault{hang}}, std::nullopt}};
-  LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+  LiveScenario live(
+      plan, {&line_}, [this] { ++overs_; }, well);
   go_to(11s + 200ms);  // whoever is told comes later
   line_.take_in({11s + 200ms, test::frame("141#9C00000000000000")});
   go_to(11s + 300ms);
@@ -153,7 +161,8 @@ TEST_F(Live, WhatItHadPlannedIsNotDoneOnceItIsStopped) {
   plan.robot[0].events = {{500ms, {1, TurnShaft{90}}, std::nullopt}};
   plan.expectations = {answered(0)};
   {
-    LiveScenario live(plan, {&line_}, [this] { ++overs_; });
+    LiveScenario live(
+        plan, {&line_}, [this] { ++overs_; }, well);
     go_to(10s + 100ms);
     live.finish();
     EXPECT_EQ(live.report().verdict.outcome, Outcome::kInvalid);
