@@ -153,12 +153,22 @@ void MujocoBody::find_response() {
   }
   mju_cholFactor(response_.data(), m->nv, mjMINVAL);
   for (std::size_t joint = 0; joint < hinges_.size(); ++joint) {
-    const int dof = m->jnt_dofadr[hinges_[joint]];
-    std::ranges::fill(work_, 0.0);
-    work_[at(dof)] = 1.0;
-    mju_cholSolve(work_.data(), response_.data(), work_.data(), m->nv);
-    inertia_[joint] = 1.0 / work_[at(dof)];
+    inertia_[joint] = 1.0 / own_response(at(m->jnt_dofadr[hinges_[joint]]));
   }
+}
+
+/// The entry of A⁻¹ = L⁻ᵀ·L⁻¹ on the diagonal: the square of a column of L⁻¹, which begins there.
+double MujocoBody::own_response(std::size_t dof) {
+  const std::size_t nv = work_.size();
+  double sum = 0;
+  for (std::size_t row = dof; row < nv; ++row) {
+    const double* const l = response_.data() + row * nv;
+    double left = row == dof ? 1.0 : 0.0;
+    for (std::size_t n = dof; n < row; ++n) left -= l[n] * work_[n];
+    work_[row] = left / l[row];
+    sum += work_[row] * work_[row];
+  }
+  return sum;
 }
 
 void MujocoBody::push(std::size_t part, const std::array<double, 3>& force_N,

@@ -67,6 +67,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   void look_at_contacts(BodyState& state) const;
   /// A with A·acceleration = torque + …, of the constraints too that are active now; factored.
   void find_response();
+  double own_response(std::size_t dof);
   void substep(std::span<const JointTorque> torques, double from_s);
   void look_for_trouble();
 
