@@ -1,13 +1,10 @@
 #include "emulator/control/frame_stream.hpp"
 
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket.hpp>
 #include <optional>
 #include <utility>
 
 #include "emulator/control/control_json.hpp"
+#include "emulator/control/stream_client.hpp"
 #include "emulator/core/frame_text.hpp"
 #include "emulator/frames/decode_words.hpp"
 #include "emulator/frames/frame_words.hpp"
@@ -15,59 +12,35 @@
 namespace lk::emulator {
 namespace {
 
-namespace beast = boost::beast;
-namespace websocket = boost::beast::websocket;
-using boost::system::error_code;
-
 constexpr auto kGather = std::chrono::milliseconds(20);
 
-class FrameStream : public std::enable_shared_from_this<FrameStream> {
+class FrameStream : public StreamClient {
  public:
   FrameStream(HttpStream stream, Line& line, std::shared_ptr<HttpShared> shared,
               std::shared_ptr<Entrance> entrance)
-      : socket_(std::move(stream)),
-        timer_(socket_.get_executor()),
+      : StreamClient(std::move(stream), std::move(shared), std::move(entrance)),
         line_(line),
-        reader_(line.config()),
-        shared_(std::move(shared)),
-        entrance_(std::move(entrance)) {
-    ++shared_->frame_streams;
-    ++entrance_->connections;
-    ++entrance_->streams;
+        reader_(line.config()) {
+    ++this->shared().frame_streams;
   }
   FrameStream(const FrameStream&) = delete;
   FrameStream& operator=(const FrameStream&) = delete;
-  ~FrameStream() {
-    --shared_->frame_streams;
-    --entrance_->connections;
-    --entrance_->streams;
-  }
-
-  void start(beast::http::request<beast::http::string_body> upgrade) {
-    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-    socket_.read_message_max(kLongestMessage);
-    choose_protocol(socket_, upgrade);
-    upgrade_ = std::move(upgrade);
-    socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
-      if (!error) self->begin();
-    });
-  }
+  ~FrameStream() override { --shared().frame_streams; }
 
  private:
-  void begin() {
+  void begin() override {
     // Not this stream's owner: it may end in between.
+    const auto hear = [this, weak = weak_from_this()](Direction direction) {
+      return [this, weak, direction](const TimedFrame& frame) {
+        if (const auto self = weak.lock()) gather(frame, direction);
+      };
+    };
     Listener listener;
-    listener.query = [weak = weak_from_this()](const TimedFrame& frame) {
-      if (const auto self = weak.lock()) self->gather(frame, Direction::kQuery);
-    };
-    listener.reply = [weak = weak_from_this()](const TimedFrame& frame) {
-      if (const auto self = weak.lock()) self->gather(frame, Direction::kReply);
-    };
+    listener.query = hear(Direction::kQuery);
+    listener.reply = hear(Direction::kReply);
     listener_ = line_.add_listener(std::move(listener));
     const Json introduction = {{"bus", line_.name()}};
-    text_ = introduction.dump();
-    write();
-    read();
+    tell(introduction.dump());
   }
 
   enum class Direction : std::uint8_t { kQuery, kReply };
@@ -83,21 +56,16 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
   }
 
   void tell_soon() {
-    timer_.expires_after(kGather);
-    timer_.async_wait([weak = weak_from_this()](const error_code& error) {
-      const auto self = weak.lock();
-      if (!error && self && self->listener_) self->tell();
-    });
+    do_after(kGather, [this] { tell_gathered(); });
   }
 
-  void tell() {
+  void tell_gathered() {
     Json frames = Json::array();
     for (const Gathered& one : gathered_) frames.push_back(row(one));
     gathered_.clear();
     Json message = {{"frames", std::move(frames)}};
     if (lost_ > 0) message["lost"] = lost_;
-    text_ = message.dump(-1, ' ', false, Json::error_handler_t::replace);
-    write();
+    tell(message.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
 
   struct Gathered {
@@ -133,48 +101,25 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
     return json;
   }
 
-  void write() {
+  void tell(std::string text) {
     writing_ = true;
-    socket_.text(true);
-    socket_.async_write(boost::asio::buffer(text_),
-                        [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
-                          self->writing_ = false;
-                          if (error) {
-                            self->end();
-                          } else if (!self->gathered_.empty()) {
-                            self->tell_soon();
-                          }
-                        });
+    text_ = std::move(text);
+    write(text_);
   }
 
-  /// Whatever the client says is not of interest; that it goes is.
-  void read() {
-    incoming_.clear();
-    socket_.async_read(incoming_,
-                       [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
-                         if (error) {
-                           self->end();
-                         } else {
-                           self->read();
-                         }
-                       });
+  void on_written() override {
+    writing_ = false;
+    if (!gathered_.empty()) tell_soon();
   }
 
-  void end() {
+  void end() override {
     if (listener_) line_.remove_listener(*listener_);
     listener_.reset();
-    timer_.cancel();
   }
 
-  websocket::stream<HttpStream, false> socket_;
-  boost::asio::steady_timer timer_;
   Line& line_;
   FrameReader reader_;
   std::uint64_t moves_ = 0;  // of the bus, that the reader has followed
-  std::shared_ptr<HttpShared> shared_;
-  std::shared_ptr<Entrance> entrance_;
-  beast::http::request<beast::http::string_body> upgrade_;
-  beast::flat_buffer incoming_;
   std::optional<Line::ListenerKey> listener_;
   std::vector<Gathered> gathered_;
   std::string text_;  // on its way
@@ -184,9 +129,8 @@ class FrameStream : public std::enable_shared_from_this<FrameStream> {
 
 }  // namespace
 
-void stream_frames(HttpStream stream, beast::http::request<beast::http::string_body> upgrade,
-                   Line& line, std::shared_ptr<HttpShared> shared,
-                   std::shared_ptr<Entrance> entrance) {
+void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
+                   std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance) {
   std::make_shared<FrameStream>(std::move(stream), line, std::move(shared), std::move(entrance))
       ->start(std::move(upgrade));
 }

@@ -1,6 +1,9 @@
 #pragma once
 
-#include "emulator/control/telemetry_stream.hpp"
+#include <cstddef>
+#include <memory>
+
+#include "emulator/control/http_session.hpp"
 
 namespace lk::emulator {
 
@@ -11,8 +14,7 @@ inline constexpr std::size_t kMostGathered = 1024;
 
 /// Answers the upgrade and tells every frame of `line`, in words, until the client has gone; keeps
 /// itself alive. A client that reads too slowly misses frames.
-void stream_frames(HttpStream stream,
-                   boost::beast::http::request<boost::beast::http::string_body> upgrade, Line& line,
+void stream_frames(HttpStream stream, HttpUpgrade upgrade, Line& line,
                    std::shared_ptr<HttpShared> shared, std::shared_ptr<Entrance> entrance);
 
 }  // namespace lk::emulator

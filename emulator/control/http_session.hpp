@@ -1,6 +1,11 @@
 #pragma once
 
 #include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <memory>
@@ -42,8 +47,13 @@ inline constexpr int kMostStreams = 48;      // of these: some places are left f
 inline constexpr std::uint32_t kLongestHeader = 8 * 1024;
 // A scenario is read on the loop of the drives: this much takes a few milliseconds.
 inline constexpr std::uint64_t kLongestBody = 65'536;
+/// Bytes of a WebSocket message of the client.
+inline constexpr std::size_t kLongestMessage = 4096;
 
 using HttpSocket = boost::asio::generic::stream_protocol::socket;
+using HttpStream = boost::beast::basic_stream<boost::asio::generic::stream_protocol>;
+/// What asks for a WebSocket.
+using HttpUpgrade = boost::beast::http::request<boost::beast::http::string_body>;
 
 /// Talks to one client until it has gone; keeps itself alive.
 void serve_http(HttpSocket socket, std::shared_ptr<HttpShared> shared,

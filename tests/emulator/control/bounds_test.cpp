@@ -9,6 +9,7 @@
 
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/frame_stream.hpp"
+#include "emulator/control/telemetry_stream.hpp"
 #include "emulator/core/wire/can_wire.hpp"
 #include "emulator/program/scenario_activity.hpp"
 #include "emulator/record/log_writer.hpp"

@@ -1,0 +1,92 @@
+#include "emulator/control/stream_client.hpp"
+
+#include <boost/asio/buffer.hpp>
+#include <utility>
+
+namespace lk::emulator {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+
+/// A page in a browser can show its token in no other way than among the protocols it offers
+/// (http_access.hpp); it wants one of them chosen.
+void choose_protocol(websocket::stream<HttpStream, false>& socket, const HttpUpgrade& upgrade) {
+  const auto offered = upgrade[beast::http::field::sec_websocket_protocol];
+  if (!offers_protocol({offered.data(), offered.size()})) return;
+  socket.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(beast::http::field::sec_websocket_protocol, std::string(kWebSocketProtocol));
+  }));
+}
+
+}  // namespace
+
+StreamClient::StreamClient(HttpStream stream, std::shared_ptr<HttpShared> shared,
+                           std::shared_ptr<Entrance> entrance)
+    : socket_(std::move(stream)),
+      timer_(socket_.get_executor()),
+      shared_(std::move(shared)),
+      entrance_(std::move(entrance)) {
+  ++entrance_->connections;
+  ++entrance_->streams;
+}
+
+StreamClient::~StreamClient() {
+  --entrance_->connections;
+  --entrance_->streams;
+}
+
+void StreamClient::start(HttpUpgrade upgrade) {
+  socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+  socket_.read_message_max(kLongestMessage);
+  choose_protocol(socket_, upgrade);
+  upgrade_ = std::move(upgrade);
+  socket_.async_accept(upgrade_, [self = shared_from_this()](const error_code& error) {
+    if (error) return;
+    self->begin();
+    self->read();
+  });
+}
+
+void StreamClient::write(const std::string& text) {
+  socket_.text(true);
+  socket_.async_write(boost::asio::buffer(text),
+                      [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                        if (error) {
+                          self->leave();
+                        } else {
+                          self->on_written();
+                        }
+                      });
+}
+
+/// The timer does not own it: it may end in between.
+void StreamClient::do_after(std::chrono::nanoseconds delay, std::function<void()> what) {
+  timer_.expires_after(delay);
+  timer_.async_wait([weak = weak_from_this(), what = std::move(what)](const error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self && !self->gone_) what();
+  });
+}
+
+/// Whatever the client says is not of interest; that it goes is.
+void StreamClient::read() {
+  incoming_.clear();
+  socket_.async_read(incoming_,
+                     [self = shared_from_this()](const error_code& error, std::size_t /*n*/) {
+                       if (error) {
+                         self->leave();
+                       } else {
+                         self->read();
+                       }
+                     });
+}
+
+void StreamClient::leave() {
+  gone_ = true;
+  timer_.cancel();
+  end();
+}
+
+}  // namespace lk::emulator
