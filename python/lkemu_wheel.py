@@ -15,8 +15,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE, NAME = "lkemu", "lk_emu"
 PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below its prefix
 # Of share/: what the program looks for, its manual, and what its licences ask for. The Python beside them is left out: it is the package.
-DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "man/man1", "doc/lk-emu/licenses", "doc/lk-emu/LICENSE",
-        "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
+DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "man/man1", "doc/lk-emu/licenses",
+        "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644

@@ -9,6 +9,7 @@ python3 -m venv '/opt/any where'
 '/opt/any where/bin/python' -m pip install --no-index lk_emu-*.whl
 [[ $('/opt/any where/bin/lk-emu' --version) == 'lk-emu '* ]]
 '/opt/any where/bin/lk-emu' motors | grep mf7015
+'/opt/any where/bin/lk-emu' campaign every_fault --dry-run | grep cases
 [[ -e '/opt/any where/share/doc/lk-emu/licenses/glibc' ]]
 
 # It is not in PATH; the package finds it all the same. No vcan here, and python-can is not there.
