@@ -131,19 +131,28 @@ class RobotView {
   }
 
   take(message) {
-    if (message.shape_changes !== this.shape.shape_changes) this.lookAtWorld(message.shape_changes);
+    if (message.shape_changes !== this.shape.shape_changes) this.lookAtWorld();
     const values = this.jointValues(this.shape.joints);
     this.colouring.heed(values);
     this.record.add(message, values);
     if (this.cursor === null) this.dirty = true;
   }
 
-  /// A floor that has got a step.
-  async lookAtWorld(changes) {
-    this.shape.shape_changes = changes;
-    const {geoms} = await get('/body');
-    this.scene.furnish(geoms);
-    this.dirty = true;
+  /// A floor that has got a step. What fails is tried again at the next message.
+  async lookAtWorld() {
+    if (this.looking) return;
+    this.looking = true;
+    try {
+      const {geoms, shape_changes} = await get('/body');
+      if (!this.poses) return;
+      this.scene.furnish(geoms);
+      this.shape.shape_changes = shape_changes;
+      this.dirty = true;
+    } catch (problem) {
+      console.debug(problem);
+    } finally {
+      this.looking = false;
+    }
   }
 
   resize() {

@@ -23,6 +23,14 @@ std::string name_of(const mjModel& model, mjtObj kind, int index) {
   return name != nullptr ? on_one_line(name) : "";
 }
 
+/// Of the coordinate `place` of qpos: of a joint with several, its first.
+int dof_of(const mjModel& model, int place) {
+  for (int joint = model.njnt - 1; joint >= 0; --joint) {
+    if (model.jnt_qposadr[joint] <= place) return model.jnt_dofadr[joint];
+  }
+  return -1;
+}
+
 /// The joint or body that the degree of freedom `dof` moves.
 std::string mover(const mjModel& model, int dof) {
   if (dof < 0 || dof >= model.nv) return "";
@@ -122,7 +130,7 @@ void MujocoBody::update() {
     look_for_trouble();
     if (!failure_) find_response();
   } catch (const MujocoError& problem) {
-    failure_ = on_one_line(problem.what());
+    failure_ = mujoco_words(problem.what());
   }
 }
 
@@ -197,7 +205,7 @@ void MujocoBody::advance(std::span<const JointTorque> torques) {
       substep(torques, (n - 0.5 * (substeps_ - 1)) * dt);
     }
   } catch (const MujocoError& problem) {
-    failure_ = on_one_line(problem.what());
+    failure_ = mujoco_words(problem.what());
   }
   // What the others are taken to do in the next step, until they are heard.
   for (std::size_t joint = 0; joint < torques.size(); ++joint) {
@@ -237,19 +245,22 @@ void MujocoBody::look_for_trouble() {
   struct Trouble {
     mjtWarning kind;
     const char* words;
-    bool of_dof;
   };
   static constexpr std::array<Trouble, 5> kTroubles{{
-      {mjWARN_BADQPOS, "a position has run out of all bounds", false},
-      {mjWARN_BADQVEL, "a speed has run out of all bounds", true},
-      {mjWARN_BADQACC, "an acceleration has run out of all bounds", true},
-      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)", false},
-      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", false},
+      {mjWARN_BADQPOS, "a position has run out of all bounds"},
+      {mjWARN_BADQVEL, "a speed has run out of all bounds"},
+      {mjWARN_BADQACC, "an acceleration has run out of all bounds"},
+      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)"},
+      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)"},
   }};
   for (const Trouble& trouble : kTroubles) {
     const mjWarningStat& warning = data_->warning[trouble.kind];
     if (warning.number == 0) continue;
-    const std::string where = trouble.of_dof ? mover(*model_, warning.lastinfo) : "";
+    const int dof = trouble.kind == mjWARN_BADQPOS ? dof_of(*model_, warning.lastinfo)
+                    : trouble.kind == mjWARN_BADQVEL || trouble.kind == mjWARN_BADQACC
+                        ? warning.lastinfo
+                        : -1;
+    const std::string where = mover(*model_, dof);
     failure_ = trouble.words + (where.empty() ? "" : ", at " + where);
     return;
   }

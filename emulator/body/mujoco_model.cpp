@@ -6,10 +6,11 @@
 #include <stdexcept>
 
 #include "emulator/body/mujoco_error.hpp"
-#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
+
+constexpr double kFloorCosine = 0.5;  // 60 degrees; assumed: what is steeper is a wall
 
 using Model = std::unique_ptr<mjModel, FreeMujoco>;
 
@@ -20,16 +21,9 @@ Model parse(const std::string& file, const mjVFS* files) {
     Model model(mj_loadXML(file.c_str(), files, text.data(), text.size()));
     if (model != nullptr) return model;
   } catch (const MujocoError& problem) {
-    throw std::invalid_argument(file + ": " + on_one_line(problem.what()));
+    throw std::invalid_argument(file + ": " + mujoco_words(problem.what()));
   }
-  throw std::invalid_argument(file + ": " + on_one_line(text.data()));
-}
-
-bool has_floor(const mjModel& model) {
-  for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (model.geom_type[geom] == mjGEOM_PLANE && !geom_moves(model, geom)) return true;
-  }
-  return false;
+  throw std::invalid_argument(file + ": " + mujoco_words(text.data()));
 }
 
 std::string xml_text(const std::string& plain) {
@@ -43,13 +37,14 @@ std::string xml_text(const std::string& plain) {
   return text;
 }
 
-/// Beside `file`, so that its meshes are found.
+/// Beside `file`, so that its meshes are found. What touches nothing a compiler may leave out, so
+/// that comes later.
 Model parse_with_step(const std::string& file) {
   const std::filesystem::path path(file);
   const std::string name = "lk-emu with step.xml";
   const std::string text = "<mujoco><include file=\"" + xml_text(path.filename().string()) +
                            "\"/><worldbody><geom name=\"" + kStepGeom +
-                           R"(" type="box" size="1 1 1" contype="0" conaffinity="0" group="5"/>)"
+                           R"(" type="box" size="1 1 1" group="5"/>)"
                            "</worldbody></mujoco>";
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
@@ -59,7 +54,10 @@ Model parse_with_step(const std::string& file) {
     void operator()(mjVFS* open) const { mj_deleteVFS(open); }
   };
   const std::unique_ptr<mjVFS, Close> close(files.get());
-  return parse((path.parent_path() / name).string(), files.get());
+  Model model = parse((path.parent_path() / name).string(), files.get());
+  const int step = mj_name2id(model.get(), mjOBJ_GEOM, kStepGeom);
+  model->geom_contype[step] = model->geom_conaffinity[step] = 0;
+  return model;
 }
 
 }  // namespace
@@ -67,11 +65,26 @@ Model parse_with_step(const std::string& file) {
 Model load_mujoco_model(const std::string& file) {
   tame_mujoco();
   Model model = parse(file, nullptr);
-  return has_floor(*model) ? parse_with_step(file) : std::move(model);
+  return floor_planes(*model).empty() ? std::move(model) : parse_with_step(file);
 }
 
 bool geom_moves(const mjModel& model, int geom) {
   return model.body_weldid[model.geom_bodyid[geom]] != 0;
+}
+
+std::vector<int> floor_planes(const mjModel& model) {
+  const mjtNum* const g = model.opt.gravity;
+  const double strength = mju_norm3(g);
+  std::vector<int> planes;
+  for (int geom = 0; geom < model.ngeom; ++geom) {
+    if (model.geom_type[geom] != mjGEOM_PLANE || model.geom_bodyid[geom] != 0) continue;
+    const mjtNum z[3] = {0, 0, 1};
+    mjtNum normal[3];
+    mju_rotVecQuat(normal, z, model.geom_quat + 4 * geom);
+    if (strength > 0 && mju_dot3(normal, g) > -kFloorCosine * strength) continue;
+    planes.push_back(geom);
+  }
+  return planes;
 }
 
 }  // namespace lk::emulator

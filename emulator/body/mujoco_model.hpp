@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace lk::emulator {
 
@@ -12,7 +13,7 @@ struct FreeMujoco {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-/// The name of the box that a floor brings along, which touches nothing and is not shown.
+/// The name of the box that a floor brings along, which touches nothing and is not shown at first.
 inline constexpr const char* kStepGeom = "lk-emu step";
 
 /// From an MJCF or URDF file. A model with a floor has a kStepGeom as well, for no geometry can be
@@ -21,5 +22,8 @@ std::unique_ptr<mjModel, FreeMujoco> load_mujoco_model(const std::string& file);
 
 /// Whether it can move in the world.
 bool geom_moves(const mjModel& model, int geom);
+
+/// What can be stood on: planes of the world itself, unless they are steeper than 60°.
+std::vector<int> floor_planes(const mjModel& model);
 
 }  // namespace lk::emulator

@@ -1,4 +1,4 @@
-// What a MujocoBody stands on, where it is put, and what is watched of it.
+// Where a MujocoBody is put, and what is watched of it.
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,6 @@
 
 namespace lk::emulator {
 namespace {
-
-constexpr double kStepReach_m = 10;  // half of its length and of its width; assumed
 
 bool is_free(const mjModel& model, int body) {
   const int joint = model.body_jntadr[body];
@@ -59,10 +57,7 @@ void MujocoBody::find_scene() {
     if (model_->body_rootid[body] != root) continue;
     falls_on_[static_cast<std::size_t>(body)] = body == root || !is_end(*model_, body);
   }
-  for (int geom = 0; geom < model_->ngeom; ++geom) {
-    if (model_->geom_type[geom] == mjGEOM_PLANE && !geom_moves(*model_, geom))
-      planes_.push_back(geom);
-  }
+  planes_ = floor_planes(*model_);
   step_geom_ = mj_name2id(model_.get(), mjOBJ_GEOM, kStepGeom);
   std::copy_n(model_->opt.gravity, 3, level_gravity_.begin());
 }
@@ -71,71 +66,6 @@ std::optional<std::array<double, 2>> MujocoBody::stops(std::size_t joint) const 
   const int place = hinges_[joint];
   if (model_->jnt_limited[place] == 0) return std::nullopt;
   return std::array{model_->jnt_range[2 * place], model_->jnt_range[2 * place + 1]};
-}
-
-/// Gravity tilts, and not the planes: these would come through what stands on them.
-void MujocoBody::set_floor(const Floor& floor) {
-  if (floor.friction) set_floor_friction(*floor.friction);
-  if (floor.slope_rad) {
-    const auto [x, y, z] = level_gravity_;
-    const double s = std::sin(*floor.slope_rad);
-    const double c = std::cos(*floor.slope_rad);
-    const Triple tilted = {c * x + s * z, y, c * z - s * x};
-    std::ranges::copy(tilted, model_->opt.gravity);
-  }
-  if (floor.step) raise_step(*floor.step);
-}
-
-/// MuJoCo takes the larger friction of the two that touch, unless one has the higher priority: that
-/// one's contact parameters count alone then.
-void MujocoBody::set_floor_friction(double friction) {
-  int priority = 0;
-  int condim = 3;
-  for (int geom = 0; geom < model_->ngeom; ++geom) {
-    condim = std::max(condim, model_->geom_condim[geom]);
-    if (geom_moves(*model_, geom)) priority = std::max(priority, model_->geom_priority[geom] + 1);
-  }
-  const auto set = [&](int geom) {
-    model_->geom_friction[3 * geom] = friction;
-    model_->geom_priority[geom] = std::max(model_->geom_priority[geom], priority);
-    model_->geom_condim[geom] = condim;
-  };
-  std::ranges::for_each(planes_, set);
-  set(step_geom_);
-}
-
-/// A box on the first plane, of what that is made of.
-void MujocoBody::raise_step(const FloorStep& step) {
-  mjModel& m = *model_;
-  const int plane = planes_.front();
-  const bool there = step.height_m > 0;
-  const auto copy = [&](auto* values, int size) {
-    std::copy_n(values + size * plane, size, values + size * step_geom_);
-  };
-  copy(m.geom_contype, 1);
-  copy(m.geom_conaffinity, 1);
-  copy(m.geom_condim, 1);
-  copy(m.geom_priority, 1);
-  copy(m.geom_matid, 1);
-  copy(m.geom_rgba, 4);
-  copy(m.geom_friction, 3);
-  copy(m.geom_solmix, 1);
-  copy(m.geom_solref, mjNREF);
-  copy(m.geom_solimp, mjNIMP);
-  copy(m.geom_margin, 1);
-  copy(m.geom_gap, 1);
-  copy(m.geom_quat, 4);
-  if (!there) m.geom_contype[step_geom_] = m.geom_conaffinity[step_geom_] = 0;
-  m.geom_group[step_geom_] = there ? m.geom_group[plane] : mjNGROUP - 1;
-  const Triple halves = {kStepReach_m, kStepReach_m, std::max(step.height_m, mjMINVAL)};
-  std::ranges::copy(halves, m.geom_size + 3 * step_geom_);
-  m.geom_rbound[step_geom_] = mju_norm3(halves.data());
-  const Triple centre = {step.from_x_m + kStepReach_m, 0, 0};  // half of it is in the ground
-  mjtNum* const place = m.geom_pos + 3 * step_geom_;
-  mju_rotVecQuat(place, centre.data(), m.geom_quat + 4 * plane);
-  mju_addTo3(place, m.geom_pos + 3 * plane);
-  m.geom_sameframe[step_geom_] = 0;  // it was made where the world begins
-  ++shape_changes_;
 }
 
 void MujocoBody::pose(const Pose& pose) {

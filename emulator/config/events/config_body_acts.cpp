@@ -151,7 +151,8 @@ std::optional<BodyAct> read_body_act(TableReader& reader, const Mechanism* body)
   if (const auto payload = reader.table("payload")) act = BodyAct{read_payload(*payload, *body)};
   if (const auto on = reader.boolean("freeze")) act = BodyAct{Freeze{*on}};
   if (const auto floor = reader.table("floor")) {
-    if (!body->has_floor()) reader.fail("floor", "the model has no plane that stands still");
+    if (!body->has_floor())
+      reader.fail("floor", "the model has no floor: no plane of its worldbody, but walls");
     act = BodyAct{read_floor(*floor)};
   }
   if (const auto pose = reader.table("pose")) act = BodyAct{read_pose(*pose, *body)};

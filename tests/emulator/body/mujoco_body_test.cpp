@@ -95,7 +95,8 @@ TEST(MujocoBody, SaysWhereItExplodes) {
     body->update();
   }
   ASSERT_TRUE(body->failure());
-  EXPECT_NE(body->failure()->find("out of all bounds"), std::string::npos) << *body->failure();
+  EXPECT_NE(body->failure()->find("out of all bounds, at joint "), std::string::npos)
+      << *body->failure();
   const auto copy = body->clone();
   EXPECT_TRUE(copy->failure());
 }

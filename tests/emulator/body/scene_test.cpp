@@ -1,8 +1,11 @@
 // The ground under a body of MuJoCo, where it is put, and what is watched of it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include "emulator/core/servo/body_signals.hpp"
 #include "tests/emulator/body/body_support.hpp"
@@ -170,6 +173,101 @@ TEST(Scene, AStepCarriesWhatStandsOnIt) {
   body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{}});
   body->update();
   EXPECT_NEAR(height_at(0.8), 0, 1e-3);
+}
+
+/// `how` is of <mujoco>, `planes` of its <worldbody>.
+std::shared_ptr<MujocoBody> block_on(const std::string& planes, const std::string& how = "") {
+  return body_of("<mujoco>" + how + R"(<option timestep=".001"/><worldbody>)" + planes + R"(
+    <body name="block" pos="0.8 0 0.2"><freejoint/><geom type="box" size=".2 .2 .05" mass="2"/></body>
+    <body name="wheel" pos="0 0 2"><joint name="axle" axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="0.1" diaginertia="1e-3 1e-3 1e-3"/></body>
+    </worldbody></mujoco>)");
+}
+
+/// As the world's x has it, however the plane lies in its own frame; and where there is a wall,
+/// too.
+TEST(Scene, AStepIsWhereTheWorldHasIt) {
+  const char* const kFloors[] = {
+      R"(<geom type="plane" size="9 9 1" pos="-2 0 0"/>)",
+      R"(<geom type="plane" size="9 9 1" euler="0 0 180"/>)",
+      R"(<geom type="plane" size="9 9 1" euler="0 90 0" pos="-3 0 0"/>
+         <geom type="plane" size="9 9 1"/>)",
+  };
+  for (const std::string floor : kFloors) {
+    const auto body = block_on(floor);
+    body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, 0.5}});
+    body->update();
+    run(*body, 1);
+    EXPECT_NEAR(read(*body, "body.block.z_m"), 0.13, 1e-3) << floor;
+    body->pose({.keyframe = {},
+                .part = kPart,
+                .position_m = emulator::Triple{0.2, 0, 0.2},
+                .rpy_rad = {},
+                .joints = {}});
+    body->update();
+    run(*body, 1);
+    EXPECT_NEAR(read(*body, "body.block.z_m"), 0.05, 1e-3) << floor;
+  }
+}
+
+/// On a floor that rises by 10° along +x: at x = 1, 0.176 m, and 0.08 m above that along its
+/// normal.
+TEST(Scene, AStepLiesOnAFloorThatTheModelTilts) {
+  const auto body = block_on(R"(<geom type="plane" size="9 9 1" euler="0 -10 0"/>)");
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, 0.5}});
+  body->pose({.keyframe = {},
+              .part = kPart,
+              .position_m = emulator::Triple{1, 0, 0.4},
+              .rpy_rad = emulator::Triple{0, -10 * kRad, 0},
+              .joints = {}});
+  body->update();
+  run(*body, 1);
+  const emulator::Triple at = look(*body).parts[kPart].position_m;
+  EXPECT_NEAR(at[2] * std::cos(10 * kRad) - at[0] * std::sin(10 * kRad), 0.13, 2e-3);
+}
+
+/// What touches nothing is left out of such a model.
+TEST(Scene, AModelMayDiscardWhatIsOnlySeen) {
+  const char* const kPlane = R"(<geom type="plane" size="9 9 1"/>)";
+  const auto body = block_on(kPlane, R"(<compiler discardvisual="true"/>)");
+  const auto untouched = block_on(kPlane);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0, 0}});
+  body->update();
+  run(*body, 0.5);
+  run(*untouched, 0.5);
+  EXPECT_EQ(look(*body).parts[kPart].position_m, look(*untouched).parts[kPart].position_m);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, -5}});
+  body->pose({.keyframe = {},
+              .part = kPart,
+              .position_m = emulator::Triple{0, 0, 0.2},
+              .rpy_rad = {},
+              .joints = {}});
+  body->update();
+  run(*body, 1);
+  EXPECT_NEAR(read(*body, "body.block.z_m"), 0.13, 1e-3);
+}
+
+TEST(Scene, AStepIsSeenWhileItIsThere) {
+  const auto body = body_of(kBlock);
+  const auto boxes = [&] {
+    const auto geoms = body->shape().geoms;
+    return std::ranges::count_if(geoms, [](const emulator::BodyGeom& geom) {
+      return geom.kind == emulator::GeomKind::kBox && !geom.body;
+    });
+  };
+  EXPECT_EQ(boxes(), 0);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, 0.5}});
+  EXPECT_EQ(boxes(), 1);
+  EXPECT_EQ(body->shape_changes(), 1U);
+  body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{}});
+  EXPECT_EQ(boxes(), 0);
+  EXPECT_EQ(body->shape_changes(), 2U);
+}
+
+/// A wall and what is in a body are no floor.
+TEST(Scene, WhatIsNoFloor) {
+  EXPECT_FALSE(block_on(R"(<geom type="plane" size="9 9 1" euler="0 90 0"/>)")->has_floor());
+  EXPECT_FALSE(block_on(R"(<body><geom type="plane" size="9 9 1"/></body>)")->has_floor());
 }
 
 /// Towards the edge, which is at x = 0.5, with the block's own half of 0.2 m.

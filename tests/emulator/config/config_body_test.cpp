@@ -150,7 +150,8 @@ TEST(ConfigBody, HasAFloor) {
   EXPECT_EQ(error(kEvent + "floor = {}", walker),
             "robot.toml:10: bus.event.floor.friction: missing");
   EXPECT_EQ(error(kEvent + "floor = { friction = 1 }"),
-            "robot.toml:10: bus.event.floor: the model has no plane that stands still");
+            "robot.toml:10: bus.event.floor: the model has no floor: no plane of its worldbody, "
+            "but walls");
   EXPECT_EQ(error(kEvent + "floor = { friction = 1 }\nid = 1", walker),
             "robot.toml:11: bus.event.id: what is done to the body is of the bus as a whole");
 }

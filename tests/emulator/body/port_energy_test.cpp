@@ -1,0 +1,101 @@
+// What drives give a body's joints, and what these take: also where limbs hit the floor.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "emulator/body/mujoco_body.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
+#include "emulator/core/scenario/scenario_run.hpp"
+#include "tests/support/profile.hpp"
+
+namespace lk::test {
+namespace port_energy_test {
+
+using namespace emulator;
+
+const std::string kConfigs = std::string(LKEMU_SOURCE_DIR) + "/configs/";
+
+struct Books {
+  double given_J = 0;   // ∫τ·dq as the drives had the joint turn
+  double taken_J = 0;   // as MuJoCo had
+  double passed_J = 0;  // of what was taken, without its sign
+  int contacts = 0;     // the most of a step
+};
+
+/// Keeps the books of its ports.
+class Audited : public MujocoBody {
+ public:
+  Audited(const std::string& file, SimTime step, std::shared_ptr<Books> books)
+      : MujocoBody(file, step), books_(std::move(books)) {}
+  std::unique_ptr<Mechanism> clone() const override { return std::make_unique<Audited>(*this); }
+  void advance(std::span<const JointTorque> torques) override {
+    std::vector<double> before;
+    for (std::size_t n = 0; n < torques.size(); ++n) before.push_back(joint(n).angle_rad);
+    MujocoBody::advance(torques);
+    for (std::size_t n = 0; n < torques.size(); ++n) {
+      if (torques[n].mean_Nm == 0) continue;
+      books_->given_J += torques[n].mean_Nm * (torques[n].angle_rad - before[n]);
+      const double taken = torques[n].mean_Nm * (joint(n).angle_rad - before[n]);
+      books_->taken_J += taken;
+      books_->passed_J += std::abs(taken);
+    }
+    books_->contacts = std::max(books_->contacts, data().ncon);
+  }
+
+ private:
+  std::shared_ptr<Books> books_;
+};
+
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// Of a delivered scenario, by the time it ends.
+Books books_of(const std::string& scenario_name) {
+  const auto books = std::make_shared<Books>();
+  const LoadBody load = [&](const std::string& /*file*/, const std::string& model, SimTime step) {
+    return std::make_shared<Audited>(kConfigs + "bodies/" + model + ".xml", step, books);
+  };
+  const ScenarioFiles files{.robot =
+                                [&](const std::string& name, const Overrides& overrides) {
+                                  const std::string file = kConfigs + "buses/" + name + ".toml";
+                                  return parse_config(text_of(file), file, overrides, profile,
+                                                      load);
+                                },
+                            .text = {}};
+  const std::string file = kConfigs + "scenarios/" + scenario_name + ".toml";
+  const Scenario scenario = parse_scenario(text_of(file), file, std::nullopt, files);
+  ScenarioRun run(scenario);
+  run.advance_to(scenario.duration);
+  EXPECT_EQ(run.verdict().outcome, Outcome::kPassed) << scenario_name;
+  return *books;
+}
+
+/// Two joints, nothing that touches: 0.1 % of all that goes through.
+TEST(PortEnergy, GivenIsTaken) {
+  const Books books = books_of("arm_coupling_breaks");
+  EXPECT_EQ(books.contacts, 0);
+  EXPECT_GT(books.passed_J, 1);
+  EXPECT_NEAR(books.given_J, books.taken_J, 1e-3 * books.passed_J);
+}
+
+/// Twelve joints of closed chains, each of which hears of the others a step late: what is left over
+/// is 0.5 % (docs/body.md).
+TEST(PortEnergy, OfContactsLittleIsLeftOver) {
+  const Books books = books_of("dog_misses_a_command");
+  EXPECT_GE(books.contacts, 4);
+  EXPECT_GT(books.passed_J, 10);
+  EXPECT_NEAR(books.given_J, books.taken_J, 1e-2 * books.passed_J);
+  RecordProperty("residual", std::to_string((books.given_J - books.taken_J) / books.passed_J));
+}
+
+}  // namespace port_energy_test
+}  // namespace lk::test
