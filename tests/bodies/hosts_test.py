@@ -5,6 +5,7 @@
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -29,7 +30,8 @@ STEP = f"[[bus.event]]\nat_s = 0\nfloor = {{ step_m = {STEP_M}, step_at_x_m = 0.
 
 
 def run(program, robot, host, *words, events=""):
-    """The host's exit status, and when it has ended (angle, torque) of the joints by ID and the signals of the body."""
+    """The host's exit status and what it printed, and when it has ended (angle, torque) of the joints by ID and the signals of
+    the body."""
     with tempfile.TemporaryDirectory() as directory:
         config = Path(directory) / f"{robot}.toml"
         config.write_text((ROOT / f"configs/buses/{robot}.toml").read_text() + events)
@@ -47,7 +49,7 @@ def run(program, robot, host, *words, events=""):
             joints = {drive.id: drive.telemetry("joint_deg", "joint_Nm") for drive in emulator.drives}
             body = emulator.body()
     print(f"{host} {' '.join(words)}: {done.returncode}\n{done.stdout}{done.stderr}", flush=True)
-    return done.returncode, joints, body
+    return done.returncode, done.stdout, joints, body
 
 
 def check(what, ok):
@@ -64,11 +66,15 @@ def stands(status, body):
 
 def main():
     program = sys.argv[1]
+    status, said, _, _ = run(program, "pendulum", "pendulum_weigh.py")
+    weighed_Nm = float(re.search(r"level it takes ([\d.]+) Nm", said)[1]) if status == 0 else 0
+    # Hand calculation (pendulum.xml): 1.62 Nm; of a gear of 87 % both ways the mean is (1/0.87 + 0.87)/2 of that.
+    check(f"the pendulum is weighed: {weighed_Nm} Nm", abs(weighed_Nm / (1.62 * 1.0097) - 1) < 0.02)
     for robot, arm in (("two_joint_arm", "two"), ("six_joint_arm", "six")):
-        status, _, _ = run(program, robot, "arm_square.py", arm)
+        status, _, _, _ = run(program, robot, "arm_square.py", arm)
         check(f"the arm of {arm} joints draws its square", status == 0)
     dog = "quadruped_on_the_ground"
-    status, joints, body = run(program, dog, "quadruped_stand.py", "--seconds", "3", events=PUSH)
+    status, _, joints, body = run(program, dog, "quadruped_stand.py", "--seconds", "3", events=PUSH)
     check("the dog stands up, and stands through a push", status == 0)
     # Hand calculation: each foot carries about a quarter of 17.14 kg, below its hip, at 0.25 m*sin(36.9 deg) from the knee.
     carried_Nm = sum(abs(joints[id]["joint_Nm"]) for id in KNEES)
@@ -78,7 +84,7 @@ def main():
     check(f"its trunk is {height_m:.3f} m above the floor", abs(height_m - (0.4 + 0.02 - 0.05)) < 0.02)
     check(f"the floor carries {weight_N:.0f} N", abs(weight_N / WEIGHT_N - 1) < 0.05)
     check("it has not fallen", body["body.fallen"] == 0)
-    status, joints, body = run(program, dog, "quadruped_walk.py", "--seconds", "6", events=STEP)
+    status, _, joints, body = run(program, dog, "quadruped_walk.py", "--seconds", "6", events=STEP)
     check("it trots, and stands on its feet afterwards", stands(status, body))
     gone_m, up_m = body["body.trunk.x_m"], body["body.trunk.z_m"] - height_m
     check(f"up a step: {gone_m:.2f} m ahead, {up_m:.3f} m up", gone_m > 0.8 and abs(up_m - STEP_M) < 0.01)
@@ -89,7 +95,7 @@ def main():
         ("it stands with late replies", LATE, False),
         ("it does not stand through a blow with late replies", LATE + BLOW, True),
     ):
-        status, _, body = run(program, dog, *by_torques, events=events)
+        status, _, _, body = run(program, dog, *by_torques, events=events)
         check(what, stands(status, body) != falls)
 
 
