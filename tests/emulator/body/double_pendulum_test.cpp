@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
 
 #include "emulator/core/servo/registers.hpp"
 #include "emulator/core/wire_timing.hpp"
@@ -86,6 +89,52 @@ TEST(DoublePendulum, IsWhereOneSystemOfEquationsHasIt) {
   }
   EXPECT_GT(travel, 0.8);
   EXPECT_LT(worst, 1e-3 * travel);
+}
+
+/// How far both joints are off after 0.4 s under constant torques in steps of 1, 2 and 4 ms, beside
+/// steps of 1/8 ms. Without what would round: pulses, encoder and current sensor as fine as can be.
+std::array<double, 3> errors_with(const std::string& integrator) {
+  const std::string model = std::regex_replace(
+      std::string(kDoublePendulum), std::regex(R"(timestep="0.001" integrator="RK4")"),
+      R"(timestep="0.004" integrator=")" + integrator + '"');
+  const auto angles_after = [&](emulator::SimTime step) {
+    std::vector<ServoConfig> drives = {smooth_drive(1), smooth_drive(2)};
+    for (ServoConfig& servo : drives) {
+      servo.profile.drive.inverter.timer_counts = 1e9;
+      servo.profile.drive.current_sensor.bits = 26;
+    }
+    Scenario scenario = on_body(body_of(model, step), drives);
+    scenario.robot.front().bitrate = 0;
+    const auto format = protocol::wire_format(drives[0].quirks.dialect, drives[0].profile.series);
+    for (const int id : {1, 2}) {
+      scenario.sends.push_back(
+          {.frame = protocol::encode_query(id, protocol::Torque{id == 1 ? 1.5 : -1.0}, format)});
+    }
+    ScenarioRun run(scenario);
+    run.advance_to(400 * kMs);
+    return Two{run.body()->joint(0).angle_rad, run.body()->joint(1).angle_rad};
+  };
+  const Two exact = angles_after(kMs / 8);
+  std::array<double, 3> errors{};
+  for (std::size_t n = 0; n < errors.size(); ++n) {
+    const Two angles = angles_after(kMs * (1 << n));
+    errors[n] = std::max(std::abs(angles[0] - exact[0]), std::abs(angles[1] - exact[1]));
+  }
+  return errors;
+}
+
+/// Twice the step, four times the error; less what is wrong with the exact one and of higher order.
+TEST(DoublePendulum, IsOfSecondOrderWithRungeKutta) {
+  const auto error = errors_with("RK4");
+  EXPECT_GT(error[1] / error[0], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
+  EXPECT_GT(error[2] / error[1], 3.0) << error[0] << ' ' << error[1] << ' ' << error[2];
+}
+
+/// Twice the step, twice the error.
+TEST(DoublePendulum, IsOfFirstOrderWithEuler) {
+  const auto error = errors_with("Euler");
+  EXPECT_NEAR(error[1] / error[0], 2.2, 0.4) << error[0] << ' ' << error[1] << ' ' << error[2];
+  EXPECT_NEAR(error[2] / error[1], 2.2, 0.4) << error[0] << ' ' << error[1] << ' ' << error[2];
 }
 
 TEST(DoublePendulum, IsTheSameThreeTimesAndInSlices) {

@@ -87,6 +87,23 @@ TEST(MujocoBody, IsPushedLoadedAndHeld) {
   EXPECT_EQ(body->joint(0).speed_rad_s, 0);
 }
 
+/// A kilogram a metre out, with 0.004 kg·m² of its own; it hangs, so that gravity pulls at 0.1 rad.
+TEST(MujocoBody, IsAUrdfToo) {
+  const auto body = body_of(R"(<robot name="arm"><link name="base"/>
+      <link name="arm"><inertial><origin xyz="0 0 -1"/><mass value="1"/>
+        <inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="hip" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+        <limit lower="-1" upper="2" effort="10" velocity="10"/></joint></robot>)");
+  ASSERT_EQ(body->joints().size(), 1U);
+  EXPECT_EQ(body->joints()[0], "hip");
+  EXPECT_EQ(body->stops(0), (std::array{-1.0, 2.0}));
+  EXPECT_FALSE(body->has_floor());
+  body->pose({.keyframe = {}, .part = 0, .position_m = {}, .rpy_rad = {}, .joints = {{0, 0.1}}});
+  body->update();
+  EXPECT_NEAR(body->joint(0).inertia_kg_m2, 1.004, 1e-9);
+  EXPECT_NEAR(body->joint(0).body_torque_Nm, -9.81 * std::sin(0.1), 1e-9);
+}
+
 TEST(MujocoBody, SaysWhereItExplodes) {
   const auto body = body_of(kDoublePendulum);
   const JointTorque torques[2] = {{0, 0}, {1e300, 0}};
