@@ -3,6 +3,7 @@ WebGL is drawn by the processor here, so pictures and their order are tested, no
 
 import io
 import pathlib
+import re
 
 import pytest
 from dashboard import Page
@@ -319,3 +320,11 @@ def test_without_webgl_there_is_one_line_in_its_place(bench):
         assert page.run("return window.robot.opened") == 0
     finally:
         page.close()
+
+
+def test_its_words_are_chinese_on_a_chinese_page(bench):
+    page = Page(bench.http, SIZE, query="?lang=zh", before=STUB)
+    page.until(lambda: page.all("#robot .robot-replay"))
+    page.until(lambda: "电流" in page.one("#robot").text)
+    assert set(re.findall(r"[A-Za-z]{2,}", page.one("#robot").text)) <= {"Shift"}
+    page.close()
