@@ -98,6 +98,7 @@ void ShaftServer::meet(int fd) {
     return;
   }
   simulator_.emplace(loop_, fd, static_cast<std::uint32_t>(shafts_.size()), ++simulators_);
+  simulator_->is_told = told_.may_tell("shafts");
   world_.serve_all();  // to the present
   std::vector<lk_shafts_offer> offers;
   for (const Shaft& shaft : shafts_) {
@@ -260,9 +261,11 @@ void ShaftServer::begin(const ShaftStates& states) {
   simulator_->owes = false;
   manners_.cancel();
   take_clock();
-  spdlog::info("shafts: a simulator has {} of {} joints, {} time, in steps of {:g} ms",
-               simulator_->taken.size(), shafts_.size(), has_time() ? "its own" : "the drives'",
-               static_cast<double>(step_.count()) * 1e-6);
+  if (simulator_->is_told) {
+    spdlog::info("shafts: a simulator has {} of {} joints, {} time, in steps of {:g} ms",
+                 simulator_->taken.size(), shafts_.size(), has_time() ? "its own" : "the drives'",
+                 static_cast<double>(step_.count()) * 1e-6);
+  }
   world_.couple(std::move(body), drives);
   has_time() ? step_clock() : world_.serve_all();
 }
@@ -309,7 +312,7 @@ void ShaftServer::go_on_without_answer() {
   if (!waits) return;
   const MonoTime now = monotonic_now();
   if (now < give_up_) return patience_.wake_by(give_up_, now);
-  if (!std::exchange(simulator_->late, true)) {
+  if (!std::exchange(simulator_->late, true) && simulator_->is_told) {
     spdlog::warn("shafts: the simulator is late: the drives go on with what it said last");
   }
   world_.body_is_ready();
@@ -329,8 +332,10 @@ void ShaftServer::part(const std::string& why, bool at_fault) {
   const bool coupled = simulator_->body != nullptr;
   const char* const next = lost_ == ShaftsLost::kFree ? ": the drives go on without it"
                                                       : ": time stands until one comes";
-  spdlog::error("shafts: the simulator {}{}", simulator_->unread ? "does not read" : why,
-                coupled ? next : "");
+  if (simulator_->is_told) {
+    spdlog::error("shafts: the simulator {}{}", simulator_->unread ? "does not read" : why,
+                  coupled ? next : "");
+  }
   if (coupled) leave_drives();
   simulator_.reset();
 }

@@ -15,6 +15,7 @@
 #include "emulator/shafts/shaft_messages.hpp"
 #include "emulator/shafts/shaft_options.hpp"
 #include "emulator/transports/socket_listener.hpp"
+#include "emulator/transports/tell_limit.hpp"
 
 namespace lk::emulator {
 
@@ -54,6 +55,7 @@ class ShaftServer {
     bool owes = true;           // STATES
     bool late = false;          // has been, and that was said
     bool unread = false;        // it does not read
+    bool is_told = true;        // in the log
   };
 
   model::MountedShaft now(const Shaft& shaft) const;
@@ -101,6 +103,7 @@ class ShaftServer {
   bool step_is_due_ = false;       // of a clock that is still being moved
   SimTime step_{std::chrono::milliseconds(1)};
   unsigned simulators_ = 0;
+  TellLimit told_;        // simulators
   bool refused_ = false;  // another one, and that was said
 };
 

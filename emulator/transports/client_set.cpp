@@ -128,7 +128,8 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   client.protocol->take({bytes_.data(), static_cast<std::size_t>(size)}, now, heard_);
   for (const protocol::Frame& frame : heard_.frames) out.push_back({now, frame, client.number});
   stats_.malformed += heard_.malformed;
-  if (!heard_.trouble.empty() && !std::exchange(client.troubled, true)) {
+  const bool troubles = !heard_.trouble.empty() && !std::exchange(client.troubled, true);
+  if (troubles && trouble_.may_tell(name_)) {
     spdlog::warn("{}: {} {}", name_, client.who, heard_.trouble);
   }
   put(client, heard_.answer, kMostUnsent + kMostAnswers);
@@ -190,7 +191,7 @@ void ClientSet::put(Client& client, std::string_view bytes, std::size_t most) {
   }
   ++stats_.lost_unread;
   client.protocol->note_loss();
-  if (!std::exchange(client.loses, true)) {
+  if (!std::exchange(client.loses, true) && trouble_.may_tell(name_)) {
     spdlog::warn("{}: {} does not read: frames for it are lost", name_, client.who);
   }
 }
@@ -207,7 +208,8 @@ bool ClientSet::flush(Client& client) {
   }
   client.unsent.erase(0, client.unsent.size() - left.size());
   wait_for_room(client, !client.unsent.empty());
-  if (client.unsent.empty() && std::exchange(client.loses, false)) {
+  const bool reads = client.unsent.empty() && std::exchange(client.loses, false);
+  if (reads && trouble_.may_tell(name_)) {
     spdlog::info("{}: {} reads again", name_, client.who);
   }
   return true;

@@ -12,6 +12,7 @@
 #include "emulator/files/durable_file.hpp"
 #include "emulator/transports/client_protocol.hpp"
 #include "emulator/transports/port.hpp"
+#include "emulator/transports/tell_limit.hpp"
 
 namespace lk::emulator {
 
@@ -84,6 +85,7 @@ class ClientSet {
   void set_alarm();
 
   std::string name_;
+  TellLimit trouble_;
   Descriptor epoll_;
   Descriptor alarm_;  // for what protocols have due
   std::optional<ClientProtocol::Time> alarm_at_;

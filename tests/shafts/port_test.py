@@ -264,7 +264,7 @@ class Nonsense(unittest.TestCase):
         dice = random.Random(1)
         with program() as running, open(running.can, "r+b", buffering=0) as can:
             can.write(b"O\r")
-            for n in range(300):
+            for n in range(1000):
                 with socket.socket(socket.AF_UNIX) as one:
                     one.connect(running.place[5:])
                     with contextlib.suppress(OSError):
@@ -274,13 +274,15 @@ class Nonsense(unittest.TestCase):
             end = time.monotonic() + PATIENCE_S
             heard = b""
             os.set_blocking(can.fileno(), False)
-            while heard.count(b"t14189A") < 6 and time.monotonic() < end:
+            while heard.count(b"t14189A") < 20 and time.monotonic() < end:
                 heard += can.read(65536) or b""
                 time.sleep(0.02)
-            self.assertGreaterEqual(heard.count(b"t14189A"), 6)
+            self.assertGreaterEqual(heard.count(b"t14189A"), 20)
             with Shafts(running.place) as shafts:
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
-            running.stop()
+            log = running.stop()
+            self.assertIn("shafts: no more of this is told for a while", log)
+            self.assertLess(len(log), 20_000, "and nobody read it meanwhile")
 
     def misbehave(self, dice: random.Random, one: socket.socket) -> None:
         way = dice.randrange(6)

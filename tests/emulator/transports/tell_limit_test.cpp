@@ -1,0 +1,17 @@
+#include "emulator/transports/tell_limit.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lk::emulator {
+namespace tell_limit_test {
+
+/// All within ten seconds, unless the machine stands still for as long.
+TEST(TellLimit, TellsTwentyTimesInAWhile) {
+  TellLimit limit;
+  int told = 0;
+  for (int n = 0; n < 1000; ++n) told += limit.may_tell("vcan0") ? 1 : 0;
+  EXPECT_EQ(told, 20);
+}
+
+}  // namespace tell_limit_test
+}  // namespace lk::emulator
