@@ -52,7 +52,7 @@ export const kChineseFaults = {
     backlash: '背隙增大',
     coupling_broken: '联轴器脱开',
     end_stop: '限位',
-    brake_late: '制动器滞后',
+    brake_late: '抱闸滞后',
     sag: '电压不足',
     dip: '电压跌落',
     cut: '断电',

@@ -172,7 +172,7 @@ constexpr FaultRow kPlantRows[] = {
      },
      .about = {"something stands in the way of the output: it gets no further than these angles from where it stands", "有东西挡住输出轴：从所在位置出发，走不出这两个角度"}},
     {.word = "brake_late", .group = kMechanics, .params = {number("delay_ms", 0.01, 10'000, 100)}, .impossible = without_brake, .plant = [](const OnPlant& on, F& f) { f.brake_delay = std::max(f.brake_delay, on.number() * 1e-3); },
-     .about = {"the brake begins to move this long after its coil was switched; 0x8C is answered at once with what was commanded", "制动器线圈通断之后这么久，制动器才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
+     .about = {"the brake begins to move this long after its coil was switched; 0x8C is answered at once with what was commanded", "抱闸线圈通断之后这么久，抱闸才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
     {.word = "sag", .group = kPower, .params = {needed("to_V", 0, 100)}, .plant = [](const OnPlant& on, F& f) { f.v_source_max = std::min(f.v_source_max, on.number()); },
      .about = {"the supply gives no more than this", "供电电源给不出更高的电压"}},
     {.word = "dip", .group = kPower, .params = {number("below_reset_V", 0, 60, 1)},
