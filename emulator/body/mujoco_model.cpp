@@ -14,11 +14,11 @@ constexpr double kFloorCosine = 0.5;  // 60 degrees; assumed: what is steeper is
 
 using Model = std::unique_ptr<mjModel, FreeMujoco>;
 
-/// `files` are looked at before the disk.
-Model parse(const std::string& file, const mjVFS* files) {
+/// What is at `path`; `files` are looked at before the disk. For people it is `file`.
+Model parse(const std::string& path, const mjVFS* files, const std::string& file) {
   std::array<char, 1000> text{};
   try {
-    Model model(mj_loadXML(file.c_str(), files, text.data(), text.size()));
+    Model model(mj_loadXML(path.c_str(), files, text.data(), text.size()));
     if (model != nullptr) return model;
   } catch (const MujocoError& problem) {
     throw std::invalid_argument(file + ": " + mujoco_words(problem.what()));
@@ -54,7 +54,7 @@ Model parse_with_step(const std::string& file) {
     void operator()(mjVFS* open) const { mj_deleteVFS(open); }
   };
   const std::unique_ptr<mjVFS, Close> close(files.get());
-  Model model = parse((path.parent_path() / name).string(), files.get());
+  Model model = parse((path.parent_path() / name).string(), files.get(), file);
   const int step = mj_name2id(model.get(), mjOBJ_GEOM, kStepGeom);
   model->geom_contype[step] = model->geom_conaffinity[step] = 0;
   return model;
@@ -64,7 +64,7 @@ Model parse_with_step(const std::string& file) {
 
 Model load_mujoco_model(const std::string& file) {
   tame_mujoco();
-  Model model = parse(file, nullptr);
+  Model model = parse(file, nullptr, file);
   return floor_planes(*model).empty() ? std::move(model) : parse_with_step(file);
 }
 
