@@ -38,6 +38,7 @@ def install(prefix, program):
         "share/lk-emu/motors/mf7015.toml": b"motor",
         "share/lk-emu/buses/quadruped.toml": b"bus",
         "share/lk-emu/scenarios/stall.toml": b"scenario",
+        "share/lk-emu/campaigns/every_fault.toml": b"plan",
         "share/man/man1/lk-emu.1": b"manual",
         "share/doc/lk-emu/licenses/glibc": b"LGPL",
         "share/doc/lk-emu/LICENSE": b"MIT",
@@ -70,7 +71,7 @@ def test_a_program_that_needs_nothing_is_carried(tmp_path):
         shares = {name.partition(".data/data/share/")[2] for name in packed.namelist() if ".data/data/" in name}
         assert b"Root-Is-Purelib: false\n" in packed.read(f"lk_emu-{lkemu.__version__}.dist-info/WHEEL")
     assert shares == {
-        "lk-emu/motors/mf7015.toml", "lk-emu/buses/quadruped.toml", "lk-emu/scenarios/stall.toml", "man/man1/lk-emu.1",
+        "lk-emu/motors/mf7015.toml", "lk-emu/buses/quadruped.toml", "lk-emu/scenarios/stall.toml", "lk-emu/campaigns/every_fault.toml", "man/man1/lk-emu.1",
         "doc/lk-emu/licenses/glibc", "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json",
     }  # fmt: skip
     assert build(source, tmp_path / "again").read_bytes() == wheel.read_bytes()
