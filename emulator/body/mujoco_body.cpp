@@ -23,14 +23,6 @@ std::string name_of(const mjModel& model, mjtObj kind, int index) {
   return name != nullptr ? on_one_line(name) : "";
 }
 
-/// Of the coordinate `place` of qpos: of a joint with several, its first.
-int dof_of(const mjModel& model, int place) {
-  for (int joint = model.njnt - 1; joint >= 0; --joint) {
-    if (model.jnt_qposadr[joint] <= place) return model.jnt_dofadr[joint];
-  }
-  return -1;
-}
-
 /// The joint or body that the degree of freedom `dof` moves.
 std::string mover(const mjModel& model, int dof) {
   if (dof < 0 || dof >= model.nv) return "";
@@ -38,6 +30,13 @@ std::string mover(const mjModel& model, int dof) {
   if (!joint.empty()) return "joint " + joint;
   const std::string body = name_of(model, mjOBJ_BODY, model.dof_bodyid[dof]);
   return body.empty() ? "" : "body " + body;
+}
+
+/// That moves the coordinate `place` of qpos; of a joint with several, by its first.
+std::string mover_of_coordinate(const mjModel& model, int place) {
+  const int* const places = model.jnt_qposadr;
+  const auto joint = std::upper_bound(places, places + model.njnt, place) - places - 1;
+  return joint < 0 ? "" : mover(model, model.jnt_dofadr[joint]);
 }
 
 }  // namespace
@@ -245,22 +244,20 @@ void MujocoBody::look_for_trouble() {
   struct Trouble {
     mjtWarning kind;
     const char* words;
+    std::string (*where)(const mjModel&, int info);  // null: nowhere
   };
   static constexpr std::array<Trouble, 5> kTroubles{{
-      {mjWARN_BADQPOS, "a position has run out of all bounds"},
-      {mjWARN_BADQVEL, "a speed has run out of all bounds"},
-      {mjWARN_BADQACC, "an acceleration has run out of all bounds"},
-      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)"},
-      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)"},
+      {mjWARN_BADQPOS, "a position has run out of all bounds", mover_of_coordinate},
+      {mjWARN_BADQVEL, "a speed has run out of all bounds", mover},
+      {mjWARN_BADQACC, "an acceleration has run out of all bounds", mover},
+      {mjWARN_CONTACTFULL, "more contacts than the model has room for (its size: nconmax)",
+       nullptr},
+      {mjWARN_CNSTRFULL, "more constraints than the model has room for (its size: njmax)", nullptr},
   }};
   for (const Trouble& trouble : kTroubles) {
     const mjWarningStat& warning = data_->warning[trouble.kind];
     if (warning.number == 0) continue;
-    const int dof = trouble.kind == mjWARN_BADQPOS ? dof_of(*model_, warning.lastinfo)
-                    : trouble.kind == mjWARN_BADQVEL || trouble.kind == mjWARN_BADQACC
-                        ? warning.lastinfo
-                        : -1;
-    const std::string where = mover(*model_, dof);
+    const std::string where = trouble.where ? trouble.where(*model_, warning.lastinfo) : "";
     failure_ = trouble.words + (where.empty() ? "" : ", at " + where);
     return;
   }

@@ -83,7 +83,7 @@ class MujocoBody : public Mechanism, public BodyLooks {
   std::vector<std::size_t> free_parts_;
   std::vector<bool> falls_on_;  // by parts_: it has fallen when this touches the world
   std::vector<int> planes_;     // the floor: geoms of what does not move
-  int step_geom_ = -1;          // -1: there is no floor
+  int step_geom_ = -1;          // -1: the model has none
   unsigned shape_changes_ = 0;
   Triple level_gravity_{};  // the model's own
   bool frozen_ = false;

@@ -26,6 +26,7 @@ Model parse(const std::string& path, const mjVFS* files, const std::string& file
   throw std::invalid_argument(file + ": " + mujoco_words(text.data()));
 }
 
+/// Every other byte as it is, for it is a file's name: xml_escaped replaces what is no text.
 std::string xml_text(const std::string& plain) {
   std::string text;
   for (const char one : plain) {

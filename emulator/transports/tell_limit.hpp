@@ -6,7 +6,7 @@
 namespace lk::emulator {
 
 /// Of what others bring about, the log tells twenty times in ten seconds: so none of them fills a
-/// disk, or the pipe of a log that nobody reads, which would stop the program.
+/// disk, or the pipe of a log that is not read, which would stop the program.
 class TellLimit {
  public:
   /// Whether the log may tell once more. The first time that it may not, it says so, in the name of

@@ -282,7 +282,7 @@ class Nonsense(unittest.TestCase):
                 run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 10)
             log = running.stop()
             self.assertIn("shafts: no more of this is told for a while", log)
-            self.assertLess(len(log), 20_000, "and nobody read it meanwhile")
+            self.assertLess(len(log), 20_000, "while it was not read")
 
     def misbehave(self, dice: random.Random, one: socket.socket) -> None:
         way = dice.randrange(6)

@@ -150,17 +150,22 @@ TEST(Scene, AKeyframeIsAPose) {
   EXPECT_EQ(body->joint(0).angle_rad, 0.5);
 }
 
+/// The block, from a little above, and until it has come to rest.
+void set_down(MujocoBody& body, double x_m) {
+  body.pose({.keyframe = {},
+             .part = kPart,
+             .position_m = emulator::Triple{x_m, 0, 0.2},
+             .rpy_rad = {},
+             .joints = {}});
+  body.update();
+  run(body, 1);
+}
+
 /// The block is set down on either side of the edge; its middle is 0.05 m above what it stands on.
 TEST(Scene, AStepCarriesWhatStandsOnIt) {
   const auto body = body_of(kBlock);
   const auto height_at = [&](double x_m) {
-    body->pose({.keyframe = {},
-                .part = kPart,
-                .position_m = emulator::Triple{x_m, 0, 0.2},
-                .rpy_rad = {},
-                .joints = {}});
-    body->update();
-    run(*body, 1);
+    set_down(*body, x_m);
     return read(*body, "body.block.z_m") - 0.05;
   };
   EXPECT_NEAR(height_at(0.8), 0, 1e-3);
@@ -199,13 +204,7 @@ TEST(Scene, AStepIsWhereTheWorldHasIt) {
     body->update();
     run(*body, 1);
     EXPECT_NEAR(read(*body, "body.block.z_m"), 0.13, 1e-3) << floor;
-    body->pose({.keyframe = {},
-                .part = kPart,
-                .position_m = emulator::Triple{0.2, 0, 0.2},
-                .rpy_rad = {},
-                .joints = {}});
-    body->update();
-    run(*body, 1);
+    set_down(*body, 0.2);
     EXPECT_NEAR(read(*body, "body.block.z_m"), 0.05, 1e-3) << floor;
   }
 }
@@ -237,13 +236,7 @@ TEST(Scene, AModelMayDiscardWhatIsOnlySeen) {
   run(*untouched, 0.5);
   EXPECT_EQ(look(*body).parts[kPart].position_m, look(*untouched).parts[kPart].position_m);
   body->set_floor({.friction = {}, .slope_rad = {}, .step = emulator::FloorStep{0.08, -5}});
-  body->pose({.keyframe = {},
-              .part = kPart,
-              .position_m = emulator::Triple{0, 0, 0.2},
-              .rpy_rad = {},
-              .joints = {}});
-  body->update();
-  run(*body, 1);
+  set_down(*body, 0);
   EXPECT_NEAR(read(*body, "body.block.z_m"), 0.13, 1e-3);
 }
 
