@@ -4,12 +4,20 @@
 
 #include <fstream>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "emulator/body/mujoco_body.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::test {
+
+/// What a file holds.
+inline std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
 
 /// The model that a text is.
 inline std::shared_ptr<emulator::MujocoBody> body_of(

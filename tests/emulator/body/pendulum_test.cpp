@@ -1,24 +1,18 @@
 // The shipped pendulum, from its files.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "emulator/body/mujoco_body.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
+#include "tests/emulator/body/body_support.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::emulator {
 namespace pendulum_test {
 
-const std::string kBodies = std::string(LKEMU_SOURCE_DIR) + "/configs/bodies/";
+using test::text_of;
 
-std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
+const std::string kBodies = std::string(LKEMU_SOURCE_DIR) + "/configs/bodies/";
 
 Scenario swing() {
   const LoadBody load = [](const std::string& /*file*/, const std::string& model, SimTime step) {

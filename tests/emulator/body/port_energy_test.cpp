@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "emulator/body/mujoco_body.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/scenario/scenario_run.hpp"
+#include "tests/emulator/body/body_support.hpp"
 #include "tests/support/profile.hpp"
 
 namespace lk::test {
@@ -51,12 +50,6 @@ class Audited : public MujocoBody {
  private:
   std::shared_ptr<Books> books_;
 };
-
-std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
 
 /// Of a delivered scenario, by the time it ends.
 Books books_of(const std::string& scenario_name) {
