@@ -1,0 +1,108 @@
+# Every test has two labels, by which scripts/test selects it: its kind, one of these, and its room, the folder whose behaviour
+# it shows. The label `sanitized` marks the tests that scripts/test --sanitized runs.
+include(GoogleTest)
+set(LK_TEST_KINDS unit host vcan web body campaign docs fidelity package bare elsewhere fuzz slow)
+
+# lk_build_for_labels(LABELS KIND ROOM [sanitized] [TARGETS TARGET...]): the targets test_KIND, test_ROOM and test_sanitized
+# build these targets.
+function(lk_build_for_labels)
+  cmake_parse_arguments(PARSE_ARGV 0 test "" "" "LABELS;TARGETS")
+  list(LENGTH test_LABELS length)
+  list(GET test_LABELS 0 kind)
+  if(length LESS 2 OR NOT kind IN_LIST LK_TEST_KINDS)
+    message(FATAL_ERROR "test labels \"${test_LABELS}\": expected a kind and a room; kinds: ${LK_TEST_KINDS}")
+  endif()
+  foreach(label ${test_LABELS})
+    if(NOT TARGET test_${label})
+      add_custom_target(test_${label})
+      set_property(GLOBAL APPEND PROPERTY LK_TEST_LABELS ${label})
+    endif()
+    if(test_TARGETS)
+      add_dependencies(test_${label} ${test_TARGETS})
+    endif()
+  endforeach()
+endfunction()
+
+# lk_add_test(NAME NAME LABELS KIND ROOM [sanitized] [TIMEOUT SECONDS] [SKIP STATUS] [COST SECONDS] COMMAND COMMAND...): a
+# test that is a command. The targets whose files the command names are built for it. COST: long tests start first.
+function(lk_add_test)
+  cmake_parse_arguments(PARSE_ARGV 0 test "" "NAME;TIMEOUT;SKIP;COST" "LABELS;COMMAND")
+  string(REGEX MATCHALL "\\$<TARGET_FILE(_DIR)?:[^>]+" targets "${test_COMMAND}")
+  list(TRANSFORM targets REPLACE "^.*:" "")
+  list(GET test_COMMAND 0 program)
+  if(TARGET ${program})
+    list(APPEND targets ${program})
+  endif()
+  lk_build_for_labels(LABELS ${test_LABELS} TARGETS ${targets})
+  add_test(NAME ${test_NAME} COMMAND ${test_COMMAND})
+  set_property(GLOBAL APPEND PROPERTY LK_LABELLED_TESTS ${test_NAME})
+  set_tests_properties(${test_NAME} PROPERTIES LABELS "${test_LABELS}" TIMEOUT 300)
+  foreach(property TIMEOUT COST)
+    if(DEFINED test_${property})
+      set_tests_properties(${test_NAME} PROPERTIES ${property} ${test_${property}})
+    endif()
+  endforeach()
+  if(DEFINED test_SKIP)
+    set_tests_properties(${test_NAME} PROPERTIES SKIP_RETURN_CODE ${test_SKIP})
+  endif()
+endfunction()
+
+# lk_discover_tests(PROGRAM LABELS KIND ROOM [sanitized]): each test of a GoogleTest program is one of ours.
+function(lk_discover_tests program)
+  cmake_parse_arguments(PARSE_ARGV 1 test "" "" "LABELS")
+  lk_build_for_labels(LABELS ${test_LABELS} TARGETS ${program})
+  list(JOIN test_LABELS "\\;" labels)  # GoogleTest.cmake splits a plain list
+  gtest_discover_tests(${program} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${labels}" TIMEOUT 300)
+  set_property(GLOBAL APPEND PROPERTY LK_LABELLED_TESTS ${program})
+endfunction()
+
+# lk_test(PROGRAM LABELS KIND ROOM [sanitized] LIBRARIES TARGET... SOURCES FILE...): a GoogleTest program.
+function(lk_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 test "" "" "LABELS;LIBRARIES;SOURCES")
+  add_executable(${name} ${test_SOURCES})
+  target_link_libraries(${name} PRIVATE ${test_LIBRARIES} GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE LKEMU_SOURCE_DIR="${PROJECT_SOURCE_DIR}" LKEMU_VERSION="${PROJECT_VERSION}")
+  target_compile_options(${name} PRIVATE -Wno-null-dereference)  # as in lk_program_room
+  lk_discover_tests(${name} LABELS ${test_LABELS})
+endfunction()
+
+# lk_room_test(DIRECTORY [KIND KIND] [SANITIZED] LIBRARIES TARGET... [EXCEPT FILE...]): the program ROOM_test of all *_test.cpp
+# below DIRECTORY; ROOM is the last part of DIRECTORY. KIND: unit by default.
+function(lk_room_test directory)
+  cmake_parse_arguments(PARSE_ARGV 1 test "SANITIZED" "KIND" "LIBRARIES;EXCEPT")
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${directory}/*_test.cpp)
+  foreach(file ${test_EXCEPT})
+    list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${directory}/${file})
+  endforeach()
+  if(NOT test_KIND)
+    set(test_KIND unit)
+  endif()
+  cmake_path(GET directory FILENAME name)
+  set(labels ${test_KIND} ${name})
+  if(test_SANITIZED)
+    list(APPEND labels sanitized)
+  endif()
+  lk_test(${name}_test LABELS ${labels} LIBRARIES ${test_LIBRARIES} SOURCES ${sources})
+endfunction()
+
+# lk_require_labels(DIRECTORY): an error for each test below DIRECTORY that was added without the functions above. Writes
+# labels.txt, which scripts/test compares its arguments with.
+function(lk_require_labels directory)
+  get_property(labelled GLOBAL PROPERTY LK_LABELLED_TESTS)
+  get_property(tests DIRECTORY ${directory} PROPERTY TESTS)
+  get_property(discovered DIRECTORY ${directory} PROPERTY TEST_INCLUDE_FILES)
+  list(TRANSFORM discovered REPLACE "^.*/([^/]+)\\[[0-9]+\\]_include.cmake$" "\\1")
+  foreach(test ${tests} ${discovered})
+    if(NOT test IN_LIST labelled)
+      message(SEND_ERROR "test ${test} in ${directory} has no label: add it by a function of cmake/Tests.cmake")
+    endif()
+  endforeach()
+  get_property(subdirectories DIRECTORY ${directory} PROPERTY SUBDIRECTORIES)
+  foreach(subdirectory ${subdirectories})
+    lk_require_labels(${subdirectory})
+  endforeach()
+  get_property(labels GLOBAL PROPERTY LK_TEST_LABELS)
+  list(SORT labels)
+  list(JOIN labels "\n" labels)
+  file(WRITE ${PROJECT_BINARY_DIR}/labels.txt "${labels}\n")
+endfunction()
