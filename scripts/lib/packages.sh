@@ -69,11 +69,9 @@ packages_install_bus() {
   fi
   extra=linux-modules-extra-$(uname -r)
   if packages_exists "$extra"; then
-    packages_install "$extra" || return
-    packages_as_root modprobe -a can-raw vcan vxcan
-    return
+    packages_install "$extra" && packages_as_root modprobe -a can-raw vcan vxcan && return
   fi
-  packages_fail "neither this kernel nor a package offers vcan: use Debian (user-mode-linux) or load vcan"
+  echo "packages: neither this kernel nor a package offers vcan: tests of a CAN bus will be skipped" >&2
 }
 
 # The browser of the dashboard's tests. Ubuntu has none as a package; the tests are skipped there and say so.
@@ -98,14 +96,14 @@ packages_setup() {
   for group in "$@"; do
     [[ -n $(packages_in "$group") ]] ||
       packages_fail "no group \"$group\"; there are: $(awk '/^[a-z]/ { print $1 }' "$packages_list" | uniq | xargs)" || return
-    mapfile -t -O "${#names[@]}" names < <(packages_in "$group")
+    [[ $group == body ]] || mapfile -t -O "${#names[@]}" names < <(packages_in "$group")
   done
   packages_install "${names[@]}" || return
-  if [[ " $* " == *" run "* ]]; then
-    packages_install_bus || return
-  fi
-  if [[ " $* " == *" test "* ]]; then
-    packages_install_browser || return
-    packages_install_body
-  fi
+  for group in "$@"; do
+    case $group in
+    run) packages_install_bus || return ;;
+    release) packages_install_browser || return ;;
+    body) packages_install_body || return ;;
+    esac
+  done
 }
