@@ -1,23 +1,25 @@
 #!/usr/bin/env python3
-"""The host of scripts/demo: four drives, talked to with cansend and candump alone.
+"""The host of scripts/demo: talks to four drives through python-can.
 
-Usage, where vcan0 is up: demo_host.py PATH/lk-emu. Exits 0 only if every query got its reply and
-every motor went where it was told.
+Usage: demo_host.py PATH/lk-emu BUS, where BUS is a CAN interface that is up, or slcan-tcp. Exits 0 only if every query got
+its reply and every motor reached its target.
 """
 
 import os
 import select
 import signal
+import socket
 import statistics
 import struct
 import subprocess
 import sys
 import time
 
+import can
+
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from lk_decode import angle_deg, query_in_words, reply_in_words, state2
 
-BUS = "vcan0"
 SPEED_DPS = {1: 90, 2: -180, 3: 270, 4: -360}
 TARGET_DEG = {1: 90.0, 2: -45.0, 3: 360.0, 4: -123.45}
 DRIVES = list(SPEED_DPS)
@@ -31,7 +33,7 @@ READINGS = 9  # the median of so many tells where a shaft stands: a reading has 
 
 
 class Broken(Exception):
-    """There is no point in going on."""
+    """The session cannot continue."""
 
 
 class Lines:
@@ -62,58 +64,36 @@ class Lines:
 
 
 class Host:
-    def __init__(self, emulator):
+    def __init__(self, emulator, bus):
         self.queries = self.replies = 0
         self.problems = []
-        self.error_deg = {}  # of each drive that went where it was told
-        self.frames = Lines("candump", "-L", f"{BUS},140:7E0,7FF:7FF")
-        self.wait_for_listener()
-        self.emulator = Lines(emulator, "--bus", BUS, "--ids", "1-4", "--rom", ":memory:")
-        deadline = time.monotonic() + START_LIMIT_S
-        while True:
-            line = self.emulator.next(deadline)
-            if line is None:
-                raise Broken("lk-emu did not say that it is ready")
-            print(line, flush=True)
-            if line.startswith("lk-emu ready"):
-                return
-
-    @staticmethod
-    def send(identifier, payload):
-        subprocess.run(["cansend", BUS, f"{identifier:03X}#{payload.hex()}"], check=True)
-
-    def wait_for_listener(self):
-        """candump does not tell when it listens: until it hears us, say something harmless."""
-        for _ in range(100):
-            self.send(0x7FF, b"")
-            if self.frames.next(time.monotonic() + 0.1) is not None:
-                return
-        raise Broken(f"candump hears nothing on {BUS}")
+        self.error_deg = {}  # of each drive that reached its target
+        port = free_port()
+        address = f"slcan-tcp:{port}" if bus == "slcan-tcp" else bus
+        self.emulator = Lines(emulator, "--bus", address, "--ids", "1-4", "--rom", ":memory:")
+        line = self.emulator.next(time.monotonic() + START_LIMIT_S)
+        if line is None or not line.startswith("lk-emu ready "):
+            raise Broken(f"lk-emu did not start: {line}")
+        print(line, flush=True)
+        if bus == "slcan-tcp":
+            self.bus = can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{port}")
+        else:
+            self.bus = can.Bus(interface="socketcan", channel=bus)
 
     def problem(self, text):
         self.problems.append(text)
         print(f"  PROBLEM: {text}", flush=True)
 
     def exchange(self, drive, payload):
-        """Send one query; its reply, or None.
-
-        Query and reply share an identifier: the listener hears the query first, then the reply.
-        """
+        """Send one query; its reply, or None."""
         identifier = 0x140 + drive
         self.queries += 1
-        self.send(identifier, payload)
-        asked = False
+        self.bus.send(can.Message(arbitration_id=identifier, data=payload, is_extended_id=False))
         deadline = time.monotonic() + REPLY_LIMIT_S
-        while (line := self.frames.next(deadline)) is not None:
-            heard_from, _, text = line.split()[-1].partition("#")
-            data = bytes.fromhex(text)
-            if int(heard_from, 16) != identifier or len(data) != 8:
-                continue
-            if not asked:
-                asked = data == payload
-            elif data[0] == payload[0]:
+        while (message := self.bus.recv(max(0.0, deadline - time.monotonic()))) is not None:
+            if message.arbitration_id == identifier and len(message.data) == 8 and message.data[0] == payload[0]:
                 self.replies += 1
-                return data
+                return bytes(message.data)
         self.problem(f"drive {drive} did not answer {query_in_words(payload)}")
         if self.queries - self.replies >= 3:
             raise Broken("too many queries without a reply")
@@ -192,6 +172,11 @@ class Host:
             self.problem(f"lk-emu ended with status {process.returncode}")
 
 
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
+
+
 def query(command, value=0, max_speed=0):
     return struct.pack("<BxHi", command, max_speed, value)
 
@@ -205,10 +190,10 @@ def main():
     problems = []
     host = None
     try:
-        host = Host(sys.argv[1])
+        host = Host(*sys.argv[1:])
         host.session()
         host.stop_emulator()
-    except (Broken, OSError, subprocess.SubprocessError) as reason:
+    except (Broken, can.CanError, OSError, subprocess.SubprocessError) as reason:
         problems.append(str(reason))
         print(f"  PROBLEM: {reason}")
     if host is not None:
