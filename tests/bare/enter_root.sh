@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # The inside of tests/bare/root: process 1 of its namespaces.
-# usage: enter_root.sh SCRATCH BASE_TAR BUILD_DIRECTORY_OR_NOTHING [FILE...] -- COMMAND [ARGUMENT...]
+# usage: enter_root.sh all|few SCRATCH BASE_TAR BUILD_DIRECTORY_OR_NOTHING [FILE...] -- COMMAND [ARGUMENT...]
 set -euo pipefail
-scratch=$1 base=$2 build=$3
-shift 3
+privileges=$1 scratch=$2 base=$3 build=$4
+shift 4
 
 root=$scratch/root
 mkdir "$root"
@@ -27,10 +27,18 @@ mount --rbind /dev "$root/dev"
 mount --make-rslave "$root/dev"
 cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 printf '127.0.0.1 localhost\n127.0.1.1 %s\n' "$(hostname)" >"$root/etc/hosts"
-# Not chroot alone, in which there can be no namespaces: a root within a root, as scripts/test makes one.
-cd "$root"
-pivot_root . .
-umount --lazy .
+enter=(chroot)
+if [[ $privileges == few ]]; then
+  # The capabilities that Docker leaves to a container. A process in a chroot cannot make user namespaces.
+  enter=(setpriv --no-new-privs --bounding-set "-all,+chown,+dac_override,+fowner,+fsetid,+kill,+setgid,+setuid,+setpcap,\
++net_bind_service,+net_raw,+sys_chroot,+mknod,+audit_write,+setfcap" chroot)
+else
+  # Not a plain chroot: a root inside of this root needs namespaces, as tests/bare makes them.
+  cd "$root"
+  pivot_root . .
+  umount --lazy .
+  root=/
+fi
 # shellcheck disable=SC2016 # the inner shell's to expand
-exec chroot / env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
+exec "${enter[@]}" "$root" /usr/bin/env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C.UTF-8 \
   bash -c 'cd /root/lk-emu && exec "$@"' bash "$@" </dev/null
