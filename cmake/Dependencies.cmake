@@ -82,6 +82,8 @@ if(LKEMU_PROGRAM)
   lkemu_require(Boost 1.74)
   lkemu_require(Eigen3 3.4)
   lkemu_require(nlohmann_json 3.11)
+endif()
+if(LKEMU_PROGRAM AND LKEMU_ANALYSIS)
   if(LKEMU_STATIC)
     set(CMAKE_FIND_LIBRARY_SUFFIXES .a)  # Debian has this one in both kinds
   endif()

@@ -1,10 +1,13 @@
-# lk_room(DIRECTORY [USES DIRECTORY...] [LIBRARIES TARGET...]): a directory of the source is one library, lk_ and its
-# name, made of all it holds. It may include what is in the rooms that it uses, and what is in those that they use;
-# tests/rooms_test.py holds every include against this.
+# lk_room(DIRECTORY [IF OPTION] [USES DIRECTORY...] [LIBRARIES TARGET...]): a directory of the source is one library, lk_
+# and its name, made of all it holds. It may include what is in the rooms that it uses, and what is in those that they
+# use; tests/rooms_test.py holds every include against this. With IF the library exists only where the option is on.
 function(lk_room directory)
-  cmake_parse_arguments(PARSE_ARGV 1 room "" "" "USES;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 room "" "IF" "USES;LIBRARIES")
   cmake_path(GET directory FILENAME name)
   lk_note_room(${directory} ${room_USES})
+  if(room_IF AND NOT ${room_IF})
+    return()
+  endif()
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${directory}/*.cpp)
   if(sources)
     add_library(lk_${name} STATIC ${sources})
@@ -14,9 +17,14 @@ function(lk_room directory)
     add_library(lk_${name} INTERFACE)
     set(scope INTERFACE)
   endif()
-  list(TRANSFORM room_USES REPLACE "^.*/" "")
-  list(TRANSFORM room_USES PREPEND lk_)
-  target_link_libraries(lk_${name} ${scope} lk_options ${room_USES} ${room_LIBRARIES})
+  target_link_libraries(lk_${name} ${scope} lk_options)
+  foreach(used ${room_USES})
+    cmake_path(GET used FILENAME used)
+    if(TARGET lk_${used})
+      target_link_libraries(lk_${name} ${scope} lk_${used})
+    endif()
+  endforeach()
+  target_link_libraries(lk_${name} ${scope} ${room_LIBRARIES})
   if(sources)
     lk_optimise_in_debug(lk_${name})
   endif()
@@ -33,6 +41,9 @@ endfunction()
 function(lk_program_room directory)
   lk_room(${directory} ${ARGN})
   cmake_path(GET directory FILENAME name)
+  if(NOT TARGET lk_${name})
+    return()
+  endif()
   set_target_properties(lk_${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
   target_compile_options(lk_${name} PRIVATE
     -Wno-null-dereference  # GCC 12 sees null pointers in Asio's lists where there are none
