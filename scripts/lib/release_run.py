@@ -56,7 +56,7 @@ def ctest_step(name, label, *more):
 def lanes():
     """The steps of each lane. The second needs what the step `full` has built."""
     tests = [Step("test", ["scripts/test"]), Step("sanitized", ["scripts/test", "--sanitized"]),
-             Step("golden", ["tests/golden/freeze", FULL / "emulator" / "lk-emu"]),
+             Step("golden", ["tests/golden/freeze", FULL / "emulator" / "lk-emu-body"]),
              *(ctest_step(kind, kind) for kind in "unit host vcan docs fidelity campaign fuzz body web slow".split())]
     machines = [ctest_step("package", "package"), ctest_step("elsewhere", "elsewhere"),
                 *(ctest_step(name, "bare", "-R", f"^{name}$") for name in bare_tests())]
