@@ -29,9 +29,6 @@ constexpr std::array kSchemes{
     BusScheme{kUdpMulticast, "udp-multicast:", BusPlace::kGroup, false,
               "udp-multicast:[GROUP][:PORT][?ttl=1]", "udp-multicast:239.74.163.2",
               R"(python-can: interface="udp_multicast", channel="239.74.163.2", hop_limit=0)"},
-    BusScheme{kCannelloni, "cannelloni:", BusPlace::kPeer, false,
-              "cannelloni:ADDR:PORT[?local=PORT]", "cannelloni:127.0.0.1:20000?local=20001",
-              "cannelloni -I vcan0 -R 127.0.0.1 -r 20001 -l 20000; ESP32"},
     BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
               R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
     BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",
@@ -115,32 +112,6 @@ std::string read_group(const std::string& name, std::string_view rest, BusName& 
                    " is no multicast group (224.0.0.0 to 239.255.255.255, or ff00::/8)";
 }
 
-/// "ADDR:PORT[?local=PORT]". Why not, or empty.
-std::string read_peer(const std::string& name, std::string_view rest, BusName& out) {
-  constexpr std::string_view kLocal = "?local=";
-  const std::string none = "\"" + name + "\" is not " + std::string(out.scheme->form);
-  const std::size_t question = rest.find('?');
-  const std::string problem = read_port(name, rest.substr(0, question), out);
-  if (!problem.empty()) return problem;
-  if (out.address.empty()) return none + ": ADDR and PORT are those of the other end";
-  if (is_multicast(out.address) || is_unspecified(out.address)) {
-    return none + ": " + out.address + " is no machine's address";
-  }
-  out.local_port = out.port;
-  if (question != std::string_view::npos) {
-    const std::string_view word = rest.substr(question);
-    const auto port =
-        word.starts_with(kLocal) ? number_of(word.substr(kLocal.size()), 10, 65535).value_or(0) : 0;
-    if (port == 0) return none;
-    out.local_port = static_cast<std::uint16_t>(port);
-  }
-  if (is_loopback(out.address) && out.local_port == out.port) {
-    return "\"" + name + "\": both ends on one machine cannot have the same port; like " +
-           std::string(out.scheme->example);
-  }
-  return "";
-}
-
 }  // namespace
 
 std::span<const BusScheme> bus_schemes() { return kSchemes; }
@@ -182,8 +153,6 @@ std::variant<BusName, std::string> parse_bus_name(const std::string& name) {
   } else if (out.scheme->place == BusPlace::kPort) {
     out.address = kLoopback;
     problem = read_port(name, rest, out);
-  } else if (out.scheme->place == BusPlace::kPeer) {
-    problem = read_peer(name, rest, out);
   }
   if (!problem.empty()) return problem;
   if (out.scheme->place == BusPlace::kInterface || out.scheme->place == BusPlace::kPath) {

@@ -17,13 +17,12 @@ enum class Transport : std::uint8_t {
   kSlcanPty,
   kSocketcand,
   kUdpMulticast,
-  kCannelloni,
   kRs485,
   kRs485Tcp,
 };
 
 /// What stands behind the colon.
-enum class BusPlace : std::uint8_t { kInterface, kPath, kPort, kGroup, kPeer };
+enum class BusPlace : std::uint8_t { kInterface, kPath, kPort, kGroup };
 
 struct BusScheme {
   Transport transport;
@@ -42,10 +41,9 @@ std::string bus_examples();
 struct BusName {
   const BusScheme* scheme;
   std::string path = {};     // or the interface
-  std::string address = {};  // of a port, group or peer: an IP address without brackets
+  std::string address = {};  // of a port or group: an IP address without brackets
   std::uint16_t port = 0;
-  std::uint16_t local_port = 0;  // with a peer: our own
-  int ttl = 0;                   // of a group: how many networks away others may be
+  int ttl = 0;  // of a group: how many networks away others may be
 };
 /// Or why it is no name of a bus.
 std::variant<BusName, std::string> parse_bus_name(const std::string& name);

@@ -48,8 +48,6 @@ bool is_multicast(const std::string& address) {
   return bytes && (has_colon(address) ? bytes->front() == 0xFF : bytes->front() >> 4U == 0xEU);
 }
 
-bool is_unspecified(const std::string& address) { return bytes_of(address) == AddressBytes{}; }
-
 bool is_loopback(const std::string& address) {
   const auto bytes = bytes_of(address);
   return bytes && (has_colon(address) ? address == "::1" : bytes->front() == 127);

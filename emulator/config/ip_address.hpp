@@ -16,8 +16,6 @@ std::optional<std::string> address_in(std::string_view text);
 
 /// Of an address without brackets: 224.0.0.0/4 (RFC 5771), ff00::/8 (RFC 4291).
 bool is_multicast(const std::string& address);
-/// 0.0.0.0, ::
-bool is_unspecified(const std::string& address);
 /// 127.0.0.0/8, ::1: nobody else reaches it.
 bool is_loopback(const std::string& address);
 

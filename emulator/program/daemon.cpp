@@ -122,7 +122,6 @@ void print_port(const PortStats& port) {
   print_nonzero("frames lost: a client did not read", port.lost_unread);
   print_nonzero("lines or datagrams that made no sense", port.malformed);
   print_nonzero("datagrams of others, dropped", port.foreign);
-  print_nonzero("datagrams lost on their way here", port.lost_datagrams);
   print_nonzero("clients refused: no room", port.refused);
 }
 

@@ -5,7 +5,6 @@
 
 #include "emulator/config/bus_name.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/transports/cannelloni_port.hpp"
 #include "emulator/transports/multicast_port.hpp"
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/serial_port.hpp"
@@ -72,8 +71,6 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
       return stream(socketcand(name));
     case Transport::kUdpMulticast:
       return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
-    case Transport::kCannelloni:
-      return std::make_unique<CannelloniPort>(loop, bus.interface, name, std::move(on_frames));
     case Transport::kRs485Tcp:
       return stream(rs485_tcp(name, bus));
   }

@@ -18,11 +18,10 @@ struct PortStats {
   std::uint64_t waits_for_queue = 0;  // times the send queue was full
   std::uint64_t link_losses = 0;      // times the interface went down or away
   // Of a port with clients (client_set.hpp):
-  std::uint64_t lost_unread = 0;     // frames for a client that did not read, by client
-  std::uint64_t malformed = 0;       // lines or packets answered as errors, or dropped
-  std::uint64_t foreign = 0;         // datagrams of those who are not asked for
-  std::uint64_t lost_datagrams = 0;  // on the way here, by their numbers
-  std::uint64_t refused = 0;         // clients for whom there was no room
+  std::uint64_t lost_unread = 0;  // frames for a client that did not read, by client
+  std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
+  std::uint64_t foreign = 0;      // datagrams of those who are not asked for
+  std::uint64_t refused = 0;      // clients for whom there was no room
 };
 
 /// By which frames come into the process and leave it: a CAN interface, a serial port, clients.

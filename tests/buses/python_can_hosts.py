@@ -15,7 +15,6 @@ from can.interfaces.udp_multicast import UdpMulticastBus
 
 import support
 from can_messages import message, text
-from cannelloni_hosts import Cannelloni
 from support import PATIENCE_S, count, emulator, free_port
 
 
@@ -92,7 +91,7 @@ class Vcan:
 
 # Inside user-mode Linux there is no network that a group could be on.
 SHARED = [SlcanTcp, Socketcand] + ([Vcan] if os.path.exists("/sys/class/net/vcan0") else [UdpMulticast])
-KINDS = [*SHARED, SlcanPty, Cannelloni]
+KINDS = [*SHARED, SlcanPty]
 
 
 class Hosts(support.TestCase):

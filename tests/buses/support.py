@@ -14,14 +14,10 @@ PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "lk-emu"
 PATIENCE_S = 20
 
 
-def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
-    with socket.socket(type=kind) as sock:
+def free_port() -> int:
+    with socket.socket() as sock:
         sock.bind(("127.0.0.1", 0))
         return sock.getsockname()[1]
-
-
-def free_udp_port() -> int:
-    return free_port(socket.SOCK_DGRAM)
 
 
 class Emulator:

@@ -1,4 +1,4 @@
-// Bytes of clients: slcan, socketcand, RFC 2217, and datagrams of python-can and cannelloni.
+// Bytes of clients: slcan, socketcand, RFC 2217, and datagrams of python-can.
 //
 // Input: a byte that chooses the protocol and the slices, then what the client sends. In slices and
 // at once it comes to the same; what is understood can be said again; nothing grows without bound.
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "emulator/transports/can_msgpack.hpp"
-#include "emulator/transports/cannelloni.hpp"
 #include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/slcan.hpp"
 #include "emulator/transports/socketcand.hpp"
@@ -96,21 +95,6 @@ void check_datagram(std::span<const std::uint8_t> bytes) {
   require(parse_can_msgpack(can_msgpack(*frame, kNow)) == *frame);
 }
 
-void check_cannelloni(std::span<const std::uint8_t> bytes) {
-  const auto packet = parse_cannelloni(bytes);
-  if (!packet) return;
-  require(packet->frames.size() <= kLongestCannelloni / 5);
-  std::vector<Frame> frames;
-  for (const Frame& frame : packet->frames) {
-    if (frame.kind == FrameKind::kFd || frame.kind == FrameKind::kError) continue;
-    check_frame(frame);
-    frames.push_back(frame);
-  }
-  const auto again = parse_cannelloni(cannelloni_packet(frames, packet->sequence));
-  // Remote frames without their data are shorter than a packet's most: what is read can be said.
-  require(again && again->frames == frames && again->sequence == packet->sequence);
-}
-
 /// Where the data are cut decides what packets they are, so it is telnet alone that is sliced; and
 /// what is said to a client it reads as telnet does.
 void check_serial(std::span<const std::uint8_t> bytes, std::size_t slice, std::int64_t bitrate) {
@@ -166,11 +150,7 @@ void check(std::span<const std::uint8_t> bytes) {
       check_protocol(bytes, slice, [] { return std::make_unique<Socketcand>(); });
       break;
     default:
-      if ((settings & 4U) != 0) {
-        check_cannelloni(bytes);
-      } else {
-        check_datagram(bytes);
-      }
+      check_datagram(bytes);
   }
 }
 
