@@ -12,13 +12,21 @@
 #include "emulator/transports/wall_clock.hpp"
 
 namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kMostDatagrams = 64;  // at once
+
+}  // namespace
 
 using boost::asio::ip::udp;
 namespace ip = boost::asio::ip;
 
-MulticastPort::MulticastPort(boost::asio::io_context& loop, const std::string& name,
-                             const BusName& group, std::function<void()> on_frames)
-    : DatagramPort(loop, name, kLongestCanMsgpack, std::move(on_frames)),
+MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, const BusName& group,
+                             std::function<void()> on_frames)
+    : name_(std::move(name)),
+      socket_(loop),
+      on_frames_(std::move(on_frames)),
+      bytes_(kLongestCanMsgpack + 1),  // a longer datagram is cut to this
       from_afar_(group.ttl > 0),
       sender_(loop),
       own_addresses_(addresses_of_this_machine()) {
@@ -41,7 +49,9 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, const std::string& n
   if (from_afar_) {
     spdlog::warn("{}: whoever is on a network of this machine can command these drives", name_);
   }
-  listen();
+  socket_.non_blocking(true);
+  descriptor_ = socket_.native_handle();
+  wait_readable();
 }
 
 void MulticastPort::join(const ip::address& group) {
@@ -49,6 +59,26 @@ void MulticastPort::join(const ip::address& group) {
   socket_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
   socket_.bind(group_);  // not any address: other groups of this port are other buses
   socket_.set_option(ip::multicast::join_group(group));
+}
+
+void MulticastPort::wait_readable() {
+  socket_.async_wait(udp::socket::wait_read, [this](const boost::system::error_code& error) {
+    if (error) return;
+    on_frames_();
+    wait_readable();
+  });
+}
+
+Port::Batch MulticastPort::next_batch(Wait /*wait*/) {
+  received_.clear();
+  for (std::size_t n = 0; n < kMostDatagrams; ++n) {
+    Endpoint from;
+    boost::system::error_code error;
+    const std::size_t size = socket_.receive_from(boost::asio::buffer(bytes_), from, 0, error);
+    if (error) return {received_, false, 0};
+    take({bytes_.data(), size}, from);
+  }
+  return {received_, true, 0};
 }
 
 void MulticastPort::check_link() { own_addresses_ = addresses_of_this_machine(); }
@@ -63,11 +93,10 @@ bool MulticastPort::counts(const udp::endpoint& sender) {
   return from_afar_;
 }
 
-void MulticastPort::take(std::span<const std::uint8_t> datagram, const Endpoint& from,
-                         std::vector<ReceivedFrame>& out) {
+void MulticastPort::take(std::span<const std::uint8_t> datagram, const Endpoint& from) {
   if (!counts(from)) return;
   if (const auto frame = parse_can_msgpack(datagram)) {
-    out.push_back({wall_now(), *frame});
+    received_.push_back({wall_now(), *frame});
   } else {
     ++stats_.malformed;
   }
