@@ -32,8 +32,7 @@ constexpr std::array kSchemes{
     BusScheme{kRs485, "rs485:", BusPlace::kPath, true, "rs485:PATH", "rs485:/tmp/arm",
               R"(pyserial: serial.Serial("/tmp/arm", 115200))"},
     BusScheme{kRs485Tcp, "rs485-tcp:", BusPlace::kPort, true, "rs485-tcp:[ADDR:]PORT",
-              "rs485-tcp:29485",
-              R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"), or rfc2217://)"},
+              "rs485-tcp:29485", R"(pyserial: serial.serial_for_url("socket://127.0.0.1:29485"))"},
 };
 
 /// With the prefix: a socket's address, which locks an ID of the bus, has 108 bytes.

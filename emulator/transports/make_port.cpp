@@ -43,10 +43,9 @@ StreamPort::Setup socketcand(const BusName& name) {
           [] { return std::make_unique<Socketcand>(); }, true};
 }
 
-StreamPort::Setup rs485_tcp(const BusName& name, const BusConfig& bus) {
-  const std::int64_t bitrate = bus.serial->enforces_rate ? bus.bitrate : 0;
+StreamPort::Setup rs485_tcp(const BusName& name) {
   return {name, 1, "lk-emu: this line has its one host already\n",
-          [bitrate] { return std::make_unique<SerialBytes>(bitrate); }};
+          [] { return std::make_unique<SerialBytes>(); }};
 }
 
 }  // namespace
@@ -72,7 +71,7 @@ std::unique_ptr<Port> make_port(boost::asio::io_context& loop, const BusConfig& 
     case Transport::kUdpMulticast:
       return std::make_unique<MulticastPort>(loop, bus.interface, name, std::move(on_frames));
     case Transport::kRs485Tcp:
-      return stream(rs485_tcp(name, bus));
+      return stream(rs485_tcp(name));
   }
   return nullptr;
 }

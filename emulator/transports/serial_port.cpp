@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
-#include "emulator/transports/serial_bytes.hpp"
 #include "emulator/transports/terminal.hpp"
 #include "emulator/transports/wall_clock.hpp"
 #include "protocol/serial_framing.hpp"
@@ -21,6 +20,11 @@ namespace {
 
 /// What is read at once: as much as the kernel keeps for a terminal.
 constexpr std::size_t kReadBytes = 4096;
+
+/// A byte that was sent at another bit rate: something arrives, and it is not what was sent.
+constexpr std::uint8_t misread(std::uint8_t byte) {
+  return static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
+}
 
 }  // namespace
 

@@ -1,0 +1,58 @@
+#include "emulator/transports/serial_bytes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "protocol/serial_framing.hpp"
+#include "tests/support/serial.hpp"
+
+namespace lk::emulator {
+namespace serial_bytes_test {
+
+using protocol::Frame;
+using protocol::FrameKind;
+using test::bytes;
+using test::hex;
+
+constexpr ClientProtocol::Time kNow{0};
+const std::string kAsk = "3E 9C 01 00 DB";
+
+std::vector<Frame> taken(const std::string& digits) {
+  SerialBytes port;
+  FromClient heard;
+  port.take(bytes(digits), kNow, heard);
+  EXPECT_EQ(heard.answer, "");
+  EXPECT_EQ(heard.malformed, 0U);
+  return heard.frames;
+}
+
+std::string data(const std::vector<Frame>& frames) {
+  std::string text;
+  for (const Frame& frame : frames) text += (text.empty() ? "" : " ") + hex(frame);
+  return text;
+}
+
+TEST(SerialBytes, PacketsArriveAsPackets) {
+  const auto frames = taken(kAsk);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].kind, FrameKind::kSerial);
+  EXPECT_EQ(data(frames), kAsk);
+}
+
+// FF FB 2C is a telnet negotiation; on this port all bytes are data.
+TEST(SerialBytes, BytesAreDataInBothDirections) {
+  for (const std::string& digits : {kAsk + " FF FB 2C FF FF", std::string("FF FB 2C 3E"),
+                                    std::string("FF FF"), std::string("FF 00")}) {
+    const auto frames = taken(digits);
+    EXPECT_EQ(data(frames), digits);
+    SerialBytes port;
+    std::string out;
+    for (const Frame& frame : frames) port.show(frame, kNow, out);
+    EXPECT_EQ(hex(std::vector<std::uint8_t>(out.begin(), out.end())), digits);
+  }
+}
+
+}  // namespace serial_bytes_test
+}  // namespace lk::emulator
