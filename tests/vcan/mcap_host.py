@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Recordings as MCAP beside a host on a real bus, read by a reader of the tests' own: whole ones, one that is killed, replay.
+"""Recordings as MCAP beside a host on a real bus, read by a reader of the tests' own: whole ones, one that is killed.
 
 usage: mcap_host.py LK_EMU   (where vcan0 is up, see scripts/with-vcan)
 """
@@ -66,11 +66,6 @@ def check_frames(read, said):
         assert [(one["temperature_C"], one["speed_dps"]) for one in values] == wanted
 
 
-def replay(program, file):
-    done = subprocess.run([program, "replay", str(file)], capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout + done.stderr
-
-
 def whole(program, directory):
     file = directory / "whole.mcap"
     recorded = Recorded(program, file)
@@ -89,8 +84,6 @@ def whole(program, directory):
     for _, encoding, text in read.schemas.values():
         assert encoding == "jsonschema" and json.loads(text)["type"] == "object"
     assert {encoding for _, _, encoding in read.channels.values()} == {"json"}
-    status, said = replay(program, file)
-    assert (status, said) == (0, f"{QUERIES + 10} frames, {QUERIES + 10} replies, identical\n"), said
     return file
 
 
@@ -107,28 +100,16 @@ def killed(program, directory):
     read = Mcap(file.read_bytes())
     assert not read.complete
     check_frames(read, recorded.said)
-    status, said = replay(program, file)
-    assert status == 0 and said.startswith("1000 frames, 1000 replies, identical up to "), said
 
 
 def refused(program, directory, file):
     """One line, status 2; the file that is there stays."""
     taken = subprocess.run([program, "--bus", "vcan0", "--ids", "1", "--rom", ":memory:", "--record", str(file)], capture_output=True, text=True, check=False)
     assert taken.returncode == 2 and "is there already" in taken.stderr, taken.stderr
-    data = file.read_bytes()
-    assert Mcap(data).complete
-    middle = Mcap(data).chunks[0]["offset"] + 100
-    for name, content, words in (
-            ("text", b"no such file", "not an MCAP file"), ("empty", b"", "not an MCAP file"),
-            ("foreign", data[:8], "not a recording of lk-emu"),
-            ("damaged", data[:middle] + bytes([data[middle] ^ 1]) + data[middle + 1:], "the sum of a chunk is wrong"),
-            ("long", data[:8] + b"\x06" + b"\xff" * 8, "longer than any")):
-        bad = directory / f"{name}.mcap"
-        bad.write_bytes(content)
-        status, said = replay(program, bad)
-        assert status == 2 and words in said and f"{name}.mcap" in said and said.count("\n") == 1, (name, status, said)
-    status, said = replay(program, directory / "missing.mcap")
-    assert status == 2 and "missing.mcap" in said, said
+    assert Mcap(file.read_bytes()).complete
+    done = subprocess.run([program, "replay", str(file)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done
+    assert f"{file}: MCAP files cannot be replayed; record with --record DIR" in done.stderr, done.stderr
 
 
 def main(program):

@@ -3,14 +3,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -21,7 +17,6 @@
 #include "emulator/ground/start_error.hpp"
 #include "emulator/record/log_compare.hpp"
 #include "emulator/record/mcap_recording.hpp"
-#include "emulator/record/mcap_unpack.hpp"
 #include "emulator/record/replay_csv.hpp"
 #include "emulator/record/replay_directory.hpp"
 #include "emulator/record/replay_text.hpp"
@@ -53,7 +48,7 @@ struct ReplayRequest {
 };
 
 void add_options(CLI::App& app, ReplayRequest& request) {
-  app.add_option("DIR", request.directory, "recording to run again, a directory or FILE.mcap");
+  app.add_option("DIR", request.directory, "directory of the recording to run again");
   app.add_option("--candump", request.candump, "file that gets the frames of the replay")
       ->type_name("FILE");
   app.add_flag("--marks", request.marks, "end its lines with T, a host's, or R, a drive's");
@@ -108,6 +103,11 @@ void check(const CLI::App& app, const ReplayRequest& request) {
     if (app.count(option) > 0 && request.csv.empty()) {
       throw StartError(std::string("replay: ") + option + " belongs to --csv");
     }
+  }
+  if (is_mcap(request.directory)) {
+    throw StartError("replay: " + request.directory +
+                     ": MCAP files cannot be replayed; record with --record DIR and replay DIR "
+                     "(to read MCAP, use Foxglove or Python's mcap package)");
   }
   if (log && request.config.empty()) {
     throw StartError("replay: --log needs --config, the robot that it is of");
@@ -186,48 +186,6 @@ int replay_recorded(const ReplayRequest& request) {
                           replies, replies == 1 ? "y" : "ies", ending)
                   .c_str());
   return 0;
-}
-
-/// A directory of its own for as long as it is needed.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory()
-      : path_((std::filesystem::temp_directory_path() / "lk-emu-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      throw StartError("replay: cannot make " + path_ + ": " +
-                       std::generic_category().message(errno));
-    }
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-/// What is wrong is wrong with the file.
-int replay_mcap(const ReplayRequest& request) {
-  const TemporaryDirectory directory;
-  unpack_mcap(request.directory, directory.path());
-  ReplayRequest unpacked = request;
-  unpacked.directory = directory.path();
-  try {
-    return replay_recorded(unpacked);
-  } catch (const StartError& problem) {
-    std::string text = problem.what();
-    for (const auto& [from, to] : {std::pair{directory.path() + "/", request.directory + ": "},
-                                   std::pair{directory.path(), request.directory}}) {
-      for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
-        text.replace(at, from.size(), to);
-      }
-    }
-    throw StartError(text);
-  }
 }
 
 // --- a log
@@ -321,7 +279,7 @@ int run_replay(int argc, const char* const* argv) {
   const ReplayRequest& request = given.request;
   check(given.app, request);
   if (!request.log.empty()) return compare(request);
-  return is_mcap(request.directory) ? replay_mcap(request) : replay_recorded(request);
+  return replay_recorded(request);
 }
 
 }  // namespace lk::emulator
