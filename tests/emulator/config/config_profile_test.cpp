@@ -165,7 +165,8 @@ TEST(ConfigProfile, FrictionOfTheMg4005IsTheOneMeasured) {
 /// A motor file as people have copied it from 0.1.0: its numbers stay its own.
 TEST(ConfigProfile, MotorFilesOfEarlierVersionsAreRead) {
   const Profile old = parse_profile(
-      text_of(LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0/motors/mg4005.toml"), "m.toml", "m");
+      text_of(LKEMU_SOURCE_DIR "/tests/emulator/fixtures/0.1.0/recording/motors/mg4005.toml"),
+      "m.toml", "m");
   EXPECT_EQ(old.drive.control.estimator_bandwidth, 2000);
   EXPECT_EQ(old.drive.control.report_bandwidth, 300);
   EXPECT_EQ(old.factory.current_ramp_A_s, 25);
