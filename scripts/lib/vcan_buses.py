@@ -1,7 +1,7 @@
 """The two ways with-vcan has to a bus: `KernelBus` and `UmlBus`, with the same face.
 
 `begin(command)` starts the inside (vcan_guest.py), which then talks on the socket `control`; `ready()`
-follows once the bus is up; with `listeners` (vcan_forward.py) connections go inside; `end()` leaves no process and no file.
+follows once the bus is up; `end()` leaves no process and no file.
 """
 
 import collections
@@ -17,11 +17,10 @@ import threading
 
 MEMORY_MB = 512
 PIECE = 3000  # bytes of standard input on their way at a time
-HERE = os.path.dirname(os.path.realpath(__file__))
-GUEST = os.path.join(HERE, "vcan_guest.py")
+GUEST = os.path.join(os.path.dirname(os.path.realpath(__file__)), "vcan_guest.py")
 ISOLATE = ["unshare", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
 PROBE = b"link add vcan0 type vcan\nlink add vxcan0 type vxcan peer name vxcan1\n"
-CONTROL, STDIN, STDOUT, STDERR, TERMINAL, FORWARD = range(6)  # serial lines, as in vcan_guest.py
+CONTROL, STDIN, STDOUT, STDERR, TERMINAL = range(5)  # serial lines, as in vcan_guest.py
 
 
 class Failure(Exception):
@@ -47,20 +46,14 @@ def current_umask():
     return mask
 
 
-def begin_forwarding(line, listeners):
-    from vcan_forward import Outside
-
-    threading.Thread(target=Outside(line.fileno(), listeners).run, daemon=True).start()
-
-
 # --- the running kernel ----------------------------------------------------------------------
 
 
 class KernelBus:
     """Namespaces of the running kernel: network for the bus, PID so that everything ends."""
 
-    def __init__(self, streams, listeners=()):
-        self.streams, self.listeners = streams, listeners
+    def __init__(self, streams):
+        self.streams = streams
         self.prefix = None
         # As root, or as root of a user namespace where the distribution allows those.
         for prefix in (ISOLATE, [*ISOLATE, "--map-root-user"]):
@@ -88,28 +81,18 @@ class KernelBus:
         self.control, theirs = socket.socketpair()
         on_terminal = self.streams.raw
         argv = [*self.prefix, sys.executable, "-ISB", GUEST, "kernel", str(theirs.fileno())]
-        argv += ["tty" if on_terminal else "-"]
-        passed = [theirs]
-        if self.listeners:
-            self.forward, inside = socket.socketpair()
-            passed.append(inside)
-            argv.append(str(inside.fileno()))
-        else:
-            argv.append("-")
-        argv += command
+        argv += ["tty" if on_terminal else "-", *command]
         # Without a terminal in front, signals reach the command through us alone and only once.
         self.process = subprocess.Popen(
             argv,
-            pass_fds=[end.fileno() for end in passed],
+            pass_fds=[theirs.fileno()],
             start_new_session=not on_terminal,
             env=environment(),
         )
-        for end in passed:
-            end.close()
+        theirs.close()
 
     def ready(self):
-        if self.listeners:
-            begin_forwarding(self.forward, self.listeners)
+        pass
 
     def complaint(self):
         return "the command's namespace went away"
@@ -125,8 +108,8 @@ class KernelBus:
 class UmlBus:
     """A kernel in a process, on the host's own file system, with serial lines for streams."""
 
-    def __init__(self, streams, listeners=()):
-        self.streams, self.listeners = streams, listeners
+    def __init__(self, streams):
+        self.streams = streams
         self.kernel = shutil.which("linux.uml", path=os.environ.get("PATH", "") + ":/usr/bin")
         if self.kernel is None:
             raise Failure(
@@ -155,9 +138,7 @@ class UmlBus:
         memory = self.memory_directory()
         self.private = tempfile.mkdtemp(prefix="with-vcan.", dir="/tmp")
         shutil.copy(GUEST, os.path.join(self.private, "init.py"))
-        if self.listeners:
-            shutil.copy(os.path.join(HERE, "vcan_forward.py"), self.private)
-        self.lines, theirs = zip(*(socket.socketpair() for _ in range(6 if self.listeners else 5)))
+        self.lines, theirs = zip(*(socket.socketpair() for _ in range(5)))
         self.control = self.lines[CONTROL]
         console, console_end = os.pipe()
         argv = [self.kernel, f"mem={MEMORY_MB}M", f"uml_dir={self.private}", "umid=uml"]
@@ -167,7 +148,6 @@ class UmlBus:
         # Two boot-time benchmarks of RAID checksums take longer than all the rest of the boot.
         argv += ["initcall_blacklist=raid6_select_algo,calibrate_xor_blocks"]
         argv += [f"init={sys.executable}", "--", "-ISB", f"{self.private}/init.py", "uml"]
-        argv.append("forward" if self.listeners else "-")
         self.process = subprocess.Popen(
             argv,
             stdin=subprocess.DEVNULL,
@@ -207,8 +187,6 @@ class UmlBus:
             pump = threading.Thread(target=self.pump_out, args=(number,), daemon=True)
             pump.start()
             self.pumps.append(pump)
-        if self.listeners:
-            begin_forwarding(self.lines[FORWARD], self.listeners)
 
     def send(self, data):
         """In acknowledged pieces (vcan_guest.pieces tells why); nothing is the end."""

@@ -3,10 +3,8 @@
 It brings the CAN interfaces up, runs one command, and tells the host how that ended. Start-up time
 counts here (each import is read through hostfs), hence the short list of modules.
 
-`vcan_guest.py uml FORWARDS`             the kernel starts it as init; streams come over serial lines
-`vcan_guest.py kernel FD TTY FORWARDS`   `unshare` starts it; streams are inherited, FD is the control socket
-
-FORWARDS is `-`, or the line or socket that carries TCP connections in (vcan_forward.py).
+`vcan_guest.py uml`             the kernel starts it as init; streams come over serial lines
+`vcan_guest.py kernel FD TTY`   `unshare` starts it; streams are inherited, FD is the control socket
 
 Control messages, one a line. Host to guest: `signal N`, `size ROWS COLUMNS`, `close STREAM`. Guest
 to host: `ready`, `exit STATUS`, `fail REASON`. The line of standard input carries first a
@@ -44,7 +42,7 @@ SYS_FINIT_MODULE = {"x86_64": 313, "aarch64": 273}
 POWER_OFF = 0x4321FEDC
 
 # Serial lines of user-mode Linux, by number; the host numbers them alike.
-CONTROL, STDIN, STDOUT, STDERR, TERMINAL, FORWARD = range(6)
+CONTROL, STDIN, STDOUT, STDERR, TERMINAL = range(5)
 
 
 class Failure(Exception):
@@ -201,14 +199,6 @@ def obey(control, pid, own_session, on_size, on_close):
             pass
 
 
-def forward(line):
-    """Connections from outside to ports in here; a module that costs start-up time."""
-    sys.path.insert(0, os.path.dirname(sys.argv[0]))
-    from vcan_forward import Inside
-
-    _thread.start_new_thread(Inside(line).run, ())
-
-
 # --- streams over serial lines ---------------------------------------------------------------
 
 
@@ -346,7 +336,7 @@ def power_off():
 # --- the two ways in -------------------------------------------------------------------------
 
 
-def uml(forwards):
+def uml():
     import ctypes
 
     libc = ctypes.CDLL(None)
@@ -355,8 +345,6 @@ def uml(forwards):
     try:
         load_modules(libc)
         bring_links_up()
-        if forwards:
-            forward(open_line(FORWARD))
         stdin_line = open_line(STDIN)
         write_all(control, b"ready\n")
         spec = marshal.loads(b"".join(pieces(stdin_line)))
@@ -379,7 +367,7 @@ def uml(forwards):
     power_off()
 
 
-def kernel(control, on_terminal, forwards, argv):
+def kernel(control, on_terminal, argv):
     inherited = [
         number
         for number in (signal.SIGINT, signal.SIGQUIT)
@@ -390,8 +378,6 @@ def kernel(control, on_terminal, forwards, argv):
     except Failure as failure:
         write_all(control, f"fail {failure}\n".encode())
         sys.exit(125)
-    if forwards is not None:
-        forward(forwards)
     write_all(control, b"ready\n")
     with open("/proc/self/environ", "rb") as file:  # exactly, without what Python adds to it
         environment = dict(item.split(b"=", 1) for item in file.read().split(b"\0") if b"=" in item)
@@ -414,7 +400,7 @@ if os.getpid() != 1:  # it kills everything around it when the command ends
 while os.open("/dev/null", os.O_RDWR) <= 2:  # a stream that is closed must not become something else
     pass
 if sys.argv[1] == "uml":
-    uml(sys.argv[2] != "-")
+    uml()
 else:
-    socket_fd, on_tty, forward_fd, *words = sys.argv[2:]
-    kernel(int(socket_fd), on_tty == "tty", None if forward_fd == "-" else int(forward_fd), [os.fsencode(word) for word in words])
+    socket_fd, on_tty, *words = sys.argv[2:]
+    kernel(int(socket_fd), on_tty == "tty", [os.fsencode(word) for word in words])

@@ -23,15 +23,13 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from vcan_buses import Failure, KernelBus, UmlBus
 
 USAGE = """\
-usage: with-vcan [--timeout SECONDS] [--forward [HOST_PORT:]PORT]... [COMMAND [ARGUMENT...]]
+usage: with-vcan [--timeout SECONDS] [COMMAND [ARGUMENT...]]
 
 Runs COMMAND (default: an interactive shell) where the CAN interfaces vcan0, vcan1 and the pair
 vxcan0-vxcan1 are up: in a private network namespace if the running kernel offers vcan, else in
 user-mode Linux. Directory, environment, streams and exit status are passed through.
 
   --timeout SECONDS   end everything after that time, with status 124 (default: no limit)
-  --forward PORT      connections to 127.0.0.1:PORT out here reach 127.0.0.1:PORT inside; several may
-                      be given, and HOST_PORT:PORT where the two differ
   WITH_VCAN=uml       (environment) take user-mode Linux in any case; 'kernel': the running kernel
 
 Status: the command's own, 128+N if signal N killed it; 124 time limit, 125 no bus, 126 the command
@@ -60,18 +58,9 @@ def seconds(text):
     return limit
 
 
-def ports(text):
-    """PORT or HOST_PORT:PORT: out here, inside."""
-    outside, colon, inside = text.partition(":")
-    both = (outside, inside if colon else outside)
-    if not all(port.isascii() and port.isdigit() and 0 < int(port) < 65536 for port in both):
-        refuse("--forward wants PORT or HOST_PORT:PORT, numbers from 1 to 65535")
-    return tuple(int(port) for port in both)
-
-
 def parse(arguments):
-    """The time limit in seconds or None, the ports to forward, and the command."""
-    limit, forwards = None, []
+    """The time limit in seconds or None, and the command."""
+    limit = None
     while arguments and arguments[0].startswith("-"):
         option, equals, value = arguments.pop(0).partition("=")
         if option in ("-h", "--help"):
@@ -79,30 +68,12 @@ def parse(arguments):
             sys.exit(0)
         elif option == "--":
             break
-        elif option not in ("--timeout", "--forward"):
+        elif option != "--timeout":
             refuse(f"unknown option {option} (--help lists them)")
         if not equals:
             value = arguments.pop(0) if arguments else ""
-        if option == "--timeout":
-            limit = seconds(value)
-        else:
-            forwards.append(ports(value))
-    return limit, forwards, arguments
-
-
-def listen(forwards):
-    """Sockets out here, and the ports inside that they lead to."""
-    if not forwards:
-        return []
-    from vcan_forward import listen as listen_at
-
-    listeners = []
-    for outside, inside in forwards:
-        try:
-            listeners.append((listen_at(outside), inside))
-        except OSError as error:
-            raise Failure(f"--forward {outside}: cannot listen on 127.0.0.1: {error.strerror}") from None
-    return listeners
+        limit = seconds(value)
+    return limit, arguments
 
 
 def in_background():
@@ -247,17 +218,17 @@ class Supervisor:
                 return
 
 
-def open_bus(streams, listeners):
+def open_bus(streams):
     choice = os.environ.get("WITH_VCAN", "")
     if choice not in ("", "uml", "kernel"):
         raise Failure(f"WITH_VCAN is '{choice}', but can only be 'uml' or 'kernel'")
     if choice != "uml":
-        bus = KernelBus(streams, listeners)
+        bus = KernelBus(streams)
         if bus.prefix is not None:
             return bus
         if choice == "kernel":
             raise Failure("the running kernel lends no vcan to this user (WITH_VCAN=kernel)")
-    return UmlBus(streams, listeners)
+    return UmlBus(streams)
 
 
 def shell():
@@ -270,11 +241,11 @@ def main():
             os.fstat(fd)
         except OSError:
             os.open("/dev/null", os.O_RDWR)
-    limit, forwards, command = parse(sys.argv[1:])
+    limit, command = parse(sys.argv[1:])
     streams = Streams()
     bus = supervisor = None
     try:
-        bus = open_bus(streams, listen(forwards))
+        bus = open_bus(streams)
         if not command:
             command = [shell()]
             if streams.raw:
