@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The picture of docs/campaigns.md: picture.py [PNG]. Of a report in docs/campaigns, what happened to which fault, where and
-how soon. Wants python3-pil, which makes it small."""
+"""Draws the picture of docs/campaigns.md: picture.py REPORT [PNG], REPORT being what `lk-emu campaign quadruped --html REPORT`
+writes. Needs python3-pil."""
 
 import io
 import pathlib
@@ -10,15 +10,14 @@ from page import Page
 from PIL import Image
 
 DOCS = pathlib.Path(__file__).resolve().parents[4] / "docs"
-REPORT = DOCS / "campaigns/quadruped.html"
 SHOWN = ["matrix", "space", "latency"]
 BREADTH = 1640
 
 
-def main(png):
+def main(report, png):
     page = Page((BREADTH, 900))
     page.prefer("dark")
-    page.show(REPORT)
+    page.show(pathlib.Path(report).resolve())
     # Side by side, and all of it: main is what scrolls.
     page.run("""
       document.querySelector('header').remove();
@@ -34,4 +33,4 @@ def main(png):
     picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(png, optimize=True)
 
 
-main(sys.argv[1] if len(sys.argv) > 1 else DOCS / "pictures/campaign.png")
+main(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else DOCS / "pictures/campaign.png")
