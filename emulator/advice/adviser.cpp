@@ -82,11 +82,6 @@ class Adviser::Desk {
     if (const auto found = dead_.hear(in, static_cast<int>(id))) {
       note(static_cast<int>(id), *found, in);
     }
-    for (Watched& watched : drives_) {
-      if (watched.drive.address == static_cast<int>(id)) continue;
-      note(watched.drive.id,
-           watched.setting.hear_elsewhere(in.at, static_cast<int>(id), watched.drive), in);
-    }
     if (at_address_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
@@ -107,7 +102,6 @@ class Adviser::Desk {
     dead_.hear_reply(static_cast<int>(id));
     if (at_address_[id] < 0) return;
     Watched& watched = drives_[static_cast<std::size_t>(at_address_[id])];
-    watched.guess.hear_reply(reply.data[0]);
     watched.timeout.hear_reply();
     // On RS-485 0x42 is in force at once, and no ID.
     if (reply.kind == protocol::FrameKind::kData) watched.setting.hear_reply(reply.data);
@@ -169,7 +163,6 @@ class Adviser::Desk {
     TroubleWatch trouble;
     ClearWatch clear;
     FirstTargetWatch first_target;
-    GuessWatch guess;
     TimeoutWatch timeout;
     SettingWatch setting;
     CalibrationWatch calibration;
@@ -202,7 +195,7 @@ class Adviser::Desk {
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLength, {length}}, in);
       return;
     }
-    for (const Finding& found : watched.setting.hear(in.at, in.frame.data, drive)) {
+    for (const Finding& found : watched.setting.hear(in.frame.data, drive)) {
       note(drive.id, found, in);
     }
     const auto decoded = protocol::decode_query(in.frame, drive.format);
@@ -224,7 +217,6 @@ class Adviser::Desk {
       note(drive.id, Finding{AdviceKind::kWrongLength, &kLen, {length}}, in);
       return;
     }
-    note(drive.id, watched.guess.hear(in.at, in.frame.data[0]), in);
     if (query == nullptr) {
       note(drive.id, unknown_command(in.frame, drive), in);
       return;

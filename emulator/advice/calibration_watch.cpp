@@ -21,7 +21,7 @@ std::optional<Finding> CalibrationWatch::look(const KnownDrive& drive) {
   const int looks = std::exchange(looks_, 0);
   const double load_Nm = looks > 0 ? std::abs(std::exchange(sum_Nm_, 0)) / looks : 0;
   if (drive.rated_Nm <= 0 || load_Nm <= kShare * drive.rated_Nm) return std::nullopt;
-  return Finding{AdviceKind::kMovesUnasked, &kLoaded, {load_Nm, drive.rated_Nm}};
+  return Finding{AdviceKind::kCalibrationUnderLoad, &kLoaded, {load_Nm, drive.rated_Nm}};
 }
 
 }  // namespace lk::emulator

@@ -34,20 +34,18 @@ enum class AdviceKind : std::uint8_t {
   kPollsDead,
   kTimeoutBelowLatency,
   kFirstTargetFar,
-  kDialectGuessed,
   kParameterSpace,
-  kIdSetNotScanned,
   kSettingNotSaved,
-  kRestartAwaited,
   kTtyNotRaw,
   kZeroWithoutPayload,
   kCanPadding,
   kTalksOverReply,
   kEchoTaken,
   kSumWrong,
-  kMovesUnasked,
+  kCalibrationUnderLoad,
 };
-inline constexpr std::size_t kAdviceKinds = 34;
+inline constexpr std::size_t kAdviceKinds =
+    static_cast<std::size_t>(AdviceKind::kCalibrationUnderLoad) + 1;
 
 struct AdviceRow {
   AdviceKind kind;

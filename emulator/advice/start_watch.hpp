@@ -32,24 +32,4 @@ class FirstTargetWatch {
   std::uint32_t known_start_ = 0;  // since which the host knows where the shaft is, or has moved
 };
 
-/// A drive that was asked once whether it has a command, 0x30 or 0xC0, and did not answer.
-class GuessWatch {
- public:
-  static constexpr SimTime kNotAgain = std::chrono::seconds(5);  // assumed
-  static constexpr int kOthers = 10;                             // assumed
-
-  /// A frame of 8 bytes for the drive, whether it knows the command or not.
-  std::optional<Finding> hear(SimTime at, std::uint8_t command);
-  void hear_reply(std::uint8_t command);
-
- private:
-  struct Probe {
-    SimTime at{0};
-    int times = 0;
-    int others = 0;  // queries since
-    bool answered = false;
-  };
-  Probe gains_, parameter_;  // by 0x30, by 0xC0
-};
-
 }  // namespace lk::emulator

@@ -11,7 +11,6 @@ namespace advice_field_test {
 using protocol::ClearErrors;
 using protocol::Position1;
 using protocol::ReadMultiTurnAngle;
-using protocol::ReadPid;
 using protocol::ReadState1;
 using protocol::ReadState2;
 
@@ -217,45 +216,6 @@ TEST(AdviceFirstTarget, IsOfEachStart) {
   host.repeat(3, 2ms, query(ReadState2{}));
   host.repeat(1, 2ms, target(720));  // where it stands, and two turns away by its count
   EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
-}
-
-// --- what a drive speaks
-
-const protocol::Frame kReadParameter = test::frame("141#C00A000000000000");
-
-TEST(AdviceGuess, IsOfOneProbeWithoutAnAnswer) {
-  AnsweredHost host(test::servo_config(1));  // legacy: it has no 0xC0
-  host.repeat(1, 10ms, kReadParameter);
-  host.repeat(49, 100ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kDialectGuessed), 0U);
-  host.repeat(5, 100ms, query(ReadState2{}));
-  ASSERT_EQ(host.count(AdviceKind::kDialectGuessed), 1U);
-  EXPECT_EQ(what_text(host.get(AdviceKind::kDialectGuessed), Language::kEnglish).substr(0, 23),
-            "0xC0 was asked once, 5.");
-}
-
-TEST(AdviceGuess, IsOfAFrameThatWasLost) {
-  AnsweredHost host(test::servo_config(1));
-  host.bus.apply({kWholeBus, SetFault{test::fault_of("silent", {}, {1})}});
-  host.repeat(1, 10ms, query(ReadPid{}));
-  host.bus.apply({kWholeBus, ClearFault{"all"}});
-  host.repeat(60, 100ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kDialectGuessed), 1U);
-}
-
-TEST(AdviceGuess, IsNotOfOneWhoAsksAgainOrIsAnsweredOrLeaves) {
-  AnsweredHost again(test::servo_config(1));
-  again.repeat(3, 10ms, kReadParameter);
-  again.repeat(100, 100ms, query(ReadState2{}));
-  EXPECT_EQ(again.count(AdviceKind::kDialectGuessed), 0U);
-  AnsweredHost answered(test::servo_config(1));
-  answered.repeat(1, 10ms, query(ReadPid{}));
-  answered.repeat(100, 100ms, query(ReadState2{}));
-  EXPECT_EQ(answered.all(), "");
-  AnsweredHost gone(test::servo_config(1));
-  gone.repeat(1, 10ms, kReadParameter);
-  gone.repeat(5, 2s, query(ReadState2{}));
-  EXPECT_EQ(gone.count(AdviceKind::kDialectGuessed), 0U);
 }
 
 }  // namespace advice_field_test

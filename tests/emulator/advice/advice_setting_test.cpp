@@ -71,70 +71,14 @@ TEST(AdviceSettings, ThatAreSavedOrWereNeverTakenAreNotLost) {
   EXPECT_EQ(host.count(AdviceKind::kSettingNotSaved), 0U);
 }
 
-TEST(AdviceSettings, ANewIdIsToBeLookedFor) {
-  AnsweredHost host(test::servo_config(1));
-  say(host, kWriteId9, kWriteId9);
-  say(host, kSave, kSavedReply);
-  host.repeat(20, 1ms, query(ReadState2{}));  // still the old one
-  restart(host);
-  host.repeat(9, 10ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
-  host.repeat(1, 10ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 1U);
-}
-
-TEST(AdviceSettings, AHostThatLooksForTheNewIdGetsNoAdvice) {
-  AnsweredHost host(test::servo_config(1));
-  say(host, kWriteId9, kWriteId9);
-  say(host, kSave, kSavedReply);
-  restart(host);
-  host.repeat(5, 10ms, query(ReadState2{}));
-  host.repeat(1, 10ms, query(ReadState2{}, 9));
-  host.repeat(50, 10ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
-}
-
-TEST(AdviceSettings, ARestartHasNoReplyToWaitFor) {
-  AnsweredHost host(test::powered_drive());
-  host.repeat(3, 1ms, query(ReadState2{}));
-  restart(host);
-  host.repeat(1, 1ms, kRestart);
-  EXPECT_EQ(host.count(AdviceKind::kRestartAwaited), 1U);
-}
-
-TEST(AdviceSettings, ARestartNowAndThenIsGoodAndSoIsOneThatNothingComesOf) {
-  AnsweredHost host(test::servo_config(1));
-  for (int n = 0; n < 3; ++n) {
-    restart(host);
-    host.wait(2s);
-  }
-  host.repeat(5, 100ms, kRestart);  // to a drive that does not have the command
-  EXPECT_EQ(host.count(AdviceKind::kRestartAwaited), 0U);
-}
-
 /// A drive that does what the frames say.
 ServoConfig second_print() { return test::drive(Generation::kV236b); }
 
-void move_to_9(AnsweredHost& host) {
+TEST(AdviceSettings, ADriveIsWatchedAtItsNewId) {
+  AnsweredHost host(second_print());
   for (const protocol::Frame& frame : {kWriteId9, kSave, kRestart}) host.repeat(1, 10ms, frame);
-}
-
-TEST(AdviceSettings, ADriveThatHasMovedIsAskedWhereItWas) {
-  AnsweredHost host(second_print());
-  move_to_9(host);
   ASSERT_EQ(host.bus.place(1).id, 9);
-  host.repeat(9, 10ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U);
-  host.repeat(1, 10ms, query(ReadState2{}));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 1U);
-}
-
-TEST(AdviceSettings, ADriveThatHasMovedIsLookedForAndWatchedThere) {
-  AnsweredHost host(second_print());
-  move_to_9(host);
-  host.repeat(2, 10ms, query(ReadState2{}));
   host.repeat(20, 10ms, query(ReadState2{}, 9));
-  EXPECT_EQ(host.count(AdviceKind::kIdSetNotScanned), 0U) << host.all();
   host.repeat(1, 10ms, test::frame("149#3000000000000000"));
   EXPECT_EQ(host.count(AdviceKind::kUnknownCommand), 1U) << host.all();
 }
@@ -146,7 +90,7 @@ TEST(AdviceCalibration, OfALoadedShaftIsTold) {
     servo.profile.drive.load.tau = load_Nm;
     AnsweredHost host(servo);
     host.repeat(1, 5s, test::frame("141#1800000000000000"));
-    EXPECT_EQ(host.count(AdviceKind::kMovesUnasked), load_Nm > 0 ? 1U : 0U) << host.all();
+    EXPECT_EQ(host.count(AdviceKind::kCalibrationUnderLoad), load_Nm > 0 ? 1U : 0U) << host.all();
   }
 }
 
