@@ -38,7 +38,7 @@ was given), 2 unusable input; with --scenario its verdict: 0 passed, 1 failed, 3
 std::string other_commands() {
   std::string text = "\nOther commands, see lk-emu WORD --help:\n";
   for (const Command& command : commands()) {
-    text += fmt::format("  {:<8} {}\n", command.word, command.about);
+    text += fmt::format("  {:<8}  {}\n", command.word, command.about);
   }
   return text;
 }

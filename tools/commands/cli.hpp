@@ -50,7 +50,7 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
 /// output). Throws StartError.
 std::optional<CommandLine> parse_command_line(int argc, const char* const* argv);
 
-/// The options of a run, for the manual and the completions; the words have theirs in commands().
+/// The options of a run, for the completions; the words have theirs in commands().
 std::shared_ptr<CLI::App> program_app();
 
 inline constexpr const char* kLogLevels[] = {"trace", "debug", "info", "warn", "error", "off"};

@@ -17,7 +17,7 @@ struct Command {
   const char* about;  // for --help
   /// `argv[0]` is the word. Returns the exit status; throws StartError.
   int (*run)(int argc, const char* const* argv);
-  /// Its options, for the manual and the completions.
+  /// Its options, for the completions.
   std::shared_ptr<CLI::App> (*app)();
 };
 

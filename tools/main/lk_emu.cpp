@@ -20,6 +20,7 @@
 #include "emulator/scenario/scenario_files.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/commands/complete_command.hpp"
 #include "tools/main/bodies.hpp"
 
 namespace {
@@ -36,6 +37,9 @@ int run(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == command.word) {
       return command.run(argc - 1, argv + 1);
     }
+  }
+  if (argc > 1 && std::string_view(argv[1]) == "__complete") {
+    return lk::emulator::run_complete(argc - 1, argv + 1);
   }
   const auto command_line = lk::emulator::parse_command_line(argc, argv);
   if (!command_line) return 0;

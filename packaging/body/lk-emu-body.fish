@@ -1,2 +1,0 @@
-# fish completion for lk-emu-body, which takes what lk-emu takes.
-complete -c lk-emu-body -w lk-emu

@@ -1,0 +1,7 @@
+# fish completion for lk-emu and lk-emu-body: asks the program, and offers files too.
+function __lk_emu_complete
+    set -l words (commandline -opc) (commandline -ct)
+    $words[1] __complete $words[2..-1] 2>/dev/null
+end
+complete -c lk-emu -a '(__lk_emu_complete)'
+complete -c lk-emu-body -a '(__lk_emu_complete)'
