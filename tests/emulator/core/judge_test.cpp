@@ -104,6 +104,7 @@ TEST(Judge, ADriveThatTrippedIsOff) {
       {0, 1, StateIs{RunState::kOff}, throughout(600ms, 1s), ""}};
   ScenarioRun run(scenario);
   run.advance_to(1s);
+  ASSERT_EQ(run.verdict().expectations.size(), scenario.expectations.size());
   for (const ExpectationResult& result : run.verdict().expectations) {
     EXPECT_EQ(result.status, Status::kPassed) << result.expected << ": " << result.measured;
   }
@@ -119,6 +120,7 @@ TEST(Judge, ADriveWithoutPowerIsInNoState) {
   }
   ScenarioRun run(scenario);
   run.advance_to(2s);
+  ASSERT_EQ(run.verdict().expectations.size(), scenario.expectations.size());
   for (const ExpectationResult& result : run.verdict().expectations) {
     EXPECT_EQ(result.status, Status::kFailed);
     EXPECT_NE(result.measured.find("no power"), std::string::npos) << result.measured;

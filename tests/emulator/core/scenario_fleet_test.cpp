@@ -362,6 +362,7 @@ TEST(ScenarioFleet, PlansFaultsOfRunsThatBeganTogether) {
   for (const FaultRow& row : fault_table()) {
     if (auto fault = fault_for(row, without)) faults.push_back(*fault);
   }
+  ASSERT_FALSE(faults.empty());
   ScenarioFleet fleet(std::vector<ScenarioRun>(faults.size(), common));
   for (std::size_t n = 0; n < faults.size(); ++n) ASSERT_TRUE(fleet.plan(n, 0, faults[n]));
   fleet.advance_to(kDuration);

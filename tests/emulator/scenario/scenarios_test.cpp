@@ -170,6 +170,7 @@ TEST_P(Delivered, FailsWhenWhatItExpectsIsTurnedRound) {
     }
   }
   const Verdict verdict = run(turned);
+  EXPECT_FALSE(verdict.expectations.empty());
   for (const ExpectationResult& result : verdict.expectations) {
     EXPECT_EQ(result.status, ExpectationResult::Status::kFailed) << result.expected;
   }

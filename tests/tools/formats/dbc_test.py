@@ -194,7 +194,9 @@ class Dbc(unittest.TestCase):
             self.assertEqual(frame.signals_to_bytes(raw).hex().upper(), expected)
 
     def test_the_text_is_such_as_every_reader_takes(self):
-        for file in FORMATS.glob("*.dbc"):
+        files = list(FORMATS.glob("*.dbc"))
+        self.assertTrue(files)
+        for file in files:
             text = file.read_bytes().decode("ascii")
             for name in re.findall(r"^ ?(?:BO_ \d+|SG_) (\S+)", text, re.M):
                 self.assertLessEqual(len(name.rstrip(":")), 32, "names in DBC files have 32 characters at most")

@@ -155,6 +155,7 @@ TEST(SerialFaults, ADriveAtAnotherBitRateIsSilentAndLeavesOthersAlone) {
 
 /// Files are refused that ask for them there.
 TEST(SerialFaults, DoNothingOnCan) {
+  int tried = 0;
   for (const FaultRow& row : fault_table()) {
     if (!row.serial) continue;
     Rig rig(bus_config({1}, kBitrate));
@@ -163,7 +164,9 @@ TEST(SerialFaults, DoNothingOnCan) {
     rig.set(made);
     EXPECT_EQ(rig.talk(kAsk, 10ms), std::vector<Frame>{kAnswer}) << row.word;
     EXPECT_EQ(rig.effects(), 0U) << row.word;
+    ++tried;
   }
+  EXPECT_GT(tried, 0);
 }
 
 void expect_nobody_heard(SerialHost& host) {
