@@ -10,6 +10,7 @@
 #include "emulator/control/control_directives.hpp"
 #include "emulator/control/control_json.hpp"
 #include "emulator/control/control_send.hpp"
+#include "emulator/control/http_target.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -232,13 +233,14 @@ void ControlApi::get_drives(const ApiRequest& /*request*/, const Parts& /*parts*
 
 void ControlApi::get_drive(const ApiRequest& /*request*/, const Parts& parts, const Reply& reply) {
   catch_up();
-  const Line* const line = world_.find_line(parts[0]);
-  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + parts[0]);
+  const std::string bus = decode_percent(parts[0], "path");
+  const Line* const line = world_.find_line(bus);
+  if (line == nullptr) throw ApiError(404, "path", "there is no bus " + bus);
   int id = 0;
   const char* const last = parts[1].data() + parts[1].size();
   const auto [end, error] = std::from_chars(parts[1].data(), last, id);
   if (error != std::errc() || end != last || !line->bus().has(id)) {
-    throw ApiError(404, "path", "there is no drive " + parts[1] + " on " + parts[0]);
+    throw ApiError(404, "path", "there is no drive " + parts[1] + " on " + bus);
   }
   reply({200, drive_json(*line, id), ""});
 }

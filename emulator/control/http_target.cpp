@@ -1,33 +1,38 @@
 #include "emulator/control/http_target.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace lk::emulator {
 namespace {
 
-std::string decode(std::string_view text) {
-  std::string plain;
-  for (std::size_t n = 0; n < text.size(); ++n) {
-    if (text[n] == '+') {
-      plain += ' ';
-    } else if (text[n] != '%') {
-      plain += text[n];
-    } else {
-      unsigned code = 0;
-      const std::string_view digits = text.substr(n + 1, 2);
-      const char* const last = digits.data() + digits.size();
-      const auto [end, error] = std::from_chars(digits.data(), last, code, 16);
-      if (digits.size() != 2 || error != std::errc() || end != last) {
-        throw ApiError(400, "query", "a % is followed by two hexadecimal digits");
-      }
-      plain += static_cast<char>(code);
-      n += 2;
-    }
-  }
-  return plain;
+std::string decode_query(std::string_view text) {
+  std::string spaced(text);
+  std::replace(spaced.begin(), spaced.end(), '+', ' ');
+  return decode_percent(spaced, "query");
 }
 
 }  // namespace
+
+std::string decode_percent(std::string_view text, const char* part) {
+  std::string plain;
+  for (std::size_t n = 0; n < text.size(); ++n) {
+    if (text[n] != '%') {
+      plain += text[n];
+      continue;
+    }
+    unsigned code = 0;
+    const std::string_view digits = text.substr(n + 1, 2);
+    const char* const last = digits.data() + digits.size();
+    const auto [end, error] = std::from_chars(digits.data(), last, code, 16);
+    if (digits.size() != 2 || error != std::errc() || end != last) {
+      throw ApiError(400, part, "a % is followed by two hexadecimal digits");
+    }
+    plain += static_cast<char>(code);
+    n += 2;
+  }
+  return plain;
+}
 
 void read_target(std::string_view target, ApiRequest& request) {
   const std::size_t question = target.find('?');
@@ -39,8 +44,8 @@ void read_target(std::string_view target, ApiRequest& request) {
     const std::string_view pair = rest.substr(0, end);
     const std::size_t equals = pair.find('=');
     if (equals == std::string_view::npos) throw ApiError(400, "query", "is a list of KEY=VALUE");
-    const std::string key = decode(pair.substr(0, equals));
-    if (!request.query.emplace(key, decode(pair.substr(equals + 1))).second) {
+    const std::string key = decode_query(pair.substr(0, equals));
+    if (!request.query.emplace(key, decode_query(pair.substr(equals + 1))).second) {
       throw ApiError(400, key, "is given twice");
     }
     rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);

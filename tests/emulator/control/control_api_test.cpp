@@ -47,6 +47,15 @@ TEST(ControlApi, LooksAfterTheBusesBeforeItAnswers) {
   }
 }
 
+/// As the page writes it, for names of buses have colons and slashes.
+TEST(ControlApi, DecodesNamesInPaths) {
+  TestWorld t;
+  EXPECT_EQ(t.get("/drives/vcan%30/2").body["id"], 2);
+  EXPECT_EQ(t.get("/drives/vcan0%2F2/2").body["error"]["reason"], "there is no bus vcan0/2");
+  EXPECT_EQ(t.get("/drives/vcan%3/2").status, 400);
+  EXPECT_EQ(t.get("/drives/%FF/2").status, 404);
+}
+
 TEST(ControlApi, SaysWhatIsNotThere) {
   TestWorld t;
   for (const char* path : {"/", "/drives/vcan0", "/drives/vcan0/3", "/drives/vcan9/1",
