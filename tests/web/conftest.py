@@ -23,28 +23,36 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def bench():
-    from dashboard import Bench
-    bench = Bench(PROGRAM, "1-4", "--http-write")
+    from bench import Bench
+    bench = Bench(PROGRAM, ["1-4"], "--http-write")
     yield bench
     bench.close()
 
 
 @pytest.fixture(scope="session")
-def browser(bench):
+def browser():
+    from dashboard import Browser
+    browser = Browser()
+    yield browser
+    browser.close()
+
+
+@pytest.fixture(scope="session")
+def main_page(bench, browser):
     from dashboard import Page
-    page = Page(bench.http)
-    yield page
-    page.close()
+    return Page(browser, bench.http)
 
 
 @pytest.fixture
-def page(bench, browser, request, tmp_path):
+def page(bench, main_page, request, tmp_path):
     """Complaints of the browser are those of this test; a failure leaves a picture of the page."""
-    browser.complaints()
-    browser.be_at_rest()
-    bench.tell("move")
+    if not main_page.is_open():
+        main_page.open()
+    main_page.complaints()
+    main_page.be_at_rest()
+    bench.move()
     failed = request.session.testsfailed
-    yield browser
+    yield main_page
     if request.session.testsfailed > failed:
-        browser.driver.save_screenshot(str(tmp_path / "page.png"))
-        print(f"the page: {tmp_path}/page.png, its complaints: {browser.complaints()}")
+        main_page.driver.save_screenshot(str(tmp_path / "page.png"))
+        print(f"the page: {tmp_path}/page.png, its complaints: {main_page.complaints()}")

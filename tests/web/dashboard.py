@@ -1,13 +1,7 @@
-"""A dashboard in a browser, the emulator that it belongs to, and a host on the same bus."""
+"""The dashboard in a browser."""
 
-import contextlib
 import json
 import math
-import pathlib
-import socket
-import struct
-import subprocess
-import sys
 import time
 
 from selenium import webdriver
@@ -16,95 +10,75 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-HERE = pathlib.Path(__file__).resolve().parent
-WITH_VCAN = HERE.parents[1] / "scripts" / "with-vcan"
 PATIENCE_S = 40  # of a machine that may be busy; nothing passes by waiting
 
 
-def free_ports(count):
-    with contextlib.ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [one.getsockname()[1] for one in sockets]
+class Browser:
+    """Chromium, which shows one page at a time."""
 
+    def __init__(self):
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars", "--lang=en",
+                     "--disable-features=BackForwardCache"):
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.driver.set_script_timeout(PATIENCE_S)
+        self.page = None
 
-class Bench:
-    """lk-emu inside with-vcan, reachable from here; without `ids` the options say which drives there are."""
+    def leave(self):
+        """Ends the page that is shown, with what it stored and what the browser said of it."""
+        if self.page is None:
+            return
+        self.driver.get("about:blank")
+        self.command("Storage.clearDataForOrigin", origin=self.page.origin, storageTypes="local_storage")
+        if self.page.script:
+            self.command("Page.removeScriptToEvaluateOnNewDocument", identifier=self.page.script)
+        self.driver.get_log("browser")
+        self.page = None
 
-    def __init__(self, program, ids, *options):
-        self.http, self.host = free_ports(2)
-        self.process = subprocess.Popen(
-            [str(WITH_VCAN), "--forward", str(self.http), "--forward", str(self.host),
-             "/usr/bin/python3", str(HERE / "guest.py"), str(self.host), program,
-             *(["--bus", "vcan0", "--ids", ids] if ids else []), "--rom", ":memory:", "--control", "none",
-             "--http", f"127.0.0.1:{self.http}", *options], stdout=subprocess.PIPE)
-        if not self.process.stdout.readline().startswith(b"lk-emu ready"):
-            raise RuntimeError("lk-emu did not start")
-        self.connection = socket.create_connection(("127.0.0.1", self.host))
-        self.lines = self.connection.makefile("rw", newline="\n")
-
-    def tell(self, line):
-        self.lines.write(line + "\n")
-        self.lines.flush()
-        return self.lines.readline().strip()
-
-    def ask(self, drive, *data):
-        """DATA[0..7] of the reply; None: there is none."""
-        answer = self.tell(f"{0x140 + drive:03X}#{bytes(data).ljust(8, bytes(1)).hex()}")
-        return None if answer == "none" else bytes.fromhex(answer.split("#")[1])
-
-    def read(self, drive, command):
-        """Of a drive that answers, though perhaps late on a busy machine."""
-        for _ in range(10):
-            if data := self.ask(drive, command):
-                return data
-        raise AssertionError(f"drive {drive} does not answer {command:02X}")
-
-    def position(self, drive, angle_deg, max_speed_dps=0):
-        return self.ask(drive, *struct.pack("<BxHi", 0xA4, max_speed_dps, round(angle_deg * 100)))
-
-    def angle_gain(self, drive, kp):
-        """0x31, the other gains as delivered: twice and a half of this one, 100, makes a step overshoot."""
-        return self.ask(drive, 0x31, 0, kp, 100, 50, 40, 50, 50)
-
-    def angle_deg(self, drive):
-        """0x92: 56 bits, signed, 0.01 degrees."""
-        data = self.read(drive, 0x92)
-        return int.from_bytes(data[1:8], "little", signed=True) / 100
-
-    def voltage_V(self, drive):
-        """0x9A of the oldest generation: DATA[3..4], 0.1 V."""
-        return int.from_bytes(self.read(drive, 0x9A)[3:5], "little") / 10
+    def command(self, name, **parameters):
+        return self.driver.execute_cdp_cmd(name, parameters)
 
     def close(self):
-        self.connection.close()
-        self.process.terminate()
-        self.process.wait()
+        self.driver.quit()
 
 
 class Page:
     """What a person sees and clicks."""
 
-    def __init__(self, port, size=(1440, 900), query="", before=""):
-        """`before` is a script that the page finds done."""
-        options = webdriver.ChromeOptions()
-        options.binary_location = "/usr/bin/chromium"
-        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-                     "--hide-scrollbars", "--lang=en", "--window-size=%d,%d" % size):
-            options.add_argument(word)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-        self.driver.set_script_timeout(PATIENCE_S)
-        self.resize(size)
-        if before:
-            self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": before})
-        self.address = f"http://127.0.0.1:{port}/{query}"
+    def __init__(self, browser, port, size=(1440, 900), query="", before=""):
+        """`before` is a script that runs before those of the page."""
+        self.browser = browser
+        self.origin = f"http://127.0.0.1:{port}"
+        self.address = f"{self.origin}/{query}"
+        self.size = size
+        self.before = before
+        self.open()
+
+    @property
+    def driver(self):
+        assert self.browser.page is self, "the browser shows another page"
+        return self.browser.driver
+
+    def is_open(self):
+        return self.browser.page is self
+
+    def open(self):
+        """Loads the page anew, in place of the one that is shown."""
+        self.browser.leave()
+        self.browser.page = self
+        self.resize(self.size)
+        self.script = None
+        if self.before:
+            self.script = self.browser.command("Page.addScriptToEvaluateOnNewDocument", source=self.before)["identifier"]
         self.driver.get(self.address)
         self.until(lambda: self.all(".card"))
 
     def close(self):
-        self.driver.quit()
+        if self.is_open():
+            self.browser.leave()
 
     def resize(self, size):
         """The window's frame would take its share."""
@@ -129,7 +103,7 @@ class Page:
     def until(self, holds):
         """What is not there yet, or is just being replaced, is looked for again."""
         missing = (NoSuchElementException, StaleElementReferenceException)
-        return WebDriverWait(self.driver, PATIENCE_S, 0.1, missing).until(lambda _: holds())
+        return WebDriverWait(self.driver, PATIENCE_S, 0.05, missing).until(lambda _: holds())
 
     def drawn(self):
         """The page has been laid out, and what watches its sizes has followed."""
@@ -209,24 +183,29 @@ class Page:
     def field(self, drive, name):
         """A number of a drive's card; NaN before there is one."""
         number = self.run("""
-          for (const row of document.querySelectorAll(`[data-drive="${arguments[0]}"] .fields div`)) {
+          for (const row of document.querySelectorAll(`[data-drive$="/${arguments[0]}"] .fields div`)) {
             if (row.querySelector('dt').textContent === arguments[1]) {
               return Number(row.querySelector('dd').textContent.replace('\\u2212', '-'));
             }
-          }""", f"vcan0/{drive}", name)
+          }""", drive, name)
         return math.nan if number is None else number
 
     def dial_deg(self, drive, part="shaft"):
         """NaN before it is drawn for the first time."""
         turn = self.run("""return document.querySelector(
-          `[data-drive="${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", f"vcan0/{drive}", part)
+          `[data-drive$="/${arguments[0]}"] .dial .${arguments[1]}`).style.transform""", drive, part)
         return float(turn[len("rotate("):-len("deg)")]) if turn else math.nan
 
+    def reported(self, drive):
+        """A drive of the first bus, as the control interface reports it."""
+        return self.run("""return fetch('/api/v1/drives').then((answer) => answer.json())
+          .then(([{bus}]) => fetch(`/api/v1/drives/${encodeURIComponent(bus)}/${arguments[0]}`)).then((answer) => answer.json())""", drive)
+
     def state(self, drive):
-        return self.text(f'[data-drive="vcan0/{drive}"] .chip')
+        return self.text(f'[data-drive$="/{drive}"] .chip')
 
     def errors(self, drive):
-        return self.text(f'[data-drive="vcan0/{drive}"] .errors')
+        return self.text(f'[data-drive$="/{drive}"] .errors')
 
     def scope(self, expression):
         """Of what the scope keeps; `s` is its inspect()."""

@@ -7,7 +7,8 @@ at 60 Hz."""
 import pathlib
 import sys
 
-from dashboard import Bench, Page, nap
+from bench import Bench
+from dashboard import Browser, Page, nap
 
 PARTS = {"script": "ScriptDuration", "style": "RecalcStyleDuration", "layout": "LayoutDuration", "all": "TaskDuration"}
 COUNT = """window.counted = 0;
@@ -29,11 +30,11 @@ def measure(page, seconds):
     return frames / passed_s, costs
 
 
-def measure_robot(bench, drives, report):
+def measure_robot(browser, bench, drives, report):
     """Of as many joints and contacts as there are drives, up to 12; what of its script is not three.js and WebGL is told apart."""
     joints = min(12, drives)
     stub = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text()
-    page = Page(bench.http, before=f"window.robotLegs = {joints};" + stub)
+    page = Page(browser, bench.http, before=f"window.robotLegs = {joints}; window.robotBus = '{bench.bus}';" + stub)
     try:
         page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
         page.until(lambda: page.all("#robot .robot-replay"))
@@ -49,10 +50,11 @@ def main():
     program = sys.argv[1]
     drives = int(sys.argv[2]) if len(sys.argv) > 2 else 32
     seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 8
-    bench = Bench(program, f"1-{drives}", "--http-write")
-    page = Page(bench.http)
+    bench = Bench(program, [f"1-{drives}"], "--http-write")
+    browser = Browser()
+    page = Page(browser, bench.http)
     page.driver.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})  # of a processor, not of the wall
-    bench.tell("move " + ",".join(str(drive) for drive in range(1, drives + 1)))
+    bench.move(*range(1, drives + 1))
 
     def report(what, page=page):
         nap(6)  # for the picture to fill
@@ -62,7 +64,7 @@ def main():
 
     try:
         report(f"bus, {drives} drives")
-        page.go("scope?drive=vcan0/1")
+        page.go(f"scope?drive={bench.bus}/1")
         report("scope, 1 drive, 4 signals")
         page.click(".scope-controls", "FFT")
         page.choose('.scope-controls [aria-label="trigger"] [aria-label="trigger"]', "normal")
@@ -77,9 +79,9 @@ def main():
         report("traffic")
         print(f"simulated against real time: {page.text('#clock-ratio')}")
         page.go("bus")
-        measure_robot(bench, drives, report)
+        measure_robot(browser, bench, drives, report)
     finally:
-        page.close()
+        browser.close()
         bench.close()
 
 

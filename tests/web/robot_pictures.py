@@ -8,7 +8,8 @@ import os
 import pathlib
 import sys
 
-from dashboard import Page, free_ports
+from bench import free_ports
+from dashboard import Browser, Page
 from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -45,7 +46,8 @@ class Stage:
                                        arguments=["--http", f"127.0.0.1:{http}", "--http-write"]).start()
         os.environ.update(LKEMU_BUS=self.emulator.buses[0], LKEMU_CONTROL=self.emulator.control)
         self.bus, self.now, self.plain_sleep = bus_and_time()
-        self.page = Page(http, SIZE, "?lang=en", before="localStorage.setItem('lk-emu-theme', 'dark')")
+        self.browser = Browser()
+        self.page = Page(self.browser, http, SIZE, "?lang=en", before="localStorage.setItem('lk-emu-theme', 'dark')")
         self.page.until(lambda: self.page.all("#robot .robot-replay"))
         self.page.one("#robot canvas").send_keys(keys)
         self.page.run("document.activeElement.blur()")
@@ -84,7 +86,7 @@ class Stage:
         return self
 
     def __exit__(self, *_):
-        self.page.close()
+        self.browser.close()
         self.bus.shutdown()
         self.emulator.stop()
 

@@ -5,7 +5,7 @@
 window.robot = {height_m: 0.5, forward_m: 0, swing: 0.3, contacts: true, step_m: 0, shape_changes: 0, opened: 0, closed: 0, time_s: 0, rate_Hz: 60};
 window.pushes = [];
 
-const drive = (id) => ({bus: window.robotBus ?? 'vcan0', id});
+const drive = (id) => ({bus: window.robotBus, id});
 const legs = Array.from({length: window.robotLegs ?? 2}, (_, n) => ({name: n ? `right ${n}` : 'left', x: -0.1 * Math.floor(n / 2), y: n % 2 ? -0.15 : 0.15}));
 const kShape = {
   mass_kg: 10,

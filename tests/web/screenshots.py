@@ -6,7 +6,8 @@ import io
 import pathlib
 import sys
 
-from dashboard import Bench, Page, nap
+from bench import Bench
+from dashboard import Browser, Page, nap
 from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
 
@@ -45,11 +46,11 @@ def put_cursor(page, time_s):
 
 def step(page, bench):
     """A step of drive 1, its beginning and its peak under the cursors."""
-    bench.tell("move")
+    bench.move()
     bench.angle_gain(1, 250)
     bench.position(1, 0)
     page.until(lambda: abs(bench.angle_deg(1)) < 0.2)
-    page.go("scope?drive=vcan0/1")
+    page.go(f"scope?drive={bench.bus}/1")
     page.choose('[aria-label="seconds in view"]', "10")
     page.until(lambda: page.scope("s.captures[0].samples.length > 1500"))
     last_s = "s.captures[0].samples.last_s"
@@ -82,8 +83,9 @@ def main():
     program = sys.argv[1]
     directory = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else PICTURES
     directory.mkdir(parents=True, exist_ok=True)
-    bench = Bench(program, "1-8", "--http-write")
-    page = Page(bench.http, SIZE)
+    bench = Bench(program, ["1-8"], "--http-write", ports=[29536])  # the one of the documents, for it is seen
+    browser = Browser()
+    page = Page(browser, bench.http, SIZE)
 
     def shoot(name):
         nap(1)  # for numbers and pictures to be those of now
@@ -95,16 +97,16 @@ def main():
         reload(page, "dark", "en")
         inject_fault(page, 7, "cut")
         inject_fault(page, 4, "temperature_stuck", value_C=140)
-        bench.tell("move 1,2,3,4,5,6")
+        bench.move(1, 2, 3, 4, 5, 6)
         nap(3)
         page.go("bus")
         shoot("bus")
         page.go("traffic")
         nap(1)
-        bench.tell("move")
+        bench.move()
         for drive, command in [(1, 0x92), (2, 0x9C), (4, 0x9A), (1, 0x7E), (5, 0x9D), (4, 0x9C), (6, 0x30)]:
             bench.ask(drive, command)
-        bench.tell("143#9C")  # one byte: there is advice about it
+        bench.send(0x143, b"\x9c")  # one byte: there is advice about it
         nap(1)
         page.click("#view-traffic", "Pause")
         shoot("traffic")
@@ -113,13 +115,13 @@ def main():
         shoot("bench")
         step(page, bench)
         shoot("scope")
-        bench.tell("move 1,2,3,4,5,6")
+        bench.move(1, 2, 3, 4, 5, 6)
         reload(page, "light", "zh")
         page.go("bus")
         nap(2)
         shoot("bus-zh")
     finally:
-        page.close()
+        browser.close()
         bench.close()
 
 

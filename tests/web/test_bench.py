@@ -132,8 +132,7 @@ def test_without_a_drive_there_are_no_values(page):
 def test_jog_moves_the_chosen_drives_as_a_host_would(page):
     page.go("bench")
     page.for_drives(2)
-    angle = lambda: page.run("return fetch('/api/v1/drives').then((answer) => answer.json())"
-                             ".then((drives) => drives.find((one) => one.id === 2).signals.angle_deg)")
+    angle = lambda: page.reported(2)["signals"]["angle_deg"]
     start = angle()
     page.click("#view-bench", "switch on (0x88)")
     page.fill('[aria-label="jog angle, °"]', 30)

@@ -2,14 +2,15 @@
 
 import pytest
 from conftest import PROGRAM
-from dashboard import Bench, Page, settle
+from bench import Bench
+from dashboard import Page, settle
 
 TELL = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content-Type': 'application/json'},
     body: JSON.stringify(arguments[0])}).then((answer) => answer.status)"""
 
 
 def card(page, drive):
-    return f'[data-drive="vcan0/{drive}"]'
+    return f'[data-drive$="/{drive}"]'
 
 
 def border(page, drive):
@@ -66,14 +67,14 @@ def test_replies_are_those_that_left(healed, bench):
     """A silent drive hears, obeys and counts its replies."""
     page = healed
     assert page.run(TELL, {"id": 3, "fault": "silent"}) == 200
-    bench.tell("move 1,3")
+    bench.move(1, 3)
     settle(page, lambda: page.field(1, "replies") > 5)
     settle(page, lambda: page.field(3, "replies") == 0)
-    given = "return fetch('/api/v1/drives/vcan0/3').then((answer) => answer.json()).then((drive) => drive.counters.replies)"
-    before = page.run(given)
-    settle(page, lambda: page.run(given) > before and page.field(1, "replies") > 5)
+    given = lambda: page.reported(3)["counters"]["replies"]
+    before = given()
+    settle(page, lambda: given() > before and page.field(1, "replies") > 5)
     assert page.field(3, "replies") == 0
-    bench.tell("move")
+    bench.move()
 
 
 def test_a_drive_without_power_has_no_measurements(healed):
@@ -91,8 +92,8 @@ def test_the_angle_is_there_in_numbers(healed, bench):
     bench.position(1, 450)
     settle(page, lambda: abs(bench.angle_deg(1) - 450) < 0.5)
     settle(page, lambda: abs(page.field(1, "angle") - bench.angle_deg(1)) < 0.2)
-    truth = "return fetch('/api/v1/drives/vcan0/1').then((answer) => answer.json()).then((drive) => drive.signals.true_angle_deg)"
-    settle(page, lambda: abs(float(page.text(f"{card(page, 1)} .shaft-deg")[:-1].replace("\u2212", "-")) - page.run(truth)) < 0.2)
+    truth = lambda: page.reported(1)["signals"]["true_angle_deg"]
+    settle(page, lambda: abs(float(page.text(f"{card(page, 1)} .shaft-deg")[:-1].replace("\u2212", "-")) - truth()) < 0.2)
 
 
 @pytest.mark.parametrize("size", [(1920, 1080), (2560, 1440)])
@@ -125,15 +126,15 @@ def test_long_numbers_stay_in_their_card(page):
 
 @pytest.fixture(scope="module")
 def two():
-    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1-3")
-    page = Page(bench.http)
-    yield page
-    page.close()
+    bench = Bench(PROGRAM, ["1,2", "1-3"])
+    yield bench
     bench.close()
 
 
-def test_drives_of_a_bus_stand_together(two):
-    groups = two.run("""return [...document.querySelectorAll('.bus-group')].map((group) =>
+def test_drives_of_a_bus_stand_together(two, browser):
+    page = Page(browser, two.http)
+    groups = page.run("""return [...document.querySelectorAll('.bus-group')].map((group) =>
       [group.querySelector('h2').textContent, [...group.querySelectorAll('.card')].map((card) => card.dataset.drive)])""")
-    assert groups == [["vcan0", ["vcan0/1", "vcan0/2"]], ["vcan1", ["vcan1/1", "vcan1/2", "vcan1/3"]]]
-    two.until(lambda: "3 drives" in two.text('[data-bus="vcan1"] header'))
+    first, second = two.buses
+    assert groups == [[first, [f"{first}/1", f"{first}/2"]], [second, [f"{second}/1", f"{second}/2", f"{second}/3"]]]
+    page.until(lambda: "3 drives" in page.text(f'[data-bus="{second}"] header'))

@@ -10,8 +10,7 @@ TELL = """return fetch('/api/v1/directives', {method: 'POST', headers: {'Content
 
 
 def load_of(page, drive):
-    return page.run("return fetch(`/api/v1/drives/vcan0/${arguments[0]}`).then((answer) => answer.json())"
-                    ".then((drive) => drive.surroundings.load)", drive)
+    return page.reported(drive)["surroundings"]["load"]
 
 
 def notes(page):

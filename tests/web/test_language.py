@@ -1,18 +1,19 @@
 """The page in Chinese. What is not translated is shown in English, and listed here."""
 
-import os
 import pathlib
 import re
 
 import pytest
-from dashboard import Bench, Page
+from bench import Bench
+from conftest import PROGRAM
+from dashboard import Page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
-def chinese(bench):
-    page = Page(bench.http, query="?lang=zh")
+def chinese(bench, browser):
+    page = Page(browser, bench.http, query="?lang=zh")
     yield page
     page.close()
 
@@ -88,7 +89,7 @@ def test_the_page_is_chinese(chinese, bench):
     chinese.until(lambda: "卡死" in chinese.text('#evidence [data-fault="jam"]'))
     assert not re.search("[a-z]{3}", chinese.text('#evidence [data-fault="jam"]'))
     chinese.go("bus")
-    chinese.until(lambda: chinese.text('[data-drive="vcan0/3"] .faults') == "注入的故障：卡死")
+    chinese.until(lambda: chinese.text('[data-drive$="/3"] .faults') == "注入的故障：卡死")
     chinese.go("bench")
     chinese.click("#view-bench", "全部清除")
     chinese.go("traffic")
@@ -116,10 +117,10 @@ def test_the_switch_leads_to_the_other_language_and_back(chinese):
     chinese.until(lambda: chinese.run("return document.documentElement.lang") == "zh-CN")
 
 
-def test_the_language_that_the_program_was_given_is_that_of_the_page():
+def test_the_language_that_the_program_was_given_is_that_of_the_page(browser):
     """Of a browser that asks for English, until somebody chooses."""
-    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1", "--lang", "zh")
-    page = Page(bench.http)
+    bench = Bench(PROGRAM, ["1"], "--lang", "zh")
+    page = Page(browser, bench.http)
     try:
         language = lambda: page.run("return document.documentElement.lang")
         assert language() == "zh-CN"

@@ -9,7 +9,7 @@ from selenium.webdriver.common.keys import Keys
 ADVICE = """
   const plainFetch = window.fetch;
   window.fetch = (address, ...rest) => String(address).endsWith('/advice')
-    ? Promise.resolve(new Response(JSON.stringify([{kind: 'wrong-length', drive: 2, bus: 'vcan0', count: 3, first_s: 1.5,
+    ? Promise.resolve(new Response(JSON.stringify([{kind: 'wrong-length', drive: 2, bus: 'BUS', count: 3, first_s: 1.5,
         frame: '142#9A', what: 'a frame of 1 byte', todo: 'send <b>8</b> bytes', what_zh: '', todo_zh: ''}])))
     : plainFetch(address, ...rest);
   const plainParse = JSON.parse;
@@ -21,8 +21,8 @@ ADVICE = """
 
 
 @pytest.fixture(scope="module")
-def advised(bench):
-    page = Page(bench.http, before=ADVICE)
+def advised(bench, browser):
+    page = Page(browser, bench.http, before=ADVICE.replace("BUS", bench.bus))
     yield page
     page.close()
 
@@ -65,8 +65,8 @@ def test_no_other_host_can_be_asked(page):
     page.complaints()  # about just that
 
 
-def test_the_scope_obeys_the_keyboard(page):
-    page.go("scope?drive=vcan0/1")
+def test_the_scope_obeys_the_keyboard(page, bench):
+    page.go(f"scope?drive={bench.bus}/1")
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
     plots = page.one(".plots")
     plots.send_keys(" ")
@@ -155,8 +155,8 @@ UNSTEADY = """
 
 
 @pytest.fixture(scope="module")
-def unsteady(bench):
-    page = Page(bench.http, before=UNSTEADY)
+def unsteady(bench, browser):
+    page = Page(browser, bench.http, before=UNSTEADY)
     page.run("""window.rebuilt = 0;
       new MutationObserver(() => ++window.rebuilt).observe(document.querySelector('#view-bench'), {childList: true});""")
     yield page

@@ -1,23 +1,23 @@
 """Without --http-write the page looks and does not touch: here at as many drives as a bus takes."""
 
-import os
-
 import pytest
-from dashboard import Bench, Page
+from bench import Bench
+from conftest import PROGRAM
+from dashboard import Page
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 
 @pytest.fixture(scope="module")
 def bench():
-    bench = Bench(os.environ.get("LKEMU", "lk-emu"), "1-32")
+    bench = Bench(PROGRAM, ["1-32"])
     yield bench
     bench.close()
 
 
 @pytest.fixture(scope="module")
-def page(bench):
-    page = Page(bench.http)
+def page(bench, browser):
+    page = Page(browser, bench.http)
     yield page
     page.close()
 
@@ -63,8 +63,8 @@ def test_32_drives_fit_on_one_screen(page):
     assert spilling == []
 
 
-def test_the_scope_shows_32_drives(page):
-    page.go("scope?drive=vcan0/1")
+def test_the_scope_shows_32_drives(page, bench):
+    page.go(f"scope?drive={bench.bus}/1")
     page.click(".scope-controls", "all drives")
     page.until(lambda: page.scope("s.traces.length") == 32 * 4)
     page.until(lambda: page.scope("s.captures[0].samples.length > 1000"))

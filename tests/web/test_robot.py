@@ -11,10 +11,14 @@ from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-# Fewer pictures than a person would get: a processor draws them.
-STUB = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text() + "window.robot.rate_Hz = 10;"
+STUB = (pathlib.Path(__file__).resolve().parent / "robot_stub.js").read_text()
 SIZE = (1024, 600)
 NO_WEBGL = "HTMLCanvasElement.prototype.getContext = () => null;"
+
+
+def stub(bench):
+    """A script for the page. The processor draws, so poses come less often than a robot sends them."""
+    return f"window.robotBus = '{bench.bus}';" + STUB + "window.robot.rate_Hz = 10;"
 
 
 class Robot:
@@ -64,18 +68,20 @@ class Robot:
 
 
 @pytest.fixture(scope="module")
-def robot(bench):
-    page = Page(bench.http, SIZE, before=STUB)
+def open_robot(bench, browser):
+    page = Page(browser, bench.http, SIZE, before=stub(bench))
     page.until(lambda: page.all("#robot .robot-replay"))
     yield Robot(page)
-    assert page.complaints() == []
     page.close()
 
 
-@pytest.fixture(autouse=True)
-def at_home(robot):
-    robot.page.run("location.hash = '#bus'; document.querySelector('#robot .row button:last-child').click()")  # reset view
-    robot.stand(height_m=0.5, forward_m=0, swing=0, contacts=True)
+@pytest.fixture
+def robot(open_robot):
+    """At home, as seen from the home place."""
+    open_robot.page.run("location.hash = '#bus'; document.querySelector('#robot .row button:last-child').click()")  # reset view
+    open_robot.stand(height_m=0.5, forward_m=0, swing=0, contacts=True)
+    yield open_robot
+    assert open_robot.page.complaints() == []
 
 
 TRUNK = (0, 0, 0.55)  # in the upper side of the magenta box
@@ -312,8 +318,8 @@ def test_without_a_body_there_is_no_panel_and_no_three(page):
     assert not [name for name in names if "three" in name]
 
 
-def test_without_webgl_there_is_one_line_in_its_place(bench):
-    page = Page(bench.http, before=STUB + NO_WEBGL)
+def test_without_webgl_there_is_one_line_in_its_place(bench, browser):
+    page = Page(browser, bench.http, before=stub(bench) + NO_WEBGL)
     try:
         page.until(lambda: "no WebGL" in page.text("#robot"))
         assert len(page.all(".card")) == 4
@@ -322,8 +328,8 @@ def test_without_webgl_there_is_one_line_in_its_place(bench):
         page.close()
 
 
-def test_its_words_are_chinese_on_a_chinese_page(bench):
-    page = Page(bench.http, SIZE, query="?lang=zh", before=STUB)
+def test_its_words_are_chinese_on_a_chinese_page(bench, browser):
+    page = Page(browser, bench.http, SIZE, query="?lang=zh", before=stub(bench))
     page.until(lambda: page.all("#robot .robot-replay"))
     page.until(lambda: "电流" in page.one("#robot").text)
     assert set(re.findall(r"[A-Za-z]{2,}", page.one("#robot").text)) <= {"Shift"}

@@ -5,7 +5,8 @@ import os
 import pathlib
 
 import pytest
-from dashboard import Bench, Page
+from bench import Bench
+from dashboard import Page
 from selenium.webdriver.common.action_chains import ActionChains
 
 BODY = os.environ.get("LKEMU_BODY")
@@ -15,14 +16,14 @@ PENDULUM = pathlib.Path(__file__).resolve().parents[2] / "configs" / "buses" / "
 
 @pytest.fixture(scope="module")
 def bench():
-    bench = Bench(BODY, None, "--config", str(PENDULUM), "--http-write")
+    bench = Bench(BODY, [None], "--config", str(PENDULUM), "--http-write")
     yield bench
     bench.close()
 
 
 @pytest.fixture(scope="module")
-def page(bench):
-    page = Page(bench.http, (1024, 600))
+def page(bench, browser):
+    page = Page(browser, bench.http, (1024, 600))
     page.until(lambda: page.all("#robot .robot-replay"))
     yield page
     assert page.complaints() == []

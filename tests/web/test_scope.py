@@ -1,14 +1,14 @@
 """What the scope keeps, draws and is told, on pages of its own: it is left in any state."""
 
 import pytest
+from bench import Bench
 from conftest import PROGRAM
-from dashboard import Bench, Page
+from dashboard import Page
 
 
 @pytest.fixture(scope="module")
-def scope(bench):
-    bench.tell("move")
-    page = Page(bench.http, query="#scope?drive=vcan0/1")
+def scope(bench, browser):
+    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
     yield page
     page.close()
@@ -57,16 +57,16 @@ def test_each_drive_has_its_own_samples(scope, bench):
         bench.position(drive, angle)
     scope.until(lambda: abs(bench.angle_deg(1) - 10) < 0.5 and abs(bench.angle_deg(2) - 70) < 0.5)
     seen = scope.driver.execute_async_script("""
-      const done = arguments[0];
+      const [bus, done] = arguments;
       import('/capture.js').then(({Capture}) => {
-        const capture = new Capture('vcan0', [2, 1], ['speed_dps', 'angle_deg'], 100);
+        const capture = new Capture(bus, [2, 1], ['speed_dps', 'angle_deg'], 100);
         const look = setInterval(() => {
           if (!capture.samples.length) return;
           clearInterval(look);
           capture.close();
           done([1, 2].map((id) => capture.samples.at(capture.column(id, 'angle_deg'), capture.samples.last_s)));
         }, 20);
-      });""")
+      });""", bench.bus)
     assert seen == pytest.approx([10, 70], abs=1)
 
 
@@ -223,14 +223,14 @@ def test_all_drives_is_undone_by_the_same_button(scope):
     assert pressed(scope) == before
 
 
-def test_the_link_of_a_card_leads_to_its_drive_alone(scope):
+def test_the_link_of_a_card_leads_to_its_drive_alone(scope, bench):
     scope.click(".scope-controls", "all drives")
     scope.go("bus")
-    scope.one('[data-drive="vcan0/3"] a[href^="#scope"]').click()
+    scope.one('[data-drive$="/3"] a[href^="#scope"]').click()
     scope.until(lambda: scope.one("#view-scope").is_displayed())
     assert pressed(scope) == ["3"]
     assert {label.split()[0] for label in scope.scope("s.traces.map((one) => one.label)")} == {"3"}
-    scope.go("scope?drive=vcan0/1")
+    scope.go(f"scope?drive={bench.bus}/1")
 
 
 @pytest.mark.parametrize("values", [[48, 48 + 1e-14], [360, 360 + 1e-13], [48, 48], [0, 1e-300], [1e9, 1e9 + 1e-6], [-3, 5]])
@@ -246,8 +246,9 @@ def test_values_a_rounding_apart_have_an_axis(scope, values):
     assert 2 <= ticks <= 20
 
 
-@pytest.mark.parametrize("drive", ["vcan7/1", "vcan0/31", "vcan0"])
-def test_an_address_of_a_drive_that_is_not_there(scope, drive):
+@pytest.mark.parametrize("drive", ["vcan7/1", "BUS/31", "BUS"])
+def test_an_address_of_a_drive_that_is_not_there(scope, bench, drive):
+    drive = drive.replace("BUS", bench.bus)
     before = scope.scope("s.traces.map((one) => one.label)")
     scope.go(f"scope?drive={drive}&time_s=x")
     scope.until(lambda: f"there is no drive {drive}" in [note.text for note in scope.all(".note")])
@@ -257,20 +258,20 @@ def test_an_address_of_a_drive_that_is_not_there(scope, drive):
     assert scope.complaints() == []
 
 
-def test_a_stream_that_does_not_open_is_told(bench):
-    page = Page(bench.http, query="#scope", before="""
+def test_a_stream_that_does_not_open_is_told(bench, browser):
+    page = Page(browser, bench.http, query="#scope", before="""
       const Plain = window.WebSocket;
       window.WebSocket = function (address, ...rest) { return new Plain(address.replace('/telemetry', '/nothing'), ...rest); };""")
     try:
-        page.until(lambda: "no samples of vcan0" in page.text("#scope-info"))
+        page.until(lambda: f"no samples of {bench.bus}" in page.text("#scope-info"))
     finally:
         page.close()
 
 
 @pytest.fixture(scope="module")
-def two_buses():
-    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1-3")
-    page = Page(bench.http, query="#scope")
+def two_buses(browser):
+    bench = Bench(PROGRAM, ["1,2", "1-3"])
+    page = Page(browser, bench.http, query="#scope")
     yield page
     page.close()
     bench.close()

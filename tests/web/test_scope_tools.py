@@ -11,9 +11,8 @@ from selenium.webdriver.common.keys import Keys
 
 
 @pytest.fixture(scope="module")
-def scope(bench):
-    bench.tell("move")
-    page = Page(bench.http, query="#scope?drive=vcan0/1")
+def scope(bench, browser):
+    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 600"))
     yield page
     page.close()
@@ -108,13 +107,13 @@ def press(page, *keys):
     page.driver.switch_to.active_element.send_keys(*keys)
 
 
-def wheel(page, css, delta, **keys):
+def wheel(page, css, delta, times=1, **keys):
     page.run("""
-      const [css, deltaY, keys] = arguments;
+      const [css, deltaY, times, keys] = arguments;
       const node = document.querySelectorAll(css)[css === '.u-axis' ? 1 : 0];
       const box = node.getBoundingClientRect();
-      node.dispatchEvent(new WheelEvent('wheel', {bubbles: true, cancelable: true, deltaY,
-        clientX: box.left + box.width / 2, clientY: box.top + box.height / 2, ...keys}));""", css, delta, keys)
+      for (let n = 0; n < times; ++n) node.dispatchEvent(new WheelEvent('wheel', {bubbles: true, cancelable: true, deltaY,
+        clientX: box.left + box.width / 2, clientY: box.top + box.height / 2, ...keys}));""", css, delta, times, keys)
 
 
 def test_the_wheel_beside_a_picture_zooms_its_values(scope):
@@ -158,13 +157,11 @@ def test_keys_move_and_zoom_the_values_of_the_picture_with_the_focus(scope):
 
 def test_values_cannot_be_zoomed_until_nothing_is_left(scope):
     """uPlot could not count the ticks of an axis that numbers cannot tell apart."""
-    for _ in range(150):
-        wheel(scope, ".u-axis", -100)
+    wheel(scope, ".u-axis", -100, times=150)
     scope.drawn()
     low, high = values(scope, "deg")
     assert high - low > 0
-    for _ in range(300):
-        wheel(scope, ".u-axis", 100)
+    wheel(scope, ".u-axis", 100, times=300)
     scope.drawn()
     low, high = values(scope, "deg")
     assert math.isfinite(high - low)
@@ -225,7 +222,7 @@ def open_layouts(page):
     page.run("document.querySelectorAll('.folded details').forEach((one) => { one.open = true; })")
 
 
-def test_a_layout_brings_back_what_was_chosen(scope):
+def test_a_layout_brings_back_what_was_chosen(scope, bench):
     open_layouts(scope)
     scope.click(".scope-controls", "position")
     scope.click(".scope-controls", "supply")
@@ -233,7 +230,7 @@ def test_a_layout_brings_back_what_was_chosen(scope):
     scope.choose('[aria-label="seconds in view"]', "2")
     scope.button(".plot-legend", "1 true_voltage_V").click()
     wanted = scope.scope("s.layout")
-    assert wanted["hidden"] == ["vcan0/1 true_voltage_V"]
+    assert wanted["hidden"] == [f"{bench.bus}/1 true_voltage_V"]
     scope.fill('[aria-label="name of the layout"]', "Mine")
     scope.click(".scope-controls", "Save")
     scope.click(".scope-controls", "position")
@@ -277,9 +274,9 @@ def test_a_file_that_is_none_is_refused(scope, text):
     assert isinstance(layouts(scope, "try { return m.parse(given[0]); } catch (problem) { return problem.message; }", text), str)
 
 
-def test_a_file_is_taken_by_the_page(scope, tmp_path):
+def test_a_file_is_taken_by_the_page(scope, bench, tmp_path):
     open_layouts(scope)
-    layout = scope.scope("s.layout") | {"width_s": 0.5, "drives": ["vcan0/3", "vcan7/1"]}
+    layout = scope.scope("s.layout") | {"width_s": 0.5, "drives": [f"{bench.bus}/3", "vcan7/1"]}
     good, bad = tmp_path / "good.json", tmp_path / "bad.json"
     good.write_text(json.dumps({"lk_emu_scope_layouts": 1, "layouts": {"Third": layout}}))
     bad.write_text("{")
@@ -292,7 +289,7 @@ def test_a_file_is_taken_by_the_page(scope, tmp_path):
     field.send_keys(str(good))
     scope.until(lambda: any(option.text == "Third" for option in scope.all('[aria-label="layout"] option')))
     scope.choose('[aria-label="layout"]', "Third")
-    assert scope.scope("s.layout")["drives"] == ["vcan0/3"]
+    assert scope.scope("s.layout")["drives"] == [f"{bench.bus}/3"]
     assert scope.scope("s.view.to_s - s.view.from_s") == pytest.approx(0.5)
     assert scope.run("return window.said.some((text) => text.includes('not all drives'))")
     assert scope.complaints() == []

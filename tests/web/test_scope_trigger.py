@@ -6,9 +6,8 @@ from selenium.webdriver.common.keys import Keys
 
 
 @pytest.fixture(scope="module")
-def scope(bench):
-    bench.tell("move")
-    page = Page(bench.http, query="#scope?drive=vcan0/1")
+def scope(bench, browser):
+    page = Page(browser, bench.http, query=f"#scope?drive={bench.bus}/1")
     page.until(lambda: page.scope("s.traces.length > 0 && s.captures[0].samples.length > 100"))
     yield page
     page.close()
@@ -120,7 +119,7 @@ def test_a_command_on_the_bus_stops_the_scope(short, bench):
     assert view["to_s"] - view["from_s"] == pytest.approx(0.2)
     assert at - view["from_s"] == pytest.approx(0.05)
     assert [mark["name"] for mark in view["marks"]] == ["T"]
-    assert "resume waits anew" in short.text("#trigger-state")
+    short.until(lambda: "resume waits anew" in short.text("#trigger-state"))
     short.click(".scope-controls", "Resume")
     assert short.scope("s.triggered_s") is None
 

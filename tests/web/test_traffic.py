@@ -1,8 +1,9 @@
 """The traffic of the dashboard: words for frames, several buses, ways to a frame and from it."""
 
 import pytest
+from bench import Bench
 from conftest import PROGRAM
-from dashboard import Bench, Page, settle
+from dashboard import Page, settle
 from selenium.webdriver.common.keys import Keys
 
 TABLE = "#view-traffic tbody"
@@ -70,15 +71,15 @@ def test_nothing_of_a_frame_is_cut(page, bench, size):
 
 
 @pytest.fixture(scope="module")
-def two(request):
-    bench = Bench(PROGRAM, "1,2", "--bus", "vcan1", "--ids", "1,2")
+def two():
+    bench = Bench(PROGRAM, ["1,2", "1,2"])
     yield bench
     bench.close()
 
 
 @pytest.fixture(scope="module")
-def both(two):
-    page = Page(two.http)
+def both(two, browser):
+    page = Page(browser, two.http)
     yield page
     page.close()
 
@@ -107,27 +108,28 @@ def to_the_frame(page, drive):
 
 
 def test_a_frame_that_is_not_kept_is_not_looked_for_elsewhere(both, two):
-    two.tell("141#9A")  # 1 byte instead of 8, before anybody has opened the traffic
-    to_the_frame(both, "vcan0 1")
+    two.send(0x141, b"\x9a")  # 1 byte instead of 8, before anybody has opened the traffic
+    to_the_frame(both, f"{two.bus} 1")
     settle(both, lambda: "is not here" in " ".join(note.text for note in both.all(".note")))
     assert not paused(both)
 
 
 def test_advice_leads_to_its_frame_on_its_bus(both, two):
-    both.go("traffic?drive=vcan0/1")
+    second = two.buses[1]
+    both.go(f"traffic?drive={two.bus}/1")
     both.click("#view-traffic", "all")
 
     def frame_is_seen():
-        two.tell("vcan1 141#9C00000000000000")  # again and again: nobody tells when the stream is open
-        return "vcan1" in cells(both, 3)
+        two.ask(1, 0x9C, bus=1)  # again and again: nobody tells when the stream is open
+        return second in cells(both, 3)
 
     settle(both, frame_is_seen)
-    two.tell("vcan1 142#9A00")
+    two.send(0x142, b"\x9a\0", bus=1)
     settle(both, lambda: "142#9A00" in cells(both, 8))
-    two.tell("move 1,2")  # so that there is much after it
+    two.move(1, 2)  # so that there is much after it
     settle(both, lambda: int(both.text("#traffic-info").split(" of ")[1].split()[0]) > 200)
-    two.tell("move")
-    to_the_frame(both, "vcan1 2")
+    two.move()
+    to_the_frame(both, f"{second} 2")
     assert paused(both)
     both.drawn()
     top = both.run("""
@@ -135,7 +137,7 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
       return [...document.querySelectorAll('.frames tbody tr')].find((row) => row.getBoundingClientRect().bottom > under + 2)
         .cells[7].textContent;""")
     assert top == "142#9A00"
-    assert set(cells(both, 3)) == {"vcan1"}, "its drive's frames, and not those of drive 2 on the other bus"
+    assert set(cells(both, 3)) == {second}, "its drive's frames, and not those of drive 2 on the other bus"
     both.click("#view-traffic", "Resume")
     both.click("#view-traffic", "all")
 
@@ -143,13 +145,13 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
 def test_drives_of_two_buses_are_told_apart(both, two):
     both.go("traffic")
     both.click("#view-traffic", "Clear")
-    for bus in ("vcan0", "vcan1"):
-        two.tell(f"{bus} 141#9A00000000000000")
-        two.tell(f"{bus} 142#9A00000000000000")
+    for bus in (0, 1):
+        for drive in (1, 2):
+            two.ask(drive, 0x9A, bus=bus)
     settle(both, lambda: len(cells(both, 3)) == 8)
-    button = both.button("#view-traffic", "vcan1 1")
+    button = both.button("#view-traffic", f"{two.buses[1]} 1")
     button.send_keys(Keys.SPACE)
-    settle(both, lambda: cells(both, 3) == ["vcan1"] * 2)
+    settle(both, lambda: cells(both, 3) == [two.buses[1]] * 2)
     assert [way[-1] for way in cells(both, 4)] == ["1", "1"]
     assert both.driver.switch_to.active_element == button, "who has pressed a button is still at it"
     assert button.get_attribute("aria-pressed") == "true"
@@ -157,22 +159,22 @@ def test_drives_of_two_buses_are_told_apart(both, two):
     settle(both, lambda: len(cells(both, 3)) == 8)
 
 
-def told(page, script):
+def told(page, bench, script):
     """By the module that keeps frames, which then forgets what it was told here."""
     return page.driver.execute_async_script("""
-      const done = arguments[0];
+      const [[first, second], done] = arguments;
       import('/traffic_frames.js').then((m) => {
         const frame = (time_s) => ({time_s, from: 'host', id: 1, frame: '141#9A', command: '9A', name: 'read state 1', values: ''});
-        m.forget();""" + script + "});")
+        m.forget();""" + script + "});", bench.buses)
 
 
-def test_frames_of_two_buses_are_in_order_of_time(both):
-    seen = told(both, """
-        m.keep('vcan0', [frame(-5), frame(-1)]);
-        m.keep('vcan1', [frame(-6), frame(-3), frame(-2)]);
-        m.tellLost('vcan0', 3);
-        m.tellLost('vcan1', 4);
-        m.tellLost('vcan0', 5);
+def test_frames_of_two_buses_are_in_order_of_time(both, two):
+    seen = told(both, two, """
+        m.keep(first, [frame(-5), frame(-1)]);
+        m.keep(second, [frame(-6), frame(-3), frame(-2)]);
+        m.tellLost(first, 3);
+        m.tellLost(second, 4);
+        m.tellLost(first, 5);
         const {shown} = m.kept;
         done([shown.map((one) => one.time_s), shown.map((one, n) => m.frameBefore(n)?.time_s ?? null), m.lostFrames()]);
         m.forget();""")
@@ -181,8 +183,8 @@ def test_frames_of_two_buses_are_in_order_of_time(both):
 
 def test_whoever_reads_is_not_moved_when_old_frames_go(both, two):
     both.go("traffic")
-    told(both, """
-        m.keep('vcan0', Array.from({length: 60000}, (_, n) => frame(n - 1e6)));
+    told(both, two, """
+        m.keep(first, Array.from({length: 60000}, (_, n) => frame(n - 1e6)));
         done();""")
     rows = "return [...document.querySelectorAll('.frames tbody tr')].map((row) => row.cells[0].textContent)"
     two.ask(1, 0x9C)  # now there is something to draw, and the last 50,000 stay
@@ -191,11 +193,11 @@ def test_whoever_reads_is_not_moved_when_old_frames_go(both, two):
     settle(both, lambda: both.run(rows)[0].startswith("\u221295001"))
     read = both.run(rows)[0]
     both.driver.execute_async_script("""
-      const done = arguments[0];
+      const [bus, done] = arguments;
       import('/traffic_frames.js').then((m) => {
-        m.keep('vcan0', Array.from({length: 10001}, (_, n) => ({...m.kept.all[0], time_s: n / 1e5 - 100})));
+        m.keep(bus, Array.from({length: 10001}, (_, n) => ({...m.kept.all[0], time_s: n / 1e5 - 100})));
         done();
-      });""")
+      });""", two.bus)
     before = both.run("return document.querySelector('.frames').scrollTop")
     two.ask(1, 0x9C)
     settle(both, lambda: both.run("return document.querySelector('.frames').scrollTop") != before)
