@@ -1,4 +1,4 @@
-"""The package and the real lk-emu, on a real bus."""
+"""The package and the real lk-emu."""
 
 import lkemu as package
 import pytest
@@ -13,12 +13,13 @@ def test_two_at_a_time_have_a_bus_each(lkemu, lkemu_start):
     assert [drive.id for drive in lkemu.drives] == [1, 2, 3, 4] and [drive.id for drive in other.drives] == [7]
 
 
-def test_a_robot_of_two_buses(lkemu_start):
-    robot = lkemu_start(bus={"vcan0": "1-2", "vcan1": "2,5"})
-    assert robot.buses == ["vcan0", "vcan1"]
-    robot.drive(2, "vcan1").ambient(40)
-    robot.targets(bus="vcan1").power.off()
-    assert robot.drive(5).bus == "vcan1" and len(robot.drives) == 4
+def test_a_robot_of_two_buses(lkemu_start, tmp_path):
+    left, right = f"slcan-pty:{tmp_path}/left", f"slcan-pty:{tmp_path}/right"
+    robot = lkemu_start(bus={left: "1-2", right: "2,5"})
+    assert robot.buses == [left, right]
+    robot.drive(2, right).ambient(40)
+    robot.targets(bus=right).power.off()
+    assert robot.drive(5).bus == right and len(robot.drives) == 4
 
 
 def test_time_stands_until_it_is_moved(clock):

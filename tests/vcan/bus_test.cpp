@@ -1,11 +1,14 @@
-// The program on its interfaces: what it ignores, interfaces that come and go, several buses,
-// stopping.
+// The program on its interfaces: what it ignores, interfaces that come and go, several buses.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <future>
 #include <map>
@@ -14,12 +17,12 @@
 #include <vector>
 
 #include "protocol/frame_bits.hpp"
+#include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
+#include "tests/host/machine_support.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
-#include "tests/vcan/host.hpp"
-#include "tests/vcan/machine_support.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace bus_test {
 
 using namespace std::chrono_literals;
@@ -107,25 +110,6 @@ TEST(BadFrames, WithoutAWireTheKernelKeepsForeignFramesOut) {
   EXPECT_NE(result.out.find(" 2 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
 }
 
-TEST(MultiDrive, AnswersInIdOrder) {
-  const test::TempDirectory own;
-  const std::string file = own.put("robot.toml",
-                                   "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nids = \"1-4\"\n"
-                                   "settings.broadcast_mode = true\n");
-  EmulatorProcess emulator({"--rom", ":memory:", "--config", file});
-  ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
-  host.send(0x141, kReadState2);  // not answered in multi-drive mode
-  host.send(0x280, {0, 0, 0, 0, 0, 0, 0, 0});
-  for (canid_t id = 0x141; id <= 0x144; ++id) {
-    const auto reply = host.receive();
-    ASSERT_TRUE(reply);
-    EXPECT_EQ(reply->can_id, id);
-    EXPECT_EQ(reply->data[0], 0xA1);
-  }
-  EXPECT_EQ(emulator.stop().status, 0);
-}
-
 TEST(Buses, TwoAtOnceAndThirtyTwoIds) {
   EmulatorProcess emulator(
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bus", "vcan1", "--ids", "5,7-9"});
@@ -156,6 +140,45 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
   const auto result = emulator.stop();
   EXPECT_NE(result.out.find(" 2000 frames, 2000 queries, 2000 replies"), std::string::npos)
       << result.out;
+}
+
+TEST(Buses, TwoHostsSeeEachOthersQueriesAndAllReplies) {
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-2"});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  Host other("vcan0");
+  host.send(0x141, {0x9A});
+  const auto query = other.receive();
+  ASSERT_TRUE(query);
+  EXPECT_EQ(query->can_id, 0x141U);
+  EXPECT_EQ(query->data[3], 0) << "the query";
+  const auto reply = other.receive();
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->can_id, 0x141U);
+  EXPECT_NE(reply->data[3], 0) << "the reply, with the voltage";
+  EXPECT_TRUE(host.receive());
+  // And the other way round.
+  EXPECT_TRUE(other.query(2, kReadState2));
+}
+
+TEST(Buses, TheDeliveredRobotsAnswer) {
+  const test::TempDirectory own;
+  const std::filesystem::path robots = std::filesystem::path(LKEMU_SOURCE_DIR) / "configs/buses";
+  for (const char* robot : {"gimbal", "turntable", "bench"}) {
+    SCOPED_TRACE(robot);
+    EmulatorProcess emulator({"--config", (robots / robot).replace_extension("toml"), "--bus",
+                              "vcan0", "--rom", own.path("rom")});
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(1, {0x9C}).value_or(Payload{})[0], 0x9C);
+    EXPECT_EQ(emulator.stop().status, 0);
+  }
+  EmulatorProcess emulator({"--config", robots / "quadruped.toml", "--rom", own.path("rom")});
+  ASSERT_TRUE(emulator.wait_ready());
+  Host front("vcan0");
+  Host hind("vcan1");
+  for (int id = 1; id <= 6; ++id) EXPECT_TRUE(front.query(id, {0x92})) << id;
+  for (int id = 7; id <= 12; ++id) EXPECT_TRUE(hind.query(id, {0x92})) << id;
 }
 
 struct Exchange {
@@ -261,6 +284,53 @@ TEST(Interface, DownAtTheStartIsWaitedFor) {
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
+/// The manager of a service is told what it waits for.
+TEST(Interface, DownAtTheStartIsToldToTheServiceManager) {
+  const OwnInterface bus("vcanlate");
+  bus.down();
+  const test::TempDirectory own;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string place = own.path("notify");
+  std::ranges::copy(place, address.sun_path);
+  const int manager = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ASSERT_EQ(::bind(manager, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  const auto told = [manager] {
+    char text[256];
+    pollfd readable{manager, POLLIN, 0};
+    if (::poll(&readable, 1, kPatience_ms) < 1) return std::string();
+    const ssize_t size = ::recv(manager, text, sizeof text, 0);
+    return std::string(text, static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  };
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanlate", "--ids", "1"},
+                           {"env", "NOTIFY_SOCKET=" + place});
+  EXPECT_EQ(told(), "STATUS=waiting for an interface to be up");
+  bus.up();
+  EXPECT_EQ(told(), "READY=1\nSTATUS=ready vcanlate:1");
+  EXPECT_EQ(emulator.stop().status, 0);
+  EXPECT_EQ(told(), "STOPPING=1");
+  ::close(manager);
+}
+
+TEST(Interface, AScenarioThatNeverBeganForItIsInvalid) {
+  const test::TempDirectory own;
+  const std::string file =
+      own.put("live.toml", "duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n");
+  const std::string junit = own.path("junit.xml");
+  const OwnInterface bus("vcandown");
+  bus.down();
+  EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcandown", "--ids",
+                            "1", "--scenario", file, "--junit", junit});
+  EXPECT_TRUE(emulator.wait_for_log("vcandown is down: waiting"));
+  const auto result = emulator.stop();
+  EXPECT_EQ(result.status, 3) << result.out;
+  const std::string why = "invalid: the scenario never began, an interface was down";
+  EXPECT_NE(result.out.find(why + "\n"), std::string::npos) << result.out;
+  const std::string xml = own.text_of("junit.xml");
+  EXPECT_NE(xml.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
+  EXPECT_NE(xml.find(why), std::string::npos) << xml;
+}
+
 TEST(Interface, MissingOnesAreRefusedWithTheCommandsThatMakeThem) {
   const auto result =
       EmulatorProcess({"--rom", ":memory:", "--bus", "vcanno", "--ids", "1"}).wait();
@@ -326,19 +396,6 @@ TEST(CreateBus, WithoutPermissionSaysWhichIsMissing) {
             "lk-emu: no permission to make vcanperm: --create-bus needs root or CAP_NET_ADMIN\n");
 }
 
-TEST(Stop, SignalsEndTheProgramWithASummary) {
-  for (const int number : {SIGTERM, SIGINT}) {
-    EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-4"});
-    ASSERT_TRUE(emulator.wait_ready());
-    Host host("vcan0");
-    EXPECT_TRUE(host.query(3, kReadState2));
-    const auto result = emulator.stop(number);
-    EXPECT_EQ(result.status, 0);
-    EXPECT_NE(result.out.find("lk-emu stopped after"), std::string::npos);
-    EXPECT_NE(result.out.find(" 1 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
-  }
-}
-
 TEST(Stop, WorksWhileTheInterfaceIsGone) {
   const OwnInterface bus("vcanstop");
   EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcanstop", "--ids", "1"});
@@ -348,20 +405,5 @@ TEST(Stop, WorksWhileTheInterfaceIsGone) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST(Pace, APausedProgramSlipsAndSaysSo) {
-  EmulatorProcess emulator({"--rom", ":memory:", "--bus", "vcan0", "--ids", "1"});
-  ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
-  ASSERT_TRUE(suspend(emulator));
-  const auto paused = MonoClock::now();
-  host.send(0x141, kReadState2);
-  ASSERT_TRUE(wait_until([&] { return MonoClock::now() - paused > 300ms; }));
-  emulator.signal(SIGCONT);
-  EXPECT_TRUE(host.receive()) << "what came during the pause is answered after it";
-  EXPECT_TRUE(emulator.wait_for_log("simulated time slips"));
-  const auto result = emulator.stop();
-  EXPECT_NE(result.out.find("simulated time slipped"), std::string::npos) << result.out;
-}
-
 }  // namespace bus_test
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -21,11 +21,11 @@
 #include <thread>
 #include <vector>
 
+#include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
-#include "tests/vcan/host.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace flood_test {
 
 using Clock = std::chrono::steady_clock;
@@ -274,4 +274,4 @@ TEST_F(Flooded, OnAWireEveryFrameIsAccountedFor) { flood("1000000"); }
 TEST_F(Flooded, WithoutAWireEveryQueryIsAccountedFor) { flood("0"); }
 
 }  // namespace flood_test
-}  // namespace lk::vcan
+}  // namespace lk::host

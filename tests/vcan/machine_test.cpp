@@ -1,5 +1,5 @@
 // What the machine does to a running emulator: interfaces renamed and descriptors used up, clocks
-// set, the process stopped, the processor taken away.
+// set, the processor taken away.
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -8,18 +8,18 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <map>
 
-#include "tests/vcan/machine_support.hpp"
+#include "tests/host/machine_support.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace machine_test {
 
 // --- interfaces
 
-class Interface : public MachineTest {
+class WatchedInterface : public MachineTest {
  protected:
-  ~Interface() override {
+  WatchedInterface() : MachineTest("vcanold") {}
+  ~WatchedInterface() override {
     for (const char* name : {"vcanold", "vcannew"}) {
       run("ip link del " + std::string(name) + " 2>/dev/null");
     }
@@ -49,9 +49,9 @@ class Interface : public MachineTest {
   }
 };
 
-TEST_F(Interface, RenamedItIsAnotherOne) {
+TEST_F(WatchedInterface, RenamedItIsAnotherOne) {
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   rename("vcanold", "vcannew");
   ASSERT_TRUE(emulator.wait_for_log(
@@ -68,9 +68,9 @@ TEST_F(Interface, RenamedItIsAnotherOne) {
   EXPECT_EQ(emulator.stop().status, 0);
 }
 
-TEST_F(Interface, RenamedBackItGoesOn) {
+TEST_F(WatchedInterface, RenamedBackItGoesOn) {
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   rename("vcanold", "vcannew");
   ASSERT_TRUE(emulator.wait_for_log("vcanold is called vcannew now"));
@@ -81,9 +81,9 @@ TEST_F(Interface, RenamedBackItGoesOn) {
 }
 
 /// Nothing reports that there is room again: it has to look by itself.
-TEST_F(Interface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
+TEST_F(WatchedInterface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   ASSERT_TRUE(run("ip link del vcanold"));
   ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
@@ -100,10 +100,10 @@ TEST_F(Interface, IsOpenedAsSoonAsThereIsADescriptorForIt) {
   EXPECT_EQ(count_of(result.err, "cannot open"), 1) << result.err;
 }
 
-TEST_F(Interface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
+TEST_F(WatchedInterface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would keep all of this machine from waiting";
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   ASSERT_TRUE(run("ip link del vcanold"));
   ASSERT_TRUE(emulator.wait_for_log("vcanold is gone"));
@@ -121,9 +121,9 @@ TEST_F(Interface, IsOpenedAsSoonAsTheKernelWatchesItsSocket) {
 }
 
 /// Stopped, it cannot answer before the interface is down; its socket keeps what came before that.
-TEST_F(Interface, WhatItLosesWhileItIsDownIsCounted) {
+TEST_F(WatchedInterface, WhatItLosesWhileItIsDownIsCounted) {
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   constexpr int kRounds = 3;
   std::uint64_t sent = 0;
@@ -148,9 +148,9 @@ TEST_F(Interface, WhatItLosesWhileItIsDownIsCounted) {
 }
 
 /// Whichever of them are lost.
-TEST_F(Interface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
+TEST_F(WatchedInterface, GoingDownInTheMidstOfRepliesItStaysBalanced) {
   make("vcanold");
-  EmulatorProcess emulator(arguments({}, "vcanold"));
+  EmulatorProcess emulator(arguments());
   ASSERT_TRUE(emulator.wait_ready());
   constexpr int kRounds = 5;
   std::uint64_t sent = 0;
@@ -192,7 +192,10 @@ class WallClock {
   timeval before_{};
 };
 
-using Clocks = MachineTest;
+class Clocks : public MachineTest {
+ protected:
+  Clocks() : MachineTest("vcan0") {}
+};
 
 TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
   if (!in_user_mode_linux()) GTEST_SKIP() << "would set the clock of this machine";
@@ -219,41 +222,7 @@ TEST_F(Clocks, AWallClockThatIsSetMovesNothing) {
 
 // --- the processor
 
-using Processor = MachineTest;
-
-/// A machine that is busy besides may make time slip again later: another episode, which is told
-/// of, too, but only after the end of the one before.
-TEST_F(Processor, StoppedForSecondsItSlipsSaysSoAndAnswersWhatCame) {
-  EmulatorProcess emulator(arguments());
-  ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
-  const Reading begin = read_clock();
-  ASSERT_TRUE(suspend(emulator));
-  const auto stopped = MonoClock::now();
-  constexpr int kFrames = 500;  // well within a socket's buffer
-  for (int n = 0; n < kFrames; ++n) host.send(0x141U + static_cast<canid_t>(n % 4), kReadState2);
-  ASSERT_TRUE(wait_until([&] { return MonoClock::now() - stopped > std::chrono::seconds(3); }));
-  const double pause_s = std::chrono::duration<double>(MonoClock::now() - stopped).count();
-  emulator.signal(SIGCONT);
-  std::map<canid_t, int> replies;  // the lowest identifier gets the wire first
-  for (int n = 0; n < kFrames; ++n) {
-    const auto reply = host.receive();
-    ASSERT_TRUE(reply) << n;
-    ++replies[reply->can_id];
-  }
-  constexpr int kEach = kFrames / 4;
-  EXPECT_EQ(replies, (std::map<canid_t, int>{
-                         {0x141, kEach}, {0x142, kEach}, {0x143, kEach}, {0x144, kEach}}));
-  const Reading end = read_clock();
-  expect_no_drift(begin, end);
-  EXPECT_GE(end.slipped_s - begin.slipped_s, pause_s - 0.051) << "no more than 50 ms are made up";
-  expect_balanced(kFrames);
-  const auto result = emulator.stop();
-  EXPECT_EQ(result.status, 0);
-  const int episodes = count_of(result.err, "simulated time slips");
-  EXPECT_GE(episodes, 1) << result.err;
-  EXPECT_LE(episodes, 1 + count_of(result.err, "keeping up again")) << result.err;
-}
+class Processor : public Clocks {};
 
 /// Takes the only processor away for so long, and more than the priority of others can claim.
 void hog_processor(std::chrono::milliseconds span) {
@@ -325,4 +294,4 @@ TEST_F(Processor, SharedWithManyThatGoFirstItStaysConsistent) {
 }
 
 }  // namespace machine_test
-}  // namespace lk::vcan
+}  // namespace lk::host

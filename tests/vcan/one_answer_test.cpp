@@ -14,9 +14,9 @@
 #include <csignal>
 #include <filesystem>
 
-#include "tests/vcan/machine_support.hpp"
+#include "tests/host/machine_support.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace one_answer_test {
 
 std::vector<std::string> on(const std::string& bus, const std::string& ids) {
@@ -126,6 +126,50 @@ TEST_F(OneAnswer, WhatIsMadeAtTheStartIsTakenToo) {
   expect_refused(arguments, refusal("onebus", 3, first));
 }
 
+/// The classic way to lose a motor, and how it is found again.
+TEST_F(OneAnswer, AnIdWrittenOverTheBusIsWhereTheDriveIsUntilRomIsWiped) {
+  const std::string robot = own_.put("robot.toml",
+                                     "[[bus]]\ninterface = \"vcan0\"\n[[bus.drive]]\nid = 1\n"
+                                     "generation = \"v236b\"\n");
+  std::vector<std::string> arguments = {"--config", robot, "--rom", path("rom")};
+  {
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    const Payload id_9 = {0x42, 0x05, 0x0A, 0, 9};
+    EXPECT_EQ(host.query(1, id_9), id_9);
+    EXPECT_EQ(host.query(1, {0x44, 0x05, 0xFA}), (Payload{0x44, 0x05, 0x01}));
+    host.send(0x141, Payload{0x07});
+    ASSERT_TRUE(emulator.wait_for_log("drive 1 answers at ID 9"));
+    host.send(0x141, Payload{0x88});  // silence: the next frame is the reply to the next query
+    EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
+    expect_refused(on("vcan0", "9"), refusal("vcan0", 9, emulator));
+    // The ID that it has left is free.
+    EmulatorProcess beside(on("vcan0", "1"));
+    EXPECT_TRUE(beside.wait_ready());
+  }
+  {
+    auto check = arguments;
+    check.emplace_back("--check");
+    const auto checked = EmulatorProcess(check).wait();
+    EXPECT_EQ(checked.status, 0);
+    EXPECT_NE(checked.out.find("drive 1: answers at ID 9"), std::string::npos) << checked.out;
+    EmulatorProcess emulator(arguments);
+    ASSERT_TRUE(emulator.wait_ready());
+    Host host("vcan0");
+    EXPECT_EQ(host.query(9, {0x88}), Payload{0x88});
+    const auto result = emulator.stop();
+    EXPECT_NE(result.out.find("lk-emu ready vcan0:1 (1 answers at ID 9)"), std::string::npos)
+        << result.out;
+    EXPECT_NE(result.err.find("drive 1 answers at ID 9"), std::string::npos) << result.err;
+  }
+  arguments.emplace_back("--wipe-rom");
+  EmulatorProcess emulator(arguments);
+  ASSERT_TRUE(emulator.wait_ready());
+  Host host("vcan0");
+  EXPECT_EQ(host.query(1, {0x88}), Payload{0x88});
+}
+
 /// Where no lock reaches, and one query is answered for ever.
 TEST_F(OneAnswer, AnotherDriveElsewhereIsToldByAdvice) {
   ASSERT_TRUE(run("ip link add enda type vxcan peer name endb && ip link set enda up"));
@@ -220,4 +264,4 @@ TEST_F(RealBus, InThePlaceOfAVirtualOneItIsLeftAlone) {
 }
 
 }  // namespace one_answer_test
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -51,7 +51,7 @@ TEST(RegularFile, NothingElseIsRead) {
   EXPECT_EQ(refusal(none, 10), "cannot read " + none + ": No such file or directory");
 }
 
-// --- motors by their path; tests/vcan/cli_test.cpp has names, as no shipped files are beside a
+// --- motors by their path; tests/host/cli_test.cpp has names, as no shipped files are beside a
 // test
 // ------------------------------------------------------------------------------------------------
 

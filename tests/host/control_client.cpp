@@ -1,4 +1,4 @@
-#include "tests/vcan/control_client.hpp"
+#include "tests/host/control_client.hpp"
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -8,7 +8,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace lk::vcan {
+namespace lk::host {
 
 double Answer::number(const std::string& key) const {
   const auto at = body.find("\"" + key + "\":");
@@ -50,4 +50,4 @@ Answer ask(const std::string& path, const std::string& request, const std::strin
   return {std::stoi(text.substr(text.find(' '))), text.substr(end + 4)};
 }
 
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -9,9 +9,9 @@
 #include <random>
 #include <thread>
 
-#include "tests/vcan/machine_support.hpp"
+#include "tests/host/machine_support.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace kill_everything_test {
 
 constexpr int kDrives = 4;
@@ -79,7 +79,7 @@ class KillEverything : public MachineTest {
   std::vector<std::string> everything(int life) const {
     return {"--rom",       path("rom"),
             "--control",   socket(),
-            "--bus",       "vcan0",
+            "--bus",       own_bus(),
             "--ids",       "1-" + std::to_string(kDrives),
             "--record",    path("recording-" + std::to_string(life)),
             "--log-level", "off"};
@@ -100,9 +100,9 @@ class KillEverything : public MachineTest {
   Frames live(int life, std::chrono::microseconds span) {
     EmulatorProcess emulator(everything(life));
     EXPECT_TRUE(emulator.wait_ready()) << emulator.wait().err;
-    Host host("vcan0");
+    Host host(own_bus());
     check_rom(host);
-    Host monitor("vcan0");
+    Host monitor(own_bus());
     std::atomic<bool> over = false;
     std::thread client([&] {
       while (!over) {
@@ -114,7 +114,7 @@ class KillEverything : public MachineTest {
       }
     });
     std::thread asker([&] {
-      Host other("vcan0");
+      Host other(own_bus());
       while (!over) {
         for (canid_t id = 3; id <= 4; ++id) other.send(0x140U + id, kReadState2);
         static_cast<void>(other.receive(5));
@@ -190,7 +190,7 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
   }
   EmulatorProcess emulator(everything(kKills));
   ASSERT_TRUE(emulator.wait_ready()) << emulator.wait().err;
-  Host host("vcan0");
+  Host host(own_bus());
   check_rom(host);
   EXPECT_EQ(emulator.stop().status, 0);
   std::printf(
@@ -203,4 +203,4 @@ TEST_F(KillEverything, LosesNothingThatWasAcknowledged) {
 }
 
 }  // namespace kill_everything_test
-}  // namespace lk::vcan
+}  // namespace lk::host

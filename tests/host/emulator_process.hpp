@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace lk::vcan {
+namespace lk::host {
 
 /// Time after which a test gives up on something that should have happened: long, since nobody
 /// waits for it unless the test fails.
@@ -59,4 +59,4 @@ int count_of(const std::string& text, const std::string& what);
 /// Runs a command of the system; false unless it succeeded.
 bool run(const std::string& command);
 
-}  // namespace lk::vcan
+}  // namespace lk::host

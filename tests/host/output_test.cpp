@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/host/emulator_process.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace output_test {
 
 /// Words before the program's that send its standard output elsewhere.
@@ -62,4 +62,4 @@ TEST(Output, ThatIsClosedIsNoOtherFile) {
 }
 
 }  // namespace output_test
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Recordings as MCAP beside a host on a real bus, read by a reader of the tests' own: whole ones, one that is killed.
+"""Recordings as MCAP beside a host, read by a reader of the tests' own: whole ones, and one that is killed.
 
-usage: mcap_host.py LK_EMU   (where vcan0 is up, see scripts/with-vcan)
+usage: mcap_hosts.py LK_EMU
 """
 
 import json
@@ -27,12 +27,14 @@ class Recorded:
     def __init__(self, program, file, *options):
         self.program, self.file, self.said = program, file, []
         self.control = file.with_suffix(".sock")
-        self.process = subprocess.Popen([program, "--bus", "vcan0", "--ids", "1,2", "--rom", ":memory:", "--control", str(self.control),
+        self.terminal = file.with_suffix(".tty")
+        self.bus = f"slcan-pty:{self.terminal}"
+        self.process = subprocess.Popen([program, "--bus", self.bus, "--ids", "1,2", "--rom", ":memory:", "--control", str(self.control),
                                          "--record", str(file), *options], stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout.readline() == "lk-emu ready vcan0:1-2\n"
+        assert self.process.stdout.readline() == f"lk-emu ready {self.bus}:1-2\n"
 
     def talk(self, count):
-        with can.Bus(interface="socketcan", channel="vcan0") as bus:
+        with can.Bus(interface="slcan", channel=str(self.terminal), sleep_after_open=0) as bus:
             for n in range(count):
                 drive = 1 + n % 2
                 bus.send(can.Message(arbitration_id=0x140 + drive, data=bytes([0x9C]).ljust(8, b"\0"), is_extended_id=False))
@@ -48,19 +50,20 @@ class Recorded:
         return self.process.wait()
 
 
-def check_frames(read, said):
+def check_frames(read, recorded):
     """Each reply that the host heard, behind its query, in order; and what the manual reads in it."""
-    frames = [json.loads(data) for _, data in read.of("/vcan0/frames")]
+    bus, said = recorded.bus, recorded.said
+    frames = [json.loads(data) for _, data in read.of(f"/{bus}/frames")]
     assert [(one["from"], one["id"] - 0x140, bytes(one["data"])) for one in frames if one["from"] == "drive"] == [
         ("drive", drive, data) for drive, data in said]
     assert sum(one["from"] == "host" for one in frames) == len(said)
-    for log_time, data in read.of("/vcan0/frames"):
+    for log_time, data in read.of(f"/{bus}/frames"):
         one = json.loads(data)
-        text = (f"({log_time // 10**9:010d}.{log_time % 10**9 // 1000:06d}) vcan0 "
+        text = (f"({log_time // 10**9:010d}.{log_time % 10**9 // 1000:06d}) {bus} "
                 f"{one['id']:03X}#{bytes(one['data']).hex().upper()} {'TR'[one['from'] == 'drive']}")
         assert one["line"] == text, (one["line"], text)
     for drive in (1, 2):
-        values = [json.loads(data) for _, data in read.of(f"/vcan0/{drive}")]
+        values = [json.loads(data) for _, data in read.of(f"/{bus}/{drive}")]
         # 0x9C: DATA[1] is the temperature, DATA[4..5] the speed in dps, little-endian.
         wanted = [(data[1], int.from_bytes(data[4:6], "little", signed=True)) for number, data in said if number == drive]
         assert [(one["temperature_C"], one["speed_dps"]) for one in values] == wanted
@@ -76,7 +79,7 @@ def whole(program, directory):
     read = Mcap(file.read_bytes())
     assert read.complete and len(read.chunks) > 1, len(read.chunks)
     assert read.library.startswith("lk-emu ")
-    check_frames(read, recorded.said)
+    check_frames(read, recorded)
     directives = [json.loads(data) for _, data in read.of("/directives")]
     assert [one.get("directive", {}).get("mark") for one in directives] == ["half of it", None], directives
     assert directives[0]["after_frames"] == QUERIES and directives[-1]["end"] is True
@@ -94,17 +97,17 @@ def killed(program, directory):
     deadline = time.monotonic() + PATIENCE_S
     for _ in range(20):
         recorded.talk(50)
-        while len(Mcap(file.read_bytes()).of("/vcan0/frames")) < 2 * len(recorded.said):
+        while len(Mcap(file.read_bytes()).of(f"/{recorded.bus}/frames")) < 2 * len(recorded.said):
             assert time.monotonic() < deadline, "frames do not reach the file"
     assert recorded.end(signal.SIGKILL) == -signal.SIGKILL
     read = Mcap(file.read_bytes())
     assert not read.complete
-    check_frames(read, recorded.said)
+    check_frames(read, recorded)
 
 
 def refused(program, directory, file):
     """One line, status 2; the file that is there stays."""
-    taken = subprocess.run([program, "--bus", "vcan0", "--ids", "1", "--rom", ":memory:", "--record", str(file)], capture_output=True, text=True, check=False)
+    taken = subprocess.run([program, "--bus", f"slcan-pty:{directory}/refused", "--ids", "1", "--rom", ":memory:", "--record", str(file)], capture_output=True, text=True, check=False)
     assert taken.returncode == 2 and "is there already" in taken.stderr, taken.stderr
     assert Mcap(file.read_bytes()).complete
     done = subprocess.run([program, "replay", str(file)], capture_output=True, text=True, check=False)

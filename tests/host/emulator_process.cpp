@@ -1,4 +1,4 @@
-#include "tests/vcan/emulator_process.hpp"
+#include "tests/host/emulator_process.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -13,7 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace lk::vcan {
+namespace lk::host {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -140,4 +140,4 @@ int count_of(const std::string& text, const std::string& what) {
 
 bool run(const std::string& command) { return std::system(command.c_str()) == 0; }
 
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -1,23 +1,23 @@
-// Advice about a host on a real bus: where it is told, and what --strict makes of it.
+// Advice about a host: where it is told, and what --strict makes of it.
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
+#include "tests/host/control_client.hpp"
+#include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/control_client.hpp"
-#include "tests/vcan/emulator_process.hpp"
-#include "tests/vcan/host.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace advice_test {
 
 class Advice : public testing::Test {
  protected:
   std::string socket() const { return own_.path("s"); }
   std::vector<std::string> arguments(std::vector<std::string> more) const {
-    more.insert(more.begin(), {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1", "--quirk",
+    more.insert(more.begin(), {"--rom", ":memory:", "--bus", own_bus(), "--ids", "1", "--quirk",
                                "off_needs_run=true", "--control", socket()});
     return more;
   }
@@ -37,9 +37,9 @@ class Advice : public testing::Test {
 TEST_F(Advice, IsToldWhereverSomebodyLooks) {
   EmulatorProcess emulator(arguments({"--lang", "en"}));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
+  Host host(own_bus());
   err(host);
-  EXPECT_TRUE(emulator.wait_for_log("vcan0:1: motion-refused: the drive is off"));
+  EXPECT_TRUE(emulator.wait_for_log(own_bus() + ":1: motion-refused: the drive is off"));
   Answer answer = ask(socket(), "GET /advice");
   EXPECT_EQ(answer.status, 200);
   while (answer.number("count") == 1) answer = ask(socket(), "GET /advice");
@@ -49,18 +49,19 @@ TEST_F(Advice, IsToldWhereverSomebodyLooks) {
   EmulatorProcess ctl({"ctl", "--socket", socket(), "advice", "--lang", "zh"});
   const auto shown = ctl.wait();
   EXPECT_EQ(shown.status, 0) << shown.err;
-  EXPECT_NE(shown.out.find("vcan0:1  motion-refused  2 x"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find(own_bus() + ":1  motion-refused  2 x"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("驱动器已关闭"), std::string::npos) << shown.out;
   const auto end = emulator.stop();
   EXPECT_EQ(end.status, 0) << "it is told, no more";
-  EXPECT_NE(end.err.find("advice about the host:\n  vcan0:1: motion-refused"), std::string::npos)
+  EXPECT_NE(end.err.find("advice about the host:\n  " + own_bus() + ":1: motion-refused"),
+            std::string::npos)
       << end.err;
 }
 
 TEST_F(Advice, IsAFailureWhereThatIsWanted) {
   EmulatorProcess emulator(arguments({"--strict", "--lang", "zh"}));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
+  Host host(own_bus());
   err(host);
   EXPECT_TRUE(emulator.wait_for_log("motion-refused"));
   const auto end = emulator.stop();
@@ -71,7 +72,7 @@ TEST_F(Advice, IsAFailureWhereThatIsWanted) {
 TEST_F(Advice, IsNotGivenToAHostThatWaitsForReplies) {
   EmulatorProcess emulator(arguments({"--strict"}));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
+  Host host(own_bus());
   EXPECT_TRUE(host.query(1, {0x9B}));
   EXPECT_TRUE(host.query(1, {0x88}));
   for (std::uint8_t n = 0; n < 200; ++n) {
@@ -85,4 +86,4 @@ TEST_F(Advice, IsNotGivenToAHostThatWaitsForReplies) {
 }
 
 }  // namespace advice_test
-}  // namespace lk::vcan
+}  // namespace lk::host

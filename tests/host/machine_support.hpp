@@ -9,14 +9,15 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "tests/host/control_client.hpp"
+#include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/control_client.hpp"
-#include "tests/vcan/emulator_process.hpp"
-#include "tests/vcan/host.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 
 using MonoClock = std::chrono::steady_clock;
 
@@ -24,12 +25,13 @@ inline constexpr Payload kReadState2 = {0x9C};
 
 class MachineTest : public testing::Test {
  protected:
+  explicit MachineTest(std::string bus = own_bus()) : bus_(std::move(bus)) {}
+
   std::string path(const std::string& name) const { return own_.path(name); }
   std::string socket() const { return path("s"); }
-  std::vector<std::string> arguments(const std::vector<std::string>& more = {},
-                                     const std::string& bus = "vcan0") const {
+  std::vector<std::string> arguments(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> all = {"--rom", ":memory:", "--control", socket(),
-                                    "--bus", bus,        "--ids",     "1-4"};
+                                    "--bus", bus_,       "--ids",     "1-4"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -84,6 +86,7 @@ class MachineTest : public testing::Test {
     EXPECT_EQ(drives.sum("queries"), status.number("queries")) << drives.body;
   }
 
+  const std::string bus_;
   const test::TempDirectory own_;
   const std::string directory_ = own_.path().string();
 };
@@ -119,4 +122,4 @@ inline bool suspend(const EmulatorProcess& emulator) {
   });
 }
 
-}  // namespace lk::vcan
+}  // namespace lk::host

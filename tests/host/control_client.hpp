@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace lk::vcan {
+namespace lk::host {
 
 /// The answer to one request.
 struct Answer {
@@ -18,4 +18,4 @@ struct Answer {
 /// Asks at the Unix socket `path`: "GET /clock", or "POST /directives" with a body.
 Answer ask(const std::string& path, const std::string& request, const std::string& body = "");
 
-}  // namespace lk::vcan
+}  // namespace lk::host

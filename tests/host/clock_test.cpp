@@ -1,5 +1,4 @@
-// Simulated time that goes by otherwise than on the wall, and lk-emu ctl, against the real program
-// on a real bus.
+// Simulated time that goes by otherwise than on the wall, and lk-emu ctl, against the real program.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -14,11 +13,11 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
-#include "tests/vcan/host.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace clock_test {
 
 using Clock = std::chrono::steady_clock;
@@ -30,8 +29,8 @@ class WithControl : public testing::Test {
  protected:
   std::string socket() const { return directory_ + "/s"; }
   std::vector<std::string> arguments(const std::string& clock, const std::string& bitrate) const {
-    return {"--rom",     ":memory:", "--control", socket(), "--clock", clock,
-            "--bitrate", bitrate,    "--bus",     "vcan0",  "--ids",   "1-2"};
+    return {"--rom",     ":memory:", "--control", socket(),  "--clock", clock,
+            "--bitrate", bitrate,    "--bus",     own_bus(), "--ids",   "1-2"};
   }
   EmulatorProcess::Exit ctl(std::vector<std::string> words) const {
     words.insert(words.begin(), {"ctl", "--socket", socket()});
@@ -51,7 +50,7 @@ class WithControl : public testing::Test {
 TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0", Host::Loopback::kOn);
+  Host host(own_bus());
   host.send(0x141, kReadState2);
   host.send(0x142, kReadPid);
   host.send(0x141, kReadPid);
@@ -70,7 +69,7 @@ TEST_F(WithControl, SteppedAnswersWhenTimeMovesAndInOrder) {
 TEST_F(WithControl, SteppedWithoutAWireStandsStillToo) {
   EmulatorProcess emulator(arguments("stepped", "0"));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
+  Host host(own_bus());
   host.send(0x141, kReadState2);
   EXPECT_GE(number("status", "time_s"), 0) << "it has had its turn";
   EXPECT_FALSE(host.receive(0));
@@ -83,7 +82,7 @@ TEST_F(WithControl, SteppedWithoutAWireStandsStillToo) {
 TEST_F(WithControl, NoFrameIsLostWhileTimeStandsStill) {
   EmulatorProcess emulator(arguments("stepped", "1000000"));
   ASSERT_TRUE(emulator.wait_ready());
-  Host host("vcan0");
+  Host host(own_bus());
   constexpr int kFrames = 5000;
   constexpr int kBurst = 100;
   for (int n = 0; n < kFrames; ++n) {
@@ -128,7 +127,7 @@ TEST_F(WithControl, TheClockChangesWithoutAJump) {
   EXPECT_LT(stands_s, 2.1) << "a hundred seconds on the wall";
   EXPECT_EQ(ctl({"clock", "realtime"}).status, 0);
   EXPECT_EQ(ctl({"advance", "1s"}).status, 1) << "time goes by itself";
-  Host host("vcan0");
+  Host host(own_bus());
   EXPECT_TRUE(host.query(1, kReadState2));
 }
 
@@ -140,7 +139,7 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   EXPECT_EQ(found.st_mode & 0777, 0600U);
   EXPECT_EQ(ctl({"fault", "hang", "--ids", "1", "--for", "500ms"}).out,
             "at 0.000000 s\nfault hang\n");
-  Host host("vcan0");
+  Host host(own_bus());
   host.send(0x141, kReadState2);
   EXPECT_EQ(ctl({"advance", "10ms"}).status, 0);
   EXPECT_FALSE(host.receive(0)) << "it hangs";
@@ -154,7 +153,7 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
   EXPECT_EQ(refused.err, "lk-emu: ids: no drive 3 on this bus\n");
   EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "3"}).err, refused.err);
   EXPECT_EQ(ctl({"set", "supply_V=20", "--ids", "1-2"}).status, 0);
-  EXPECT_EQ(ctl({"drive", "9"}).err, "lk-emu: ctl: there is no drive 9 on vcan0\n");
+  EXPECT_EQ(ctl({"drive", "9"}).err, "lk-emu: ctl: there is no drive 9 on " + own_bus() + "\n");
   EXPECT_EQ(ctl({"set", "supply"}).status, 2);
   EXPECT_EQ(ctl({"power", "off", "--ids", "2"}).status, 0);
   EXPECT_EQ(ctl({"advance", "1s"}).status, 0);
@@ -166,20 +165,20 @@ TEST_F(WithControl, CtlActsAndSaysWhatWasRefused) {
 
 TEST_F(WithControl, CtlFindsTheOnlyOneByItself) {
   ::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1);
-  std::vector<std::string> words = {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1"};
+  std::vector<std::string> words = {"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"};
   EmulatorProcess first(words);
   ASSERT_TRUE(first.wait_ready());
   EXPECT_EQ(EmulatorProcess({"ctl", "drives"}).wait().status, 0);
   struct stat found {};
   ASSERT_EQ(::stat((directory_ + "/lk-emu").c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0700U);
-  words[3] = "vcan1";
+  words[3] = own_bus(1);
   EmulatorProcess second(words);
   ASSERT_TRUE(second.wait_ready());
   EXPECT_EQ(EmulatorProcess({"ctl", "drives"}).wait().status, 2) << "which one?";
-  const auto of_second = EmulatorProcess({"ctl", "--bus", "vcan1", "drives"}).wait();
-  EXPECT_NE(of_second.out.find("vcan1"), std::string::npos);
-  EXPECT_EQ(of_second.out.find("vcan0"), std::string::npos);
+  const auto of_second = EmulatorProcess({"ctl", "--bus", own_bus(1), "drives"}).wait();
+  EXPECT_NE(of_second.out.find(own_bus(1)), std::string::npos);
+  EXPECT_EQ(of_second.out.find(own_bus()), std::string::npos);
   EXPECT_EQ(second.stop().status, 0);
   EXPECT_EQ(first.stop(SIGINT).status, 0);
   EXPECT_EQ(EmulatorProcess({"ctl", "drives"}).wait().status, 2) << "nobody is there";
@@ -187,4 +186,4 @@ TEST_F(WithControl, CtlFindsTheOnlyOneByItself) {
 }
 
 }  // namespace clock_test
-}  // namespace lk::vcan
+}  // namespace lk::host

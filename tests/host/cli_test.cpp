@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/host/emulator_process.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace cli_test {
 
 struct BadInput {
@@ -432,4 +432,4 @@ TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
 }
 
 }  // namespace cli_test
-}  // namespace lk::vcan
+}  // namespace lk::host

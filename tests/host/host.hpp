@@ -8,18 +8,23 @@
 #include <string>
 #include <vector>
 
-#include "tests/vcan/emulator_process.hpp"
+#include "tests/host/emulator_process.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 
 using Payload = std::array<std::uint8_t, 8>;
 
-/// A host program's socket on a CAN interface.
+/// A bus that no other process has, the `n`th of this one, and that needs no CAN in the kernel:
+/// slcan at an address of this machine's loopback that is this process's number.
+std::string own_bus(int n = 0);
+
+/// A host program on a bus: a socket on an interface of SocketCAN, or a client of
+/// slcan-tcp:ADDR:PORT.
 class Host {
  public:
   enum class Loopback : std::uint8_t { kOn, kOff };
 
-  explicit Host(const std::string& interface, Loopback loopback = Loopback::kOn);
+  explicit Host(const std::string& bus, Loopback loopback = Loopback::kOn);
   Host(const Host&) = delete;
   Host& operator=(const Host&) = delete;
   ~Host();
@@ -27,7 +32,7 @@ class Host {
   void send(canid_t id, const Payload& data) const;
   void send(const can_frame& frame) const;
   void send(const canfd_frame& frame) const;
-  /// Of all others' frames it no longer notices any but those of these drives.
+  /// Of all others' frames it no longer notices any but those of these drives. On SocketCAN only.
   void hear_only(const std::vector<int>& ids) const;
   /// The next frame of another program; nothing when none came within the patience given.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);
@@ -35,7 +40,11 @@ class Host {
   std::optional<Payload> query(int id, const Payload& data);
 
  private:
-  int fd_;
+  std::optional<can_frame> receive_line(int patience_ms);
+
+  int fd_ = -1;
+  bool slcan_ = false;
+  std::string heard_;  // of slcan, and not read yet
 };
 
-}  // namespace lk::vcan
+}  // namespace lk::host

@@ -11,10 +11,10 @@
 #include <cstdio>
 #include <future>
 
+#include "tests/host/machine_support.hpp"
 #include "tests/support/sanitizer.hpp"
-#include "tests/vcan/machine_support.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace bad_clients_test {
 
 constexpr int kClients = 1000;
@@ -189,8 +189,7 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
   forget_peak(emulator.pid());
   const std::uint64_t before_KiB = peak_KiB(emulator.pid());
   std::uint64_t most_KiB[2] = {};
-  Host host("vcan0");
-  host.hear_only({2});
+  Host host(own_bus());
   int queries = 0;
   for (std::uint64_t& peak : most_KiB) {
     const auto attacked = std::async(std::launch::async, attack, kinds, doors);
@@ -229,4 +228,4 @@ TEST_F(BadClients, LeaveBusAndMemoryAlone) {
 }
 
 }  // namespace bad_clients_test
-}  // namespace lk::vcan
+}  // namespace lk::host

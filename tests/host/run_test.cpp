@@ -9,10 +9,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/host/emulator_process.hpp"
 #include "tests/support/temp_directory.hpp"
-#include "tests/vcan/emulator_process.hpp"
 
-namespace lk::vcan {
+namespace lk::host {
 namespace run_test {
 
 namespace fs = std::filesystem;
@@ -216,9 +216,9 @@ TEST_F(Run, CandumpHasNoMarksUnlessTheyAreWanted) {
 }
 
 TEST_F(Run, WiresharkReadsTheCapture) {
-  if (!lk::vcan::run("command -v tshark >/dev/null")) GTEST_SKIP() << "tshark is missing";
+  if (!lk::host::run("command -v tshark >/dev/null")) GTEST_SKIP() << "tshark is missing";
   ASSERT_EQ(run({passing(), "--capture", path("x.pcapng")}).status, 0);
-  ASSERT_TRUE(lk::vcan::run("HOME=" + path("") + " tshark -r " + path("x.pcapng") +
+  ASSERT_TRUE(lk::host::run("HOME=" + path("") + " tshark -r " + path("x.pcapng") +
                             " -T fields -e can.id -e can.len -e frame.interface_name >" +
                             path("x.txt") + " 2>" + path("x.err")))
       << text_of(path("x.err"));
@@ -255,7 +255,7 @@ TEST_F(Run, JunitIsWellFormedAndCountsRight) {
       "assert suites[1].find('properties/property[@name=\\\"seed\\\"]').get('value') == '1'\n"
       "\" " +
       path("x.xml");
-  EXPECT_TRUE(lk::vcan::run(check)) << text_of(path("x.xml"));
+  EXPECT_TRUE(lk::host::run(check)) << text_of(path("x.xml"));
 }
 
 TEST_F(Run, AdviceFailsWhereThatIsWanted) {
@@ -284,7 +284,7 @@ TEST_F(Run, AdviceFailsWhereThatIsWanted) {
       "assert 'switch the drive on with 0x88' in case.find('failure').get('message')\n"
       "\" " +
       path("told.xml") + " " + path("failed.xml");
-  EXPECT_TRUE(lk::vcan::run(check)) << text_of(path("told.xml")) << text_of(path("failed.xml"));
+  EXPECT_TRUE(lk::host::run(check)) << text_of(path("told.xml")) << text_of(path("failed.xml"));
 }
 
 TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
@@ -303,4 +303,4 @@ TEST_F(Run, RomIsKeptOnlyWhereItIsAskedFor) {
 }
 
 }  // namespace run_test
-}  // namespace lk::vcan
+}  // namespace lk::host
