@@ -60,7 +60,7 @@ TEST(CanUtils, SlcandMakesAnInterfaceOfATerminal) {
   const std::string terminal = own.path("ttyACM0");
   EmulatorProcess emulator({"--bus", "slcan-pty:" + terminal, "--ids", "1-4", "--rom", ":memory:"});
   ASSERT_TRUE(emulator.wait_ready());
-  // It goes on by itself, and ends with the terminal.
+  // It goes on by itself, also without the terminal.
   ASSERT_TRUE(run("slcand -o -s8 $(readlink " + terminal + ") canutils0"));
   ASSERT_TRUE(wait_until([] { return std::filesystem::exists("/sys/class/net/canutils0"); }));
   ASSERT_TRUE(run("ip link set canutils0 up"));
@@ -75,6 +75,7 @@ TEST(CanUtils, SlcandMakesAnInterfaceOfATerminal) {
   const auto result = emulator.stop();
   EXPECT_EQ(result.status, 0);
   EXPECT_NE(result.out.find("200 queries, 200 replies"), std::string::npos) << result.out;
+  EXPECT_TRUE(run("pkill -x slcand"));
 }
 
 }  // namespace can_utils_test
