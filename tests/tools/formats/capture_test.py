@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""The dissector on captures of a real bus with real drives of lk-emu: every query and reply is told apart and joined as
-the host knows it, and every value is what the codec says. The bus may be one of user-mode Linux, so tshark stays outside.
+"""The dissector on captures of a bus with drives of lk-emu: every query and reply is told apart and joined as
+the recording has it, and every value is what the codec says.
 
-usage: capture_test.py LK_EMU FRAME_VALUES SOURCE_DIRECTORY SCRATCH
+usage: capture_test.py LK_EMU FRAME_VALUES DISSECTOR SCRATCH
 """
 
 import json
@@ -10,6 +10,7 @@ import pathlib
 import subprocess
 import sys
 
+import capture_host
 from tshark import dissect, write_pcap
 
 # The generation and series of each run, as the codec and as the dissector is told.
@@ -68,12 +69,10 @@ def check(name, frames, frame_values, dissector, scratch):
     return said
 
 
-def main(program, frame_values, source, dissector, scratch):
-    source, scratch = pathlib.Path(source), pathlib.Path(scratch)
+def main(program, frame_values, dissector, scratch):
+    scratch = pathlib.Path(scratch)
     scratch.mkdir(parents=True, exist_ok=True)
-    host = pathlib.Path(__file__).with_name("capture_host.py")
-    subprocess.run([source / "scripts/with-vcan", "--timeout", "300", "/usr/bin/python3", "-B", host, program, scratch], check=True)
-    runs = json.loads((scratch / "runs.json").read_text())
+    runs = capture_host.runs(program)
     said = {name: check(name, runs[name], frame_values, dissector, scratch) for name in RUNS}
 
     # What came off the bus is what was meant to: an error, a drive that is not there, a query to several.
