@@ -31,7 +31,7 @@ TEST_F(Disk, ALimitOfTheFileSizeIsNoCrash) {
 }
 
 TEST_F(Disk, ALimitOfTheFileSizeEndsARecordingAndNothingElse) {
-  expect_recording_to_end(path("recording"), "File too large", no_file_longer_than("100000"));
+  expect_recording_to_end(path("recording"), "File too large", no_file_longer_than("20000"));
 }
 
 TEST_F(Disk, ASignalLeavesNothingHalf) {

@@ -113,8 +113,8 @@ class KillEverything : public MachineTest {
         static_cast<void>(get("/drives"));
       }
     });
+    Host other(own_bus());
     std::thread asker([&] {
-      Host other(own_bus());
       while (!over) {
         for (canid_t id = 3; id <= 4; ++id) other.send(0x140U + id, kReadState2);
         static_cast<void>(other.receive(5));
