@@ -10,6 +10,7 @@
 
 #include "protocol/codec.hpp"
 #include "tests/support/frames.hpp"
+#include "tests/support/sweep.hpp"
 
 namespace lk::protocol {
 namespace dialect_test {
@@ -318,11 +319,11 @@ TEST(Dialect, CurrentScaleFollowsTheSeries) {
   }
 }
 
-// --- every value
+// --- sweeps
 
 TEST(Dialect, EveryIqCommand) {
   for (const WireFormat& format : {kMgV236, kMfV236}) {
-    for (int n = -32768; n <= 32767; ++n) {
+    for (const int n : test::sweep(-32768, 32767, {-2048, 2048})) {
       Frame query = frame("141#A100000000000000");
       put_le(query.data, 4, static_cast<std::int16_t>(n));
       const auto torque = std::get<Torque>(std::get<Query>(decode_query(query, format)).command);
@@ -344,7 +345,7 @@ TEST(Dialect, EveryIqCommand) {
 }
 
 TEST(Dialect, EveryOpenLoopPower) {
-  for (int n = -32768; n <= 32767; ++n) {
+  for (const int n : test::sweep(-32768, 32767, {-850, 850})) {
     Frame query = frame("141#A000000000000000");
     put_le(query.data, 4, static_cast<std::int16_t>(n));
     const auto command = std::get<OpenLoop>(std::get<Query>(decode_query(query, kMsV236)).command);
@@ -378,7 +379,7 @@ TEST(Dialect, EverySixteenBitField) {
            Field{"141#C026000000000080", 4, 0, 65535, kMgV236},
        }) {
     Frame reply = frame(field.text);
-    for (int n = field.lowest; n <= field.highest; ++n) {
+    for (const int n : test::sweep(field.lowest, field.highest, {0x8000})) {
       put_le(reply.data, field.at, static_cast<std::uint16_t>(n));
       const auto decoded = decode_reply(reply, field.format);
       ASSERT_EQ(encode_reply(1, std::get<ReplyFrame>(decoded).reply, field.format), reply);

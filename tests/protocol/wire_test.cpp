@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "protocol/rounding.hpp"
+#include "tests/support/sweep.hpp"
 
 namespace lk::protocol {
 namespace wire_test {
@@ -96,14 +97,14 @@ TEST(Quantize, Saturates) {
   EXPECT_EQ(quantize<std::uint8_t>(std::nan(""), 1.0), 0);
 }
 
-// Every value of a 16-bit field survives the way to a double and back, for every scale in use and
-// two that are not.
+// A 16-bit value is unchanged after conversion to a double and back, for every scale in use and two
+// others.
 TEST(Quantize, EveryFieldValueSurvives) {
   for (const double lsb : {32.0 / 2000, 33.0 / 2048, 1.0 / 64, 0.1, 0.01, 1.0, 66.0 / 4096, 0.3}) {
-    for (int n = -32768; n <= 32767; ++n) {
+    for (const int n : test::sweep(-32768, 32767)) {
       ASSERT_EQ(quantize<std::int16_t>(n * lsb, lsb), n) << lsb;
     }
-    for (int n = 0; n <= 65535; ++n) {
+    for (const int n : test::sweep(0, 65535, {0x8000})) {
       ASSERT_EQ(quantize<std::uint16_t>(n * lsb, lsb), n) << lsb;
     }
   }
