@@ -1,12 +1,12 @@
 // Whatever breaks, alone or together, under whatever order: the state stays finite and bounded, and
 // a healed drive does its work again (docs/model.md §14).
 #include "tests/model/support.hpp"
-#include "tests/support/sanitizer.hpp"
+#include "tests/support/sweep.hpp"
 
 namespace lk::model::test {
 namespace fault_survival_test {
 
-constexpr int kRounds = kAddressSanitizer ? 60 : 600;
+const int kRounds = lk::test::all_values() ? 600 : 60;
 
 /// Numbers to choose by: xorshift64, no distribution of the library (its bits differ).
 class Dice {
