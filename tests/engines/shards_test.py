@@ -93,20 +93,6 @@ class Shards(unittest.TestCase):
         self.assertEqual(ends, {str(shard): ["0", "0"] for shard in range(SHARDS)})
         self.assert_is_the_whole(self.work / "campaign.db")
 
-    def test_parallel_goes_on_when_all_of_it_was_killed(self):
-        child = self.parallel()
-        self.until(lambda: self.grows(0) and self.grows(1), child)
-        for shard in (0, 1):
-            os.kill(self.until(lambda: self.process_of(shard), child), signal.SIGSTOP)
-        os.killpg(child.pid, signal.SIGKILL)
-        child.wait()
-        for shard in (0, 1):
-            if pid := self.process_of(shard):  # parallel puts them in groups of their own
-                os.kill(pid, signal.SIGKILL)
-        self.assertFalse((self.work / "campaign.db").exists())
-        self.assertEqual(self.parallel().wait(), 0)
-        self.assert_is_the_whole(self.work / "campaign.db")
-
     def test_what_containers_of_kubernetes_run(self):
         _, shards, merge = yaml.safe_load_all((FILES / "kubernetes.yaml").read_text("utf-8"))
         plan = self.work / "plan"
