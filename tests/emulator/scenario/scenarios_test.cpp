@@ -1,5 +1,5 @@
-// The scenarios as they are delivered: each passes, and none passes by itself. Without its faults
-// or its events, or with what it expects turned round, it does not.
+// The delivered scenarios, beyond scenarios.pass_in_the_program: each passes with another seed too,
+// and fails without its events, without effective faults, or with inverted expectations.
 
 #include <gtest/gtest.h>
 
@@ -83,8 +83,7 @@ std::vector<std::string> names() {
 
 class Delivered : public testing::TestWithParam<std::string> {};
 
-/// Another seed is another drive of the kind. With their own they pass in the program:
-/// scenarios.NAME of tests/host.
+/// Another seed is another drive of the kind. Their own seeds run in the program: scenarios.NAME of tests/host.
 TEST_P(Delivered, PassesWithAnotherSeed) {
   const fs::path file = kConfigs / "scenarios" / (GetParam() + ".toml");
   const Verdict verdict = run(parse_scenario(text_of(file), file.string(), 4711, kFiles));
