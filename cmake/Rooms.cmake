@@ -25,9 +25,6 @@ function(lk_room directory)
     endif()
   endforeach()
   target_link_libraries(lk_${name} ${scope} ${room_LIBRARIES})
-  if(sources)
-    lk_optimise_in_debug(lk_${name})
-  endif()
 endfunction()
 
 # What tests/rooms_test.py reads: "emulator/config: emulator/core".
