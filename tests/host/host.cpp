@@ -163,15 +163,15 @@ std::optional<can_frame> Host::receive(int patience_ms) {
 }
 
 std::optional<can_frame> Host::receive_line(int patience_ms) {
-  using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::milliseconds(patience_ms);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
   for (;;) {
     for (auto end = heard_.find('\r'); end != std::string::npos; end = heard_.find('\r')) {
       const std::string line = heard_.substr(0, end);
       heard_.erase(0, end + 1);
       if (line.starts_with('t')) return frame_of(line);  // others acknowledge what it has sent
     }
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     pollfd readable{fd_, POLLIN, 0};
     if (::poll(&readable, 1, std::max(0, static_cast<int>(left.count()))) < 1) return std::nullopt;
     char bytes[4096];
