@@ -41,7 +41,7 @@ class Step:
         self.result = "failed" if status else "passed"
         if self.report and self.report.exists():
             results = test_report.read(self.report)
-            self.tests = str(test_report.count(results))
+            self.tests = str(test_report.counts_of(results))
             if all(result.status == "skipped" for result in results):
                 self.result = "skipped"
         print(f"{self.name:20} {self.seconds:6.0f} s   {self.result} {self.tests}"

@@ -60,8 +60,8 @@ def show(results):
         print(f"skipped {count}: {reason}")
     slowest = sorted(results, key=lambda result: -result.seconds)[:SLOWEST]
     print("slowest: " + ", ".join(f"{result.name} {result.seconds:.0f} s" for result in slowest))
-    return count(results)
+    return counts_of(results)
 
 
-def count(results):
+def counts_of(results):
     return Counts(*(sum(result.status == status for result in results) for status in ("passed", "failed", "skipped")))
