@@ -45,7 +45,9 @@ inline constexpr std::size_t kMostValues = 3;
 /// A set of values of a trait, bit n for value n.
 using ValueSet = std::uint8_t;
 constexpr ValueSet only(std::size_t value) { return static_cast<ValueSet>(1U << value); }
-constexpr bool contains(ValueSet set, std::size_t value) { return (unsigned{set} >> value & 1U) != 0; }
+constexpr bool contains(ValueSet set, std::size_t value) {
+  return (unsigned{set} >> value & 1U) != 0;
+}
 
 // Values by their place in the row of the trait; of a switch that is on or off, 0 is off.
 inline constexpr std::size_t kSwitchedOff = 0;

@@ -83,7 +83,8 @@ std::vector<std::string> names() {
 
 class Delivered : public testing::TestWithParam<std::string> {};
 
-/// Another seed is another drive of the kind. Their own seeds run in the program: scenarios.NAME of tests/host.
+/// Another seed is another drive of the kind. Their own seeds run in the program: scenarios.NAME of
+/// tests/host.
 TEST_P(Delivered, PassesWithAnotherSeed) {
   const fs::path file = kConfigs / "scenarios" / (GetParam() + ".toml");
   const Verdict verdict = run(parse_scenario(text_of(file), file.string(), 4711, kFiles));
