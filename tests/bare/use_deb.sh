@@ -4,10 +4,11 @@ set -euxo pipefail
 cd /root
 apt-get -q update
 apt-get -q -y --no-install-recommends install ./lk-emu_*.deb
-rm -r lk-emu # nothing of it is needed
+mv lk-emu checkout # only conformance.sh needs it
 lk-emu --version
 lk-emu run --quiet /usr/share/lk-emu/scenarios/jammed_joint.toml
 apt-get -q -y --no-install-recommends install python3 systemd
 PYTHONPATH=/usr/share/lk-emu/python python3 -c 'import lkemu; print(lkemu.__file__)'
 install -D -m 644 /usr/share/lk-emu/buses/bench.toml /etc/lk-emu/bench.toml
 systemd-analyze verify --man=no lk-emu@bench.service
+/root/checkout/tests/bare/conformance.sh /usr/bin/lk-emu

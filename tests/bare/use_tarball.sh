@@ -2,7 +2,7 @@
 # The tarball beside this clone, unpacked where there is nothing else, and used.
 set -euxo pipefail
 cd /root
-rm -r lk-emu # nothing of it is needed
+mv lk-emu checkout # only conformance.sh needs it
 mkdir '/opt/any where'
 tar -xzf lk-emu-*.tar.gz -C '/opt/any where'
 top=$(echo '/opt/any where'/lk-emu-*)
@@ -41,3 +41,4 @@ with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
     print(urllib.request.urlopen("http://localhost:8474/api/v1/drives").read(100))
     program.terminate()
 '
+/root/checkout/tests/bare/conformance.sh "$top/bin/lk-emu"

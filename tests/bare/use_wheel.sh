@@ -2,7 +2,7 @@
 # The wheel beside this clone in a venv where there is nothing else, and no index to ask.
 set -euxo pipefail
 cd /root
-rm -r lk-emu # nothing of it is needed
+mv lk-emu checkout # only conformance.sh needs it
 apt-get -q update
 apt-get -q -y --no-install-recommends install python3-venv
 python3 -m venv '/opt/any where'
@@ -25,5 +25,6 @@ with lkemu.Emulator(ids="1-4", bus="auto") as emu:
         said += host.recv(100)
     print(emu.bus, said)
 '
+/root/checkout/tests/bare/conformance.sh '/opt/any where/bin/lk-emu'
 '/opt/any where/bin/python' -m pip uninstall -q -y lk-emu
 [[ ! -e '/opt/any where/bin/lk-emu' ]]
