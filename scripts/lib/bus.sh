@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Sourced by scripts/demo and scripts/test.
+# Sourced by scripts/demo.
 
 # may_use_bus ROOT COMMAND...: run a command that calls with-vcan. Through sudo only where it must be:
 # where user-mode Linux is missing (Ubuntu has none) and the running kernel's vcan is for root alone.

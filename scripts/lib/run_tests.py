@@ -16,11 +16,11 @@ DEFAULT_KINDS = ["unit", "host", "vcan", "docs"]
 # Each preset with the groups of packages.txt that it needs.
 PACKAGES = {
     "test": ["build", "run", "test"],
-    "full": ["build", "run", "test", "body", "package", "bare", "release"],
+    "full": ["build", "run", "test", "body", "package", "release"],
     "dev": ["build", "run", "test", "sanitized"],
 }
 USAGE = """scripts/test [NAME...] [-R PATTERN]
-       scripts/test --sanitized
+       scripts/test --sanitized [-R PATTERN]
        scripts/test --all [--resume]"""
 
 
@@ -37,15 +37,21 @@ def parse(arguments):
     parser.add_argument("--all", action="store_true", help="everything, before a release: hours")
     parser.add_argument("--resume", action="store_true", help="with --all: skip the steps that passed for this commit")
     options = parser.parse_args(arguments)
-    if options.sanitized + options.all + bool(options.names or options.pattern) > 1:
-        parser.error("--sanitized and --all take no other tests")
+    if options.sanitized + options.all + bool(options.names) > 1 or options.all and options.pattern:
+        parser.error("--sanitized and --all run tests of their own: without NAME, and --all without -R")
     if options.resume and not options.all:
         parser.error("--resume needs --all")
-    rooms = {"python", *(path.name for path in (ROOT / "tests").rglob("*") if path.is_dir())}
+    rooms = rooms_in_cmake()
     for name in options.names:
         if name not in KINDS and name not in rooms:
-            parser.error(f"{name}: neither a kind of test nor a folder below tests/")
+            parser.error(f"{name}: neither a kind of test nor a room; rooms: {' '.join(sorted(rooms))}")
     return options
+
+
+def rooms_in_cmake():
+    """The second labels of the tests, and the folders of lk_room_test."""
+    text = "".join(path.read_text() for path in (ROOT / "tests").rglob("CMakeLists.txt"))
+    return {*re.findall(r"LABELS \w+ (\w+)", text), *re.findall(r"^ *lk_room_test\((\w+)", text, re.MULTILINE)}
 
 
 def refuse(message):
@@ -53,48 +59,51 @@ def refuse(message):
     return 2
 
 
-def configure(steps, preset):
-    """Installs and configures; returns the labels that the tests of the preset have."""
-    steps.run(f"packages {preset}", ["scripts/packages", *PACKAGES[preset]])
+def configure(steps, preset, *more):
+    """Installs, with `more` groups of packages, and configures; returns the labels that the tests of the preset have."""
+    steps.run(f"packages {preset}", ["scripts/packages", *PACKAGES[preset], *more])
     launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if os.path.exists("/usr/bin/ccache") else []
     steps.run(f"configure {preset}", ["cmake", "--preset", preset, *launcher])
     return (ROOT / "build" / preset / "labels.txt").read_text().split()
 
 
-def run_labels(steps, preset, labels, pattern=None, jobs=None):
-    """Builds and runs the tests that have one of the labels."""
+def run_labels(steps, preset, labels, pattern, command):
+    """Builds and runs the tests that have one of the labels; `command` repeats them."""
     targets = [f"test_{label}" for label in labels]
     steps.run(f"build {preset}", ["cmake", "--build", "--preset", preset, "--target", *targets])
     folder = ROOT / "build" / preset
     report = folder / f"report-{'-'.join(labels)}.xml"
     report.unlink(missing_ok=True)
-    command = ["ctest", "--test-dir", folder, "-L", f"^({'|'.join(labels)})$", "--output-junit", report,
-               "-j", str(jobs or len(os.sched_getaffinity(0))), "--no-tests=ignore"]
-    steps.run(f"tests {preset}", command + (["-R", pattern] if pattern else []), may_fail=True)
+    ctest = ["ctest", "--test-dir", folder, "-L", f"^({'|'.join(labels)})$", "--output-junit", report,
+             "-j", str(len(os.sched_getaffinity(0))), "--no-tests=ignore"]
+    if preset == "test":
+        ctest += ["-L", f"^({'|'.join(DEFAULT_KINDS)})$"]  # the others need more packages
+    steps.run(f"tests {preset}", ctest + (["-R", pattern] if pattern else []), may_fail=True)
     results = test_report.read(report) if report.exists() else []
     if not results:
         raise Failed(f"no test of {' '.join(labels)} matches {pattern}" if pattern else f"{' '.join(labels)}: no test ran")
-    return test_report.show(results)
+    return test_report.show(results, command)
 
 
 def run_some(steps, names, pattern):
     """The preset `test` has the tests of every day. The others need more packages and programs."""
     labels = names or DEFAULT_KINDS
     preset = "full" if set(labels) & set(KINDS) - set(DEFAULT_KINDS) else "test"
-    known = configure(steps, preset)
+    known = configure(steps, preset, *(["bare"] if "bare" in labels else []))
     if preset == "test" and not set(labels) <= set(known):
         preset = "full"
         known = configure(steps, preset)
     for label in labels:
         if label not in known:
             raise Failed(f"{label}: no test has this label; labels: {' '.join(known)}")
-    return run_labels(steps, preset, labels, pattern)
+    return run_labels(steps, preset, labels, pattern, " ".join(["scripts/test", *names, ""]))
 
 
-def run_sanitized(steps):
+def run_sanitized(steps, pattern):
     configure(steps, "dev")
-    steps.run("format", ["scripts/lib/check_format"])
-    return run_labels(steps, "dev", ["sanitized"])
+    for line in steps.run("format", ["scripts/lib/check_format"]):
+        print(line, end="")  # why the format could not be checked
+    return run_labels(steps, "dev", ["sanitized"], pattern, "scripts/test --sanitized ")
 
 
 def main():
@@ -105,13 +114,13 @@ def main():
     steps = Steps()
     try:
         if options.all:
-            return release_run.run(options.resume, lambda: configure(steps, "full"))
-        counts = run_sanitized(steps) if options.sanitized else run_some(steps, options.names, options.pattern)
+            return release_run.run(options.resume, lambda: configure(steps, "full", "bare"))
+        counts = run_sanitized(steps, options.pattern) if options.sanitized else run_some(steps, options.names, options.pattern)
     except Failed as failure:
         print(f"test: {failure}")
         return 1
-    print(f"{counts} in {steps.seconds():.0f} s")
     print(counts)
+    print(f"test: {counts} in {steps.seconds():.0f} s")
     return 1 if counts.failed else 0
 
 

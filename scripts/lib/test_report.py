@@ -46,15 +46,19 @@ def reason_of(result):
     for index, line in enumerate(lines):
         if line.endswith("Skipped") and index + 1 < len(lines):  # GoogleTest: FILE:LINE: Skipped, then the reason
             return lines[index + 1]
-    return lines[-1]
+    said = [line for line in lines if line.lower().startswith("skipped")]
+    return (said or lines or ["no reason given"])[-1]
 
 
-def show(results):
-    """Prints what a reader has to know, and returns the Counts."""
+def show(results, command):
+    """Prints failures, reasons of skipped tests and the slowest tests; returns the Counts.
+
+    `command` and -R with its name repeat a test.
+    """
     for result in results:
         if result.status == "failed":
             print(f"\nFAILED {result.name} ({result.seconds:.1f} s)\n{result.output[-LONGEST_OUTPUT:].rstrip()}")
-            print(f"to repeat it: scripts/test -R '^{re.escape(result.name)}$'")
+            print(f"to repeat it: {command}-R '^{re.escape(result.name)}$'")
     reasons = collections.Counter(reason_of(result) for result in results if result.status == "skipped")
     for reason, count in reasons.items():
         print(f"skipped {count}: {reason}")

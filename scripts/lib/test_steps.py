@@ -1,10 +1,9 @@
-"""Steps of a test run: one line each, with wall and CPU time; the output of a step is shown only when it fails."""
+"""Steps of a test run: one line each, with wall and CPU time. The output of a step is shown only when it fails."""
 
-import os
 import resource
+import shutil
 import subprocess
 import sys
-import tempfile
 import time
 
 LAST_LINES = 60
@@ -27,17 +26,26 @@ class Steps:
         return time.monotonic() - self.start
 
     def run(self, name, command, may_fail=False):
-        """Runs the command. On a terminal its output is visible; elsewhere only its last lines, if it fails."""
+        """Runs the command; a terminal shows the latest line of its output meanwhile. Returns all lines."""
         command = [str(part) for part in command]
         start, cpu = time.monotonic(), cpu_s()
-        with tempfile.TemporaryFile("w+", errors="replace") as log:
-            output = None if sys.stdout.isatty() else log
-            try:
-                status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=output, stderr=output).returncode
-            except FileNotFoundError:
-                raise Failed(f"{command[0]} is not installed; scripts/packages build run test installs it") from None
-            print(f"{name:20} {time.monotonic() - start:6.0f} s   CPU {cpu_s() - cpu:6.0f} s", flush=True)
-            if status and not may_fail:
-                log.seek(0)
-                sys.stdout.write("".join(log.readlines()[-LAST_LINES:]))
-                raise Failed(f"{name} failed; to repeat it: {' '.join(command)}")
+        lines = []
+        try:
+            with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                  text=True, errors="replace") as process:
+                for line in process.stdout:
+                    lines.append(line)
+                    show_progress(f"{name}: {line.strip()}")
+        except FileNotFoundError:
+            raise Failed(f"{command[0]} is not installed; scripts/packages build run test installs it") from None
+        show_progress("")
+        print(f"{name:20} {time.monotonic() - start:6.0f} s   CPU {cpu_s() - cpu:6.0f} s", flush=True)
+        if process.returncode and not may_fail:
+            sys.stdout.write("".join(lines[-LAST_LINES:]))
+            raise Failed(f"{name} failed; to repeat it: {' '.join(command)}")
+        return lines
+
+
+def show_progress(text):
+    if sys.stdout.isatty():
+        print(f"\r\x1b[K{text[:shutil.get_terminal_size().columns - 1]}", end="", flush=True)
