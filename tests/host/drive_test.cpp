@@ -1,4 +1,4 @@
-// What is said of a drive at the start.
+// The lines about drives that the program prints at the start.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace drive_test {
 
 unsigned uint16_at(const Payload& data, std::size_t at) { return data[at] + 256U * data[at + 1]; }
 
-// What a host written for an MG4010 makes of it: 0x94 as uint32 at 4–7, 0.01° of the rotor; ±2048
+// A host written for an MG4010 reads 0x94 as uint32 at 4–7, 0.01° of the rotor; ±2048
 // is ±33 A.
 TEST(Asked, AnMg4010SpeaksAsSuchDrivesWereSeenTo) {
   const auto single_turn_deg = [](Host& host) {

@@ -61,7 +61,8 @@ int slcan_socket(const std::string& place) {
   return fd;
 }
 
-/// Whoever waits for an answer finds out when the program has ended.
+/// Does not fail when the program has ended: the caller then waits for an answer in vain and
+/// reports that.
 void say(int fd, const std::string& line) {
   if (::send(fd, line.data(), line.size(), MSG_NOSIGNAL) < 0 && errno != EPIPE &&
       errno != ECONNRESET) {
@@ -84,7 +85,8 @@ std::string line_of(const can_frame& frame) {
   return line + '\r';
 }
 
-/// Of a data frame with a standard identifier; what a drive sends, and hosts that ask it.
+/// Reads a line of a data frame with a standard identifier, the only frames that drives and their
+/// hosts send.
 can_frame frame_of(const std::string& line) {
   const auto number = [&line](std::size_t at, std::size_t digits) {
     return std::stoul(line.substr(at, digits), nullptr, 16);

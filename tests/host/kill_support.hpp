@@ -111,7 +111,7 @@ class Machine {
     for (const auto end = Clock::now() + pause; Clock::now() < end;) take_reply(host);
     emulator.signal(SIGKILL);
     EXPECT_EQ(emulator.wait().status, 128 + SIGKILL);
-    // What it had sent before it died was acknowledged.
+    // Replies sent before the kill are acknowledgements.
     while (take_reply(host, 0)) {
     }
     if (std::ranges::any_of(drives_, [](const Drive& drive) {

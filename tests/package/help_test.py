@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What --help, docs/options.md and the completions say of the command line is the same.
+"""Compares --help, docs/options.md and the completions with each other.
 
 usage: help_test.py LK_EMU
 """
@@ -18,19 +18,19 @@ CONFIGS = os.path.join(ROOT, "configs")
 
 
 def delivered(folder):
-    """The names of what is there."""
+    """The names of the TOML files in a folder of configs/."""
     return {name[:-5] for name in os.listdir(os.path.join(CONFIGS, folder)) if name.endswith(".toml")}
 
 
 def output(*command, **kwargs):
-    """What a command says on both streams; it has to succeed."""
+    """Both output streams of a command, which must succeed."""
     ran = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, **kwargs)
     assert ran.returncode == 0, (command, ran.returncode, ran.stdout)
     return ran.stdout
 
 
 def read_help(path):
-    """Of `lk-emu WORD…`: {option: description}, [words]."""
+    """Reads the help of `lk-emu WORD…`: {option: description}, [words]."""
     text = output(PROGRAM, *path, "--help")
     options = {}
     for names, about in re.findall(r"^  (-\S+)(?: \S+(?: \.\.\.)?(?: REQUIRED)?)?  +(\S.*)$", text, re.MULTILINE):

@@ -285,7 +285,7 @@ TEST(Interface, DownAtTheStartIsWaitedFor) {
 }
 
 /// The manager of a service is told what it waits for.
-TEST(Interface, DownAtTheStartIsToldToTheServiceManager) {
+TEST(Interface, ReportsAnInterfaceDownAtTheStartToTheServiceManager) {
   const OwnInterface bus("vcanlate");
   bus.down();
   const test::TempDirectory own;
@@ -312,7 +312,7 @@ TEST(Interface, DownAtTheStartIsToldToTheServiceManager) {
   ::close(manager);
 }
 
-TEST(Interface, AScenarioThatNeverBeganForItIsInvalid) {
+TEST(Interface, AScenarioThatNeverStartsIsInvalid) {
   const test::TempDirectory own;
   const std::string file =
       own.put("live.toml", "duration_s = 1\n[[expect]]\nid = 1\nstate = \"running\"\n");
