@@ -180,8 +180,7 @@ class Rs485(TestCase):
                 for _ in range(20):
                     ask(port, 0x9C, drive)
             port.write(packet(0x9A, 1)[:2])  # a packet in pieces, and rubbish
-            time.sleep(0.001)
-            port.write(packet(0x9A, 1)[2:] )
+            port.write(packet(0x9A, 1)[2:])
             self.assertEqual(len(read_packet(port)), 13)
             port.write(b"\x00\xff")
             ask(port, 0x12, 2)

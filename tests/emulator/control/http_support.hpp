@@ -178,6 +178,7 @@ class Served : public testing::Test {
   /// A token file with that mode.
   fs::path token_file(const std::string& token, fs::perms mode) const {
     fs::path file = directory_ / "token";
+    fs::remove(file);  // an ordinary user cannot write a file without the permission
     std::ofstream(file) << token << '\n';
     fs::permissions(file, mode);
     return file;
