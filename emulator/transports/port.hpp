@@ -21,7 +21,7 @@ struct PortStats {
   std::uint64_t lost_unread = 0;  // frames for a client that did not read, by client
   std::uint64_t malformed = 0;    // lines or packets answered as errors, or dropped
   std::uint64_t foreign = 0;      // datagrams of those who are not asked for
-  std::uint64_t refused = 0;      // clients for whom there was no room
+  std::uint64_t refused = 0;      // clients refused because the port was full
 };
 
 /// By which frames come into the process and leave it: a CAN interface, a serial port, clients.

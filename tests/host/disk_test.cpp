@@ -68,7 +68,7 @@ TEST_F(Disk, ALogThatCannotBeWrittenIsMissed) {
 TEST_F(Disk, AStartThatFailsLeavesNothing) {
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"--http", "127.0.0.1x:0"},
-        {"--http", "192.0.2.1:80"},  // an address of nobody (RFC 5737)
+        {"--http", "192.0.2.1:80"},  // reserved for documentation (RFC 5737)
         {"--http", "127.0.0.1:0", "--http-token", "/none"}}) {
     std::vector<std::string> more = {"--record",    path("recording"), "--junit",
                                      path("j.xml"), "--scenario",      scenario("1")};

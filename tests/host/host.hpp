@@ -32,7 +32,7 @@ class Host {
   void send(canid_t id, const Payload& data) const;
   void send(const can_frame& frame) const;
   void send(const canfd_frame& frame) const;
-  /// Of all others' frames it no longer notices any but those of these drives. On SocketCAN only.
+  /// Filters received frames: only those of these drives arrive from now on. On SocketCAN only.
   void hear_only(const std::vector<int>& ids) const;
   /// The next frame of another program; nothing when none came within the patience given.
   std::optional<can_frame> receive(int patience_ms = kPatience_ms);

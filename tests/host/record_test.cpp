@@ -1,4 +1,4 @@
-// What a run recorded, at full speed, runs again identically; after a kill too.
+// A recording replays identically at full speed, also after a kill.
 
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@ import tempfile
 
 PATIENCE_S = 20.0
 NOBODY = 65534
-PLACE = (f"127.{64 + (os.getpid() >> 16)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}", 29536)  # nobody else's
+PLACE = (f"127.{64 + (os.getpid() >> 16)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}", 29536)  # unique to this process
 BUS = "slcan-tcp:{}:{}".format(*PLACE)
 CONFIG = f'[[bus]]\ninterface = "{BUS}"\n[[bus.drive]]\nids = "1-4"\n'
 

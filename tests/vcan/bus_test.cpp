@@ -157,7 +157,7 @@ TEST(Buses, TwoHostsSeeEachOthersQueriesAndAllReplies) {
   EXPECT_EQ(reply->can_id, 0x141U);
   EXPECT_NE(reply->data[3], 0) << "the reply, with the voltage";
   EXPECT_TRUE(host.receive());
-  // And the other way round.
+  // The opposite direction.
   EXPECT_TRUE(other.query(2, kReadState2));
 }
 

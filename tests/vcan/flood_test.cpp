@@ -49,7 +49,7 @@ canfd_frame any_frame(std::mt19937& random) {
       frame.can_id |= CAN_RTR_FLAG;
       break;
     case 2:
-      frame.can_id |= CAN_ERR_FLAG | 1;  // one of no class is given to nobody
+      frame.can_id |= CAN_ERR_FLAG | 1;  // the kernel delivers error frames of class 0 to no socket
       break;
     case 3:
       frame.can_id = 0x280;

@@ -66,7 +66,7 @@ class Page:
         return self.browser.page is self
 
     def open(self):
-        """Loads the page anew, in place of the one that is shown."""
+        """Loads the page again, in place of the one that is shown."""
         self.browser.leave()
         self.browser.page = self
         self.resize(self.size)

@@ -120,7 +120,7 @@ def test_advice_leads_to_its_frame_on_its_bus(both, two):
     both.click("#view-traffic", "all")
 
     def frame_is_seen():
-        two.ask(1, 0x9C, bus=1)  # again and again: nobody tells when the stream is open
+        two.ask(1, 0x9C, bus=1)  # repeated: no event reports that the stream is open
         return second in cells(both, 3)
 
     settle(both, frame_is_seen)

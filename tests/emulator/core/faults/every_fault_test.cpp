@@ -133,7 +133,7 @@ BusConfig config(std::string_view adapter) {
   return config;
 }
 
-/// What a fault may change, collected during one step.
+/// The values that a fault may change, collected during one step.
 struct Observation {
   std::vector<TimedFrame> wire;
   std::vector<double> signals;
