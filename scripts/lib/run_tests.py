@@ -11,7 +11,7 @@ import test_report
 from test_steps import Failed, Steps
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-KINDS = "unit host vcan web body campaign docs fidelity package bare elsewhere fuzz slow".split()
+KINDS = re.search(r"LK_TEST_KINDS ([^)]*)", (ROOT / "cmake/Tests.cmake").read_text())[1].split()
 DEFAULT_KINDS = ["unit", "host", "vcan", "docs"]
 # Each preset with the groups of packages.txt that it needs.
 PACKAGES = {
