@@ -282,6 +282,31 @@ TEST(WhichDrive, NamesEveryMotorAndGeneration) {
   }
 }
 
+/// The word behind `option` in a row of the page; empty: there is none.
+std::string word_after(const std::string& row, const std::string& option) {
+  const std::size_t at = row.find(option);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + option.size();
+  return row.substr(begin, row.find_first_of(" `,|", begin) - begin);
+}
+
+/// Hosts that count 65536 a turn of the rotor, or of the output, get such drives.
+TEST(WhichDrive, GivesHostsTheEncoderThatTheyExpect) {
+  std::ifstream page(LKEMU_SOURCE_DIR "/docs/which-drive.md");
+  int rows = 0;
+  for (std::string row; std::getline(page, row);) {
+    const bool rotor = row.find("turn of the **rotor**") != std::string::npos;
+    const bool output = row.find("turn of the **output**") != std::string::npos;
+    const std::string motor = word_after(row, "--motor ");
+    if (rotor == output || motor.empty()) continue;
+    const std::string given = word_after(row, "--quirk encoder_span=");
+    const bool by_motor = test::profile(motor).encoder_span == EncoderSpan::kRotorTurn;
+    EXPECT_EQ(given.empty() ? by_motor : given == "rotor_turn", rotor) << row;
+    ++rows;
+  }
+  EXPECT_EQ(rows, 3);
+}
+
 // --- any conversation
 
 /// What hosts say: reads, motion, rubbish in bytes that are not used, the same again, other
