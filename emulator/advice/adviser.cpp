@@ -41,6 +41,13 @@ constexpr Words kNobodyKnows{"no drive on this bus has this identifier, in eithe
 constexpr Words kNotKnown{"the drive is in multi-drive mode and does not have this identifier",
                           "驱动器处于广播模式，但没有这个标识符"};
 
+constexpr Words kTwoHere{"drives {1} and {2} here both answer at ID {3}",
+                         "这里的驱动器 {1} 和 {2} 都以 ID {3} 回复"};
+constexpr Words kMoveOne{
+    "give one of them another ID with 0x42, save it with 0x44 and restart it, or start with "
+    "--wipe-rom",
+    "用 0x42 给其中一台换一个 ID，用 0x44 保存后重启，或者用 --wipe-rom 启动"};
+
 /// The frame's slot for this drive is empty, or there is none.
 bool slot_is_empty(const protocol::Frame& frame, int id) {
   const auto slot = static_cast<std::size_t>(id - protocol::kMinId);
@@ -86,6 +93,7 @@ class Adviser::Desk {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
       return;
     }
+    if (const auto found = two_at(id)) note(kWholeBus, *found, in);
     hear_single(drives_[static_cast<std::size_t>(at_address_[id])], in);
   }
 
@@ -128,6 +136,7 @@ class Adviser::Desk {
       moved = moved || watched.drive.address != address;
       if (!watched.drive.multi_drive) watched.in_vain = 0;
       watched.wind_up.look(watched.drive);
+      watched.first_target.look(watched.drive);
       if (const auto loaded = watched.calibration.look(watched.drive)) {
         given_.note(watched.drive.id, *loaded, watched.last);
       }
@@ -182,6 +191,25 @@ class Adviser::Desk {
     for (std::size_t n = drives_.size(); n-- > 0;) {
       at_address_[static_cast<std::size_t>(drives_[n].drive.address)] = static_cast<int>(n);
     }
+  }
+
+  /// Two drives that both answer a frame for this ID.
+  std::optional<Finding> two_at(std::size_t address) const {
+    const KnownDrive* first = nullptr;
+    for (const Watched& watched : drives_) {
+      const KnownDrive& drive = watched.drive;
+      const bool answers = drive.alive && drive.on_bus && !drive.multi_drive;
+      if (!answers || drive.address != static_cast<int>(address)) continue;
+      if (first != nullptr) {
+        return Finding{.kind = AdviceKind::kDuplicateId,
+                       .what = &kTwoHere,
+                       .numbers = {static_cast<double>(first->id), static_cast<double>(drive.id),
+                                   static_cast<double>(address)},
+                       .todo = &kMoveOne};
+      }
+      first = &drive;
+    }
+    return std::nullopt;
   }
 
   void hear_single(Watched& watched, const TimedFrame& in) {

@@ -22,7 +22,8 @@ constexpr Words kReadReply{"a value where a query has 0: the reply of another dr
 struct Row {
   Opcode command;
   unsigned unused;
-  unsigned steady = 0;  // of a reply without temperature: bytes that do not change within 4 ms
+  unsigned steady = 0;       // of a reply without temperature: bytes that do not change within 4 ms
+  bool single_turn = false;  // a query has a direction in DATA[1], and in DATA[4:7] its target
 };
 constexpr unsigned kAll = 0b1111'1110;
 constexpr unsigned kTemperature = 0b0000'0010;
@@ -36,8 +37,8 @@ constexpr std::array kRows = std::to_array<Row>({
     {protocol::Speed::kOpcode, 0b0000'1110},
     {protocol::Position1::kOpcode, 0b0000'1110},
     {protocol::Position2::kOpcode, kTemperature},
-    {protocol::Position3::kOpcode, 0b0000'1110},
-    {protocol::Position4::kOpcode, kTemperature},
+    {protocol::Position3::kOpcode, 0b0000'1110, 0, true},
+    {protocol::Position4::kOpcode, kTemperature, 0, true},
     {protocol::Position5::kOpcode, 0b0000'1110},
     {protocol::Position6::kOpcode, kTemperature},
     {protocol::ReadPid::kOpcode, kAll, kAll},
@@ -65,7 +66,12 @@ bool is_clear(const protocol::Payload& data, const Row& row) {
   return data[1] == 0 || data[1] == 1;
 }
 
+/// DATA[7] of a target below a turn of any output, or of a negative one. Replies have the high byte
+/// of the encoder there.
+bool ends_as_target(const protocol::Payload& data) { return data[7] == 0 || data[7] == 0xFF; }
+
 bool may_be_reply(const protocol::Payload& data, const Row& row) {
+  if (row.single_turn && ends_as_target(data)) return false;
   return row.steady != 0 ? !is_clear(data, row) : is_temperature(temperature_C(data));
 }
 

@@ -116,6 +116,8 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       gear_ratio(config.profile.drive.mechanics.gear_ratio),
       rated_Nm(config.profile.rating.torque_rated_Nm),
       address(drive_place(config.rom, config).id),
+      on_bus(is_on_its_bus(drive_place(config.rom, config), config) &&
+             is_at_its_rate(drive_place(config.rom, config), config)),
       wear(config.wear) {
   look_at(config.rom);
 }
@@ -124,6 +126,7 @@ void KnownDrive::look(const Bus& bus) {
   const Servo& servo = bus.servo(id);
   const model::Telemetry telemetry = bus.telemetry(id);
   address = servo.address();
+  on_bus = servo.on_its_bus() && servo.at_its_rate();
   alive = telemetry.alive;
   errors = telemetry.errors;
   run_state = servo.run_state(telemetry);

@@ -34,7 +34,8 @@ struct KnownDrive {
   double rated_Nm;  // at the output; 0: not printed
 
   // How it was.
-  int address = 0;  // the ID that it answers at
+  int address = 0;     // the ID that it answers at
+  bool on_bus = true;  // it hears the bus that it is wired to, at that rate
   bool alive = true;
   bool multi_drive = false;
   RunState run_state = RunState::kRunning;

@@ -18,6 +18,19 @@ double seconds(SimTime time) { return std::chrono::duration<double>(time).count(
 
 }  // namespace
 
+bool JumpWatch::catches_up(double gap_s) {
+  if (gap_s > 2 * mean_gap_s_) {
+    behind_s_ = gap_s - mean_gap_s_;
+    return false;
+  }
+  if (behind_s_ > 0 && kTooFast * gap_s < mean_gap_s_) {
+    behind_s_ -= mean_gap_s_ - gap_s;
+    return true;
+  }
+  behind_s_ = 0;
+  return false;
+}
+
 std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& drive) {
   if (!heard.motion) return std::nullopt;
   if (!heard.motion->absolute()) {
@@ -26,18 +39,24 @@ std::optional<Finding> JumpWatch::hear(const Heard& heard, const KnownDrive& dri
   }
   const Target now{heard.at, heard.motion->value};
   const std::optional<Target> before = std::exchange(last_, now);
-  if (!before || now.at - before->at > kStream) {
+  if (!before || now.at - before->at > kPause) {
+    moving_ = 0;
+    mean_gap_s_ = 0;
+    return std::nullopt;
+  }
+  const double gap_s = seconds(now.at - before->at);
+  if (catches_up(gap_s)) return std::nullopt;
+  if (now.at - before->at > kStream) {
     moving_ = 0;
     return std::nullopt;
   }
   // Handed over together: time stood, or slipped, and nobody knows how far apart they were sent.
   if (now.at == before->at) return std::nullopt;
-  const double gap_s = seconds(now.at - before->at);
   const double step_deg = std::abs(now.value_deg - before->value_deg);
   const bool streaming = moving_ == kMoving;
   // Frames come early and late: what counts is the pace.
   const double pace_s = std::max(mean_gap_s_, gap_s);
-  mean_gap_s_ = moving_ == 0 ? gap_s : mean_gap_s_ + (gap_s - mean_gap_s_) / kMoving;
+  mean_gap_s_ = mean_gap_s_ == 0 ? gap_s : mean_gap_s_ + (gap_s - mean_gap_s_) / kMoving;
   moving_ = step_deg > 0 ? std::min(moving_ + 1, kMoving) : 0;
   const double possible_dps = drive.fastest_dps(heard.motion->max_speed_dps);
   if (!streaming || step_deg < kLeast_deg || step_deg <= kTooFast * possible_dps * pace_s) {

@@ -15,6 +15,8 @@ class JumpWatch {
   static constexpr int kMoving = 8;        // so many in a row were new ones (assumed)
   static constexpr double kTooFast = 1.5;  // times what is possible: room for jitter (assumed)
   static constexpr double kLeast_deg = 1;  // smaller steps are nobody's trouble (assumed)
+  /// A host that pauses for longer begins a stream of its own rhythm (assumed).
+  static constexpr SimTime kPause = std::chrono::seconds(1);
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
 
@@ -24,8 +26,12 @@ class JumpWatch {
     double value_deg = 0;
   };
   std::optional<Target> last_;
+  /// The target follows the last one after `gap_s` because it, or the host, was held up before.
+  bool catches_up(double gap_s);
+
   int moving_ = 0;
-  double mean_gap_s_ = 0;
+  double mean_gap_s_ = 0;  // 0: not known
+  double behind_s_ = 0;    // the stream, its own rhythm
 };
 
 /// Increments that pile up before a shaft that does not follow.

@@ -37,10 +37,21 @@ std::optional<Finding> FirstTargetWatch::hear(const Heard& heard, const KnownDri
   if (!asks && !sets && !aims) return std::nullopt;
   known_start_ = drive.starts;
   if (!aims) return std::nullopt;
-  const double way_deg = std::abs(heard.motion->value - drive.angle_deg);
-  if (way_deg < kFar_deg) return std::nullopt;
+  const double target_deg = heard.motion->value;
+  const double way_deg = std::abs(target_deg - drive.angle_deg);
+  // A target by the turn count from before the start is near where the shaft stood by that count.
+  const bool by_old_count =
+      angle_before_deg_ && std::abs(target_deg - *angle_before_deg_) < way_deg;
+  if (way_deg < (by_old_count ? kFar_deg : kFar_deg * drive.gear_ratio)) return std::nullopt;
   return Finding{
       AdviceKind::kFirstTargetFar, &kFar, {heard.motion->value, way_deg, drive.angle_deg}};
+}
+
+void FirstTargetWatch::look(const KnownDrive& drive) {
+  if (!drive.alive) return;
+  if (start_ != 0 && drive.starts != start_) angle_before_deg_ = angle_deg_;
+  start_ = drive.starts;
+  angle_deg_ = drive.angle_deg;
 }
 
 }  // namespace lk::emulator

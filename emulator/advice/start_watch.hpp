@@ -27,9 +27,14 @@ class FirstTargetWatch {
   static constexpr double kFar_deg = 180;
 
   std::optional<Finding> hear(const Heard& heard, const KnownDrive& drive);
+  /// The drive was just looked at.
+  void look(const KnownDrive& drive);
 
  private:
   std::uint32_t known_start_ = 0;  // since which the host knows where the shaft is, or has moved
+  std::uint32_t start_ = 0;        // of the drive, at the last look
+  double angle_deg_ = 0;           // at the last look
+  std::optional<double> angle_before_deg_;  // when the drive last ran before this start
 };
 
 }  // namespace lk::emulator

@@ -113,7 +113,8 @@ Json setpoint_json(const model::Setpoint& setpoint, const Servo& servo) {
 }
 
 /// Where a drive is found, and from the next start on what is different then.
-Json place_json(const Servo& servo, const BusConfig& bus) {
+Json place_json(const Servo& servo, const Line& line) {
+  const BusConfig& bus = line.config();
   const bool has_921600 = !bus.serial || bus.serial->has_921600;
   const auto json = [has_921600](const DrivePlace& place) {
     constexpr const char* kBuses[] = {"none", "rs485", "can"};
@@ -124,6 +125,8 @@ Json place_json(const Servo& servo, const BusConfig& bus) {
   };
   Json place = json(servo.place());
   place["heard"] = servo.on_its_bus() && servo.at_its_rate();
+  place["shared_with"] = sharing_drives(
+      bus, servo.config().id, [&line](const ServoConfig& one) { return line.bus().place(one.id); });
   place["saved"] = json(drive_place(servo.rom(), servo.config()));
   place["pending"] =
       servo.has_pending() ? json(drive_place(servo.pending(), servo.config())) : Json(nullptr);
@@ -138,7 +141,7 @@ Json moved_json(const Line& line) {
     const DrivePlace wired = drive_place(Registers{}, config);
     const bool at_home =
         servo.place() == wired && drive_place(servo.rom(), config) == wired && !servo.has_pending();
-    if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo, line.config())}});
+    if (!at_home) moved.push_back({{"id", config.id}, {"place", place_json(servo, line)}});
   }
   return moved;
 }
@@ -229,7 +232,7 @@ Json drive_json(const Line& line, int id) {
   const ServoStats& stats = drive.servo.stats();
   return {{"bus", line.name()},
           {"id", id},
-          {"place", place_json(drive.servo, line.config())},
+          {"place", place_json(drive.servo, line)},
           {"motor", servo.profile.name},
           {"model", servo.profile.model},
           {"series", protocol::name_of(servo.profile.series)},

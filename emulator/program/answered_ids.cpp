@@ -21,6 +21,10 @@ std::string remedy(const ServoConfig& servo, int id, bool at_start) {
                    servo.id);
 }
 
+PlaceOf places_of(const Line& line) {
+  return [&bus = line.bus()](const ServoConfig& servo) { return bus.place(servo.id); };
+}
+
 }  // namespace
 
 void AnsweredIds::take(const BusConfig& bus, const LinkState& link) {
@@ -62,7 +66,7 @@ void AnsweredIds::lock(const Line& line, Taken taken) {
 
 void AnsweredIds::tell(const Line& line) {
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
+    const std::string note = place_note(servo, line.config(), places_of(line));
     std::string& told = told_[{line.name(), servo.id}];
     if (note == told) continue;
     told = note;
@@ -77,7 +81,7 @@ void AnsweredIds::tell(const Line& line) {
 std::string moved_text(const Line& line) {
   std::string text;
   for (const ServoConfig& servo : line.config().servos) {
-    const std::string note = place_note(line.bus().place(servo.id), servo, line.config());
+    const std::string note = place_note(servo, line.config(), places_of(line));
     if (note.empty()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : "; ", servo.id, note);
   }

@@ -172,7 +172,8 @@ std::vector<std::string> doubts(const ServoConfig& servo, const BusConfig& bus) 
   if (servo.rom.broadcast_mode && servo.id > 4) {
     all.emplace_back("multi-drive mode, and 0x280 has no slot for this ID");
   }
-  const std::string place = place_note(drive_place(servo.rom, servo), servo, bus);
+  const std::string place =
+      place_note(servo, bus, [](const ServoConfig& one) { return drive_place(one.rom, one); });
   if (!place.empty()) all.push_back(place + " (its ROM; --wipe-rom brings it back)");
   if (servo.quirks.dialect.pid_commands && servo.quirks.dialect.parameter_commands) {
     all.emplace_back("answers 0x30 and 0xC0, and no drive was seen to do both");
@@ -225,7 +226,8 @@ std::string place_text(protocol::Opcode opcode, protocol::Unit unit, const char*
 
 }  // namespace
 
-std::string place_note(const DrivePlace& place, const ServoConfig& servo, const BusConfig& bus) {
+std::string place_note(const ServoConfig& servo, const BusConfig& bus, const PlaceOf& place_of) {
+  const DrivePlace place = place_of(servo);
   if (!is_on_its_bus(place, servo)) {
     constexpr const char* kBuses[] = {"no bus", "RS-485", "CAN"};
     return fmt::format("is silent, as it is set to {}",
@@ -236,7 +238,12 @@ std::string place_note(const DrivePlace& place, const ServoConfig& servo, const 
                        bus.serial ? serial_rate_of(place.serial_rate, bus.serial->has_921600)
                                   : can_rate_of(place.can_rate));
   }
-  return place.id == servo.id ? "" : fmt::format("answers at ID {}", place.id);
+  if (place.id == servo.id) return "";
+  const std::vector<int> others = sharing_drives(bus, servo.id, place_of);
+  std::string shared;
+  if (others.size() == 1) shared = fmt::format(", as drive {} does", others.front());
+  if (others.size() > 1) shared = fmt::format(", as drives {} do", fmt::join(others, ", "));
+  return fmt::format("answers at ID {}{}", place.id, shared);
 }
 
 std::vector<std::string> spoken(const BusConfig& bus) {

@@ -8,8 +8,9 @@
 
 namespace lk::emulator {
 
-/// Where a drive is found, if not where it is wired and configured: "answers at ID 9"; else empty.
-std::string place_note(const DrivePlace& place, const ServoConfig& servo, const BusConfig& bus);
+/// Where a drive is found, if not where it is wired and configured: "answers at ID 9, as drive 2
+/// does"; else empty. `place_of` returns where a drive of `bus` is found.
+std::string place_note(const ServoConfig& servo, const BusConfig& bus, const PlaceOf& place_of);
 
 /// What would run, as a table for a person (`lk-emu --check`): one line a drive, then what is
 /// allowed and yet looks like a mistake.

@@ -72,9 +72,11 @@ std::string moved_lines(const Json& bus) {
   std::string text;
   for (const Json& drive : bus.value("moved", Json::array())) {
     const Json& place = drive["place"];
-    text += fmt::format("{}: drive {} is at {}{}; after its next start at {}", word(bus, "bus"),
+    const std::string others = joined(place.value("shared_with", Json::array()), "");
+    text += fmt::format("{}: drive {} is at {}{}{}; after its next start at {}", word(bus, "bus"),
                         number(drive, "id"), place_text(place),
                         place.value("heard", true) ? "" : " and hears nothing here",
+                        others.empty() ? "" : ", as drive " + others + " is",
                         place_text(place["saved"]));
     if (!place["pending"].is_null()) {
       text += fmt::format("; not saved: {}", place_text(place["pending"]));

@@ -78,6 +78,20 @@ bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config) {
   return (serial ? place.serial_rate : place.can_rate) == config.rate_code;
 }
 
+std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& place_of) {
+  const auto answers_at = [&](const ServoConfig& servo) {
+    const DrivePlace place = place_of(servo);
+    return is_on_its_bus(place, servo) && is_at_its_rate(place, servo) ? place.id : 0;
+  };
+  const auto own = std::ranges::find(bus.servos, id, &ServoConfig::id);
+  std::vector<int> others;
+  if (own == bus.servos.end() || answers_at(*own) == 0) return others;
+  for (const ServoConfig& servo : bus.servos) {
+    if (servo.id != id && answers_at(servo) == answers_at(*own)) others.push_back(servo.id);
+  }
+  return others;
+}
+
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
                                    const ServoConfig& config, const protocol::WireFormat& format) {
   protocol::StoredSetting setting{which.table, which.item, {}, 0};

@@ -3,6 +3,9 @@
 /// @file The settings of 0x40 and 0x42 on CAN: what they are in the registers, and where ROM keeps
 /// them.
 
+#include <functional>
+#include <vector>
+
 #include "emulator/core/bus_config.hpp"
 #include "emulator/core/parameter_memory.hpp"
 #include "protocol/parameters.hpp"
@@ -25,6 +28,11 @@ DrivePlace drive_place(const Registers& registers, const ServoConfig& config);
 /// Does the drive hear the bus that it is wired to, at the rate of that bus?
 bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config);
 bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config);
+
+/// Configured IDs of the other drives that answer at the same ID as drive `id`. `place_of` returns
+/// where a drive is found.
+using PlaceOf = std::function<DrivePlace(const ServoConfig&)>;
+std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& place_of);
 
 /// The setting, one that there is, as the registers have it.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,

@@ -144,6 +144,26 @@ TEST(DuplicateId, IsTheOnlyAdviceOnceItIsCertain) {
   EXPECT_EQ(rivals.here.adviser.given().size(), 1U) << rivals.here.all();
 }
 
+/// Their IDs in ROM are alike, or were made so by 0x42 (docs/protocol.md §10.9).
+TEST(DuplicateId, IsToldOfTwoDrivesHere) {
+  BusConfig config = test::bus_config({}, 1'000'000);
+  config.servos = {test::drive(Generation::kV236b, Series::kMg, 1),
+                   test::drive(Generation::kV236b, Series::kMg, 7)};
+  config.servos[1].rom.driver_id = 1;
+  config.servos[1].profile.drive.supply.i_logic = 0.05;  // A; empties the link
+  AnsweredHost host(config);
+  host.repeat(1, 5ms, test::frame("147#9C00000000000000"));
+  EXPECT_EQ(host.count(AdviceKind::kDuplicateId, 0), kNone);
+  host.send("141#9C00000000000000");
+  ASSERT_EQ(host.count(AdviceKind::kDuplicateId, 0), 1U) << host.all();
+  EXPECT_EQ(what_text(host.get(AdviceKind::kDuplicateId, 0), Language::kEnglish),
+            "drives 1 and 7 here both answer at ID 1");
+  host.bus.apply({7, PowerOff{}});
+  host.wait(1s);
+  host.send("141#9C00000000000000");
+  EXPECT_EQ(host.count(AdviceKind::kDuplicateId, 0), 1U) << "one of them is off";
+}
+
 // --- hosts
 
 constexpr std::uint8_t kRead = 0x9C;
@@ -253,6 +273,20 @@ TEST_F(Hosts, TwoDifferentOnesAreNoDrive) {
     ask({kRead});
     ask({kRead, 30, 1, 2, 3, 4, 5, 6});
     here.wait(4ms);
+  }
+  expect_nothing();
+}
+
+TEST_F(Hosts, OneWithADirectionOfItsOwnIsNoDrive) {
+  for (const std::uint8_t command : std::to_array<std::uint8_t>({0xA5, 0xA6})) {
+    ask({command, 0, 0x68, 0x01, 0x50, 0x46});
+    for (int n = 0; n < 20; ++n) ask({command, 2, 0x68, 0x01, 0x50, 0x46});
+    for (int n = 0; n < 20; ++n) {  // there and back
+      ask({command, 0, 0x68, 0x01, 0x50, 0x46});
+      ask({command, 2, 0x68, 0x01, 0x28, 0x23});
+    }
+    for (std::uint8_t n = 0; n < 20; ++n) ask({command, 2, 0x68, n, 0x50, n});
+    for (int n = 0; n < 20; ++n) ask({command, 2, 0x68, 0x01, 0xB0, 0xB9, 0xFF, 0xFF});
   }
   expect_nothing();
 }

@@ -207,6 +207,33 @@ TEST(AdviceFirstTarget, IsNotOfANearOneNorOfOneAfterReading) {
   EXPECT_EQ(asks.count(AdviceKind::kFirstTargetFar), 0U);
 }
 
+/// 30° of the output, and of the forearm of the scenario jammed_joint 40°.
+TEST(AdviceFirstTarget, IsNotOfAShortMoveOfAGearedOutput) {
+  ServoConfig servo = test::servo_config(1);
+  servo.profile.drive.mechanics.gear_ratio = 6;
+  for (const double output_deg : {30, -30, 40, 179}) {
+    AnsweredHost host(servo);  // the rotor stands at 45 degrees
+    host.repeat(1, 2ms, target(45 + 6 * output_deg));
+    EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 0U) << output_deg;
+  }
+  AnsweredHost host(servo);
+  host.repeat(1, 2ms, target(45 + 6 * 180));
+  EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U);
+}
+
+/// A turn of the rotor is a sixth of one of the output, and what a start loses.
+TEST(AdviceFirstTarget, IsOfATurnOfTheRotorThatTheStartHasLost) {
+  ServoConfig servo = test::servo_config(1);
+  servo.profile.drive.mechanics.gear_ratio = 6;
+  AnsweredHost host(servo);
+  host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));
+  host.repeat(1, 3s, target(400));
+  host.bus.power_cycle(1);
+  host.wait(20ms);
+  host.repeat(1, 2ms, target(410));  // 10 degrees by the old count, 370 by the new one
+  EXPECT_EQ(host.count(AdviceKind::kFirstTargetFar), 1U) << host.all();
+}
+
 TEST(AdviceFirstTarget, IsOfEachStart) {
   AnsweredHost host(test::servo_config(1));
   host.repeat(1, 2ms, query(ReadMultiTurnAngle{}));

@@ -257,6 +257,28 @@ TEST(AdviceJump, LeavesTheWayToTheDrive) {
   EXPECT_EQ(host.count(AdviceKind::kJump), 0U) << host.all();
 }
 
+/// A knee of the delivered dog swings its foot: steps of 13.2° of the rotor every 10 ms, with a max
+/// speed that is little more than they take. The host, or this machine, is held up, and then the
+/// targets come as fast as the wire carries twelve of them.
+TEST(AdviceJump, IsNotAStreamThatWasHeldUp) {
+  for (const SimTime hold : {60ms, 100ms, 200ms, 500ms, 900ms}) {
+    AdvisedHost host(test::servo_config(1));
+    double target_deg = 45;
+    const auto step = [&](SimTime gap) {
+      target_deg += 13.2;
+      host.repeat(1, gap, query(Position2{1572, cdeg(target_deg)}));
+    };
+    for (int n = 0; n < 50; ++n) step(10ms);
+    step(hold);
+    for (int n = 1; n < hold / 6800us; ++n) step(3200us);
+    for (int n = 0; n < 50; ++n) step(10ms);
+    EXPECT_EQ(host.count(AdviceKind::kJump), 0U) << hold.count();
+    target_deg += 50;
+    step(10ms);
+    EXPECT_EQ(host.count(AdviceKind::kJump), 1U) << "it is still watched";
+  }
+}
+
 TEST(AdviceWindUp, IsOfAShaftThatDoesNotFollow) {
   ServoConfig servo = test::servo_config(1);
   servo.rom.max_speed_dps = 50;

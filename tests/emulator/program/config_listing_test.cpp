@@ -71,6 +71,28 @@ TEST(ConfigListing, SaysWhichLoopsRing) {
       << describe_run({bus});
 }
 
+DrivePlace rom_place(const ServoConfig& servo) { return drive_place(servo.rom, servo); }
+
+TEST(PlaceNote, SaysWhichDrivesShareAnId) {
+  BusConfig bus = test::bus_config({});
+  for (const int id : {1, 2, 3}) {
+    bus.servos.push_back(test::drive(Generation::kV236b, Series::kMg, id));
+  }
+  const auto note = [&](std::size_t n) { return place_note(bus.servos[n], bus, rom_place); };
+  bus.servos[0].rom.driver_id = 2;
+  EXPECT_EQ(note(0), "answers at ID 2, as drive 2 does");
+  EXPECT_EQ(note(1), "");
+  bus.servos[2].rom.driver_id = 2;
+  EXPECT_EQ(note(0), "answers at ID 2, as drives 2, 3 do");
+  bus.servos[0].rom.driver_id = 9;
+  bus.servos[2].rom.driver_id = 3;
+  EXPECT_EQ(note(0), "answers at ID 9");
+  bus.servos[1].rom.driver_id = 9;
+  bus.servos[1].rom.can_rate = 3;  // it hears nothing here
+  EXPECT_EQ(note(0), "answers at ID 9");
+  EXPECT_NE(describe_run({bus}).find("answers at ID 9"), std::string::npos);
+}
+
 /// The numbers of the tools without 921600: 7 is 1 Mbit/s.
 TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
   BusConfig bus = test::bus_config({1});
@@ -79,7 +101,7 @@ TEST(PlaceNote, SaysTheRateAsTheDrivesOfThisBusCountThem) {
   servo.quirks.dialect.framing = protocol::Framing::kSerial;
   servo.rate_code = 4;
   servo.rom.serial_rate = 7;
-  const auto note = [&] { return place_note(drive_place(servo.rom, servo), servo, bus); };
+  const auto note = [&] { return place_note(servo, bus, rom_place); };
   EXPECT_EQ(note(), "hears nothing, as it is set to 921600 bit/s");
   bus.serial->has_921600 = false;
   EXPECT_EQ(note(), "hears nothing, as it is set to 1000000 bit/s");
