@@ -126,7 +126,6 @@ void World::linger() {
         bring_to_now(*lines_.front());
         continue;
       }
-      seen_ = monotonic_now();
       bring_to_now(*lines_.front());
       return;
     }
@@ -134,12 +133,13 @@ void World::linger() {
     const MonoTime wake = std::min(due, seen_ + kShortSleep);
     const bool frames = wait_for_frames(sockets_, wake - seen_);
     if (!frames) seen_ = monotonic_now();
+    bool any = false;
     for (std::size_t n = 0; n < lines_.size(); ++n) {
-      if (frames && sockets_[n].revents == 0) continue;
-      if (frames) take_in(*lines_[n]);
-      bring_to_now(*lines_[n]);
+      const bool readable = frames && sockets_[n].revents != 0;
+      if (readable) any = take_in(*lines_[n]).any || any;
+      if (readable || !frames || due <= seen_) bring_to_now(*lines_[n]);
     }
-    if (!frames && due > seen_) return;
+    if (!any && due > seen_) return;
   }
 }
 
@@ -150,7 +150,8 @@ bool World::only_frames_are_waited_for() const {
          !lines_.front()->watched() && next_due() > seen_ + kLongestReceive;
 }
 
-/// Takes in what has arrived on a line.
+/// Takes in what has arrived on a line. `seen_` is the present afterwards, whether frames came or
+/// only bytes that are not frames: a host that sends those must not stop the time.
 World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
   Taken taken;
   if (line.port() == nullptr) return taken;
@@ -172,6 +173,7 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
     }
   };
   taken.more = line.port()->receive(take, wait);
+  if (!taken.any) seen_ = monotonic_now();
   return taken;
 }
 

@@ -19,8 +19,10 @@
 namespace lk::emulator {
 namespace {
 
-/// What is read of a client at once, so that none keeps the others waiting.
+/// Bytes read at once from a client, and from all clients together: none keeps the others waiting,
+/// and many keep the loop no longer than two.
 constexpr std::size_t kClientBytes = 4096;
+constexpr std::size_t kBytesOfAll = 2 * kClientBytes;
 constexpr std::size_t kMostEvents = 64;
 // What an event is of; above them numbers of clients.
 constexpr std::uint64_t kWatched = 0;
@@ -119,9 +121,10 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
 }
 
 bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
-  const ssize_t size = ::read(client.fd, bytes_.data(), bytes_.size());
+  const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
+  const ssize_t size = ::read(client.fd, bytes_.data(), share);
   if (size <= 0) return size < 0 && (errno == EAGAIN || errno == EINTR);
-  more = more || static_cast<std::size_t>(size) == bytes_.size();
+  more = more || static_cast<std::size_t>(size) == share;
   client.unheard = true;
   const auto now = wall_now();
   heard_ = {};

@@ -44,6 +44,7 @@ class Port {
 
   /// Hands `take(std::span<const ReceivedFrame>)` what has arrived, up to a bound that keeps the
   /// loop responsive; returns whether that ended it. Waits for the first if that is asked for.
+  /// Bytes that are not frames end it too: they must not keep time and other hosts waiting.
   template <typename Take>
   bool receive(Take&& take, Wait wait = Wait::kNot) {
     constexpr int kMostBatches = 16;
@@ -52,6 +53,7 @@ class Port {
       if (!batch.frames.empty()) take(batch.frames);
       if (batch.error != 0) note_error(batch.error);
       if (!batch.more) return false;
+      if (batch.frames.empty()) break;
     }
     return descriptor() >= 0;
   }

@@ -58,9 +58,10 @@ void StreamPort::listen(boost::asio::io_context& loop) {
   }
 }
 
-/// Those who have been waiting.
+/// Accepts clients that wait. Whoever connects faster than this has to wait for the next batch.
 void StreamPort::let_in() {
-  for (;;) {
+  constexpr int kMostAtOnce = 64;
+  for (int n = 0; n < kMostAtOnce; ++n) {
     boost::system::error_code error;
     tcp::endpoint from;
     tcp::socket socket(acceptor_.get_executor());

@@ -4,8 +4,10 @@ usage: bad_clients.py LK_EMU
 """
 
 import collections
+import contextlib
 import random
 import socket
+import threading
 import unittest
 
 import support
@@ -61,6 +63,25 @@ def rude(random_bytes: random.Random, client: Client) -> None:
         client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # a reset
 
 
+@contextlib.contextmanager
+def noise(port: int, some: bytes):
+    """A client that sends this, as fast as it goes, and reads nothing."""
+    ended = threading.Event()
+
+    def send() -> None:
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), PATIENCE_S) as client:
+            while not ended.is_set():
+                client.sendall(some * 10_000)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        sender.join()
+
+
 class BadClients(support.TestCase):
     def setUp(self):
         super().setUp()
@@ -91,6 +112,26 @@ class BadClients(support.TestCase):
                 bad.close()
                 self.served(good)
             self.assertGreater(count(running.stop(), "lines or datagrams that made no sense"), 100)
+
+    def test_bytes_that_are_no_frames_keep_no_other_bus_waiting(self):
+        for place, some in (("slcan-tcp", b"zzz\r"), ("slcan-tcp", b"\r"), ("socketcand", b"< echo >"),
+                            ("rs485-tcp", b"\xff\xfb\x01")):
+            port = free_port()
+            with self.subTest(place=place, some=some), \
+                    emulator("--bus", f"{place}:{port}", "--ids", "1", *self.arguments) as running, noise(port, some):
+                good = self.client()
+                self.assertEqual(good.ask(b"O\r"), b"\r")
+                for _ in range(20):
+                    self.served(good)
+                running.stop()
+
+    def test_bytes_that_are_no_frames_keep_no_other_client_waiting(self):
+        with emulator(*self.arguments) as running, noise(self.port, b"zzz\r"), noise(self.port, b"\r"):
+            good = self.client()
+            self.assertEqual(good.ask(b"O\r"), b"\r")
+            for _ in range(20):
+                self.served(good)
+            running.stop()
 
     def test_there_are_as_many_as_there_may_be(self):
         with emulator(*self.arguments) as running:

@@ -103,5 +103,27 @@ TEST_F(AClient, ThatDidNotReadIsAnsweredAllTheSame) {
   EXPECT_TRUE(heard.ends_with("F08\rV1013\r")) << heard.size();
 }
 
+TEST(ClientSet, ReadsOfManyClientsNoMoreAtOnceThanOfTwo) {
+  ClientSet clients{"slcan-tcp:29536"};
+  std::vector<Descriptor> hosts;
+  constexpr std::size_t kHosts = 32;
+  std::string lines;  // each is malformed, which the statistics count
+  while (lines.size() < 4096) lines += "x\r";
+  for (std::size_t n = 0; n < kHosts; ++n) {
+    int ends[2];
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);
+    hosts.emplace_back(ends[0]);
+    clients.add(Descriptor(ends[1]), "a host", std::make_unique<Slcan>(1'000'000));
+    ASSERT_EQ(::send(ends[0], lines.data(), lines.size(), 0), static_cast<ssize_t>(lines.size()));
+  }
+  std::vector<ReceivedFrame> frames;
+  EXPECT_TRUE(clients.collect(frames).more);
+  EXPECT_LE(clients.stats().malformed, 2 * lines.size() / 2);
+  EXPECT_GE(clients.stats().malformed, kHosts) << "each has its turn";
+  while (clients.collect(frames).more) {
+  }
+  EXPECT_EQ(clients.stats().malformed, kHosts * lines.size() / 2);
+}
+
 }  // namespace
 }  // namespace lk::emulator
