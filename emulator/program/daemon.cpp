@@ -192,6 +192,12 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     };
     if (keeps_rom) line.on_rom_write = [this, i](const RomWrite& write) { keep_rom(i, write); };
   }
+  if (options.end_with_input) {
+    input_.emplace(loop_, [this] {
+      spdlog::info("standard input has ended: stopping");
+      begin_stop();
+    });
+  }
   if (planned_) with_scenario([this] { scenario_.check_room(*planned_); });
   control_.emplace(loop_, world_, options.control);
   if (options.shafts && Coupling::needed(buses)) {

@@ -13,6 +13,7 @@
 #include "emulator/files/output_file.hpp"
 #include "emulator/live/world.hpp"
 #include "emulator/program/answered_ids.hpp"
+#include "emulator/program/input_watch.hpp"
 #include "emulator/program/run_recording.hpp"
 #include "emulator/program/scenario_activity.hpp"
 #include "emulator/rom/rom_options.hpp"
@@ -36,6 +37,7 @@ struct RunOptions {
   std::optional<std::filesystem::path> record;  // a recording from the beginning
   Language language = Language::kEnglish;       // of advice
   bool strict = false;                          // advice is a failure
+  bool end_with_input = false;                  // standard input, as of the parent process
   // What the buses were made of.
   Overrides overrides;
   ConfigTexts texts;
@@ -49,9 +51,10 @@ class Daemon {
   /// cannot be had.
   Daemon(std::vector<BusConfig> buses, const RunOptions& options);
 
-  /// Until SIGINT or SIGTERM; then waits for the disk, not for long, and prints the summary. Does
-  /// not return when the disk still has not answered: it ends the process. Gives the exit status:
-  /// 0, or that of the scenario's verdict; 1 after advice, where that is a failure.
+  /// Until SIGINT, SIGTERM or the end of a watched standard input; then waits for the disk, not for
+  /// long, and prints the summary. Does not return when the disk still has not answered: it ends
+  /// the process. Gives the exit status: 0, or that of the scenario's verdict; 1 after advice,
+  /// where that is a failure.
   int run();
 
  private:
@@ -85,6 +88,7 @@ class Daemon {
   std::optional<OutputFile> junit_;
   LinkMonitor links_;
   boost::asio::signal_set signals_;
+  std::optional<InputWatch> input_;
   boost::asio::steady_timer patience_;  // at the end: with the disk, then with the interfaces
   bool stopping_ = false;
   MonoTime give_up_disk_{};

@@ -1,5 +1,10 @@
 """The package and the real lk-emu."""
 
+import os
+import subprocess
+import sys
+import time
+
 import lkemu as package
 import pytest
 
@@ -121,3 +126,26 @@ def test_a_mark_and_the_words_of_the_end(lkemu):
     lkemu.mark("here it begins")
     assert lkemu.stop() == 0
     assert "lk-emu stopped after" in lkemu.output
+
+
+def runs(pid):
+    """A process that has ended and waits for its parent has no command line."""
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as file:
+            return file.read() != b""
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize("end", ["kill(os.getpid(), 9)", "kill(os.getpid(), 15)", "_exit(0)"])
+def test_it_ends_with_its_parent_however_that_ends(end):
+    script = f"import os, lkemu; print(lkemu.Emulator(bus='auto').start().pid, flush=True); os.{end}"
+    root = os.path.dirname(os.path.dirname(package.__file__))
+    parent = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": root}, stdout=subprocess.PIPE, timeout=60
+    )
+    pid = int(parent.stdout)
+    patience = time.monotonic() + 20
+    while runs(pid):
+        assert time.monotonic() < patience, pid
+        time.sleep(0.01)

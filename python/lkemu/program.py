@@ -46,9 +46,11 @@ class Process:
         self._ready_or_ended = threading.Event()
         with open(self.err_path, "wb") as err:
             try:
+                # lk-emu watches the pipe, which the kernel closes when this process is killed.
                 self._popen = subprocess.Popen(
-                    command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=err, pass_fds=keep_open
-                )
+                    [*command, "--end-with-stdin"],
+                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=err, pass_fds=keep_open,
+                )  # fmt: skip
             except OSError as problem:
                 raise StartError(f"{command[0]}: {problem.strerror}") from None
         # Nothing stays behind at exit, even when the caller has forgotten about it.
@@ -117,6 +119,8 @@ def end(popen: "subprocess.Popen[bytes]") -> int:
             popen.wait(GOODBYE_S)
         except subprocess.TimeoutExpired:
             popen.kill()
+    if popen.stdin is not None:
+        popen.stdin.close()
     return popen.wait()
 
 

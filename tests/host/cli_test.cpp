@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "tests/host/emulator_process.hpp"
+#include "tests/host/host.hpp"
 #include "tests/support/temp_directory.hpp"
 
 namespace lk::host {
@@ -429,6 +430,16 @@ TEST(Log, WhoseClockWasSetIsRefusedWithItsLine) {
   EXPECT_EQ(result.err, "lk-emu: replay: " + log +
                             ":4: comes 1789996388 s after the frame before it, and no silence may "
                             "be longer than an hour: if the clock was set, cut the log there\n");
+}
+
+TEST(EndWithStdin, NeedsAPipe) {
+  const auto result =
+      EmulatorProcess({"--bus", own_bus(), "--ids", "1", "--rom", ":memory:", "--end-with-stdin"},
+                      {"sh", "-c", "exec \"$@\" </dev/null", "sh"})
+          .wait();
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.err,
+            "lk-emu: --end-with-stdin: standard input is not a pipe; start lk-emu with one\n");
 }
 
 }  // namespace cli_test

@@ -157,6 +157,8 @@ void add_options(CLI::App& app, Raw& raw) {
          "what the drives do without it then: go on free (default), or stop, with the time, "
          "until one comes")
       ->type_name("WHAT");
+  app.add_flag("--end-with-stdin", raw.line.end_with_input,
+               "stop when standard input ends, a pipe that the parent process holds open");
   app.add_option("--log-level", raw.line.log_level,
                  "trace, debug, info, warn, error or off (default info)")
       ->type_name("LEVEL");

@@ -37,6 +37,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> junit;   // of the scenario
   std::optional<std::filesystem::path> record;  // directory that gets a recording
   bool strict = false;                          // advice is a failure
+  bool end_with_input = false;                  // standard input
   Language language = Language::kEnglish;       // of advice
   std::string log_level = "info";
 };

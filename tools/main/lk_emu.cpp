@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
                                                  .record = command_line->record,
                                                  .language = command_line->language,
                                                  .strict = command_line->strict,
+                                                 .end_with_input = command_line->end_with_input,
                                                  .overrides = command_line->overrides,
                                                  .texts = std::move(texts)});
   return daemon.run();
