@@ -6,6 +6,8 @@
 #include <stdexcept>
 
 #include "emulator/body/mujoco_error.hpp"
+#include "emulator/body/mujoco_numbers.hpp"
+#include "emulator/body/mujoco_trial.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -24,6 +26,11 @@ Model parse(const std::string& path, const mjVFS* files, const std::string& file
     throw std::invalid_argument(file + ": " + mujoco_words(problem.what()));
   }
   throw std::invalid_argument(file + ": " + mujoco_words(text.data()));
+}
+
+void check(const std::string& file) {
+  check_written_numbers(file);
+  check_model_numbers(*parse(file, nullptr, file), file);
 }
 
 /// Every other byte as it is, for it is a file's name: xml_escaped replaces what is no text.
@@ -65,6 +72,7 @@ Model parse_with_step(const std::string& file) {
 
 Model load_mujoco_model(const std::string& file) {
   tame_mujoco();
+  try_in_child(file, check);
   Model model = parse(file, nullptr, file);
   return floor_planes(*model).empty() ? std::move(model) : parse_with_step(file);
 }

@@ -1,5 +1,6 @@
 // MuJoCo as a mechanism: what it refuses, what it shows, what becomes of it when it explodes.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <limits>
@@ -36,6 +37,57 @@ TEST(MujocoBody, SaysInItsWordsWhatIsWrongWithAModel) {
             std::string::npos);
   EXPECT_NE(refusal("<mujoco><worldbody/></mujoco>").find("no hinge"), std::string::npos);
   EXPECT_EQ(refusal("<mujoco><worldbody>" + kArm + "</worldbody></mujoco>"), "");
+}
+
+TEST(MujocoBody, RefusesNumbersThatAreNotFinite) {
+  const auto with = [](const std::string& option, const std::string& geom) {
+    return refusal("<mujoco><option " + option + R"(/><worldbody><body name="nan 1">
+      <!-- mass="nan" --><joint name="hip" axis="0 1 0"/><geom type="sphere" size=".1" )" +
+                   geom + "/></body></worldbody></mujoco>");
+  };
+  EXPECT_EQ(with("", "mass='1'"), "");
+  EXPECT_NE(with("", "mass='nan'").find("mass=\"nan\" is not a finite number"), std::string::npos);
+  EXPECT_NE(with("", "mass='1' pos='0 0 -inf'").find("pos=\"0 0 -inf\""), std::string::npos);
+  EXPECT_NE(with("gravity = '0 0 1e999'", "mass='1'").find("gravity=\"0 0 1e999\""),
+            std::string::npos);
+}
+
+TEST(MujocoBody, ReadsThePiecesThatAModelIncludes) {
+  const TempDirectory directory;
+  const std::string file = (directory.path() / "body.xml").string();
+  std::ofstream(file) << R"(<mujoco><worldbody><include file="arm.xml"/></worldbody></mujoco>)";
+  std::ofstream(directory.path() / "arm.xml")
+      << R"(<mujoco><body><joint axis="0 1 0"/><geom size=".1" density="nan"/></body></mujoco>)";
+  try {
+    const MujocoBody body(file, std::chrono::milliseconds(1));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& problem) {
+    EXPECT_NE(std::string(problem.what()).find("arm.xml: density=\"nan\""), std::string::npos)
+        << problem.what();
+  }
+}
+
+TEST(MujocoBody, DoesNotWaitForTheWriterOfAPipe) {
+  const TempDirectory directory;
+  const std::string file = (directory.path() / "body.xml").string();
+  ASSERT_EQ(::mkfifo((directory.path() / "pipe.stl").c_str(), 0600), 0);
+  std::ofstream(file) << "<mujoco><worldbody>" + kArm +
+                             R"(<geom type="mesh" mesh="pipe"/></worldbody>
+                             <asset><mesh name="pipe" file="pipe.stl"/></asset></mujoco>)";
+  try {
+    const MujocoBody body(file, std::chrono::milliseconds(1));
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& problem) {
+    EXPECT_NE(std::string(problem.what()).find("pipe.stl"), std::string::npos) << problem.what();
+  }
+}
+
+TEST(MujocoBody, HasABoundOfMemory) {
+  EXPECT_NE(refusal("<mujoco><worldbody>" + kArm + R"(<body name="grain" pos="0 0 1">
+    <composite type="particle" count="1000 1000 1" spacing="0.05"><geom size=".02"/></composite>
+    </body></worldbody></mujoco>)")
+                .find("needs more than 1 GiB of memory"),
+            std::string::npos);
 }
 
 TEST(MujocoBody, BeginsInItsFirstKeyframe) {
