@@ -1,7 +1,11 @@
 #include "emulator/transports/multicast_port.hpp"
 
+#include <linux/filter.h>
+#include <linux/if_packet.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 
+#include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/multicast.hpp>
 #include <utility>
@@ -15,6 +19,26 @@ namespace lk::emulator {
 namespace {
 
 constexpr std::size_t kMostDatagrams = 64;  // at once
+
+/// Strips the payload of datagrams from a network; without it they count as malformed. The address
+/// of the sender proves nothing, as Linux accepts IPv6 packets that claim to be from this machine.
+/// The kernel marks datagrams sent on this machine (PACKET_LOOPBACK), or they come by `lo`, which
+/// is interface 1 of every network namespace.
+bool strip_datagrams_of_others(int socket) {
+  constexpr auto kOf = [](int field) { return static_cast<std::uint32_t>(SKF_AD_OFF + field); };
+  constexpr std::uint16_t kLoad = BPF_LD | BPF_ABS;
+  constexpr std::uint16_t kIfEqual = BPF_JMP | BPF_JEQ | BPF_K;
+  constexpr std::uint16_t kReturn = BPF_RET | BPF_K;
+  constexpr std::uint32_t kHeaderAlone = 8;
+  std::array<sock_filter, 6> code{{{kLoad | BPF_B, 0, 0, kOf(SKF_AD_PKTTYPE)},
+                                   {kIfEqual, 3, 0, PACKET_LOOPBACK},
+                                   {kLoad | BPF_W, 0, 0, kOf(SKF_AD_IFINDEX)},
+                                   {kIfEqual, 1, 0, 1},
+                                   {kReturn, 0, 0, kHeaderAlone},
+                                   {kReturn, 0, 0, UINT32_MAX}}};
+  const sock_fprog program{static_cast<std::uint16_t>(code.size()), code.data()};
+  return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
+}
 
 }  // namespace
 
@@ -57,6 +81,9 @@ MulticastPort::MulticastPort(boost::asio::io_context& loop, std::string name, co
 void MulticastPort::join(const ip::address& group) {
   socket_.open(group_.protocol());
   socket_.set_option(udp::socket::reuse_address(true));  // of all who are on this bus
+  if (!from_afar_ && !strip_datagrams_of_others(socket_.native_handle())) {
+    spdlog::warn("{}: no socket filter here: other machines can forge frames of this one", name_);
+  }
   socket_.bind(group_);  // not any address: other groups of this port are other buses
   socket_.set_option(ip::multicast::join_group(group));
 }
