@@ -117,6 +117,11 @@ constexpr bool can_be_in_a_slot(std::uint8_t command) {
   return std::ranges::find(kCan, static_cast<Opcode>(command)) != std::end(kCan);
 }
 
+/// A drive on the other wire never receives the frame.
+bool on_wire_of(const Frame& frame, const WireFormat& format) {
+  return framing_of(frame) == format.dialect.framing;
+}
+
 /// Are the bytes of a reply those of its command?
 bool has_length(const CommandInfo& command, const Frame& frame, const WireFormat& format) {
   if (frame.dlc == 0) return false;
@@ -196,6 +201,7 @@ std::variant<Query, Reject> decode_query(const Frame& frame, const WireFormat& f
   if (const auto* reject = std::get_if<Reject>(&addressed)) {
     return *reject;
   }
+  if (!on_wire_of(frame, format)) return Reject::kNoPacket;
   const int id = std::get<int>(addressed);
   if (id != kMultiDrive) {
     return decode_single(id, frame.data, frame.dlc, format);
@@ -235,6 +241,7 @@ std::variant<ReplyFrame, Reject> decode_reply(const Frame& frame, const WireForm
   if (const auto* reject = std::get_if<Reject>(&addressed)) {
     return *reject;
   }
+  if (!on_wire_of(frame, format)) return Reject::kNoPacket;
   const int id = std::get<int>(addressed);
   if (id == kMultiDrive) {
     return Reject::kForeignId;  // no drive answers there

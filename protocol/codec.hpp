@@ -23,7 +23,7 @@ enum class Reject : std::uint8_t {
   kForeignId,       // no drive's, nor one for several drives
   kWrongLength,     // DLC is not 8; LEN is not the command's
   kUnknownCommand,  // this drive has no such command, or no such parameter
-  kNoPacket,        // bytes on RS-485 that are no packet
+  kNoPacket,        // bytes on RS-485 that are no packet, or a frame of the other wire
 };
 
 /// `Query::id` of a multi-drive command.

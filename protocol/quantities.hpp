@@ -57,7 +57,7 @@ inline constexpr Quantity kQuantities[] = {
     {"coil_powered"},
     {"max_angle_low_deg", Unit::kDegree, "max angle, low half", "最大角度低半部"},
     {"max_angle_high", Unit::kNone, "max angle, high half", "最大角度高半部"},
-    {"encoder_type"},
+    {"encoder_type", Unit::kNone, "encoder type", "编码器类型"},
     {"device_type"},
     {"refused"},
     {"item"},

@@ -25,10 +25,15 @@ bool all_zero(const Frame& frame, std::size_t from) {
 
 /// Of queries that carry nothing, and replies that carry a value which is hardly ever 0.
 bool zero_is_a_query(std::uint8_t command) {
-  return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode) ||
-         command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
+  constexpr Opcode kReads[] = {protocol::ReadPid::kOpcode,
+                               protocol::ReadEncoder::kOpcode,
+                               protocol::ReadMultiTurnAngle::kOpcode,
+                               protocol::ReadSingleTurnAngle::kOpcode,
+                               protocol::ReadProduct::kOpcode,
+                               protocol::ReadSettingsBlock::kOpcode,
+                               protocol::ReadCalibration::kOpcode,
+                               protocol::AlignReducer::kOpcode};
+  return std::ranges::find(kReads, static_cast<Opcode>(command)) != std::end(kReads);
 }
 
 /// Carries what a host hardly puts into it: a state's temperature, or the value that is asked for.
@@ -57,14 +62,23 @@ bool writes_rom(const Frame& query) {
   return command != nullptr && command->writes_rom;
 }
 
+bool can_be_query(const Frame& frame, const ReplyReader& reader) {
+  return std::holds_alternative<protocol::Query>(protocol::decode_query(frame, reader.format));
+}
+
+bool can_be_reply(const Frame& frame, const ReplyReader& reader) {
+  return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
+}
+
 }  // namespace
 
-/// Who reads a frame of the drive.
+/// The reader of a frame of the drive.
 const ReplyReader& Conversation::reader_of(int id, const Frame& frame) const {
-  const ReplyReader& first = *reader_->reader_of(id);
-  const auto* row = protocol::command_of(frame);
-  const bool known = row == nullptr || protocol::answers(first.format, row->opcode);
-  return known || other_ == nullptr ? first : *other_->reader_of(id);
+  for (const FrameReader& one : readers_) {
+    const ReplyReader& reader = *one.reader_of(id);
+    if (can_be_query(frame, reader) || can_be_reply(frame, reader)) return reader;
+  }
+  return *readers_.front().reader_of(id);
 }
 
 Told Conversation::hear(const HeardFrame& heard) {
@@ -76,6 +90,7 @@ Told Conversation::hear(const HeardFrame& heard) {
     note_direction(heard);
     return hear_drive(id, heard);
   }
+  if (protocol::is_serial(frame)) return {.frame = frame};  // its ID is above 32
   for (const std::uint32_t base : protocol::kReplyIdBases) {
     if (const int id = protocol::drive_at(frame.id, base)) return hear_own(id, base, heard);
   }
@@ -84,7 +99,7 @@ Told Conversation::hear(const HeardFrame& heard) {
 
 /// A query to each drive that listens to it; which of them do is not known.
 Told Conversation::hear_several(const HeardFrame& heard) {
-  const ReplyReader& any = *reader_->reader_of(protocol::kMinId);
+  const ReplyReader& any = *readers_.front().reader_of(protocol::kMinId);
   const auto query = protocol::decode_query(heard.frame, any.format);
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!std::holds_alternative<protocol::Query>(query)) break;
@@ -132,9 +147,7 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
   const auto fits = fitting(id, heard.frame);
   if (from_host == false) return reply(id, heard, fits, true);
   if (!could_be_reply(id, heard.frame)) {
-    const ReplyReader& reader = reader_of(id, heard.frame);
-    const auto decoded = protocol::decode_query(heard.frame, reader.format);
-    if (std::holds_alternative<protocol::Query>(decoded)) return query(id, heard, true);
+    if (can_be_query(heard.frame, reader_of(id, heard.frame))) return query(id, heard, true);
     return unclear(id, heard);
   }
   if (!fits.empty()) {
@@ -148,17 +161,16 @@ Told Conversation::hear_drive(int id, const HeardFrame& heard) {
       return reply(id, heard, fits, false);
     return unclear(id, heard);
   }
-  if (looks_like_a_reply(heard.frame)) return reply(id, heard, fits, false);
+  if (looks_like_a_reply(heard.frame) || !can_be_query(heard.frame, reader_of(id, heard.frame))) {
+    return reply(id, heard, fits, false);
+  }
   if (own.begun || looks_like_a_query(heard.frame)) return query(id, heard, true);
   return unclear(id, heard);
 }
 
 /// Of the drives of this generation; states at 0 and 1 °C do not count.
 bool Conversation::could_be_reply(int id, const Frame& frame) const {
-  const ReplyReader& reader = reader_of(id, frame);
-  if (!std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format))) {
-    return false;
-  }
+  if (!can_be_reply(frame, reader_of(id, frame))) return false;
   const bool at_zero = looks_like_a_query(frame) && !zero_is_a_query(frame.data[0]);
   return !at_zero;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "emulator/core/sim_time.hpp"
@@ -55,10 +56,9 @@ struct Settled {
 /// Tells queries from replies on one bus (docs/decode.md has the rules).
 class Conversation {
  public:
-  /// `reader` knows all drives, 1 to 32, and outlives this. So does `other`, which reads the
-  /// commands that `reader` does not know.
-  explicit Conversation(const FrameReader& reader, const FrameReader* other = nullptr)
-      : reader_(&reader), other_(other) {}
+  /// Each reader knows all drives, 1 to 32, on the wire of the frames. The first of them that can
+  /// read a frame does. Outlived by `readers`, which are at least one.
+  explicit Conversation(std::span<const FrameReader> readers) : readers_(readers) {}
   Told hear(const HeardFrame& heard);
   /// Times turned out to be wrong: what waits has none.
   void forget_times();
@@ -115,8 +115,7 @@ class Conversation {
     return drives_[static_cast<std::size_t>(id - protocol::kMinId)];
   }
 
-  const FrameReader* reader_;
-  const FrameReader* other_;
+  std::span<const FrameReader> readers_;
   std::array<Drive, protocol::kMaxDrivesPerBus> drives_;
   std::vector<Settled> settled_;
   std::optional<SimTime> first_;  // stamp

@@ -22,6 +22,7 @@ constexpr Words kWords[] = {
     {"wrong length", "长度不对"},
     {"unknown command", "未知命令"},
     {"no reply of this drive", "不是该驱动器的回复"},
+    {"no packet", "不是数据包"},
     // what error frames are about
     {"transmission timed out", "发送超时"},
     {"arbitration lost", "仲裁失败"},
@@ -83,6 +84,22 @@ constexpr Choice kChoices[] = {
     {"parameter", 0xA0, {"stored gains of the angle loop", "存储的角度环增益"}},
     {"parameter", 0xA4, {"stored gains of the speed loop", "存储的速度环增益"}},
     {"parameter", 0xA8, {"stored gains of the current loop", "存储的电流环增益"}},
+    {"parameter", 0x96, {"stored gains of the angle loop", "存储的角度环增益"}},
+    {"parameter", 0x97, {"stored gains of the speed loop", "存储的速度环增益"}},
+    {"parameter", 0x98, {"stored gains of the current loop", "存储的电流环增益"}},
+    {"parameter", 0x99, {"setting", "设置"}},
+    {"parameter", 0x9A, {"setting", "设置"}},
+    {"parameter", 0x9B, {"setting", "设置"}},
+    {"parameter", 0x9C, {"setting", "设置"}},
+    {"parameter", 0x9D, {"setting", "设置"}},
+    {"parameter", 0x9E, {"setting", "设置"}},
+    {"device_type", 0x2011, {"MS", "MS"}},
+    {"device_type", 0x2021, {"MF", "MF"}},
+    {"device_type", 0x2031, {"MG", "MG"}},
+    {"device_type", 0x2032, {"MG with reducer encoder", "MG，带减速端编码器"}},
+    {"device_type", 0x2041, {"MH", "MH"}},
+    {"refused", 0, {"done", "完成"}},
+    {"refused", 1, {"refused", "被拒绝"}},
     {"item", 0x0A, {"of the ID", "：ID"}},
     {"item", 0x0B, {"of the bus", "：总线"}},
     {"item", 0x0C, {"of the rate on RS-485", "：RS-485 波特率"}},
@@ -120,10 +137,11 @@ std::string slot_text(const ReplyValue& slot, std::uint32_t asked, Language lang
       fmt::runtime(language == Language::kChinese ? "{} 号 " : "drive {}: "), slot.name);
   if (asked == protocol::MultiCommand::kIdentifier) {
     const auto command = static_cast<std::uint32_t>(slot.value);
-    return drive + (command == protocol::kNoCommand
-                        ? "–"
-                        : fmt::format("{} {}", asked_text(command),
-                                      in_language(asked_name(command), language)));
+    return drive +
+           (command == protocol::kNoCommand
+                ? "–"
+                : fmt::format("{} {}", asked_text(command),
+                              in_language(asked_name(command, protocol::Framing::kCan), language)));
   }
   const std::string_view unit = asked == protocol::MultiTorque::kIdentifier  ? "A"
                                 : asked == protocol::MultiSpeed::kIdentifier ? "°/s"
@@ -150,7 +168,8 @@ std::string quantity_text(const ReplyValue& one, std::uint32_t asked, Language l
 
 std::string_view in_language(std::string_view english, Language language) {
   if (language == Language::kEnglish) return english;
-  for (const auto rows : {protocol::commands(), protocol::multi_drive_commands()}) {
+  for (const auto rows :
+       {protocol::commands(), protocol::serial_commands(), protocol::multi_drive_commands()}) {
     const auto command = std::ranges::find(rows, english, &protocol::CommandInfo::name);
     if (command != rows.end()) return command->name_zh;
   }

@@ -164,14 +164,10 @@ FrameWords FrameReader::reply(const protocol::Frame& frame) const {
   return meaningless(words, "no drive's identifier", "unknown");
 }
 
-std::string_view asked_name(std::uint32_t asked) {
-  if (asked > 0xFF) {
-    const auto* several = protocol::find_multi_drive(asked);
-    return several != nullptr ? several->name : std::string_view();
-  }
-  const auto byte = static_cast<std::uint8_t>(asked);
-  const auto* row = protocol::find_command(byte);
-  if (row == nullptr) row = protocol::find_command(byte, protocol::Framing::kSerial);
+std::string_view asked_name(std::uint32_t asked, protocol::Framing framing) {
+  const auto* row = asked > 0xFF
+                        ? protocol::find_multi_drive(asked, framing)
+                        : protocol::find_command(static_cast<std::uint8_t>(asked), framing);
   return row != nullptr ? row->name : std::string_view();
 }
 

@@ -25,7 +25,7 @@ struct FrameWords {
 
 /// The name of a command byte, or of the identifier of a command for several drives: "read state
 /// 2"; empty: nobody knows it.
-std::string_view asked_name(std::uint32_t asked);
+std::string_view asked_name(std::uint32_t asked, protocol::Framing framing);
 /// "9C", "280".
 std::string asked_text(std::uint32_t asked);
 

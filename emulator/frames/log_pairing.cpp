@@ -22,7 +22,7 @@ int drive_of(const Frame& frame) {
 }
 /// The drive that has an identifier of its own for replies; 0: none.
 int own_reply_of(const Frame& frame) {
-  return is_data(frame) ? protocol::drive_at_own(frame.id) : 0;
+  return is_data(frame) && !protocol::is_serial(frame) ? protocol::drive_at_own(frame.id) : 0;
 }
 
 /// One drive and what the log has of it.

@@ -1,5 +1,5 @@
-// A log as candump writes it, and the inputs of a recording, whatever is in them: refused in one
-// line, or read, and what is written again is read the same.
+// A log of CAN or RS-485 as candump writes it, and the inputs of a recording, whatever is in them:
+// refused in one line, or read, and what is written again is read the same.
 //
 // Input: a byte of settings (bits 0..1: generation, bit 2: the lines are inputs of a recording,
 // bit 3: the log is compared with a drive, bit 4: the text is what candump printed, and decoded,
@@ -29,15 +29,16 @@ void check_reason(const ConfigError& problem) {
   require(!reason.empty() && reason.find('\n') == std::string::npos);
 }
 
-BusConfig bus_of(std::uint8_t settings) {
+BusConfig bus_of(std::uint8_t settings, protocol::Framing framing) {
   BusConfig bus;
   bus.interface = "vcan0";
   bus.bitrate = 1'000'000;
+  if (framing == protocol::Framing::kSerial) bus.serial = SerialConfig{};
   for (const int id : {1, 2}) {
     ServoConfig servo;
     servo.id = id;
     servo.generation = static_cast<Generation>(settings & 3U);
-    servo.quirks = quirks_of(servo.generation);
+    servo.quirks = quirks_of(servo.generation, framing);
     servo.rom.broadcast_mode = id == 2;
     bus.servos.push_back(servo);
   }
@@ -143,7 +144,7 @@ void guess(std::uint8_t settings, std::string_view text) {
   const std::string out = guesser.finish();
   for (const char c : out) require(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
   require(guesser.frames() + guesser.bad_lines() <= lines && guesser.buses().size() <= 32);
-  for (const auto& [interface, bus] : guesser.buses()) {
+  for (const auto& [wire, bus] : guesser.buses()) {
     require(bus.drives.size() <= 32);
     for (const auto& [id, drive] : bus.drives) {
       const Guess guess = guess_of(drive.evidence());
@@ -157,7 +158,6 @@ void guess(std::uint8_t settings, std::string_view text) {
 }
 
 void check(std::uint8_t settings, const std::string& text) {
-  const BusConfig bus = bus_of(settings);
   if ((settings & 128U) != 0) {
     guess(settings, text);
     return;
@@ -167,13 +167,15 @@ void check(std::uint8_t settings, const std::string& text) {
     return;
   }
   if ((settings & 4U) != 0) {
-    check_inputs(text, bus);
+    check_inputs(text, bus_of(settings, protocol::Framing::kCan));
     return;
   }
   try {
     const std::vector<CandumpLine> log = parse_candump_log(text, "log");
     check_lines(log);
-    if ((settings & 8U) != 0) compare(log, bus);
+    if ((settings & 8U) != 0 && !log.empty()) {
+      compare(log, bus_of(settings, protocol::framing_of(log.front().frame)));
+    }
   } catch (const ConfigError& problem) {
     check_reason(problem);
   }

@@ -1,8 +1,10 @@
-// One frame, whatever it is, through decode and back.
+// One frame of either wire, whatever it is, through decode and back.
 //
-// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2), DLC, 8 data bytes,
-// then the dialect (3 bytes, see `format_from`); missing bytes are 0, and 0 is `legacy`.
+// Input: identifier (2 bytes), flags (1: kind in bits 0..1, extended in bit 2, of RS-485 in bit 3),
+// DLC, 8 data bytes, then the dialect (3 bytes, see `format_from`), and the data of RS-485 beyond 8
+// bytes; missing bytes are 0, and 0 is `legacy`.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +22,8 @@ void require(bool condition) {
   }
 }
 
-using Bytes = std::array<std::uint8_t, 15>;
+constexpr std::size_t kBytes = 15;  // all that a frame of CAN takes
+using Bytes = std::array<std::uint8_t, kBytes + kMostBytes - kCanBytes>;
 
 Bytes bytes_from(const std::uint8_t* data, std::size_t size) {
   Bytes bytes{};
@@ -50,6 +53,12 @@ WireFormat format_from(const Bytes& bytes) {
   dialect.iq_scale = on(14) ? CurrentScale::kSeries : CurrentScale::kManual;
   dialect.phase_current_scale = on(15) ? CurrentScale::kSeries : CurrentScale::kManual;
   dialect.reply_id_base = on(16) ? 0x180 : kSingleDriveId;
+  dialect.framing = on(19) ? Framing::kSerial : Framing::kCan;
+  dialect.setting_commands = dialect.clear_turns_command = on(20);
+  dialect.typed_encoder = dialect.calibrate_command = on(21);
+  dialect.zero_ram_len = on(21) ? 7 : 0;
+  dialect.wide_zero_reply = dialect.restore_command = on(22);
+  dialect.lax_length = on(23);
   constexpr Series kSeries[] = {Series::kMf, Series::kMg, Series::kMh, Series::kMs};
   return wire_format(dialect, kSeries[bits >> 17U & 3U]);
 }
@@ -57,11 +66,18 @@ WireFormat format_from(const Bytes& bytes) {
 Frame frame_from(const Bytes& bytes) {
   Frame frame;
   frame.id = static_cast<std::uint32_t>(bytes[0] | (bytes[1] << 8));
-  frame.kind = static_cast<FrameKind>(bytes[2] & 3U);
+  const bool serial = (bytes[2] & 8U) != 0;
+  frame.kind = !serial                ? static_cast<FrameKind>(bytes[2] & 3U)
+               : (bytes[2] & 1U) != 0 ? FrameKind::kBytes
+                                      : FrameKind::kSerial;
   frame.extended = (bytes[2] & 4U) != 0;
-  frame.dlc = bytes[3];
+  frame.dlc = serial ? bytes[3] % (kMostLen + 2) : bytes[3];
   for (std::size_t k = 0; k < kCanBytes; ++k) {
     frame.data[k] = bytes[4 + k];
+  }
+  if (serial) {
+    std::copy(bytes.begin() + kBytes, bytes.end(), frame.data.begin() + kCanBytes);
+    std::fill(frame.data.begin() + frame.dlc, frame.data.end(), std::uint8_t{0});
   }
   return frame;
 }

@@ -271,6 +271,24 @@ TEST(SerialCodec, ADriveMayKnowACommandOnOneWireOnly) {
   EXPECT_TRUE(answers(serial, Brake::kOpcode));
 }
 
+/// 0x280 has a row on both wires, at different places of their tables.
+TEST(SerialCodec, RejectsFramesOfTheOtherWire) {
+  Frame can;
+  for (const std::uint32_t id : {0x141U, 0x280U, 0x281U, 0x282U, 0x288U}) {
+    can.id = id;
+    can.data[0] = 0x9A;
+    EXPECT_EQ(std::get<Reject>(decode_query(can, kM35)), Reject::kNoPacket) << id;
+  }
+  can.id = 0x141;
+  EXPECT_EQ(std::get<Reject>(decode_reply(can, kM35)), Reject::kNoPacket);
+  for (const char* const text : {"02 80 64 00 00 00 9C FF 00 00 81", "3E 9A 01 00 D9",
+                                 "3E 12 01 00 51", "3E 9A 01 07 E0 24 08 13 00 00 00 00 3F"}) {
+    EXPECT_EQ(std::get<Reject>(decode_query(packet(text), kLegacyFormat)), Reject::kNoPacket);
+  }
+  EXPECT_EQ(std::get<Reject>(decode_reply(packet("3E 9A 01 00 D9"), kLegacyFormat)),
+            Reject::kNoPacket);
+}
+
 TEST(SerialCodec, NobodyIsAddressedBeyondTheIds) {
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 01 00 D9"))), 1);
   EXPECT_EQ(std::get<int>(address(packet("3E 9A 20 00 F8"))), 32);

@@ -54,7 +54,7 @@ Json command_json(int drive, std::uint32_t asked, const CommandTally& command,
                   const BusTally& bus) {
   Json json = {{"drive", drive},
                {"command", asked_text(asked)},
-               {"name", asked_name(asked)},
+               {"name", asked_name(asked, bus.framing)},
                {"queries", command.queries},
                {"replies", command.replies},
                {"unanswered", command.unanswered},

@@ -113,11 +113,11 @@ std::string note_line(const Words& words, const DecodeOptions& options) {
   return paint("# " + std::string(words.in(options.language)), kDim, options) + "\n";
 }
 
-std::string assumption_line(const DecodeOptions& options) {
+std::string assumption_line(const DecodeOptions& options, protocol::Framing framing) {
   if (options.generation_given && options.motor_given) return "";
   const bool chinese = options.language == Language::kChinese;
   const auto format =
-      protocol::wire_format(quirks_of(options.generation).dialect, options.profile.series);
+      protocol::wire_format(quirks_of(options.generation, framing).dialect, options.profile.series);
   std::string what;
   if (!options.generation_given) {
     what += fmt::format(

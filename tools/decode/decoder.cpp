@@ -10,14 +10,14 @@ namespace lk::emulator {
 namespace {
 
 /// All the drives that there can be, of the same kind.
-BusConfig every_drive(const DecodeOptions& options) {
+BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing) {
   BusConfig bus;
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     ServoConfig servo;
     servo.id = id;
     servo.profile = options.profile;
     servo.generation = options.generation;
-    servo.quirks = quirks_of(options.generation);
+    servo.quirks = quirks_of(options.generation, framing);
     bus.servos.push_back(std::move(servo));
   }
   return bus;
@@ -39,7 +39,9 @@ bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
 }  // namespace
 
 Decoder::Decoder(DecodeOptions options)
-    : options_(std::move(options)), reader_(every_drive(options_)) {}
+    : options_(std::move(options)),
+      readers_{FrameReader(every_drive(options_, protocol::Framing::kCan)),
+               FrameReader(every_drive(options_, protocol::Framing::kSerial))} {}
 
 std::string Decoder::take(std::string_view line) {
   ++lines_;
@@ -51,7 +53,9 @@ std::string Decoder::take(std::string_view line) {
     return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
   }
   BusTally& tally = summary_.buses[shown.line.interface];
-  Conversation& talk = conversations_.try_emplace(shown.line.interface, reader_).first->second;
+  const auto framing = protocol::framing_of(shown.line.frame);
+  Conversation& talk =
+      conversations_.try_emplace({shown.line.interface, framing}, reader_of(framing)).first->second;
 
   DecodedFrame frame{.line = lines_,
                      .interface = shown.line.interface,
@@ -71,9 +75,9 @@ std::string Decoder::take(std::string_view line) {
 }
 
 std::string Decoder::finish() {
-  for (auto& [interface, talk] : conversations_) {
+  for (auto& [wire, talk] : conversations_) {
     talk.end();
-    for (const Settled& settled : talk.take_settled()) summary_.buses[interface].count(settled);
+    for (const Settled& settled : talk.take_settled()) summary_.buses[wire.first].count(settled);
   }
   return options_.json ? summary_json(summary_, options_) : summary_text(summary_, options_);
 }
@@ -88,7 +92,9 @@ std::string Decoder::refuse(const std::string& problem) {
 /// What cannot be known is said once.
 std::string Decoder::notes(const ShownFrame& shown) {
   std::string text;
-  if (!std::exchange(said_scale_, true)) text += assumption_line(options_);
+  if (!std::exchange(said_scale_, true)) {
+    text += assumption_line(options_, protocol::framing_of(shown.line.frame));
+  }
   if (!shown.has_stamp && !std::exchange(said_no_stamps_, true)) {
     text +=
         note_line({"no time stamps, so no latencies and no rates: candump -t a, or -L, has them",
@@ -101,7 +107,7 @@ std::string Decoder::notes(const ShownFrame& shown) {
 /// What was told of times so far is not so.
 std::string Decoder::steps_found() {
   summary_.steps = true;
-  for (auto& [interface, talk] : conversations_) talk.forget_times();
+  for (auto& [wire, talk] : conversations_) talk.forget_times();
   for (auto& [interface, tally] : summary_.buses) {
     for (auto& [key, command] : tally.commands) command.latency = {};
   }
@@ -116,7 +122,8 @@ std::string Decoder::steps_found() {
 std::string Decoder::look_at_generation(const Told& told) {
   const std::uint8_t command = told.frame.data[0];
   const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
-  const auto layout = quirks_of(options_.generation).dialect.state_1;
+  const auto layout =
+      quirks_of(options_.generation, protocol::framing_of(told.frame)).dialect.state_1;
   if (!state_1 || !is_odd(told.frame.data, layout) || summary_.odd_states++ > 0) return "";
   return note_line({"this state 1 does not look like the generation: its voltage may be wrong; try "
                     "another --generation",
@@ -126,7 +133,8 @@ std::string Decoder::look_at_generation(const Told& told) {
 
 FrameWords Decoder::read(const Told& told) const {
   const bool error = told.frame.kind == protocol::FrameKind::kError;
-  return error || told.role == Role::kReply ? reader_.reply(told.frame) : reader_.query(told.frame);
+  const FrameReader& reader = reader_of(protocol::framing_of(told.frame)).front();
+  return error || told.role == Role::kReply ? reader.reply(told.frame) : reader.query(told.frame);
 }
 
 }  // namespace lk::emulator

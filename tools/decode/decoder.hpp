@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "emulator/core/bus_config.hpp"
 #include "emulator/frames/candump_text.hpp"
@@ -70,10 +73,15 @@ class Decoder {
   FrameWords read(const Told& told) const;
   std::string look_at_generation(const Told& told);
 
+  /// One reader.
+  std::span<const FrameReader> reader_of(protocol::Framing framing) const {
+    return std::span(readers_).subspan(static_cast<std::size_t>(framing), 1);
+  }
+
   DecodeOptions options_;
-  FrameReader reader_;
+  std::array<FrameReader, 2> readers_;  // by Framing
   StampReader stamps_;
-  std::map<std::string, Conversation, std::less<>> conversations_;
+  std::map<std::pair<std::string, protocol::Framing>, Conversation> conversations_;
   DecodeSummary summary_;
   std::string first_problem_;
   std::uint64_t lines_ = 0;

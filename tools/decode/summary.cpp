@@ -8,6 +8,7 @@ namespace lk::emulator {
 
 void BusTally::count(const Told& told, const FrameWords& words, const std::optional<SimTime>& at) {
   ++frames;
+  framing = protocol::framing_of(told.frame);
   if (at && !first_at) first_at = at;
   if (at) last_at = at;
   if (!words.drawback.empty()) {

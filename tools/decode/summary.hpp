@@ -30,6 +30,7 @@ struct ErrorTally {
 /// What was on one interface. Its size does not grow with time.
 struct BusTally {
   std::uint64_t frames = 0;
+  protocol::Framing framing = protocol::Framing::kCan;
   std::optional<SimTime> first_at, last_at;
   // By drive, 0 for several, and command byte or identifier.
   std::map<std::pair<int, std::uint32_t>, CommandTally> commands;

@@ -47,9 +47,10 @@ std::string counted(std::uint64_t count) { return count > 0 ? std::to_string(cou
 
 Row command_row(int drive, std::uint32_t asked, const CommandTally& command, const BusTally& bus,
                 Language language) {
-  Row row{drive > 0 ? std::to_string(drive) : "1-4",
-          asked_text(asked) + " " + std::string(in_language(asked_name(asked), language)),
-          counted(command.queries), counted(command.replies)};
+  Row row{
+      drive > 0 ? std::to_string(drive) : "1-4",
+      asked_text(asked) + " " + std::string(in_language(asked_name(asked, bus.framing), language)),
+      counted(command.queries), counted(command.replies)};
   const auto rate = bus.rate_Hz(command);
   row.push_back(rate ? fmt::format("{:.1f}", *rate) : "–");
   row.push_back(counted(command.unanswered));

@@ -90,8 +90,8 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
 
 std::string guess_json(const Guesser& guesser) {
   std::string text;
-  for (const auto& [interface, bus] : guesser.buses()) {
-    for (const auto& [id, drive] : bus.drives) text += line(drive_json(interface, id, drive));
+  for (const auto& [wire, bus] : guesser.buses()) {
+    for (const auto& [id, drive] : bus.drives) text += line(drive_json(wire.first, id, drive));
   }
   const Starts starts = starts_of(guesser, Language::kEnglish);
   Json commands = Json::array();

@@ -227,8 +227,8 @@ bool is_virtual(std::string_view name) {
 class BusNames {
  public:
   explicit BusNames(const Guesser& guesser) {
-    for (const auto& [interface, bus] : guesser.buses()) {
-      if (is_virtual(interface)) taken_.insert(interface);
+    for (const auto& [wire, bus] : guesser.buses()) {
+      if (is_virtual(wire.first)) taken_.insert(wire.first);
     }
   }
   std::string name_for(const std::string& interface, protocol::Framing framing) {
@@ -355,10 +355,10 @@ std::string left_out(const Guesser& guesser, Language language) {
 Starts starts_of(const Guesser& guesser, Language language) {
   Starts starts;
   BusNames bus_names(guesser);
-  for (const auto& [interface, bus] : guesser.buses()) {
+  for (const auto& [wire, bus] : guesser.buses()) {
     const std::map<std::string, Kind> kinds = kinds_of(bus);
     if (kinds.empty()) continue;
-    const std::string name = bus_names.name_for(interface, kinds.begin()->second.guess.framing);
+    const std::string name = bus_names.name_for(wire.first, wire.second);
     if (kinds.size() == 1) {
       const auto& [options, kind] = *kinds.begin();
       starts.commands.push_back(
@@ -376,10 +376,10 @@ Starts starts_of(const Guesser& guesser, Language language) {
 std::string guess_text(const Guesser& guesser, Language language) {
   std::string text;
   bool any = false;
-  for (const auto& [interface, bus] : guesser.buses()) {
+  for (const auto& [wire, bus] : guesser.buses()) {
     const Words frames =
         bus.frames == 1 ? Words{"{}: {} frame", "{}：{} 帧"} : Words{"{}: {} frames", "{}：{} 帧"};
-    text += say(frames, language, interface, bus.frames);
+    text += say(frames, language, wire.first, bus.frames);
     if (bus.others > 0)
       text += say({", {} of no drive", "，其中 {} 帧不属于驱动器"}, language, bus.others);
     text += "\n";

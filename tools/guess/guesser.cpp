@@ -8,8 +8,8 @@
 namespace lk::emulator {
 namespace {
 
-/// Drives that know all commands of a series. Where fields are does not matter to who says what.
-BusConfig every_command(Series series) {
+/// Drives that know all commands of a series on a wire.
+FrameReader every_command(Series series, const protocol::Dialect& wire) {
   BusConfig bus;
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     ServoConfig servo;
@@ -17,6 +17,7 @@ BusConfig every_command(Series series) {
     servo.profile.series = series;
     servo.quirks.manual_reply_bytes = true;  // as well as those of the query
     auto& dialect = servo.quirks.dialect;
+    dialect = wire;
     dialect.pid_commands = true;
     dialect.offset_command = true;
     dialect.open_loop_command = true;
@@ -27,17 +28,32 @@ BusConfig every_command(Series series) {
     dialect.setting_commands = true;
     dialect.calibrate_command = true;
     dialect.restart_command = true;
+    dialect.speed_iq_limit = true;
+    dialect.clear_turns_command = true;
+    dialect.zero_ram_command = true;
+    dialect.restore_command = true;
     bus.servos.push_back(std::move(servo));
   }
-  return bus;
+  return FrameReader(bus);
+}
+
+/// Where fields are does not matter to who says what on CAN.
+std::vector<FrameReader> can_readers() {
+  return {every_command(Series::kMf, protocol::kLegacyDialect),
+          every_command(Series::kMs, protocol::kLegacyDialect)};
+}
+
+/// On RS-485 the length of a packet has to be that of some manual.
+std::vector<FrameReader> serial_readers() {
+  return {every_command(Series::kMf, protocol::kM35Dialect),
+          every_command(Series::kMf, protocol::kM36bDialect),
+          every_command(Series::kMs, protocol::kM35Dialect)};
 }
 
 }  // namespace
 
 Guesser::Guesser(Options options)
-    : options_(options),
-      reader_(every_command(Series::kMf)),
-      ms_reader_(every_command(Series::kMs)) {}
+    : options_(options), can_readers_(can_readers()), serial_readers_(serial_readers()) {}
 
 std::string Guesser::take(std::string_view line) {
   ++lines_;
@@ -48,14 +64,17 @@ std::string Guesser::take(std::string_view line) {
     return "";
   }
   const auto& shown = std::get<ShownFrame>(parsed);
-  if (!buses_.contains(shown.line.interface) && buses_.size() >= kMostInterfaces) {
+  const auto framing = protocol::framing_of(shown.line.frame);
+  const std::pair wire(shown.line.interface, framing);
+  if (!buses_.contains(wire) && buses_.size() >= kMostInterfaces) {
     ++unread_frames_;
     return "";
   }
-  GuessedBus& bus = buses_.try_emplace(shown.line.interface, reader_, ms_reader_).first->second;
+  const auto& readers = framing == protocol::Framing::kCan ? can_readers_ : serial_readers_;
+  GuessedBus& bus = buses_.try_emplace(wire, readers).first->second;
   const auto at = stamps_.time_of(shown);
   if (stamps_.steps() && !std::exchange(steps_, true)) {
-    for (auto& [interface, one] : buses_) one.conversation.forget_times();
+    for (auto& [key, one] : buses_) one.conversation.forget_times();
   }
   if (!begin_) begin_ = at;
   ++frames_;
@@ -83,7 +102,7 @@ void Guesser::hear(GuessedBus& bus, const HeardFrame& heard) {
 }
 
 std::string Guesser::finish() {
-  for (auto& [interface, bus] : buses_) {
+  for (auto& [wire, bus] : buses_) {
     bus.conversation.end();
     for (const Settled& settled : bus.conversation.take_settled()) {
       bus.drives[settled.drive].settle(settled);

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "emulator/frames/candump_text.hpp"
@@ -15,9 +17,9 @@
 
 namespace lk::emulator {
 
-/// What was seen on one interface.
+/// What was seen on one interface, of one wire.
 struct GuessedBus {
-  GuessedBus(const FrameReader& reader, const FrameReader& ms) : conversation(reader, &ms) {}
+  explicit GuessedBus(std::span<const FrameReader> readers) : conversation(readers) {}
 
   Conversation conversation;
   std::map<int, DriveWatch> drives;  // by ID
@@ -44,7 +46,8 @@ class Guesser {
   /// Frames of interfaces beyond kMostInterfaces: they are not read.
   std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
-  const std::map<std::string, GuessedBus, std::less<>>& buses() const { return buses_; }
+  using Buses = std::map<std::pair<std::string, protocol::Framing>, GuessedBus>;
+  const Buses& buses() const { return buses_; }
   /// When the first frame was; none without time stamps.
   std::optional<SimTime> begin() const { return begin_; }
 
@@ -55,10 +58,10 @@ class Guesser {
   void hear(GuessedBus& bus, const HeardFrame& heard);
 
   Options options_;
-  FrameReader reader_;
-  FrameReader ms_reader_;
+  std::vector<FrameReader> can_readers_;
+  std::vector<FrameReader> serial_readers_;
   StampReader stamps_;
-  std::map<std::string, GuessedBus, std::less<>> buses_;
+  Buses buses_;
   std::uint64_t frames_ = 0;
   std::uint64_t lines_ = 0;
   std::uint64_t bad_lines_ = 0;

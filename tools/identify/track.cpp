@@ -260,13 +260,13 @@ std::vector<Track> read_tracks(std::string_view log, const TrackOptions& options
   guesser.finish();
   std::vector<Track> tracks;
   const auto logged = frames_of(log);
-  for (const auto& [interface, bus] : guesser.buses()) {
-    const auto frames = logged.find(interface);
+  for (const auto& [wire, bus] : guesser.buses()) {
+    const auto frames = logged.find(wire.first);
     if (frames == logged.end()) continue;
     for (const auto& [id, drive] : bus.drives) {
       if (options.id.value_or(id) != id || id == 0) continue;
       Track track;
-      track.interface = interface;
+      track.interface = wire.first;
       track.id = id;
       track.guess = guess_of(drive.evidence());
       track.servo = read_as(id, track.guess, options);

@@ -158,6 +158,98 @@ TEST(Decode, SaysWhenAStateLooksLikeAnotherGeneration) {
             0);
 }
 
+// --- RS-485
+
+/// The vendor's print of broadcast mode (docs/rs485.md), 100 to drive 1 and -100 to drive 3, and
+/// what they reply as to 0xA1: 25 °C, iq 100 and -100, speed 3, encoder 0x0821.
+const std::vector<std::string> kBroadcast = {"(1.000000) u rs485#0280640000009CFF000081",
+                                             "(1.000300) u rs485#3EA10107E719640003002108A9",
+                                             "(1.000600) u rs485#3EA10307E9199CFF03002108E0"};
+
+TEST(DecodeSerial, ReadsBroadcastPacketsInEveryGenerationAndDirection) {
+  for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+    for (const char* const mark : {"", " R", " T"}) {
+      const auto out = decode({kBroadcast[0] + mark, kBroadcast[1] + mark},
+                              json_options(static_cast<Generation>(n)));
+      EXPECT_EQ(roles(out), (Roles{"query", "reply"})) << n << mark;
+      EXPECT_EQ(out[0]["command"], "280");
+      EXPECT_EQ(out[0].count("drawback"), 0U);
+      EXPECT_EQ(out[1]["values"]["speed_dps"], 3);
+    }
+  }
+  // 100 counts of 33/4096 A.
+  EXPECT_EQ(decode({kBroadcast[0]}, json_options(Generation::kV235))[0]["values"]["1"],
+            100 * 33.0 / 4096);
+}
+
+/// V2.35 has 0x12, 0x1F, 0x40, 0x42, 0x44, 0x8C and 0x93 on RS-485 only. 0x12 and 0x42 are of the
+/// log of an MS4015, the others by hand from docs/rs485.md.
+TEST(DecodeSerial, UsesTheCommandsOfTheWire) {
+  const std::vector<std::string> talk = {"3E12010051",
+                                         "3E12013A8B4453343052370000000000000000000000000000"
+                                         "4D533430313500000000000000000000000000003537353030327318"
+                                         "78034A4B2C01C800EB009C",
+                                         "3E4201078897320014000000DD",
+                                         "3E42010283970097",
+                                         "3E1F01005E",
+                                         "3E1F010260112031",
+                                         "3E40010281960096",
+                                         "3E4001078696320014000000DC",
+                                         "3E4401078A97320014000000DD",
+                                         "3E44010285970097",
+                                         "3E8C0101CC1010",
+                                         "3E8C0101CC0101",
+                                         "3E930100D2",
+                                         "3E930100D2"};
+  std::vector<std::string> lines;
+  for (const std::string& data : talk) {
+    lines.push_back("(1." + std::to_string(100000 + 300 * lines.size()) + ") u rs485#" + data);
+  }
+  const auto out = decode(lines, json_options(Generation::kV235, Series::kMs));
+  Roles expected;
+  for (std::size_t n = 0; n < talk.size(); ++n) expected.push_back(n % 2 == 0 ? "query" : "reply");
+  EXPECT_EQ(roles(out), expected);
+  for (std::size_t n = 0; n < talk.size(); ++n) {
+    EXPECT_EQ(out[n].count("drawback"), 0U) << out[n];
+    EXPECT_EQ(out[n]["frame"], lines[n].substr(lines[n].find("rs485#")));
+  }
+  EXPECT_EQ(out[2]["name"], "write setting to RAM");
+  EXPECT_EQ(out[2]["values"]["kp"], 50);
+  EXPECT_EQ(out[7]["values"]["ki"], 20);
+  EXPECT_EQ(tally(out, 1, "42")["name"], "write setting to RAM");
+  EXPECT_EQ(out.back()["buses"][0]["meaningless"], Json::object());
+  EXPECT_EQ(out.back()["buses"][0]["commands_of_other_generations"], 0);
+}
+
+/// 48.72 V, and 100 at D[3:4]: V2.35 has the bus current there, and none on CAN.
+TEST(DecodeSerial, ReadsStatesByTheLayoutOfTheWire) {
+  const auto out =
+      decode({"(1.0) u rs485#3E9A0100D9", "(1.0003) u rs485#3E9A0107E024081364000000A3"},
+             json_options(Generation::kV235));
+  EXPECT_EQ(out[1]["values"]["voltage_V"], 48.72);
+  EXPECT_EQ(out[1]["values"]["bus_current_A"], 1);
+  EXPECT_EQ(out.back()["odd_states"], 0);
+}
+
+/// ID 65 is 0x181 as an identifier, where drives on CAN may reply.
+TEST(DecodeSerial, TakesNoIdAbove32ForAnIdentifierOfReplies) {
+  const auto out =
+      decode({"(1.0) a rs485#3E9A0100D9", "(1.0003) a rs485#3E9A410720240813000000003F",
+              "(1.0004) a rs485#3E9A0107E0240813000000003F"},
+             json_options(Generation::kV236));
+  EXPECT_EQ(roles(out), (Roles{"query", "other", "reply"}));
+}
+
+/// Logs that one file has of both wires.
+TEST(DecodeSerial, TellsTheWiresOfOneInterfaceApart) {
+  const auto out =
+      decode({"(1.0) a 141#9C00000000000000", "(1.0001) a rs485#3E9A0100D9",
+              "(1.0003) a 141#9C19020003002108", "(1.0004) a rs485#3E9A0107E0240813000000003F"},
+             json_options(Generation::kV236));
+  EXPECT_EQ(roles(out), (Roles{"query", "query", "reply", "reply"}));
+  EXPECT_EQ(out[3]["values"]["voltage_V"], 48.72);
+}
+
 const std::vector<std::string> kTalk = {"(10.000000) a 141#9C00000000000000",
                                         "(10.000338) a 141#9C19020003002108"};
 
@@ -186,7 +278,9 @@ TEST(DecodeText, EveryWordIsThereInChinese) {
   const auto known = [](std::string_view word) {
     return in_language(word, Language::kChinese) != word;
   };
-  for (const auto& row : protocol::commands()) EXPECT_TRUE(known(row.name)) << row.name;
+  for (const auto rows : {protocol::commands(), protocol::serial_commands()}) {
+    for (const auto& row : rows) EXPECT_TRUE(known(row.name)) << row.name;
+  }
   for (const auto& row : protocol::multi_drive_commands()) EXPECT_TRUE(known(row.name)) << row.name;
   for (const std::string_view word : error_words(0xFF)) EXPECT_TRUE(known(word)) << word;
   for (const std::string_view word : error_frame_words(0x1FF)) EXPECT_TRUE(known(word)) << word;
@@ -195,14 +289,16 @@ TEST(DecodeText, EveryWordIsThereInChinese) {
 
 // Without a word of its own a quantity is told by its key, "bus_current_A 1".
 TEST(DecodeText, EveryFieldHasAWord) {
-  for (const auto& command : protocol::commands()) {
-    for (const auto fields : {command.query, command.reply}) {
-      for (const protocol::Field& field : fields) {
-        const std::int64_t raw = field.values.empty() ? 1 : field.values.back().number;
-        const double value = protocol::quantity(field, raw, protocol::kLegacyFormat);
-        for (const Language language : {Language::kEnglish, Language::kChinese}) {
-          const std::string said = quantities_text({{field.key, value}}, 0x9C, language);
-          EXPECT_NE(said, std::string(field.key) + " " + three_decimals(value)) << command.name;
+  for (const auto rows : {protocol::commands(), protocol::serial_commands()}) {
+    for (const auto& command : rows) {
+      for (const auto fields : {command.query, command.reply}) {
+        for (const protocol::Field& field : fields) {
+          const std::int64_t raw = field.values.empty() ? 1 : field.values.back().number;
+          const double value = protocol::quantity(field, raw, protocol::kLegacyFormat);
+          for (const Language language : {Language::kEnglish, Language::kChinese}) {
+            const std::string said = quantities_text({{field.key, value}}, 0x9C, language);
+            EXPECT_NE(said, std::string(field.key) + " " + three_decimals(value)) << command.name;
+          }
         }
       }
     }
