@@ -7,6 +7,7 @@
 
 #include "emulator/advice/kinds.hpp"
 #include "emulator/core/sim_time.hpp"
+#include "protocol/command_info.hpp"
 #include "protocol/frame.hpp"
 
 namespace lk::emulator {
@@ -20,6 +21,9 @@ struct Finding {
   const Words* todo = nullptr;                         // null: that of the kind
   std::optional<std::uint8_t> command = std::nullopt;  // what it is about
 };
+/// Drives of the generation have the command on the wire, those of a series that knows it.
+bool has(const protocol::GenerationRow& row, const protocol::CommandInfo& command,
+         protocol::Framing framing);
 /// One mistake, that may have been made several times.
 bool same_cause(const Finding& one, const Finding& other);
 

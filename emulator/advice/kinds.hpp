@@ -53,6 +53,7 @@ struct AdviceRow {
   Words rule;             // when it is given, as the documents have it
   Words todo;
   bool apiece = false;  // each of its causes is told by itself
+  Words serial_todo{};  // on RS-485, where `todo` is about CAN
 };
 
 /// All of them, in the order of AdviceKind.

@@ -157,6 +157,32 @@ TEST(AdviceUnknown, IsToldAtOnceAndForEachCommand) {
   }
 }
 
+/// What hosts for MyActuator drives from V3 on ask for (that maker's protocol V4.2), and LK-TECH
+/// drives do not have; 0x42 reads one of four accelerations there, and has the tables 05, A0, A4
+/// and A8 here.
+TEST(AdviceUnknown, RecognisesAHostOfMyActuatorOnce) {
+  for (const Generation generation : {Generation::kLegacy, Generation::kV236, Generation::kV236b}) {
+    AdvisedHost host(test::drive(generation));
+    int n = 0;
+    for (const char* const data : {"B2", "B5", "60", "61", "62", "63", "64", "70", "71", "42"}) {
+      hear(host, ++n * 1ms, test::frame("141#" + std::string(data) + "00000000000000"));
+    }
+    ASSERT_EQ(host.adviser.given().size(), 1U) << host.all();
+    EXPECT_EQ(host.adviser.given()[0].count, 10U);
+    EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
+              "no answer, this is no command of LK-TECH drives; MyActuator drives from V3 on have "
+              "it, and are not emulated");
+    hear(host, 20ms, test::frame("141#EE00000000000000"));
+    EXPECT_EQ(host.adviser.given().size(), 2U);
+  }
+  // A setting of LK-TECH's.
+  AdvisedHost host(test::drive(Generation::kLegacy));
+  hear(host, 1ms, test::frame("141#42050A0009000000"));
+  EXPECT_EQ(what_text(host.adviser.given()[0], Language::kEnglish),
+            "0x42, write setting: no answer, this drive does not have the command; it is one of "
+            "v236b");
+}
+
 TEST(AdviceUnknown, IsAParameterToo) {
   AdvisedHost host(test::drive(Generation::kV236));
   hear(host, 1ms, test::frame("141#C077000000000000"));

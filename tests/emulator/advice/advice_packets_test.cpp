@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/advice/generation_watch.hpp"
 #include "tests/emulator/advice/advice_support.hpp"
 #include "tests/support/faults.hpp"
 #include "tests/support/serial_bus.hpp"
@@ -38,6 +39,74 @@ TEST(AdvicePackets, ZeroWithoutItsPayload) {
   Wired older(Generation::kV235);  // its 0x95 has none
   older.write(2, 5ms, "3E 95 01 00 D4");
   EXPECT_EQ(older.all(), "");
+}
+
+/// docs/rs485.md: 0x42 is V2.35's, 0x91 the oldest manual's, 0x89 nobody's by itself; on CAN 0x42
+/// is v236b's, v235 has 0x91, and there is no 0x89.
+TEST(AdvicePackets, UnknownCommandsAreThoseOfTheWire) {
+  Wired host;
+  host.write(1, 5ms, "3E 42 01 07 88 97 32 00 14 00 00 00 DD");
+  host.write(1, 5ms, "3E 91 01 02 D2 00 00 00");
+  host.write(1, 5ms, "3E 89 01 00 C8");
+  host.write(1, 5ms, "3E EE 01 00 2D");
+  const auto& given = host.adviser.given();
+  ASSERT_EQ(given.size(), 4U) << host.all();
+  EXPECT_EQ(what_text(given[0], Language::kEnglish),
+            "0x42, write setting to RAM: no answer, this drive does not have the command; it is "
+            "one of v235");
+  EXPECT_EQ(todo_text(given[0], Language::kEnglish),
+            "if the real drive has it, set setting_commands = true in its quirks, or choose a "
+            "generation that has it; if not, do without");
+  EXPECT_EQ(what_text(given[1], Language::kEnglish),
+            "0x91, write encoder offset to ROM: no answer, this drive does not have the command; "
+            "it is one of legacy, late-legacy");
+  EXPECT_EQ(what_text(given[2], Language::kEnglish),
+            "0x89, restore: no answer, this drive does not have the command, and no generation "
+            "has it by itself");
+  EXPECT_EQ(todo_text(given[2], Language::kEnglish),
+            "if the real drive has it, set restore_command = true in its quirks; if not, do "
+            "without");
+  EXPECT_EQ(todo_text(given[3], Language::kEnglish),
+            "look up the commands that there are (docs/rs485.md, Commands)");
+}
+
+/// Every command that a drive lacks, in every generation: no gap where a name should be.
+TEST(AdvicePackets, UnknownCommandsHaveTheirNames) {
+  for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+    const BusConfig bus = serial_bus({serial_drive(static_cast<Generation>(n))});
+    const KnownDrive drive(bus.servos.front(), bus);
+    for (const protocol::CommandInfo& command : protocol::serial_commands()) {
+      if (protocol::knows(drive.format, command)) continue;
+      Advice advice{.found = {}, .id = 1, .count = 1, .first = {}, .frame = {}};
+      advice.frame.kind = protocol::FrameKind::kSerial;
+      advice.frame.data[0] = static_cast<std::uint8_t>(command.opcode);
+      advice.frame.dlc = 1;
+      advice.found = unknown_command(advice.frame, drive);
+      for (const Language language : {Language::kEnglish, Language::kChinese}) {
+        const std::string line = advice_line("", advice, language);
+        EXPECT_EQ(line.find("  "), std::string::npos) << line;
+        EXPECT_EQ(line.find("， "), std::string::npos) << line;
+        EXPECT_EQ(line.find("是 （"), std::string::npos) << line;
+      }
+      EXPECT_NE(what_text(advice, Language::kEnglish).find(command.name), std::string::npos);
+    }
+  }
+}
+
+/// Identifiers, 8 bytes and 1 Mbit/s are CAN's.
+TEST(AdvicePackets, WhatIsToBeDoneIsAboutPackets) {
+  for (const AdviceRow& row : advice_table()) {
+    if (row.kind == AdviceKind::kDuplicateId || row.kind == AdviceKind::kOtherGeneration ||
+        row.kind == AdviceKind::kUnknownCommand || row.kind == AdviceKind::kFasterThanDrive) {
+      continue;  // never given there, or always with words of their own
+    }
+    Advice advice{.found = {row.kind, nullptr}, .id = 1, .count = 1, .first = {}, .frame = {}};
+    advice.frame.kind = protocol::FrameKind::kSerial;
+    const std::string todo = todo_text(advice, Language::kEnglish);
+    for (const char* const word : {"on CAN", "identifier", "Mbit/s", "0x280", "docs/protocol.md"}) {
+      EXPECT_EQ(todo.find(word), std::string::npos) << todo;
+    }
+  }
 }
 
 /// misa-actuator's 0xA5 and 0x8C.
