@@ -11,14 +11,9 @@
 #include <vector>
 
 #include "emulator/config/config_error.hpp"
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
-
-/// "legacy, v235, v236"
-std::string comma_list(const std::vector<std::string>& words);
-
-/// The name among `known` that `word` was most likely meant to be; empty when none is close.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 /// Parses `text` as TOML; throws ConfigError with the line of the mistake.
 toml::table parse_toml(const std::string& text, const std::string& file);

@@ -31,6 +31,7 @@ class FaultValue {
   requires std::is_enum_v<Choice>
   constexpr FaultValue(Choice choice) : value_(static_cast<FaultChoice>(choice)) {}
 
+  constexpr bool is_number() const { return std::holds_alternative<double>(value_); }
   constexpr double number() const { return std::get<double>(value_); }
   template <class Choice = FaultChoice>
   constexpr Choice choice() const {

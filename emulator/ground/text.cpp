@@ -1,6 +1,8 @@
 #include "emulator/ground/text.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace lk::emulator {
 namespace {
@@ -56,6 +58,27 @@ std::string_view xml_entity(char c) {
   }
 }
 
+/// Letters to be added, left out or replaced, and neighbours to be swapped (optimal string
+/// alignment).
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> before;  // the row before the last
+  std::vector<std::size_t> last(b.size() + 1);
+  std::iota(last.begin(), last.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::vector<std::size_t> row{i};
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row.push_back(std::min({last[j] + 1, row[j - 1] + 1, replaced}));
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      }
+    }
+    before = std::move(last);
+    last = std::move(row);
+  }
+  return last[b.size()];
+}
+
 }  // namespace
 
 std::string_view next_character(std::string_view& rest) {
@@ -83,6 +106,27 @@ std::string xml_escaped(std::string_view text) {
     }
   }
   return out;
+}
+
+std::string comma_list(const std::vector<std::string>& words) {
+  std::string all;
+  for (const auto& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& known) {
+  std::string best;
+  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const auto& candidate : known) {
+    // The unit is what people forget: max_speed for max_speed_dps.
+    const bool cut_short = word.size() >= 3 && candidate.starts_with(word);
+    const std::size_t distance = cut_short ? 1 : edit_distance(word, candidate);
+    if (distance < best_distance) {
+      best = candidate;
+      best_distance = distance;
+    }
+  }
+  return best;
 }
 
 }  // namespace lk::emulator

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lk::emulator {
 
@@ -40,6 +41,12 @@ inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
   const bool whole = error == std::errc() && stop == end && value <= most;
   return whole ? std::optional(value) : std::nullopt;
 }
+
+/// "legacy, v235, v236"
+std::string comma_list(const std::vector<std::string>& words);
+
+/// The name among `known` that `word` was most likely meant to be; empty when none is close.
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 /// For XML, between tags and in an attribute. What XML 1.0 cannot carry at all becomes a question
 /// mark, and so does what next_character does not take.

@@ -36,8 +36,13 @@ struct Surroundings {
 /// One bus, CAN or RS-485, with its drives: a pure function of configuration, seed and timed
 /// frames. Splitting `advance_to` at other instants gives the same replies, byte for byte.
 /// Copyable.
+///
+/// Frames are counted and dropped, whatever they are. Calls that no bus can carry out throw and do
+/// nothing: std::out_of_range for a drive that is not on the bus, std::invalid_argument for a fault
+/// that cannot be (fault_problem); what() is one line.
 class Bus {
  public:
+  /// Throws also for drives whose IDs do not ascend, and for events that cannot be.
   explicit Bus(const BusConfig& config);
 
   /// A host put `in.frame` on its interface at `in.at`. Earlier than `time()` counts as now. Only
@@ -75,7 +80,7 @@ class Bus {
   /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
   /// dead or its flash has too much to do already.
   bool write_setting(int id, RomParameter parameter, const Registers& value);
-  /// Done now, or begun now. Its drives must be on the bus. Returns false, and does nothing, when
+  /// Done now, or begun now. Returns false, and does nothing, when
   /// it is a fault and the bus has kMostFaults already.
   bool apply(const Directive& directive);
   /// Will be done when it is time, or when its condition holds. Conditions are looked at every
@@ -118,7 +123,7 @@ class Bus {
   const DrivePlace& place(int id) const { return nodes_.of(id).servo.place(); }
   /// Changes when some drive comes to be found elsewhere.
   std::uint64_t moves() const { return nodes_.moves(); }
-  // Of the drive `id`, which must be on the bus.
+  // Of the drive `id`.
   const Servo& servo(int id) const {
     assert(settled());
     return nodes_.of(id).servo;
@@ -153,6 +158,8 @@ class Bus {
 
  private:
   Lane lane(const Node& node) { return motors_.lane(node.motor); }
+  /// Throws when no bus of these drives can carry it out.
+  void check(const Directive& directive) const;
   bool enter(const TimedDirective& planned, Agenda::Rank rank);
   enum class Brought : std::uint8_t {
     kThere,

@@ -1,10 +1,13 @@
 // What is done to a bus besides sending frames: at once, when it is time, when something holds.
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/acts.hpp"
+#include "emulator/core/faults/make_fault.hpp"
 #include "emulator/core/overloaded.hpp"
 #include "emulator/core/units.hpp"
 
@@ -13,7 +16,23 @@ namespace lk::emulator {
 /// How often a power cycle looks whether the drive is dead.
 constexpr SimTime kDeathWatch = std::chrono::milliseconds(1);
 
+void Bus::check(const Directive& directive) const {
+  std::visit(overloaded{
+                 [&](const SetFault& set) {
+                   const std::string problem = fault_problem(set.fault);
+                   if (!problem.empty()) throw std::invalid_argument(problem);
+                   for (const int id : set.fault.ids) nodes_.of(id);
+                 },
+                 [](const ClearFault&) {},
+                 [](const BodyAct&) {},
+                 [](const Mark&) {},
+                 [&](const auto&) { nodes_.of(directive.id); },
+             },
+             directive.what);
+}
+
 bool Bus::apply(const Directive& directive) {
+  check(directive);
   settle();
   const int id = directive.id;
   const auto motor = [&] { return lane(nodes_.of(id)); };
@@ -88,6 +107,8 @@ bool Bus::plan_as_configured(const TimedDirective& event) {
 }
 
 bool Bus::enter(const TimedDirective& planned, Agenda::Rank rank) {
+  check(planned.directive);
+  if (planned.when) nodes_.of(planned.when->id);
   const SimTime said = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
   if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;

@@ -2,9 +2,10 @@
 
 #include <array>
 #include <bit>
-#include <cassert>
 #include <cstdint>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,9 +40,17 @@ class Nodes {
     index_of_id_.fill(-1);
     at_address_.fill(0);
   }
-  /// The ID must be above those that are there.
+  /// The ID must be one that the wire has, and above those that are there; throws
+  /// std::invalid_argument otherwise.
   void add(Node node) {
-    assert(!has(node.id()) && (nodes_.empty() || node.id() > nodes_.back().id()));
+    if (node.id() < protocol::kMinId || node.id() > protocol::kMaxId) {
+      throw std::invalid_argument("drive " + std::to_string(node.id()) + ": IDs are 1 to 32");
+    }
+    if (!nodes_.empty() && node.id() <= nodes_.back().id()) {
+      throw std::invalid_argument("drive " + std::to_string(node.id()) + " follows drive " +
+                                  std::to_string(nodes_.back().id()) +
+                                  ": the IDs of a bus must ascend, each once");
+    }
     index_of_id_[static_cast<std::size_t>(node.id())] = static_cast<std::int8_t>(nodes_.size());
     nodes_.push_back(std::move(node));
     find_addresses();
@@ -81,6 +90,7 @@ class Nodes {
     return id >= protocol::kMinId && id <= protocol::kMaxId &&
            index_of_id_[static_cast<std::size_t>(id)] >= 0;
   }
+  // Throws std::out_of_range when the drive `id` is not on the bus.
   Node& of(int id) { return nodes_[index_of(id)]; }
   const Node& of(int id) const { return nodes_[index_of(id)]; }
   std::size_t size() const { return nodes_.size(); }
@@ -91,7 +101,7 @@ class Nodes {
 
  private:
   std::size_t index_of(int id) const {
-    assert(has(id));
+    if (!has(id)) throw std::out_of_range("drive " + std::to_string(id) + ": not on this bus");
     return static_cast<std::size_t>(index_of_id_[static_cast<std::size_t>(id)]);
   }
   std::vector<Node> nodes_;

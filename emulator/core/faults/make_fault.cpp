@@ -1,0 +1,152 @@
+#include "emulator/core/faults/make_fault.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "emulator/core/faults/fault_table.hpp"
+#include "emulator/ground/text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::string print(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.10g", value);
+  return buffer;
+}
+
+std::string print(const FaultSetting& setting) {
+  const auto* const word = std::get_if<std::string>(&setting.value());
+  return word != nullptr ? "'" + on_one_line(*word) + "'"
+                         : print(std::get<double>(setting.value()));
+}
+
+std::string allowed(const FaultParam& param) {
+  if (!param.choices.empty()) {
+    return "; one of: " + comma_list({param.choices.begin(), param.choices.end()});
+  }
+  return "; allowed: " + print(param.min) + " to " + print(param.max) +
+         (param.whole ? ", whole numbers" : "");
+}
+
+bool fits(const FaultParam& param, const FaultValue& value) {
+  if (param.choices.empty()) {
+    return value.is_number() && value.number() >= param.min && value.number() <= param.max;
+  }
+  return !value.is_number() && static_cast<std::size_t>(value.choice()) < param.choices.size();
+}
+
+[[noreturn]] void refuse(std::string_view kind, const std::string& why) {
+  throw std::invalid_argument("fault '" + on_one_line(kind) + "': " + why);
+}
+
+/// The value of the parameter; nothing when it takes no such.
+std::optional<FaultValue> value_of(const FaultParam& param, const FaultSetting& setting) {
+  if (const auto* const word = std::get_if<std::string>(&setting.value())) {
+    const auto found = std::ranges::find(param.choices, *word);
+    if (found == param.choices.end()) return std::nullopt;
+    return static_cast<FaultChoice>(found - param.choices.begin());
+  }
+  const double number = std::get<double>(setting.value());
+  const bool whole = !param.whole || number == std::floor(number);
+  return whole && fits(param, number) ? std::optional<FaultValue>(number) : std::nullopt;
+}
+
+const FaultRow& row_of(std::string_view kind) {
+  if (const FaultRow* const row = find_fault(kind)) return *row;
+  std::vector<std::string> words;
+  for (const FaultRow& row : fault_table()) words.emplace_back(row.word);
+  const std::string meant = nearest(std::string(kind), words);
+  refuse(kind, "unknown kind" + (meant.empty() ? "; lk-emu faults lists them"
+                                               : "; did you mean " + meant + "?"));
+}
+
+void set(Fault& fault, const FaultSetting& setting) {
+  const auto& params = fault.row->params;
+  const auto param = std::ranges::find(params, setting.word(), &FaultParam::word);
+  if (param == params.end() || setting.word().empty()) {
+    std::vector<std::string> words;
+    for (const FaultParam& one : params) {
+      if (!one.word.empty()) words.emplace_back(one.word);
+    }
+    refuse(fault.row->word,
+           "no parameter '" + on_one_line(setting.word()) + "'" +
+               (words.empty() ? "; it takes none" : "; it takes: " + comma_list(words)));
+  }
+  const auto value = value_of(*param, setting);
+  if (!value) {
+    refuse(fault.row->word, setting.word() + " is " + print(setting) + allowed(*param));
+  }
+  fault.values[static_cast<std::size_t>(param - params.begin())] = *value;
+}
+
+/// Of the drives that have it.
+std::string ids_problem(const Fault& fault) {
+  if (fault.row->of_bus) {
+    return fault.ids.empty() ? "" : "belongs to the bus as a whole; leave the IDs out";
+  }
+  if (fault.ids.empty()) return "no drives; name the IDs of those that have it";
+  const bool ascending =
+      std::ranges::adjacent_find(fault.ids, std::greater_equal<>()) == fault.ids.end();
+  return ascending ? "" : "the IDs must ascend, each once";
+}
+
+std::string course_problem(const Fault& fault) {
+  const SimTime lasts = fault.duration.value_or(SimTime{0});
+  if (!(fault.probability >= 0 && fault.probability <= 1)) {
+    return "probability is " + print(fault.probability) + "; allowed: 0 to 1";
+  }
+  if (fault.duration && fault.row->momentary()) return "is done at once and takes no duration";
+  if (fault.duration && lasts <= SimTime{0}) return "duration must be above 0";
+  if (fault.every && !fault.duration && !fault.row->momentary()) return "every needs a duration";
+  if (fault.every && *fault.every <= lasts) return "every must be longer than duration";
+  return fault.times < 0 ? "times must not be negative" : "";
+}
+
+std::string values_problem(const Fault& fault) {
+  for (std::size_t n = 0; n < fault.values.size(); ++n) {
+    const FaultParam& param = fault.row->params[n];
+    if (!param.word.empty() && !fits(param, fault.values[n])) {
+      return "wrong value of " + std::string(param.word) + allowed(param);
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string fault_problem(const Fault& fault) {
+  if (fault.row == nullptr) return "a fault without a kind; make it with make_fault";
+  for (auto* const check : {values_problem, ids_problem, course_problem}) {
+    const std::string problem = check(fault);
+    if (!problem.empty()) return "fault '" + std::string(fault.row->word) + "': " + problem;
+  }
+  return "";
+}
+
+Fault make_fault(std::string_view kind, const std::vector<FaultSetting>& settings,
+                 std::vector<int> ids) {
+  const FaultRow& row = row_of(kind);
+  Fault fault = fault_of(row);
+  for (const FaultSetting& setting : settings) set(fault, setting);
+  for (const FaultParam& param : row.params) {
+    if (param.required &&
+        std::ranges::find(settings, param.word, &FaultSetting::word) == settings.end()) {
+      refuse(kind, std::string(param.word) + " is missing" + allowed(param));
+    }
+  }
+  if (row.needs_one && fault.values == fault_of(row).values) {
+    refuse(kind, std::string(row.params[0].word) + " or " + std::string(row.params[1].word) +
+                     " is missing");
+  }
+  std::ranges::sort(ids);
+  fault.ids = std::move(ids);
+  const std::string problem = fault_problem(fault);
+  if (!problem.empty()) throw std::invalid_argument(problem);
+  return fault;
+}
+
+}  // namespace lk::emulator
