@@ -7,6 +7,7 @@ foreach(page ${pages})
   file(READ ${page} text)
   string(REGEX REPLACE "\\]\\((\\.\\./)*configs/" "](${data}/" text "${text}")
   string(REGEX REPLACE "\\]\\((\\.\\./)*python/" "](${data}/python/" text "${text}")
+  string(REGEX REPLACE "\\]\\((\\.\\./)*examples/" "](${data}/examples/" text "${text}")
   # Brackets would not survive in a list.
   string(REPLACE "](" "\n\n(" marked "${text}")
   string(REGEX MATCHALL "\n\n\\([^) \n]+\\)" links "${marked}")

@@ -41,6 +41,9 @@ install(CODE "
     file(WRITE \${header} \"\${text}\")
   endforeach()" COMPONENT development)
 
+# A project that uses it, to copy from.
+install(DIRECTORY examples/robot DESTINATION ${CMAKE_INSTALL_DATADIR}/lk-emu/examples COMPONENT development)
+
 set(configs_dir ${CMAKE_INSTALL_DATADIR}/lk-emu)
 configure_package_config_file(cmake/lk-emu-config.cmake.in ${PROJECT_BINARY_DIR}/lk-emu-config.cmake
   INSTALL_DESTINATION ${package_dir} PATH_VARS configs_dir)

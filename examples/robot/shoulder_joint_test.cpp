@@ -8,7 +8,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <lk/emulator/core/faults/make_fault.hpp>
 #include <numbers>
+#include <stdexcept>
 
 #include "virtual_can.hpp"
 
@@ -104,6 +106,24 @@ TEST_F(ShoulderJointTest, ASaggingBatteryTripsTheDriveUntilItIsToldToRecover) {
   ASSERT_TRUE(joint.recover());
   EXPECT_TRUE(joint.health()->well());
   EXPECT_TRUE(joint.move_and_wait(90, 90, 2s));
+}
+
+TEST_F(ShoulderJointTest, AJammedJointDoesNotArriveAndTheFaultSaysThatItShowed) {
+  lk::emulator::Fault jam = lk::emulator::make_fault("jam", {{"percent", 100}}, {kShoulder});
+  jam.duration = 1s;
+  can.bus.apply({lk::emulator::kWholeBus, lk::emulator::SetFault{jam}});
+  EXPECT_FALSE(joint.move_and_wait(90, 180, 900ms));
+  can.wait(200ms);
+  EXPECT_TRUE(joint.move_and_wait(90, 180, 2s)) << "nothing holds it any more";
+  EXPECT_GT(can.bus.faults().front().evidence.effects, 0U);
+}
+
+TEST_F(ShoulderJointTest, AMistakeInAFaultIsReported) {
+  EXPECT_THROW(lk::emulator::make_fault("jam", {{"percent", 160}}, {kShoulder}),
+               std::invalid_argument);
+  const auto absent = lk::emulator::make_fault("jam", {}, {7});
+  EXPECT_THROW(can.bus.apply({lk::emulator::kWholeBus, lk::emulator::SetFault{absent}}),
+               std::out_of_range);
 }
 
 // Same configuration, seed and frames at the same times: the same world, to the last bit. And a bus

@@ -1,5 +1,5 @@
-# Installs into a prefix of its own, moves that elsewhere, and builds and runs the robot's tests
-# against it.
+# Installs into a prefix of its own, moves that elsewhere, and builds and runs the example that was
+# installed with it, examples/robot, against it.
 # Variables: BUILD_DIR, SCRATCH, GENERATOR, COMPILER, LAUNCHER, BUILD_TYPE
 file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
@@ -45,7 +45,7 @@ foreach(heavy experimental/simd toml++ boost/ nlohmann/ spdlog/ CLI/)
 endforeach()
 
 set(robot ${SCRATCH}/robot)
-run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${robot} -G ${GENERATOR}
+run(${CMAKE_COMMAND} -S ${SCRATCH}/moved/share/lk-emu/examples/robot -B ${robot} -G ${GENERATOR}
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
   -DCMAKE_PREFIX_PATH=${SCRATCH}/moved "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
 run(${CMAKE_COMMAND} --build ${robot})

@@ -55,6 +55,7 @@ done
 dpkg-deb -c "$dev" >"$scratch/files"
 grep -q 'usr/include/lk/emulator/core/bus/bus.hpp$' "$scratch/files" || fail "no headers"
 grep -q 'liblk_core\.a$' "$scratch/files" || fail "no library"
+grep -q 'usr/share/lk-emu/examples/robot/CMakeLists.txt$' "$scratch/files" || fail "no example"
 grep -q 'usr/share/doc/lk-emu-dev/lk-emu-dev.spdx.json$' "$scratch/files" || fail "no list of what is inside"
 
 # Installed by dpkg itself, with a database of its own. What the packages depend on is on this machine: the
