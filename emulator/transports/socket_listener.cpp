@@ -12,6 +12,7 @@
 
 #include "emulator/files/runtime_dir.hpp"
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/keep_alive.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -62,6 +63,7 @@ SocketListener::SocketListener(boost::asio::io_context& loop,
     acceptor_.set_option(tcp::acceptor::reuse_address(true));
     acceptor_.bind(endpoint);
     acceptor_.listen();
+    keep_connections_alive(acceptor_.native_handle());
     const auto bound = acceptor_.local_endpoint();
     tcp::endpoint here;
     here.resize(bound.size());

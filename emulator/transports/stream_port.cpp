@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
+#include "emulator/transports/keep_alive.hpp"
 
 namespace lk::emulator {
 
@@ -45,6 +46,7 @@ void StreamPort::listen(boost::asio::io_context& loop) {
     acceptor_.bind(endpoint);
     acceptor_.listen();
     acceptor_.non_blocking(true);
+    keep_connections_alive(acceptor_.native_handle());
   } catch (const boost::system::system_error& problem) {
     throw StartError(name_ + ": cannot listen there: " + problem.code().message());
   }

@@ -4,6 +4,7 @@ usage: rs485_tcp_hosts.py LK_EMU
 """
 
 import socket
+import time
 import unittest
 
 import serial
@@ -47,6 +48,27 @@ class Rs485Tcp(TestCase):
             line.write(packet(0x9C, 1))
             self.assertEqual(len(line.read(13)), 13)
             self.assertEqual(count(running.stop(), "clients refused: no room"), 1)
+
+    def test_a_peer_that_has_lost_power_is_noticed_on_every_port(self):
+        http = free_port()
+        with emulator(*self.arguments, "--http", f"127.0.0.1:{http}"):
+            for port in (self.tcp_port, http):
+                with socket.create_connection(("127.0.0.1", port), PATIENCE_S):
+                    patience = time.monotonic() + PATIENCE_S
+                    while (seconds := keep_alive_s(port)) is None:
+                        self.assertLess(time.monotonic(), patience, port)
+                        time.sleep(0.01)
+                    self.assertLessEqual(seconds, 30)
+
+
+def keep_alive_s(port: int):
+    """When the server's end of the connection will probe its peer; None: it is not waiting to do so (proc(5), net/tcp)."""
+    with open("/proc/net/tcp", encoding="ascii") as table:
+        for line in table:
+            fields = line.split()
+            if fields[1].endswith(f":{port:04X}") and fields[3] == "01" and fields[5].startswith("02:"):
+                return int(fields[5][3:], 16) / 100
+    return None
 
 
 if __name__ == "__main__":
