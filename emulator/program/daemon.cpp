@@ -135,8 +135,13 @@ void with_scenario(const std::function<void()>& act) {
 }
 
 /// Where it writes, as far as a person has said so.
-std::vector<std::filesystem::path> places_of(const RunOptions& options) {
+std::vector<std::filesystem::path> places_of(const RunOptions& options,
+                                             const std::vector<BusConfig>& buses) {
   std::vector<std::filesystem::path> places;
+  for (const BusConfig& bus : buses) {
+    const BusName name = bus_name(bus.interface);
+    if (name.scheme->place == BusPlace::kPath) places.emplace_back(name.path);
+  }
   const std::string& socket = options.control.socket;
   if (!socket.empty() && socket != "none") places.emplace_back(socket);
   if (options.shafts && !options.shafts->path.empty()) places.emplace_back(options.shafts->path);
@@ -212,7 +217,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
   }
   // Their receive buffers were the last that takes a capability.
-  if (options.create_buses) give_up_privileges(places_of(options));
+  give_up_privileges(places_of(options, buses));
   // Late, as a directory that has been begun will not do for the next start.
   if (options.record) recording_.start(*options.record, RunRecording::From::kBeginning);
   // Last, as nobody can undo it.

@@ -45,6 +45,11 @@ void give_up_privileges(const std::vector<fs::path>& places) {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> held{};
   if (::syscall(SYS_capget, &header, held.data()) != 0) fail();
+  // The filter of the systemd unit refuses capset, and leaves nothing to give up.
+  const auto is_empty = [](const __user_cap_data_struct& set) {
+    return (set.effective | set.permitted | set.inheritable) == 0;
+  };
+  if (std::ranges::all_of(held, is_empty)) return;
   const unsigned left = held[0].permitted & kept;
   held = {};
   held[0].effective = held[0].permitted = left;

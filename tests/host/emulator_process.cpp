@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
@@ -130,6 +131,15 @@ std::vector<std::string> as_another_user() {
           "--clear-groups",
           "--inh-caps=-all,+dac_read_search",
           "--ambient-caps=-all,+dac_read_search"};
+}
+
+std::map<std::string, std::string> process_status(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  std::map<std::string, std::string> status;
+  for (std::string key, value; std::getline(file, key, ':') && std::getline(file, value);) {
+    status[key] = value.substr(value.find_first_not_of('\t'));
+  }
+  return status;
 }
 
 int count_of(const std::string& text, const std::string& what) {

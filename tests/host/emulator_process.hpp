@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,9 @@ class EmulatorProcess {
 /// A launcher that makes the program another user's, who has no rights but one: to go where the
 /// program lies, as only its owner may be able to.
 std::vector<std::string> as_another_user();
+
+/// The lines of /proc/PID/status, such as {"CapEff", "0000000000000000"}.
+std::map<std::string, std::string> process_status(pid_t pid);
 
 /// How often `what` is in `text`.
 int count_of(const std::string& text, const std::string& what);

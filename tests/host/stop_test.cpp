@@ -1,4 +1,4 @@
-// How the program ends.
+// How the program ends, and with which rights it runs.
 
 #include <gtest/gtest.h>
 
@@ -21,6 +21,16 @@ TEST(Stop, SignalsEndTheProgramWithASummary) {
     EXPECT_NE(result.out.find("lk-emu stopped after"), std::string::npos);
     EXPECT_NE(result.out.find(" 1 frames, 1 queries, 1 replies"), std::string::npos) << result.out;
   }
+}
+
+TEST(Privileges, NoneIsLeftWhoeverStartsTheProgram) {
+  EmulatorProcess emulator({"--rom", ":memory:", "--bus", own_bus(), "--ids", "1"});
+  ASSERT_TRUE(emulator.wait_ready());
+  auto status = process_status(emulator.pid());
+  for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapAmb"}) {
+    EXPECT_EQ(status[set], "0000000000000000") << set;
+  }
+  EXPECT_EQ(status["NoNewPrivs"], "1");
 }
 
 }  // namespace stop_test

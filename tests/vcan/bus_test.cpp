@@ -9,9 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <future>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -365,13 +363,11 @@ TEST(CreateBus, KeepsNoCapabilityOnceTheBusIsThere) {
   EmulatorProcess emulator({"--rom", ":memory:", "--control", "none", "--bus", "vcanmade", "--ids",
                             "1", "--create-bus"});
   ASSERT_TRUE(emulator.wait_ready());
-  std::ifstream status("/proc/" + std::to_string(emulator.pid()) + "/status");
-  std::map<std::string, std::string> said;
-  for (std::string key, value; status >> key && std::getline(status, value);) said[key] = value;
-  for (const char* set : {"CapInh:", "CapPrm:", "CapEff:", "CapBnd:", "CapAmb:"}) {
-    EXPECT_EQ(said[set], "\t0000000000000000") << set;
+  auto status = process_status(emulator.pid());
+  for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb"}) {
+    EXPECT_EQ(status[set], "0000000000000000") << set;
   }
-  EXPECT_EQ(said["NoNewPrivs:"], "\t1");
+  EXPECT_EQ(status["NoNewPrivs"], "1");
   EXPECT_TRUE(run("ip link set vcanmade down && ip link set vcanmade up"));
   EXPECT_TRUE(emulator.wait_for_log("vcanmade is up: continuing"));
   EXPECT_EQ(emulator.stop().status, 0);
