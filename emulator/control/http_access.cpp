@@ -4,6 +4,9 @@
 #include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <cstddef>
+#include <string>
+
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -48,7 +51,8 @@ bool is_address(std::string_view host) {
   }
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(name, error);
-  return bracketed ? !error && address.is_v6() : name == "localhost" || (!error && address.is_v4());
+  return bracketed ? !error && address.is_v6()
+                   : small_letters(std::string(name)) == "localhost" || (!error && address.is_v4());
 }
 
 }  // namespace
@@ -83,7 +87,8 @@ std::string authorization_of(std::string_view offered) {
 std::optional<Refusal> refusal(const Access& access, const Credentials& shown) {
   if (access.own_pages_only) {
     if (!is_address(shown.host)) return Refusal{403, "Host", "is not this program's"};
-    if (shown.origin && *shown.origin != "http://" + std::string(shown.host)) {
+    const auto small = [](std::string_view text) { return small_letters(std::string(text)); };
+    if (shown.origin && small(*shown.origin) != small("http://" + std::string(shown.host))) {
       return Refusal{403, "Origin", "is not this program's"};
     }
   }

@@ -122,11 +122,13 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     }
     const auto origin = header.find(http::field::origin);
     const std::string offered = authorization_of(view(header[http::field::sec_websocket_protocol]));
+    std::string_view target = view(header.target());
+    const auto authority = take_authority(target);
     const Credentials shown{
-        view(header[http::field::host]),
+        authority ? *authority : view(header[http::field::host]),
         origin != header.end() ? std::optional(view(origin->value())) : std::nullopt,
         offered.empty() ? view(header[http::field::authorization]) : offered};
-    const EmbeddedFile* const file = find_web_file(view(header.target()));
+    const EmbeddedFile* const file = find_web_file(target);
     // The files of the dashboard are no secret, and a browser has no token before it has them.
     const auto refused = file != nullptr
                              ? refusal({.own_pages_only = entrance_->access.own_pages_only}, shown)
@@ -148,7 +150,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       return;
     }
     try {
-      read_target(view(header.target()), request_);
+      read_target(target, request_);
       if (beast::websocket::is_upgrade(header)) {
         upgrade();
         return;

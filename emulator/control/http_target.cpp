@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "emulator/ground/text.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -32,6 +34,16 @@ std::string decode_percent(std::string_view text, const char* part) {
     n += 2;
   }
   return plain;
+}
+
+std::optional<std::string_view> take_authority(std::string_view& target) {
+  constexpr std::string_view kScheme = "http://";
+  if (small_letters(std::string(target.substr(0, kScheme.size()))) != kScheme) return std::nullopt;
+  target.remove_prefix(kScheme.size());
+  const std::string_view host = target.substr(0, target.find_first_of("/?"));
+  target.remove_prefix(host.size());
+  if (target.empty()) target = "/";
+  return host;
 }
 
 void read_target(std::string_view target, ApiRequest& request) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,10 @@ namespace lk::emulator {
 
 /// Replaces each %XX by its byte. Throws ApiError about `part` of the request.
 std::string decode_percent(std::string_view text, const char* part);
+
+/// Removes "http://HOST" of an absolute target (RFC 9112, 3.2.2) from `target` and returns HOST,
+/// which counts in place of the header; nothing for "/path".
+std::optional<std::string_view> take_authority(std::string_view& target);
 
 /// Takes "/path?key=value&…" apart into `request`; its path stays encoded. Throws ApiError.
 void read_target(std::string_view target, ApiRequest& request);

@@ -185,8 +185,8 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
   EXPECT_EQ(with(host(), "Origin: http://example.com\r\n"), 403);
   EXPECT_EQ(with(host(), "Origin: null\r\n"), 403);
   EXPECT_EQ(with("example.com:" + std::to_string(server_->port()), ""), 403);
-  for (const char* name :
-       {"localhost", "localhost:1", "127.0.0.1:8474", "192.0.2.1:8474", "[::1]", "[::1]:8474"}) {
+  for (const char* name : {"localhost", "LOCALHOST", "LocalHost:1", "127.0.0.1:8474",
+                           "192.0.2.1:8474", "[::1]", "[::1]:8474"}) {
     EXPECT_EQ(with(name, ""), 200) << name << ": a tunnel may show another address or port";
     EXPECT_EQ(with(name, "Origin: http://" + std::string(name) + "\r\n"), 200) << name;
     EXPECT_EQ(with(name, "Origin: http://localhost:3000\r\n"), 403) << "another program's page";
@@ -200,6 +200,20 @@ TEST_F(Served, OverTcpNoPageInABrowserGetsIn) {
                  "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"),
             403);
+}
+
+TEST_F(Served, AHostInTheTargetCountsInPlaceOfTheHeader) {
+  options_.http = HttpAddress{"127.0.0.1", 0};
+  start();
+  const auto get = [&](const std::string& target, const std::string& host) {
+    return status(ask_tcp("GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n"));
+  };
+  const std::string here = "http://" + host();
+  EXPECT_EQ(get(here + "/api/v1/status", host()), 200);
+  EXPECT_EQ(get("HTTP://LOCALHOST/api/v1/clock", "example.com"), 200);
+  EXPECT_EQ(get(here, host()), 200) << "the dashboard";
+  EXPECT_EQ(get("http://example.com/api/v1/status", host()), 403);
+  EXPECT_EQ(get("http://a@localhost/api/v1/status", host()), 403);
 }
 
 TEST_F(Served, AnyLoopbackAddressIsAnsweredAtUnderItsOwnName) {
