@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "emulator/core/servo/body_signals.hpp"
+#include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
 #include "tools/plot/svg_text.hpp"
@@ -41,9 +42,10 @@ std::string_view cut(std::string_view& line) {
 
 RunCsv open_run_csv(const std::filesystem::path& file) {
   const std::string name = on_one_line(file.string());
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw StartError("plot: " + name + " is a directory");
+  try {
+    open_regular_file(file);
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(std::string("plot: ") + problem.what());
   }
   errno = 0;
   auto stream = std::make_unique<std::ifstream>(file, std::ios::binary);

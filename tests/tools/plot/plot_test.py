@@ -351,7 +351,9 @@ class Refusals(Plot):
         self.put("run.csv", "time_s,1.iq_A\n0,1\n")
         self.assertIn("FILE is required", self.refused())
         self.assertEqual(self.refused("none.csv"), "plot: cannot read none.csv: No such file or directory")
-        self.assertEqual(self.refused("."), "plot: . is a directory")
+        self.assertEqual(self.refused("."), "plot: .: is a directory")
+        os.mkfifo(self.path("pipe.csv"))
+        self.assertEqual(self.refused("pipe.csv"), "plot: pipe.csv: is not a regular file")
         self.assertEqual(self.refused("run.csv", "-o", "run.pdf"),
                          "--output: run.pdf does not end in .svg")
         self.assertEqual(self.refused("run.csv", "-o", "run"), "--output: run does not end in .svg")
