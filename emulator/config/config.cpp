@@ -192,6 +192,8 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
       if (is_serial_name(request.interface)) {
         bus.serial = SerialConfig{};
         bus.bitrate = overrides.baud.value_or(kDefaultBaud);
+      } else {
+        bus.bitrate = overrides.bitrate.value_or(kDefaultBitrate);
       }
     }
     if (is_serial_name(request.interface) != bus.serial.has_value()) {
@@ -206,11 +208,6 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
     buses.push_back(std::move(bus));
   }
   if (overrides.buses.empty()) buses = std::move(of_file);
-  if (overrides.bitrate) {
-    for (BusConfig& bus : buses) {
-      if (!bus.serial) bus.bitrate = *overrides.bitrate;
-    }
-  }
   return buses;
 }
 

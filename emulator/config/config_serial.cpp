@@ -43,7 +43,7 @@ std::string baud_problem(std::int64_t baud) {
 
 std::uint8_t rate_code(std::int64_t baud, bool has_921600) {
   const protocol::Value* const row = row_of_rate(baud);
-  if (row == std::end(kSerialRates)) return 0;
+  if (row == std::end(kSerialRates)) return kAsWired;
   const bool moved = !has_921600 && baud > kOddRate;
   return static_cast<std::uint8_t>(row->number - (moved ? 1 : 0));
 }
@@ -62,7 +62,7 @@ std::int64_t can_rate_of(std::uint8_t code) {
 }
 
 std::uint8_t can_rate_code(std::int64_t bitrate) {
-  if (bitrate == 0) return std::size(kCanRates) - 1;
+  if (bitrate == 0) return kAsWired;
   const auto* const nearest = std::ranges::min_element(
       kCanRates, {}, [&](const protocol::Value& row) { return std::abs(bit_rate(row) - bitrate); });
   return static_cast<std::uint8_t>(nearest->number);

@@ -143,7 +143,7 @@ struct ServoConfig {
   RomParams flash;  // and what it is made of
   SimTime reply_time = std::chrono::microseconds(100);  // after the query's last bit
   SimTime reply_spread{0};                              // to either side, drawn for each reply
-  std::uint8_t rate_code = 4;  // of its bus's bit rate, among those of its kind of bus
+  std::uint8_t rate_code = 4;  // of its bus's bit rate; kAsWired: the bus has none, any will do
   SimTime calibrate_time = std::chrono::seconds(4);  // of 0x18
   // Where the shaft stands at power-up: degrees of the rotor from where the encoder field is 0,
   // whatever the drive makes of them. Drawn from seed and ID when absent.

@@ -15,7 +15,8 @@ using protocol::StoredSettingId;
 
 namespace {
 
-// Rates that drives are delivered with on the bus that they are not wired to.
+// Rates that drives are delivered with, on a bus that has no rate and on the one that they are not
+// wired to.
 constexpr std::uint8_t kSerial115200 = 4;
 constexpr std::uint8_t kCanOneMbit = 4;
 
@@ -64,8 +65,10 @@ DrivePlace drive_place(const Registers& registers, const ServoConfig& config) {
   if (place.id == 0) place.id = config.dip_id != 0 ? config.dip_id : config.id;
   place.bus = static_cast<BusType>(
       or_wired(registers.bus_type, static_cast<std::uint8_t>(wired_to(config))));
-  place.serial_rate = or_wired(registers.serial_rate, serial ? config.rate_code : kSerial115200);
-  place.can_rate = or_wired(registers.can_rate, serial ? kCanOneMbit : config.rate_code);
+  const std::uint8_t of_serial = serial ? config.rate_code : kAsWired;
+  const std::uint8_t of_can = serial ? kAsWired : config.rate_code;
+  place.serial_rate = or_wired(registers.serial_rate, or_wired(of_serial, kSerial115200));
+  place.can_rate = or_wired(registers.can_rate, or_wired(of_can, kCanOneMbit));
   return place;
 }
 
@@ -75,6 +78,7 @@ bool is_on_its_bus(const DrivePlace& place, const ServoConfig& config) {
 
 bool is_at_its_rate(const DrivePlace& place, const ServoConfig& config) {
   const bool serial = wired_to(config) == BusType::kSerial;
+  if (config.rate_code == kAsWired) return true;
   return (serial ? place.serial_rate : place.can_rate) == config.rate_code;
 }
 

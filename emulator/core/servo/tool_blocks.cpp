@@ -6,6 +6,7 @@
 
 #include "emulator/core/seed.hpp"
 #include "emulator/core/servo/registers.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 #include "protocol/serial_commands.hpp"
 #include "protocol/wire.hpp"
 
@@ -120,7 +121,7 @@ Block settings_block(const ServoConfig& config, const Registers& ram,
   Payload& data = block.data;
   data[0] = static_cast<std::uint8_t>(config.id);
   data[kBus] = kOnSerial;
-  data[kSerialRate] = config.rate_code;
+  data[kSerialRate] = drive_place(Registers{}, config).serial_rate;
   data[kCanRate] = kCan1M;
   data[kBroadcastMode] = static_cast<std::uint8_t>(ram.broadcast_mode);
   data[kSpin] = is_reversed(config);

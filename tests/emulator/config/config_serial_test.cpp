@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "emulator/core/generation.hpp"
+#include "emulator/core/servo/stored_settings.hpp"
 #include "tests/emulator/config/config_support.hpp"
 
 namespace lk::emulator {
@@ -54,6 +55,35 @@ TEST(ConfigSerial, TheCommandLineDoesTheSame) {
   EXPECT_EQ(buses[0].servos[1].rate_code, 9);
   EXPECT_EQ(buses[1].bitrate, 1'000'000);
   EXPECT_EQ(buses[1].servos[0].quirks, quirks_of(Generation::kV236));
+}
+
+TEST(ConfigSerial, OnABusWithoutARateADriveHearsAtWhateverRateItIsSetTo) {
+  Overrides overrides;
+  overrides.buses = {{"rs485:/tmp/arm", std::vector{1}}, {"vcan0", std::vector{1}}};
+  overrides.baud = overrides.bitrate = 0;
+  for (BusConfig& bus : default_config(overrides, find_test_profile)) {
+    ServoConfig& servo = bus.servos[0];
+    const DrivePlace delivered = drive_place(servo.rom, servo);
+    EXPECT_EQ(serial_rate_of(delivered.serial_rate, true), 115'200) << bus.interface;
+    EXPECT_EQ(can_rate_of(delivered.can_rate), 1'000'000) << bus.interface;
+    EXPECT_TRUE(is_at_its_rate(delivered, servo)) << bus.interface;
+    servo.rom.serial_rate = 7;
+    servo.rom.can_rate = 3;
+    EXPECT_TRUE(is_at_its_rate(drive_place(servo.rom, servo), servo)) << bus.interface;
+  }
+}
+
+TEST(ConfigSerial, ADriveIsDeliveredAtTheRateThatTheCommandLineGivesTheBus) {
+  Overrides overrides;
+  overrides.buses = {{"vcan0", std::vector{1}}};
+  overrides.bitrate = 500'000;
+  for (const auto& buses : {default_config(overrides, find_test_profile),
+                            parse_config("[[bus]]\ninterface = \"vcan0\"\n" + kDrive, "robot.toml",
+                                         overrides, find_test_profile)}) {
+    const ServoConfig& servo = buses.at(0).servos[0];
+    EXPECT_EQ(buses[0].bitrate, 500'000);
+    EXPECT_EQ(can_rate_of(drive_place(servo.rom, servo).can_rate), 500'000);
+  }
 }
 
 TEST(ConfigSerial, EveryKeyIsRead) {
