@@ -137,15 +137,34 @@ def runs(pid):
         return False
 
 
-@pytest.mark.parametrize("end", ["kill(os.getpid(), 9)", "kill(os.getpid(), 15)", "_exit(0)"])
-def test_it_ends_with_its_parent_however_that_ends(end):
-    script = f"import os, lkemu; print(lkemu.Emulator(bus='auto').start().pid, flush=True); os.{end}"
+START = "import os, time, lkemu; print(lkemu.Emulator(bus='auto').start().pid, flush=True);"
+
+
+def started(script):
     root = os.path.dirname(os.path.dirname(package.__file__))
-    parent = subprocess.run(
-        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": root}, stdout=subprocess.PIPE, timeout=60
-    )
-    pid = int(parent.stdout)
+    environment = {**os.environ, "PYTHONPATH": root}
+    return subprocess.Popen([sys.executable, "-c", START + script], env=environment, stdout=subprocess.PIPE)
+
+
+def wait_for_end(pid):
     patience = time.monotonic() + 20
     while runs(pid):
         assert time.monotonic() < patience, pid
         time.sleep(0.01)
+
+
+@pytest.mark.parametrize("end", ["kill(os.getpid(), 9)", "kill(os.getpid(), 15)", "_exit(0)"])
+def test_it_ends_with_its_parent_however_that_ends(end):
+    with started(f"os.{end}") as parent:
+        pid = int(parent.stdout.readline())
+    wait_for_end(pid)
+
+
+def test_it_ends_with_its_parent_although_a_forked_child_goes_on():
+    with started("child = os.fork(); child or time.sleep(600); print(child, flush=True); os._exit(0)") as parent:
+        pid, child = (int(parent.stdout.readline()) for _ in range(2))
+        parent.wait()
+        try:
+            wait_for_end(pid)
+        finally:
+            os.kill(child, 9)

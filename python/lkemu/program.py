@@ -53,6 +53,9 @@ class Process:
                 )  # fmt: skip
             except OSError as problem:
                 raise StartError(f"{command[0]}: {problem.strerror}") from None
+        # A forked child that outlives this process must not hold the pipe open.
+        pipe = weakref.ref(self._popen.stdin)
+        os.register_at_fork(after_in_child=lambda: close(pipe()))
         # Nothing stays behind at exit, even when the caller has forgotten about it.
         self._last_resort = weakref.finalize(self, end, self._popen)
         assert self._popen.stdout is not None
@@ -119,9 +122,13 @@ def end(popen: "subprocess.Popen[bytes]") -> int:
             popen.wait(GOODBYE_S)
         except subprocess.TimeoutExpired:
             popen.kill()
-    if popen.stdin is not None:
-        popen.stdin.close()
+    close(popen.stdin)
     return popen.wait()
+
+
+def close(pipe: Optional[IO[bytes]]) -> None:
+    if pipe is not None:
+        pipe.close()
 
 
 def read(path: str) -> str:
