@@ -29,7 +29,10 @@ FirmwareRequest merge(FirmwareRequest all, const FirmwareRequest& of_bus) {
 }
 
 AskedOfBus asked_by(const BusRequest& request, const Overrides& overrides) {
-  return {request.interface, request.ids, merge(overrides.firmware, request.firmware), nullptr, 0};
+  return {.interface = request.interface,
+          .ids = request.ids,
+          .firmware = merge(overrides.firmware, request.firmware),
+          .boot_angle_deg = overrides.boot_angle_deg};
 }
 /// With what the bus is that the drives are on.
 AskedOfBus on_bus(AskedOfBus asked, const BusConfig& bus) {
@@ -47,8 +50,8 @@ AskedOfBus asked_of(const Overrides& overrides, const std::string& interface,
   for (const BusRequest& request : overrides.buses) {
     if (means(request, interface, one_in_each)) return asked_by(request, overrides);
   }
-  if (overrides.buses.empty()) return {interface, std::nullopt, overrides.firmware, nullptr, 0};
-  return {interface, std::vector<int>{}, {}, nullptr, 0};  // the bus does not run
+  if (overrides.buses.empty()) return asked_by({interface, std::nullopt}, overrides);
+  return {.interface = interface, .ids = std::vector<int>{}};  // the bus does not run
 }
 
 /// The body of a robot, and which of its joints some drive turns.

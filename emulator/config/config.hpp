@@ -56,9 +56,10 @@ struct Overrides {
   std::vector<BusRequest> buses;
   std::optional<std::string> motor;  // of every drive: name or path
   std::optional<std::uint64_t> seed;
-  std::optional<std::int64_t> bitrate;  // of every CAN bus
-  std::optional<std::int64_t> baud;     // of every RS-485 bus
-  FirmwareRequest firmware;             // of every drive
+  std::optional<std::int64_t> bitrate;                  // of every CAN bus
+  std::optional<std::int64_t> baud;                     // of every RS-485 bus
+  FirmwareRequest firmware;                             // of every drive
+  std::optional<double> boot_angle_deg = std::nullopt;  // the same
 };
 
 /// "1-4", "1,3,7-9": ascending. Throws std::invalid_argument with the reason: not a list, an ID

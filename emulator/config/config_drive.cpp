@@ -1,6 +1,8 @@
 #include "emulator/config/config_drive.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 #include "emulator/config/config_body.hpp"
 #include "emulator/config/config_checks.hpp"
@@ -88,14 +90,34 @@ std::optional<int> first_running(const std::vector<int>& ids, const AskedOfBus& 
   return found == ids.end() ? std::nullopt : std::optional(*found);
 }
 
-/// The options that `firmware` comes from.
-std::string options_of(const FirmwareRequest& firmware) {
+/// What the command line asks of the drives, as options.
+std::string options_of(const AskedOfBus& asked) {
   std::string all;
-  if (firmware.generation) all = "--generation " + *firmware.generation;
-  for (const auto& [key, value] : firmware.quirks) {
-    all += (all.empty() ? "--quirk " : " --quirk ") + key + "=" + value;
-  }
+  if (asked.firmware.generation) all += " --generation " + *asked.firmware.generation;
+  for (const auto& [key, value] : asked.firmware.quirks) all += " --quirk " + key + "=" + value;
+  if (asked.boot_angle_deg) all += " --boot-angle " + plain_number(*asked.boot_angle_deg);
   return all;
+}
+
+/// A turn of the output to either side.
+double most_boot_angle_deg(const ServoConfig& servo) {
+  return 360 * servo.profile.drive.mechanics.gear_ratio;
+}
+
+/// Throws std::invalid_argument.
+void ask_boot_angle(std::optional<double> asked_deg, const std::string& drive, ServoConfig& servo) {
+  if (!asked_deg) return;
+  const double most_deg = most_boot_angle_deg(servo);
+  if (servo.joint) {
+    throw std::invalid_argument("--boot-angle: " + drive +
+                                " has a joint and starts where the body has it");
+  }
+  if (!(std::abs(*asked_deg) <= most_deg)) {
+    throw std::invalid_argument("--boot-angle: " + plain_number(*asked_deg) + " is out of range (" +
+                                plain_number(-most_deg) + " to " + plain_number(most_deg) +
+                                ", a turn of the output) of " + drive);
+  }
+  servo.boot_angle_deg = asked_deg;
 }
 
 /// With the firmware `asked` for on the command line.
@@ -118,9 +140,8 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   if (const auto s = reader.number("calibrate_s", 0.1, 600)) {
     servo.calibrate_time = SimTime(protocol::rounded(*s * 1e9));
   }
-  // A turn of the output to either side.
-  const double turn_deg = 360 * servo.profile.drive.mechanics.gear_ratio;
-  servo.boot_angle_deg = reader.number("boot_angle_deg", -turn_deg, turn_deg);
+  const double most_deg = most_boot_angle_deg(servo);
+  servo.boot_angle_deg = reader.number("boot_angle_deg", -most_deg, most_deg);
   servo.boot_temperature_C = reader.number("boot_temperature_C", -40, 125);
   // What is asked for is not for drives that do not run: they may not have it.
   const auto running = first_running(ids, asked);
@@ -129,6 +150,7 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   read_settings(reader, servo);
   read_rom(reader, servo.flash);
   servo.joint = read_joint(reader, servo, asked.body);
+  if (running) ask_boot_angle(asked.boot_angle_deg, name_of(asked, *running), servo);
   read_load(reader, servo.profile.drive.load);
   reader.finish();
   check_drive(reader, servo);
@@ -142,12 +164,13 @@ std::vector<ServoConfig> read_with(TableReader& reader, const Overrides& overrid
   return servos;
 }
 
-/// Whether the drive can be read, but for what is asked of its firmware.
+/// Whether the drive can be read, but for what the command line asks of it.
 bool is_good_as_it_stands(TableReader reader, const Overrides& overrides, const AskedOfBus& asked,
                           const FindProfile& find) {
   try {
     AskedOfBus nothing = asked;
     nothing.firmware = {};
+    nothing.boot_angle_deg = std::nullopt;
     read_with(reader, overrides, nothing, find);
     return true;
   } catch (const ConfigError&) {
@@ -163,6 +186,7 @@ ServoConfig make_servo(int id, const Profile& profile, const AskedOfBus& asked) 
   const toml::table nothing;
   TableReader reader(nothing, "--motor", "");
   read_generation(reader, asked.firmware, name_of(asked, id), servo);
+  ask_boot_angle(asked.boot_angle_deg, name_of(asked, id), servo);
   try {
     check_drive(reader, servo);
   } catch (const ConfigError& problem) {
@@ -177,14 +201,14 @@ std::vector<ServoConfig> read_drive(TableReader& reader, const Overrides& overri
   try {
     return read_with(reader, overrides, asked, find);
   } catch (const ConfigError& problem) {
-    const std::string options = options_of(asked.firmware);
+    const std::string options = options_of(asked);
     // Of a wrong --quirk the error names the option in place of the file.
     if (options.empty() || problem.file != reader.file() ||
         !is_good_as_it_stands(unread, overrides, asked, find)) {
       throw;
     }
     throw ConfigError(problem.file, problem.line, problem.key,
-                      problem.reason + " (with " + options + " of the command line)");
+                      problem.reason + " (with" + options + " of the command line)");
   }
 }
 

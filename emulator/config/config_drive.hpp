@@ -17,6 +17,7 @@ struct AskedOfBus {
   const SerialConfig* serial = nullptr;  // of an RS-485 bus
   std::int64_t bitrate = 0;              // the same
   const Mechanism* body = nullptr;       // of the robot
+  std::optional<double> boot_angle_deg = std::nullopt;
 };
 
 /// A drive of which no file says anything. Throws std::invalid_argument, ConfigError.

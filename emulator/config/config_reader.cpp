@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 #include <utility>
 
@@ -10,12 +9,6 @@
 
 namespace lk::emulator {
 namespace {
-
-std::string print(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.10g", value);
-  return buffer;
-}
 
 std::string outside(const std::string& value, const std::string& min, const std::string& max) {
   return value + " is out of range (" + min + " to " + max + ")";
@@ -107,7 +100,8 @@ std::optional<double> TableReader::number(const std::string& key, double min, do
   if (!node->is_number()) fail(key, "must be a number");
   const double value = *node->value<double>();
   // Written so that "not a number" fails too.
-  if (!(value >= min && value <= max)) fail(key, outside(print(value), print(min), print(max)));
+  if (!(value >= min && value <= max))
+    fail(key, outside(plain_number(value), plain_number(min), plain_number(max)));
   return value;
 }
 
@@ -159,7 +153,8 @@ std::vector<double> TableReader::numbers(const std::string& key, std::size_t cou
   for (const toml::node& element : *node->as_array()) {
     if (!element.is_number()) fail(key, wanted);
     const double value = *element.value<double>();
-    if (!(value >= min && value <= max)) fail(key, outside(print(value), print(min), print(max)));
+    if (!(value >= min && value <= max))
+      fail(key, outside(plain_number(value), plain_number(min), plain_number(max)));
     all.push_back(value);
   }
   return all;

@@ -1,6 +1,7 @@
 #include "emulator/ground/text.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -106,6 +107,12 @@ std::string xml_escaped(std::string_view text) {
     }
   }
   return out;
+}
+
+std::string plain_number(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.10g", value);
+  return buffer;
 }
 
 std::string comma_list(const std::vector<std::string>& words) {

@@ -42,6 +42,9 @@ inline std::optional<std::uint64_t> number_of(std::string_view digits, int base,
   return whole ? std::optional(value) : std::nullopt;
 }
 
+/// With ten figures, and no more than it needs: "0.5", "360".
+std::string plain_number(double value);
+
 /// "legacy, v235, v236"
 std::string comma_list(const std::vector<std::string>& words);
 

@@ -71,6 +71,7 @@ Json print_overrides(const Overrides& overrides) {
   if (overrides.seed) json["seed"] = *overrides.seed;
   if (overrides.bitrate) json["bitrate"] = *overrides.bitrate;
   if (overrides.baud) json["baud"] = *overrides.baud;
+  if (overrides.boot_angle_deg) json["boot_angle_deg"] = *overrides.boot_angle_deg;
   print_firmware(overrides.firmware, json);
   return json;
 }
@@ -87,6 +88,8 @@ Overrides parse_overrides(const Json& json) {
   if (json.contains("seed")) overrides.seed = whole<std::uint64_t>(json["seed"]);
   if (json.contains("bitrate")) overrides.bitrate = whole<std::int64_t>(json["bitrate"]);
   if (json.contains("baud")) overrides.baud = whole<std::int64_t>(json["baud"]);
+  if (json.contains("boot_angle_deg"))
+    overrides.boot_angle_deg = json["boot_angle_deg"].get<double>();
   return overrides;
 }
 

@@ -125,6 +125,13 @@ const BadInput kBadInput[] = {
     {"BitrateTooHigh",
      {"--bus", "vcan0", "--ids", "1", "--bitrate", "5000000"},
      "lk-emu: --bitrate: 5000000 is out of range"},
+    {"BootAngleNoNumber",
+     {"--bus", "vcan0", "--ids", "1", "--boot-angle", "nan"},
+     "lk-emu: --boot-angle: \"nan\" is not a number"},
+    {"BootAngleOutOfRange",
+     {"--bus", "vcan0", "--ids", "1", "--boot-angle", "361"},
+     "lk-emu: --boot-angle: 361 is out of range (-360 to 360, a turn of the output) of vcan0 drive "
+     "1"},
     {"SeedNoNumber",
      {"--bus", "vcan0", "--ids", "1", "--seed", "x"},
      "lk-emu: --seed: \"x\" is not a whole number"},

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <variant>
@@ -56,6 +57,7 @@ struct Raw {
   std::string baud;
   std::string rom;
   std::string clock = "realtime";
+  std::string boot_angle;
   std::string control;
   std::string scenario;
   std::string junit;
@@ -105,6 +107,11 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("N");
   app.add_option("--rom", raw.rom,
                  "directory that keeps what drives write to ROM, or :memory: to keep nothing "
+  app.add_option(
+         "--boot-angle", raw.boot_angle,
+         "where the rotor of every drive stands at the start, in degrees (default: drawn from "
+         "the seed)")
+      ->type_name("DEG");
                  "(default lk-emu/BUS in the user's state directory)")
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
@@ -254,6 +261,16 @@ std::int64_t parse_number(const char* option, const std::string& text) {
 }
 
 /// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
+double parse_real(const char* option, const std::string& text) {
+  double number = 0;
+  const char* last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error != std::errc() || end != last || !std::isfinite(number)) {
+    throw StartError(std::string(option) + ": \"" + text + "\" is not a number");
+  }
+  return number;
+}
+
 /// where browsers go when nothing answers at ::1.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -339,6 +356,9 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     line.overrides.baud = baud;
   }
   if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
+  if (app.count("--boot-angle") > 0) {
+    line.overrides.boot_angle_deg = parse_real("--boot-angle", raw.boot_angle);
+  }
   const auto clock = parse_clock_mode(raw.clock);
   if (!clock) {
     throw StartError("--clock: \"" + raw.clock +

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -12,23 +11,17 @@
 namespace lk::emulator {
 namespace {
 
-std::string print(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.10g", value);
-  return buffer;
-}
-
 std::string print(const FaultSetting& setting) {
   const auto* const word = std::get_if<std::string>(&setting.value());
   return word != nullptr ? "'" + on_one_line(*word) + "'"
-                         : print(std::get<double>(setting.value()));
+                         : plain_number(std::get<double>(setting.value()));
 }
 
 std::string allowed(const FaultParam& param) {
   if (!param.choices.empty()) {
     return "; one of: " + comma_list({param.choices.begin(), param.choices.end()});
   }
-  return "; allowed: " + print(param.min) + " to " + print(param.max) +
+  return "; allowed: " + plain_number(param.min) + " to " + plain_number(param.max) +
          (param.whole ? ", whole numbers" : "");
 }
 
@@ -97,7 +90,7 @@ std::string ids_problem(const Fault& fault) {
 std::string course_problem(const Fault& fault) {
   const SimTime lasts = fault.duration.value_or(SimTime{0});
   if (!(fault.probability >= 0 && fault.probability <= 1)) {
-    return "probability is " + print(fault.probability) + "; allowed: 0 to 1";
+    return "probability is " + plain_number(fault.probability) + "; allowed: 0 to 1";
   }
   if (fault.duration && fault.row->momentary()) return "is done at once and takes no duration";
   if (fault.duration && lasts <= SimTime{0}) return "duration must be above 0";

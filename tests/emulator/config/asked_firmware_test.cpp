@@ -195,6 +195,33 @@ TEST(AskedFirmware, IsNotTakenForAMistakeOfTheFile) {
       << "it is the file's";
 }
 
+TEST(AskedBootAngle, WinsOverTheFileForEveryDriveThatRuns) {
+  Overrides overrides;
+  overrides.boot_angle_deg = -12.5;
+  overrides.buses.push_back({"vcan0", std::vector{1, 2}});
+  for (const auto& buses : {default_config(overrides, find_test_profile),
+                            parse(kDrive + "boot_angle_deg = 90\n", overrides)}) {
+    EXPECT_EQ(buses[0].servos[0].boot_angle_deg, -12.5);
+    EXPECT_EQ(buses[0].servos[1].boot_angle_deg, -12.5) << "the file may not have it";
+  }
+  overrides.buses.clear();
+  EXPECT_EQ(parse(kDrive, overrides)[0].servos[0].boot_angle_deg, -12.5);
+}
+
+TEST(AskedBootAngle, IsRefusedAsItWouldBeInAFile) {
+  Overrides overrides;
+  overrides.boot_angle_deg = 3000;
+  EXPECT_EQ(config_error([&] { parse(kDrive, overrides); }),
+            "--boot-angle: 3000 is out of range (-360 to 360, a turn of the output) of vcan0 drive "
+            "1");
+  EXPECT_EQ(parse(kDrive + "motor = \"mg4005\"\n", overrides).size(), 1U) << "1:10";
+  overrides.boot_angle_deg = 20;
+  const std::string stop = kDrive + "load = { theta_max_deg = 10 }\nboot_angle_deg = 0\n";
+  EXPECT_EQ(parse_error(stop), "accepted");
+  const std::string refused = config_error([&] { parse(stop, overrides); });
+  EXPECT_TRUE(refused.ends_with(" (with --boot-angle 20 of the command line)")) << refused;
+}
+
 TEST(AskedFirmware, OnlyWhatWasAskedForCountsAsGiven) {
   EXPECT_FALSE(drive_of("").generation_given);
   EXPECT_TRUE(drive_of("generation = \"legacy\"").generation_given);

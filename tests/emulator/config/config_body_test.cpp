@@ -50,6 +50,19 @@ TEST(ConfigBody, ADriveTurnsAJoint) {
   EXPECT_NEAR(second.output_of(0), 3.14159265, 1e-8);
 }
 
+TEST(ConfigBody, ADriveWithAJointStartsWhereTheBodyHasIt) {
+  Overrides overrides;
+  overrides.boot_angle_deg = 0;
+  try {
+    parse_config(kRobot + kDrive + "joint = \"joint_0\"\n", "robot.toml", overrides,
+                 find_test_profile, load);
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& problem) {
+    EXPECT_STREQ(problem.what(),
+                 "--boot-angle: vcan0 drive 1 has a joint and starts where the body has it");
+  }
+}
+
 TEST(ConfigBody, SaysWhatIsWrongAndWhatToDo) {
   const std::string drive = kRobot + kDrive;
   EXPECT_EQ(

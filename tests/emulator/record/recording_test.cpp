@@ -183,10 +183,11 @@ TEST(Recording, WhatIsWrongWithACopyIsToldOfTheCopy) {
 }
 
 /// They decide what the bytes of the recording mean.
-TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
+TEST(Recording, KeepsTheFirmwareAndTheBootAngleThatTheCommandLineAskedFor) {
   const test::TempDirectory scratch;
   RecordingInfo info;
   info.overrides.motor = kMotors + "mg4010.toml";
+  info.overrides.boot_angle_deg = -12.5;
   info.overrides.firmware = {"seen", {{"stop_holds", "true"}}};
   info.overrides.buses.push_back({"vcan0", std::vector{1}});
   info.overrides.buses.push_back({"vcan1", std::vector{1}, {"v236", {{"reply_id_base", "0x180"}}}});
@@ -195,6 +196,7 @@ TEST(Recording, KeepsTheFirmwareThatTheCommandLineAskedFor) {
   begin_recording(scratch.path() / "recording", info, texts, {});
   const Recording read = read_recording(scratch.path() / "recording");
   ASSERT_EQ(read.buses.size(), 2U);
+  EXPECT_EQ(read.buses[0].servos[0].boot_angle_deg, -12.5);
   EXPECT_EQ(read.buses[0].servos[0].generation, Generation::kLateLegacy);
   EXPECT_TRUE(read.buses[0].servos[0].quirks.stop_holds);
   EXPECT_EQ(read.buses[1].servos[0].generation, Generation::kV236);
