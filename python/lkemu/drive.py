@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Union, overload
+from urllib.parse import quote
 
 from .errors import Refused
 from .faults import Fault, kind_called
@@ -134,7 +135,7 @@ class Drive(Targets):
 
     def view(self) -> Dict[str, Any]:
         """Everything that is known of it: motor, state, errors, signals, registers, counters."""
-        return dict(self._emulator.client.get(f"/drives/{self.bus}/{self.id}"))
+        return dict(self._emulator.client.get(f"/drives/{quote(self.bus, safe='')}/{self.id}"))
 
     @overload
     def telemetry(self, signal: str, /) -> float: ...

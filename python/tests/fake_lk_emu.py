@@ -14,7 +14,7 @@ import struct
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 KINDS = [
     {"kind": "jam", "about": "the output is clamped", "parameters": [{"name": "percent"}]},
@@ -98,7 +98,7 @@ class Handler(BaseHTTPRequestHandler):
             return self.stream(parse_qs(url.query))
         if path.startswith("/drives/"):
             _, _, bus, id = path.split("/")
-            return self.answer(200, world.drive(bus, int(id)))
+            return self.answer(200, world.drive(unquote(bus), int(id)))
         answers = {"/status": world.status(), "/clock": world.status()["clock"], "/faults": world.faults,
                    "/faults/kinds": KINDS, "/directives": world.directives, "/advice": world.advice,
                    "/body": {"signals": {"body.fallen": 0, "body.trunk.z_m": 0.37}}}

@@ -133,6 +133,11 @@ def test_no_answer_is_an_error_and_the_next_request_a_new_connection(emu):
     assert emu.status()["version"]
 
 
+def test_the_name_of_a_bus_may_have_slashes(fake):
+    with lkemu.Emulator(bus="slcan-pty:/tmp/left leg", program=fake) as emu:
+        assert emu.drives[1].view()["bus"] == "slcan-pty:/tmp/left leg"
+
+
 def test_what_is_read_of_a_drive(emu):
     drive = emu.drives[1]
     assert drive.telemetry("angle_deg") == 12.5
