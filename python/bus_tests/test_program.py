@@ -23,6 +23,7 @@ def test_a_robot_of_two_buses(lkemu_start, tmp_path):
     robot = lkemu_start(bus={left: "1-2", right: "2,5"})
     assert robot.buses == [left, right]
     robot.drive(2, right).ambient(40)
+    assert robot.drive(2, right).view()["bus"] == right, "slashes are in the name of the bus"
     robot.targets(bus=right).power.off()
     assert robot.drive(5).bus == right and len(robot.drives) == 4
 
@@ -120,6 +121,23 @@ def test_a_stream_ends_with_the_program(lkemu, clock):
         next(stream)
     lkemu.stop()
     assert len(list(stream)) <= 1  # the instant of the beginning may count
+
+
+@pytest.mark.lkemu(boot_angle_deg=-12.5)
+def test_the_rotors_start_where_they_are_told(drives):
+    count_deg = 360 / 2**14  # of the encoder: the zero is one of its counts
+    assert [drive.telemetry("true_rotor_deg") for drive in drives] == pytest.approx([-12.5] * 4, abs=count_deg)
+
+
+def test_a_host_without_a_time_out_is_told_what_removed_its_reply(lkemu, drives, clock):
+    can = pytest.importorskip("can")
+    clock.advance(BOOTED)
+    drives[2].hang()
+    query = can.Message(arbitration_id=0x142, data=[0x9A, 0, 0, 0, 0, 0, 0, 0], is_extended_id=False)
+    with package.SteppedBus(can.Bus(**lkemu.can_args), clock, patience="50ms") as bus:
+        bus.send(query)
+        with pytest.raises(package.NoReply, match="142#9A00000000000000: fault hang on drive 2 took effect 1 "):
+            bus.recv()
 
 
 def test_a_mark_and_the_words_of_the_end(lkemu):

@@ -6,15 +6,19 @@
 docs/python.md tells all of it; `lkemu.pytest_plugin` has fixtures.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from .attached import Attached, attach
 from .client import Client
 from .clock import Clock
 from .drive import Drive, Power, Targets
 from .emulator import Drives, Emulator
-from .errors import Ended, Error, NoEffect, Refused, StartError
+from .errors import Ended, Error, NoEffect, NoReply, Refused, StartError
 from .faults import Evidence, Fault, Kind
-from .stepped_bus import SteppedBus
 from .telemetry import Sample, Telemetry
+
+if TYPE_CHECKING:
+    from .stepped_bus import SteppedBus as SteppedBus
 
 __version__ = "0.2.0"
 
@@ -31,12 +35,21 @@ __all__ = [
     "Fault",
     "Kind",
     "NoEffect",
+    "NoReply",
     "Power",
     "Refused",
     "Sample",
     "StartError",
-    "SteppedBus",
     "Targets",
     "Telemetry",
     "attach",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """SteppedBus is a can.BusABC: only who asks for it needs python-can."""
+    if name != "SteppedBus":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .stepped_bus import SteppedBus
+
+    return SteppedBus

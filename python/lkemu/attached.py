@@ -10,7 +10,6 @@ from .buses import can_args
 from .client import Client
 from .clock import LEAST_S, Clock
 from .errors import Ended, StartError
-from .stepped_bus import SteppedBus
 
 TIMEOUT_S = 10.0
 
@@ -37,6 +36,8 @@ class Attached:
     def open(self) -> Any:
         """A can.Bus of python-can; one that lets time pass while its host waits, where that is stepped."""
         import can
+
+        from .stepped_bus import SteppedBus
 
         bus = can.Bus(**self.can_args)
         return bus if self.clock is None else SteppedBus(bus, self.clock)

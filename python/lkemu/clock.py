@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import Union
+from typing import List, Union
 
 from .client import Client
+from .faults import Evidence
 
 UNITS_S = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 LEAST_S = 1e-6  # the clock knows nothing less, and a step of less than half of it would leave it where it is
@@ -43,6 +44,10 @@ class Clock:
     def time_s(self) -> float:
         """Seconds since the drives' world began."""
         return float(self._client.get("/clock")["time_s"])
+
+    def faults(self) -> List[Evidence]:
+        """Every fault that was set on the drives whose time this is, with what became of it."""
+        return [Evidence.from_json(row) for row in self._client.get("/faults")]
 
     def advance(self, by: Duration) -> float:
         """Lets so much time pass ("10ms", or seconds); the time then. Stepped clocks only.

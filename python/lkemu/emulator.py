@@ -52,7 +52,8 @@ class Emulator:
     "auto": slcan over TCP where that cannot be; None with `config`: those of the file; {"vcan0": "1-4", "vcan1": "1,2"}:
     several. ids: "1-4" (default), "1,3", 3 or [1, 3].
     config, motor, generation, seed, bitrate (bit/s), rom, scenario, record (directory), log_level: as lk-emu's
-    options. quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
+    options. boot_angle_deg: of the rotor of every drive at the start; None: drawn from the seed.
+    quirks: {"pid_commands": True, "state_1": "centivolt"}, of all drives.
     clock: "realtime", "stepped", "x10". program: path of lk-emu; else $LKEMU, this build's, the one in PATH.
     create_bus: make missing interfaces; None: if need be and allowed. log_dir: directory for what lk-emu says.
     arguments: more of its command line. timeout_s: of every request; start_timeout_s: until the drives answer.
@@ -79,13 +80,14 @@ class Emulator:
         start_timeout_s: float = 30.0,
         generation: Optional[str] = None,
         quirks: Optional[Quirks] = None,
+        boot_angle_deg: Optional[float] = None,
     ) -> None:
         def path(given: Union[str, "os.PathLike[str]", None]) -> Optional[str]:
             return None if given is None else os.fspath(given)
 
         self.options = Options(
             bus, ids, path(config), path(motor), clock, bitrate, seed, os.fspath(rom), path(record), path(scenario),
-            create_bus, log_level, tuple(arguments), generation, quirks,
+            create_bus, log_level, tuple(arguments), generation, quirks, boot_angle_deg,
         )  # fmt: skip
         self._program = program
         self._log_dir = path(log_dir)
@@ -353,7 +355,7 @@ class Emulator:
         """Every fault that was set, with what became of it; after `stop`, as it was then."""
         if self._last_faults is not None:
             return self._last_faults
-        return [Evidence.from_json(row) for row in self.client.get("/faults")]
+        return self.clock.faults()
 
     def idle_faults(self) -> List[Evidence]:
         """Those that have not taken effect, without those that are `optional`."""

@@ -28,5 +28,9 @@ class Ended(Error):
     """lk-emu ended, or stopped answering, while it was needed."""
 
 
+class NoReply(Error, AssertionError):
+    """A host has waited longer than a SteppedBus lets it: without this it would wait for ever."""
+
+
 class NoEffect(Error, AssertionError):
     """A fault was set and nothing was ever otherwise because of it: the test has shown nothing."""

@@ -38,6 +38,7 @@ class Options:
     arguments: Tuple[str, ...] = ()
     generation: Optional[str] = None
     quirks: Optional[Quirks] = None
+    boot_angle_deg: Optional[float] = None
 
     @property
     def wants_free_bus(self) -> bool:
@@ -75,6 +76,7 @@ class Options:
             ("--clock", self.clock if self.clock != "realtime" else None),
             ("--bitrate", self.bitrate),
             ("--seed", self.seed),
+            ("--boot-angle", self.boot_angle_deg),
             ("--record", self.record),
             ("--scenario", self.scenario),
             ("--log-level", self.log_level),

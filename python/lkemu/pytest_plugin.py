@@ -6,6 +6,8 @@ marker `@pytest.mark.lkemu(ids="1-4", clock="stepped", …)`, the same as of `Em
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import os
 import shutil
 from pathlib import Path
@@ -15,7 +17,7 @@ import pytest
 
 from .clock import Clock
 from .emulator import Drives, Emulator
-from .errors import Ended, Error
+from .errors import Ended, Error, StartError
 
 LOG_LINES = 50  # of each output, in a report
 SHOWN = ("angle_deg", "speed_dps", "iq_A", "voltage_V")  # of each drive, in a report
@@ -102,7 +104,10 @@ def lkemu_start(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Call
 @pytest.fixture
 def lkemu(lkemu_start: Callable[..., Emulator]) -> Emulator:
     """Virtual drives for this test: a running `lkemu.Emulator`."""
-    return lkemu_start()
+    try:
+        return lkemu_start()
+    except (StartError, ValueError) as problem:
+        pytest.fail(str(problem), pytrace=False)
 
 
 @pytest.fixture
@@ -124,6 +129,18 @@ def seen_from(directory: Path, option: str, given: Union[str, "os.PathLike[str]"
     return str(directory / text) if is_path else text
 
 
+def check_marker(marker: pytest.Mark) -> None:
+    """Fails the test with one sentence when the marker says what `Emulator` does not take."""
+    if marker.args:
+        pytest.fail(f"@pytest.mark.lkemu({marker.args[0]!r}): takes keywords only, like ids=\"1-4\"", pytrace=False)
+    known = list(inspect.signature(Emulator).parameters)
+    for name in marker.kwargs:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1)
+            meant = f"did you mean {near[0]}?" if near else "there are: " + ", ".join(known)
+            pytest.fail(f"@pytest.mark.lkemu({name}=…): unknown option; {meant}", pytrace=False)
+
+
 def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
     """From the ini file, what markers say over that, and the command line over all."""
     config = request.config
@@ -136,6 +153,7 @@ def options_of(request: pytest.FixtureRequest) -> Dict[str, Any]:
     for name in FILES & options.keys():
         options[name] = seen_from(of_ini, name, options[name])
     for marker in reversed(list(request.node.iter_markers("lkemu"))):
+        check_marker(marker)
         said = dict(marker.kwargs)
         for name in FILES & said.keys():
             if said[name] is not None:

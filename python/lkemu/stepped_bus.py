@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator, Optional
+from typing import Any, Optional
+
+import can
 
 from .clock import LEAST_S, Clock, Duration, seconds
+from .errors import Error, NoReply
+from .faults import Evidence
+
+PATIENCE = "60s"  # assumed: no host waits as long for a drive, which answers within milliseconds
 
 
 def has_more(bus: Any) -> bool:
@@ -14,36 +20,112 @@ def has_more(bus: Any) -> bool:
     return port is not None and (b"\r" in getattr(bus, "_buffer", b"") or bool(port.in_waiting))
 
 
-class SteppedBus:
+class SteppedBus(can.BusABC):
     """A can.Bus of python-can that lets time pass while its host waits; otherwise time stands.
 
-    Everything but waiting is the bus's own. Made for one thread: a can.Notifier would move the clock on its own.
+    Everything but waiting is done by `bus`. Made for one thread: a can.Notifier would move the clock on its own.
+    patience: simulated time without a frame, waited by one or several calls, after which a further wait raises NoReply.
+    One call with a time-out is never cut short.
     """
 
-    def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms") -> None:
+    def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:
         self.bus, self.clock = bus, clock
         self._step_s = seconds(step)
+        self._patience_s = seconds(patience)
+        self._waited_s = 0.0  # since the last frame
+        self._sent: Optional[Any] = None  # last
+        self.channel_info = bus.channel_info
+        super().__init__(channel=None, can_filters=bus.filters)
 
     def recv(self, timeout: Optional[float] = None) -> Optional[Any]:
-        """The next frame, or None after `timeout` seconds of the drives' time; without it, waits on."""
+        """The next frame, or None after `timeout` seconds of the drives' time. Raises NoReply, see `patience`."""
         left_s = float("inf") if timeout is None else timeout
+        gives_up = True  # before it waits, and without a time-out at any time
         while True:
             message = self.bus.recv(0)
             while message is None and has_more(self.bus):
                 message = self.bus.recv(0)
-            if message is not None or left_s <= 0:
+            if message is not None:
+                self._waited_s = 0.0
                 return message
+            if left_s <= 0:
+                return None
+            if gives_up and self._waited_s > self._patience_s - LEAST_S:
+                raise NoReply(self._why())
+            gives_up = timeout is None
             # A host that waits until `deadline - now()` is 0 waits for what its subtraction leaves over, too.
             step_s = max(min(self._step_s, left_s), LEAST_S)
             self.clock.advance(step_s)
+            self._waited_s += step_s
             # What is left of a step beyond the clock's microsecond is a rounding error.
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
-    def __iter__(self) -> Iterator[Any]:
-        while True:
-            message = self.recv(1.0)
-            if message is not None:
-                yield message
+    def send(self, msg: Any, timeout: Optional[float] = None) -> None:
+        self._sent = msg
+        self.bus.send(msg, timeout)
+
+    def send_periodic(self, *args: Any, **kwargs: Any) -> Any:
+        return self.bus.send_periodic(*args, **kwargs)
+
+    def set_filters(self, filters: Any = None) -> None:
+        self.bus.set_filters(filters)
+
+    @property
+    def filters(self) -> Any:
+        return self.bus.filters
+
+    @filters.setter
+    def filters(self, filters: Any) -> None:
+        self.bus.set_filters(filters)
+
+    @property
+    def state(self) -> Any:
+        return self.bus.state
+
+    @state.setter
+    def state(self, state: Any) -> None:
+        self.bus.state = state
+
+    def flush_tx_buffer(self) -> None:
+        self.bus.flush_tx_buffer()
+
+    def fileno(self) -> int:
+        return int(self.bus.fileno())
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        self.bus.shutdown()
+
+    def __del__(self) -> None:
+        """`bus` says itself that nobody has closed it."""
 
     def __getattr__(self, name: str) -> Any:
+        if name == "bus":  # __init__ has not come that far
+            raise AttributeError(name)
         return getattr(self.bus, name)
+
+    # --- what it says when it gives up ---
+
+    def _why(self) -> str:
+        waited = f"no frame in {self._waited_s:g} s of simulated time"
+        if self._sent is None:
+            return f"{waited}, and none was sent"
+        frame = f"{self._sent.arbitration_id:03X}#{bytes(self._sent.data).hex().upper()}"
+        return f"{waited}, waiting for the reply to {frame}: {self._what_removed_it()}"
+
+    def _what_removed_it(self) -> str:
+        try:
+            faults = self.clock.faults()
+        except Error as problem:
+            return str(problem)
+        fired = [fault for fault in faults if fault.fired and self._is_asked(fault)]
+        # Those that are known by a frame are the ones that remove frames.
+        fired.sort(key=lambda fault: "#" not in fault.first_on)
+        nothing = "no fault on its way has taken effect; is this drive on the bus, with power?"
+        return "; ".join(map(str, fired)) or nothing
+
+    def _is_asked(self, fault: Evidence) -> bool:
+        """The fault is of the drive that the last frame went to, of all of them, or of the bus."""
+        id = self._sent.arbitration_id - 0x140 if self._sent is not None else 0
+        return not fault.ids or not 1 <= id <= 32 or id in fault.ids
+

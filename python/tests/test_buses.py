@@ -137,6 +137,7 @@ def test_root_does_not_trust_what_others_made(world):
         ({"clock": "stepped", "seed": 0, "bitrate": 0}, "--bus vcan7 --ids 1-4 --clock stepped --bitrate 0 --seed 0"),
         ({"motor": "mg4005", "arguments": ("--wipe-rom",)}, "--bus vcan7 --ids 1-4 --motor mg4005 --wipe-rom"),
         ({"generation": "seen"}, "--generation seen --bus vcan7 --ids 1-4"),
+        ({"boot_angle_deg": 0.0}, "--bus vcan7 --ids 1-4 --boot-angle 0.0"),
         (
             {"quirks": {"pid_commands": True, "state_1": "centivolt", "reply_id_base": 0x180}},
             "--quirk pid_commands=true --quirk state_1=centivolt --quirk reply_id_base=384 --bus vcan7 --ids 1-4",

@@ -196,4 +196,22 @@ class TestIt(unittest.TestCase):
 def test_a_start_that_fails_says_why(run):
     result = run("@pytest.mark.lkemu(arguments=['--refuse'])\ndef test_it(lkemu):\n    pass\n")
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*StartError: lk-emu: --refuse: there is no such option"])
+    result.stdout.fnmatch_lines(["lk-emu: --refuse: there is no such option"])
+    result.stdout.no_fnmatch_line("*Error*traceback*")
+
+
+@pytest.mark.parametrize(
+    "said, sentence",
+    [
+        ("idz='1-2'", "@pytest.mark.lkemu(idz=…): unknown option; did you mean ids?"),
+        ("boot_angle=0", "@pytest.mark.lkemu(boot_angle=…): unknown option; did you mean boot_angle_deg?"),
+        ("xyzzy=1", "@pytest.mark.lkemu(xyzzy=…): unknown option; there are: bus, ids, *"),
+        ("'1-2'", "@pytest.mark.lkemu('1-2'): takes keywords only, like ids=\"1-4\""),
+        ("bus={'vcan0': 1}, ids=2", "ids: bus says it already"),
+    ],
+)
+def test_a_mistake_in_a_marker_is_one_sentence(run, said, sentence):
+    result = run(f"@pytest.mark.lkemu({said})\ndef test_it(lkemu):\n    pass\n")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines([sentence.replace("[", "[[]")])
+    result.stdout.no_fnmatch_line("*pytest_plugin.py*")

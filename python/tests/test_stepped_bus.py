@@ -1,25 +1,43 @@
 """A bus that lets time pass while its host waits."""
 
+from types import SimpleNamespace
+
 import lkemu
+import pytest
+from lkemu.faults import Evidence
+
+can = pytest.importorskip("can")
+
+
+def frame(id=0x141, data=(0x9A, 0, 0, 0, 0, 0, 0, 0)):
+    return can.Message(arbitration_id=id, data=data, is_extended_id=False)
 
 
 class Clock:
-    def __init__(self):
-        self.time_s = 0.0
+    def __init__(self, *faults):
+        self.time_s, self._faults = 0.0, faults
 
     def advance(self, by):
         self.time_s += by
+
+    def faults(self):
+        return list(self._faults)
 
 
 class Bus:
     """Has a frame at 2.5 ms of the clock."""
 
     channel_info = "a bus"
+    filters = None
+    state = can.BusState.ACTIVE
 
     def __init__(self, clock):
-        self.clock, self.sent = clock, []
+        self.clock, self.sent, self.is_open = clock, [], True
 
-    def send(self, message):
+    def set_filters(self, filters):
+        self.filters = filters
+
+    def send(self, message, timeout=None):
         self.sent.append(message)
 
     def recv(self, timeout):
@@ -28,13 +46,30 @@ class Bus:
             return self.sent.pop()
         return None
 
+    def shutdown(self):
+        self.is_open = False
+
+    def selected(self):
+        return "of this kind of bus alone"
+
+
+class Silent(Bus):
+    def recv(self, timeout):
+        return None
+
+
+def evidence(kind, ids, effects, first_on=""):
+    first_effect_at_s = 0.25 if effects else None
+    return Evidence("slcan-tcp:29536", kind, kind, ids, "active", 0.0, 0.1, first_effect_at_s, effects, first_on)
+
 
 def test_time_passes_until_the_frame_comes():
     clock = Clock()
     bus = lkemu.SteppedBus(Bus(clock), clock)
-    bus.send("frame")
+    sent = frame()
+    bus.send(sent)
     assert bus.recv(0) is None and clock.time_s == 0
-    assert bus.recv(1.0) == "frame"
+    assert bus.recv(1.0) is sent
     assert abs(clock.time_s - 0.003) < 1e-9
 
 
@@ -59,24 +94,86 @@ def test_what_a_subtraction_leaves_over_lets_time_pass():
         assert turns < 3, "it would never end"
 
 
-def test_without_a_timeout_it_waits_on_and_the_rest_is_the_bus():
+def test_it_is_a_can_bus_that_closes_the_one_inside():
     clock = Clock()
-    bus = lkemu.SteppedBus(Bus(clock), clock, step=0.001)
-    bus.send("frame")
-    assert bus.recv() == "frame"
-    assert bus.channel_info == "a bus"
-    bus.send("another")
-    assert next(iter(bus)) == "another"
+    inside = Bus(clock)
+    inside.filters = [{"can_id": 0x141, "can_mask": 0x7FF}]
+    with lkemu.SteppedBus(inside, clock, step=0.001) as bus:
+        assert isinstance(bus, can.BusABC)
+        assert bus.filters == [{"can_id": 0x141, "can_mask": 0x7FF}], "as they were"
+        bus.set_filters(None)
+        assert inside.filters is None
+        assert bus.channel_info == str(bus) == "a bus" and bus.state == can.BusState.ACTIVE
+        assert bus.selected() == "of this kind of bus alone"
+        bus.send(frame())
+        assert bus.recv().arbitration_id == 0x141
+        bus.send(frame(0x142))
+        assert next(iter(bus)).arbitration_id == 0x142
+        assert inside.is_open
+    assert not inside.is_open
+
+
+def test_a_host_without_a_time_out_is_told_what_removed_its_reply():
+    clock = Clock(
+        evidence("jam", (1,), 3, "drive 1"),
+        evidence("drop", (1,), 1, "drive 1, 141#9A00000000000000"),
+        evidence("hang", (2,), 5, "drive 2, 142#9A00000000000000"),
+        evidence("silent", (1,), 0),
+    )
+    bus = lkemu.SteppedBus(Silent(clock), clock, patience="2s")
+    bus.send(frame())
+    with pytest.raises(lkemu.NoReply) as told:
+        bus.recv()
+    assert abs(clock.time_s - 2) < 1e-6
+    assert str(told.value) == (
+        "no frame in 2 s of simulated time, waiting for the reply to 141#9A00000000000000: "
+        "fault drop on drive 1 took effect 1 times, first at 0.250000 s on drive 1, 141#9A00000000000000 (active); "
+        "fault jam on drive 1 took effect 3 times, first at 0.250000 s on drive 1 (active)"
+    )
+
+
+def test_without_a_fault_the_drive_itself_is_in_question():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Silent(clock), clock, patience=0.1)
+    bus.send(frame(0x147))
+    with pytest.raises(lkemu.NoReply, match="147#9A.*: no fault .* is this drive on the bus, with power?"):
+        bus.recv()
+    with pytest.raises(lkemu.NoReply, match="and none was sent$"):
+        next(iter(lkemu.SteppedBus(Silent(clock), clock, patience=0.1)))
+
+
+def test_one_call_with_a_time_out_is_never_cut_short():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Silent(clock), clock, step="100ms", patience="2s")
+    assert bus.recv(5) is None
+    assert abs(clock.time_s - 5) < 1e-6
+    assert bus.recv(0) is None
+
+
+def test_a_host_that_asks_again_and_again_is_told_too():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Silent(clock), clock, patience="1s")
+    with pytest.raises(lkemu.NoReply):
+        for _ in range(1000):
+            bus.send(frame())
+            bus.recv(0.01)
+    assert abs(clock.time_s - 1) < 0.02
+
+
+def test_a_frame_renews_the_patience():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Bus(clock), clock, step="100ms", patience="1s")
+    for _ in range(3):
+        assert bus.recv(0.9) is None
+        bus.send(frame())
+        assert bus.recv() is not None
 
 
 def test_of_lines_that_are_no_frames_none_is_waited_for():
-    class Port:
-        in_waiting = 0
-
     class Slcan(Bus):
         """As python-can's: what has come is looked at line by line."""
 
-        serialPortOrig = Port()
+        serialPortOrig = SimpleNamespace(in_waiting=0)
 
         def __init__(self, clock):
             super().__init__(clock)
