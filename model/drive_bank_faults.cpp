@@ -92,7 +92,7 @@ bool DriveBank::takes_effect(std::size_t drive, const Faults& one) const {
     const bool times = unit.life.life == Life::kBooting || (alive && (follows || s.omega != 0.0));
     // Without current there is nothing that flows the wrong way.
     const bool commutates = alive && loop.bridge != 0.0 && (loop.i_d != 0.0 || loop.i_q != 0.0);
-    return plants_differ(with, without, unit.slow_sensors) ||
+    return plants_differ(with, without, unit.slow_sensors) || heat_flows_differ(with, without) ||
            (one.commutation_offset != 0.0 && commutates) ||
            (unit.params.brake.tau > 0.0 && unit.brake.waits(one.brake_delay)) ||
            (alive && (measurements_differ(with, without) ||

@@ -14,6 +14,8 @@ constexpr double kAngleStep = 1e-9;  // rad
 // More than a step of the current sensors makes of a winding in a period, and a thousandth of what
 // the losses at rated torque make (assumed).
 constexpr double kHeatStep = 1e-6;  // K within a period
+// What an encoder needs is a hundred times as much; rounding a billionth of it (assumed).
+constexpr double kHeatFlowStep = 1e-3;  // W
 /// Of a state that others decide: it comes out differently with them, or a period later.
 constexpr double kFollows = HUGE_VAL;
 
@@ -42,6 +44,15 @@ Measurement<double> shown(const Period& period) {
   std::uint64_t unused = 1;
   LaneFaults faults = period.faults;
   return falsified(faults, measure<double>(p, i_abc, s.theta, s.omega, unused));
+}
+
+/// What flows from the winding to the housing, from there and from the stage to the air, W.
+std::array<double, 3> heat_flows(const Period& period) {
+  const PlantParams<double>& p = period.plant;
+  const PlantState<double>& s = period.state;
+  return {(s.temp_winding - s.temp_housing) * p.g_winding_housing,
+          (s.temp_housing - p.temp_ambient) * p.g_housing_ambient,
+          (s.temp_stage - p.temp_ambient) * p.g_stage_ambient};
 }
 
 /// All of a plant's states.
@@ -75,6 +86,15 @@ bool plants_differ(const Period& with, const Period& without, const SlowSensors&
   static_assert(one.size() == differences.size(), "each state of the plant has its step");
   for (std::size_t n = 0; n < one.size(); ++n) {
     if (std::abs(one[n] - other[n]) >= differences[n]) return true;
+  }
+  return false;
+}
+
+bool heat_flows_differ(const Period& with, const Period& without) {
+  const auto one = heat_flows(with);
+  const auto other = heat_flows(without);
+  for (std::size_t n = 0; n < one.size(); ++n) {
+    if (std::abs(one[n] - other[n]) >= kHeatFlowStep) return true;
   }
   return false;
 }

@@ -20,6 +20,10 @@ struct Period {
 /// differently, or something gets warmer or colder.
 bool plants_differ(const Period& with, const Period& without, const SlowSensors& steps);
 
+/// Heat flows another way, or more or less of it: what is warmer or colder than what it lies beside
+/// will differ, in seconds or minutes. No single period shows that.
+bool heat_flows_differ(const Period& with, const Period& without);
+
 /// The fast sensors show something else.
 bool measurements_differ(const Period& with, const Period& without);
 

@@ -73,6 +73,9 @@ struct Faults {
   bool supply_cut = false;       // disconnected, whatever `connect_supply` says
   bool no_regeneration = false;  // the source takes nothing back
 
+  // Heat
+  double R_housing_ambient = 1;  // > 0, factor: the housing gets rid of its heat worse
+
   // Controller
   /// The drive's clock against true time: > 1 runs fast. All the firmware measures and times with
   /// it is off: a second of the drive's is 1/clock_ratio of a second. The switching frequency

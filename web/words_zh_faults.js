@@ -53,6 +53,7 @@ export const kChineseFaults = {
     coupling_broken: '联轴器脱开',
     end_stop: '限位',
     brake_late: '抱闸滞后',
+    fan_stuck: '风扇不转',
     sag: '电压不足',
     dip: '电压跌落',
     cut: '断电',

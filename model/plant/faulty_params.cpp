@@ -62,6 +62,7 @@ DriveParams with_faults(const DriveParams& drive, const Faults& faults) {
   DriveParams result = drive;
   add_mechanical(faults, jam_torque(drive), result.mechanics, result.load);
   add_sensors(faults, result.encoder, result.current_sensor);
+  result.thermal.R_housing_ambient *= faults.R_housing_ambient;
   result.supply.v_source = std::min(result.supply.v_source, faults.v_source_max);
   if (faults.no_regeneration) {
     result.supply.i_regen_max = 0.0;

@@ -210,6 +210,20 @@ TEST(TakesEffect, AWrongClockWhereTimeCounts) {
   EXPECT_FALSE(of(drive_at(Speed{10.0}), {.clock_ratio = 1.0}));
 }
 
+TEST(TakesEffect, AWorseCooledHousingWhereItIsWarmerThanTheAir) {
+  const Faults hotter{.R_housing_ambient = 2.0};
+  DriveBank bank = drive_at(Off{});
+  EXPECT_FALSE(of(bank, hotter));
+  bank.set_ambient_temperature(0, 24.999);  // of 3 K/W, half: 0.2 mW
+  EXPECT_FALSE(of(bank, hotter));
+  bank.set_ambient_temperature(0, 24.9);  // 17 mW
+  EXPECT_TRUE(of(bank, hotter));
+  bank.set_supply_voltage(0, 0.0);
+  bank.advance(32000);
+  EXPECT_FALSE(bank.alive(0));
+  EXPECT_TRUE(of(bank, hotter)) << "without power too";
+}
+
 /// Of a warm winding the way to the housing is blocked: 55 K over what a healthy one has.
 TEST(TakesEffect, WhatChangesATemperatureAlone) {
   DriveParams healthy = ideal_drive();

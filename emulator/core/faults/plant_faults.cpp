@@ -99,7 +99,7 @@ bool kick(AtOnce& on) {
   return speeds() != before;
 }
 
-// A row: word, group and parameters, what it does where; its words.
+// A row: word, group and parameters, what it does where; its words. Defaults are assumed.
 // clang-format off
 constexpr FaultRow kPlantRows[] = {
     {.word = "encoder_stuck", .group = kSensors, .plant = [](const OnPlant&, F& f) { f.encoder = EncoderFault::kStuck; },
@@ -173,6 +173,8 @@ constexpr FaultRow kPlantRows[] = {
      .about = {"something stands in the way of the output: it gets no further than these angles from where it stands", "有东西挡住输出轴：从所在位置出发，走不出这两个角度"}},
     {.word = "brake_late", .group = kMechanics, .params = {number("delay_ms", 0.01, 10'000, 100)}, .impossible = without_brake, .plant = [](const OnPlant& on, F& f) { f.brake_delay = std::max(f.brake_delay, on.number() * 1e-3); },
      .about = {"the brake begins to move this long after its coil was switched; 0x8C is answered at once with what was commanded", "抱闸线圈通断之后这么久，抱闸才开始动作；0x8C 立即得到回复，内容是命令的状态"}},
+    {.word = "fan_stuck", .group = kMechanics, .params = {number("factor", 1, 1000, 4)}, .plant = [](const OnPlant& on, F& f) { times(f.R_housing_ambient, on.number(), 1, 1000); },
+     .about = {"air no longer moves over the housing: its thermal resistance to the surroundings is multiplied by this factor", "外壳上的空气不再流动：外壳到环境的热阻变成原来的这么多倍"}},
     {.word = "sag", .group = kPower, .params = {needed("to_V", 0, 100)}, .plant = [](const OnPlant& on, F& f) { f.v_source_max = std::min(f.v_source_max, on.number()); },
      .about = {"the supply gives no more than this", "供电电源给不出更高的电压"}},
     {.word = "dip", .group = kPower, .params = {number("below_reset_V", 0, 60, 1)},

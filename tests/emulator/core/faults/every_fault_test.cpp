@@ -86,6 +86,7 @@ const std::map<std::string_view, Situation> kSituations = {
     {"coupling_broken", {}},
     {"end_stop", {{-5, 5}}},
     {"brake_late", {{}, 2}},
+    {"fan_stuck", {{10}}},
     {"sag", {{15}}},
     {"dip", {}},
     {"cut", {}},
@@ -109,8 +110,8 @@ const std::map<std::string_view, Situation> kSituations = {
     {"id_changed", {{12}}},
 };
 
-/// Geared drives with play and a load; the second has a brake, the third answers commands for
-/// several only.
+/// Geared drives with play and a load, warmer than the air; the second has a brake, the third
+/// answers commands for several only.
 BusConfig config(std::string_view adapter) {
   BusConfig config = test::powered_bus({1, 2, 3}, 1'000'000);
   for (ServoConfig& servo : config.servos) {
@@ -123,6 +124,7 @@ BusConfig config(std::string_view adapter) {
     mechanics.tau_coulomb_out = 0.01;
     servo.profile.drive.load.J = 0.02;
     servo.rom.acceleration_dps_s = 50'000;
+    servo.boot_temperature_C = 30;
   }
   config.servos[0].rom.protections[static_cast<std::size_t>(model::Error::kUnderVoltage)] = {
       true, 12, 0.5, 0};
