@@ -239,6 +239,7 @@ int Daemon::run() {
   });
   started_ = monotonic_now();
   world_.start();
+  if (shafts_) shafts_->start();
   follow_links();
   if (!ready_) tell_service_manager("STATUS=waiting for an interface to be up");
   loop_.run();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "emulator/core/coupling/coupling.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -47,6 +49,10 @@ std::string problem_of_numbers(const lk_shafts_state& state, const lk_shafts_acc
 }
 
 }  // namespace
+
+bool is_one_shaft(const model::MechanicsParams& gear, SimTime step) {
+  return is_stiff(gear, 0.0, step);
+}
 
 ShaftBody::ShaftBody(std::vector<ShaftJoint> joints, SimTime step) : step_(step) {
   for (ShaftJoint& joint : joints) {

@@ -12,6 +12,11 @@
 
 namespace lk::emulator {
 
+/// Whether a simulator has rotor and output of a gear as one, as of a stiff one (Coupling). What is
+/// behind the spring may be nothing, and may not be told: a spring that a bare output follows
+/// within a step is left to the drive.
+bool is_one_shaft(const model::MechanicsParams& gear, SimTime step);
+
 /// A joint that a simulator has taken.
 struct ShaftJoint {
   std::string name;  // "vcan0:1"

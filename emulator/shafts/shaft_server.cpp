@@ -52,6 +52,14 @@ ShaftServer::ShaftServer(boost::asio::io_context& loop, World& world, const Shaf
   spdlog::info("shafts: {} waits for a simulator", place_);
 }
 
+void ShaftServer::start() {
+  if (lost_ != ShaftsLost::kStop || world_.clock().mode().stepped) return;
+  clock_before_ = world_.clock().mode();
+  clock_is_stopped_ = true;
+  world_.set_clock({.stepped = true});
+  spdlog::info("shafts: time stands until a simulator comes");
+}
+
 ShaftServer::~ShaftServer() { world_.on_body_step = nullptr; }
 
 void ShaftServer::listen(const ShaftOptions& options) {
@@ -73,10 +81,8 @@ void ShaftServer::listen(const ShaftOptions& options) {
   }
 }
 
-/// What a gear's spring has behind it is not known yet: an arm as heavy as the rotor, assumed.
 bool ShaftServer::is_stiff(const Shaft& shaft) const {
-  const model::MechanicsParams& m = shaft.servo->profile.drive.mechanics;
-  return emulator::is_stiff(m, m.J * m.gear_ratio * m.gear_ratio, step_);
+  return is_one_shaft(shaft.servo->profile.drive.mechanics, step_);
 }
 
 /// As the joint has to have it; of a gear that is stiff, rotor and output are one to that.

@@ -30,6 +30,8 @@ class ShaftServer {
   ShaftServer& operator=(const ShaftServer&) = delete;
   ~ShaftServer();
 
+  /// The world has started: without a simulator it stands, where it is to.
+  void start();
   /// "unix:/tmp/shafts", "tcp:127.0.0.1:29600"
   const std::string& place() const { return place_; }
 

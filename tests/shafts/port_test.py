@@ -232,6 +232,29 @@ class Lost(unittest.TestCase):
                 self.assertEqual(running.clock()["mode"], "realtime")
             self.assertIn("has gone: time stands until one comes", running.stop())
 
+    def test_time_stands_before_the_first_one_too(self) -> None:
+        with program("--shafts-lost", "stop") as running:
+            self.assertEqual(running.clock()["mode"], "stepped")
+            stands = running.time_s()
+            self.assertLess(stands, 0.01)
+            time.sleep(0.1)
+            self.assertEqual(running.time_s(), stands)
+            with Shafts(running.place, time="drives") as shafts:
+                run(shafts, [FreeJoint(0.01), FreeJoint(0.01)], 50)
+                self.assertEqual(running.clock()["mode"], "realtime")
+            self.assertIn("time stands until a simulator comes", running.stop())
+
+    def test_a_scenario_without_a_simulator_does_not_pass(self) -> None:
+        with tempfile.TemporaryDirectory() as directory:
+            scenario = pathlib.Path(directory) / "nothing.toml"
+            scenario.write_text('duration_s = 0.1\n[[expect]]\nid = 1\nsignal = "alive"\nmin = 0\n')
+            with program("--shafts-lost", "stop", "--scenario", str(scenario)) as running:
+                time.sleep(0.5)
+                self.assertIsNone(running.process.poll(), "it waits for a simulator")
+                running.process.send_signal(signal.SIGTERM)
+                running.process.communicate(timeout=PATIENCE_S)
+                self.assertEqual(running.process.returncode, 3)
+
     def test_a_simulator_that_dies_within_a_message(self) -> None:
         with program() as running:
             shafts = Shafts(running.place)

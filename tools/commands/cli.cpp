@@ -156,13 +156,12 @@ void add_options(CLI::App& app, Raw& raw) {
          "can reach the address")
       ->type_name("FILE");
   app.add_option("--shafts", raw.shafts,
-                 "where a simulator finds the shafts of the drives, to have them on its joints, as "
+                 "address at which an external simulator connects to the drives' shafts, as "
                  "unix:/tmp/shafts or tcp:29600 (docs/shafts.md)")
       ->type_name("PLACE");
   app.add_option(
          "--shafts-lost", raw.shafts_lost,
-         "what the drives do without it then: go on free (default), or stop, with the time, "
-         "until one comes")
+         "while no simulator is connected: free, the drives go on (default); stop, time stands")
       ->type_name("WHAT");
   app.add_flag("--end-with-stdin", raw.line.end_with_input,
                "stop when standard input ends, a pipe that the parent process holds open");

@@ -38,7 +38,7 @@ constexpr Signal kSignals[] = {
     {"true_rotor_dps", "rotor", [](const DriveView& d) { return deg(d.truth.omega_m); }},
     {"joint_deg", "the body's joint that the drive turns, 0 without one", [](const DriveView& d) { return deg(d.joint.angle_rad); }},
     {"joint_dps", "the same joint", [](const DriveView& d) { return deg(d.joint.speed_rad_s); }},
-    {"joint_Nm", "torque on the body at that joint, mean of the last step of the body", [](const DriveView& d) { return d.joint.torque_Nm; }},
+    {"joint_Nm", "torque on the body at that joint, mean of the step that has brought it to this angle", [](const DriveView& d) { return d.joint.torque_Nm; }},
     {"true_id_A", "flux current", [](const DriveView& d) { return d.truth.i_d; }},
     {"true_iq_A", "torque current", [](const DriveView& d) { return d.truth.i_q; }},
     {"true_torque_Nm", "electromagnetic torque on the rotor", [](const DriveView& d) { return d.truth.tau_e; }},

@@ -9,6 +9,7 @@
 namespace lk::test {
 namespace joint_test {
 
+using emulator::JointState;
 using emulator::ServoConfig;
 
 TEST(Joint, HasTheRotorsInertiaOnceAndOnlyOnce) {
@@ -54,6 +55,22 @@ TEST(Joint, LosesNoEnergy) {
   const double seen = 0.5 * 0.02 * omega * omega;
   EXPECT_GT(through, 0.3);
   EXPECT_NEAR(e.load + seen, run.body().energy_J() - armature - before, 1e-3 * through);
+}
+
+/// Of a joint with nothing else on it: I·(ω now − ω a step before) = torque·step, in the same row.
+TEST(Joint, ShowsTheTorqueOfTheStepThatBroughtItThere) {
+  const double J_body = 0.02;
+  OnBody run(std::make_shared<HandBody>(1, linear_inertia(J_body), kMs), geared_drive(10));
+  run.advance(0.0015);  // rows lie between the ends of steps
+  double before = run.view().joint.speed_rad_s;
+  for (int n = 0; n < 50; ++n) {
+    run.torque_current(0.05 * n);  // another torque in each step
+    run.advance(0.001);
+    const JointState now = run.view().joint;
+    EXPECT_NEAR(now.torque_Nm * 1e-3, J_body * (now.speed_rad_s - before), 1e-12) << n;
+    before = now.speed_rad_s;
+  }
+  EXPECT_GT(before, 0.5);
 }
 
 TEST(Joint, IsHeldByFrictionAsLongAsThatIsEnough) {

@@ -12,6 +12,8 @@
 #include "emulator/core/coupling/coupling.hpp"
 #include "emulator/shafts/shaft_body.hpp"
 #include "tests/support/bus_config.hpp"
+#include "tests/support/frames.hpp"
+#include "tests/support/profile.hpp"
 
 namespace lk::emulator {
 namespace stability_test {
@@ -107,6 +109,84 @@ TEST(ShaftStability, WithTheTorqueFoundOutFourThirds) {
 TEST(ShaftStability, AnInertiaThatIsNotKnownIsStableForAnyJoint) {
   for (const double share : {1.0, 1.1, 3.0, 30.0, 1000.0}) {
     EXPECT_LT(growth_of_braked(share * armature(), 0, 0), 1.0) << share;
+  }
+}
+
+/// A simulator that tells nothing of a free joint of the inertia `I_own` beside the armature. The
+/// drive gives a constant torque current. Returns the largest torque on the joint.
+double most_torque_Nm(const model::DriveParams& drive, SimTime step, double I_own) {
+  ServoConfig servo = test::servo_config(1);
+  servo.profile.drive = drive;
+  servo.boot_angle_deg = 0;
+  BusConfig config = test::bus_config({});
+  config.servos = {servo};
+  Bus bus(config);
+  Bus* const buses[] = {&bus};
+  const model::MechanicsParams& gear = drive.mechanics;
+  const bool one = is_one_shaft(gear, step);
+  const double armature = gear.J_out + (one ? gear.J * gear.gear_ratio * gear.gear_ratio : 0.0);
+  auto made = std::make_unique<ShaftBody>(
+      std::vector<ShaftJoint>{{"test:1", {LK_SHAFTS_SIMULATOR, 0}, 0, 0, armature}}, step);
+  ShaftBody& body = *made;
+  lk_shafts_state now{0, 0, 0, 0};
+  body.take({&now, 1});
+  const CoupledDrive drives{0, 1, {}, one};
+  Coupling coupling(std::move(made), {&drives, 1}, SimTime{0});
+  coupling.begin(buses);
+  const double h = static_cast<double>(step.count()) * 1e-9;
+  bus.receive({bus.time(), test::frame("141#A100000079000000")});  // 121 of 2000: 2 A of 33 A
+  double most = 0;
+  while (coupling.next_due() < std::chrono::milliseconds(300)) {
+    bus.reach(coupling.next_due());
+    coupling.finish(buses);
+    const lk_shafts_torque given = body.torques()[0];
+    most = std::max(most, std::abs(given.torque_Nm));
+    const double acceleration = given.torque_Nm / (I_own + given.armature_kg_m2);
+    now.angle_rad += h * (now.speed_rad_s + 0.5 * h * acceleration);
+    now.speed_rad_s += h * acceleration;
+    if (body.problem_of({&now, 1})) return std::numeric_limits<double>::infinity();
+    body.take({&now, 1});
+    coupling.begin(buses);
+  }
+  return most;
+}
+
+/// Of 2 A a lossless gear makes N·k_t·2 A, and a start with slack in the teeth no more than twice
+/// of it (a spring that is loaded at once).
+double bound_Nm(const model::DriveParams& drive) {
+  const double k_t = 1.5 * drive.motor.pole_pairs * drive.motor.psi_f;
+  return 2 * drive.mechanics.gear_ratio * k_t * 2.0;
+}
+
+/// The steps that a simulator may ask for are whole periods of 32 kHz.
+TEST(ShaftStability, NothingToldIsStableOnEveryGearAtEveryStep) {
+  for (const char* const motor : {"mg4010", "mg5010", "mg8016", "mg6012-i36"}) {
+    const model::DriveParams drive = test::profile(motor).drive;
+    for (const double step_us : {62.5, 125.0, 250.0, 1000.0, 10'000.0}) {
+      for (const double I_own : {0.0, 0.005, 0.02}) {
+        const SimTime step(static_cast<std::int64_t>(step_us * 1e3));
+        EXPECT_LT(most_torque_Nm(drive, step, I_own), bound_Nm(drive))
+            << motor << ", " << step_us << " us, " << I_own << " kg m2";
+      }
+    }
+  }
+}
+
+/// A spring so soft that a bare output is resolved by the step is the simulator's; one a little
+/// stiffer is not.
+TEST(ShaftStability, NothingToldIsStableOnBothSidesOfAStiffGear) {
+  model::DriveParams drive = test::profile("mg5010").drive;
+  const SimTime step = std::chrono::milliseconds(1);
+  for (const double omega_h : {0.49, 0.55}) {
+    model::MechanicsParams& gear = drive.mechanics;
+    const double omega = omega_h / 1e-3;
+    const double J_rotor = gear.J * gear.gear_ratio * gear.gear_ratio;
+    gear.gear_stiffness_out = omega * omega / (1 / gear.J_out + 1 / J_rotor);
+    gear.gear_damping_out = 0.01 * gear.gear_stiffness_out / omega;
+    EXPECT_EQ(is_one_shaft(gear, step), omega_h > 0.5);
+    for (const double I_own : {0.0, 0.001, 0.02}) {
+      EXPECT_LT(most_torque_Nm(drive, step, I_own), bound_Nm(drive)) << omega_h << ", " << I_own;
+    }
   }
 }
 
