@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
 namespace lk::emulator {
 namespace {
 
@@ -86,6 +90,32 @@ std::string moved_lines(const Json& bus) {
   return text;
 }
 
+/// As wide as what is in it, and two spaces between columns. `right`: which columns are numbers;
+/// the last one is not filled up.
+std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view right) {
+  std::vector<std::size_t> widths(right.size());
+  for (const auto& row : rows) {
+    for (std::size_t n = 0; n < widths.size(); ++n) widths[n] = std::max(widths[n], row[n].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (std::size_t n = 0; n < widths.size(); ++n) {
+      const bool last = n + 1 == widths.size();
+      if (right[n] == '>') {
+        text += fmt::format("{:>{}}", row[n], widths[n]);
+      } else {
+        text += last ? row[n] : fmt::format("{:<{}}", row[n], widths[n]);
+      }
+      text += last ? "\n" : "  ";
+    }
+  }
+  return text;
+}
+
+std::string counted(const Json& json, const char* key) {
+  return fmt::format("{}", number(json, key));
+}
+
 }  // namespace
 
 std::string status_table(const Json& status) {
@@ -95,35 +125,37 @@ std::string status_table(const Json& status) {
                   word(status, "version"), number(status, "pid"), word(clock, "mode"),
                   number(clock, "time_s"), number(clock, "slipped_s"));
   text += activity(status, "recording") + activity(status, "scenario");
-  text += fmt::format("{:<10} {:<12} {:<5} {:>10} {:>10} {:>10} {:>8} {:>8}\n", "bus", "ids", "up",
-                      "frames", "queries", "replies", "lost", "waiting");
+  std::vector<std::vector<std::string>> rows = {
+      {"bus", "ids", "up", "frames", "queries", "replies", "lost", "waiting"}};
   for (const Json& bus : status["buses"]) {
     const Json& counters = bus["counters"];
-    text += fmt::format("{:<10} {:<12} {:<5} {:>10} {:>10} {:>10} {:>8} {:>8}\n", word(bus, "bus"),
-                        joined(bus["ids"], "-"), bus.value("up", false) ? "yes" : "no",
-                        number(counters, "frames"), number(counters, "queries"),
-                        number(counters, "replies"), number(counters, "replies_lost"),
-                        number(counters, "waiting_for_time"));
+    rows.push_back({word(bus, "bus"), joined(bus["ids"], "-"),
+                    bus.value("up", false) ? "yes" : "no", counted(counters, "frames"),
+                    counted(counters, "queries"), counted(counters, "replies"),
+                    counted(counters, "replies_lost"), counted(counters, "waiting_for_time")});
   }
+  text += table(rows, "<<<>>>>>");
   for (const Json& bus : status["buses"]) text += moved_lines(bus);
   return text;
 }
 
 std::string drives_table(const Json& drives) {
-  std::string text =
-      fmt::format("{:<10} {:>3} {:<8} {:<8} {:>11} {:>10} {:>8} {:>7} {:>6}  {}\n", "bus", "id",
-                  "motor", "state", "angle_deg", "speed_dps", "iq_A", "V", "C", "errors");
+  std::vector<std::vector<std::string>> rows = {
+      {"bus", "id", "motor", "state", "angle_deg", "speed_dps", "iq_A", "V", "C", "errors"}};
   for (const Json& drive : drives) {
     const Json& signals = drive["signals"];
     const bool alive = drive.value("alive", false);
-    text += fmt::format(
-        "{:<10} {:>3} {:<8} {:<8} {:>11.2f} {:>10.1f} {:>8.3f} {:>7.1f} {:>6.1f}  {}\n",
-        word(drive, "bus"), number(drive, "id"), word(drive, "motor"),
-        alive ? word(drive, "state") : "no power", number(signals, "angle_deg"),
-        number(signals, "speed_dps"), number(signals, "iq_A"), number(signals, "voltage_V"),
-        number(signals, "temperature_C"), joined(drive["errors"], "-"));
+    // As wide as they may become: `watch` draws this again and again.
+    rows.push_back({word(drive, "bus"), counted(drive, "id"), word(drive, "motor"),
+                    fmt::format("{:<8}", alive ? word(drive, "state") : "no power"),
+                    fmt::format("{:>9.2f}", number(signals, "angle_deg")),
+                    fmt::format("{:>9.1f}", number(signals, "speed_dps")),
+                    fmt::format("{:>7.3f}", number(signals, "iq_A")),
+                    fmt::format("{:.1f}", number(signals, "voltage_V")),
+                    fmt::format("{:.1f}", number(signals, "temperature_C")),
+                    joined(drive["errors"], "-")});
   }
-  return text;
+  return table(rows, "<><<>>>>><");
 }
 
 std::string drive_page(const Json& drive) {
@@ -137,17 +169,15 @@ std::string drive_page(const Json& drive) {
 
 std::string faults_table(const Json& faults) {
   if (faults.empty()) return "no faults\n";
-  std::string text =
-      fmt::format("{:<10} {:<20} {:<20} {:<10} {:<8} {:>10} {:>10} {:>8}  {}\n", "bus", "name",
-                  "kind", "ids", "state", "began_s", "effect_s", "effects", "first on");
+  std::vector<std::vector<std::string>> rows = {
+      {"bus", "name", "kind", "ids", "state", "began_s", "effect_s", "effects", "first on"}};
   for (const Json& fault : faults) {
-    text += fmt::format("{:<10} {:<20} {:<20} {:<10} {:<8} {:>10} {:>10} {:>8}  {}\n",
-                        word(fault, "bus"), word(fault, "name"), word(fault, "kind"),
-                        joined(fault["ids"], "bus"), word(fault, "state"),
-                        when(fault, "began_at_s"), when(fault, "first_effect_at_s"),
-                        number(fault, "effects"), word(fault, "first_on"));
+    rows.push_back({word(fault, "bus"), word(fault, "name"), word(fault, "kind"),
+                    joined(fault["ids"], "bus"), word(fault, "state"), when(fault, "began_at_s"),
+                    when(fault, "first_effect_at_s"), counted(fault, "effects"),
+                    word(fault, "first_on")});
   }
-  return text;
+  return table(rows, "<<<<<>>><");
 }
 
 std::string recording_line(const Json& recording) {

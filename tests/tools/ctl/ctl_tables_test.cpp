@@ -15,6 +15,43 @@ TEST(CtlTables, ARecordingIsSaidInWords) {
             "recorded into /tmp/run, until the disk refused\n");
 }
 
+/// Every line's column begins, or for a number ends, where the head's does.
+TEST(CtlTables, ColumnsAreAsWideAsWhatIsInThem) {
+  const auto bus = [](const char* name, double frames) {
+    return Json{{"bus", name},
+                {"ids", {1, 2}},
+                {"up", true},
+                {"counters", {{"frames", frames}, {"queries", 3}, {"replies", 3}}}};
+  };
+  const Json status = {{"version", "0.2.0"},
+                       {"pid", 7},
+                       {"clock", {{"mode", "stepped"}, {"time_s", 0}, {"slipped_s", 0}}},
+                       {"buses", {bus("vcan0", 3), bus("udp-multicast:239.74.163.2", 123456789)}}};
+  EXPECT_EQ(status_table(status),
+            "lk-emu 0.2.0, pid 7\n"
+            "clock: stepped, 0.000000 s, slipped 0.000 s\n"
+            "bus                         ids  up      frames  queries  replies  lost  waiting\n"
+            "vcan0                       1,2  yes          3        3        3     0        0\n"
+            "udp-multicast:239.74.163.2  1,2  yes  123456789        3        3     0        0\n");
+  const auto drive = [](const char* on, const char* motor, Json errors) {
+    return Json{{"bus", on},
+                {"id", 1},
+                {"motor", motor},
+                {"state", "running"},
+                {"alive", true},
+                {"errors", std::move(errors)},
+                {"signals", {{"angle_deg", 12.5}, {"voltage_V", 24.0}, {"temperature_C", 25.0}}}};
+  };
+  EXPECT_EQ(drives_table({drive("slcan-tcp:29536", "mg4005-14p", Json::array()),
+                          drive("vcan0", "mf7015", {"stall"})}),
+            "bus              id  motor       state     angle_deg  speed_dps     iq_A     V     C  "
+            "errors\n"
+            "slcan-tcp:29536   1  mg4005-14p  running       12.50        0.0    0.000  24.0  25.0  "
+            "-\n"
+            "vcan0             1  mf7015      running       12.50        0.0    0.000  24.0  25.0  "
+            "stall\n");
+}
+
 TEST(CtlTables, AScenarioThatHasBegunHasNoVerdictYet) {
   EXPECT_EQ(
       scenario_page({{"name", "arm"}, {"state", "running"}, {"time_s", 0.25}, {"duration_s", 5.0}}),
