@@ -150,14 +150,16 @@ export function show(yes) {
 
 const repliesOf = (drives) => drives.reduce((sum, {bus, id}) => sum + (store.rates.get(driveKey(bus, id)) ?? 0), 0);
 
+const counted = (drives) => t(drives.length === 1 ? 'drives_one' : 'drives_many', {n: drives.length});
+
 function showSummary() {
   if (!summary || !store.status) return;
   const count = (holds) => store.drives.filter(holds).length;
-  setText(summary, t('summary', {drives: store.drives.length, running: count((one) => one.alive && one.state === 'running'),
+  setText(summary, t('summary', {drives: counted(store.drives), running: count((one) => one.alive && one.state === 'running'),
     errors: count((one) => one.errors.length > 0), dead: count((one) => !one.alive), replies: fixed(repliesOf(store.drives), 0)}));
   for (const {bus} of buses().length > 1 ? buses() : []) {
     const mine = store.drives.filter((drive) => drive.bus === bus);
-    setText(heads.get(bus).drives, t('bus_summary', {drives: mine.length, replies: fixed(repliesOf(mine), 0)}));
+    setText(heads.get(bus).drives, t('bus_summary', {drives: counted(mine), replies: fixed(repliesOf(mine), 0)}));
   }
 }
 

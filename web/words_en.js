@@ -23,8 +23,9 @@ export const kEnglish = {
   scope_link: 'scope', bench_link: 'bench', traffic_link: 'traffic',
   scope_of: 'Scope of drive {name}', bench_of: 'Bench of drive {name}', traffic_of: 'Traffic of drive {name}',
   shaft_at: '{label}, shaft at {angle}',
-  summary: '{drives} drives: {running} running, {errors} with errors, {dead} without power; {replies} replies/s',
-  bus_summary: '{drives} drives, {replies} replies/s', faults_here: 'injected: {names}', fault_in_state: '{name} ({state})',
+  drives_one: '{n} drive', drives_many: '{n} drives',
+  summary: '{drives}: {running} running, {errors} with errors, {dead} without power; {replies} replies/s',
+  bus_summary: '{drives}, {replies} replies/s', faults_here: 'injected: {names}', fault_in_state: '{name} ({state})',
 
   // the robot
   robot: 'Robot', robot_colours: 'joints by', robot_current: 'current', robot_temperature: 'temperature', robot_error: 'errors',

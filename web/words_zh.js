@@ -22,8 +22,9 @@ export const kChinese = {
   scope_link: '示波器', bench_link: '试验台', traffic_link: '报文',
   scope_of: '驱动器 {name} 的示波器', bench_of: '驱动器 {name} 的试验台', traffic_of: '驱动器 {name} 的报文',
   shaft_at: '{label}，输出轴在 {angle}',
-  summary: '{drives} 个驱动器：{running} 个运行，{errors} 个有错误，{dead} 个没有电；每秒 {replies} 个回复',
-  bus_summary: '{drives} 个驱动器，每秒 {replies} 个回复', faults_here: '注入的故障：{names}', fault_in_state: '{name}（{state}）',
+  drives_one: '{n} 个驱动器', drives_many: '{n} 个驱动器',
+  summary: '{drives}：{running} 个运行，{errors} 个有错误，{dead} 个没有电；每秒 {replies} 个回复',
+  bus_summary: '{drives}，每秒 {replies} 个回复', faults_here: '注入的故障：{names}', fault_in_state: '{name}（{state}）',
 
   // 机器人
   robot: '机器人', robot_colours: '关节颜色', robot_current: '电流', robot_temperature: '温度', robot_error: '错误',
