@@ -31,7 +31,8 @@ def output(*command, **kwargs):
 
 def read_help(path):
     """Reads the help of `lk-emu WORD…`: {option: description}, [words]."""
-    text = output(PROGRAM, *path, "--help")
+    # What an option says goes on below itself.
+    text = re.sub(r"\n {20,}(?=\S)", " ", output(PROGRAM, *path, "--help"))
     options = {}
     for names, about in re.findall(r"^  (-\S+)(?: \S+(?: \.\.\.)?(?: REQUIRED)?)?  +(\S.*)$", text, re.MULTILINE):
         for name in names.split(","):
@@ -62,6 +63,16 @@ class Help(unittest.TestCase):
             self.assertIn(option, options[path])
         self.assertGreater(len(options), 18)
 
+
+    def test_fits_a_terminal(self):
+        for path, _, _ in EVERYTHING:
+            for line in output(PROGRAM, *path, "--help").splitlines():
+                self.assertTrue(len(line) <= 80 or line.startswith("  lk-emu "), (path, line))
+
+    def test_examples_of_the_program_say_which_drives_run(self):
+        for path, _, _ in EVERYTHING:
+            for example in re.findall(r"lk-emu --bus .*", output(PROGRAM, *path, "--help")):
+                self.assertIn("--ids", example)
 
     def test_of_a_word_of_ctl_is_its_own(self):
         texts = {path[1]: output(PROGRAM, *path, "--help") for path, _, _ in EVERYTHING if path[:1] == ("ctl",) and path[1:]}

@@ -24,6 +24,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"
 
+#include "tools/commands/wrapped_help.hpp"
 namespace lk::emulator {
 namespace {
 
@@ -415,6 +416,7 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
   for (const Command& command : commands()) words.emplace_back(command.word);
   if (!parse_arguments(given.app, argc, argv, words)) return std::nullopt;
   return gather(given.app, given.raw);
+  wrap_help(app);
 }
 
 std::shared_ptr<CLI::App> program_app() {

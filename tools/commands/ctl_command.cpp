@@ -276,7 +276,7 @@ constexpr Row kRows[] = {
     {.word = "wait",
      .about = "wait until it is ready",
      .run = &Ctl::wait,
-     .example = "  lk-emu --bus vcan0 & lk-emu ctl wait --for 10s\n"},
+     .example = "  lk-emu --bus vcan0 --ids 1 & lk-emu ctl wait --for 10s\n"},
     {"clear", "end a fault, all of a kind, or all", &Ctl::clear, "NAME|all",
      "of a fault, or its kind"},
     {"power", "switch the supply", &Ctl::power, "on|off|cycle", "cycle: off, and on again"},
