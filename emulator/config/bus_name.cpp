@@ -46,8 +46,18 @@ bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
+/// Of a name that ends behind the scheme.
+std::string what_is_missing(const BusScheme& scheme) {
+  const char* const what = scheme.place == BusPlace::kPath    ? "path"
+                           : scheme.place == BusPlace::kGroup ? "group"
+                                                              : "port";
+  return std::string(scheme.prefix) + " needs a " + what + ", like " + std::string(scheme.example);
+}
+
 std::string interface_problem(const std::string& name) {
   if (name.empty()) return "an interface needs a name";
+  const auto scheme = std::ranges::find(kSchemes, name + ":", &BusScheme::prefix);
+  if (scheme != kSchemes.end()) return what_is_missing(*scheme);
   const std::size_t colon = name.find(':');
   if (colon != std::string::npos) {
     return "\"" + name + "\" is not an interface name, and there is no kind of bus \"" +
@@ -145,10 +155,7 @@ std::variant<BusName, std::string> parse_bus_name(const std::string& name) {
   } else if (out.scheme->place == BusPlace::kGroup) {
     problem = read_group(name, rest, out);
   } else if (rest.empty()) {
-    problem =
-        std::string(out.scheme->prefix) +
-        (out.scheme->place == BusPlace::kPath ? " needs a path, like " : " needs a port, like ") +
-        std::string(out.scheme->example);
+    problem = what_is_missing(*out.scheme);
   } else if (out.scheme->place == BusPlace::kPort) {
     out.address = kLoopback;
     problem = read_port(name, rest, out);

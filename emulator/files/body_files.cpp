@@ -22,7 +22,14 @@ BodyMaker& maker() {
 /// A bare name has no suffix.
 fs::path model_file(const std::string& robot_file, const std::string& model) {
   const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension();
-  if (is_path) return fs::path(robot_file).parent_path() / model;
+  if (is_path) {
+    const fs::path file = fs::path(robot_file).parent_path() / model;
+    std::error_code error;
+    if (!fs::exists(file, error)) {
+      throw std::invalid_argument(file.string() + ": no such file (a path from the robot file's)");
+    }
+    return file;
+  }
   const fs::path shelf = config_directory() / "bodies";
   const fs::path file = shelf / (model + ".xml");
   std::error_code none_there;

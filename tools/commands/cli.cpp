@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <variant>
 
 #include "emulator/config/bus_name.hpp"
@@ -23,8 +24,8 @@
 #include "tools/commands/argument_problem.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"
-
 #include "tools/commands/wrapped_help.hpp"
+
 namespace lk::emulator {
 namespace {
 
@@ -56,9 +57,9 @@ struct Raw {
   std::string seed;
   std::string bitrate;
   std::string baud;
+  std::string boot_angle;
   std::string rom;
   std::string clock = "realtime";
-  std::string boot_angle;
   std::string control;
   std::string scenario;
   std::string junit;
@@ -106,13 +107,13 @@ void add_options(CLI::App& app, Raw& raw) {
   app.add_option("--baud", raw.baud,
                  "bit rate of RS-485 in bit/s, 0 = bytes take no time (default 115200)")
       ->type_name("N");
-  app.add_option("--rom", raw.rom,
-                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
   app.add_option(
          "--boot-angle", raw.boot_angle,
          "where the rotor of every drive stands at the start, in degrees (default: drawn from "
          "the seed)")
       ->type_name("DEG");
+  app.add_option("--rom", raw.rom,
+                 "directory that keeps what drives write to ROM, or :memory: to keep nothing "
                  "(default lk-emu/BUS in the user's state directory)")
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
@@ -260,7 +261,6 @@ std::int64_t parse_number(const char* option, const std::string& text) {
   return number;
 }
 
-/// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
 double parse_real(const char* option, const std::string& text) {
   double number = 0;
   const char* last = text.data() + text.size();
@@ -271,6 +271,7 @@ double parse_real(const char* option, const std::string& text) {
   return number;
 }
 
+/// "127.0.0.1:8474", "[::1]:0", "localhost:8474". No name is looked up: localhost is 127.0.0.1,
 /// where browsers go when nothing answers at ::1.
 HttpAddress parse_http_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -355,10 +356,10 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
     if (!problem.empty()) throw StartError("--baud: " + problem);
     line.overrides.baud = baud;
   }
-  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
   if (app.count("--boot-angle") > 0) {
     line.overrides.boot_angle_deg = parse_real("--boot-angle", raw.boot_angle);
   }
+  if (app.count("--rom") > 0) read_rom_option(raw.rom, line.rom);
   const auto clock = parse_clock_mode(raw.clock);
   if (!clock) {
     throw StartError("--clock: \"" + raw.clock +
@@ -391,10 +392,31 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
   return line;
 }
 
+/// Options that name a file each, no two of which may be the same.
+constexpr const char* kFiles[] = {"--output", "--report", "--csv",   "--candump",
+                                  "--html",   "--json",   "--junit", "--scenario"};
+
+/// What is written last would be all that is left.
+void check_files(const CLI::App& app) {
+  std::map<std::string, std::string> taken;  // by whom
+  for (const char* name : kFiles) {
+    const CLI::Option* const option = app.get_option_no_throw(name);
+    if (option == nullptr || option->empty() || option->get_items_expected_max() == 0) continue;
+    const std::string file = option->as<std::string>();
+    if (file == "-" || file.starts_with("/dev/")) continue;
+    const auto [other, free] = taken.emplace(file, name);
+    if (!free) {
+      throw StartError(std::string(name) + ": " + on_one_line(file) + " is the file of " +
+                       other->second + " already");
+    }
+  }
+}
+
 }  // namespace
 
 bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
                      const std::vector<std::string>& first_words) {
+  wrap_help(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& answer) {
@@ -406,6 +428,8 @@ bool parse_arguments(CLI::App& app, int argc, const char* const* argv,
     throw StartError((left_over.empty() ? problem.what() : left_over) + " (see " + app.get_name() +
                      " --help)");
   }
+  check_files(app);
+  for (const CLI::App* const word : app.get_subcommands()) check_files(*word);
   return true;
 }
 
@@ -416,7 +440,6 @@ std::optional<CommandLine> parse_command_line(int argc, const char* const* argv)
   for (const Command& command : commands()) words.emplace_back(command.word);
   if (!parse_arguments(given.app, argc, argv, words)) return std::nullopt;
   return gather(given.app, given.raw);
-  wrap_help(app);
 }
 
 std::shared_ptr<CLI::App> program_app() {

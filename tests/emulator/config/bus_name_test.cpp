@@ -57,6 +57,16 @@ TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
   }
 }
 
+TEST(BusName, ASchemeAloneSaysWhatIsMissing) {
+  EXPECT_EQ(problem("slcan-tcp"), "slcan-tcp: needs a port, like slcan-tcp:29536");
+  EXPECT_EQ(problem("rs485-tcp"), "rs485-tcp: needs a port, like rs485-tcp:29485");
+  EXPECT_EQ(problem("socketcand"), "socketcand: needs a port, like socketcand:29536");
+  EXPECT_EQ(problem("rs485"), "rs485: needs a path, like rs485:/tmp/arm");
+  EXPECT_EQ(problem("udp-multicast"),
+            "udp-multicast: needs a group, like udp-multicast:239.74.163.2");
+  EXPECT_EQ(problem("slcan"), "") << "an interface may be called so";
+}
+
 TEST(BusName, WhatIsNoneIsSaidSo) {
   for (const char* name : {"slcan-tcp:",
                            "slcan-tcp:0",
