@@ -18,13 +18,10 @@ std::string wrapped(const std::string& text, std::size_t width) {
   std::string all;
   std::size_t line = 0;
   for (std::string word; words >> word; line += word.size()) {
-    if (all.empty()) {
-    } else if (line + 1 + word.size() > width) {
-      all += '\n';
-      line = 0;
-    } else {
-      all += ' ';
-      ++line;
+    const bool is_full = line + 1 + word.size() > width;
+    if (!all.empty()) {
+      all += is_full ? '\n' : ' ';
+      line = is_full ? 0 : line + 1;
     }
     all += word;
   }
