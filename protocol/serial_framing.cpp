@@ -161,10 +161,14 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
 /// The 02 is looked at as any other byte too: nobody knows yet what it begins.
 std::optional<Frame> Receiver::feed_broadcast(std::uint8_t byte, bool rested) {
   if (broadcast_size_ == 0 && !(rested && byte == kBroadcastStart)) return std::nullopt;
+  if (broadcast_size_ == 0) before_broadcast_ = stats_;
   broadcast_[broadcast_size_++] = byte;
   if (broadcast_size_ < kBroadcastBytes) return std::nullopt;
   broadcast_size_ = 0;
-  if (is_good_broadcast(broadcast_)) return broadcast_of(broadcast_);
+  if (is_good_broadcast(broadcast_)) {
+    stats_ = before_broadcast_;
+    return broadcast_of(broadcast_);
+  }
   ++stats_.bad_data;
   return std::nullopt;
 }

@@ -92,7 +92,8 @@ class Receiver {
   std::size_t size_ = 0;
   std::array<std::uint8_t, kBroadcastBytes> broadcast_{};  // from a 02 on
   std::size_t broadcast_size_ = 0;
-  bool dropping_ = false;  // until the line rests
+  ReceiverStats before_broadcast_;  // what its bytes count for as long as they may be others
+  bool dropping_ = false;           // until the line rests
   ReceiverStats stats_;
 };
 

@@ -184,6 +184,8 @@ Json bus_json(const Line& line) {
                    {"queries", stats.queries},
                    {"replies", stats.replies},
                    {"replies_lost", stats.replies_lost},
+                   {"replies_collided", stats.replies_collided},
+                   {"replies_overrun", stats.replies_overrun},
                    {"frames_waiting", stats.frames_waiting},
                    {"replies_waiting", stats.replies_waiting},
                    {"extra_frames", stats.extra_frames},

@@ -51,11 +51,13 @@ struct BusStats {
   std::uint64_t queries = 0;  // accepted by at least one drive
   // What drives say: the sum of the drives' replies + extra_frames = replies + replies_lost +
   // replies_waiting.
-  std::uint64_t replies = 0;          // frames of drives that have reached the hosts
-  std::uint64_t replies_lost = 0;     // never will: with the drive's power, or by a fault
-  std::uint64_t replies_waiting = 0;  // are in the drives still, or in the hosts' adapter
-  std::uint64_t extra_frames = 0;     // no query's reply: copies, babble, a second drive's
-  std::uint64_t error_frames = 0;     // that hosts saw: of destroyed frames, and of overruns
+  std::uint64_t replies = 0;           // frames of drives that have reached the hosts
+  std::uint64_t replies_lost = 0;      // never will: by a fault or with the power; of these,
+  std::uint64_t replies_collided = 0;  // in a collision on RS-485
+  std::uint64_t replies_overrun = 0;   // as the hosts' adapter was full
+  std::uint64_t replies_waiting = 0;   // are in the drives still, or in the hosts' adapter
+  std::uint64_t extra_frames = 0;      // no query's reply: copies, babble, a second drive's
+  std::uint64_t error_frames = 0;      // that hosts saw: of destroyed frames, and of overruns
   // What hosts say: frames = queries + dropped + frames_waiting.
   std::array<std::uint64_t, kDropKinds> dropped{};  // by Drop
   std::uint64_t frames_waiting = 0;                 // in the hosts' send queue still

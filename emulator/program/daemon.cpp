@@ -93,7 +93,10 @@ void print_bus(const BusStats& bus, const std::string& title) {
     print_nonzero(("not answered: " + std::string(to_string(static_cast<Drop>(cause)))).c_str(),
                   bus.dropped[cause]);
   }
-  print_nonzero("replies lost: with the power or by a fault", bus.replies_lost);
+  print_nonzero("replies lost: with the power or by a fault",
+                bus.replies_lost - bus.replies_collided - bus.replies_overrun);
+  print_nonzero("replies lost: in collisions on the line", bus.replies_collided);
+  print_nonzero("replies lost: the hosts' adapter was full", bus.replies_overrun);
   print_nonzero("unrequested frames of drives", bus.extra_frames);
   print_nonzero("error frames", bus.error_frames);
   print_nonzero("RS-485: bytes that start no packet", bus.receiver.skipped_bytes);

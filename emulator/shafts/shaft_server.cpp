@@ -152,7 +152,7 @@ bool ShaftServer::hear_some() {
       ::recv(simulator_->socket.native_handle(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   if (size <= 0) {
-    part(size == 0 ? "has gone" : "has gone: " + reason_of(errno), false);
+    size == 0 ? leave() : part("has gone: " + reason_of(errno), false);
     return false;
   }
   std::span<const unsigned char> left(bytes.data(), static_cast<std::size_t>(size));
@@ -333,14 +333,23 @@ void ShaftServer::send(const ShaftBytes& bytes) {
   ::shutdown(fd, SHUT_RDWR);
 }
 
+/// The simulator has closed the connection, unless this program has, as it does not read.
+void ShaftServer::leave() {
+  if (simulator_->unread) return part("", false);
+  release(lost_ == ShaftsLost::kFree ? spdlog::level::info : spdlog::level::warn, "has gone");
+}
+
 void ShaftServer::part(const std::string& why, bool at_fault) {
   if (at_fault) send(end_message(why));
+  release(spdlog::level::err, simulator_->unread ? "does not read" : why);
+}
+
+void ShaftServer::release(spdlog::level::level_enum level, const std::string& why) {
   const bool coupled = simulator_->body != nullptr;
   const char* const next = lost_ == ShaftsLost::kFree ? ": the drives go on without it"
                                                       : ": time stands until one comes";
   if (simulator_->is_told) {
-    spdlog::error("shafts: the simulator {}{}", simulator_->unread ? "does not read" : why,
-                  coupled ? next : "");
+    spdlog::log(level, "shafts: the simulator {}{}", why, coupled ? next : "");
   }
   if (coupled) leave_drives();
   simulator_.reset();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <spdlog/common.h>
+
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -82,6 +84,9 @@ class ShaftServer {
   void send(const ShaftBytes& bytes);
   /// The simulator is let go; it is told why where it was at fault.
   void part(const std::string& why, bool at_fault);
+  void leave();
+  /// Logs that the simulator `why`, and lets go of it.
+  void release(spdlog::level::level_enum level, const std::string& why);
   /// What the drives are left with.
   void leave_drives();
   bool has_time() const {

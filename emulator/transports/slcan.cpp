@@ -106,10 +106,9 @@ std::optional<std::string> Slcan::answer(std::string_view line, FromClient& hear
     default:
       break;
   }
-  if (line == "C" && open_) {
-    open_ = false;
-    return kOk;
-  }
+  // Hosts close a channel that may be open, and open it twice: refused as by an adapter, and no
+  // line that makes no sense.
+  if (line == "C") return std::exchange(open_, false) ? kOk : kBell;
   if (line == "F" && open_) {
     if (wrong_rate()) flags_ |= kBusError;
     return fmt::format("F{:02X}\r", std::exchange(flags_, std::uint8_t{0}));
@@ -128,7 +127,8 @@ std::optional<std::string> Slcan::send(std::string_view line, FromClient& heard)
 }
 
 std::optional<std::string> Slcan::open(std::string_view line) {
-  if (open_ || line.size() != 1) return std::nullopt;
+  if (line.size() != 1) return std::nullopt;
+  if (open_) return kBell;
   open_ = true;
   listens_only_ = line == "L";
   return kOk;

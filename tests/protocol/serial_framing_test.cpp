@@ -92,6 +92,20 @@ TEST(SerialReceiver, DropsByCauseAndCounts) {
   EXPECT_EQ(stats.broken_off, 1U);
 }
 
+/// Any byte may begin a packet of either kind, 0x3E inside of one for several drives too.
+TEST(SerialReceiver, PacketsForSeveralDrivesAreNoBytesThatStartNoPacket) {
+  Line line{Receiver({})};
+  line.send("02 82 50 46 00 00 00 00 D8 DC CE");
+  line.now += 1ms;
+  line.send("02 82 3E 9A 01 00 DA 00 D8 DC EB");
+  EXPECT_EQ(line.heard.size(), 2U);
+  EXPECT_EQ(line.receiver.stats(), ReceiverStats{});
+  line.now += 1ms;
+  line.send("02 82 50 46 00 00 00 00 D8 DC CF");
+  EXPECT_EQ(line.receiver.stats().bad_data, 1U);
+  EXPECT_EQ(line.receiver.stats().skipped_bytes, 11U);
+}
+
 TEST(SerialReceiver, AfterABadHeaderTheNextStartIsLookedForAtOnceOrAfterARest) {
   for (const bool scan : {true, false}) {
     Line line{Receiver({.scan = scan})};

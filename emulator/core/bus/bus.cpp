@@ -153,8 +153,13 @@ void Bus::to_host(TimedFrame frame) {
   const AdapterShown shown = adapter_.from_wire(frame);
   faults_.count_adapter(shown, frame.frame, time_);
   const bool reply = frame.sender == 0 && frame.frame.kind != protocol::FrameKind::kError;
-  if (shown.lost && reply) ++stats_.replies_lost;
+  if (shown.lost && reply) lose_in_adapter();
   if (shown.reported) adapter_.from_wire({time_, report_overrun()}, 0);
+}
+
+void Bus::lose_in_adapter() {
+  ++stats_.replies_lost;
+  ++stats_.replies_overrun;
 }
 
 /// Serial ports know nothing but bytes: those that find no room leave an unreported hole.
@@ -163,7 +168,7 @@ void Bus::bytes_to_host(TimedFrame frame) {
   const std::size_t fits = std::min(bytes.size, adapter_.room());
   if (fits > 0 && fits < bytes.size) frame.frame = protocol::bytes_frame(bytes.view().first(fits));
   AdapterShown shown = adapter_.from_wire(frame, fits > 0 ? fits : bytes.size);
-  if (shown.lost) ++stats_.replies_lost;
+  if (shown.lost) lose_in_adapter();
   shown.lost = shown.lost || fits < bytes.size;
   faults_.count_adapter(shown, frame.frame, time_);
 }
@@ -204,6 +209,7 @@ void Bus::deliver(const WireDelivery& delivery) {
   }
   if (delivery.frame.dlc == 0 && serial_) {  // nothing of it could be told from another's
     ++stats_.replies_lost;
+    ++stats_.replies_collided;
     return;
   }
   if (delivery.met_host) {

@@ -194,6 +194,7 @@ class Bus {
   /// A frame has come from the wire: hosts get it, through their adapter.
   void to_host(TimedFrame frame);
   void bytes_to_host(TimedFrame frame);
+  void lose_in_adapter();
   void hand_over(const TimedFrame& frame);
   /// The controller of a drive that has been brought to now starts anew.
   void restart(Node& node);

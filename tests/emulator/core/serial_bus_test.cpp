@@ -272,5 +272,18 @@ TEST(SerialBus, TwoDrivesWithOneIdSpoilEachOther) {
   EXPECT_EQ(good, 0);
 }
 
+/// Two drives with one ID answer at the same time: of two equal bytes on the line the host reads
+/// one.
+TEST(SerialBus, RepliesThatCollideAreCountedAsSuch) {
+  ServoConfig twin = serial_drive(Generation::kV236b, 2);
+  twin.rom.driver_id = 1;
+  SerialHost host(test::serial_bus({serial_drive(Generation::kV236b), twin}));
+  host.ask("3E 9A 01 00 D9");
+  const BusStats stats = host.bus.stats();
+  EXPECT_EQ(stats.replies, 1U);
+  EXPECT_EQ(stats.replies_collided, 1U);
+  EXPECT_EQ(stats.replies_lost, stats.replies_collided);
+}
+
 }  // namespace serial_bus_test
 }  // namespace lk::emulator

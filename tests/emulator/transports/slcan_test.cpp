@@ -50,6 +50,15 @@ TEST(Slcan, WhatIsNoFrame) {
   }
 }
 
+/// What python-can 4 says as it begins and ends: refused like an adapter does, and understood.
+TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
+  Slcan slcan(1'000'000);
+  const FromClient heard = say(slcan, "C\rS8\rO\rO\rC\r");
+  EXPECT_EQ(heard.answer, "\a\r\r\a\r");
+  EXPECT_EQ(heard.malformed, 0U);
+  EXPECT_EQ(say(slcan, "Cx\rOx\r").malformed, 2U);
+}
+
 TEST(Slcan, NothingGoesBeforeItIsOpen) {
   Slcan slcan(1'000'000);
   EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
