@@ -71,7 +71,7 @@ class Adviser::Desk {
       if (const auto found = sum_.hear(in.frame)) note(kWholeBus, *found, in);
       return;
     }
-    if (serial) {
+    if (serial && !disturbances_.after_slip(in.at)) {
       if (const auto found = talk_.hear(in, echoes_)) note(kWholeBus, *found, in);
     }
     if (!serial && (in.frame.kind != protocol::FrameKind::kData || in.frame.extended)) return;
@@ -86,8 +86,8 @@ class Adviser::Desk {
       recent_.keep(in.frame);
       return;
     }
-    if (const auto found = dead_.hear(in, static_cast<int>(id))) {
-      note(static_cast<int>(id), *found, in);
+    if (!disturbances_.writes_stall(in.at)) {
+      note(static_cast<int>(id), dead_.hear(in, static_cast<int>(id)), in);
     }
     if (at_address_[id] < 0) {
       recent_.keep(in.frame);  // the reply of a drive elsewhere, perhaps
@@ -145,8 +145,10 @@ class Adviser::Desk {
       }
     }
     if (moved) find_addresses();
-    look_at_wire(bus.time(), stats);
+    look_at_wire(bus, stats);
   }
+
+  void note_slip(SimTime now) { disturbances_.note_slip(now); }
 
   std::uint64_t heard() const { return heard_; }
   const GivenList& given() const { return given_; }
@@ -315,15 +317,17 @@ class Adviser::Desk {
     if (query != nullptr) hear_understood(watched, in, *query);
   }
 
-  void look_at_wire(SimTime now, const BusStats& stats) {
-    wire_.look(now, stats);
+  void look_at_wire(const Bus& bus, const BusStats& stats) {
+    disturbances_.look(bus, stats);
+    const bool disturbed = disturbances_.last(bus.time());
+    wire_.look(bus, stats, disturbed);
     Watched* most = nullptr;
     for (Watched& watched : drives_) {
       if (watched.sent > 0 && (most == nullptr || watched.sent > most->sent)) most = &watched;
     }
     if (most != nullptr) most_ = static_cast<std::size_t>(most - drives_.data());
     // On RS-485 a drive that has something to say hears nothing, which is TalkWatch's.
-    if (const auto busy = busy_.look(stats); busy && most_ && !serial_) {
+    if (const auto busy = busy_.look(stats); busy && most_ && !serial_ && !disturbed) {
       given_.note(drives_[*most_].drive.id, busy->finding, drives_[*most_].last, busy->times);
     }
     for (Watched& watched : drives_) watched.sent = 0;
@@ -361,6 +365,7 @@ class Adviser::Desk {
   int foreign_ = 0;       // frames for several drives that no drive here knows
   RecentFrames recent_;
   DeadWatch dead_;
+  Disturbances disturbances_;
   WireWatch wire_;
   BusyWatch busy_;
   TalkWatch talk_;
@@ -380,6 +385,7 @@ void Adviser::hear_terminal(const TerminalFlags& flags, const TimedFrame& in) {
   desk_->hear_terminal(flags, in);
 }
 void Adviser::hear_reply(const protocol::Frame& reply) { desk_->hear_reply(reply); }
+void Adviser::note_slip(SimTime now) { desk_->note_slip(now); }
 std::uint64_t Adviser::heard() const { return desk_->heard(); }
 void Adviser::look(const Bus& bus) { desk_->look(bus); }
 const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }

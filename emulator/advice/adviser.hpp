@@ -30,6 +30,8 @@ class Adviser {
   void hear_terminal(const TerminalFlags& flags, const TimedFrame& in);
   /// A drive here has put `reply` on the bus.
   void hear_reply(const protocol::Frame& reply);
+  /// Simulated time has slipped: frames that hosts sent meanwhile come late, and at once.
+  void note_slip(SimTime now);
   /// The number of the frame heard last, from 1 on.
   std::uint64_t heard() const;
   /// At the drives that were spoken to, every kLookStep at most; `bus` must be settled.

@@ -21,14 +21,19 @@ std::optional<Finding> WireWatch::hear() const {
                  {static_cast<double>(waiting_), static_cast<double>(lost_)}};
 }
 
-void WireWatch::look(SimTime now, const BusStats& stats) {
-  waiting_ = stats.frames_waiting;
-  const std::uint64_t lost = stats.count(Drop::kQueueFull);
-  const bool runs_over = lost > std::exchange(lost_, lost);
+void Disturbances::look(const Bus& bus, const BusStats& stats) {
   // A babbling drive or a disturbed wire is not the host's doing.
   const std::uint64_t foreign = stats.extra_frames + stats.error_frames;
-  if (foreign > std::exchange(foreign_, foreign)) disturbed_until_ = now + kAftermath;
-  const bool disturbed = now < disturbed_until_;
+  if (foreign > std::exchange(foreign_, foreign) || bus.replies_are_held()) extend(bus.time());
+  stalled_until_ = bus.hosts_stalled_until();
+  if (stalled_until_ > SimTime{0}) extend(stalled_until_);
+}
+
+void WireWatch::look(const Bus& bus, const BusStats& stats, bool disturbed) {
+  const SimTime now = bus.time();
+  waiting_ = stats.frames_waiting > kWaiting ? bus.host_frames_ready() : stats.frames_waiting;
+  const std::uint64_t lost = stats.count(Drop::kQueueFull);
+  const bool runs_over = lost > std::exchange(lost_, lost) && waiting_ > kWaiting;
   if (waiting_ <= kWaiting || disturbed) {
     crowded_since_.reset();
   } else if (!crowded_since_) {

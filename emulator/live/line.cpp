@@ -19,6 +19,11 @@ constexpr SimTime kStep = std::chrono::milliseconds(5);
 /// port holds.
 constexpr std::size_t kMostLeaving = 256;
 
+/// What hosts sent before time slipped is read within this time after it.
+constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
+/// On a line that is never quiet frames wait no longer.
+constexpr SimTime kLongestWait = std::chrono::seconds(1);
+
 SimTime whole_us(SimTime time) { return std::chrono::ceil<std::chrono::microseconds>(time); }
 
 /// "1-4,7"
@@ -69,7 +74,9 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
 }
 
 void Line::take_in(const TimedFrame& in) {
-  if (!backlog_.empty()) {
+  const bool all_heard = backlog_.empty() && bus_.line_is_quiet();
+  if (spaced_ && all_heard && bus_.time() >= spaced_until_) spaced_ = false;
+  if (!backlog_.empty() || spaced_) {
     keep_for_later(in);
     return;
   }
@@ -109,8 +116,19 @@ void Line::keep_for_later(const TimedFrame& in) {
   }
 }
 
+void Line::note_slip() {
+  spaced_ = config_.serial.has_value();
+  spaced_until_ = bus_.time() + kAfterSlip;
+  adviser_.note_slip(bus_.time());
+}
+
+bool Line::backlog_waits() const {
+  if (bus_.host_queue_full()) return true;
+  return spaced_ && bus_.time() < spaced_until_ + kLongestWait && !bus_.line_is_quiet();
+}
+
 void Line::take_from_backlog() {
-  while (!backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time()) {
+  while (!backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time()) {
     put_on_bus(backlog_.front());
     backlog_.pop_front();
   }
@@ -139,12 +157,12 @@ Line::Progress Line::bring_to(SimTime until, MonoTime deadline, Patience patienc
     if (!backlog_.empty()) {
       // The next frame comes on as soon as there is room.
       const SimTime frame =
-          bus_.host_queue_full() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
+          backlog_waits() ? whole_us(bus_.next_due().value_or(target)) : backlog_.front().at;
       target = std::max(std::min(target, frame), bus_.time());
     }
     advance_to(target);
     const bool more_is_due =
-        !backlog_.empty() && !bus_.host_queue_full() && backlog_.front().at <= bus_.time();
+        !backlog_.empty() && !backlog_waits() && backlog_.front().at <= bus_.time();
     if (bus_.time() >= until && !more_is_due) return Progress::kThere;
     if (patience == Patience::kForReplies && crowded()) return Progress::kBlocked;
     if (monotonic_now() >= deadline) return Progress::kOutOfTime;

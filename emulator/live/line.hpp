@@ -69,6 +69,9 @@ class Line {
 
   /// A host's frame that arrived at `at`.
   void take_in(const TimedFrame& in);
+  /// Simulated time has slipped: frames that hosts sent meanwhile are taken in at once. On RS-485
+  /// each of them waits until the line is quiet, as hosts do: it would spoil the reply before.
+  void note_slip();
   /// The same, while time stands still.
   void keep_for_later(const TimedFrame& in);
   enum class Progress : std::uint8_t {
@@ -129,6 +132,8 @@ class Line {
  private:
   void put_on_bus(const TimedFrame& in);
   void take_from_backlog();
+  /// What is in the backlog has to wait for the wire.
+  bool backlog_waits() const;
   /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);
   void keep_rom();
@@ -149,6 +154,8 @@ class Line {
   std::list<Watcher> watchers_;
   std::list<Listener> listeners_;
   std::deque<TimedFrame> backlog_;  // not on the bus yet: time stands still, or the wire is full
+  bool spaced_ = false;             // frames wait until the line is quiet, since time slipped,
+  SimTime spaced_until_{0};         // at least until then
   std::uint64_t moves_ = 0;         // of the bus, when it was last looked at
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive

@@ -180,7 +180,10 @@ World::Taken World::take_in(Line& line, CanSocket::Wait wait) {
 /// Where the line should be. What is too far off slips.
 SimTime World::follow_clock(Line& line) {
   const auto [now, slipped] = clock_.read(seen_, line.bus().time());
-  if (slipped > SimTime{0}) slip_reporter_.slipped(seen_, slipped);
+  if (slipped > SimTime{0}) {
+    slip_reporter_.slipped(seen_, slipped);
+    for (const auto& one : lines_) one->note_slip();
+  }
   return now;
 }
 

@@ -51,6 +51,16 @@ class Bus {
   void receive(const TimedFrame& in);
   /// A frame of a host would find no room now.
   bool host_queue_full() const { return wire_.host_queue_full(); }
+  /// Frames of hosts that wait for the wire and not for the hosts' adapter.
+  std::size_t host_frames_ready() const { return wire_.host_frames_ready(time_); }
+  /// When the last write that a fault has stalled is over.
+  SimTime hosts_stalled_until() const { return adapter_.stalled_until(); }
+  /// A fault keeps replies in the drives.
+  bool replies_are_held() const {
+    return faults_.any(&FaultRow::blocks) || faults_.any(&FaultRow::holds_back);
+  }
+  /// Nobody sends, and no drive has a reply to send.
+  bool line_is_quiet() const { return wire_.host_queue_size() == 0 && wire_.drive_frames() == 0; }
   /// Hosts read what they send.
   bool echoes() const { return faults_.echo() != nullptr; }
   /// Hosts have an adapter, or had: `receive` moves time to the frame.

@@ -118,6 +118,12 @@ LiveFault* FaultBoard::first(int id, bool FaultRow::*trait) {
   return found != faults_.end() ? &*found : nullptr;
 }
 
+bool FaultBoard::any(bool FaultRow::*trait) const {
+  return any_active() && std::ranges::any_of(faults_, [trait](const LiveFault& live) {
+           return live.row().*trait && live.active();
+         });
+}
+
 model::Faults FaultBoard::plant_faults(const ServoConfig& servo, SimTime now) const {
   model::Faults sum;
   for (const LiveFault& live : faults_) {

@@ -54,6 +54,8 @@ class FaultBoard {
 
   /// The first whose row says `trait`; null when the drive has none.
   LiveFault* first(int id, bool FaultRow::*trait);
+  /// Some active fault has a row that says `trait`.
+  bool any(bool FaultRow::*trait) const;
   model::Faults plant_faults(const ServoConfig& servo, SimTime now) const;
   FirmwareFaults firmware_faults(int id) const;
   /// What the active ones make of the hosts' adapter.

@@ -48,6 +48,12 @@ void CanWire::send_from_host(SimTime at, const protocol::Frame& frame, std::uint
   decide_turn();
 }
 
+std::size_t CanWire::host_frames_ready(SimTime now) const {
+  std::size_t ready = 0;
+  while (ready < host_count_ && hosts_[(host_head_ + ready) % kHostQueue].at <= now) ++ready;
+  return ready;
+}
+
 bool CanWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
   if (drives_.size() + elsewhere < kDriveQueue) {
     return false;

@@ -44,6 +44,8 @@ class CanWire {
   SimTime bits(int count) const;
   bool host_queue_full() const { return host_count_ == kHostQueue; }
   std::size_t host_queue_size() const { return host_count_; }
+  /// Frames of hosts that are ready for the wire at `now`; an adapter has the others.
+  std::size_t host_frames_ready(SimTime now) const;
   /// A host's frame waits from `at` on, behind those before it. The queue must not be full; `frame`
   /// is kData or kRemote. `sender` comes back as the owner of what is delivered.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0);

@@ -39,7 +39,7 @@ HostAdapter::ToWire HostAdapter::to_wire(SimTime at) {
     ++unanswered_;
     shown.stalled = at - heard_ >= kAdapterSilence &&
                     unanswered_ % static_cast<std::uint64_t>(times_.stall_every) == 0;
-    if (shown.stalled) written += from_us(times_.stall_us);
+    if (shown.stalled) stalled_until_ = written += from_us(times_.stall_us);
   }
   const SimTime ready = across(tx_, written, times_.tx_us);
   shown.late = ready > written;

@@ -49,6 +49,8 @@ class HostAdapter {
   }
   /// Frames of drives under way to the host.
   std::size_t waiting() const;
+  /// When the last write that stalled is over.
+  SimTime stalled_until() const { return stalled_until_; }
   /// When the next one reaches the host.
   std::optional<SimTime> next_due() const {
     return waiting_.empty() ? std::nullopt : std::optional(waiting_.front().frame.at);
@@ -71,6 +73,7 @@ class HostAdapter {
   AdapterTimes times_;
   std::uint64_t random_;
   Direction tx_, rx_;
+  SimTime stalled_until_{0};
   SimTime heard_{0};              // the last frame from the wire
   std::uint64_t unanswered_ = 0;  // writes since, those in a stall aside
   bool overrun_ = false;          // the last frame was lost

@@ -34,6 +34,13 @@ bool SerialWire::host_sends() const {
   return std::ranges::any_of(sending_, [](const Sending& one) { return one.what.owner == kHost; });
 }
 
+std::size_t SerialWire::host_frames_ready(SimTime now) const {
+  const auto is_ready = [now](const Waiting& one) { return one.at <= now; };
+  const bool sends = std::ranges::any_of(
+      sending_, [&](const Sending& one) { return one.what.owner == kHost && is_ready(one.what); });
+  return static_cast<std::size_t>(std::ranges::count_if(hosts_, is_ready)) + (sends ? 1 : 0);
+}
+
 std::size_t SerialWire::of_drive(std::uint32_t owner) const {
   const auto sent = std::ranges::count_if(
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });

@@ -34,6 +34,7 @@ class SerialWire {
 
   bool host_queue_full() const { return host_queue_size() >= kHostQueue; }
   std::size_t host_queue_size() const { return hosts_.size() + (host_sends() ? 1 : 0); }
+  std::size_t host_frames_ready(SimTime now) const;
   /// From `at` on, behind what hosts sent before. `frame` is kSerial or kBytes, and not empty.
   void send_from_host(SimTime at, const protocol::Frame& frame);
 

@@ -42,6 +42,9 @@ class Wire {
   std::size_t host_queue_size() const {
     return of(*this, [](auto& wire) { return wire.host_queue_size(); });
   }
+  std::size_t host_frames_ready(SimTime now) const {
+    return of(*this, [&](auto& wire) { return wire.host_frames_ready(now); });
+  }
   /// `sender`: of a CAN bus, the host among the hosts; the owner of what `deliver` gives.
   void send_from_host(SimTime at, const protocol::Frame& frame, std::uint32_t sender = 0) {
     if (auto* const wire = can()) {

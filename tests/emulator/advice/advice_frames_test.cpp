@@ -361,6 +361,25 @@ TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
   ASSERT_GT(host.count(AdviceKind::kFasterThanWire, kWholeBus), 0U);
   EXPECT_GT(host.get(AdviceKind::kFasterThanWire, kWholeBus).first, 100ms);
 
+  // Frames that a fault holds up, and those that come at once after time has slipped.
+  for (const bool slips : {false, true}) {
+    AnsweredHost held(config);
+    if (!slips) {
+      held.bus.apply({kWholeBus, SetFault{test::fault_of("write_stalls", {1.0, 2000.0})}});
+    }
+    for (int n = 0; n < 400; ++n) {  // a fiftieth of what the wire carries
+      if (slips && n % 100 == 0) {
+        held.adviser.note_slip(held.bus.time());
+        for (int k = 0; k < 1200; ++k) held.send(query(protocol::ReadState2{}, 1 + k % 4));
+      }
+      held.send(query(protocol::ReadState2{}, 1 + n % 4));
+      held.wait(10ms);
+    }
+    for (int id = 1; id <= 4; ++id) EXPECT_EQ(held.count(AdviceKind::kPollsDead, id), 0U);
+    EXPECT_EQ(held.count(AdviceKind::kFasterThanWire, kWholeBus), 0U) << held.all();
+    EXPECT_EQ(held.count(AdviceKind::kFasterThanDrive), 0U) << held.all();
+  }
+
   AdvisedHost calm(config);  // the same in 5 ms
   for (int n = 0; n < 100; ++n) {
     for (int id = 1; id <= 4; ++id) {

@@ -9,7 +9,9 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <vector>
 
+#include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -58,6 +60,35 @@ TEST(Line, KeepsSoManyFramesForLaterAndCountsTheRest) {
   EXPECT_EQ(line.bus().servo(1).stats().replies, 1U) << "the first";
   EXPECT_EQ(line.bus().servo(2).stats().replies, 1U) << "the last that was kept";
   EXPECT_EQ(line.bus().servo(3).stats().replies, 0U) << "lost";
+}
+
+/// A host that waits 50 ms for each reply and asks again, of a process that was stopped for 0.4 s.
+TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
+  Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
+  const auto bring_on = [&](SimTime duration) {
+    line.bring_to(line.bus().time() + duration, MonoTime::max(), Line::Patience::kNone);
+  };
+  for (int stop = 0; stop < 4; ++stop) {
+    line.note_slip();
+    std::vector<protocol::Frame> packets;
+    for (int n = 0; n < 8; ++n) protocol::append_frames(test::bytes("3E 9A 01 00 D9"), packets);
+    for (const protocol::Frame& packet : packets) line.take_in({line.bus().time(), packet});
+    bring_on(std::chrono::milliseconds(400));
+  }
+  // The host takes a reply to one that waited for that to its next packet, and sends early: while
+  // the drive answers the last of eight, each of which takes 330 us with its reply.
+  line.note_slip();
+  const auto packet = protocol::bytes_frame(test::bytes("3E 9A 01 00 D9"));
+  for (int n = 0; n < 8; ++n) line.take_in({line.bus().time(), packet});
+  bring_on(std::chrono::microseconds(7 * 330 + 90));
+  ASSERT_EQ(line.backlog(), 0U);
+  line.take_in({line.bus().time(), packet});
+  bring_on(std::chrono::milliseconds(400));
+  EXPECT_EQ(line.bus().servo(1).stats().replies, 41U);
+  EXPECT_EQ(line.bus().stats().replies, 41U);
+  EXPECT_EQ(line.backlog(), 0U);
+  EXPECT_TRUE(line.adviser().given().empty())
+      << advice_line("", line.adviser().given().front(), Language::kEnglish);
 }
 
 }  // namespace line_test
