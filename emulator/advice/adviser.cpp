@@ -389,6 +389,7 @@ void Adviser::note_slip(SimTime now) { desk_->note_slip(now); }
 std::uint64_t Adviser::heard() const { return desk_->heard(); }
 void Adviser::look(const Bus& bus) { desk_->look(bus); }
 const std::vector<Advice>& Adviser::given() const { return desk_->given().all(); }
+std::uint64_t Adviser::left_out() const { return desk_->given().left_out(); }
 std::string_view Adviser::mark_of(std::uint64_t number) const {
   return desk_->given().mark_of(number);
 }

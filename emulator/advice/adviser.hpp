@@ -40,6 +40,8 @@ class Adviser {
 
   /// In the order in which it was first given.
   const std::vector<Advice>& given() const;
+  /// How often a host did something wrong that `given` has no room for.
+  std::uint64_t left_out() const;
   /// The word of what was wrong with a frame, by its number; empty when nothing was, is known yet,
   /// or when it is too long ago.
   std::string_view mark_of(std::uint64_t number) const;

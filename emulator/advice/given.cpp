@@ -4,6 +4,12 @@
 
 namespace lk::emulator {
 
+bool GivenList::has_room(int id, AdviceKind kind) const {
+  const auto causes = std::ranges::count_if(
+      all_, [&](const Advice& advice) { return advice.id == id && advice.found.kind == kind; });
+  return all_.size() < kMost && static_cast<std::size_t>(causes) < kMostCauses;
+}
+
 void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std::uint64_t times) {
   Mark& mark = marks_[suspect.number % kMarks];
   if (mark.number != suspect.number) mark = {suspect.number, finding.kind};
@@ -11,6 +17,10 @@ void GivenList::note(int id, const Finding& finding, const Suspect& suspect, std
     return advice.id == id && same_cause(advice.found, finding);
   });
   if (known == all_.end()) {
+    if (!has_room(id, finding.kind)) {
+      left_out_ += times;
+      return;
+    }
     all_.push_back({finding, id, times, suspect.at, suspect.frame});
     return;
   }

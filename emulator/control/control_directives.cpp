@@ -20,8 +20,8 @@ BusConfig as_it_is(const Line& line) {
 void check_fault(const Line& line) {
   if (line.bus().faults_full()) {
     throw ApiError(409, "fault",
-                   "this bus has had " + std::to_string(Bus::kMostFaults) +
-                       " faults, which is all that it keeps");
+                   "this bus has " + std::to_string(Bus::kMostFaults) +
+                       " faults that are not over, and keeps no more: clear some");
   }
 }
 

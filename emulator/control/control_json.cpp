@@ -198,6 +198,7 @@ Json bus_json(const Line& line) {
                    {"wire_busy_s", seconds(stats.wire_busy)},
                    {"waiting_for_time", line.backlog()},
                    {"lost_while_time_stood", line.backlog_lost()},
+                   {"advice_left_out", line.adviser().left_out()},
                    {"rom_gate",
                     {{"waiting", line.gate().waiting()},
                      {"failed_writes", line.gate().failed_writes()},

@@ -75,6 +75,7 @@ struct FaultEvidence {
 struct FaultReport {
   Fault fault;
   FaultEvidence evidence;
+  std::size_t order = 0;  // so many were armed on the bus before it
 };
 
 }  // namespace lk::emulator

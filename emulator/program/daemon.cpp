@@ -307,6 +307,13 @@ void Daemon::print_advice() const {
   constexpr Words kTitle{"advice about the host:", "对主机的建议："};
   std::string text = std::string(kTitle.in(language_)) + '\n';
   for (const auto& [bus, advice] : all) text += "  " + advice_line(bus, advice, language_) + '\n';
+  for (const auto& line : world_.lines()) {
+    if (const std::uint64_t more = line->adviser().left_out()) {
+      constexpr Words kMore{" times more, of causes that are not listed", " 次，原因未列出"};
+      text += "  " + line->name() + ": " + std::to_string(more);
+      text += std::string(kMore.in(language_)) + '\n';
+    }
+  }
   std::fputs(text.c_str(), stderr);
 }
 

@@ -24,7 +24,7 @@ std::size_t faults_in(const std::vector<TimedDirective>& events) {
 
 void check_room(const Scenario& scenario, const std::vector<Line*>& lines) {
   for (std::size_t n = 0; n < lines.size(); ++n) {
-    const std::size_t there = lines[n]->bus().faults().size();
+    const std::size_t there = lines[n]->bus().unfinished_faults();
     if (there + faults_in(scenario.robot[n].events) <= Bus::kMostFaults) continue;
     throw std::invalid_argument(lines[n]->name() + ": a bus keeps no more than " +
                                 std::to_string(Bus::kMostFaults) + " faults, " +
@@ -49,7 +49,7 @@ LiveScenario::LiveScenario(Scenario scenario, std::vector<Line*> lines,
                  .judge = Judge(scenario_.robot[n], scenario_.expectations, n, start),
                  .errors = ErrorWatch(scenario_.robot[n], start),
                  .events = scenario_.robot[n].events,
-                 .beginning = {start, bus.faults().size(), bus.unmet_directives()}}));
+                 .beginning = {start, bus.faults_armed(), bus.unmet_directives()}}));
     Part& part = *parts_.back();
     Watcher watcher;
     watcher.next_due = [this, &part] { return next_due(part); };
@@ -160,11 +160,13 @@ void LiveScenario::end(Part& part) {
                                    time_text(event.at) + " never began");
     }
   }
-  const std::vector<FaultReport> faults = part.line->bus().faults();
-  for (std::size_t n = part.beginning.faults; n < faults.size(); ++n) {
-    const auto state = faults[n].evidence.state;
-    if (state == FaultEvidence::State::kOver || state == FaultEvidence::State::kCleared) continue;
-    const std::string& name = faults[n].fault.name;
+  for (const FaultReport& report : part.line->bus().faults()) {
+    const auto state = report.evidence.state;
+    if (report.order < part.beginning.faults || state == FaultEvidence::State::kOver ||
+        state == FaultEvidence::State::kCleared) {
+      continue;
+    }
+    const std::string& name = report.fault.name;
     part.line->announce(Json{{"clear", name}}.dump());
     part.line->perform({part.line->bus().time(), {kWholeBus, ClearFault{name}}});
   }

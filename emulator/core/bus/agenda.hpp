@@ -43,9 +43,10 @@ struct BusOffEnd {
 
 // Of a fault, by its place on the board.
 
-/// A fault begins; its present time is over.
+/// A fault begins; its present time is over. `order` tells it from a later one in its place.
 struct FaultBegin {
   std::size_t fault;
+  std::size_t order;
 };
 struct FaultEnd {
   std::size_t fault;

@@ -90,8 +90,8 @@ class Bus {
   /// now, and to ROM, when the flash is done. Returns false, and does nothing, when the drive is
   /// dead or its flash has too much to do already.
   bool write_setting(int id, RomParameter parameter, const Registers& value);
-  /// Done now, or begun now. Returns false, and does nothing, when
-  /// it is a fault and the bus has kMostFaults already.
+  /// Done now, or begun now. Returns false, and does nothing, when it is a fault and the bus has
+  /// kMostFaults that are not over.
   bool apply(const Directive& directive);
   /// Will be done when it is time, or when its condition holds. Conditions are looked at every
   /// kLookStep; that a frame has come is known at once. A fault is armed from now on. Returns
@@ -101,7 +101,8 @@ class Bus {
   /// over.
   bool plan_as_configured(const TimedDirective& event);
   static constexpr SimTime kLookStep = std::chrono::milliseconds(1);
-  /// All faults there have been on this bus, in the order in which they were armed.
+  /// The last kMostFaults on this bus, and all that are not over, in the order in which they were
+  /// armed.
   std::vector<FaultReport> faults() const { return faults_.reports(); }
   /// Faults that a bus keeps, with those that are over.
   static constexpr std::size_t kMostFaults = FaultBoard::kMost;
@@ -112,6 +113,9 @@ class Bus {
   /// Planned directives, faults aside, whose time has not come yet.
   std::size_t planned_directives() const { return agenda_.directives(); }
   bool faults_full() const { return faults_.full(); }
+  /// How many have been armed; and how many of these are not over.
+  std::size_t faults_armed() const { return faults_.armed(); }
+  std::size_t unfinished_faults() const { return faults_.unfinished(); }
   /// When `advance_to` will next have something to do besides turning motors: a frame, a reply, an
   /// event.
   std::optional<SimTime> next_due() const;

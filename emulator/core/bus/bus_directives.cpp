@@ -112,8 +112,11 @@ bool Bus::enter(const TimedDirective& planned, Agenda::Rank rank) {
   const SimTime said = rank == Agenda::Rank::kConfigured ? SimTime{0} : time_;
   const auto* set = std::get_if<SetFault>(&planned.directive.what);
   if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
-  Task task =
-      set != nullptr ? Task(FaultBegin{faults_.arm(set->fault, said)}) : Task(planned.directive);
+  Task task = planned.directive;
+  if (set != nullptr) {
+    const std::size_t fault = faults_.arm(set->fault, said);
+    task = FaultBegin{fault, faults_[fault].order};
+  }
   const SimTime from = std::max(planned.at, time_);
   if (planned.when) {
     conditions_.add(from, *planned.when, std::move(task));
@@ -144,7 +147,9 @@ void Bus::perform(const Task& task) {
                    }
                  },
                  [&](const BusOffEnd& off) { nodes_.of(off.id).link.bus_off = false; },
-                 [&](const FaultBegin& begin) { begin_fault(begin.fault); },
+                 [&](const FaultBegin& begin) {
+                   if (faults_[begin.fault].order == begin.order) begin_fault(begin.fault);
+                 },
                  [&](const FaultEnd& end) { end_fault(end.fault); },
                  [&](const Babbling& babbling) {
                    LiveFault& live = faults_[babbling.fault];

@@ -12,7 +12,7 @@ void Bus::begin_fault(std::size_t fault) {
   if (!faults_.start(fault, time_)) return;  // cleared by what its condition set off before it
   LiveFault& live = faults_[fault];
   const FaultRow& row = live.row();
-  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});
+  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault, live.order});
   if (row.momentary()) {
     for (const int id : live.fault.ids) {
       Node& node = nodes_.of(id);

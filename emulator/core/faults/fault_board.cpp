@@ -25,8 +25,25 @@ void LiveFault::took_effect(SimTime now, int id, const protocol::Frame* frame) {
 std::vector<FaultReport> FaultBoard::reports() const {
   std::vector<FaultReport> reports;
   reports.reserve(faults_.size());
-  for (const LiveFault& live : faults_) reports.push_back({live.fault, live.evidence});
+  for (const LiveFault& live : faults_) {
+    reports.push_back({live.fault, live.evidence, live.order});
+  }
+  std::ranges::sort(reports, {}, &FaultReport::order);
   return reports;
+}
+
+std::size_t FaultBoard::unfinished() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(faults_, [](const LiveFault& live) { return !live.is_over(); }));
+}
+
+std::optional<std::size_t> FaultBoard::oldest_over() const {
+  std::optional<std::size_t> oldest;
+  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
+    if (!faults_[fault].is_over()) continue;
+    if (!oldest || faults_[fault].order < faults_[*oldest].order) oldest = fault;
+  }
+  return oldest;
 }
 
 std::string FaultBoard::free_name(const Fault& fault) const {
@@ -47,9 +64,15 @@ std::size_t FaultBoard::arm(Fault fault, SimTime now) {
   live.fault = std::move(fault);
   live.evidence.armed_at = now;
   live.anchors.resize(live.fault.ids.size());
-  live.random = stream_seed(bus_seed_, static_cast<int>(faults_.size()), SeedStream::kFault);
-  faults_.push_back(std::move(live));
-  return faults_.size() - 1;
+  live.order = armed_++;
+  live.random = stream_seed(bus_seed_, static_cast<int>(live.order), SeedStream::kFault);
+  if (faults_.size() < kMost) {
+    faults_.push_back(std::move(live));
+    return faults_.size() - 1;
+  }
+  const std::size_t place = *oldest_over();
+  faults_[place] = std::move(live);
+  return place;
 }
 
 bool FaultBoard::start(std::size_t fault, SimTime now) {
@@ -79,8 +102,7 @@ std::vector<std::size_t> FaultBoard::find(const std::string& which) const {
   for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
     const LiveFault& live = faults_[fault];
     const bool meant = which == "all" || which == live.fault.name || which == live.row().word;
-    const State state = live.evidence.state;
-    if (meant && state != State::kOver && state != State::kCleared) found.push_back(fault);
+    if (meant && !live.is_over()) found.push_back(fault);
   }
   return found;
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,11 @@
 
 namespace lk::emulator {
 
-/// The faults of a bus, by their place in the order of arming: armed, active, over, and what has
-/// shown of them. A value.
+/// The faults of a bus, by their place: armed, active, over, and what has shown of them. A value.
 class FaultBoard {
  public:
-  /// Faults that a bus keeps, with those that are over.
+  /// Faults that a bus keeps, with those that are over. Then each new one takes the place of the
+  /// oldest that is over.
   static constexpr std::size_t kMost = 1000;
   /// Lasting faults of the plant, each at each of its drives, are looked at in one step, about so
   /// many; of more, each has its turn.
@@ -26,7 +27,12 @@ class FaultBoard {
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
   std::uint64_t bus_seed() const { return bus_seed_; }
-  bool full() const { return faults_.size() >= kMost; }
+  /// There is no place: none of kMost is over.
+  bool full() const { return faults_.size() >= kMost && !oldest_over(); }
+  /// All there have been.
+  std::size_t armed() const { return armed_; }
+  /// Those that are not over.
+  std::size_t unfinished() const;
   bool any_active() const { return active_ > 0; }
   /// Some fault, over or not, is of the hosts' adapter.
   bool any_of_adapter() const { return any_of_adapter_; }
@@ -34,6 +40,7 @@ class FaultBoard {
   const LiveFault& operator[](std::size_t fault) const { return faults_[fault]; }
   auto begin() { return faults_.begin(); }
   auto end() { return faults_.end(); }
+  /// In the order in which they were armed.
   std::vector<FaultReport> reports() const;
 
   /// There must be room. Gives it a name of its own, and returns its place.
@@ -91,9 +98,11 @@ class FaultBoard {
 
  private:
   std::string free_name(const Fault& fault) const;
+  std::optional<std::size_t> oldest_over() const;
 
   std::uint64_t bus_seed_;
   std::vector<LiveFault> faults_;
+  std::size_t armed_ = 0;
   std::size_t active_ = 0;
   bool any_of_adapter_ = false;
   std::size_t turn_ = 0;  // which is looked at next

@@ -15,6 +15,7 @@ namespace lk::emulator {
 struct LiveFault {
   Fault fault;
   FaultEvidence evidence;
+  std::size_t order = 0;  // so many were armed before it
   std::int64_t beginnings = 0;
   SimTime since{0};                  // when it began, this time
   std::optional<SimTime> looked_at;  // last, to see what shows of it
@@ -24,6 +25,10 @@ struct LiveFault {
 
   const FaultRow& row() const { return *fault.row; }
   bool active() const { return evidence.state == FaultEvidence::State::kActive; }
+  bool is_over() const {
+    return evidence.state == FaultEvidence::State::kOver ||
+           evidence.state == FaultEvidence::State::kCleared;
+  }
   bool is_of(int id) const {
     return std::find(fault.ids.begin(), fault.ids.end(), id) != fault.ids.end();
   }

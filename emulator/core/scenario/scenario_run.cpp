@@ -26,9 +26,9 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   for (ExpectationResult& result : judge.results(bus.time())) {
     verdict.expectations.push_back(std::move(result));
   }
-  const std::vector<FaultReport> faults = bus.faults();
-  for (std::size_t n = beginning.faults; n < faults.size(); ++n) {
-    PlannedFault fault{interface, faults[n]};
+  for (const FaultReport& report : bus.faults()) {
+    if (report.order < beginning.faults) continue;
+    PlannedFault fault{interface, report};
     FaultEvidence& evidence = fault.report.evidence;
     evidence.armed_at -= beginning.start;
     if (evidence.began_at) *evidence.began_at -= beginning.start;

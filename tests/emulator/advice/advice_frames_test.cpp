@@ -347,6 +347,28 @@ TEST(AdviceInput, IsOfPausesThatNearlyTrip) {
   EXPECT_EQ(host.count(AdviceKind::kInputWindow), 1U);
 }
 
+/// A scanner of all commands at all IDs.
+TEST(Advice, IsBoundedAndWhatIsLeftOutIsCounted) {
+  BusConfig config = test::bus_config({}, 0);
+  for (int id = 1; id <= protocol::kMaxId; ++id) config.servos.push_back(test::servo_config(id));
+  AdvisedHost host(config);
+  for (int id = 1; id <= protocol::kMaxId; ++id) {
+    for (int command = 0; command < 256; ++command) {
+      protocol::Frame frame{.id = 0x140U + static_cast<std::uint32_t>(id), .dlc = 8};
+      frame.data[0] = static_cast<std::uint8_t>(command);
+      host.send(frame);
+    }
+    host.wait(1ms);
+  }
+  const std::uint64_t unknown = host.bus.stats().count(Drop::kUnknownCommand);
+  std::uint64_t listed = 0;
+  for (int id = 1; id <= protocol::kMaxId; ++id)
+    listed += host.count(AdviceKind::kUnknownCommand, id);
+  EXPECT_GT(unknown, 4000U);
+  EXPECT_LE(host.adviser.given().size(), 1000U);
+  EXPECT_GE(listed + host.adviser.left_out(), unknown);
+}
+
 TEST(AdvicePace, IsOfAWireThatDoesNotKeepUp) {
   BusConfig config = test::bus_config({1, 2, 3, 4}, 1'000'000);
   AdvisedHost host(config);

@@ -1,85 +1,168 @@
-// Every list that a client can lengthen has an end, and docs/reliability.md says which.
+// Every list that a client can lengthen has an end, and docs/reliability.md says which: its table
+// is held against the constants of the source, and these against the table.
 
 #include <gtest/gtest.h>
 
+#include <cctype>
+#include <filesystem>
 #include <fstream>
-#include <functional>
-#include <map>
+#include <iterator>
+#include <regex>
+#include <set>
 #include <string>
+#include <vector>
 
-#include "emulator/control/control_directives.hpp"
-#include "emulator/control/frame_stream.hpp"
-#include "emulator/control/telemetry_stream.hpp"
-#include "emulator/core/wire/can_wire.hpp"
-#include "emulator/program/scenario_activity.hpp"
-#include "emulator/record/log_writer.hpp"
 #include "tests/emulator/control/control_support.hpp"
 
 namespace lk::emulator {
 namespace bounds_test {
 
-/// What the table of the document says, by the name of the list.
-std::map<std::string, std::string> documented() {
-  std::map<std::string, std::string> bounds;
-  std::ifstream page(LKEMU_SOURCE_DIR "/docs/reliability.md");
-  bool in_table = false;
-  for (std::string line; std::getline(page, line);) {
-    if (line.starts_with("| what a client can lengthen |")) in_table = true;
-    if (line.empty()) in_table = false;
-    if (!in_table || !line.starts_with("| ") || line.starts_with("| what ")) continue;
-    const std::size_t name_end = line.find(" |", 2);
-    const std::size_t bound = line.find("| ", line.find("| ", name_end) + 2) + 2;
-    bounds[line.substr(2, name_end - 2)] = line.substr(bound, line.find(" |", bound) - bound);
-  }
-  return bounds;
+const std::string kSource = LKEMU_SOURCE_DIR "/";
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The value of a constant in a file of emulator/: a number, or two with * or << between.
+std::uint64_t value_of(const std::string& file, const std::string& constant) {
+  std::smatch found;
+  const std::string text = text_of(kSource + "emulator/" + file);
+  const std::regex pattern("\\b" + constant + R"( =\s*([^;]+);)");
+  if (!std::regex_search(text, found, pattern)) return 0;
+  std::string words = found[1];
+  words = std::regex_replace(words, std::regex(R"(std::size_t\{(\d+)\})"), "$1");
+  std::erase(words, '\'');
+  std::smatch parts;
+  if (!std::regex_match(words, parts, std::regex(R"((\d+)U?(?: (\*|<<) (\d+)U?)?)"))) return 0;
+  const std::uint64_t first = std::stoull(parts[1]);
+  if (!parts[2].matched) return first;
+  const std::uint64_t second = std::stoull(parts[3]);
+  return parts[2] == "*" ? first * second : first << second;
 }
 
 struct List {
-  double bound;
-  const char* longer;  // the request that makes it longer by one; none: other tests do
+  const char* name;
+  const char* of_each;
+  const char* file;
+  const char* constant;
+  const char* beyond;
+  const char* longer = nullptr;  // the request that makes it longer by one; none: other tests do
   const char* path = "/directives";
 };
 
-const std::map<std::string, List> kLists = {
-    {"faults", {Bus::kMostFaults, R"({"id": 1, "fault": "reset"})"}},
-    {"conditions",
-     {Bus::kMostWaiting,
-      R"({"id": 1, "turn_deg": 1, "when": {"signal": "speed_dps", "above": 1e9}})"}},
-    {"planned directives", {kMostPlanned, R"({"id": 1, "turn_deg": 1, "at_s": 3600})"}},
-    {"settings for the flash",
-     {CanWire::kDriveQueue, R"({"id": 1, "settings": {"max_speed_dps": 100}})"}},
-    {"frames for the wire", {CanWire::kHostQueue, R"({"command": "state_2", "id": 1})", "/frames"}},
-    {"connections", {kMostConnections, nullptr}},
-    {"WebSockets", {kMostStreams, nullptr}},
-    {"streams of frames", {kMostFrameStreams, nullptr}},
-    {"frames for a reader", {kMostGathered, nullptr}},
-    {"bytes of samples for a reader", {kMostQueued, nullptr}},
-    {"values of telemetry a second", {kMostTelemetryOfAll, nullptr}},
-    {"frames while time stands still", {Line::kMostBacklog, nullptr}},
-    {"bytes of a header", {kLongestHeader, nullptr}},
-    {"bytes of a body", {kLongestBody, nullptr}},
-    {"levels of JSON", {kDeepestJson, nullptr}},
-    {"bytes of a message", {kLongestMessage, nullptr}},
-    {"bytes of a scenario", {ScenarioActivity::kLongestFile, nullptr}},
-    {"bytes for the disk", {LogWriter::kMostWaiting, nullptr}},
+constexpr const char* kRefused = "409";
+constexpr const char* kMissed = "missed, and counted";
+constexpr const char* kLost = "lost, and counted";
+
+// clang-format off
+const std::vector<List> kLists = {
+    {"faults", "bus", "core/faults/fault_board.hpp", "kMost", "the oldest that is over makes room; 409 where none is",
+     R"({"id": 1, "fault": "hang"})"},
+    {"conditions", "bus", "core/bus/conditions.hpp", "kMost", kRefused,
+     R"({"id": 1, "turn_deg": 1, "when": {"signal": "speed_dps", "above": 1e9}})"},
+    {"planned directives", "bus", "control/control_directives.hpp", "kMostPlanned", kRefused,
+     R"({"id": 1, "turn_deg": 1, "at_s": 3600})"},
+    {"settings for the flash", "drive", "core/wire/can_wire.hpp", "kDriveQueue", kRefused,
+     R"({"id": 1, "settings": {"max_speed_dps": 100}})"},
+    {"frames for the wire", "bus", "core/wire/can_wire.hpp", "kHostQueue", kRefused,
+     R"({"command": "state_2", "id": 1})", "/frames"},
+    {"frames in an adapter without a depth", "bus", "core/adapter_times.hpp", "kMostInAdapter", kLost},
+    {"frames while time stands still", "bus", "live/line.hpp", "kMostBacklog", kLost},
+    {"replies that wait for the disk", "drive", "rom/rom_gate.hpp", "kMostHeld", kLost},
+    {"advice", "bus", "advice/given.hpp", "kMost", "counted"},
+    {"causes of one kind of advice", "drive", "advice/given.hpp", "kMostCauses", "counted"},
+    {"replies for an interface", "bus", "transports/socketcan_port.cpp", "kMostPending", kLost},
+    {"clients of slcan and socketcand", "port", "transports/make_port.cpp", "kMostClients", "refused, and counted"},
+    {"bytes that a client has not read", "client", "transports/client_set.hpp", "kMostUnsent", "frames are lost, and counted"},
+    {"bytes of answers behind these", "client", "transports/client_set.hpp", "kMostAnswers", "answers are lost, and counted"},
+    {"jobs of socketcand", "client", "transports/socketcand.hpp", "kMostJobs", "an error"},
+    {"bytes of a line of slcan", "client", "transports/slcan.hpp", "kLongestLine", "an error"},
+    {"bytes of a message of socketcand", "client", "transports/socketcand.hpp", "kLongestMessage", "an error"},
+    {"bytes of a datagram", "datagram", "transports/can_msgpack.hpp", "kLongestCanMsgpack", "dropped, and counted"},
+    {"connections", "entrance", "control/http_session.hpp", "kMostConnections", "the idlest is closed, or the newcomer when none is idle"},
+    {"WebSockets", "entrance", "control/http_session.hpp", "kMostStreams", "429"},
+    {"streams of frames", "program", "control/frame_stream.hpp", "kMostFrameStreams", "429"},
+    {"streams of a body", "program", "control/body_stream.hpp", "kMostBodyStreams", "429"},
+    {"frames for a reader", "stream", "control/frame_stream.hpp", "kMostGathered", kMissed},
+    {"bytes of samples for a reader", "stream", "control/telemetry_stream.hpp", "kMostQueued", kMissed},
+    {"samples of a message", "stream", "core/telemetry.hpp", "kMostSamplesPerMessage", "400"},
+    {"values of telemetry a second", "program", "control/telemetry_stream.hpp", "kMostTelemetryOfAll", "429"},
+    {"bytes of a header", "request", "control/http_session.hpp", "kLongestHeader", "431"},
+    {"bytes of a body", "request", "control/http_session.hpp", "kLongestBody", "413"},
+    {"levels of JSON", "request", "files/json_table.hpp", "kDeepestJson", "400"},
+    {"bytes of a message", "WebSocket", "control/http_session.hpp", "kLongestMessage", "closed"},
+    {"bytes of a scenario", "scenario, and again its logs", "program/scenario_activity.hpp", "kLongestFile", "400"},
+    {"bytes for the disk", "recording", "record/log_writer.hpp", "kMostWaiting", "it ends"},
 };
 
+/// Constants that end nothing a client can lengthen.
+const std::set<std::string> kOthers = {
+    // names of others in the table
+    "core/bus/bus.hpp:kMostFaults", "core/bus/bus.hpp:kMostWaiting",
+    "core/wire/serial_wire.hpp:kDriveQueue", "core/wire/serial_wire.hpp:kHostQueue",
+    "core/wire/wire.hpp:kDriveQueue", "core/wire/wire.hpp:kHostQueue",
+    // work at once, not memory
+    "core/faults/fault_board.hpp:kMostLooks", "control/http_session.cpp:kMostGoodbyeReads",
+    "live/line.cpp:kMostLeaving", "live/world.cpp:kMostRounds", "transports/client_set.cpp:kMostEvents",
+    "transports/multicast_port.cpp:kMostDatagrams", "transports/port.hpp:kMostBatches",
+    // what a person writes, or the program itself
+    "control/control_server.cpp:kLongestToken", "control/http_session.cpp:kLongestBuffer",
+    "record/replay_directory.cpp:kLongestLine", "shafts/shaft_messages.cpp:kLongestReason",
+    "transports/make_port.cpp:kLongestPlace", "transports/netlink.cpp:kLongestAnswer",
+    "transports/socket_listener.cpp:kLongestPath", "transports/socketcand.cpp:kMostWords",
+    // numbers of a fault, a counter of a controller
+    "core/fault.hpp:kMostFaultParams", "core/wire/can_errors.cpp:kMostReceiveErrors",
+};
+// clang-format on
+
 TEST(Bounds, AreThoseOfTheDocument) {
-  std::map<std::string, std::string> real;
-  for (const auto& [name, list] : kLists) {
-    real[name] = std::to_string(static_cast<std::uint64_t>(list.bound));
+  const std::string page = text_of(kSource + "docs/reliability.md");
+  const std::size_t begin = page.find("| what a client can lengthen |");
+  const std::string table = page.substr(begin, page.find("\n\n", begin) - begin);
+  for (const List& list : kLists) {
+    const std::string row = "\n| " + std::string(list.name) + " | " + list.of_each + " | " +
+                            std::to_string(value_of(list.file, list.constant)) + " | " +
+                            list.beyond + " | `";
+    EXPECT_NE(table.find(row), std::string::npos) << row;
   }
-  EXPECT_EQ(documented(), real);
+  const auto rows = static_cast<std::size_t>(std::ranges::count(table, '\n'));
+  EXPECT_EQ(rows, 1 + kLists.size()) << "and no others";
+}
+
+/// A new constant of such a name is either in the table, or said to be no such bound.
+TEST(Bounds, AreAllThatTheSourceHas) {
+  std::set<std::string> known = kOthers;
+  for (const List& list : kLists) known.insert(std::string(list.file) + ":" + list.constant);
+  const std::regex constant(
+      R"(constexpr (?:std::size_t|int|std::uint64_t) (k(?:Most|Deepest|Longest|HostQueue|DriveQueue)\w*) =)");
+  std::set<std::string> found;
+  for (const char* room :
+       {"advice", "control", "core", "live", "program", "record", "rom", "shafts", "transports"}) {
+    const std::string root = kSource + "emulator/";
+    for (const auto& file : std::filesystem::recursive_directory_iterator(root + room)) {
+      const std::string path = file.path().string();
+      if (!path.ends_with(".hpp") && !path.ends_with(".cpp")) continue;
+      const std::string text = text_of(path);
+      for (std::sregex_iterator at(text.begin(), text.end(), constant), end; at != end; ++at) {
+        found.insert(path.substr(root.size()) + ":" + (*at)[1].str());
+      }
+    }
+  }
+  for (const std::string& one : found) EXPECT_TRUE(known.contains(one)) << one;
+  for (const std::string& one : kOthers) EXPECT_TRUE(found.contains(one)) << one << " is gone";
 }
 
 TEST(Bounds, EachListOfABusEndsThere) {
-  for (const auto& [name, list] : kLists) {
+  for (const List& list : kLists) {
     if (list.longer == nullptr) continue;
     TestWorld t;
-    for (double n = 0; n < list.bound; ++n) {
-      ASSERT_EQ(t.post(list.path, list.longer).status, 200) << name << " " << n;
+    const std::uint64_t bound = value_of(list.file, list.constant);
+    ASSERT_GT(bound, 0U) << list.name;
+    for (std::uint64_t n = 0; n < bound; ++n) {
+      ASSERT_EQ(t.post(list.path, list.longer).status, 200) << list.name << " " << n;
     }
-    EXPECT_EQ(t.post(list.path, list.longer).status, 409) << name;
+    EXPECT_EQ(t.post(list.path, list.longer).status, 409) << list.name;
   }
 }
 

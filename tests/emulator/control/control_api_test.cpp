@@ -204,12 +204,14 @@ TEST(ControlApi, NamesFaultsAndClearsThem) {
 TEST(ControlApi, KeepsSoManyFaultsAndNoMore) {
   TestWorld t;
   for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
-    ASSERT_EQ(t.post("/directives", R"({"id": 1, "fault": {"kind": "reset", "name": "r)" +
+    ASSERT_EQ(t.post("/directives", R"({"id": 1, "at_s": 9, "fault": {"kind": "hang", "name": "r)" +
                                         std::to_string(n) + "\"}}")
                   .status,
               200);
   }
   EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 409);
+  EXPECT_EQ(t.post("/directives", R"({"clear": "all"})").status, 200);
+  EXPECT_EQ(t.post("/directives", R"({"id": 1, "fault": "reset"})").status, 200);
 }
 
 TEST(ControlApi, WaitsForSoManyConditionsAndNoMore) {

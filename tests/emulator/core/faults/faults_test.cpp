@@ -323,6 +323,41 @@ TEST(Faults, ABusKeepsSoManyAndDoesNothingOfMore) {
   EXPECT_TRUE(host.bus.apply({1, TurnShaft{10}}));
 }
 
+TEST(Faults, ANewOneTakesThePlaceOfTheOldestThatIsOver) {
+  Host host(test::bus_config({1}));
+  const auto inject = [&](const char* word, std::size_t n) {
+    return host.bus.apply(
+        {kWholeBus, SetFault{fault(word, {}, {}, {1}, word + std::to_string(n))}});
+  };
+  ASSERT_TRUE(inject("bridge_dead", 0));  // lasts
+  for (std::size_t n = 1; n < Bus::kMostFaults; ++n) ASSERT_TRUE(inject("reset", n));
+  EXPECT_FALSE(host.bus.faults_full());
+  ASSERT_TRUE(inject("reset", Bus::kMostFaults));
+  const std::vector<FaultReport> kept = host.bus.faults();
+  ASSERT_EQ(kept.size(), Bus::kMostFaults);
+  EXPECT_EQ(kept[0].fault.name, "bridge_dead0");
+  EXPECT_EQ(kept[1].fault.name, "reset2");
+  EXPECT_EQ(kept.back().fault.name, "reset" + std::to_string(Bus::kMostFaults));
+  EXPECT_EQ(host.bus.faults_armed(), Bus::kMostFaults + 1);
+  EXPECT_EQ(host.bus.unfinished_faults(), 1U);
+}
+
+TEST(Faults, ThoseThatAreClearedMakeRoom) {
+  Host host(test::bus_config({1}));
+  const auto plan_one = [&](SimTime at) {
+    return host.bus.plan({at, {kWholeBus, SetFault{fault("bridge_dead", {}, {}, {1})}}});
+  };
+  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) ASSERT_TRUE(plan_one(1s));
+  EXPECT_TRUE(host.bus.faults_full());
+  host.bus.apply({kWholeBus, ClearFault{"all"}});
+  EXPECT_FALSE(host.bus.faults_full());
+  ASSERT_TRUE(plan_one(2s));
+  host.wait(1500ms);  // what was cleared does not begin in its place
+  EXPECT_FALSE(host.bus.faults().back().evidence.began_at);
+  host.wait(1s);
+  EXPECT_EQ(host.bus.faults().back().evidence.began_at, 2s);
+}
+
 TEST(Faults, ABusWaitsForSoManyConditions) {
   Host host(test::bus_config({1}));
   const Condition seen{1, CommandSeen{0x9C, 1}};
