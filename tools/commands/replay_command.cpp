@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,8 +65,8 @@ void add_options(CLI::App& app, ReplayRequest& request) {
   app.add_option("--log", request.log, "a real robot's candump -L log instead of a recording")
       ->type_name("FILE");
   app.add_option("--config", request.config, "the robot that the log is of")->type_name("ROBOT");
-  app.add_option("--bus", request.bus, "the bus to look at, in the log and the configuration")
-      ->type_name("BUS");
+  app.add_option("--bus", request.bus, "bus of the configuration, and its name in the log")
+      ->type_name("BUS[=NAME]");
   app.add_option("--report", request.report, "file for the comparison (default: standard output)")
       ->type_name("FILE");
 }
@@ -190,19 +191,51 @@ int replay_recorded(const ReplayRequest& request) {
 
 // --- a log
 
-BusConfig choose_bus(const ReplayRequest& request) {
+/// A bus of the configuration, and what the log calls it; empty: it was not said.
+struct ChosenBus {
+  BusConfig config;
+  std::string name;
+};
+
+ChosenBus choose_bus(const ReplayRequest& request) {
   CommandLine command_line;
   command_line.config_file = request.config;
   const auto buses = load_config(command_line);
-  if (request.bus.empty() && buses.size() == 1) return buses.front();
+  if (request.bus.empty() && buses.size() == 1) return {buses.front(), ""};
   if (request.bus.empty()) {
     throw StartError("replay: " + request.config + " has several buses; say which with --bus");
   }
-  const auto found = std::ranges::find(buses, request.bus, &BusConfig::interface);
-  if (found == buses.end()) {
-    throw StartError("replay: " + request.config + " has no bus " + request.bus);
+  const std::size_t sign = request.bus.rfind('=');
+  for (const BusConfig& bus : buses) {
+    if (bus.interface == request.bus) return {bus, ""};
+    if (sign != std::string::npos && bus.interface == request.bus.substr(0, sign)) {
+      return {bus, request.bus.substr(sign + 1)};
+    }
   }
-  return *found;
+  throw StartError("replay: " + request.config + " has no bus " + request.bus.substr(0, sign));
+}
+
+/// How candump and loggers of serial ports call it: "ttyUSB0" of "rs485:/dev/ttyUSB0".
+std::string short_name(const std::string& bus) { return bus.substr(bus.find_last_of("/:") + 1); }
+
+/// The frames of which of its interfaces: that of the bus, or the only one.
+std::string find_interface(const std::vector<CandumpLine>& lines, const ChosenBus& bus,
+                           const std::string& file) {
+  std::set<std::string> all;
+  for (const CandumpLine& line : lines) all.insert(line.interface);
+  if (!bus.name.empty()) {
+    if (all.contains(bus.name)) return bus.name;
+    throw StartError(fmt::format("replay: {} has no interface {}, but {}", file, bus.name,
+                                 fmt::join(all, ", ")));
+  }
+  for (const std::string& name : {bus.config.interface, short_name(bus.config.interface)}) {
+    if (all.contains(name)) return name;
+  }
+  if (all.size() == 1) return *all.begin();
+  throw StartError(
+      fmt::format("replay: {} has the interfaces {}, and none is {}; say which with "
+                  "--bus {}=NAME",
+                  file, fmt::join(all, ", "), bus.config.interface, bus.config.interface));
 }
 
 /// What is longer is no silence but a clock that was set, from 1970 to the present for one: to
@@ -220,31 +253,26 @@ void check_silences(const std::vector<LoggedFrame>& frames, const std::string& f
   }
 }
 
-/// Of the log's interfaces the bus's own; any, when it has one only.
-std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const std::string& bus,
+std::vector<LoggedFrame> frames_of(const std::vector<CandumpLine>& lines, const ChosenBus& bus,
                                    const std::string& file) {
-  const auto is_bus = [&bus](const CandumpLine& line) { return line.interface == bus; };
-  const bool known = std::ranges::any_of(lines, is_bus);
+  if (lines.empty()) throw StartError("replay: " + file + " has no frames");
+  const std::string interface = find_interface(lines, bus, file);
   std::vector<LoggedFrame> frames;
   for (const CandumpLine& line : lines) {
-    if (known && !is_bus(line)) continue;
-    if (line.interface != lines.front().interface && !known) {
-      throw StartError(fmt::format("replay: {} has several interfaces and none is {}", file, bus));
-    }
+    if (line.interface != interface) continue;
     LoggedFrame frame{{line.at, line.frame}, std::nullopt, line.number};
     if (line.direction != CandumpLine::Direction::kUnsaid) {
       frame.from_host = line.direction == CandumpLine::Direction::kSent;
     }
     frames.push_back(frame);
   }
-  if (frames.empty()) throw StartError("replay: " + file + " has no frames");
   std::ranges::stable_sort(frames, {}, [](const LoggedFrame& frame) { return frame.timed.at; });
   check_silences(frames, file);
   return frames;
 }
 
 int compare(const ReplayRequest& request) {
-  const BusConfig bus = choose_bus(request);
+  const ChosenBus bus = choose_bus(request);
   std::vector<CandumpLine> lines;
   try {
     lines = parse_candump_log(read_regular_file(request.log, kLongestLog), request.log);
@@ -253,7 +281,7 @@ int compare(const ReplayRequest& request) {
   } catch (const std::invalid_argument& problem) {
     throw StartError(problem.what());
   }
-  const auto comparison = compare_log(frames_of(lines, bus.interface, request.log), bus);
+  const auto comparison = compare_log(frames_of(lines, bus, request.log), bus.config);
   const std::string text = comparison_text(comparison);
   if (request.report.empty()) {
     std::fputs(text.c_str(), stdout);
