@@ -38,10 +38,12 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 
-// The most that parameters and settings can be where ranges are printed.
+// The most that parameters and settings can be where ranges are printed. Max Speed is printed as
+// 6000 dps, less than the 16800 dps that real drives are delivered with: here it is the 72000 dps
+// that the vendor prints for the boards of MG drives.
 inline constexpr std::int32_t kMostGain = 2000;
 inline constexpr std::int32_t kMostTorque_lsb = 2000;
-inline constexpr std::int32_t kMostSpeed_cdps = 600'000;
+inline constexpr std::int32_t kMostSpeed_cdps = 7'200'000;
 inline constexpr std::int32_t kMostCurrentRamp_mA_s = 30'000;
 inline constexpr std::int32_t kMostSpeedRamp_dps_s = 600'000;
 

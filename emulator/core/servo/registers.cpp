@@ -1,6 +1,7 @@
 #include "emulator/core/servo/registers.hpp"
 
 #include <algorithm>
+#include <cstdint>
 
 #include "emulator/core/units.hpp"
 #include "protocol/wire.hpp"
@@ -103,9 +104,15 @@ protocol::Parameter get_parameter(const Registers& registers, protocol::Paramete
   return parameter;
 }
 
+std::int32_t in_16_bits(std::int32_t number) {
+  return std::clamp<std::int32_t>(number, INT16_MIN, INT16_MAX);
+}
+
 void set_parameter(Registers& registers, const protocol::Parameter& wanted,
                    const protocol::WireFormat& format) {
   auto& gains = registers.gains;
+  // What was read can be written back, also where a configuration is beyond the ranges.
+  if (wanted == get_parameter(registers, wanted.id, format)) return;
   const protocol::Parameter parameter =
       format.dialect.parameter_ranges ? within_ranges(wanted) : wanted;
   const std::int32_t number = std::max(parameter.number, 0);  // no register knows a sign

@@ -21,9 +21,12 @@ model::ControlSettings control_settings(
 /// What 0xC0 answers.
 protocol::Parameter get_parameter(const Registers& registers, protocol::ParameterId id,
                                   const protocol::WireFormat& format);
-/// What 0xC1 does.
+/// What 0xC1 does. Writing what 0xC0 answers changes nothing.
 void set_parameter(Registers& registers, const protocol::Parameter& parameter,
                    const protocol::WireFormat& format);
+
+/// A number as a field of int16 shows it.
+std::int32_t in_16_bits(std::int32_t number);
 
 /// Where ROM keeps what 0xC1 writes to RAM.
 RomParameter rom_parameter_of(protocol::ParameterId id, Series series);

@@ -60,6 +60,8 @@ class Servo {
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
   /// What ROM will hold, and say of its place at the next start, once 0x44 has saved it.
   Registers pending() const;
+  /// What 0x40 shows.
+  protocol::StoredSetting shown_setting(const protocol::StoredSetting& which) const;
   /// Settings that wait for 0x44.
   bool has_pending() const { return touched_.any(); }
   const ServoConfig& config() const { return config_; }

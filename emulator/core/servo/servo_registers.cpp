@@ -15,14 +15,22 @@ namespace {
 constexpr RomParameter kGainsAlone[] = {RomParameter::kGains};
 constexpr RomParameter kOffsetAlone[] = {RomParameter::kEncoderOffset};
 
-/// The six of 0x31 and 0x32; Kd is not among them.
+/// What 0x30 shows of a gain: a byte has no room for what 0xC1 may have written.
+std::uint8_t as_byte(std::uint16_t gain) {
+  return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
+}
+
+/// The six of 0x31 and 0x32; Kd is not among them. Writing what 0x30 shows changes nothing.
 void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
-  gains.angle_kp = bytes.angle_kp;
-  gains.angle_ki = bytes.angle_ki;
-  gains.speed_kp = bytes.speed_kp;
-  gains.speed_ki = bytes.speed_ki;
-  gains.current_kp = bytes.iq_kp;
-  gains.current_ki = bytes.iq_ki;
+  const auto set = [](std::uint16_t& gain, std::uint8_t byte) {
+    if (byte != as_byte(gain)) gain = byte;
+  };
+  set(gains.angle_kp, bytes.angle_kp);
+  set(gains.angle_ki, bytes.angle_ki);
+  set(gains.speed_kp, bytes.speed_kp);
+  set(gains.speed_ki, bytes.speed_ki);
+  set(gains.current_kp, bytes.iq_kp);
+  set(gains.current_ki, bytes.iq_ki);
 }
 
 }  // namespace
@@ -31,12 +39,9 @@ void set_gains(model::GainBytes& gains, const protocol::PidGains& bytes) {
 
 Reply Servo::on(const protocol::ReadPid&, const Context&) const {
   const auto& gains = ram_.gains;
-  // A byte has no room for what 0xC1 may have written.
-  const auto byte = [](std::uint16_t gain) {
-    return static_cast<std::uint8_t>(std::min<std::uint16_t>(gain, 255));
-  };
-  return protocol::Pid{{byte(gains.angle_kp), byte(gains.angle_ki), byte(gains.speed_kp),
-                        byte(gains.speed_ki), byte(gains.current_kp), byte(gains.current_ki)}};
+  return protocol::Pid{{as_byte(gains.angle_kp), as_byte(gains.angle_ki), as_byte(gains.speed_kp),
+                        as_byte(gains.speed_ki), as_byte(gains.current_kp),
+                        as_byte(gains.current_ki)}};
 }
 
 Reply Servo::on(const protocol::WritePidToRam& command, const Context& context) {

@@ -52,7 +52,7 @@ protocol::Setting get_setting(const Registers& registers, SettingId id,
   if (const auto parameter = parameter_of(id)) {
     const protocol::Parameter value = get_parameter(registers, *parameter, format);
     setting.gains = value.gains;
-    setting.number = value.number;
+    setting.number = id == SettingId::kCurrentRamp ? in_16_bits(value.number) : value.number;
   } else {
     const std::int64_t angle_cdeg = max_angle_cdeg(registers);
     setting.number =
@@ -64,11 +64,14 @@ protocol::Setting get_setting(const Registers& registers, SettingId id,
 /// Returns false when there is no such setting.
 bool set_setting(Registers& registers, const protocol::Setting& setting,
                  const protocol::WireFormat& format) {
-  if (const auto parameter = parameter_of(setting.id)) {
+  const auto parameter = parameter_of(setting.id);
+  const bool known =
+      parameter || setting.id == SettingId::kMaxAngleLow || setting.id == SettingId::kMaxAngleHigh;
+  if (!known || setting == get_setting(registers, setting.id, format)) return known;
+  if (parameter) {
     set_parameter(registers, {*parameter, setting.gains, setting.number}, format);
     return true;
   }
-  if (setting.id != SettingId::kMaxAngleLow && setting.id != SettingId::kMaxAngleHigh) return false;
   const std::int64_t old_cdeg = max_angle_cdeg(registers);
   const bool high = setting.id == SettingId::kMaxAngleHigh;
   const std::int64_t low_half =

@@ -47,16 +47,20 @@ Registers Servo::pending() const {
   return all;
 }
 
-Reply Servo::on(const protocol::ReadStoredSetting& command, const Context&) const {
+protocol::StoredSetting Servo::shown_setting(const protocol::StoredSetting& which) const {
   const bool shows_pending = config_.quirks.setting_read == SettingRead::kPending;
-  return protocol::StoredSettingValue{
-      get_stored(shows_pending ? pending() : ram_, command.setting, config_, format_)};
+  return get_stored(shows_pending ? pending() : ram_, which, config_, format_);
+}
+
+Reply Servo::on(const protocol::ReadStoredSetting& command, const Context&) const {
+  return protocol::StoredSettingValue{shown_setting(command.setting)};
 }
 
 Reply Servo::on(const protocol::WriteStoredSetting& command, const Context& context) {
-  if (is_within_ranges(context.query, format_)) {
+  const bool as_read = command.setting == shown_setting(command.setting);
+  if (as_read || is_within_ranges(context.query, format_)) {
     pending_ = pending();
-    set_stored(pending_, command.setting, format_);
+    set_stored(pending_, command.setting, config_, format_);
     touched_.set(static_cast<std::size_t>(rom_parameter_of(command.setting.id(), format_.series)));
     if (config_.quirks.id_change == IdChange::kWrite) move();
   }
@@ -129,10 +133,9 @@ Reply Servo::on(const protocol::ReadMaxTorque&, const Context&) const {
 }
 
 Reply Servo::on(const protocol::WriteMaxTorque& command, const Context& context) {
-  set_parameter(ram_,
-                {ParameterId::kMaxTorqueCurrent,
-                 {},
-                 std::min(command.max_torque_lsb, protocol::kMostTorque_lsb)},
+  const std::int32_t now = get_parameter(ram_, ParameterId::kMaxTorqueCurrent, format_).number;
+  const std::int32_t most = std::max(protocol::kMostTorque_lsb, now);
+  set_parameter(ram_, {ParameterId::kMaxTorqueCurrent, {}, std::min(command.max_torque_lsb, most)},
                 format_);
   configure(context.lane);
   return echo(context);

@@ -103,7 +103,8 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
   if (row.parameter) {
     const protocol::Parameter value = get_parameter(registers, *row.parameter, format);
     setting.gains = value.gains;
-    setting.number = value.number;
+    setting.number =
+        which.id() == StoredSettingId::kCurrentRamp ? in_16_bits(value.number) : value.number;
     return setting;
   }
   setting.number = registers.*row.place;
@@ -118,7 +119,8 @@ protocol::StoredSetting get_stored(const Registers& registers, const protocol::S
 }
 
 void set_stored(Registers& registers, const protocol::StoredSetting& setting,
-                const protocol::WireFormat& format) {
+                const ServoConfig& config, const protocol::WireFormat& format) {
+  if (setting == get_stored(registers, setting, config, format)) return;
   const SettingRow& row = row_of(setting.id());
   if (row.parameter) {
     set_parameter(registers, {*row.parameter, setting.gains, setting.number}, format);

@@ -37,9 +37,9 @@ std::vector<int> sharing_drives(const BusConfig& bus, int id, const PlaceOf& pla
 /// The setting, one that there is, as the registers have it.
 protocol::StoredSetting get_stored(const Registers& registers, const protocol::StoredSetting& which,
                                    const ServoConfig& config, const protocol::WireFormat& format);
-/// The registers have it; its value is within its range.
+/// The registers have it; its value is within its range, or what get_stored gives.
 void set_stored(Registers& registers, const protocol::StoredSetting& setting,
-                const protocol::WireFormat& format);
+                const ServoConfig& config, const protocol::WireFormat& format);
 RomParameter rom_parameter_of(protocol::StoredSettingId id, Series series);
 
 }  // namespace lk::emulator

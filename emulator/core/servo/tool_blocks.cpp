@@ -149,7 +149,7 @@ Block settings_block(const ServoConfig& config, const Registers& ram,
   put_le(data, kMaxSpeed, number(protocol::ParameterId::kMaxSpeed));
   put_le(data, kMaxAngle, std::int64_t{number(protocol::ParameterId::kMaxAngle)});
   put_le(data, kCurrentRamp,
-         quantize<std::int16_t>(number(protocol::ParameterId::kCurrentRamp), 1));
+         static_cast<std::int16_t>(in_16_bits(number(protocol::ParameterId::kCurrentRamp))));
   put_le(data, kSpeedRamp, number(protocol::ParameterId::kSpeedRamp));
   put_le(data, kUniqueId, static_cast<std::uint32_t>(config.id));
   put_le(data, kSaved, kSavedMark);
@@ -176,12 +176,14 @@ void take_settings_block(const Payload& request, const protocol::WireFormat& for
   const auto set = [&](ParameterId id, std::int32_t number) {
     set_parameter(ram, {id, {}, number}, format);
   };
+  const std::int32_t ramp = get_parameter(ram, ParameterId::kCurrentRamp, format).number;
   set(ParameterId::kMaxTorqueCurrent, static_cast<std::int16_t>(u16_at(kMaxTorque)));
   set(ParameterId::kMaxSpeed, number_at(kMaxSpeed));
   const auto angle_cdeg = protocol::get_le<std::int64_t>(request, 1 + kMaxAngle);
   set(ParameterId::kMaxAngle,
       static_cast<std::int32_t>(std::clamp<std::int64_t>(angle_cdeg, 0, INT32_MAX)));
-  set(ParameterId::kCurrentRamp, static_cast<std::int16_t>(u16_at(kCurrentRamp)));
+  const auto wanted_ramp = static_cast<std::int16_t>(u16_at(kCurrentRamp));
+  if (wanted_ramp != in_16_bits(ramp)) set(ParameterId::kCurrentRamp, wanted_ramp);
   set(ParameterId::kSpeedRamp, number_at(kSpeedRamp));
 }
 

@@ -103,7 +103,7 @@ TEST(SecondPrint, ValuesBeyondTheirRangeAreNotWritten) {
                                     {"42050D0005000000", "42050D0004000000"},     // CAN rate 5
                                     {"4205E000D1070000", "4205E000E8030000"},     // 2001
                                     {"4205E000FFFF0000", "4205E000E8030000"},     // −1
-                                    {"4205E200C1270900", "4205E20080A21900"},     // 6000.01 dps
+                                    {"4205E20001DD6D00", "4205E20080A21900"},     // 72000.01 dps
                                     {"42A0D10701000100", "42A0640064000000"}}) {  // Kp 2001
     EXPECT_EQ(host.ask(std::string("147#") + write), frame(std::string("147#") + kept)) << write;
   }
@@ -284,7 +284,7 @@ TEST(SecondPrint, TheZeroOfRomComesInFourBytes) {
 TEST(SecondPrint, ParametersAreHeldToTheirRangesAndTheReplyShowsIt) {
   Host host(drive());
   EXPECT_EQ(host.ask("147#C120 0000 407E0500"), frame("147#C1200000407E0500"));
-  EXPECT_EQ(host.ask("147#C120 0000 C1270900"), frame("147#C1200000C0270900"));  // 6000.00 dps
+  EXPECT_EQ(host.ask("147#C120 0000 01DD6D00"), frame("147#C120000000DD6D00"));  // 72000.00 dps
   EXPECT_EQ(host.ask("147#C10AD10702000300"), frame("147#C10AD00702000300"));    // Kp 2000
   EXPECT_EQ(host.ask("147#C11E0000FF070000"), frame("147#C11E0000D0070000"));    // 2000
   EXPECT_EQ(host.ask("147#C1240000FFFFFF7F"), frame("147#C124000030750000"));    // 30000
