@@ -25,15 +25,10 @@ bool all_zero(const Frame& frame, std::size_t from) {
 
 /// Of queries that carry nothing, and replies that carry a value which is hardly ever 0.
 bool zero_is_a_query(std::uint8_t command) {
-  constexpr Opcode kReads[] = {protocol::ReadPid::kOpcode,
-                               protocol::ReadEncoder::kOpcode,
-                               protocol::ReadMultiTurnAngle::kOpcode,
-                               protocol::ReadSingleTurnAngle::kOpcode,
-                               protocol::ReadProduct::kOpcode,
-                               protocol::ReadSettingsBlock::kOpcode,
-                               protocol::ReadCalibration::kOpcode,
-                               protocol::AlignReducer::kOpcode};
-  return std::ranges::find(kReads, static_cast<Opcode>(command)) != std::end(kReads);
+  return command == static_cast<std::uint8_t>(protocol::ReadPid::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadEncoder::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadMultiTurnAngle::kOpcode) ||
+         command == static_cast<std::uint8_t>(protocol::ReadSingleTurnAngle::kOpcode);
 }
 
 /// Carries what a host hardly puts into it: a state's temperature, or the value that is asked for.
@@ -67,7 +62,8 @@ bool can_be_query(const Frame& frame, const ReplyReader& reader) {
 }
 
 bool can_be_reply(const Frame& frame, const ReplyReader& reader) {
-  return std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
+  return has_length_of_reply(frame) &&
+         std::holds_alternative<protocol::ReplyFrame>(protocol::decode_reply(frame, reader.format));
 }
 
 }  // namespace

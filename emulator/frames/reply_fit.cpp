@@ -1,6 +1,7 @@
 #include "emulator/frames/reply_fit.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <variant>
 
 #include "protocol/field_values.hpp"
@@ -33,6 +34,7 @@ bool says_the_same(const protocol::Frame& query) {
 Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::Frame& query,
               const protocol::Frame& reply) {
   if (!reader.answers_with(command, reply.data[0])) return Fit::kNo;
+  if (!has_length_of_reply(reply)) return Fit::kNo;
   if (!is_about_the_same(query, reply, reader.format)) return Fit::kNo;
   protocol::Frame own = reply;
   own.id = reader.format.dialect.reply_id_base + static_cast<std::uint32_t>(reader.id);
@@ -53,6 +55,18 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
 bool looks_like_a_state(const protocol::Frame& frame) {
   if (!protocol::has_state(frame.data[0])) return false;
   return is_serial(frame) ? frame.dlc == protocol::kCanBytes : frame.data[1] > 1;
+}
+
+bool has_length_of_reply(const protocol::Frame& frame) {
+  const protocol::CommandInfo* const command = protocol::command_of(frame);
+  if (!protocol::is_serial(frame) || command == nullptr) return true;
+  constexpr protocol::Opcode kBlockReads[] = {
+      protocol::ReadProduct::kOpcode, protocol::ReadSettingsBlock::kOpcode,
+      protocol::ReadCalibration::kOpcode, protocol::AlignReducer::kOpcode};
+  const bool reads = std::ranges::find(kBlockReads, command->opcode) != std::end(kBlockReads);
+  const bool writes = command->query_len != nullptr;
+  const bool empty = frame.dlc == 1;
+  return !(reads && empty) && !(writes && !empty);
 }
 
 bool is_data(const protocol::Frame& frame) {

@@ -18,6 +18,9 @@ Fit reply_fit(const ReplyReader& reader, std::uint8_t command, const protocol::F
 /// A frame like those that drives and their hosts send: 11-bit identifier, 8 bytes.
 bool is_data(const protocol::Frame& frame);
 
+/// False: a block of the tool (docs/rs485.md) with the length that it has in queries only.
+bool has_length_of_reply(const protocol::Frame& frame);
+
 /// Drives say such things and hosts hardly do: states, whose DATA[1] is a temperature.
 bool looks_like_a_state(const protocol::Frame& frame);
 

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -181,20 +182,37 @@ bool print(const std::string& text) {
   throw std::runtime_error("standard output: " + because());
 }
 
-/// What has come is printed before more is read.
+/// What has come is printed before more is read. True: the input has ended.
 template <class Reader>
-void decode(int fd, const std::string& name, Reader& reader) {
+bool decode(int fd, const std::string& name, Reader& reader) {
   Lines lines(reader);
   const StopSignals signals;
   std::string chunk(std::size_t{64} * 1024, '\0');
+  bool ended = false;
   while (signals.wait_for(fd)) {
     const ssize_t length = ::read(fd, chunk.data(), chunk.size());
     if (length < 0 && errno == EINTR) continue;
     if (length < 0) throw StartError("decode: cannot read " + name + ": " + because());
-    if (length == 0) break;
-    if (!print(lines.take({chunk.data(), static_cast<std::size_t>(length)}))) return;
+    ended = length == 0;
+    if (ended) break;
+    if (!print(lines.take({chunk.data(), static_cast<std::size_t>(length)}))) return false;
   }
   print(lines.finish());
+  return ended;
+}
+
+/// The name of the shipped motor that is sold under the label, which a log may have; empty: none.
+std::string motor_sold_as(const std::string& label) {
+  // A label out of a log must never be taken for a path.
+  const bool is_label = !label.empty() && std::ranges::all_of(label, [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-';
+  });
+  if (!is_label) return "";
+  try {
+    return find_motor_file(label).name;
+  } catch (const UnknownMotor&) {
+    return "";
+  }
 }
 
 /// Reads all that comes, and says where not a single frame did.
@@ -211,11 +229,13 @@ void read_log(const DecodeApp& given, Reader& reader) {
         "lk-emu decode: reads what is typed; candump -t z can0 | lk-emu decode reads a bus\n",
         stderr);
   }
-  decode(from_input ? STDIN_FILENO : file.get(), name, reader);
-  if (reader.frames() == 0 && reader.bad_lines() > 0) {
+  const bool ended = decode(from_input ? STDIN_FILENO : file.get(), name, reader);
+  if (reader.frames() > 0) return;
+  if (reader.bad_lines() > 0) {
     throw StartError("decode: nothing in " + name + " is a frame of candump; " +
                      reader.first_problem());
   }
+  if (ended) throw StartError("decode: " + name + " has no frame: give it a log of candump");
 }
 
 }  // namespace
@@ -229,7 +249,9 @@ int run_decode(int argc, const char* const* argv) {
   DecodeApp given;
   if (!parse_arguments(given.app, argc, argv)) return 0;
   if (given.guess) {
-    Guesser guesser({.json = given.json, .language = chosen_language(given.language)});
+    Guesser guesser({.json = given.json,
+                     .language = chosen_language(given.language),
+                     .motor_of = motor_sold_as});
     read_log(given, guesser);
   } else {
     Decoder decoder(read_options(given));

@@ -24,6 +24,7 @@ constexpr std::uint32_t kTurn_cdeg = 36000;
 constexpr std::uint8_t kUnderOrOverVoltage = 0x03;
 constexpr std::uint8_t kLegacyErrors = 0x09;
 constexpr std::uint8_t kBridgeOff = 0x10;
+constexpr std::uint16_t kDeviceOfMs = 0x2011;  // docs/rs485.md
 
 /// Silence tells something where the drive answered so shortly before and after (assumed).
 constexpr SimTime kSilenceWithin = 10s;
@@ -58,16 +59,38 @@ bool is_state_2(std::uint8_t command) {
           command <= static_cast<std::uint8_t>(protocol::Position6::kOpcode));
 }
 
-std::optional<Trait> trait_of(std::uint32_t asked) {
-  const auto* row =
-      asked <= 0xFF ? protocol::find_command(static_cast<std::uint8_t>(asked)) : nullptr;
-  return row != nullptr ? trait_behind(row->opcode) : std::nullopt;
+std::optional<Trait> trait_of(std::uint32_t asked, protocol::Framing framing) {
+  if (asked > 0xFF) return std::nullopt;
+  return trait_behind(static_cast<Opcode>(asked), framing);
 }
 
 /// What an answer to a command behind the trait allows, or that there is none.
 ValueSet allowed_by(Trait trait, bool answered) {
   if (trait == Trait::kSeries) return only(answered ? kNotMs : kMs);
   return only(answered ? kSwitchedOn : kSwitchedOff);
+}
+
+/// What silence, if it lasts, or an answer says of a query, of which LEN may be what matters.
+struct Says {
+  Trait trait;
+  ValueSet allowed;
+};
+std::optional<Says> says(const Settled& settled, bool answered) {
+  const auto framing = protocol::framing_of(settled.query);
+  const auto trait = trait_of(settled.asked, framing);
+  const int len = settled.query.dlc - 1;
+  const bool serial = framing == protocol::Framing::kSerial;
+  if (serial && settled.asked == static_cast<std::uint8_t>(protocol::Speed::kOpcode) && len == 6) {
+    return Says{Trait::kSpeedLimit, allowed_by(Trait::kSpeedLimit, answered)};
+  }
+  if (!trait) return std::nullopt;
+  if (*trait == Trait::kEncoderForm) {  // drives of the one form may take the other's LEN
+    return Says{*trait, answered ? ValueSet{0} : only(len == 0 ? kSwitchedOn : kSwitchedOff)};
+  }
+  // A drive with the command may be silent to a LEN that it does not take.
+  if (*trait == Trait::kZeroRam && !answered && len != 0) return Says{*trait, ValueSet{0}};
+  if (*trait == Trait::kProduct && answered) return Says{*trait, ValueSet{0}};  // LEN of the reply
+  return Says{*trait, allowed_by(*trait, answered)};
 }
 
 bool in_order(const std::optional<SimTime>& a, const std::optional<SimTime>& b, SimTime most) {
@@ -98,21 +121,25 @@ void DriveWatch::query(const Told& told, std::optional<SimTime> at) {
 void DriveWatch::settle(const Settled& settled) {
   if (settled.how == Settled::How::kOpen) return;
   const bool answered = settled.how == Settled::How::kAnswered;
-  const auto trait = trait_of(settled.asked);
-  if (!trait && settled.asked <= 0xFF) evidence_.count_answer(answered);
+  const auto says_so = says(settled, answered);
+  if (!says_so && settled.asked <= 0xFF) evidence_.count_answer(answered);
   if (answered) {
     if (answered_before_ && in_order(answered_at_, silent_since_, kSilenceWithin) &&
         in_order(silent_since_, settled.at, kSilenceWithin)) {
       for (const auto& [behind, frames] : silent_) {
-        evidence_.see(behind, allowed_by(behind, false), frames);
+        evidence_.see(behind.first, behind.second, frames);
       }
+    }
+    // What the reply alone does not show.
+    if (says_so && says_so->trait == Trait::kSpeedLimit) {
+      evidence_.see(says_so->trait, says_so->allowed, Weight::kSure, {settled.query, settled.at});
     }
     silent_.clear();
     silent_since_.reset();
     answered_before_ = true;
     answered_at_ = settled.at;
-  } else if (trait) {
-    Frames& frames = silent_[*trait];
+  } else if (says_so) {
+    Frames& frames = silent_[{says_so->trait, says_so->allowed}];
     ++frames.silent;
     if (frames.first.size() < Evidence::kMostExamples) {
       frames.first.push_back({settled.query, settled.at});
@@ -144,7 +171,11 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
     const std::size_t value = static_cast<std::size_t>(
         std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
-    if (told.latency && *told.latency > SimTime{0}) {
+    // What looks like the reply of the brake may be a later command to it; writing ROM takes long.
+    const auto* const row = protocol::command_of(told.frame);
+    const bool usual =
+        row != nullptr && !row->writes_rom && row->opcode != protocol::Brake::kOpcode;
+    if (usual && told.latency && *told.latency > SimTime{0}) {
       fastest_ = timed_ == 0 ? *told.latency : std::min(fastest_, *told.latency);
       slowest_ = std::max(slowest_, *told.latency);
       ++timed_;
@@ -162,6 +193,8 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
     see_zero(sighting);
   }
   if (command == static_cast<std::uint8_t>(protocol::Off::kOpcode)) off_at_ = at;
+  if (serial && fits) see_packet(told, sighting);
+  see_encoder({told.frame, at});
   const int effort_lsb = get_le<std::int16_t>(told.frame.data, 2);
   if (is_state_2(command) && std::abs(effort_lsb) > protocol::kIqReplyLimit_lsb) ++odd_currents_;
   if (!serial) motion_.reply({told.frame, at}, evidence_);
@@ -189,14 +222,64 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
     evidence_.see(Trait::kReplyBytes, only(repeats ? kSwitchedOff : kSwitchedOn), Weight::kLikely,
                   sighting);
   }
-  const auto trait = trait_of(told.asked);
-  if (!trait) return;
+  const auto trait = trait_of(told.asked, protocol::framing_of(sighting.frame));
+  if (!trait || *trait == Trait::kEncoderForm || *trait == Trait::kProduct) return;  // see_packet
   // The reply to a read of the brake has the bytes of a command to it.
   const bool sure = told.sure && *trait != Trait::kBrake;
   const Weight weight = sure ? Weight::kSure : paced(told) ? Weight::kLikely : Weight::kHint;
   evidence_.see(*trait, allowed_by(*trait, true), weight, sighting);
   if (told.sure && *trait == Trait::kOpenLoop) {
     evidence_.see(Trait::kSeries, only(kMs), Weight::kSure, sighting);
+  }
+}
+
+/// What the length of a packet says, and what is in it.
+void DriveWatch::see_packet(const Told& told, const Sighting& sighting) {
+  const protocol::Frame& frame = sighting.frame;
+  const int len = frame.dlc - 1;
+  const auto is = [&](Opcode opcode) { return static_cast<Opcode>(frame.data[0]) == opcode; };
+  const Weight weight = told.sure ? Weight::kSure : Weight::kLikely;
+  const auto see_series = [&](bool ms) {
+    evidence_.see(Trait::kSeries, only(ms ? kMs : kNotMs), weight, sighting);
+  };
+  if (is(protocol::ReadEncoder::kOpcode)) {
+    evidence_.see(Trait::kEncoderForm, only(len == 6 ? kSwitchedOff : kSwitchedOn), weight,
+                  sighting);
+  } else if (is(protocol::WriteZeroToRom::kOpcode)) {
+    evidence_.see(Trait::kZeroReply, only(len == 2 ? kNarrow : kWide), weight, sighting);
+  } else if (is(protocol::ClearAngle::kOpcode) && len == 7) {
+    evidence_.see(Trait::kZeroRamLen, only(kSwitchedOn), Weight::kLikely, sighting);
+  } else if (is(protocol::ReadDeviceType::kOpcode)) {
+    see_series(get_le<std::uint16_t>(frame.data, 1) == kDeviceOfMs);
+  } else if (const auto product = product_info(frame)) {
+    evidence_.see(Trait::kProduct, only(len == 42 ? kShortProduct : kLongProduct), weight,
+                  sighting);
+    evidence_.call_itself(*product);
+    for (const char* const series : protocol::kSeriesNames) {
+      if (product->motor.starts_with(series)) see_series(std::string_view(series) == "MS");
+    }
+  }
+}
+
+void DriveWatch::see_encoder(const Sighting& sighting) {
+  const auto& data = sighting.frame.data;
+  const bool serial = protocol::is_serial(sighting.frame);
+  const auto command = static_cast<Opcode>(data[0]);
+  if (is_state_2(data[0])) {
+    encoder_.field(get_le<std::uint16_t>(data, 6), get_le<std::int16_t>(data, 4), sighting.at);
+  } else if (command == protocol::ReadEncoder::kOpcode) {
+    // The longer form has the encoder in full, whatever replies to others show.
+    const bool in_full = serial && sighting.frame.dlc > 7;
+    const std::size_t place = serial ? 1 : 2;
+    if (!in_full) encoder_.field(get_le<std::uint16_t>(data, place), std::nullopt, sighting.at);
+  } else if (command == protocol::ReadMultiTurnAngle::kOpcode) {
+    const std::int64_t angle_cdeg =
+        serial ? get_le<std::int64_t>(data, 1) : protocol::get_le56(data);
+    const auto span = encoder_.angle(angle_cdeg, sighting.at);
+    if (!span) return;
+    const bool rotor = *span == EncoderWatch::Span::kRotorTurn;
+    evidence_.see(Trait::kEncoderSpan, only(rotor ? kRotorTurn : kOutputTurn), Weight::kLikely,
+                  sighting);
   }
 }
 

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "emulator/frames/conversation.hpp"
+#include "tools/guess/encoder_watch.hpp"
 #include "tools/guess/evidence.hpp"
 #include "tools/guess/motion_watch.hpp"
 
@@ -24,6 +26,7 @@ class DriveWatch {
   void settle(const Settled& settled);
 
   const Evidence& evidence() const { return evidence_; }
+  const EncoderWatch& encoder() const { return encoder_; }
   std::uint64_t queries() const { return queries_; }
   std::uint64_t replies() const { return replies_; }
   /// Replies whose iq is more than any LK drive's.
@@ -33,6 +36,8 @@ class DriveWatch {
 
  private:
   void see_answer(const Told& told, const Sighting& sighting);
+  void see_packet(const Told& told, const Sighting& sighting);
+  void see_encoder(const Sighting& sighting);
   void see_state_1(const Sighting& sighting);
   void see_zero(const Sighting& sighting);
   void see_single_turn(const Sighting& sighting);
@@ -41,6 +46,7 @@ class DriveWatch {
 
   Evidence evidence_;
   MotionWatch motion_;
+  EncoderWatch encoder_;
   std::uint64_t queries_ = 0;
   std::uint64_t replies_ = 0;
   std::uint64_t odd_currents_ = 0;
@@ -48,8 +54,8 @@ class DriveWatch {
   // Of the sure replies: how long they took.
   std::uint64_t timed_ = 0;
   SimTime fastest_{0}, slowest_{0};
-  // Queries that had no reply since the last that had one, of commands that not all drives answer.
-  std::map<Trait, Frames> silent_;
+  // Queries that had no reply since the last that had one, by what that says if it lasts.
+  std::map<std::pair<Trait, ValueSet>, Frames> silent_;
   std::optional<SimTime> silent_since_;
   bool answered_before_ = false;
   std::optional<SimTime> answered_at_;

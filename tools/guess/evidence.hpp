@@ -9,6 +9,7 @@
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
 #include "protocol/wire_format.hpp"
+#include "tools/guess/product_info.hpp"
 #include "tools/guess/traits.hpp"
 
 namespace lk::emulator {
@@ -48,6 +49,9 @@ class Evidence {
   /// It was on RS-485.
   void on_serial() { framing_ = protocol::Framing::kSerial; }
   protocol::Framing framing() const { return framing_; }
+  /// The drive said what it is.
+  void call_itself(const ProductInfo& product) { product_ = product; }
+  const std::optional<ProductInfo>& product() const { return product_; }
   /// Of the commands that every drive answers.
   void count_answer(bool answered) { ++(answered ? answered_ : lost_); }
 
@@ -69,6 +73,7 @@ class Evidence {
 
   std::map<Trait, BySet> seen_;
   protocol::Framing framing_ = protocol::Framing::kCan;
+  std::optional<ProductInfo> product_;
   std::uint64_t answered_ = 0;
   std::uint64_t lost_ = 0;
 };

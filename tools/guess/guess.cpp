@@ -11,19 +11,10 @@ namespace {
 
 constexpr std::size_t kForeignReplies = 2;  // of Trait::kReplyId: 0x240
 
-/// On RS-485 the watchers know the layout of state 1, and who answers what; the rest has other
-/// places, or is not there.
-bool is_looked_for(Trait trait, protocol::Framing framing) {
-  if (framing == protocol::Framing::kCan) return true;
-  return trait == Trait::kState1 || trait == Trait::kErrorBits || trait == Trait::kSeries ||
-         trait == Trait::kOpenLoop || trait == Trait::kPid || trait == Trait::kOffset ||
-         trait == Trait::kBrake || trait == Trait::kParameters;
-}
-
 /// Does the trait say something about the generation of such a drive? 0xA0 is for MS drives, and
 /// they know no current.
 bool counts(Trait trait, const Evidence& evidence) {
-  if (row_of(trait).of == nullptr || !is_looked_for(trait, evidence.framing())) return false;
+  if (row_of(trait).of == nullptr || !shows_on(trait, evidence.framing())) return false;
   const ValueSet series = evidence.open(Trait::kSeries);
   if (trait == Trait::kOpenLoop) return series == only(kMs);
   if (trait == Trait::kSpeedLimit) return series == only(kNotMs);
@@ -100,7 +91,7 @@ Guess guess_of(const Evidence& evidence) {
       guess.decided.push_back(trait);
     }
     const ValueSet series = evidence.open(Trait::kSeries);
-    const bool relevant = is_looked_for(trait, guess.framing) &&
+    const bool relevant = shows_on(trait, guess.framing) &&
                           (trait != Trait::kOpenLoop || series != only(kNotMs)) &&
                           (trait != Trait::kSpeedLimit || series != only(kMs));
     if (relevant && open != 0 && !evidence.decided(trait)) guess.unknown.push_back(trait);
@@ -136,7 +127,7 @@ std::vector<Trait> telling(const Guess& guess) {
   }
   // A query is easier to send than something to wait for.
   std::stable_partition(traits.begin(), traits.end(),
-                        [](Trait trait) { return !row_of(trait).probe.empty(); });
+                        [&guess](Trait trait) { return has_probe(trait, guess.framing); });
   return traits;
 }
 
@@ -148,7 +139,7 @@ std::vector<QuirkOption> Guess::all_quirks() const {
 
 std::string Guess::options() const {
   std::string text = "--generation " + std::string(generation_name(nearest));
-  if (ms) text.append(" --motor ").append(kMsStandIn);
+  if (ms || !motor.empty()) text.append(" --motor ").append(motor.empty() ? kMsStandIn : motor);
   for (const QuirkOption& one : all_quirks()) {
     text.append(" --quirk ").append(one.key).append("=").append(one.value);
   }

@@ -33,7 +33,8 @@ struct Guess {
   std::vector<QuirkOption> quirks;           // that `nearest` needs beside
   std::string_view encoder_span;             // no generation says it; empty: the log neither
   protocol::Framing framing = protocol::Framing::kCan;
-  bool ms = false;  // sure to be of the MS series
+  bool ms = false;    // sure to be of the MS series
+  std::string motor;  // of the label that the drive gave; empty: it gave none that is known
   std::vector<Trait> decided;
   std::vector<Trait> unknown;        // that the log could have told, and does not
   std::vector<Trait> contradictory;  // frames say one thing and the other

@@ -44,9 +44,8 @@ Json keys(const std::vector<Trait>& traits) {
   return all;
 }
 
-Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
+Json drive_json(const std::string& interface, int id, const DriveWatch& drive, const Guess& guess) {
   const Evidence& evidence = drive.evidence();
-  const Guess guess = guess_of(evidence);
   Json json = {{"type", "drive"},
                {"interface", interface},
                {"drive", id},
@@ -73,6 +72,15 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
     ask.push_back({{"key", key_of(trait)}, {"send", probe_text(trait, id, guess.framing)}});
   }
   json["foreign"] = guess.foreign;
+  if (const auto& product = evidence.product()) {
+    json["product"] = {
+        {"motor", product->motor}, {"driver", product->driver}, {"firmware", product->firmware}};
+  }
+  if (!guess.motor.empty()) json["motor"] = guess.motor;
+  if (const auto largest = drive.encoder().largest()) json["encoder_largest"] = *largest;
+  if (const auto counts = drive.encoder().counts_per_turn()) {
+    json["encoder_counts_per_turn"] = *counts;
+  }
   json["fits"] = std::move(fits);
   json["nearest"] = generation_name(guess.nearest);
   json["quirks"] = std::move(quirks);
@@ -91,7 +99,9 @@ Json drive_json(const std::string& interface, int id, const DriveWatch& drive) {
 std::string guess_json(const Guesser& guesser) {
   std::string text;
   for (const auto& [wire, bus] : guesser.buses()) {
-    for (const auto& [id, drive] : bus.drives) text += line(drive_json(wire.first, id, drive));
+    for (const auto& [id, drive] : bus.drives) {
+      text += line(drive_json(wire.first, id, drive, guesser.guess(drive)));
+    }
   }
   const Starts starts = starts_of(guesser, Language::kEnglish);
   Json commands = Json::array();

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <cctype>
 #include <map>
 #include <set>
@@ -138,7 +139,7 @@ std::string summary_of(const Guess& guess, Language language) {
 /// What to send to know more, or to wait for.
 std::string probe_line(Trait trait, int drive, protocol::Framing framing, Language language) {
   const TraitRow& row = row_of(trait);
-  if (row.probe.empty()) {
+  if (!has_probe(trait, framing)) {
     return say({"    to distinguish them: {} ({})\n", "    要分辨它们：{}（{}）\n"}, language,
                row.how.in(language), row.key);
   }
@@ -186,19 +187,49 @@ std::string oddities(const DriveWatch& drive, Language language) {
   return text;
 }
 
+std::string product_text(const ProductInfo& product, Language language) {
+  return say({"calls itself {} with driver {}, firmware {}", "自称 {}，驱动板 {}，固件 {}"},
+             language, product.motor, product.driver, product.firmware);
+}
+
+/// The width of the encoder field, and which turn it spans.
+std::string encoder_text(const DriveWatch& drive, Language language) {
+  const EncoderWatch& encoder = drive.encoder();
+  if (!encoder.largest()) return "";
+  std::string text = say({"encoder up to {}: {} bits or more", "编码器最大 {}：至少 {} 位"},
+                         language, *encoder.largest(), std::bit_width(*encoder.largest()));
+  if (const auto counts = encoder.counts_per_turn()) {
+    text +=
+        say({", {:.0f} counts per 360° of 0x92", "，0x92 每 360° 为 {:.0f}"}, language, *counts);
+  }
+  return text;
+}
+
+/// "can0, drive 1: v235; calls itself MS4015 …": all of a drive in one line.
+std::string conclusion(const std::string& interface, int id, const DriveWatch& drive,
+                       Language language) {
+  std::string text = say({"{}, drive {}: ", "{}，驱动器 {}："}, language, interface, id);
+  if (drive.replies() == 0) {
+    text += Words{"no reply: no conclusion possible", "没有回复：无法判断"}.in(language);
+  } else {
+    const Evidence& evidence = drive.evidence();
+    text += summary_of(guess_of(evidence), language);
+    const std::string product =
+        evidence.product() ? product_text(*evidence.product(), language) : "";
+    for (const std::string& more : {product, encoder_text(drive, language)}) {
+      if (!more.empty()) text += std::string(Words{"; ", "；"}.in(language)) + more;
+    }
+  }
+  return text + say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
+                    drive.queries(), drive.replies());
+}
+
 std::string drive_text(int id, const DriveWatch& drive, std::optional<SimTime> begin,
                        Language language) {
-  std::string text = say({"\n  drive {}: ", "\n  驱动器 {}："}, language, id);
-  if (drive.replies() == 0) {
-    return text + say({"no reply (queries: {}): no conclusion possible\n",
-                       "没有回复（命令帧：{}）：无法判断\n"},
-                      language, drive.queries());
-  }
+  if (drive.replies() == 0) return "";
+  std::string text = say({"\n  drive {}:\n", "\n  驱动器 {}：\n"}, language, id);
   const Evidence& evidence = drive.evidence();
   const Guess guess = guess_of(evidence);
-  text += summary_of(guess, language) +
-          say({" (queries: {}, replies: {})\n", "（命令帧：{}，回复帧：{}）\n"}, language,
-              drive.queries(), drive.replies());
   if (!guess.foreign) text += generation_lines(guess, language);
   for (const Trait trait : guess.decided) text += finding(trait, evidence, begin, language);
   for (const Trait trait : guess.contradictory) {
@@ -255,11 +286,11 @@ struct Kind {
 };
 
 /// By their options.
-std::map<std::string, Kind> kinds_of(const GuessedBus& bus) {
+std::map<std::string, Kind> kinds_of(const Guesser& guesser, const GuessedBus& bus) {
   std::map<std::string, Kind> kinds;
   for (const auto& [id, drive] : bus.drives) {
     if (drive.replies() == 0) continue;
-    const Guess guess = guess_of(drive.evidence());
+    const Guess guess = guesser.guess(drive);
     if (guess.foreign) continue;
     Kind& kind = kinds.try_emplace(guess.options(), Kind{guess, {}}).first->second;
     kind.ids.push_back(id);
@@ -286,7 +317,7 @@ std::vector<std::string> doubts(const Guess& guess, Language language) {
     notes.push_back(say({"or generation {}", "或固件代 {}"}, language,
                         names(others, Words{" or ", " 或 "}.in(language))));
   }
-  if (guess.ms) {
+  if (guess.ms && guess.motor.empty()) {
     notes.push_back(say({"{} is a stand-in: the log does not show which MS motor it is",
                          "{} 只是代替：日志里看不出是哪种 MS 电机"},
                         language, kMsStandIn));
@@ -304,7 +335,10 @@ std::string toml_value(std::string_view value) {
 std::string toml_drive(const Kind& kind, Language language) {
   std::string text = fmt::format("\n[[bus.drive]]\nids = \"{}\"\n", id_list(kind.ids));
   for (const std::string& note : doubts(kind.guess, language)) text += "# " + note + "\n";
-  if (kind.guess.ms) text += fmt::format("motor = \"{}\"\n", kMsStandIn);
+  const std::string_view motor = !kind.guess.motor.empty() ? kind.guess.motor
+                                 : kind.guess.ms           ? kMsStandIn
+                                                           : "";
+  if (!motor.empty()) text += fmt::format("motor = \"{}\"\n", motor);
   text += fmt::format("generation = \"{}\"\n", generation_name(kind.guess.nearest));
   std::vector<std::string> quirks;
   for (const QuirkOption& one : kind.guess.all_quirks()) {
@@ -356,7 +390,7 @@ Starts starts_of(const Guesser& guesser, Language language) {
   Starts starts;
   BusNames bus_names(guesser);
   for (const auto& [wire, bus] : guesser.buses()) {
-    const std::map<std::string, Kind> kinds = kinds_of(bus);
+    const std::map<std::string, Kind> kinds = kinds_of(guesser, bus);
     if (kinds.empty()) continue;
     const std::string name = bus_names.name_for(wire.first, wire.second);
     if (kinds.size() == 1) {
@@ -377,6 +411,13 @@ std::string guess_text(const Guesser& guesser, Language language) {
   std::string text;
   bool any = false;
   for (const auto& [wire, bus] : guesser.buses()) {
+    for (const auto& [id, drive] : bus.drives) {
+      text += conclusion(wire.first, id, drive, language);
+      any = true;
+    }
+  }
+  if (any) text += "\n";
+  for (const auto& [wire, bus] : guesser.buses()) {
     const Words frames =
         bus.frames == 1 ? Words{"{}: {} frame", "{}：{} 帧"} : Words{"{}: {} frames", "{}：{} 帧"};
     text += say(frames, language, wire.first, bus.frames);
@@ -385,7 +426,6 @@ std::string guess_text(const Guesser& guesser, Language language) {
     text += "\n";
     for (const auto& [id, drive] : bus.drives) {
       text += drive_text(id, drive, guesser.begin(), language);
-      any = true;
     }
     if (bus.drives.empty()) {
       text += Words{"  no drive's frames\n", "  没有驱动器的帧\n"}.in(language);

@@ -53,7 +53,9 @@ std::vector<FrameReader> serial_readers() {
 }  // namespace
 
 Guesser::Guesser(Options options)
-    : options_(options), can_readers_(can_readers()), serial_readers_(serial_readers()) {}
+    : options_(std::move(options)),
+      can_readers_(can_readers()),
+      serial_readers_(serial_readers()) {}
 
 std::string Guesser::take(std::string_view line) {
   ++lines_;
@@ -109,6 +111,13 @@ std::string Guesser::finish() {
     }
   }
   return options_.json ? guess_json(*this) : guess_text(*this, options_.language);
+}
+
+Guess Guesser::guess(const DriveWatch& drive) const {
+  Guess guess = guess_of(drive.evidence());
+  const auto& product = drive.evidence().product();
+  if (product && options_.motor_of) guess.motor = options_.motor_of(product->motor);
+  return guess;
 }
 
 /// The first is kept, all are counted.

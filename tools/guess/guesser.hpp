@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -33,6 +34,8 @@ class Guesser {
   struct Options {
     bool json = false;
     Language language = Language::kEnglish;
+    /// The name of the motor that is sold under a label, which may be anything; empty: none is.
+    std::function<std::string(const std::string& label)> motor_of = {};
   };
   explicit Guesser(Options options);
 
@@ -46,6 +49,8 @@ class Guesser {
   /// Frames of interfaces beyond kMostInterfaces: they are not read.
   std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
+  /// What one of the drives is.
+  Guess guess(const DriveWatch& drive) const;
   using Buses = std::map<std::pair<std::string, protocol::Framing>, GuessedBus>;
   const Buses& buses() const { return buses_; }
   /// When the first frame was; none without time stamps.

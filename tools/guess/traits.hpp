@@ -36,6 +36,14 @@ enum class Trait : std::uint8_t {
   kClearAngle,
   kRunResumes,
   kSpeedLimit,
+  kEncoderForm,
+  kProduct,
+  kClearTurns,
+  kZeroRam,
+  kZeroRamLen,
+  kZeroAnswered,
+  kTool,
+  kRestore,
   kEncoderSpan,
   kSeries,
 };
@@ -54,9 +62,15 @@ inline constexpr std::size_t kSwitchedOff = 0;
 inline constexpr std::size_t kSwitchedOn = 1;
 inline constexpr std::size_t kNarrow = 0;  // 16 bits
 inline constexpr std::size_t kWide = 1;    // 32 bits
+inline constexpr std::size_t kRotorTurn = 0;
 inline constexpr std::size_t kOutputTurn = 1;
+inline constexpr std::size_t kNoProduct = 0;
+inline constexpr std::size_t kShortProduct = 1;  // 42 bytes
+inline constexpr std::size_t kLongProduct = 2;   // 58 bytes
 inline constexpr std::size_t kNotMs = 0;
 inline constexpr std::size_t kMs = 1;
+
+enum class Wires : std::uint8_t { kCan, kSerial, kBoth };
 
 struct TraitRow {
   std::string_view key;  // the name of the switch; of kSeries, of nothing
@@ -65,18 +79,24 @@ struct TraitRow {
   std::array<Words, kMostValues> meanings;           // what a drive does
   /// Which value a drive with these switches has; null where they do not say.
   std::size_t (*of)(const Quirks& quirks);
-  std::string_view probe;  // DATA of a query that would tell, or of the first of them
-  Words how;               // what else it takes to tell; without a probe, all of it
+  std::string_view probe;              // DATA of a query that would tell, or of the first of them
+  Words how;                           // what else it takes to tell; without a probe, all of it
+  Wires wires = Wires::kCan;           // on which it shows
+  std::string_view serial_probe = {};  // CMD and data of a packet that would tell
 };
 
 const TraitRow& row_of(Trait trait);
 /// All values of a trait.
 ValueSet all_of(Trait trait);
+/// Frames of the wire can tell it.
+bool shows_on(Trait trait, protocol::Framing framing);
+/// There is a query that would tell.
+bool has_probe(Trait trait, protocol::Framing framing);
 /// The query that would tell, as cansend takes it; empty: there is none.
 std::string probe_text(Trait trait, int drive, protocol::Framing framing);
 
-/// The trait that decides whether a drive answers the command; none: all drives do.
-std::optional<Trait> trait_behind(protocol::Opcode opcode);
+/// The trait that decides whether a drive answers the command on the wire; none: all drives do.
+std::optional<Trait> trait_behind(protocol::Opcode opcode, protocol::Framing framing);
 
 /// Switches that change no byte that tells them from anything else.
 inline constexpr std::string_view kNeverShown[] = {
@@ -94,6 +114,8 @@ inline constexpr std::string_view kNeverShown[] = {
     "id_change_reply",
     "setting_read",
     "calibrate_busy",
+    "open_loop_limit_permille",
+    "wrong_len",
 };
 
 }  // namespace lk::emulator

@@ -110,7 +110,26 @@ class Files(unittest.TestCase):
                 self.assertEqual(ran.returncode, 2)
                 self.assertIn(b"is a frame of candump; line 1", ran.stderr)
                 self.assertNotRegex(ran.stdout + ran.stderr, rb"[\x00-\x09\x0b-\x1f]")
-        self.assertEqual(self.run_on(b"").returncode, 0)
+
+    def test_a_drive_on_rs485_names_its_motor(self):
+        # A real MS4015 (docs/rs485.md), and one that calls itself ../x, the sum of whose 58 bytes ends in 35.
+        for motor, total, said in (("4D5334303135", "9C", " --motor ms4015"), ("2E2E2F780000", "35", "")):
+            ran = self.run_on(("(1.000000) u rs485#3E12010051\n"
+                               "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000" + motor +
+                               "0000000000000000000000000000353735303032731878034A4B2C01C800EB00" + total + "\n").encode(),
+                              "--guess", "--json")
+            self.assertEqual(ran.returncode, 0)
+            drive, summary = (json.loads(line) for line in ran.stdout.splitlines())
+            self.assertEqual(drive.get("motor"), said.removeprefix(" --motor ") or None)
+            self.assertTrue(summary["commands"][0].endswith(said), summary)
+            self.assertEqual("--motor" in summary["commands"][0], said != "")
+
+    def test_an_empty_log_is_refused(self):
+        for text in (b"", b"\n\n"):
+            for arguments in ([], ["--guess"], ["--json"]):
+                ran = self.run_on(text, *arguments)
+                self.assertEqual(ran.returncode, 2)
+                self.assertRegex(ran.stderr, rb"decode: .*\.log has no frame")
 
     def test_mistakes_are_said(self):
         for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "cannot read /"),

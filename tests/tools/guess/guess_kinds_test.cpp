@@ -118,6 +118,56 @@ TEST(GuessKinds, EveryGenerationOfEveryMotor) {
   }
 }
 
+/// CMD and data to drive 1, as a packet.
+void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
+  for (const std::string_view data : packets) {
+    protocol::Frame frame;
+    frame.kind = protocol::FrameKind::kSerial;
+    frame.id = protocol::kSingleDriveId + 1;
+    frame.dlc = static_cast<std::uint8_t>(data.size() / 2);
+    for (std::size_t n = 0; n < frame.dlc; ++n) {
+      frame.data[n] =
+          static_cast<std::uint8_t>(std::stoi(std::string(data.substr(2 * n, 2)), nullptr, 16));
+    }
+    log.send(frame, 5ms);
+  }
+}
+
+/// docs/rs485.md: the presets of `legacy` and `late-legacy` differ in scales alone, those of `v236`
+/// and `v236b` in 0x07, 0x18 and the reply to 0x19.
+TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
+  const Keys expected[] = {
+      {"legacy", "late-legacy"}, {"legacy", "late-legacy"}, {"v235"}, {"v236"}, {"v236b"}};
+  for (const std::string& motor : motors()) {
+    for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+      SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name));
+      ServoConfig servo = drive(motor, static_cast<Generation>(n));
+      servo.quirks = quirks_of(servo.generation, protocol::Framing::kSerial);
+      BusConfig bus = test::bus_config({}, 1'000'000);
+      bus.serial = SerialConfig{};
+      bus.servos.push_back(servo);
+      Logged log(bus);
+      for (int round = 0; round < 3; ++round) {
+        ask_packets(
+            log,
+            {"9C", "9A",     "9C", "30",   "9C", "33", "9C", "37",     "9C", "C00A000000000000",
+             "9C", "409600", "9C", "8C10", "9C", "9D", "9C", "A00000", "9C", "93",
+             "9C", "95",     "9C", "12",   "9C", "1F", "9C", "90",     "9C"});
+        ask_packets(log,
+                    {"9000000000000000", "9C", "19", "9C", "A2000000000000", "9C", "89", "9C"});
+      }
+      const Json found = guessed(log.lines())[0];
+      EXPECT_EQ(found["fits"], expected[n]) << found.dump(1);
+      EXPECT_EQ(found["contradictory"], Json::array());
+      EXPECT_EQ(found["quirks"], Json::object());
+      const bool ms = servo.profile.series == Series::kMs;
+      EXPECT_EQ(open_values(found, "series"), Keys{ms ? "MS" : "MF, MG or MH"});
+      EXPECT_EQ(found["product"]["motor"], servo.profile.model);
+      EXPECT_EQ(found["motor"], motor);
+    }
+  }
+}
+
 /// Each switch that shows, and how a configuration is set to a value of it.
 struct Flip {
   Trait trait;
@@ -366,6 +416,64 @@ class RandomHost {
  private:
   std::mt19937 random_;
 };
+
+/// A packet to drive 1 with one of the lengths that the manuals give the command.
+protocol::Frame random_packet(RandomHost& host) {
+  const auto commands = protocol::serial_commands();
+  const auto generations = static_cast<int>(protocol::kGenerationRows.size());
+  const auto& command =
+      commands[static_cast<std::size_t>(host.below(static_cast<int>(commands.size())))];
+  const auto& generation =
+      protocol::kGenerationRows.at(static_cast<std::size_t>(host.below(generations)));
+  const auto format = protocol::wire_format(generation.serial, Series::kMf);
+  protocol::Frame frame;
+  frame.kind = protocol::FrameKind::kSerial;
+  frame.id = protocol::kSingleDriveId + 1;
+  frame.data[0] = static_cast<std::uint8_t>(command.opcode);
+  const bool parameter = frame.data[0] == 0xC0 || frame.data[0] == 0xC1;
+  const bool setting = frame.data[0] == 0x40 || frame.data[0] == 0x42 || frame.data[0] == 0x44;
+  frame.data[1] = static_cast<std::uint8_t>(parameter ? 0x0A : setting ? 0x96 : host.below(2));
+  const auto length = protocol::payload_length(command.query, frame.data, format);
+  const int len = command.query_len != nullptr ? command.query_len(format)
+                  : host.below(2) == 0         ? length.min
+                                               : length.max;
+  if (len == 0) frame.data[1] = 0;
+  for (int n = 2; n <= len && !setting && !parameter; n += 2) {
+    frame.data[static_cast<std::size_t>(n)] = static_cast<std::uint8_t>(host.below(60));
+  }
+  frame.dlc = static_cast<std::uint8_t>(1 + len);
+  return frame;
+}
+
+TEST(GuessKinds, NeverDeniesWhatADriveOnRs485Is) {
+  for (const std::string& motor : {std::string("mg4005"), std::string("ms4015")}) {
+    for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
+      for (std::uint32_t seed = 1; seed <= 2; ++seed) {
+        const std::string name(protocol::kGenerationRows[n].name);
+        SCOPED_TRACE(motor + " " + name + " seed " + std::to_string(seed));
+        ServoConfig servo = drive(motor, static_cast<Generation>(n));
+        servo.quirks = quirks_of(servo.generation, protocol::Framing::kSerial);
+        BusConfig bus = test::bus_config({}, 1'000'000);
+        bus.serial = SerialConfig{};
+        bus.servos.push_back(servo);
+        Logged log(bus);
+        RandomHost host(1000 * seed + static_cast<std::uint32_t>(n));
+        for (int k = 0; k < 400; ++k) {
+          const auto packet = random_packet(host);
+          log.send(packet, 3ms);
+          if (host.below(30) == 0) log.send(packet, 3ms);
+        }
+        Keys lines;
+        for (const std::string& line : log.lines()) {
+          if (seed == 1 || host.below(50) != 0) lines.push_back(line);
+        }
+        const Json found = guessed(lines)[0];
+        const Keys fits = found["fits"];
+        EXPECT_NE(std::ranges::find(fits, name), fits.end()) << found.dump(1);
+      }
+    }
+  }
+}
 
 Keys without_stamps(Keys lines) {
   for (std::string& line : lines) {

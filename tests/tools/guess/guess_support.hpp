@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -71,16 +72,25 @@ class Logged {
   std::vector<emulator::TimedFrame> log_;
 };
 
+/// The motor of a file whose label it is.
+inline std::string motor_sold_as(const std::string& label) {
+  for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
+    const std::string name = file.path().stem();
+    if (profile(name).model == label) return name;
+  }
+  return "";
+}
+
 inline std::string guessed_text(const std::vector<std::string>& lines,
                                 emulator::Language language = emulator::Language::kEnglish) {
-  emulator::Guesser guesser({.json = false, .language = language});
+  emulator::Guesser guesser({.json = false, .language = language, .motor_of = motor_sold_as});
   for (const std::string& line : lines) guesser.take(line);
   return guesser.finish();
 }
 
 /// The objects that come out; the last is the summary.
 inline std::vector<Json> guessed(const std::vector<std::string>& lines) {
-  emulator::Guesser guesser({.json = true, .language = {}});
+  emulator::Guesser guesser({.json = true, .language = {}, .motor_of = motor_sold_as});
   for (const std::string& line : lines) guesser.take(line);
   std::vector<Json> objects;
   const std::string out = guesser.finish();

@@ -1,6 +1,7 @@
 // Which kind of drive speaks in a log: captures of real drives, and logs of emulated ones whose
 // kind is known.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,6 +78,57 @@ TEST(Guess, TellsTheManualOfADriveOnRs485) {
   EXPECT_EQ(out[0]["quirks"], Json::object());
   // Never the port of the log.
   EXPECT_EQ(out[1]["commands"], Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v236"});
+}
+
+/// Of the log of a real MS4015 (docs/rs485.md): 58 bytes about itself, 0x42 answered with two, 0x90
+/// with six. Only V2.35 does that.
+TEST(Guess, UsesEveryCommandOfRs485) {
+  const Keys lines{"(1.000000) u rs485#3E12010051",
+                   "(1.000900) u rs485#3E12013A8B4453343052370000000000000000000000000000"
+                   "4D533430313500000000000000000000000000003537353030327318"
+                   "78034A4B2C01C800EB009C",
+                   "(1.010000) u rs485#3E4201078897320014000000DD",
+                   "(1.010400) u rs485#3E42010283970097",
+                   "(1.020000) u rs485#3E900100CF",
+                   "(1.020400) u rs485#3E900106D52519011EDC043D"};
+  const auto out = guessed(lines);
+  EXPECT_EQ(out[0]["fits"], Keys{"v235"});
+  EXPECT_EQ(out[0]["quirks"], Json::object());
+  EXPECT_EQ(out[0]["product"],
+            (Json{{"motor", "MS4015"}, {"driver", "DS40R7"}, {"firmware", "2.35"}}));
+  EXPECT_EQ(out[0]["encoder_largest"], 0x1925);
+  EXPECT_EQ(open_values(out[0], "series"), Keys{"MS"});
+  EXPECT_EQ(out[1]["commands"],
+            Keys{"lk-emu --bus rs485:/tmp/arm --ids 1 --generation v235 --motor ms4015"});
+  EXPECT_EQ(guessed_text(lines).find("u, drive 1: v235; calls itself MS4015 with driver DS40R7, "
+                                     "firmware 2.35; encoder up to 6437: 13 bits or more "
+                                     "(queries: 3, replies: 3)\n"),
+            0U)
+      << guessed_text(lines);
+}
+
+/// 0x92 and the field of 0x9C of a shaft that stands, 90° of the rotor further each time. docs/
+/// which-drive.md: 65536 counts are one turn of the rotor for some hosts of the MG4005, and one of
+/// the output, ten of the rotor, for others.
+TEST(Guess, TellsTheTurnOfTheEncoderFieldByTheAngle) {
+  for (const auto& [step, span] : {std::pair{16384, "rotor_turn"}, {1638, "output_turn"}}) {
+    Keys lines;
+    for (int n = 0; n < 5; ++n) {
+      const auto counts = static_cast<unsigned>(n * step) & 0xFFFFU;
+      const unsigned cdeg = 9000U * static_cast<unsigned>(n) + 1;
+      const auto say = [&lines, n](int us, const std::string& data) {
+        lines.push_back(fmt::format("(1.{:06}) can0 141#{}", 100'000 * n + us, data));
+      };
+      say(0, "9C00000000000000");
+      say(300, fmt::format("9C1900000000{:02X}{:02X}", counts & 0xFFU, counts >> 8U));
+      say(1000, "9200000000000000");
+      say(1300, fmt::format("92{:02X}{:02X}{:02X}00000000", cdeg & 0xFFU, cdeg >> 8U & 0xFFU,
+                            cdeg >> 16U));
+    }
+    const auto drive = guessed(lines)[0];
+    EXPECT_EQ(open_values(drive, "encoder_span"), Keys{span});
+    EXPECT_NEAR(drive["encoder_counts_per_turn"].get<double>(), 4 * step, 4);
+  }
 }
 
 /// An MG4005-i10 of §10.7 in a log that has no query: only what drives say.
@@ -342,12 +394,29 @@ TEST(GuessTraits, KnowTheSwitchBehindEveryCommand) {
     off.dialect.*c.member = false;
     for (const auto& row : protocol::commands()) {
       const bool depends = protocol::answers(on, row.opcode) != protocol::answers(off, row.opcode);
-      EXPECT_EQ(depends, trait_behind(row.opcode) == c.trait) << row.name;
+      EXPECT_EQ(depends, trait_behind(row.opcode, protocol::Framing::kCan) == c.trait) << row.name;
     }
   }
   for (const auto& row : protocol::commands()) {
-    EXPECT_EQ(row.fits == protocol::Fits::kAllButMs, trait_behind(row.opcode) == Trait::kSeries)
+    EXPECT_EQ(row.fits == protocol::Fits::kAllButMs,
+              trait_behind(row.opcode, protocol::Framing::kCan) == Trait::kSeries)
         << row.name;
+  }
+}
+
+/// A command that only some presets of RS-485 have tells them apart.
+TEST(GuessTraits, KnowWhatTellsThePresetsOfRs485Apart) {
+  for (const auto& row : protocol::serial_commands()) {
+    if (!row.answered) continue;  // its silence says nothing
+    std::set<bool> answered;
+    for (const auto& generation : protocol::kGenerationRows) {
+      answered.insert(
+          protocol::answers(protocol::wire_format(generation.serial, Series::kMf), row.opcode));
+    }
+    if (answered.size() < 2) continue;
+    const auto trait = trait_behind(row.opcode, protocol::Framing::kSerial);
+    ASSERT_TRUE(trait) << row.name;
+    EXPECT_TRUE(shows_on(*trait, protocol::Framing::kSerial)) << row.name;
   }
 }
 

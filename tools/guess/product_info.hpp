@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocol/frame.hpp"
+
+namespace lk::emulator {
+
+/// What a drive on RS-485 says it is (0x12, docs/rs485.md). Safe to print.
+struct ProductInfo {
+  std::string driver;    // "DS40R7"
+  std::string motor;     // "MS4015"
+  std::string firmware;  // "2.35"
+};
+
+/// None: the packet is no reply to 0x12.
+std::optional<ProductInfo> product_info(const protocol::Frame& reply);
+
+}  // namespace lk::emulator
