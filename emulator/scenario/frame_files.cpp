@@ -1,18 +1,18 @@
 #include "emulator/scenario/frame_files.hpp"
 
-#include <utility>
-
 #include "emulator/config/candump_log.hpp"
 #include "emulator/scenario/pcapng.hpp"
 
 namespace lk::emulator {
 
-FrameFiles::FrameFiles(const FrameOutputs& outputs, std::vector<std::string> buses)
-    : buses_(std::move(buses)), marks_(outputs.marks) {
+FrameFiles::FrameFiles(const FrameOutputs& outputs, std::span<const BusConfig> buses)
+    : marks_(outputs.marks) {
+  for (const BusConfig& bus : buses) buses_.push_back(bus.interface);
   if (outputs.candump) candump_.emplace(*outputs.candump, "--candump");
   if (!outputs.capture) return;
   capture_.emplace(*outputs.capture, "--capture");
-  capture_->write(pcapng_begin(buses_));
+  const std::vector<CapturedBus> captured(buses.begin(), buses.end());
+  capture_->write(pcapng_begin(captured));
 }
 
 void FrameFiles::write(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host) {

@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "emulator/core/bus_config.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "emulator/files/output_file.hpp"
 #include "protocol/frame.hpp"
@@ -21,8 +23,8 @@ struct FrameOutputs {
 /// Files that get every frame, of both directions.
 class FrameFiles {
  public:
-  /// `buses` by their names. Throws StartError when a place cannot be written.
-  FrameFiles(const FrameOutputs& outputs, std::vector<std::string> buses);
+  /// Throws StartError when a place cannot be written.
+  FrameFiles(const FrameOutputs& outputs, std::span<const BusConfig> buses);
   void write(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
   void commit();
 

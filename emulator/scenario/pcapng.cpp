@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "emulator/config/bus_name.hpp"
+#include "emulator/core/generation.hpp"
 #include "protocol/serial_framing.hpp"
 
 namespace lk::emulator {
@@ -14,6 +15,7 @@ constexpr std::uint32_t kPacket = 6;
 constexpr std::uint16_t kSocketCan = 227;
 constexpr std::uint16_t kUser0 = 147;  // no link type is of RS-485
 constexpr std::uint16_t kInterfaceName = 2;
+constexpr std::uint16_t kInterfaceDescription = 3;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint16_t kPacketFlags = 2;
 
@@ -71,19 +73,28 @@ std::string wire_text(const protocol::Frame& frame) {
 
 }  // namespace
 
-std::string pcapng_begin(std::span<const std::string> buses) {
+CapturedBus::CapturedBus(const BusConfig& bus) : name(bus.interface), drives("LK-TECH drives:") {
+  for (const ServoConfig& servo : bus.servos) {
+    drives += drives.ends_with(':') ? " " : ", ";
+    drives += std::to_string(servo.id) + " " + std::string(generation_name(servo.generation)) +
+              " " + protocol::name_of(servo.profile.series);
+  }
+}
+
+std::string pcapng_begin(std::span<const CapturedBus> buses) {
   std::string section;
   put(section, std::uint32_t{0x1A2B3C4D});
   put(section, std::uint16_t{1});  // version 1.0
   put(section, std::uint16_t{0});
   put(section, std::int64_t{-1});  // of any length
   std::string out = block(kSection, section);
-  for (const std::string& bus : buses) {
+  for (const CapturedBus& bus : buses) {
     std::string body;
-    put(body, is_serial_name(bus) ? kUser0 : kSocketCan);
+    put(body, is_serial_name(bus.name) ? kUser0 : kSocketCan);
     put(body, std::uint16_t{0});
     put(body, std::uint32_t{0});  // frames are whole
-    put_option(body, kInterfaceName, bus);
+    put_option(body, kInterfaceName, bus.name);
+    put_option(body, kInterfaceDescription, bus.drives);
     put_option(body, kTimeResolution, "\x09");
     put_option(body, 0, "");
     out += block(kInterface, body);

@@ -8,13 +8,21 @@
 #include <span>
 #include <string>
 
+#include "emulator/core/bus_config.hpp"
 #include "emulator/core/sim_time.hpp"
 #include "protocol/frame.hpp"
 
 namespace lk::emulator {
 
+/// An interface of the file.
+struct CapturedBus {
+  explicit CapturedBus(const BusConfig& bus);
+  std::string name;
+  std::string drives;  // "LK-TECH drives: 1 v235 MG, 2 legacy MF", for the dissector
+};
+
 /// What the file begins with: an interface for each bus, times in nanoseconds.
-std::string pcapng_begin(std::span<const std::string> buses);
+std::string pcapng_begin(std::span<const CapturedBus> buses);
 /// A frame on one of them; hosts' go out, drives' come in.
 std::string pcapng_frame(std::size_t bus, SimTime at, const protocol::Frame& frame, bool from_host);
 

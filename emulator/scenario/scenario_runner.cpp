@@ -122,12 +122,6 @@ class Advisers {
   std::vector<OfBus> advisers_;
 };
 
-std::vector<std::string> buses_of(const Scenario& scenario) {
-  std::vector<std::string> names;
-  for (const BusConfig& bus : scenario.robot) names.push_back(bus.interface);
-  return names;
-}
-
 std::size_t drives_of(const Scenario& scenario) {
   std::size_t drives = 0;
   for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
@@ -141,7 +135,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   std::optional<CsvOutput> csv;
   if (outputs.rom) rom.emplace(*outputs.rom, scenario);
   if (outputs.csv) csv.emplace(*outputs.csv, scenario);
-  FrameFiles frames(outputs.frames, buses_of(scenario));
+  FrameFiles frames(outputs.frames, scenario.robot);
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
   Advisers advisers(scenario);

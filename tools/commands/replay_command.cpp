@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "emulator/config/candump_log.hpp"
@@ -147,9 +146,7 @@ ReplayEnd run(const ReplayRequest& request, const Recording& recording, Replay& 
   if (!request.candump.empty()) outputs.candump = request.candump;
   if (!request.capture.empty()) outputs.capture = request.capture;
   outputs.marks = request.marks;
-  std::vector<std::string> buses;
-  for (const BusConfig& bus : recording.buses) buses.push_back(bus.interface);
-  FrameFiles frames(outputs, std::move(buses));
+  FrameFiles frames(outputs, recording.buses);
   std::optional<ReplayCsvFile> csv;
   if (outputs.candump || outputs.capture) {
     replay.on_frame = [&](std::size_t bus, const ReplayedFrame& frame) {

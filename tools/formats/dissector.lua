@@ -1,5 +1,6 @@
 -- Wireshark: LK-TECH motors on CAN. Written by lk-emu-formats of lk-emu from its tables of commands; docs/dbc.md
--- tells how to use it. Preferences (Protocols > LK.MOTOR) tell what frames alone do not: generation and series.
+-- tells how to use it. Generation and series, which frames do not tell, come from the capture where lk-emu has written
+-- it (run and replay, --capture), else from preferences (Protocols > LK.MOTOR).
 
 -- @tables
 
@@ -58,7 +59,41 @@ proto.prefs.series = Pref.enum("Series", 0, "Series of the drives: how much one 
 proto.prefs.reply_base = Pref.enum("Identifier of replies", SINGLE_ID, "Where drives answer",
   { { 1, "0x140 + ID", SINGLE_ID }, { 2, "0x180 + ID", 0x180 }, { 3, "0x240 + ID", 0x240 } }, false)
 
-local function format()
+-- A field of another dissector, which not every version of Wireshark needs to have.
+local function field_if_known(name)
+  local known, field = pcall(Field.new, name)
+  return known and field or function() return nil end
+end
+
+local frame_description = field_if_known("frame.interface_description")
+
+-- The drives of a bus by the description that lk-emu gives the interface: "LK-TECH drives: 1 v235 MG, 2 legacy MF".
+local described = {}
+local function drives_described(text)
+  if described[text] then return described[text] end
+  local found = {}
+  if text:find("^LK%-TECH drives: ") then
+    for id, name, series in text:gmatch("(%d+) ([%w-]+) (M%u)") do
+      for _, generation in ipairs(generations) do
+        if generation[2] == name then
+          found[tonumber(id)] = formats[generation[3] + 1][series == "MG" and 2 or series == "MS" and 3 or 1]
+        end
+      end
+    end
+  end
+  described[text] = found
+  return found
+end
+
+-- How the drive speaks; without an ID, the first of those that listen to commands for several.
+local function format(id)
+  local description = frame_description()
+  if description then
+    local found = drives_described(tostring(description.value))
+    for n = id or 1, id or 4 do
+      if found[n] then return found[n] end
+    end
+  end
   return formats[proto.prefs.generation + 1][proto.prefs.series + 1]
 end
 
@@ -224,7 +259,7 @@ local function learn_single(bus, id, frame, time, data, answers)
     record.kind, record.orphan = REPLY, true
     return
   end
-  record.expects = format().queries[data[1]] ~= nil and commands[data[1]].answered
+  record.expects = format(id).queries[data[1]] ~= nil and commands[data[1]].answered
   if record.expects then
     drive.pending[#drive.pending + 1] = { frame = frame, time = time, command = data[1], data = data }
   end
@@ -292,12 +327,6 @@ local function show(tvb, pinfo, tree, title, name, layout, record)
   pinfo.cols.info = title .. name .. (said ~= "" and ": " .. said or "")
 end
 
--- A field of another dissector, which not every version of Wireshark needs to have.
-local function field_if_known(name)
-  local known, field = pcall(Field.new, name)
-  return known and field or function() return nil end
-end
-
 local frame_interface = field_if_known("frame.interface_id")
 local remote_request = field_if_known("can.flags.rtr")
 local can_fd_flag = field_if_known("canfd.flags.brs") -- there in CAN FD frames only
@@ -310,7 +339,7 @@ local function dissect_single(tvb, pinfo, tree, id, base_id, record)
   local drive = id - base_id
   tree:add(meta.drive, drive):set_generated()
   local reply = record.kind == REPLY
-  local layouts_now = reply and format().replies or format().queries
+  local layouts_now = reply and format(drive).replies or format(drive).queries
   show(tvb, pinfo, tree, "Drive " .. drive .. (reply and " → " or " ← "),
     known and known.name or string.format("unknown command 0x%02X", command), layouts_now[command], record)
 end

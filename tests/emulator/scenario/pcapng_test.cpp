@@ -26,13 +26,30 @@ std::string bytes(std::string_view text) {
   return out;
 }
 
+/// A v235 drive of the MG series, and a legacy one of the MF series.
+CapturedBus bus_of(const char* interface) {
+  BusConfig bus;
+  bus.interface = interface;
+  bus.servos.resize(2);
+  bus.servos[0].id = 1;
+  bus.servos[0].generation = Generation::kV235;
+  bus.servos[0].profile.series = Series::kMg;
+  bus.servos[1].id = 12;
+  return CapturedBus(bus);
+}
+
 TEST(Pcapng, BeginsWithItsInterfaces) {
-  const std::array<std::string, 1> buses{"vcan0"};
-  EXPECT_EQ(pcapng_begin(buses),
-            bytes("0A0D0D0A 1C000000 4D3C2B1A 0100 0000 FFFFFFFFFFFFFFFF 1C000000"
-                  // LINKTYPE_CAN_SOCKETCAN; if_name "vcan0"; if_tsresol 10^-9; the end
-                  "01000000 2C000000 E300 0000 00000000 0200 0500 7663616E30000000"
-                  "0900 0100 09000000 0000 0000 2C000000"));
+  const std::array buses{bus_of("vcan0")};
+  EXPECT_EQ(
+      pcapng_begin(buses),
+      bytes("0A0D0D0A 1C000000 4D3C2B1A 0100 0000 FFFFFFFFFFFFFFFF 1C000000"
+            // LINKTYPE_CAN_SOCKETCAN; if_name "vcan0"
+            "01000000 58000000 E300 0000 00000000 0200 0500 7663616E30000000"
+            // if_description "LK-TECH drives: 1 v235 MG, 12 legacy MF"
+            "0300 2700 4C4B2D54454348206472697665733A20312076323335204D472C203132206C6567616379"
+            "204D4600"
+            // if_tsresol 10^-9; the end
+            "0900 0100 09000000 0000 0000 58000000"));
 }
 
 TEST(Pcapng, HasFramesAsSocketCanHasThem) {
@@ -47,9 +64,9 @@ TEST(Pcapng, HasFramesAsSocketCanHasThem) {
 }
 
 TEST(Pcapng, HasTheBytesOfRs485AsTheyAreOnTheWire) {
-  const std::array<std::string, 1> buses{"rs485:/a"};
+  const std::array buses{bus_of("rs485:/a")};
   // LINKTYPE_USER0, 147 = 0x93.
-  EXPECT_EQ(pcapng_begin(buses).substr(28, 12), bytes("01000000 2C000000 9300 0000"));
+  EXPECT_EQ(pcapng_begin(buses).substr(28, 12), bytes("01000000 58000000 9300 0000"));
   EXPECT_EQ(pcapng_frame(0, SimTime{0}, test::packet("3E9A0100D9"), true).substr(20, 16),
             bytes("05000000 05000000 3E9A0100D9 000000"));
 }

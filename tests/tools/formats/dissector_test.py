@@ -11,7 +11,7 @@ import subprocess
 import sys
 import unittest
 
-from tshark import dissect, tshark, write_pcap
+from tshark import dissect, tshark, write_pcap, write_pcapng
 
 PAIR_FRAMES = sys.argv.pop()
 SCRATCH = pathlib.Path(sys.argv.pop())
@@ -158,6 +158,26 @@ class Dissector(unittest.TestCase):
         # 100 of 33/4096 A, 66/4096 A, 0.1 %; 33/2048 A for all in legacy
         self.assertEqual([effort("MF, MH"), effort("MG"), effort("MS"), effort("MG", "legacy")],
                          [(0.8056640625, None), (1.611328125, None), (None, 10), (1.611328125, None)])
+
+    def test_drives_as_the_capture_describes_them(self):
+        capture = SCRATCH / "described.pcapng"
+        talk = [(ASK_2, STATE_2), (ASK_2.replace("141", "142"), STATE_2.replace("141", "142")),
+                (ASK_2.replace("141", "143"), STATE_2.replace("141", "143"))]
+        conversation = [frame for pair in talk for frame in frames(*pair)]
+        buses = [("vcan0", "LK-TECH drives: 1 v236 MG, 2 legacy MF"), ("vcan1", "LK-TECH drives: 1 v235 MS"), ("can0", "")]
+        write_pcapng(capture, buses, [(bus, 0.01 * n + at_s, identifier, data) for bus in range(3)
+                                      for n, (at_s, identifier, data) in enumerate(conversation, 10 * bus)])
+        replies = [one for one in dissect(capture, DISSECTOR, ["generation:late-legacy", "series:MF, MH"]) if one.kind == "reply"]
+        # 100 of 66/4096 A, 33/2048 A; of what nobody has described 33/4096 A, as the preferences have it; MS have ‰.
+        self.assertEqual([one.values.get("iq") for one in replies],
+                         [1.611328125, 1.611328125, 0.8056640625, None, 0.8056640625, 0.8056640625] + [0.8056640625] * 3)
+        self.assertEqual(replies[3].values["power"], 10)
+        # 0x91 is a command of the second drive, 0x8C one of the first.
+        asked = [(0, 0.001 * n, 0x140 + drive, bytes([command, 0, 0, 0, 0, 0, 0, 0]))
+                 for n, (drive, command) in enumerate([(1, 0x91), (2, 0x91), (1, 0x8C), (2, 0x8C)])]
+        write_pcapng(capture, buses, asked)
+        self.assertEqual(["unknown_command" in one.experts for one in dissect(capture, DISSECTOR)],
+                         [True, False, False, True])
 
     def test_parameters(self):
         values = [one.values for one in said("141#C020000000000000", "141#C0200000A08C0000", "141#C10A640032000000",

@@ -19,6 +19,26 @@ def write_pcap(path, frames):
             file.write(struct.pack("<IIII", ns // 10**9, ns % 10**9, len(packet), len(packet)) + packet)
 
 
+def write_pcapng(path, buses, frames):
+    """Buses are (name, description), frames (bus, seconds, identifier, data); as lk-emu writes them."""
+    def option(code, value):
+        return struct.pack("<HH", code, len(value)) + value + b"\0" * (-len(value) % 4)
+
+    def block(kind, body):
+        return struct.pack("<II", kind, len(body) + 12) + body + struct.pack("<I", len(body) + 12)
+
+    with open(path, "wb") as file:
+        file.write(block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)))
+        for name, description in buses:
+            options = option(2, name.encode()) + option(3, description.encode()) + option(9, b"\x09") + option(0, b"")
+            file.write(block(1, struct.pack("<HHI", LINKTYPE_CAN_SOCKETCAN, 0, 0) + options))
+        for bus, at_s, identifier, data in frames:
+            packet = struct.pack(">IBBxx", identifier, len(data), 0) + data
+            ns = round(at_s * 1e9)
+            file.write(block(6, struct.pack("<IIIII", bus, ns >> 32, ns & 0xFFFFFFFF, len(packet), len(packet))
+                             + packet + b"\0" * (-len(packet) % 4)))
+
+
 class Said:
     """What the dissector says of one frame: values by the names of the field table, and the rest beside them."""
 
