@@ -111,6 +111,7 @@ KnownDrive::KnownDrive(const ServoConfig& config, const BusConfig& bus)
       shortest_answer(emulator::shortest_answer(config, bus.bitrate)),
       byte_time(bus.serial && bus.bitrate > 0 ? bits_duration(kSerialBitsPerByte, bus.bitrate)
                                               : SimTime{0}),
+      hears_while_replying(bus.serial && bus.serial->hears_while_replying),
       adapter_worst(bus.adapter != nullptr ? bus.adapter->times.worst_round_trip() : SimTime{0}),
       endurance(config.flash.endurance),
       gear_ratio(config.profile.drive.mechanics.gear_ratio),

@@ -25,11 +25,12 @@ struct KnownDrive {
   std::uint32_t circle_cdeg;         // single-turn targets lie below
   std::uint32_t widest_circle_cdeg;  // the same with a newer generation
   std::uint16_t max_offset_counts;
-  double no_load_dps;       // of the rotor, at the configured supply
-  SimTime shortest_answer;  // from a query's start to the last bit of its reply; 0: no wire
-  SimTime byte_time;        // on RS-485; 0: no wire
-  SimTime adapter_worst;    // that the hosts' adapter adds to that, at most; 0: no adapter
-  std::uint32_t endurance;  // writes of one parameter
+  double no_load_dps;         // of the rotor, at the configured supply
+  SimTime shortest_answer;    // from a query's start to the last bit of its reply; 0: no wire
+  SimTime byte_time;          // on RS-485; 0: no wire
+  bool hears_while_replying;  // on RS-485 (SerialConfig)
+  SimTime adapter_worst;      // that the hosts' adapter adds to that, at most; 0: no adapter
+  std::uint32_t endurance;    // writes of one parameter
   double gear_ratio;
   double rated_Nm;  // at the output; 0: not printed
 

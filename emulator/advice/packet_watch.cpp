@@ -66,9 +66,19 @@ std::optional<Finding> wrong_payload(const protocol::Frame& frame, const KnownDr
   return finding;
 }
 
+SimTime TalkWatch::end_of(const TimedFrame& in) const {
+  const auto bytes = static_cast<std::int64_t>(protocol::wire_bytes(in.frame).size);
+  return std::max(in.at, own_end_) + bytes * byte_time_;
+}
+
+bool TalkWatch::is_queued(const TimedFrame& in) const {
+  return in.frame.id == asked_ && end_of(in) <= reply_begins_;
+}
+
 std::optional<Finding> TalkWatch::hear(const TimedFrame& in, bool echoes) {
   if (in.at >= reply_ends_) return std::nullopt;
   const bool has_read_itself = echoes && in.at >= own_end_;
+  if (!has_read_itself && is_queued(in)) return std::nullopt;
   int& times = has_read_itself ? after_echo_ : over_;
   times = std::min(times + 1, kTimes);
   if (times < kTimes) return std::nullopt;
@@ -78,7 +88,9 @@ std::optional<Finding> TalkWatch::hear(const TimedFrame& in, bool echoes) {
 }
 
 void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
-  if (drive.byte_time == SimTime{0} || in.at < reply_ends_) return;  // no drive hears it then
+  const bool queued = is_queued(in);
+  if (drive.byte_time == SimTime{0}) return;
+  if (in.at < reply_ends_ && !queued) return;  // no drive hears it then
   const protocol::CommandInfo* const command = protocol::find_command(in.frame.data[0]);
   const std::size_t query = protocol::wire_bytes(in.frame).size;
   std::size_t reply = protocol::kHeaderBytes;
@@ -86,8 +98,16 @@ void TalkWatch::expect_reply(const TimedFrame& in, const KnownDrive& drive) {
   if (protocol::has_state(in.frame.data[0])) reply = protocol::kHeaderBytes + kCanDlc;
   const auto more = static_cast<std::int64_t>(query + reply - 2 * protocol::kHeaderBytes);
   sent_ = in.at;
-  own_end_ = in.at + static_cast<std::int64_t>(query) * drive.byte_time;
+  asked_ = in.frame.id;
+  byte_time_ = drive.byte_time;
+  own_end_ = end_of(in);
+  const SimTime reply_time = static_cast<std::int64_t>(reply) * byte_time_;
+  if (queued) {
+    reply_ends_ += reply_time;
+    return;
+  }
   reply_ends_ = in.at + drive.shortest_answer + more * drive.byte_time;
+  reply_begins_ = drive.hears_while_replying ? reply_ends_ - reply_time : SimTime{0};
 }
 
 std::optional<Finding> SumWatch::hear(const protocol::Frame& frame) {

@@ -27,9 +27,18 @@ class TalkWatch {
   void expect_reply(const TimedFrame& in, const KnownDrive& drive);
 
  private:
-  SimTime sent_{0};        // the last packet that is answered: when,
-  SimTime own_end_{0};     // when it was over,
-  SimTime reply_ends_{0};  // and its reply, at the earliest
+  /// The packet ends before the drive's reply to the previous one begins: it gets its own reply.
+  bool is_queued(const TimedFrame& in) const;
+  /// When the packet's last byte has left, queued behind the previous packet.
+  SimTime end_of(const TimedFrame& in) const;
+
+  SimTime sent_{0};          // the last packet that is answered: when,
+  std::uint32_t asked_ = 0;  // its identifier,
+  SimTime byte_time_{0};
+  SimTime own_end_{0};  // when it was over,
+  SimTime reply_begins_{
+      0};  // earliest begin of the first waiting reply; 0: drives do not hear meanwhile
+  SimTime reply_ends_{0};  // earliest end of the last waiting reply
   int over_ = 0;
   int after_echo_ = 0;
 };

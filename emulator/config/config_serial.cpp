@@ -88,6 +88,9 @@ SerialConfig read_serial(TableReader& bus) {
   if (const auto bits = reader->integer("broadcast_gap_bits", 10, 10'000)) {
     serial.broadcast_gap_bits = static_cast<int>(*bits);
   }
+  if (const auto hears = reader->boolean("hears_while_replying")) {
+    serial.hears_while_replying = *hears;
+  }
   if (const auto us = reader->number("broadcast_reply_us", 0, 100'000)) {
     serial.broadcast_reply_time = from_us(*us);
   }

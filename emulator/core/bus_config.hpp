@@ -163,6 +163,8 @@ struct SerialConfig {
   SimTime reply_spread = std::chrono::microseconds(50);
   SimTime gap = std::chrono::milliseconds(5);  // inside a packet: it is dropped
   bool scan = true;                            // after a bad header, else the line has to rest
+  // A drive takes in a packet that ends before its reply begins, and answers it after that reply.
+  bool hears_while_replying = true;
   std::uint8_t max_len = protocol::kMostLen;
   int broadcast_gap_bits = 20;
   // Before each reply to a packet for several; nothing: by the bit rate.

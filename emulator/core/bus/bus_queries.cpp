@@ -79,7 +79,7 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
     lane(node).feed_input();  // the link has not failed
     return Drop::kDriveBusy;
   }
-  if (serial_ && node.link.deaf(wire_)) return Drop::kDriveBusy;
+  if (serial_ && node.link.deaf(wire_, at)) return Drop::kDriveBusy;
   if (serial_) servo.keep_received(heard);
   const auto understood = servo.understand(heard);
   const auto* query = std::get_if<protocol::Query>(&understood);
@@ -137,7 +137,7 @@ void Bus::process_multi_drive(SimTime at, const protocol::Frame& frame) {
       }
     } else if (servo.multi_drive_mode()) {
       if (servo.deaf_while_calibrating()) lane(node).feed_input();
-      if (node.link.deaf(wire_) || servo.deaf_while_calibrating()) {
+      if (node.link.deaf(wire_, at) || servo.deaf_while_calibrating()) {
         faults_.count_ignored(node.id(), heard, time_);
         cause = Drop::kDriveBusy;
         return;

@@ -57,7 +57,7 @@ std::size_t Duplicates::hear(SimTime at, const protocol::Frame& frame, Wire& wir
     const bool for_several = id != nullptr && *id == protocol::kMultiDrive;
     if (id == nullptr || (!for_several && servo.address() != *id) || !servo.on_its_bus() ||
         !servo.at_its_rate() || servo.multi_drive_mode() != for_several ||
-        wire.drive_queue_full(drive.owner) || wire.is_deaf(drive.owner)) {
+        wire.drive_queue_full(drive.owner) || wire.is_deaf(drive.owner, at)) {
       continue;
     }
     const auto understood = servo.understand(frame);

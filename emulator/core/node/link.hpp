@@ -31,8 +31,8 @@ struct DriveLink {
 
   /// It does not take in another query: what waits for its flash or the wire has to go first.
   bool full(const Wire& wire) const { return wire.drive_queue_full(owner, held_back ? 1 : 0); }
-  /// It does not hear another query: the same, and on RS-485 whatever it has to say.
-  bool deaf(const Wire& wire) const { return full(wire) || wire.is_deaf(owner); }
+  /// It does not hear a query that ends at `end`: the same, or on RS-485 because of its own reply.
+  bool deaf(const Wire& wire, SimTime end) const { return full(wire) || wire.is_deaf(owner, end); }
   /// In the order of calls, whatever waits how long. Returns how many frames are lost: 1 when it is
   /// full.
   std::size_t send(Wire& wire, const Outgoing& out);

@@ -14,8 +14,11 @@ using protocol::Frame;
 using protocol::FrameKind;
 
 SerialWire::SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules,
-                       std::uint64_t seed)
-    : bitrate_(bitrate), receiver_(rules), random_(seed) {
+                       std::uint64_t seed, bool hears_while_replying)
+    : bitrate_(bitrate),
+      hears_while_replying_(hears_while_replying),
+      receiver_(rules),
+      random_(seed) {
   assert(bitrate >= 0);
 }
 
@@ -45,6 +48,12 @@ std::size_t SerialWire::of_drive(std::uint32_t owner) const {
   const auto sent = std::ranges::count_if(
       sending_, [owner](const Sending& one) { return one.what.owner == owner; });
   return static_cast<std::size_t>(sent + std::ranges::count(drives_, owner, &Waiting::owner));
+}
+
+bool SerialWire::is_deaf(std::uint32_t owner, SimTime end) const {
+  if (!hears_while_replying_) return of_drive(owner) > 0;
+  return std::ranges::any_of(
+      sending_, [&](const Sending& one) { return one.what.owner == owner && one.start < end; });
 }
 
 bool SerialWire::drive_queue_full(std::uint32_t owner, std::size_t elsewhere) const {
@@ -83,7 +92,7 @@ void SerialWire::send_from_drive(SimTime at, const Frame& frame, std::uint64_t a
                                  std::uint32_t owner, bool blocked) {
   assert(owner != kHost && !drive_queue_full(owner));
   const Waiting what{at, frame, after_rom_write, owner, blocked};
-  if (blocked || is_sending(owner)) {
+  if (blocked || of_drive(owner) > 0) {
     drives_.push_back(what);
   } else {
     sending_.push_back(begin(what, at));

@@ -27,7 +27,9 @@ class SerialWire {
   static constexpr std::size_t kDriveQueue = 16;
 
   /// `bitrate` in bit/s; 0 = bytes take no time. `seed` gives what spoiled bytes are.
-  SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules, std::uint64_t seed);
+  /// `hears_while_replying`: a drive whose reply has not begun takes in another packet.
+  SerialWire(std::int64_t bitrate, const protocol::ReceiverRules& rules, std::uint64_t seed,
+             bool hears_while_replying = true);
 
   std::int64_t bitrate() const { return bitrate_; }
   SimTime bits(int count) const;
@@ -41,8 +43,9 @@ class SerialWire {
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
-  /// The drive has something to say yet: it hears nothing.
-  bool is_sending(std::uint32_t owner) const { return of_drive(owner) > 0; }
+  /// The drive does not hear a packet that ends at `end`: its transmitter was on meanwhile, or a
+  /// reply waits and it is not one of those that hear while replying.
+  bool is_deaf(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
   std::size_t block(std::uint32_t owner, SimTime now);
@@ -123,6 +126,7 @@ class SerialWire {
   WireDelivery delivery_of(const Sending& one, const std::optional<protocol::Frame>& packet) const;
 
   std::int64_t bitrate_;
+  bool hears_while_replying_;
   protocol::Receiver receiver_;
   std::uint64_t random_;
   SimTime host_free_at_{0};

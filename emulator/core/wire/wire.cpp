@@ -13,7 +13,8 @@ std::variant<CanWire, SerialWire> medium_of(const BusConfig& config) {
   if (config.bitrate > 0) {
     rules.broadcast_gap = bits_duration(serial.broadcast_gap_bits, config.bitrate);
   }
-  return SerialWire(config.bitrate, rules, stream_seed(config.seed, 0, SeedStream::kWire));
+  return SerialWire(config.bitrate, rules, stream_seed(config.seed, 0, SeedStream::kWire),
+                    serial.hears_while_replying);
 }
 
 }  // namespace

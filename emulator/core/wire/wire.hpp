@@ -62,9 +62,9 @@ class Wire {
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const {
     return of(*this, [&](auto& wire) { return wire.copies(owner, frame); });
   }
-  /// On RS-485: it has something to say yet, and hears nothing.
-  bool is_deaf(std::uint32_t owner) const {
-    return serial() != nullptr && serial()->is_sending(owner);
+  /// On RS-485: it does not hear a packet that ends at `end`.
+  bool is_deaf(std::uint32_t owner, SimTime end) const {
+    return serial() != nullptr && serial()->is_deaf(owner, end);
   }
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked) {

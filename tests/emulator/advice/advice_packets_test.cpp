@@ -15,8 +15,11 @@ using test::serial_drive;
 
 /// A host on RS-485, which writes bytes.
 struct Wired : AnsweredHost {
-  explicit Wired(Generation generation = Generation::kV236)
-      : AnsweredHost(serial_bus({serial_drive(generation), serial_drive(generation, 2)})) {}
+  explicit Wired(Generation generation = Generation::kV236) : Wired(two_drives(generation)) {}
+  explicit Wired(const BusConfig& config) : AnsweredHost(config) {}
+  static BusConfig two_drives(Generation generation) {
+    return serial_bus({serial_drive(generation), serial_drive(generation, 2)});
+  }
   void write(std::string_view written) {
     std::vector<protocol::Frame> frames;
     protocol::append_frames(test::bytes(written), frames);
@@ -133,6 +136,8 @@ TEST(AdvicePackets, PayloadsOfCan) {
 /// A reply ends 230 us behind an 0xA1 that ends 80 us behind its start: 310 us at the least.
 TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   const char* const torque = "3E A1 01 02 E2 64 00 64";
+  BusConfig not_while_replying = Wired::two_drives(Generation::kV236);
+  not_while_replying.serial->hears_while_replying = false;
   Wired host;
   host.write(1, 300us, torque);
   host.write(1, 20ms, "3E A1 02 02 E3 64 00 64");  // another drive, but the same line
@@ -145,7 +150,7 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   EXPECT_EQ(what_text(host.get(AdviceKind::kTalksOverReply, kWholeBus), Language::kEnglish),
             "3 times a packet before the reply to the last was over: this one came 300 µs after "
             "it, and the reply ends 360 µs after it at the earliest");
-  Wired at_once;  // the drive has a reply to give, and its queue is not full
+  Wired at_once(not_while_replying);  // the drive has a reply to give, and its queue is not full
   for (int n = 0; n < 5; ++n) {
     at_once.write(torque);
     at_once.write(1, 20ms, torque);
@@ -157,6 +162,38 @@ TEST(AdvicePackets, WhoSendsBeforeTheReplyIsOver) {
   waits.write(500, 370us, torque);
   waits.write(20, 300us, "3E A1 05 02 E6 64 00 64");  // nobody's
   EXPECT_EQ(waits.count(AdviceKind::kTalksOverReply, kWholeBus), 0U) << waits.all();
+}
+
+/// The first reply begins 150 us behind the first packet, which ends 80 us behind its start.
+TEST(AdvicePackets, NoneForPacketsThatTheDriveHearsBeforeItReplies) {
+  const char* const torque = "3E A1 01 02 E2 64 00 64";
+  Wired pair;
+  for (int n = 0; n < 10; ++n) {
+    pair.write(torque);
+    pair.write(1, 20ms, "3E 92 01 00 D1");  // ends 130 us behind the start
+  }
+  EXPECT_EQ(pair.bus.stats().queries, 20U);
+  EXPECT_EQ(pair.all(), "");
+  Wired early;  // the next packet meets the second reply
+  for (int n = 0; n < 3; ++n) {
+    early.write(torque);
+    early.write(1, 400us, "3E 92 01 00 D1");
+    early.write(1, 20ms, torque);
+  }
+  EXPECT_EQ(early.count(AdviceKind::kTalksOverReply, kWholeBus), 1U) << early.all();
+  Wired third;  // is on the line when the first reply begins
+  for (int n = 0; n < 5; ++n) {
+    third.write(torque);
+    third.write(torque);
+    third.write(1, 20ms, torque);
+  }
+  EXPECT_GT(third.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
+  Wired two;  // whose replies meet
+  for (int n = 0; n < 5; ++n) {
+    two.write("3E 92 01 00 D1");
+    two.write(1, 20ms, "3E 92 02 00 D2");
+  }
+  EXPECT_GT(two.count(AdviceKind::kTalksOverReply, kWholeBus), 0U);
 }
 
 TEST(AdvicePackets, WhoTakesItsEchoForTheReply) {

@@ -98,6 +98,7 @@ broadcast_reply_us = 12.5
 pty_termios = "raw"
 pty_rate = "ignore"
 baud_codes = 10
+hears_while_replying = false
 )" + kDrive)[0];
   SerialConfig wanted;
   wanted.reply_time = 200us;
@@ -110,6 +111,7 @@ baud_codes = 10
   wanted.as_tty = false;
   wanted.enforces_rate = false;
   wanted.has_921600 = false;
+  wanted.hears_while_replying = false;
   EXPECT_EQ(bus.serial, wanted);
   EXPECT_EQ(bus.servos[0].reply_time, 200us);
   EXPECT_EQ(bus.servos[0].reply_spread, 10us);

@@ -87,14 +87,52 @@ TEST(SerialWire, AReplyThatMeetsAnotherQueryIsSpoiledWithIt) {
   EXPECT_EQ(host.bus.stats().count(Drop::kNoPacket), 1U);  // nobody heard the second query
 }
 
-TEST(SerialWire, ADriveThatHasAReplyToGiveHearsNothing) {
-  SerialHost host(serial_bus({serial_drive(Generation::kV235)}));
-  host.write(1ms, bytes("3E 9A 01 00 D9"));
-  host.write(1ms + 60us, bytes("3E 9C 01 00 DB"));
-  const auto replies = host.read_until(10ms);
+/// A host that writes 0xA1 and 0x92 at once, at 4 Mbit/s, and reads both replies.
+std::vector<TimedFrame> ask_back_to_back(SerialHost& host) {
+  host.write(1ms, bytes("3E A1 01 02 E2 64 00 64 3E 92 01 00 D1"));
+  return host.read_until(10ms);
+}
+
+TEST(SerialWire, APacketThatEndsBeforeTheReplyBeginsIsAnsweredBehindIt) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 4'000'000));
+  const auto replies = ask_back_to_back(host);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].frame.data[0], 0xA1);
+  EXPECT_EQ(replies[1].frame.data[0], 0x92);
+  // 8 bytes, the reply time, 13 bytes, and 14 more: ten bits of 0.25 µs each.
+  EXPECT_EQ(replies[0].at, 1ms + 20us + 150us + 32'500ns);
+  EXPECT_EQ(replies[1].at, replies[0].at + 35us);
+  EXPECT_EQ(host.bus.stats().queries, 2U);
+}
+
+TEST(SerialWire, ADriveThatDoesNotHearWhileReplyingLosesThatPacket) {
+  BusConfig config = serial_bus({serial_drive(Generation::kV235)}, 4'000'000);
+  config.serial->hears_while_replying = false;
+  SerialHost host(config);
+  const auto replies = ask_back_to_back(host);
   ASSERT_EQ(replies.size(), 1U);
-  EXPECT_EQ(replies.front().frame.data[0], 0x9A);
+  EXPECT_EQ(replies.front().frame.data[0], 0xA1);
   EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 1U);
+}
+
+/// A slower line has the second packet on it when the first reply begins.
+TEST(SerialWire, ADriveDoesNotHearAPacketThatItsReplyMeets) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
+  const auto replies = ask_back_to_back(host);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies.front().frame.kind, protocol::FrameKind::kBytes);
+  EXPECT_EQ(host.bus.stats().queries, 1U);
+}
+
+/// Equal bytes pass: the packet has no wrong sum, and ends with the reply.
+TEST(SerialWire, ADriveDoesNotHearItselfWithAHost) {
+  SerialWire wire(1'000'000, {}, 1);
+  const protocol::Frame both = packet("3E 88 01 00 C7");
+  wire.send_from_drive(1ms, both, 0, 0x141, false);
+  wire.send_from_host(1ms, both);
+  EXPECT_TRUE(wire.is_deaf(0x141, 1ms + 50us));
+  EXPECT_FALSE(wire.is_deaf(0x141, 1ms));
+  EXPECT_FALSE(wire.is_deaf(0x142, 1ms + 50us));
 }
 
 TEST(SerialWire, EqualBytesAtTheSameTimePass) {
