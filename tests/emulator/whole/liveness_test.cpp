@@ -1,0 +1,219 @@
+// Drives under random faults, on both wires: when no fault is active, every powered drive that
+// hears a valid query answers within its reply time. LK_LONG_RUN_S gives simulated seconds other
+// than the few of everyday (docs/testing.md).
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "emulator/core/bus/bus.hpp"
+#include "emulator/core/generation.hpp"
+#include "emulator/core/wire_timing.hpp"
+#include "tests/emulator/whole/random_life.hpp"
+#include "tests/support/profile.hpp"
+
+namespace lk::emulator {
+namespace liveness_test {
+
+using namespace std::chrono_literals;
+using protocol::Frame;
+using protocol::FrameKind;
+
+constexpr int kDrives = 10;
+constexpr SimTime kLongestFault = 30ms;
+/// What a fault holds back stays held for this long at most after it has ended.
+constexpr double kLongestHold_ms = 10;
+/// That, and a time off the bus, and the rest after which the receivers of RS-485 begin anew.
+constexpr SimTime kSettled = 20ms;
+/// From one query to the next, at least.
+constexpr SimTime kPeriod = 1ms;
+
+BusConfig ten_drives(std::uint32_t seed, bool serial) {
+  constexpr std::array kMotors{"mf7015", "mg4005", "mg6012-i8", "mg5010", "mf9025"};
+  constexpr std::array kGenerations{Generation::kLegacy, Generation::kV235, Generation::kV236};
+  BusConfig config;
+  config.interface = "liveness";
+  config.bitrate = serial && seed % 2 == 0 ? 115'200 : 1'000'000;
+  config.seed = seed;
+  if (serial) config.serial = SerialConfig{};
+  for (int id = 1; id <= kDrives; ++id) {
+    const auto n = static_cast<std::size_t>(id);
+    ServoConfig servo;
+    servo.id = id;
+    servo.profile = test::profile(kMotors[n % kMotors.size()]);
+    servo.generation = kGenerations[n % kGenerations.size()];
+    servo.quirks =
+        quirks_of(servo.generation, serial ? protocol::Framing::kSerial : protocol::Framing::kCan);
+    servo.rom = servo.profile.factory;
+    if (serial) {
+      servo.reply_time = config.serial->reply_time;
+      servo.reply_spread = config.serial->reply_spread;
+    }
+    config.servos.push_back(servo);
+  }
+  return config;
+}
+
+/// A host that asks one drive after the other, while faults come and go.
+class Polled {
+ public:
+  Polled(std::uint32_t seed, bool serial)
+      : serial_(serial),
+        life_(seed, kDrives, kLongestFault),
+        config_(ten_drives(seed, serial)),
+        bus_(config_) {}
+
+  /// Returns what was wrong; empty: nothing.
+  std::string run(int rounds) {
+    for (int n = 0; n < rounds; ++n) {
+      begin_faults();
+      while (is_faulty()) ask(life_.drive());
+      if (auto wrong = check_heard(); !wrong.empty()) return wrong;
+      if (auto wrong = check_answers(); !wrong.empty()) return wrong;
+    }
+    return "";
+  }
+  SimTime time() const { return bus_.time(); }
+  int checked() const { return checked_; }
+
+ private:
+  void begin_faults() {
+    faults_.clear();
+    for (int left = 1 + life_.below(2); left > 0; --left) {
+      Fault fault = life_.fault();
+      const std::string_view kind = fault.row->word;
+      // What such a fault has done stays: the drive is at another ID, or has other settings.
+      if (kind == "id_changed" || kind == "rom_damaged" || kind == "ram_flipped") continue;
+      fault.every.reset();
+      limit_hold(fault);
+      faults_ += " " + std::string(kind);
+      ASSERT_TRUE(bus_.apply({kWholeBus, SetFault{fault}}));
+    }
+  }
+
+  static void limit_hold(Fault& fault) {
+    for (std::size_t n = 0; n < fault.row->params.size(); ++n) {
+      const std::string_view word = fault.row->params[n].word;
+      for (const std::string_view name : {"delay_ms", "jitter_ms", "stall_ms", "recovery_ms"}) {
+        if (word == name) fault.values[n] = std::min(fault.values[n].number(), kLongestHold_ms);
+      }
+      for (const std::string_view name : {"tx_us", "rx_us", "jitter_us", "tail_us", "every_us"}) {
+        if (word != name) continue;
+        fault.values[n] = std::min(fault.values[n].number(), 1e3 * kLongestHold_ms);
+      }
+    }
+  }
+
+  bool is_faulty() const {
+    return std::ranges::any_of(bus_.faults(), [](const FaultReport& report) {
+      using enum FaultEvidence::State;
+      return report.evidence.state == kActive || report.evidence.state == kArmed;
+    });
+  }
+
+  Frame query(int id) {
+    constexpr std::array<std::uint8_t, 4> kReads{0x9A, 0x9C, 0x92, 0x94};
+    Frame frame;
+    frame.id = protocol::kSingleDriveId + static_cast<std::uint32_t>(id);
+    frame.data[0] = kReads[static_cast<std::size_t>(life_.below(kReads.size()))];
+    if (serial_) {
+      frame.kind = FrameKind::kSerial;
+      frame.dlc = 1;
+    }
+    return frame;
+  }
+
+  /// When the reply is over at the latest.
+  SimTime deadline(const Frame& query) const {
+    const ServoConfig& servo = config_.servos.front();
+    constexpr std::int64_t kLongestReply = 14;
+    if (serial_) {
+      const auto bytes = static_cast<std::int64_t>(protocol::wire_bytes(query).size);
+      return bus_.time() + servo.reply_time + servo.reply_spread +
+             bits_duration(kSerialBitsPerByte * (bytes + kLongestReply), config_.bitrate);
+    }
+    constexpr std::int64_t kLongestFrame_bits = 135;  // eight bytes, with all stuff bits
+    return bus_.time() + servo.reply_time + bits_duration(2 * kLongestFrame_bits, config_.bitrate);
+  }
+
+  /// Waits for the reply; returns whether it came in time.
+  bool ask(int id) {
+    const Frame asked = query(id);
+    const SimTime last = deadline(asked);
+    const SimTime give_up = std::max(last, bus_.time() + kPeriod);
+    bus_.receive({bus_.time(), asked});
+    std::vector<TimedFrame> replies;
+    while (bus_.time() < give_up) {
+      bus_.advance_to(std::min(give_up, bus_.time() + 100us));
+      bus_.take_replies(replies);
+      const bool answered = std::ranges::any_of(replies, [&](const TimedFrame& reply) {
+        return reply.frame.kind == (serial_ ? FrameKind::kSerial : FrameKind::kData) &&
+               reply.frame.data[0] == asked.data[0] && reply.at <= last && !reply.echo;
+      });
+      if (answered) return true;
+    }
+    return false;
+  }
+
+  /// A query is not lost because a reply that a fault has held is still to come.
+  std::string check_heard() {
+    const BusStats before = bus_.stats();
+    for (int id = 1; id <= kDrives; ++id) ask(id);
+    const BusStats after = bus_.stats();
+    const bool crowded = before.replies_waiting + kDrives > Wire::kDriveQueue;
+    if (crowded || after.count(Drop::kDriveBusy) == before.count(Drop::kDriveBusy)) return "";
+    return "a drive with a reply to give did not hear a query after" + faults_;
+  }
+
+  std::string check_answers() {
+    SimTime settled = bus_.time() + kSettled;
+    for (; bus_.time() < settled; bus_.advance_to(bus_.time() + 1ms)) {
+      const BusStats stats = bus_.stats();
+      if (stats.frames_waiting + stats.replies_waiting > 0) settled = bus_.time() + kSettled;
+    }
+    std::vector<TimedFrame> late;
+    bus_.take_replies(late);
+    for (int id = 1; id <= kDrives; ++id) {
+      const std::uint32_t starts = bus_.servo(id).starts();
+      const bool was_alive = bus_.telemetry(id).alive;
+      ++checked_;
+      if (ask(id) || !was_alive) continue;
+      if (!bus_.telemetry(id).alive || bus_.servo(id).starts() != starts) continue;  // browned out
+      return "drive " + std::to_string(id) + " did not answer after" + faults_;
+    }
+    return "";
+  }
+
+  bool serial_;
+  test::RandomLife life_;
+  BusConfig config_;
+  Bus bus_;
+  std::string faults_;
+  int checked_ = 0;
+};
+
+void live(bool serial) {
+  constexpr int kRounds = 30;  // with two faults each: a bus keeps 1000
+  const char* const seconds = std::getenv("LK_LONG_RUN_S");
+  const SimTime all = seconds != nullptr ? std::chrono::seconds(std::stoi(seconds)) : SimTime{10s};
+  SimTime done{0};
+  int checked = 0;
+  for (std::uint32_t seed = 1; done < all; ++seed) {
+    Polled polled(seed, serial);
+    EXPECT_EQ(polled.run(kRounds), "") << "seed " << seed;
+    done += polled.time();
+    checked += polled.checked();
+  }
+  EXPECT_GT(checked, 100);
+}
+
+TEST(Liveness, EveryPoweredDriveAnswersAfterAFaultOnCan) { live(false); }
+TEST(Liveness, EveryPoweredDriveAnswersAfterAFaultOnRs485) { live(true); }
+
+}  // namespace liveness_test
+}  // namespace lk::emulator
