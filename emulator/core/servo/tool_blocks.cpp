@@ -92,6 +92,9 @@ Block product_block(const ServoConfig& config) {
   std::copy(product.chip_id.begin(), product.chip_id.end(),
             block.data.begin() + static_cast<std::ptrdiff_t>(at));
   at += kChipBytes;
+  // The motor file has one chip ID; those of a bus's drives differ (the rule is assumed).
+  const int number = block.data[at - 1] + config.id - protocol::kMinId;
+  block.data[at - 1] = static_cast<std::uint8_t>(number);
   for (const std::uint16_t version : {product.hardware_version, product.motor_version, firmware}) {
     put_le(block.data, at, version);
     at += 2;

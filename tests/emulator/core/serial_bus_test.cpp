@@ -187,6 +187,20 @@ TEST(SerialBus, TheToolConnects) {
   EXPECT_NE(host.bus.servo(1).ram().gains.angle_kp, 77);
 }
 
+TEST(SerialBus, DrivesOfOneBusHaveTheirOwnChipIds) {
+  ServoConfig first = serial_drive(Generation::kV235);
+  first.profile.product.chip_id = {0x35, 0x37, 0x35, 0x30, 0x30, 0x32,
+                                   0x73, 0x18, 0x78, 0x03, 0x4A, 0xFF};
+  ServoConfig second = first;
+  second.id = 2;
+  SerialHost host(serial_bus({first, second}));
+  const auto chip_id = [&](std::string_view query) {
+    return data_of(host.ask(query)).substr(120, 35);
+  };
+  EXPECT_EQ(chip_id("3E 12 01 00 51"), "35 37 35 30 30 32 73 18 78 03 4A FF");
+  EXPECT_EQ(chip_id("3E 12 02 00 52"), "35 37 35 30 30 32 73 18 78 03 4A 00");
+}
+
 TEST(SerialBus, TheOldestManualsDriveHasAProductOf42BytesAndZeroesInSilence) {
   SerialHost host(serial_drive(Generation::kLegacy));
   EXPECT_EQ(bytes(host.ask("3E 12 01 00 51")).size(), 6 + 42U);
