@@ -14,7 +14,8 @@ Json send_frames(const Json& said, Line& line) {
   const auto frames = read_frames(reader, line.config());
   reader.finish();
   const Bus& bus = line.bus();
-  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue || line.backlog() > 0) {
+  if (bus.stats().frames_waiting + frames.size() > CanWire::kHostQueue || bus.host_queue_full() ||
+      line.backlog() > 0) {
     throw ApiError(409, "frame", "too many frames wait for the wire, or for the clock to move");
   }
   Json texts = Json::array();

@@ -83,6 +83,7 @@ void SerialWire::send_from_host(SimTime at, const Frame& frame) {
   const Waiting what{.at = at, .frame = frame};
   if (host_sends()) {
     hosts_.push_back(what);
+    host_bytes_ += protocol::wire_bytes(frame).size;
   } else {
     sending_.push_back(begin(what, host_free_at_));
   }
@@ -105,6 +106,7 @@ void SerialWire::begin_next(std::uint32_t owner, SimTime free_at) {
     host_free_at_ = free_at;
     if (hosts_.empty()) return;
     sending_.push_back(begin(hosts_.front(), free_at));
+    host_bytes_ -= sending_.back().bytes.size;
     hosts_.pop_front();
     return;
   }

@@ -24,6 +24,8 @@ namespace lk::emulator {
 class SerialWire {
  public:
   static constexpr std::size_t kHostQueue = 1024;
+  /// Size of a serial port's transmit buffer on Linux (UART_XMIT_SIZE; USB adapters have the same).
+  static constexpr std::size_t kHostBytes = 4096;
   static constexpr std::size_t kDriveQueue = 16;
 
   /// `bitrate` in bit/s; 0 = bytes take no time. `seed` gives what spoiled bytes are.
@@ -34,7 +36,9 @@ class SerialWire {
   std::int64_t bitrate() const { return bitrate_; }
   SimTime bits(int count) const;
 
-  bool host_queue_full() const { return host_queue_size() >= kHostQueue; }
+  bool host_queue_full() const {
+    return host_queue_size() >= kHostQueue || host_bytes_ >= kHostBytes;
+  }
   std::size_t host_queue_size() const { return hosts_.size() + (host_sends() ? 1 : 0); }
   std::size_t host_frames_ready(SimTime now) const;
   /// From `at` on, behind what hosts sent before. `frame` is kSerial or kBytes, and not empty.
@@ -43,8 +47,8 @@ class SerialWire {
   bool drive_queue_full(std::uint32_t owner, std::size_t elsewhere = 0) const;
   std::size_t drive_frames() const;
   std::size_t copies(std::uint32_t owner, const protocol::Frame& frame) const;
-  /// The drive does not hear a packet that ends at `end`: its transmitter was on meanwhile, or a
-  /// reply waits and it is not one of those that hear while replying.
+  /// The drive does not hear a packet that ends at `end`: its transmitter was on during the packet,
+  /// or a reply waits and `hears_while_replying` is false.
   bool is_deaf(std::uint32_t owner, SimTime end) const;
   void send_from_drive(SimTime at, const protocol::Frame& frame, std::uint64_t after_rom_write,
                        std::uint32_t owner, bool blocked);
@@ -135,6 +139,7 @@ class SerialWire {
   SimTime busy_{0};
   std::vector<Sending> sending_;  // at most one of each sender
   std::deque<Waiting> hosts_;     // behind the one that is being sent
+  std::size_t host_bytes_ = 0;    // in hosts_
   std::vector<Waiting> drives_;   // the same, in the order in which they were sent; and the blocked
 };
 

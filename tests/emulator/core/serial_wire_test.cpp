@@ -72,6 +72,19 @@ TEST(SerialWire, HostsBytesStandBackToBackWhateverTheyWrite) {
   EXPECT_EQ(replies.front().at, 1ms + 50us + 50us + 150us + 130us);
 }
 
+/// Of a client that has left, the line carries no more than a serial port's buffer: 0.36 s.
+TEST(SerialWire, AMegabyteOfNoiseLeavesTheLineSoon) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
+  host.write(1ms, test::Bytes(1'000'000, 0x55));
+  EXPECT_GT(host.bus.stats().count(Drop::kQueueFull), 0U);
+  // The buffer, the frame on the wire, one that found room: ten bits a byte.
+  const double noise_s = (4096 + 2.0 * protocol::kMostBytes) * 10 / 115'200;
+  host.read_until(1ms + SimTime(static_cast<std::int64_t>(noise_s * 1e9)));
+  EXPECT_EQ(host.bus.stats().frames_waiting, 0U);
+  host.read_until(host.bus.time() + 6ms);  // gap_ms
+  EXPECT_NE(host.ask("3E 9A 01 00 D9"), "");
+}
+
 /// The reply begins 150 µs behind the first query, and the second query is on the wire then.
 TEST(SerialWire, AReplyThatMeetsAnotherQueryIsSpoiledWithIt) {
   SerialHost host(
