@@ -1,13 +1,17 @@
 #include "emulator/transports/pty_link.hpp"
 
 #include <fcntl.h>
+#include <sys/inotify.h>
 #include <sys/stat.h>
+#include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
+#include <cstring>
 #include <utility>
 
 #include "emulator/ground/start_error.hpp"
@@ -55,7 +59,8 @@ void check_terminal_path(const std::string& name, const std::string& path) {
                    "remove it, or give another path");
 }
 
-PtyLink::PtyLink(const std::string& name, std::string path, bool raw) : path_(std::move(path)) {
+PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw)
+    : path_(std::move(path)), events_(loop) {
   // Now, as the new terminal may get the number that the old one had.
   if (is_dead_link(path_)) ::unlink(path_.c_str());
   master_ = Descriptor(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
@@ -71,6 +76,38 @@ PtyLink::PtyLink(const std::string& name, std::string path, bool raw) : path_(st
     throw StartError(name + ": cannot make the link " + path_ + ": " + reason_of(errno));
   }
   terminal_name_ = terminal.data();
+  // If the user's inotify limit is reached, unread bytes stay for the next host.
+  const int events = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  if (events < 0) return;
+  events_.assign(events);
+  if (::inotify_add_watch(events, terminal_name_.c_str(), IN_OPEN | IN_CLOSE) >= 0) watch_hosts();
+}
+
+void PtyLink::watch_hosts() {
+  events_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                     [this](const boost::system::error_code& error) {
+                       if (error) return;
+                       follow_hosts();
+                       watch_hosts();
+                     });
+}
+
+void PtyLink::follow_hosts() {
+  if (!events_.is_open()) return;
+  std::array<char, 4096> events{};
+  for (;;) {
+    const ssize_t size = ::read(events_.native_handle(), events.data(), events.size());
+    if (size <= 0) return;
+    for (std::size_t at = 0; at < static_cast<std::size_t>(size);) {
+      inotify_event event{};
+      std::memcpy(&event, events.data() + at, sizeof event);
+      at += sizeof event + event.len;
+      const int before = hosts_;
+      if ((event.mask & IN_OPEN) != 0) ++hosts_;
+      if ((event.mask & IN_CLOSE) != 0) hosts_ = std::max(hosts_ - 1, 0);
+      if (before == 0 || hosts_ == 0) ::tcflush(terminal_.get(), TCIFLUSH);
+    }
+  }
 }
 
 PtyLink::~PtyLink() {

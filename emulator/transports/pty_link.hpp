@@ -1,5 +1,7 @@
 #pragma once
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <string>
 
 #include "emulator/files/regular_file.hpp"
@@ -12,23 +14,34 @@ void check_terminal_path(const std::string& name, const std::string& path);
 /// A character device, and no link of ours.
 bool is_serial_device(const std::string& path);
 
-/// A pseudo-terminal, and a link at a path by which hosts find it. The link goes with it.
+/// A pseudo-terminal, and a link at a path by which hosts find it. The link goes with it. Bytes
+/// that a host has not read when it closes the terminal are discarded, as by the driver of a serial
+/// port.
 class PtyLink {
  public:
   /// Raw, or as a fresh serial port is. Throws StartError.
-  PtyLink(const std::string& name, std::string path, bool raw);
+  PtyLink(boost::asio::io_context& loop, const std::string& name, std::string path, bool raw);
   PtyLink(const PtyLink&) = delete;
   PtyLink& operator=(const PtyLink&) = delete;
   ~PtyLink();
 
   /// Our side; it never blocks.
   int descriptor() const { return master_.get(); }
+  /// Discards unread bytes if a host has opened the terminal as the first one, or closed it as the
+  /// last one. Call it before reading what hosts have written, or a reply to that may be discarded.
+  /// The kernel merges equal events: the count may be low while several hosts have the terminal
+  /// open.
+  void follow_hosts();
 
  private:
+  void watch_hosts();
+
   std::string path_;
   std::string terminal_name_;
   Descriptor master_;
   Descriptor terminal_;  // as long as it is open here, hosts may come and go
+  boost::asio::posix::stream_descriptor events_;  // inotify's: hosts open and close the terminal
+  int hosts_ = 0;                                 // that have it open
 };
 
 }  // namespace lk::emulator

@@ -21,7 +21,7 @@ namespace {
 /// What is read at once: as much as the kernel keeps for a terminal.
 constexpr std::size_t kReadBytes = 4096;
 
-/// A byte that was sent at another bit rate: something arrives, and it is not what was sent.
+/// A byte that was sent with other settings: something arrives, and it is not what was sent.
 constexpr std::uint8_t misread(std::uint8_t byte) {
   return static_cast<std::uint8_t>(byte * 167U + 59U) | 0x80U;
 }
@@ -40,7 +40,7 @@ SerialPort::SerialPort(boost::asio::io_context& loop, std::string name, std::str
   if (is_serial_device(path_)) {
     open_device();
   } else {
-    pty_.emplace(name_, path_, !options_.as_tty);
+    pty_.emplace(loop, name_, path_, !options_.as_tty);
   }
   watch();
 }
@@ -90,20 +90,27 @@ void SerialPort::wait_readable() {
                         });
 }
 
-bool SerialPort::rate_is_right() {
-  if (pty_ && options_.enforces_rate && options_.bitrate > 0) {
-    const std::int64_t rate = output_rate(descriptor());
-    const bool wrong = rate != options_.bitrate;
-    if (wrong && !wrong_rate_) {
-      spdlog::warn("{}: the host is at {} bit/s and the drives are at {}: nobody understands it",
-                   name_, rate, options_.bitrate);
-    }
-    wrong_rate_ = wrong;
+bool SerialPort::is_understood() {
+  if (!pty_ || !options_.enforces_rate) return true;
+  const LineSettings host = line_settings_of(descriptor());
+  std::string mismatch;
+  if (options_.bitrate > 0 && host.rate != options_.bitrate) {
+    mismatch = "is at " + std::to_string(host.rate) + " bit/s and the drives are at " +
+               std::to_string(options_.bitrate);
+  } else if (host.two_stop_bits) {
+    mismatch = "has two stop bits and the drives have one";
+  } else if (host.odd_parity) {
+    mismatch = "has odd parity and the drives have none";
   }
-  return !wrong_rate_;
+  if (!mismatch.empty() && mismatch != mismatch_) {
+    spdlog::warn("{}: the host {}: no drive understands it", name_, mismatch);
+  }
+  mismatch_ = std::move(mismatch);
+  return mismatch_.empty();
 }
 
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
+  if (pty_) pty_->follow_hosts();
   const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
   if (size <= 0) {
     const bool nothing = size < 0 && (errno == EAGAIN || errno == EINTR);
@@ -111,7 +118,7 @@ Port::Batch SerialPort::next_batch(Wait /*wait*/) {
   }
   std::span<std::uint8_t> bytes(bytes_.data(), static_cast<std::size_t>(size));
   if (pty_) host_flags_ = flags_of(descriptor());
-  if (!rate_is_right()) {
+  if (!is_understood()) {
     for (std::uint8_t& byte : bytes) byte = misread(byte);
   }
   frames_.clear();
@@ -136,7 +143,7 @@ void SerialPort::send(std::span<const protocol::Frame> frames) {
       ++stats_.lost_link_down;
       continue;
     }
-    if (!rate_is_right()) {  // a host at another rate reads rubbish, if anything
+    if (!is_understood()) {  // the host reads rubbish, if anything
       ++stats_.sent;
       continue;
     }

@@ -19,7 +19,7 @@ namespace lk::emulator {
 struct SerialPortOptions {
   std::int64_t bitrate = 0;   // of the bus; 0: whatever hosts set
   bool as_tty = true;         // a pseudo-terminal starts as a serial port does, not raw
-  bool enforces_rate = true;  // a host at another rate is not understood
+  bool enforces_rate = true;  // a host at another rate, or not at 8N1, is not understood
 };
 
 /// An RS-485 bus as hosts have it: a pseudo-terminal with a link at a path, or a real serial port
@@ -46,8 +46,8 @@ class SerialPort final : public Port {
   void open_device();
   void watch();
   void wait_readable();
-  /// The host's rate is the bus's; tells when that changes.
-  bool rate_is_right();
+  /// The host's settings are those of the drives; warns when that changes.
+  bool is_understood();
 
   std::string name_;
   std::string path_;
@@ -57,7 +57,7 @@ class SerialPort final : public Port {
   Descriptor fd_;               // the port itself
   boost::asio::posix::stream_descriptor readiness_;
   TerminalFlags host_flags_;
-  bool wrong_rate_ = false;
+  std::string mismatch_;  // why the host is not understood; empty: it is
   bool told_missing_ = false;
   PortStats stats_;
   std::vector<std::uint8_t> bytes_;

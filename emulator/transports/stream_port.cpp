@@ -20,7 +20,7 @@ StreamPort::StreamPort(boost::asio::io_context& loop, const std::string& name, S
       acceptor_(loop),
       readiness_(loop) {
   if (setup_.place.scheme->place == BusPlace::kPath) {
-    pty_.emplace(name_, setup_.place.path, true);
+    pty_.emplace(loop, name_, setup_.place.path, true);
     clients_.add_lent(pty_->descriptor(), setup_.place.path, setup_.meet());
   } else {
     listen(loop);
@@ -105,6 +105,7 @@ void StreamPort::wait_readable() {
 Port::Batch StreamPort::next_batch(Wait wait) {
   received_.clear();
   const ClientSet::Collected collected = clients_.collect(
+  if (pty_) pty_->follow_hosts();
       received_, std::chrono::ceil<std::chrono::milliseconds>(
                      wait == Wait::kForOne ? CanSocket::kPatience : CanSocket::kPatience.zero()));
   if (collected.watched) let_in();  // who may have something to say already

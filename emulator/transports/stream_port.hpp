@@ -38,7 +38,9 @@ class StreamPort final : public Port {
 
   void check_link() override;
   bool is_up() const override { return true; }
-  bool can_wait() const override { return true; }
+  bool can_wait() const override {
+    return !pty_;
+  }  // a wait does not end when a host opens the terminal
   void send(std::span<const protocol::Frame> frames) override;
   void pass_on(const protocol::Frame& frame, std::uint32_t sender) override;
   void end_turn() override { clients_.flush(); }

@@ -20,7 +20,12 @@ termios2 settings_of(int fd) {
 
 }  // namespace
 
-std::int64_t output_rate(int fd) { return settings_of(fd).c_ospeed; }
+LineSettings line_settings_of(int fd) {
+  const termios2 settings = settings_of(fd);
+  return {.rate = settings.c_ospeed,
+          .two_stop_bits = (settings.c_cflag & CSTOPB) != 0,
+          .odd_parity = (settings.c_cflag & PARODD) != 0};
+}
 
 TerminalFlags flags_of(int fd) {
   const termios2 settings = settings_of(fd);

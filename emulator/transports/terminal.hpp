@@ -9,9 +9,15 @@
 
 namespace lk::emulator {
 
-/// What was written to it goes out at this rate, bit/s; of a pseudo-terminal's master: what the
-/// other side has set. Throws std::system_error.
-std::int64_t output_rate(int fd);
+/// Settings that both ends of a line must share. Linux removes PARENB and CS7 from a
+/// pseudo-terminal (pty_set_termios) but keeps PARODD, so even parity and 7 bits cannot be seen.
+struct LineSettings {
+  std::int64_t rate = 0;  // bit/s, of what is written
+  bool two_stop_bits = false;
+  bool odd_parity = false;
+};
+/// Of a pseudo-terminal's master: what the other side has set. Throws std::system_error.
+LineSettings line_settings_of(int fd);
 /// What of its settings changes bytes on their way. Throws std::system_error.
 TerminalFlags flags_of(int fd);
 /// Nothing of it is changed on its way, and no one waits: 8 bits, no parity, 1 stop bit. A rate of

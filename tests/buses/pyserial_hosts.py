@@ -9,6 +9,7 @@ import select
 import subprocess
 import termios
 import time
+import tty
 import unittest
 
 import serial
@@ -123,6 +124,50 @@ class Rs485(TestCase):
             self.assertEqual(len(answer), 13)
             running.stop()
             self.assertIn("the host is at 115200 bit/s and the drives are at 1000000", running.errors)
+
+    def test_other_stop_bits_and_odd_parity_are_silence(self):
+        for settings, words in (({"stopbits": 2}, "two stop bits"), ({"parity": "O"}, "odd parity")):
+            with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000") as running:
+                port = self.open(1_000_000)
+                port.timeout = 0.2
+                port.apply_settings(settings)
+                self.assertEqual(ask(port, 0x9C, 1), b"")
+                port.apply_settings({"stopbits": 1, "parity": "N"})
+                port.timeout = PATIENCE_S
+                self.assertEqual(len(ask(port, 0x9C, 1)), 13)
+                port.close()
+                running.stop()
+                self.assertIn(f"the host has {words}", running.errors)
+
+    def test_a_host_that_starts_anew_reads_nothing_of_the_last(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
+            for _ in range(6):
+                port = os.open(self.link, os.O_RDWR | os.O_NOCTTY)
+                tty.setraw(port, termios.TCSANOW)  # as a host in C that discards nothing
+                attributes = termios.tcgetattr(port)
+                attributes[4] = attributes[5] = termios.B1000000
+                termios.tcsetattr(port, termios.TCSANOW, attributes)
+                os.write(port, packet(0x9C, 1))
+                readable, _, _ = select.select([port], [], [], PATIENCE_S)
+                self.assertTrue(readable)
+                self.assertEqual(os.read(port, 4), bytes([0x3E, 0x9C, 1, 7]))
+                os.close(port)  # with nine bytes of the reply in it
+                time.sleep(0.05)
+
+    def test_noise_of_a_host_that_has_left_does_not_keep_the_line(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "9600") as running:  # 1 MB takes 1042 s
+            with serial.Serial(self.link, 9600) as noisy:
+                noisy.write(bytes([0x55]) * 1_000_000)
+            port = self.open(9600)
+            begin = time.monotonic()
+            answer = b""
+            while answer[:4] != bytes([0x3E, 0x9C, 1, 7]):
+                self.assertLess(time.monotonic() - begin, PATIENCE_S)
+                port.reset_input_buffer()
+                port.timeout = 0.1
+                port.write(packet(0x9C, 1))
+                answer = port.read(13)
+            running.stop()
 
     def test_without_a_rate_that_of_the_host_is_of_no_account(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "0"):
@@ -266,8 +311,9 @@ id = 1
         robot = os.path.join(self.directory, "robot.toml")
         kinds = ("echo", "cr_to_lf", "late_release", "checksum_bad", "byte_lost", "byte_gap",
                  "torn_reply", "duplicate_id", "no_termination", "babbling", "boot_garbage",
-                 "wrong_id", "wrong_dlc", "corrupt", "reorder", "adapter_overrun")
-        whole = ("echo", "cr_to_lf", "late_release", "no_termination", "adapter_overrun")
+                 "wrong_id", "wrong_dlc", "corrupt", "reorder", "adapter_overrun",
+                 "adapter_batch")
+        whole = ("echo", "cr_to_lf", "late_release", "no_termination", "adapter_overrun", "adapter_batch")
         with open(robot, "w", encoding="ascii") as file:
             file.write(f'[[bus]]\ninterface = "{self.bus}"\nbitrate = 1000000\n'
                        '[[bus.drive]]\nids = "1-2"\n')
