@@ -95,12 +95,7 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
   for (int n = 0; n < count; ++n) {
     const epoll_event& event = events[static_cast<std::size_t>(n)];
     collected.watched = collected.watched || event.data.u64 == kWatched;
-    if (event.data.u64 == kAlarm) {
-      std::uint64_t times = 0;
-      if (::read(alarm_.get(), &times, sizeof times) < 0) continue;  // it was set anew
-      alarm_at_.reset();
-      for (auto& [number, client] : clients_) take_due(client, out);
-    }
+    if (event.data.u64 == kAlarm) take_alarm(out);
     const auto found = clients_.find(static_cast<std::uint32_t>(event.data.u64));
     if (event.data.u64 > UINT32_MAX || found == clients_.end()) continue;
     Client& client = found->second;
@@ -121,9 +116,15 @@ ClientSet::Collected ClientSet::collect(std::vector<ReceivedFrame>& out,
 }
 
 bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more) {
+  if (client.leaves_at) return false;  // the event is a reset: its sending side is closed
   const std::size_t share = std::min(kClientBytes, kBytesOfAll / clients_.size());
   const ssize_t size = ::read(client.fd, bytes_.data(), share);
-  if (size <= 0) return size < 0 && (errno == EAGAIN || errno == EINTR);
+  if (size < 0) return errno == EAGAIN || errno == EINTR;
+  if (size == 0) {
+    client.leaves_at = wall_now() + kLastReply;
+    set_interest(client);
+    return true;
+  }
   more = more || static_cast<std::size_t>(size) == share;
   client.unheard = true;
   const auto now = wall_now();
@@ -139,6 +140,20 @@ bool ClientSet::listen_to(Client& client, std::vector<ReceivedFrame>& out, bool&
   return true;
 }
 
+void ClientSet::take_alarm(std::vector<ReceivedFrame>& out) {
+  std::uint64_t times = 0;
+  if (::read(alarm_.get(), &times, sizeof times) < 0) return;  // the timer was reset
+  alarm_at_.reset();
+  for (auto& [number, client] : clients_) take_due(client, out);
+  std::erase_if(clients_, [now = wall_now()](const auto& entry) {
+    return entry.second.leaves_at && *entry.second.leaves_at <= now;
+  });
+}
+
+void ClientSet::drop_finished() {
+  std::erase_if(clients_, [](const auto& entry) { return entry.second.leaves_at.has_value(); });
+}
+
 void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
   const auto now = wall_now();
   heard_.frames.clear();
@@ -149,8 +164,9 @@ void ClientSet::take_due(Client& client, std::vector<ReceivedFrame>& out) {
 void ClientSet::set_alarm() {
   std::optional<ClientProtocol::Time> first;
   for (const auto& [number, client] : clients_) {
-    const auto due = client.protocol->next_due();
-    if (due && (!first || *due < *first)) first = due;
+    for (const auto& due : {client.protocol->next_due(), client.leaves_at}) {
+      if (due && (!first || *due < *first)) first = due;
+    }
   }
   if (first == std::exchange(alarm_at_, first)) return;
   itimerspec when{};
@@ -208,6 +224,7 @@ bool ClientSet::flush(Client& client) {
     if (size < 0) break;
     left.remove_prefix(static_cast<std::size_t>(size));
     client.unheard = false;  // it goes with these
+    if (client.leaves_at) client.leaves_at = wall_now() + kLastReply;
   }
   client.unsent.erase(0, client.unsent.size() - left.size());
   wait_for_room(client, !client.unsent.empty());
@@ -220,7 +237,14 @@ bool ClientSet::flush(Client& client) {
 
 void ClientSet::wait_for_room(Client& client, bool waits) {
   if (std::exchange(client.waits, waits) == waits) return;
-  const std::uint32_t interest = waits ? EPOLLIN | EPOLLOUT : EPOLLIN;
+  set_interest(client);
+}
+
+/// epoll reports a reset even without any interest.
+void ClientSet::set_interest(const Client& client) {
+  std::uint32_t interest = 0;
+  if (!client.leaves_at) interest |= EPOLLIN;
+  if (client.waits) interest |= EPOLLOUT;
   epoll_event event{.events = interest, .data = {.u64 = client.number}};
   ::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, client.fd, &event);
 }

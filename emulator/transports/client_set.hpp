@@ -17,7 +17,8 @@
 namespace lk::emulator {
 
 /// The clients of a port, each a descriptor and a protocol. None can block the others or grow
-/// without bound: one that does not read loses frames.
+/// without bound: one that does not read loses frames. A client that has closed its sending side
+/// still gets its replies. It is removed when nothing has been sent to it for kLastReply.
 class ClientSet {
  public:
   /// Bytes kept for a client beyond what the kernel keeps: about a quarter of a second of a full
@@ -25,6 +26,10 @@ class ClientSet {
   static constexpr std::size_t kMostUnsent = std::size_t{64} * 1024;
   /// And above them, so that one which has lost frames can be told that.
   static constexpr std::size_t kMostAnswers = std::size_t{4} * 1024;
+
+  /// Longer than any reply takes. A client that has closed both sides keeps its place that long,
+  /// unless TCP resets the connection before (assumed).
+  static constexpr std::chrono::seconds kLastReply{1};
 
   /// `name` is the bus's. Throws StartError.
   explicit ClientSet(std::string name);
@@ -40,6 +45,8 @@ class ClientSet {
   /// A descriptor that its owner closes.
   void add_lent(int fd, std::string who, std::unique_ptr<ClientProtocol> protocol);
   std::size_t size() const { return clients_.size(); }
+  /// Removes the clients that have closed their sending side.
+  void drop_finished();
 
   struct Collected {
     bool watched = false;  // a watched descriptor has something
@@ -70,18 +77,23 @@ class ClientSet {
     bool waits = false;     // for room to send
     bool loses = false;     // frames, and that was said
     bool troubled = false;  // and that was said
+    // Set when the client has closed its sending side: removal time, moved on by each write to it.
+    std::optional<ClientProtocol::Time> leaves_at = std::nullopt;
   };
   using Clients = std::map<std::uint32_t, Client>;
 
   void add(Client client);
   /// False: the client has gone.
   bool listen_to(Client& client, std::vector<ReceivedFrame>& out, bool& more);
+  /// The timer has expired: frames that protocols have due, clients that leave.
+  void take_alarm(std::vector<ReceivedFrame>& out);
   void take_due(Client& client, std::vector<ReceivedFrame>& out);
   void show(Client& client, std::span<const protocol::Frame> frames);
   void put(Client& client, std::string_view bytes, std::size_t most);
   /// As much as goes; false: the client has gone.
   bool flush(Client& client);
   void wait_for_room(Client& client, bool waits);
+  void set_interest(const Client& client);
   void set_alarm();
 
   std::string name_;

@@ -73,6 +73,7 @@ void StreamPort::let_in() {
       clients_.ignore(acceptor_.native_handle());
       return;
     }
+    if (clients_.size() >= setup_.most_clients) clients_.drop_finished();
     if (clients_.size() >= setup_.most_clients) {
       if (refused_++ == 0) {
         spdlog::warn("{}: {} clients are as many as there may be: others are refused", name_,
@@ -104,8 +105,8 @@ void StreamPort::wait_readable() {
 
 Port::Batch StreamPort::next_batch(Wait wait) {
   received_.clear();
-  const ClientSet::Collected collected = clients_.collect(
   if (pty_) pty_->follow_hosts();
+  const ClientSet::Collected collected = clients_.collect(
       received_, std::chrono::ceil<std::chrono::milliseconds>(
                      wait == Wait::kForOne ? CanSocket::kPatience : CanSocket::kPatience.zero()));
   if (collected.watched) let_in();  // who may have something to say already

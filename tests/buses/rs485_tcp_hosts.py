@@ -60,6 +60,27 @@ class Rs485Tcp(TestCase):
                         time.sleep(0.01)
                     self.assertLessEqual(seconds, 30)
 
+    def test_a_host_that_sends_no_more_gets_its_reply_and_makes_room(self):
+        with emulator(*self.arguments, "--baud", "9600") as running:  # the reply takes 14 ms
+            for _ in range(3):
+                with socket.create_connection(("127.0.0.1", self.tcp_port), PATIENCE_S) as host:
+                    host.sendall(packet(0x9C, 1))
+                    host.shutdown(socket.SHUT_WR)
+                    answer = b""
+                    while len(answer) < 13:
+                        more = host.recv(13)
+                        self.assertTrue(more, "it ends before the reply")
+                        answer += more
+                    self.assertEqual(answer[:4], bytes([0x3E, 0x9C, 1, 7]))
+            self.assertEqual(count(running.stop(), "clients refused: no room"), 0)
+
+    def test_a_host_that_waits_for_the_end_gets_it(self):
+        with emulator(*self.arguments):
+            with socket.create_connection(("127.0.0.1", self.tcp_port), PATIENCE_S) as host:
+                host.sendall(packet(0x9C, 1))
+                host.shutdown(socket.SHUT_WR)
+                self.assertEqual(len(host.makefile("rb").read()), 13)
+
 
 def keep_alive_s(port: int):
     """When the server's end of the connection will probe its peer; None: it is not waiting to do so (proc(5), net/tcp)."""

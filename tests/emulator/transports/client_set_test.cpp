@@ -71,6 +71,34 @@ TEST_F(AClient, IsToldOfManyRepliesAtOnce) {
   EXPECT_EQ(hear(), std::nullopt);
 }
 
+/// As `printf … | socat - TCP:…` and `nc -N`.
+TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
+  say(kQuery);
+  ASSERT_EQ(collect(), 1U);
+  ::shutdown(host_.get(), SHUT_WR);
+  collect();
+  collect();
+  EXPECT_EQ(clients_.size(), 1U);
+  reply(1);
+  clients_.flush();
+  EXPECT_EQ(hear(), "z\r" + std::string(kReply));
+  EXPECT_EQ(hear(), std::nullopt);
+  // And the end of what it reads, as it would wait for that.
+  std::vector<ReceivedFrame> frames;
+  for (int n = 0; n < 3 && clients_.size() > 0; ++n) {
+    clients_.collect(frames, 2 * ClientSet::kLastReply);
+  }
+  EXPECT_EQ(clients_.size(), 0U);
+  EXPECT_EQ(hear(), "");
+}
+
+TEST_F(AClient, ThatHasLeftMakesRoom) {
+  host_ = Descriptor();
+  collect();
+  clients_.drop_finished();
+  EXPECT_EQ(clients_.size(), 0U);
+}
+
 TEST_F(AClient, IsWaitedForWhereThatIsAskedFor) {
   std::vector<ReceivedFrame> frames;
   std::thread host([this] { say(kQuery); });
