@@ -16,7 +16,7 @@ using enum Transport;
 constexpr std::array kSchemes{
     BusScheme{kSocketCan, "", BusPlace::kInterface, false, "NAME", "vcan0",
               "SocketCAN: everything on Linux"},
-    BusScheme{kSlcanTcp, "slcan-tcp:", BusPlace::kPort, false, "slcan-tcp:[ADDR:]PORT",
+    BusScheme{kSlcanTcp, "slcan-tcp:", BusPlace::kPort, false, "slcan-tcp:[ADDR:]PORT[?acks=no]",
               "slcan-tcp:29536",
               R"(python-can: interface="slcan", channel="socket://127.0.0.1:29536")"},
     BusScheme{kSlcanPty, "slcan-pty:", BusPlace::kPath, false, "slcan-pty:PATH",
@@ -41,6 +41,7 @@ constexpr std::size_t kLongestInterface = 15;  // Linux: IFNAMSIZ less its end
 // python-can's own.
 constexpr const char* kGroup = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
 constexpr std::uint16_t kGroupPort = 43113;
+constexpr std::string_view kNoAcks = "?acks=no";
 
 bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
@@ -75,6 +76,10 @@ std::string interface_problem(const std::string& name) {
 /// "[ADDR:]PORT", with what `out` has for an address that is not said. Why not, or empty.
 std::string read_port(const std::string& name, std::string_view rest, BusName& out) {
   const std::string form(out.scheme->form);
+  if (out.scheme->transport == kSlcanTcp && rest.ends_with(kNoAcks)) {
+    out.acks = false;
+    rest.remove_suffix(kNoAcks.size());
+  }
   const std::size_t colon = rest.rfind(':');
   std::string_view digits = rest;
   if (colon != std::string_view::npos) {

@@ -43,7 +43,8 @@ struct BusName {
   std::string path = {};     // or the interface
   std::string address = {};  // of a port or group: an IP address without brackets
   std::uint16_t port = 0;
-  int ttl = 0;  // of a group: how many networks away others may be
+  int ttl = 0;       // of a group: how many networks away others may be
+  bool acks = true;  // of slcan-tcp: commands are acknowledged
 };
 /// Or why it is no name of a bus.
 std::variant<BusName, std::string> parse_bus_name(const std::string& name);

@@ -34,8 +34,9 @@ std::unique_ptr<Port> make_serial_port(boost::asio::io_context& loop, const BusC
 }
 
 StreamPort::Setup slcan(const BusName& name, const BusConfig& bus) {
-  return {name, kMostClients, "\a",
-          [bitrate = bus.bitrate] { return std::make_unique<Slcan>(bitrate); }};
+  return {name, kMostClients, "\a", [bitrate = bus.bitrate, acks = name.acks] {
+            return std::make_unique<Slcan>(bitrate, acks);
+          }};
 }
 
 StreamPort::Setup socketcand(const BusName& name) {

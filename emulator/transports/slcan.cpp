@@ -15,6 +15,7 @@ using protocol::FrameKind;
 
 constexpr const char* kOk = "\r";
 constexpr const char* kBell = "\a";
+constexpr std::size_t kLongestAck = 2;  // "z\r"
 /// Of the command S, by its digit.
 constexpr std::array<std::int64_t, 9> kRates{10'000,  20'000,  50'000,  100'000,  125'000,
                                              250'000, 500'000, 800'000, 1'000'000};
@@ -72,13 +73,13 @@ std::string slcan_frame(const Frame& frame) {
 void Slcan::take(std::span<const std::uint8_t> bytes, Time /*now*/, FromClient& heard) {
   const auto refuse = [&] {
     ++heard.malformed;
-    heard.answer += kBell;
+    if (acknowledges_) heard.answer += kBell;
   };
   lines_.take(
       bytes,
       [&](std::string_view line) {
         if (const auto said = answer(line, heard)) {
-          heard.answer += *said;
+          if (acknowledges_ || said->size() > kLongestAck) heard.answer += *said;
         } else {
           refuse();
         }

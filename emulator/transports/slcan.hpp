@@ -19,8 +19,10 @@ std::string slcan_frame(const protocol::Frame& frame);
 /// The adapter of one client.
 class Slcan final : public ClientProtocol {
  public:
-  /// `bitrate` of the bus; 0: whatever the client sets.
-  explicit Slcan(std::int64_t bitrate) : bitrate_(bitrate) {}
+  /// `bitrate` of the bus; 0: whatever the client sets. `acknowledges`: answer each command;
+  /// false: answer only F, V, v and N.
+  explicit Slcan(std::int64_t bitrate, bool acknowledges = true)
+      : bitrate_(bitrate), acknowledges_(acknowledges) {}
 
   void take(std::span<const std::uint8_t> bytes, Time now, FromClient& heard) override;
   void show(const protocol::Frame& frame, Time now, std::string& out) override;
@@ -43,6 +45,7 @@ class Slcan final : public ClientProtocol {
   bool wrong_rate() const { return bitrate_ > 0 && rate_ && *rate_ != bitrate_; }
 
   std::int64_t bitrate_;
+  bool acknowledges_;
   std::optional<std::int64_t> rate_;  // as the client set it
   LineBuffer lines_{'\r', kLongestLine};
   bool open_ = false;

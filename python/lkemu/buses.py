@@ -89,6 +89,7 @@ def can_args(bus: str) -> Dict[str, Any]:
     address, _, port = rest.rpartition(":")
     host = "127.0.0.1" if address in ("", "0.0.0.0", "localhost") else address
     if scheme == "slcan-tcp":
+        port = port.removesuffix("?acks=no")
         return {"interface": "slcan", "channel": f"socket://{host}:{port}", "sleep_after_open": 0.0}
     if scheme == "udp-multicast" and "?" not in rest and re.fullmatch(r"[0-9.]+:[0-9]+", rest):
         return {"interface": "udp_multicast", "channel": address, "port": int(port), "hop_limit": 0}

@@ -63,6 +63,7 @@ def test_how_hosts_get_on_a_bus():
     slcan = {"interface": "slcan", "sleep_after_open": 0.0}
     assert buses.can_args("vcan0") == {"interface": "socketcan", "channel": "vcan0"}
     assert buses.can_args("slcan-tcp:29536") == {**slcan, "channel": "socket://127.0.0.1:29536"}
+    assert buses.can_args("slcan-tcp:29536?acks=no") == buses.can_args("slcan-tcp:29536")
     assert buses.can_args("slcan-tcp:[::1]:7") == {**slcan, "channel": "socket://[::1]:7"}
     assert buses.can_args("slcan-pty:/tmp/tty") == {**slcan, "channel": "/tmp/tty"}
     assert buses.can_args("socketcand:0.0.0.0:7") == {

@@ -4,10 +4,12 @@ usage: python_can_hosts.py LK_EMU
 """
 
 import contextlib
+import fcntl
 import os
 import re
 import socket
 import struct
+import termios
 import time
 import unittest
 
@@ -186,6 +188,10 @@ class Hosts(support.TestCase):
                     bus.shutdown()
 
 
+def bytes_waiting(wire: socket.socket) -> int:
+    return struct.unpack("i", fcntl.ioctl(wire, termios.FIONREAD, bytes(4)))[0]
+
+
 class SlcanAlone(support.TestCase):
     def test_what_is_offered_where_there_is_no_vcan_works(self):
         if os.path.exists("/sys/class/net/vcan0"):
@@ -230,6 +236,25 @@ class SlcanAlone(support.TestCase):
             self.addCleanup(bus.shutdown)
             self.assertEqual(bus.get_version(PATIENCE_S), (10, 13))
             self.assertEqual(bus.get_serial_number(PATIENCE_S), "LKEM")
+
+    def test_without_acknowledgements_a_late_recv_finds_the_first_reply(self):
+        """python-can 4.1 reads all bytes that wait, and when that has taken too long looks at the first line only."""
+        place = SlcanTcp(self)
+        with emulator("--bus", place.name + "?acks=no", "--ids", "1"):
+            bus = place.open()
+            self.addCleanup(bus.shutdown)
+            wire = bus.serialPortOrig._socket
+            deadline = time.monotonic() + PATIENCE_S
+            for sent in range(10, 600, 10):  # the drive has a queue of 16
+                for _ in range(10):
+                    bus.send(message(1, 0x9A))
+                while bytes_waiting(wire) < sent * len("t14189A11223344556677\r"):
+                    self.assertLess(time.monotonic(), deadline, "not all replies come")
+                    time.sleep(0.001)
+            for _ in range(sent):
+                frame = bus.recv(0)
+                self.assertIsNotNone(frame, "no frame, though replies wait")
+                self.assertRegex(text(frame), "^141#9A")
 
     def test_a_wrong_rate_is_silence(self):
         place = SlcanTcp(self)

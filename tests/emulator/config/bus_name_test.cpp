@@ -36,6 +36,9 @@ TEST(BusName, PortsAreOfLoopbackUnlessAnAddressIsSaid) {
   EXPECT_EQ(bus_name("slcan-tcp:0.0.0.0:65535").address, "0.0.0.0");
   EXPECT_EQ(bus_name("slcan-tcp:[::1]:29536").address, "::1");
   EXPECT_EQ(bus_name("slcan-tcp:[::1]:29536").port, 29536);
+  EXPECT_TRUE(bus_name("slcan-tcp:[::1]:29536").acks);
+  EXPECT_FALSE(bus_name("slcan-tcp:[::1]:29536?acks=no").acks);
+  EXPECT_EQ(bus_name("slcan-tcp:29536?acks=no").port, 29536);
 }
 
 TEST(BusName, GroupsArePythonCansUnlessOneIsSaid) {
@@ -69,6 +72,9 @@ TEST(BusName, ASchemeAloneSaysWhatIsMissing) {
 
 TEST(BusName, WhatIsNoneIsSaidSo) {
   for (const char* name : {"slcan-tcp:",
+                           "slcan-tcp:1?acks=yes",
+                           "slcan-tcp:?acks=no",
+                           "rs485-tcp:1?acks=no",
                            "slcan-tcp:0",
                            "slcan-tcp:65536",
                            "slcan-tcp:-1",

@@ -59,6 +59,17 @@ TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   EXPECT_EQ(say(slcan, "Cx\rOx\r").malformed, 2U);
 }
 
+/// python-can 4.1 takes an acknowledgement for a message that is none.
+TEST(Slcan, WithoutAcknowledgementsOnlyQuestionsAreAnswered) {
+  Slcan slcan(1'000'000, false);
+  const FromClient heard = say(slcan, "C\rS8\rO\rt1410\rT000001410\rt9\r");
+  EXPECT_EQ(heard.answer, "");
+  EXPECT_EQ(heard.frames.size(), 2U);
+  EXPECT_EQ(heard.malformed, 1U);  // the line that is no frame
+  EXPECT_EQ(say(slcan, "V\rv\rN\rF\r").answer, "V1013\rv0101\rNLKEM\rF00\r");
+  EXPECT_EQ(shown(slcan, frame("141#00")), "t141100\r");
+}
+
 TEST(Slcan, NothingGoesBeforeItIsOpen) {
   Slcan slcan(1'000'000);
   EXPECT_EQ(say(slcan, "t1410\r").answer, "\a");
