@@ -1,6 +1,7 @@
 #include "emulator/config/config.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <set>
 #include <utility>
 
@@ -79,7 +80,7 @@ BusConfig read_bus(TableReader& reader, std::int64_t file_bitrate, std::size_t b
     bus.adapter = &adapter_profiles()[*place];
   }
   const bool serial = is_serial_name(bus.interface);
-  if (serial) bus.serial = read_serial(reader);
+  if (serial) bus.serial = read_serial(reader, bus.interface);
   bus.bitrate = serial ? kDefaultBaud : file_bitrate;
   if (const auto bitrate = reader.integer("bitrate", 0, INT64_MAX)) bus.bitrate = *bitrate;
   const std::string problem = serial ? baud_problem(bus.bitrate) : bitrate_problem(bus.bitrate);
@@ -139,6 +140,16 @@ std::vector<BusConfig> read_buses(TableReader& reader, const Overrides& override
   }
   if (buses.empty()) reader.note_missing("bus");
   reader.finish();
+  const auto is_serial = [](const BusConfig& bus) { return bus.serial.has_value(); };
+  if (reader.has("bitrate") && std::ranges::all_of(buses, is_serial)) {
+    reader.fail("bitrate", "has no effect: no bus is CAN, and those of RS-485 have their own");
+  }
+  // The command line may leave out the drives that turn its joints.
+  const bool whole = overrides.buses.empty();
+  if (body.mechanism && whole && std::ranges::none_of(body.taken, std::identity())) {
+    reader.fail("body",
+                "no drive turns a joint of the body: give a drive `joint`, or remove [body]");
+  }
   return buses;
 }
 
@@ -178,6 +189,18 @@ void select_ids(BusConfig& bus, const BusRequest& request, const Overrides& over
   });
 }
 
+/// Refuses a bit rate of the command line that applies to no bus.
+void check_rates(const Overrides& overrides, const std::vector<BusConfig>& buses) {
+  const auto is_serial = [](const BusConfig& bus) { return bus.serial.has_value(); };
+  if (buses.empty()) return;
+  if (overrides.baud && std::ranges::none_of(buses, is_serial)) {
+    throw std::invalid_argument("--baud: no bus is RS-485; CAN has --bitrate");
+  }
+  if (overrides.bitrate && std::ranges::all_of(buses, is_serial)) {
+    throw std::invalid_argument("--bitrate: no bus is CAN; RS-485 has --baud");
+  }
+}
+
 std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> of_file,
                              const FindProfile& find) {
   for (std::size_t i = 0; i < of_file.size(); ++i) {
@@ -211,6 +234,7 @@ std::vector<BusConfig> apply(const Overrides& overrides, std::vector<BusConfig> 
     buses.push_back(std::move(bus));
   }
   if (overrides.buses.empty()) buses = std::move(of_file);
+  check_rates(overrides, buses);
   return buses;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "emulator/config/bus_name.hpp"
 #include "emulator/ground/text.hpp"
 #include "protocol/bit_rates.hpp"
 #include "protocol/rounding.hpp"
@@ -68,10 +69,15 @@ std::uint8_t can_rate_code(std::int64_t bitrate) {
   return static_cast<std::uint8_t>(nearest->number);
 }
 
-SerialConfig read_serial(TableReader& bus) {
+SerialConfig read_serial(TableReader& bus, const std::string& interface) {
   SerialConfig serial;
   auto reader = bus.table("rs485");
   if (!reader) return serial;
+  for (const char* const key : {"pty_termios", "pty_rate"}) {
+    if (reader->has(key) && scheme_of(interface).transport == Transport::kRs485Tcp) {
+      reader->fail(key, "has no effect on rs485-tcp, which has no terminal: remove it");
+    }
+  }
   if (const auto us = reader->number("reply_us", 0, 100'000)) serial.reply_time = from_us(*us);
   if (const auto us = reader->number("reply_spread_us", 0, 100'000)) {
     serial.reply_spread = from_us(*us);

@@ -24,6 +24,6 @@ std::int64_t serial_rate_of(std::uint8_t code, bool has_921600);
 std::int64_t can_rate_of(std::uint8_t code);
 
 /// What the table `rs485` of a bus says, if there is one.
-SerialConfig read_serial(TableReader& bus);
+SerialConfig read_serial(TableReader& bus, const std::string& interface);
 
 }  // namespace lk::emulator

@@ -25,6 +25,16 @@ void check_fault(const Line& line) {
   }
 }
 
+/// A fault of the bus, active or armed, makes frames wait in the hosts' adapter.
+bool delays_in_adapter(const Line& line) {
+  using enum FaultEvidence::State;
+  const std::vector<FaultReport> faults = line.bus().faults();
+  return std::ranges::any_of(faults, [](const FaultReport& report) {
+    const bool is_over = report.evidence.state == kOver || report.evidence.state == kCleared;
+    return !is_over && lk::emulator::delays_in_adapter(*report.fault.row);
+  });
+}
+
 void check_clear(const ClearFault& clear, const Line& line) {
   if (clear.which == "all" || clear.which == kPlanned || find_fault(clear.which) != nullptr) return;
   const auto faults = line.bus().faults();
@@ -92,7 +102,10 @@ std::vector<TimedDirective> read_request(const Json& said, const Line& line) {
   auto directives = read_directives(reader, as_it_is(line), Timing::kOptional);
   for (const TimedDirective& directive : directives) {
     const auto& what = directive.directive.what;
-    if (std::holds_alternative<SetFault>(what)) check_fault(line);
+    if (const auto* set = std::get_if<SetFault>(&what)) {
+      check_fault(line);
+      check_adapter(reader, *set->fault.row, line.config(), delays_in_adapter(line));
+    }
     if (const auto* clear = std::get_if<ClearFault>(&what)) check_clear(*clear, line);
   }
   check_settings(directives, line);

@@ -35,8 +35,9 @@ struct RunReport {
   double wall_s = 0;
   Verdict verdict;
   std::vector<GivenAdvice> advice = {};
-  bool strict = false;                    // advice is a failure
-  std::vector<BusAccount> accounts = {};  // of buses that are not the run's own
+  bool strict = false;                     // advice is a failure
+  std::vector<std::string> warnings = {};  // about the scenario itself
+  std::vector<BusAccount> accounts = {};   // of buses that are not the run's own
 
   /// Of the verdict and, where that is strict, the advice.
   Outcome outcome() const {

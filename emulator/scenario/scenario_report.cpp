@@ -101,6 +101,9 @@ std::string report_text(const RunReport& report, bool in_colour, Language langua
     text += fmt::format("  {} {}\n", coloured("advice:", report.strict ? "31" : "33", in_colour),
                         advice_line(given.bus, given.advice, language));
   }
+  for (const std::string& warning : report.warnings) {
+    text += fmt::format("  {} {}\n", coloured("warning:", "33", in_colour), warning);
+  }
   for (const std::string& reason : verdict.invalid) {
     text += fmt::format("  {} {}\n", coloured("invalid:", "33", in_colour), reason);
   }

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <system_error>
 #include <utility>
 
 #include "emulator/advice/adviser.hpp"
+#include "emulator/core/scenario/scenario_text.hpp"
+#include "emulator/core/servo/signals.hpp"
+#include "emulator/core/time_text.hpp"
 #include "emulator/files/durable_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/rom/rom_store.hpp"
@@ -122,6 +126,46 @@ class Advisers {
   std::vector<OfBus> advisers_;
 };
 
+/// Finds protections that trip before the first frame and before any event of the scenario: its
+/// frames then meet a drive with an error.
+class EarlyTrips {
+ public:
+  explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
+
+  /// Call it every kChunk, with the frames since the last call.
+  void look(const ScenarioRun& run, const std::vector<Traffic>& traffic) {
+    if (over_) return;
+    over_ = std::ranges::any_of(traffic, &Traffic::from_host);
+    for (std::size_t n = 0; n < robot_.size(); ++n) {
+      const bool acted = !robot_[n].events.empty() && robot_[n].events.front().at <= run.time();
+      for (const ServoConfig& servo : robot_[n].servos) {
+        model::ErrorBits& known = errors_[{n, servo.id}];
+        const model::ErrorBits errors = run.bus(n).telemetry(servo.id).errors;
+        if (!acted) note(n, servo.id, errors, known, run.time());
+        known = errors;
+      }
+    }
+  }
+  /// One sentence for each protection; empty if no frame has come.
+  std::vector<std::string> warnings() const { return over_ ? found_ : std::vector<std::string>(); }
+
+ private:
+  void note(std::size_t bus, int id, model::ErrorBits errors, model::ErrorBits known, SimTime at) {
+    for (int n = 0; n < model::kErrorKinds; ++n) {
+      const auto error = static_cast<model::Error>(n);
+      if ((errors & model::bit(error)) == 0 || (known & model::bit(error)) != 0) continue;
+      found_.push_back(fmt::format(
+          "{} drive {}: {} trips at {}, before the first frame; check settings.protection.{}",
+          robot_[bus].interface, id, error_word(error), time_text(at), error_word(error)));
+    }
+  }
+
+  std::vector<BusConfig> robot_;
+  std::map<std::pair<std::size_t, int>, model::ErrorBits> errors_;  // by bus and ID
+  std::vector<std::string> found_;
+  bool over_ = false;
+};
+
 std::size_t drives_of(const Scenario& scenario) {
   std::size_t drives = 0;
   for (const BusConfig& bus : scenario.robot) drives += bus.servos.size();
@@ -139,6 +183,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
   Progress progress(scenario.name, scenario.duration, outputs.progress);
   ScenarioRun run(scenario);
   Advisers advisers(scenario);
+  EarlyTrips early_trips(scenario);
   std::vector<Traffic> traffic;
   for (;;) {
     SimTime until = std::min((run.time() / kChunk + 1) * kChunk, scenario.duration);
@@ -148,6 +193,7 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     traffic.clear();
     run.take_traffic(traffic);
     advisers.hear(traffic);
+    early_trips.look(run, traffic);
     // Whatever else is written, they look at the same instants.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
     if (whole || run.time() >= scenario.duration) advisers.look(run);
@@ -168,7 +214,8 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
           .wall_s = progress.wall_s(),
           .verdict = run.verdict(),
           .advice = advisers.given(),
-          .strict = outputs.strict};
+          .strict = outputs.strict,
+          .warnings = early_trips.warnings()};
 }
 
 }  // namespace lk::emulator

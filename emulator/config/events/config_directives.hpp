@@ -28,6 +28,11 @@ std::optional<Condition> read_condition(TableReader& reader, const BusConfig& bu
 
 /// Reads the table or the word `fault`, for the drives `ids`.
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids);
+/// The fault makes frames wait in the hosts' adapter.
+bool delays_in_adapter(const FaultRow& row);
+/// Refuses adapter_overrun on a bus without `adapter`, unless other faults delay frames in it.
+void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
+                   bool others_delay);
 
 /// Refuses at `reader`, which holds `clear`, what is neither "all", "planned" nor the name or the
 /// kind of a fault among `directives`, which are all of a bus in the order of their times.

@@ -3,6 +3,7 @@
 #include "emulator/config/events/config_directives.hpp"
 #include "emulator/core/bus/bus.hpp"
 #include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/wire/host_adapter.hpp"
 #include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
@@ -121,6 +122,18 @@ void check_clear(const TableReader& reader, const std::string& which,
   const std::string meant = nearest(which, known);
   reader.fail("clear", "no fault is called \"" + which + "\", and none is of that kind" +
                            (meant.empty() ? "" : "; did you mean " + meant + "?"));
+}
+
+bool delays_in_adapter(const FaultRow& row) {
+  return row.adapter_shows == &AdapterShown::late || row.adapter_shows == &AdapterShown::batched;
+}
+
+void check_adapter(const TableReader& event, const FaultRow& row, const BusConfig& bus,
+                   bool others_delay) {
+  if (row.adapter_shows != &AdapterShown::lost || bus.adapter != nullptr || others_delay) return;
+  event.fail("fault", std::string(row.word) +
+                          ": no frame waits in an adapter here; give the bus an `adapter`, or add "
+                          "adapter_latency or adapter_batch first");
 }
 
 Fault read_fault(TableReader& reader, const BusConfig& bus, const std::vector<int>& ids) {

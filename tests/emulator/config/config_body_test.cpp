@@ -273,22 +273,15 @@ at_s = 0.9
   EXPECT_EQ(verdict.expectations[2].measured, "9.81 at 0.9 s");
 }
 
-/// What no drive turns stays as it is, and can be watched nevertheless.
-TEST(ConfigBody, IsWatchedWhereNoDriveTurnsIt) {
-  const ScenarioFiles files{.robot =
-                                [](const std::string&, const Overrides& overrides) {
-                                  return parse_config(kRobot + kDrive, "robot.toml", overrides,
-                                                      find_test_profile, walker);
-                                },
-                            .text = {}};
-  const Scenario still = parse_scenario(
-      "robot = \"still\"\nduration_s = 1\n[[expect]]\nsignal = \"body.contact_N\"\nmin = 9.8\nmax "
-      "= "
-      "9.82\nfrom_s = 0",
-      "s.toml", std::nullopt, files);
-  ScenarioRun run(still);
-  run.advance_to(still.duration);
-  EXPECT_EQ(run.verdict().outcome, Outcome::kPassed);
+TEST(ConfigBody, NeedsADriveThatTurnsAJoint) {
+  EXPECT_EQ(error(kRobot + kDrive),
+            "robot.toml:1: body: no drive turns a joint of the body: give a drive `joint`, or "
+            "remove [body]");
+  // The command line may leave that drive out: the body then stays as it is.
+  Overrides others;
+  others.buses.push_back({.interface = "vcan0", .ids = std::vector{2}});
+  const std::string text = kRobot + kDrive + "joint = \"joint_0\"\n[[bus.drive]]\nid = 2\n";
+  EXPECT_EQ(parse_config(text, "robot.toml", others, find_test_profile, load)[0].servos.size(), 1U);
 }
 
 TEST(ConfigBody, IsNotExpectedWhereThereIsNone) {

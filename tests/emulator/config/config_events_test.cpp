@@ -103,6 +103,22 @@ TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
   EXPECT_EQ(std::get<Mark>(bus.events[3].directive.what).text, "perhaps");
 }
 
+/// Nothing waits in an adapter that is not there.
+TEST(ConfigEvents, AnOverrunNeedsFramesThatWaitInAnAdapter) {
+  const auto error = [](const std::string& keys, const std::string& events) {
+    return config_error([&] {
+      parse("[[bus]]\ninterface = \"vcan0\"\n" + keys + "[[bus.drive]]\nid = 1\n" + events);
+    });
+  };
+  const std::string overrun = "[[bus.event]]\nat_s = 1\nfault = \"adapter_overrun\"\n";
+  const std::string batch = "[[bus.event]]\nat_s = 2\nfault = \"adapter_batch\"\n";
+  EXPECT_EQ(error("", overrun),
+            "robot.toml:7: bus.event.fault: adapter_overrun: no frame waits in an adapter here; "
+            "give the bus an `adapter`, or add adapter_latency or adapter_batch first");
+  EXPECT_EQ(error("adapter = \"ftdi_default\"\n", overrun), "accepted");
+  EXPECT_EQ(error("", overrun + batch), "accepted");
+}
+
 TEST(ConfigEvents, MistakesNameFileLineKeyAndReason) {
   const std::map<std::string, std::string> errors = {
       {"ambient_C = 1", "robot.toml:6: bus.event.at_s: missing"},

@@ -146,6 +146,14 @@ TEST(ConfigSerial, WhatCannotBeIsRefused) {
   EXPECT_NE(reason(kBus + "bitrate = 921_600\n" + kDrive).find("is no bit rate of RS-485"),
             std::string::npos);
   EXPECT_EQ(reason(kBus + "bitrate = 0\n" + kDrive), "accepted");
+  EXPECT_EQ(reason("bitrate = 500_000\n" + kBus + kDrive),
+            "bitrate: has no effect: no bus is CAN, and those of RS-485 have their own");
+  for (const std::string key : {"pty_termios = \"raw\"", "pty_rate = \"ignore\""}) {
+    EXPECT_NE(reason("[[bus]]\ninterface = \"rs485-tcp:1\"\n[bus.rs485]\n" + key + "\n" + kDrive)
+                  .find("has no effect on rs485-tcp, which has no terminal: remove it"),
+              std::string::npos)
+        << key;
+  }
   EXPECT_NE(reason(kBus + "bitrate = 460_800\n" + kDrive + "settings.broadcast_mode = true\n")
                 .find("needs 1, 2 or 4 Mbit/s on RS-485"),
             std::string::npos);

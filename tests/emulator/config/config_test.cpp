@@ -305,6 +305,21 @@ TEST(Overrides, ABusNeedsDrives) {
   EXPECT_THROW(default_config({}, find_test_profile), std::invalid_argument);
 }
 
+TEST(Overrides, ABitRateIsForAWireThatSomeBusHas) {
+  const auto error = [](std::vector<std::string> buses, Overrides overrides) {
+    for (const std::string& bus : buses) overrides.buses.push_back({bus, std::vector{1}});
+    return config_error([&] { default_config(overrides, find_test_profile); });
+  };
+  Overrides baud, bitrate;
+  baud.baud = 9600;
+  bitrate.bitrate = 500'000;
+  EXPECT_EQ(error({"vcan0", "slcan-tcp:1"}, baud), "--baud: no bus is RS-485; CAN has --bitrate");
+  EXPECT_EQ(error({"rs485:/tmp/a"}, bitrate), "--bitrate: no bus is CAN; RS-485 has --baud");
+  for (const Overrides& overrides : {baud, bitrate}) {
+    EXPECT_EQ(error({"vcan0", "rs485:/tmp/a"}, overrides), "accepted");
+  }
+}
+
 TEST(Overrides, WithoutAFile) {
   auto overrides = with_bus("vcan0", std::vector{1, 2});
   overrides.buses.push_back({"vcan1", std::vector{1}});
