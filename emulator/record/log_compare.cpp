@@ -144,6 +144,7 @@ double in_s(SimTime time) { return std::chrono::duration<double>(time).count(); 
 LogComparison compare_log(const std::vector<LoggedFrame>& log, const BusConfig& bus) {
   const PairedLog paired = pair_log(log, bus);
   LogComparison out;
+  if (bus.serial) out.framing = protocol::Framing::kSerial;
   out.sent = paired.sent.size();
   out.ambiguous = paired.ambiguous;
   out.orphans = paired.orphans;
@@ -180,7 +181,7 @@ std::string comparison_text(const LogComparison& comparison) {
     const auto latency_text = [](const Latency& of) {
       return fmt::format("{:.3f} ({:.3f})", in_ms(of.median), in_ms(of.most));
     };
-    const auto* row = protocol::find_command(one.command);
+    const auto* row = protocol::find_command(one.command, comparison.framing);
     text += fmt::format("| {:02X} {} | {} | {} | {} | {} | {} | {} | {} |\n", one.command,
                         row != nullptr ? row->name : "", one.queries, one.in_log, one.emulated,
                         one.missing, one.extra, latency_text(one.latency_in_log),

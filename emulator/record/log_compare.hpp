@@ -46,6 +46,7 @@ struct ComparedValue {
 struct LogComparison {
   std::vector<ComparedCommand> commands;  // ascending
   std::vector<ComparedValue> values;      // by command, as the replies have them
+  protocol::Framing framing = protocol::Framing::kCan;
   std::uint64_t sent = 0;
   std::uint64_t ambiguous = 0;
   std::uint64_t orphans = 0;

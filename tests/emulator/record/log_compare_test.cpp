@@ -12,6 +12,7 @@
 #include "emulator/config/candump_log.hpp"
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
+#include "tests/support/serial_bus.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -320,6 +321,19 @@ TEST(LogComparison, RepliesThatOneOfThemDoesNotGiveAreCounted) {
   EXPECT_EQ(find(comparison, 0x9A)->extra, 1U);
   EXPECT_EQ(find(comparison, 0x9A)->missing, 0U);
   EXPECT_EQ(find(comparison, 0x9C)->extra, 0U);
+}
+
+/// 0x42 of docs/rs485.md is another command than 0x42 on CAN.
+TEST(LogComparison, CommandsHaveTheirNamesOnRs485) {
+  const auto bus = test::serial_bus({test::serial_drive(Generation::kV235)});
+  const LoggedFrame query{
+      {std::chrono::milliseconds(100), test::packet("3E 42 01 07 88 97 32 00 14 00 00 00 DD")},
+      true};
+  const LoggedFrame reply{{std::chrono::milliseconds(101), test::packet("3E 42 01 02 83 97 00 97")},
+                          false};
+  const std::string text = comparison_text(compare_log({query, reply}, bus));
+  EXPECT_NE(text.find("| 42 write setting to RAM | 1 | 1 | 1 | 0 | 0 |"), std::string::npos)
+      << text;
 }
 
 }  // namespace log_compare_test
