@@ -21,6 +21,8 @@ constexpr std::size_t kMostLeaving = 256;
 
 /// What hosts sent before time slipped is read within this time after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
+/// Who has sent more meanwhile waits for no replies (assumed: a query every 10 ms for 0.6 s).
+constexpr std::size_t kMostSpaced = 64;
 /// On a line that is never quiet frames wait no longer.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
 
@@ -74,8 +76,11 @@ void Line::connect(boost::asio::io_context& loop, Interfaces allowed,
 }
 
 void Line::take_in(const TimedFrame& in) {
-  const bool all_heard = backlog_.empty() && bus_.line_is_quiet();
-  if (spaced_ && all_heard && bus_.time() >= spaced_until_) spaced_ = false;
+  spaced_ = spaced_ && (bus_.time() < spaced_until_ || !backlog_.empty() || !bus_.line_is_quiet());
+  if (spaced_ && backlog_.size() >= kMostSpaced) {
+    spaced_ = false;
+    for (; !backlog_.empty(); backlog_.pop_front()) put_on_bus(backlog_.front());
+  }
   if (!backlog_.empty() || spaced_) {
     keep_for_later(in);
     return;

@@ -91,5 +91,15 @@ TEST(Line, PacketsThatWaitedWhileTimeSlippedAreHeardOneByOne) {
       << advice_line("", line.adviser().given().front(), Language::kEnglish);
 }
 
+/// Noise by the megabyte is no host that waits: it overruns the line as ever.
+TEST(Line, AFloodWhileTimeSlippedIsNotKept) {
+  Line line(test::serial_bus({test::serial_drive(Generation::kV236)}));
+  line.note_slip();
+  const auto packet = protocol::bytes_frame(test::bytes("3E 9A 01 00 D9"));
+  for (int n = 0; n < 2000; ++n) line.take_in({line.bus().time(), packet});
+  EXPECT_EQ(line.backlog(), 0U);
+  EXPECT_GT(line.bus().stats().count(Drop::kQueueFull), 0U);
+}
+
 }  // namespace line_test
 }  // namespace lk::emulator
