@@ -1,7 +1,7 @@
 #include "emulator/ground/text.hpp"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -110,9 +110,11 @@ std::string xml_escaped(std::string_view text) {
 }
 
 std::string plain_number(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.10g", value);
-  return buffer;
+  constexpr int kFigures = 10;
+  std::array<char, 32> buffer;
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                          std::chars_format::general, kFigures);
+  return error == std::errc() ? std::string(buffer.data(), end) : "?";
 }
 
 std::string comma_list(const std::vector<std::string>& words) {

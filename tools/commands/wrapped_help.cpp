@@ -54,6 +54,12 @@ class WrappedFormatter : public CLI::Formatter {
   std::string make_option_desc(const CLI::Option* option) const override {
     return beside_names(CLI::Formatter::make_option_desc(option));
   }
+  std::string make_subcommand(const CLI::App* word) const override {
+    std::stringstream out;
+    CLI::detail::format_help(out, word->get_display_name(true),
+                             beside_names(word->get_description()), get_column_width());
+    return out.str();
+  }
   std::string make_description(const CLI::App* app) const override {
     return wrapped_paragraphs(CLI::Formatter::make_description(app));
   }

@@ -62,9 +62,9 @@ constexpr SimTime kCheck = 10ms;
 /// it; and its name, its drives and where they stood, what it first acted on.
 constexpr std::int64_t kBytesOfAFault = 2 * sizeof(LiveFault) + 256;
 /// Queues and lists that come and go with what happens at the moment: as many frames as the hosts'
-/// send queue has, in a list that has grown to twice that. A leak of a frame for each is more than
-/// that within a second.
-constexpr std::int64_t kMostBytesOfTheMoment = 2 * CanWire::kHostQueue * sizeof(TimedFrame);
+/// send queue has, in lists that have grown to twice that: the hosts', and, under faults of the
+/// adapter, the adapter's. A leak of a frame for each is more than that within a second.
+constexpr std::int64_t kMostBytesOfTheMoment = 2 * 2 * CanWire::kHostQueue * sizeof(TimedFrame);
 
 /// All motors as they are delivered, of all generations, in turns.
 BusConfig all_kinds(std::uint64_t seed) {
