@@ -79,7 +79,7 @@ std::optional<Drop> Bus::hear(SimTime at, Node& node, const protocol::Frame& fra
     lane(node).feed_input();  // the link has not failed
     return Drop::kDriveBusy;
   }
-  if (serial_ && node.link.deaf(wire_, at)) return Drop::kDriveBusy;
+  if (wire_.is_deaf(node.link.owner, at)) return Drop::kDriveBusy;
   if (serial_) servo.keep_received(heard);
   const auto understood = servo.understand(heard);
   const auto* query = std::get_if<protocol::Query>(&understood);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/faults.hpp"
 #include "tests/support/serial_bus.hpp"
 
 namespace lk::emulator {
@@ -126,6 +127,16 @@ TEST(SerialWire, ADriveThatDoesNotHearWhileReplyingLosesThatPacket) {
   ASSERT_EQ(replies.size(), 1U);
   EXPECT_EQ(replies.front().frame.data[0], 0xA1);
   EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 1U);
+}
+
+TEST(SerialWire, SixteenRepliesWaitAndFurtherPacketsShowInTheFault) {
+  SerialHost host(serial_bus({serial_drive(Generation::kV235)}));
+  ASSERT_TRUE(host.bus.apply({kWholeBus, SetFault{test::fault_of("queue_full", {}, {1})}}));
+  for (int n = 0; n < 20; ++n) host.ask("3E 92 01 00 D1");
+  EXPECT_EQ(host.bus.stats().replies_waiting, SerialWire::kDriveQueue);
+  EXPECT_EQ(host.bus.stats().count(Drop::kDriveBusy), 20 - SerialWire::kDriveQueue);
+  // 16 replies held back, and four packets ignored.
+  EXPECT_EQ(host.bus.faults().front().evidence.effects, 20U);
 }
 
 /// A slower line has the second packet on it when the first reply begins.
