@@ -107,10 +107,12 @@ const std::set<std::string> kOthers = {
     "core/faults/fault_board.hpp:kMostLooks", "control/http_session.cpp:kMostGoodbyeReads",
     "live/line.cpp:kMostLeaving", "live/world.cpp:kMostRounds", "transports/client_set.cpp:kMostEvents",
     "transports/multicast_port.cpp:kMostDatagrams", "transports/port.hpp:kMostBatches",
+    "transports/stream_port.cpp:kMostAtOnce",
     // what a person writes, or the program itself
     "control/control_server.cpp:kLongestToken", "control/http_session.cpp:kLongestBuffer",
     "record/replay_directory.cpp:kLongestLine", "shafts/shaft_messages.cpp:kLongestReason",
     "transports/make_port.cpp:kLongestPlace", "transports/netlink.cpp:kLongestAnswer",
+    "transports/slcan.cpp:kLongestAck",
     "transports/socket_listener.cpp:kLongestPath", "transports/socketcand.cpp:kMostWords",
     // numbers of a fault, a counter of a controller
     "core/fault.hpp:kMostFaultParams", "core/wire/can_errors.cpp:kMostReceiveErrors",
