@@ -277,7 +277,7 @@ void DriveWatch::see_encoder(const Sighting& sighting) {
         serial ? get_le<std::int64_t>(data, 1) : protocol::get_le56(data);
     const auto span = encoder_.angle(angle_cdeg, sighting.at);
     if (!span) return;
-    const bool rotor = *span == EncoderWatch::Span::kRotorTurn;
+    const bool rotor = *span == EncoderSpan::kRotorTurn;
     evidence_.see(Trait::kEncoderSpan, only(rotor ? kRotorTurn : kOutputTurn), Weight::kLikely,
                   sighting);
   }

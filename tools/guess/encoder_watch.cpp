@@ -33,8 +33,7 @@ void EncoderWatch::field(std::uint16_t counts, std::optional<int> speed_dps,
   last_ = {counts, speed_dps, at};
 }
 
-std::optional<EncoderWatch::Span> EncoderWatch::angle(std::int64_t angle_cdeg,
-                                                      std::optional<SimTime> at) {
+std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::optional<SimTime> at) {
   if (!last_ || !last_->speed_dps) return std::nullopt;
   double since_s = 0;
   if (at && last_->at) {
@@ -53,10 +52,10 @@ std::optional<EncoderWatch::Span> EncoderWatch::angle(std::int64_t angle_cdeg,
   if (std::abs(turned_cdeg) > kMostTurn_cdeg) return std::nullopt;
   if (per_turn_.size() < kMostTurns) per_turn_.push_back(per_turn);
   for (const double counts : kRotorTurns) {
-    if (is_near(per_turn, counts)) return Span::kRotorTurn;
+    if (is_near(per_turn, counts)) return EncoderSpan::kRotorTurn;
   }
   for (const double ratio : kRatios) {
-    if (is_near(per_turn * ratio, kRotorTurns[3])) return Span::kOutputTurn;
+    if (is_near(per_turn * ratio, kRotorTurns[3])) return EncoderSpan::kOutputTurn;
   }
   return std::nullopt;
 }

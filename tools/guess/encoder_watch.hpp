@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/core/bus_config.hpp"
 #include "emulator/core/sim_time.hpp"
 
 namespace lk::emulator {
@@ -12,13 +13,10 @@ namespace lk::emulator {
 /// time.
 class EncoderWatch {
  public:
-  /// The turn that a step of the field and of 0x92 together show.
-  enum class Span : std::uint8_t { kRotorTurn, kOutputTurn };
-
   /// The encoder field of a reply; `speed_dps` where the reply has it.
   void field(std::uint16_t counts, std::optional<int> speed_dps, std::optional<SimTime> at);
-  /// The reply to 0x92. Gives what a turn between two angles shows.
-  std::optional<Span> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
+  /// The reply to 0x92. Returns the turn that a step of the field and of 0x92 together show.
+  std::optional<EncoderSpan> angle(std::int64_t angle_cdeg, std::optional<SimTime> at);
 
   /// The largest value of the field; none: no reply had the field.
   std::optional<std::uint16_t> largest() const { return largest_; }
