@@ -25,7 +25,7 @@ class SteppedBus(can.BusABC):
 
     Everything but waiting is done by `bus`. Made for one thread: a can.Notifier would move the clock on its own.
     patience: simulated time without a frame, waited by one or several calls, after which a further wait raises NoReply.
-    One call with a time-out is never cut short.
+    It begins anew with the first frame that is sent after one was received. One call with a time-out is never cut short.
     """
 
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:
@@ -34,6 +34,7 @@ class SteppedBus(can.BusABC):
         self._patience_s = seconds(patience)
         self._waited_s = 0.0  # since the last frame
         self._sent: Optional[Any] = None  # last
+        self._is_waiting = False  # a frame was sent after the last one received
         self.channel_info = bus.channel_info
         super().__init__(channel=None, can_filters=bus.filters)
 
@@ -47,6 +48,7 @@ class SteppedBus(can.BusABC):
                 message = self.bus.recv(0)
             if message is not None:
                 self._waited_s = 0.0
+                self._is_waiting = False
                 return message
             if left_s <= 0:
                 return None
@@ -61,11 +63,17 @@ class SteppedBus(can.BusABC):
             left_s = left_s - step_s if left_s - step_s > LEAST_S else 0
 
     def send(self, msg: Any, timeout: Optional[float] = None) -> None:
+        if not self._is_waiting:
+            self._waited_s = 0.0
+        self._is_waiting = True
         self._sent = msg
         self.bus.send(msg, timeout)
 
     def send_periodic(self, *args: Any, **kwargs: Any) -> Any:
         return self.bus.send_periodic(*args, **kwargs)
+
+    def stop_all_periodic_tasks(self, remove_tasks: bool = True) -> None:
+        self.bus.stop_all_periodic_tasks(remove_tasks)
 
     def set_filters(self, filters: Any = None) -> None:
         self.bus.set_filters(filters)

@@ -32,7 +32,7 @@ class Bus:
     state = can.BusState.ACTIVE
 
     def __init__(self, clock):
-        self.clock, self.sent, self.is_open = clock, [], True
+        self.clock, self.sent, self.is_open, self.has_tasks = clock, [], True, True
 
     def set_filters(self, filters):
         self.filters = filters
@@ -45,6 +45,9 @@ class Bus:
         if self.sent and self.clock.time_s >= 0.0025:
             return self.sent.pop()
         return None
+
+    def stop_all_periodic_tasks(self, remove_tasks=True):
+        self.has_tasks = False
 
     def shutdown(self):
         self.is_open = False
@@ -158,6 +161,21 @@ def test_a_host_that_asks_again_and_again_is_told_too():
             bus.send(frame())
             bus.recv(0.01)
     assert abs(clock.time_s - 1) < 0.02
+
+
+def test_silence_before_a_query_does_not_count():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Silent(clock), clock, step="100ms", patience="1s")
+    assert bus.recv(5) is None
+    bus.send(frame())
+    assert bus.recv(0.5) is None, "it has waited 0.5 s for its reply"
+
+
+def test_periodic_tasks_are_those_of_the_bus():
+    clock = Clock()
+    bus = lkemu.SteppedBus(Bus(clock), clock)
+    bus.stop_all_periodic_tasks()
+    assert not bus.bus.has_tasks
 
 
 def test_a_frame_renews_the_patience():
