@@ -354,6 +354,7 @@ class Refusals(Plot):
         self.assertEqual(self.refused("."), "plot: .: is a directory")
         os.mkfifo(self.path("pipe.csv"))
         self.assertEqual(self.refused("pipe.csv"), "plot: pipe.csv: is not a regular file")
+        os.unlink(self.path("pipe.csv"))
         self.assertEqual(self.refused("run.csv", "-o", "run.pdf"),
                          "--output: run.pdf does not end in .svg")
         self.assertEqual(self.refused("run.csv", "-o", "run"), "--output: run does not end in .svg")
