@@ -14,7 +14,7 @@ constexpr double kAngleStep = 1e-9;  // rad
 // More than a step of the current sensors makes of a winding in a period, and a thousandth of what
 // the losses at rated torque make (assumed).
 constexpr double kHeatStep = 1e-6;  // K within a period
-// What an encoder needs is a hundred times as much; rounding a billionth of it (assumed).
+// An encoder dissipates a hundred times as much; rounding errors are a billionth of it (assumed).
 constexpr double kHeatFlowStep = 1e-3;  // W
 /// Of a state that others decide: it comes out differently with them, or a period later.
 constexpr double kFollows = HUGE_VAL;
@@ -46,7 +46,8 @@ Measurement<double> shown(const Period& period) {
   return falsified(faults, measure<double>(p, i_abc, s.theta, s.omega, unused));
 }
 
-/// What flows from the winding to the housing, from there and from the stage to the air, W.
+/// Heat flows from the winding to the housing, from the housing to the air, from the stage to the
+/// air, W.
 std::array<double, 3> heat_flows(const Period& period) {
   const PlantParams<double>& p = period.plant;
   const PlantState<double>& s = period.state;

@@ -9,11 +9,11 @@
 
 namespace lk::emulator {
 
-/// What holds frames up on a bus though hosts do nothing wrong: injected faults, a disturbed wire,
-/// time that slipped. Frames that have piled up meanwhile are sent while hosts go on.
+/// Delays on a bus that hosts do not cause: injected faults, a disturbed wire, time that slipped.
+/// The queue that has grown meanwhile is sent while hosts go on.
 class Disturbances {
  public:
-  /// In which the pile is sent (assumed).
+  /// Time in which the queue is sent (assumed).
   static constexpr SimTime kAftermath = std::chrono::seconds(1);
 
   void look(const Bus& bus, const BusStats& stats);

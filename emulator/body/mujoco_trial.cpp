@@ -67,7 +67,7 @@ std::string problem_of(const std::string& file, void (*load)(const std::string&)
   bound_memory();
   bound_time();
   const std::string problem = problem_of(file, load);
-  // A pipe takes a line at once; more of it than one nobody reads.
+  // One line fits into a pipe at once; the parent reads no more.
   if (!problem.empty() && ::write(report, problem.data(), problem.size()) < 0) ::_exit(kTooLong);
   ::_exit(problem.empty() ? 0 : 1);
 }

@@ -47,7 +47,7 @@ bool is_printable(const std::string& name) {
   return std::ranges::all_of(name, [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
-/// Of a name that ends behind the scheme.
+/// The part that a name without anything behind its scheme lacks.
 std::string what_is_missing(const BusScheme& scheme) {
   const char* const what = scheme.place == BusPlace::kPath    ? "path"
                            : scheme.place == BusPlace::kGroup ? "group"

@@ -19,9 +19,10 @@ constexpr SimTime kStep = std::chrono::milliseconds(5);
 /// port holds.
 constexpr std::size_t kMostLeaving = 256;
 
-/// What hosts sent before time slipped is read within this time after it.
+/// Frames sent before time slipped are read within this time after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
-/// Who has sent more meanwhile waits for no replies (assumed: a query every 10 ms for 0.6 s).
+/// A host that sent more frames meanwhile does not wait for replies (assumed: a query every 10 ms
+/// for 0.6 s).
 constexpr std::size_t kMostSpaced = 64;
 /// On a line that is never quiet frames wait no longer.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);

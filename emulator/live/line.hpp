@@ -132,7 +132,7 @@ class Line {
  private:
   void put_on_bus(const TimedFrame& in);
   void take_from_backlog();
-  /// What is in the backlog has to wait for the wire.
+  /// The backlog waits for the wire.
   bool backlog_waits() const;
   /// To `until`, watched; what was to leave on the way leaves.
   void advance_to(SimTime until);

@@ -16,7 +16,7 @@ struct LineSettings {
   bool two_stop_bits = false;
   bool odd_parity = false;
 };
-/// Of a pseudo-terminal's master: what the other side has set. Throws std::system_error.
+/// Settings of the slave side; `fd` is the master of the pseudo-terminal. Throws std::system_error.
 LineSettings line_settings_of(int fd);
 /// What of its settings changes bytes on their way. Throws std::system_error.
 TerminalFlags flags_of(int fd);

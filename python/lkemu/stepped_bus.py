@@ -25,7 +25,7 @@ class SteppedBus(can.BusABC):
 
     Everything but waiting is done by `bus`. Made for one thread: a can.Notifier would move the clock on its own.
     patience: simulated time without a frame, waited by one or several calls, after which a further wait raises NoReply.
-    It begins anew with the first frame that is sent after one was received. One call with a time-out is never cut short.
+    It restarts with the first frame sent after one was received. A call with a time-out is never cut short.
     """
 
     def __init__(self, bus: Any, clock: Clock, step: Duration = "1ms", patience: Duration = PATIENCE) -> None:

@@ -31,7 +31,7 @@ def output(*command, **kwargs):
 
 def read_help(path):
     """Reads the help of `lk-emu WORD…`: {option: description}, [words]."""
-    # What an option says goes on below itself.
+    # The text of an option continues below its first line.
     text = re.sub(r"\n {20,}(?=\S)", " ", output(PROGRAM, *path, "--help"))
     options = {}
     for names, about in re.findall(r"^  (-\S+)(?: \S+(?: \.\.\.)?(?: REQUIRED)?)?  +(\S.*)$", text, re.MULTILINE):

@@ -2,13 +2,26 @@
 
 /// @file The motor files of the source tree, for tests with a real motor.
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "emulator/config/profile.hpp"
 
 namespace lk::test {
+
+/// Names of all files in configs/motors, sorted.
+inline std::vector<std::string> motor_names() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
+    names.push_back(file.path().stem());
+  }
+  std::ranges::sort(names);
+  return names;
+}
 
 /// The file configs/motors/<name>.toml.
 inline emulator::MotorFile motor_file(const std::string& name) {

@@ -396,7 +396,7 @@ CommandLine gather(const CLI::App& app, Raw& raw) {
 constexpr const char* kFiles[] = {"--output", "--report", "--csv",   "--candump",
                                   "--html",   "--json",   "--junit", "--scenario"};
 
-/// What is written last would be all that is left.
+/// Refuses one file for two outputs: the last one written would overwrite the other.
 void check_files(const CLI::App& app) {
   std::map<std::string, std::string> taken;  // by whom
   for (const char* name : kFiles) {

@@ -182,7 +182,7 @@ bool print(const std::string& text) {
   throw std::runtime_error("standard output: " + because());
 }
 
-/// What has come is printed before more is read. True: the input has ended.
+/// Prints each line before it reads more. Returns true at the end of the input.
 template <class Reader>
 bool decode(int fd, const std::string& name, Reader& reader) {
   Lines lines(reader);

@@ -70,7 +70,7 @@ ValueSet allowed_by(Trait trait, bool answered) {
   return only(answered ? kSwitchedOn : kSwitchedOff);
 }
 
-/// What silence, if it lasts, or an answer says of a query, of which LEN may be what matters.
+/// Conclusion from lasting silence after a query, or from its reply. For some queries LEN decides.
 struct Says {
   Trait trait;
   ValueSet allowed;
@@ -130,7 +130,7 @@ void DriveWatch::settle(const Settled& settled) {
         evidence_.see(behind.first, behind.second, frames);
       }
     }
-    // What the reply alone does not show.
+    // The query decides here: the reply alone does not show it.
     if (says_so && says_so->trait == Trait::kSpeedLimit) {
       evidence_.see(says_so->trait, says_so->allowed, Weight::kSure, {settled.query, settled.at});
     }
@@ -171,7 +171,7 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
     const std::size_t value = static_cast<std::size_t>(
         std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
-    // What looks like the reply of the brake may be a later command to it; writing ROM takes long.
+    // A frame like the reply of the brake may be a later command to it; writing ROM takes long.
     const auto* const row = protocol::command_of(told.frame);
     const bool usual =
         row != nullptr && !row->writes_rom && row->opcode != protocol::Brake::kOpcode;
@@ -233,7 +233,7 @@ void DriveWatch::see_answer(const Told& told, const Sighting& sighting) {
   }
 }
 
-/// What the length of a packet says, and what is in it.
+/// Sees the length of a packet and its contents.
 void DriveWatch::see_packet(const Told& told, const Sighting& sighting) {
   const protocol::Frame& frame = sighting.frame;
   const int len = frame.dlc - 1;

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// All assumed: far enough from noise, and near enough for a field that begins anew.
+// All assumed: far enough from noise, and near enough for a field that wraps around.
 constexpr double kLeastTurn_cdeg = 1000;
 constexpr double kMostTurn_cdeg = 12'000;
 constexpr SimTime kTogether = 20ms;  // from the field to the angle
@@ -60,7 +60,7 @@ std::optional<EncoderSpan> EncoderWatch::angle(std::int64_t angle_cdeg, std::opt
   return std::nullopt;
 }
 
-/// The median: a field that began anew in between is off by a turn.
+/// The median: a field that wrapped around in between is off by a turn.
 std::optional<double> EncoderWatch::counts_per_turn() const {
   if (per_turn_.size() < kFewestTurns) return std::nullopt;
   std::vector<double> sorted = per_turn_;

@@ -18,7 +18,7 @@
 
 namespace lk::emulator {
 
-/// What was seen on one interface, of one wire.
+/// Evidence from one interface and one wire.
 struct GuessedBus {
   explicit GuessedBus(std::span<const FrameReader> readers) : conversation(readers) {}
 
@@ -49,7 +49,7 @@ class Guesser {
   /// Frames of interfaces beyond kMostInterfaces: they are not read.
   std::uint64_t unread_frames() const { return unread_frames_; }
   const std::string& first_problem() const { return first_problem_; }
-  /// What one of the drives is.
+  /// The conclusion for one drive.
   Guess guess(const DriveWatch& drive) const;
   using Buses = std::map<std::pair<std::string, protocol::Framing>, GuessedBus>;
   const Buses& buses() const { return buses_; }

@@ -7,7 +7,7 @@
 
 namespace lk::emulator {
 
-/// What a drive on RS-485 says it is (0x12, docs/rs485.md). Safe to print.
+/// Names and versions in the reply to 0x12 (docs/rs485.md). Safe to print.
 struct ProductInfo {
   std::string driver;    // "DS40R7"
   std::string motor;     // "MS4015"

@@ -59,7 +59,7 @@ class Bus {
   bool replies_are_held() const {
     return faults_.any(&FaultRow::blocks) || faults_.any(&FaultRow::holds_back);
   }
-  /// Nobody sends, and no drive has a reply to send.
+  /// No host sends, and no drive has a reply to send.
   bool line_is_quiet() const { return wire_.host_queue_size() == 0 && wire_.drive_frames() == 0; }
   /// Hosts read what they send.
   bool echoes() const { return faults_.echo() != nullptr; }

@@ -76,7 +76,7 @@ void set(Fault& fault, const FaultSetting& setting) {
   fault.values[static_cast<std::size_t>(param - params.begin())] = *value;
 }
 
-/// Of the drives that have it.
+/// Why the IDs do not fit the fault; empty: they do.
 std::string ids_problem(const Fault& fault) {
   if (fault.row->of_bus) {
     return fault.ids.empty() ? "" : "belongs to the bus as a whole; leave the IDs out";

@@ -111,7 +111,7 @@ std::int32_t in_16_bits(std::int32_t number) {
 void set_parameter(Registers& registers, const protocol::Parameter& wanted,
                    const protocol::WireFormat& format) {
   auto& gains = registers.gains;
-  // What was read can be written back, also where a configuration is beyond the ranges.
+  // A value that was read can be written back, even if a configuration put it beyond the range.
   if (wanted == get_parameter(registers, wanted.id, format)) return;
   const protocol::Parameter parameter =
       format.dialect.parameter_ranges ? within_ranges(wanted) : wanted;

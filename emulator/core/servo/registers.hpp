@@ -21,7 +21,7 @@ model::ControlSettings control_settings(
 /// What 0xC0 answers.
 protocol::Parameter get_parameter(const Registers& registers, protocol::ParameterId id,
                                   const protocol::WireFormat& format);
-/// What 0xC1 does. Writing what 0xC0 answers changes nothing.
+/// Writes a parameter as 0xC1 does. Writing the value that 0xC0 reads changes nothing.
 void set_parameter(Registers& registers, const protocol::Parameter& parameter,
                    const protocol::WireFormat& format);
 

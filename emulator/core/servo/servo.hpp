@@ -60,7 +60,7 @@ class Servo {
   bool at_its_rate() const { return is_at_its_rate(place_, config_); }
   /// What ROM will hold, and say of its place at the next start, once 0x44 has saved it.
   Registers pending() const;
-  /// What 0x40 shows.
+  /// The value of the setting that 0x40 reads.
   protocol::StoredSetting shown_setting(const protocol::StoredSetting& which) const;
   /// Settings that wait for 0x44.
   bool has_pending() const { return touched_.any(); }

@@ -103,7 +103,7 @@ TEST(ConfigEvents, OfDrivesThatAreLeftOutNothingIsWaitedForNorBroken) {
   EXPECT_EQ(std::get<Mark>(bus.events[3].directive.what).text, "perhaps");
 }
 
-/// Nothing waits in an adapter that is not there.
+/// No frame waits in an absent adapter.
 TEST(ConfigEvents, AnOverrunNeedsFramesThatWaitInAnAdapter) {
   const auto error = [](const std::string& keys, const std::string& events) {
     return config_error([&] {

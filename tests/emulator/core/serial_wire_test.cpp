@@ -73,7 +73,7 @@ TEST(SerialWire, HostsBytesStandBackToBackWhateverTheyWrite) {
   EXPECT_EQ(replies.front().at, 1ms + 50us + 50us + 150us + 130us);
 }
 
-/// Of a client that has left, the line carries no more than a serial port's buffer: 0.36 s.
+/// The line carries no more bytes of a client that has left than a serial port buffers: 0.36 s.
 TEST(SerialWire, AMegabyteOfNoiseLeavesTheLineSoon) {
   SerialHost host(serial_bus({serial_drive(Generation::kV235)}, 115'200));
   host.write(1ms, test::Bytes(1'000'000, 0x55));

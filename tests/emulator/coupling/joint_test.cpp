@@ -57,7 +57,7 @@ TEST(Joint, LosesNoEnergy) {
   EXPECT_NEAR(e.load + seen, run.body().energy_J() - armature - before, 1e-3 * through);
 }
 
-/// Of a joint with nothing else on it: I·(ω now − ω a step before) = torque·step, in the same row.
+/// A free joint follows I·(ω now − ω a step before) = torque·step, in the same row.
 TEST(Joint, ShowsTheTorqueOfTheStepThatBroughtItThere) {
   const double J_body = 0.02;
   OnBody run(std::make_shared<HandBody>(1, linear_inertia(J_body), kMs), geared_drive(10));

@@ -83,7 +83,7 @@ TEST_F(AClient, ThatSendsNoMoreGetsItsReply) {
   clients_.flush();
   EXPECT_EQ(hear(), "z\r" + std::string(kReply));
   EXPECT_EQ(hear(), std::nullopt);
-  // And the end of what it reads, as it would wait for that.
+  // The host waits for the end of the stream too.
   std::vector<ReceivedFrame> frames;
   for (int n = 0; n < 3 && clients_.size() > 0; ++n) {
     clients_.collect(frames, 2 * ClientSet::kLastReply);

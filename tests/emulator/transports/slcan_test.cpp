@@ -50,7 +50,7 @@ TEST(Slcan, WhatIsNoFrame) {
   }
 }
 
-/// What python-can 4 says as it begins and ends: refused like an adapter does, and understood.
+/// python-can 4 does this at start and end: an adapter refuses it, and so do we; no line is bad.
 TEST(Slcan, ClosingTwiceAndOpeningTwiceMakesSense) {
   Slcan slcan(1'000'000);
   const FromClient heard = say(slcan, "C\rS8\rO\rO\rC\r");

@@ -26,9 +26,9 @@ using protocol::FrameKind;
 
 constexpr int kDrives = 10;
 constexpr SimTime kLongestFault = 30ms;
-/// What a fault holds back stays held for this long at most after it has ended.
+/// Longest time that a frame stays held after its fault has ended.
 constexpr double kLongestHold_ms = 10;
-/// That, and a time off the bus, and the rest after which the receivers of RS-485 begin anew.
+/// Held frames, bus-off recovery, and the silence that resets the receivers of RS-485, together.
 constexpr SimTime kSettled = 20ms;
 /// From one query to the next, at least.
 constexpr SimTime kPeriod = 1ms;
@@ -87,7 +87,7 @@ class Polled {
     for (int left = 1 + life_.below(2); left > 0; --left) {
       Fault fault = life_.fault();
       const std::string_view kind = fault.row->word;
-      // What such a fault has done stays: the drive is at another ID, or has other settings.
+      // The effect of such a fault stays: the drive has another ID, or other settings.
       if (kind == "id_changed" || kind == "rom_damaged" || kind == "ram_flipped") continue;
       fault.every.reset();
       limit_hold(fault);

@@ -21,15 +21,6 @@ using protocol::Frame;
 using protocol::Framing;
 using test::Host;
 
-std::vector<std::string> motors() {
-  std::vector<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
-    names.push_back(file.path().stem());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
 BusConfig bus_of(const std::string& motor, Generation generation, Framing framing) {
   ServoConfig servo;
   servo.id = 1;
@@ -129,7 +120,7 @@ int write_back(const BusConfig& config, Framing framing, bool lowered) {
 
 template <class Act>
 void for_every_drive(Act act) {
-  for (const std::string& motor : motors()) {
+  for (const std::string& motor : test::motor_names()) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       for (const Framing framing : {Framing::kCan, Framing::kSerial}) {
         SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name) +

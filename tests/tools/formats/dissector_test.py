@@ -168,7 +168,7 @@ class Dissector(unittest.TestCase):
         write_pcapng(capture, buses, [(bus, 0.01 * n + at_s, identifier, data) for bus in range(3)
                                       for n, (at_s, identifier, data) in enumerate(conversation, 10 * bus)])
         replies = [one for one in dissect(capture, DISSECTOR, ["generation:late-legacy", "series:MF, MH"]) if one.kind == "reply"]
-        # 100 of 66/4096 A, 33/2048 A; of what nobody has described 33/4096 A, as the preferences have it; MS have ‰.
+        # 100 of 66/4096 A, 33/2048 A; without a description 33/4096 A, from the preferences; MS have ‰.
         self.assertEqual([one.values.get("iq") for one in replies],
                          [1.611328125, 1.611328125, 0.8056640625, None, 0.8056640625, 0.8056640625] + [0.8056640625] * 3)
         self.assertEqual(replies[3].values["power"], 10)

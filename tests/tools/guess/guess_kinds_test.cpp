@@ -25,15 +25,6 @@ using test::Logged;
 using test::open_values;
 using Keys = std::vector<std::string>;
 
-std::vector<std::string> motors() {
-  std::vector<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
-    names.push_back(file.path().stem());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-
 ServoConfig drive(const std::string& motor, Generation generation) {
   ServoConfig config;
   config.profile = test::profile(motor);
@@ -43,6 +34,16 @@ ServoConfig drive(const std::string& motor, Generation generation) {
   config.boot_angle_deg = 98.1;
   config.flash.write_time = 0ns;
   return config;
+}
+
+/// An RS-485 bus with one drive.
+BusConfig serial_bus_of(const std::string& motor, Generation generation) {
+  ServoConfig servo = drive(motor, generation);
+  servo.quirks = quirks_of(generation, protocol::Framing::kSerial);
+  BusConfig bus = test::bus_config({}, 1'000'000);
+  bus.serial = SerialConfig{};
+  bus.servos.push_back(servo);
+  return bus;
 }
 
 void ask(Logged& log, std::initializer_list<std::string_view> queries) {
@@ -102,7 +103,7 @@ void interview(Logged& log) {
 }
 
 TEST(GuessKinds, EveryGenerationOfEveryMotor) {
-  for (const std::string& motor : motors()) {
+  for (const std::string& motor : test::motor_names()) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name));
       Logged log(drive(motor, static_cast<Generation>(n)));
@@ -138,14 +139,11 @@ void ask_packets(Logged& log, std::initializer_list<std::string_view> packets) {
 TEST(GuessKinds, EveryGenerationOfEveryMotorOnRs485) {
   const Keys expected[] = {
       {"legacy", "late-legacy"}, {"legacy", "late-legacy"}, {"v235"}, {"v236"}, {"v236b"}};
-  for (const std::string& motor : motors()) {
+  for (const std::string& motor : test::motor_names()) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       SCOPED_TRACE(motor + " " + std::string(protocol::kGenerationRows[n].name));
-      ServoConfig servo = drive(motor, static_cast<Generation>(n));
-      servo.quirks = quirks_of(servo.generation, protocol::Framing::kSerial);
-      BusConfig bus = test::bus_config({}, 1'000'000);
-      bus.serial = SerialConfig{};
-      bus.servos.push_back(servo);
+      const BusConfig bus = serial_bus_of(motor, static_cast<Generation>(n));
+      const ServoConfig& servo = bus.servos.front();
       Logged log(bus);
       for (int round = 0; round < 3; ++round) {
         ask_packets(
@@ -324,7 +322,7 @@ TEST(WhichDrive, NamesEveryMotorAndGeneration) {
   std::ostringstream page;
   page << std::ifstream(LKEMU_SOURCE_DIR "/docs/which-drive.md").rdbuf();
   const std::string text = page.str();
-  for (const std::string& motor : motors()) {
+  for (const std::string& motor : test::motor_names()) {
     EXPECT_NE(text.find(test::profile(motor).model), std::string::npos) << motor;
   }
   for (const auto& row : protocol::kGenerationRows) {
@@ -451,11 +449,7 @@ TEST(GuessKinds, NeverDeniesWhatADriveOnRs485Is) {
       for (std::uint32_t seed = 1; seed <= 2; ++seed) {
         const std::string name(protocol::kGenerationRows[n].name);
         SCOPED_TRACE(motor + " " + name + " seed " + std::to_string(seed));
-        ServoConfig servo = drive(motor, static_cast<Generation>(n));
-        servo.quirks = quirks_of(servo.generation, protocol::Framing::kSerial);
-        BusConfig bus = test::bus_config({}, 1'000'000);
-        bus.serial = SerialConfig{};
-        bus.servos.push_back(servo);
+        const BusConfig bus = serial_bus_of(motor, static_cast<Generation>(n));
         Logged log(bus);
         RandomHost host(1000 * seed + static_cast<std::uint32_t>(n));
         for (int k = 0; k < 400; ++k) {
@@ -489,7 +483,7 @@ Keys without_stamps(Keys lines) {
 TEST(GuessKinds, NeverDeniesWhatADriveIs) {
   int undecided = 0;
   int told = 0;
-  for (const std::string& motor : motors()) {
+  for (const std::string& motor : test::motor_names()) {
     for (std::size_t n = 0; n < protocol::kGenerationRows.size(); ++n) {
       for (std::uint32_t seed = 1; seed <= 3; ++seed) {
         const std::string name(protocol::kGenerationRows[n].name);

@@ -74,8 +74,7 @@ class Logged {
 
 /// The motor of a file whose label it is.
 inline std::string motor_sold_as(const std::string& label) {
-  for (const auto& file : std::filesystem::directory_iterator(LKEMU_SOURCE_DIR "/configs/motors")) {
-    const std::string name = file.path().stem();
+  for (const std::string& name : motor_names()) {
     if (profile(name).model == label) return name;
   }
   return "";

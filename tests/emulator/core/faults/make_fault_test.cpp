@@ -17,7 +17,7 @@ namespace make_fault_test {
 
 using namespace std::chrono_literals;
 
-/// What it is refused with; empty: it is not.
+/// The message of the refusal; empty: it was accepted.
 std::string refusal(const std::function<void()>& act) {
   try {
     act();

@@ -51,7 +51,7 @@ const std::map<std::string_view, Shows> kShows = {
     {"backlash", {{3}, false, false, true, false}},
     {"coupling_broken", {{}, false, false, true, false}},
     {"end_stop", {{-5, 5}, false, false, true, false}},
-    {"brake_late", {{}, false, false, false, false}},  // nobody switches its coil
+    {"brake_late", {{}, false, false, false, false}},  // its coil is not switched
     {"fan_stuck", {{2}, false, true, true, false}},
     {"sag", {{15}, true, true, true, false}},
     {"dip", {{}, true, true, true, false}},
@@ -96,7 +96,7 @@ class PlantFaultEvidence : public testing::TestWithParam<std::string_view> {};
 
 TEST_P(PlantFaultEvidence, IsThereWhereTheFaultShows) {
   const auto found = kShows.find(GetParam());
-  ASSERT_NE(found, kShows.end()) << "nobody has said where it shows";
+  ASSERT_NE(found, kShows.end()) << "no row says where it shows";
   const Shows& expected = found->second;
   const auto is_shown = [&](const Host& host) { return shows(host, GetParam(), expected.values); };
 
