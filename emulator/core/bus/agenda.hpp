@@ -41,12 +41,11 @@ struct BusOffEnd {
   int id;
 };
 
-// Of a fault, by its place on the board.
+// Of a fault, by its order on the board.
 
-/// A fault begins; its present time is over. `order` tells it from a later one in its place.
+/// A fault begins; its present time is over.
 struct FaultBegin {
   std::size_t fault;
-  std::size_t order;
 };
 struct FaultEnd {
   std::size_t fault;

@@ -114,8 +114,7 @@ bool Bus::enter(const TimedDirective& planned, Agenda::Rank rank) {
   if ((set != nullptr && faults_.full()) || (planned.when && conditions_.full())) return false;
   Task task = planned.directive;
   if (set != nullptr) {
-    const std::size_t fault = faults_.arm(set->fault, said);
-    task = FaultBegin{fault, faults_[fault].order};
+    task = FaultBegin{faults_.arm(set->fault, said)};
   }
   const SimTime from = std::max(planned.at, time_);
   if (planned.when) {
@@ -147,9 +146,7 @@ void Bus::perform(const Task& task) {
                    }
                  },
                  [&](const BusOffEnd& off) { nodes_.of(off.id).link.bus_off = false; },
-                 [&](const FaultBegin& begin) {
-                   if (faults_[begin.fault].order == begin.order) begin_fault(begin.fault);
-                 },
+                 [&](const FaultBegin& begin) { begin_fault(begin.fault); },
                  [&](const FaultEnd& end) { end_fault(end.fault); },
                  [&](const Babbling& babbling) {
                    LiveFault& live = faults_[babbling.fault];

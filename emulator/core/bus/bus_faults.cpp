@@ -9,10 +9,11 @@
 namespace lk::emulator {
 
 void Bus::begin_fault(std::size_t fault) {
-  if (!faults_.start(fault, time_)) return;  // cleared by what its condition set off before it
+  if (!faults_.start(fault, time_))
+    return;  // cleared by what its condition set off before it, or dropped since
   LiveFault& live = faults_[fault];
   const FaultRow& row = live.row();
-  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault, live.order});
+  if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});
   if (row.momentary()) {
     for (const int id : live.fault.ids) {
       Node& node = nodes_.of(id);

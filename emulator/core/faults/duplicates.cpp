@@ -24,8 +24,8 @@ void Duplicates::add(const FaultBoard& faults, std::size_t fault, const Servo& o
   init.seed = mix(live.random + static_cast<std::uint64_t>(config.id));
   model::DriveBank motor({&init, 1});
   Servo servo(config, motor.telemetry(0));
-  const auto owner =
-      kFirstOwner + static_cast<std::uint32_t>(fault) * 64U + static_cast<std::uint32_t>(config.id);
+  const auto owner = kFirstOwner + static_cast<std::uint32_t>(fault % kOwners) * 64U +
+                     static_cast<std::uint32_t>(config.id);
   drives_.push_back(
       {fault, owner, f_pwm_Hz, ticks_until(now, f_pwm_Hz), std::move(motor), std::move(servo)});
 }

@@ -24,6 +24,8 @@ class Duplicates {
   /// Owners of frames from here on are duplicates'. The low six bits are the ID, as those of every
   /// identifier of a drive.
   static constexpr std::uint32_t kFirstOwner = 0x10000;
+  /// So many faults in a row have owners of their own: far more than a bus keeps.
+  static constexpr std::uint32_t kOwners = 1U << 20;
 
   bool empty() const { return drives_.empty(); }
   /// The fault `fault` of `faults` has begun on `original`, whose motor has this PWM rate.

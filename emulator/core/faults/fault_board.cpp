@@ -28,7 +28,6 @@ std::vector<FaultReport> FaultBoard::reports() const {
   for (const LiveFault& live : faults_) {
     reports.push_back({live.fault, live.evidence, live.order});
   }
-  std::ranges::sort(reports, {}, &FaultReport::order);
   return reports;
 }
 
@@ -37,13 +36,16 @@ std::size_t FaultBoard::unfinished() const {
       std::ranges::count_if(faults_, [](const LiveFault& live) { return !live.is_over(); }));
 }
 
+std::optional<std::size_t> FaultBoard::place(std::size_t order) const {
+  const auto found = std::ranges::lower_bound(faults_, order, {}, &LiveFault::order);
+  if (found == faults_.end() || found->order != order) return std::nullopt;
+  return static_cast<std::size_t>(found - faults_.begin());
+}
+
 std::optional<std::size_t> FaultBoard::oldest_over() const {
-  std::optional<std::size_t> oldest;
-  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
-    if (!faults_[fault].is_over()) continue;
-    if (!oldest || faults_[fault].order < faults_[*oldest].order) oldest = fault;
-  }
-  return oldest;
+  const auto oldest = std::ranges::find_if(faults_, &LiveFault::is_over);
+  if (oldest == faults_.end()) return std::nullopt;
+  return static_cast<std::size_t>(oldest - faults_.begin());
 }
 
 std::string FaultBoard::free_name(const Fault& fault) const {
@@ -66,18 +68,19 @@ std::size_t FaultBoard::arm(Fault fault, SimTime now) {
   live.anchors.resize(live.fault.ids.size());
   live.order = armed_++;
   live.random = stream_seed(bus_seed_, static_cast<int>(live.order), SeedStream::kFault);
-  if (faults_.size() < kMost) {
-    faults_.push_back(std::move(live));
-    return faults_.size() - 1;
+  if (faults_.size() >= kMost) {
+    const std::size_t dropped = *oldest_over();
+    faults_.erase(faults_.begin() + static_cast<std::ptrdiff_t>(dropped));
+    if (turn_ > dropped) --turn_;
   }
-  const std::size_t place = *oldest_over();
-  faults_[place] = std::move(live);
-  return place;
+  faults_.push_back(std::move(live));
+  return faults_.back().order;
 }
 
-bool FaultBoard::start(std::size_t fault, SimTime now) {
-  LiveFault& live = faults_[fault];
-  if (live.evidence.state == State::kCleared) return false;
+bool FaultBoard::start(std::size_t order, SimTime now) {
+  const auto at = place(order);
+  if (!at || faults_[*at].evidence.state == State::kCleared) return false;
+  LiveFault& live = faults_[*at];
   ++live.beginnings;
   live.since = now;
   live.destroyed = 0;
@@ -91,24 +94,26 @@ bool FaultBoard::start(std::size_t fault, SimTime now) {
   return true;
 }
 
-void FaultBoard::stop(std::size_t fault) {
-  LiveFault& live = faults_[fault];
+void FaultBoard::stop(std::size_t order) {
+  LiveFault& live = (*this)[order];
   live.evidence.state = live.comes_again() ? State::kPaused : State::kOver;
   --active_;
 }
 
 std::vector<std::size_t> FaultBoard::find(const std::string& which) const {
   std::vector<std::size_t> found;
-  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
-    const LiveFault& live = faults_[fault];
+  for (const LiveFault& live : faults_) {
     const bool meant = which == "all" || which == live.fault.name || which == live.row().word;
-    if (meant && !live.is_over()) found.push_back(fault);
+    if (meant && !live.is_over()) found.push_back(live.order);
   }
   return found;
 }
 
-bool FaultBoard::take_turn(std::size_t fault, SimTime now) {
-  LiveFault& live = faults_[fault];
+bool FaultBoard::take_turn(std::size_t order, SimTime now) {
+  return take_turn((*this)[order], now);
+}
+
+bool FaultBoard::take_turn(LiveFault& live, SimTime now) {
   if (!live.active() || live.row().plant == nullptr || live.looked_at == now) return false;
   live.looked_at = now;
   return true;
@@ -116,15 +121,14 @@ bool FaultBoard::take_turn(std::size_t fault, SimTime now) {
 
 std::vector<std::size_t> FaultBoard::take_turns(SimTime now) {
   std::vector<std::size_t> due;
-  for (std::size_t fault = 0; fault < faults_.size(); ++fault) {
-    const LiveFault& live = faults_[fault];
-    if (live.looked_at < live.since && take_turn(fault, now)) due.push_back(fault);
+  for (LiveFault& live : faults_) {
+    if (live.looked_at < live.since && take_turn(live, now)) due.push_back(live.order);
   }
   std::size_t looks = 0;
   for (std::size_t n = 0; n < faults_.size() && looks < kMostLooks; ++n) {
-    if (take_turn(turn_, now)) {
-      due.push_back(turn_);
-      looks += faults_[turn_].fault.ids.size();
+    if (LiveFault& live = faults_[turn_]; take_turn(live, now)) {
+      due.push_back(live.order);
+      looks += live.fault.ids.size();
     }
     turn_ = (turn_ + 1) % faults_.size();
   }

@@ -15,11 +15,12 @@
 
 namespace lk::emulator {
 
-/// The faults of a bus, by their place: armed, active, over, and what has shown of them. A value.
+/// The faults of a bus: armed, active, over, and what has shown of them. Each is known by its
+/// order, which is how many were armed before it. A value.
 class FaultBoard {
  public:
-  /// Faults that a bus keeps, with those that are over. Then each new one takes the place of the
-  /// oldest that is over.
+  /// Faults that a bus keeps, with those that are over. For each more, the oldest that is over is
+  /// dropped.
   static constexpr std::size_t kMost = 1000;
   /// Lasting faults of the plant, each at each of its drives, are looked at in one step, about so
   /// many; of more, each has its turn.
@@ -27,7 +28,7 @@ class FaultBoard {
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
   std::uint64_t bus_seed() const { return bus_seed_; }
-  /// There is no place: none of kMost is over.
+  /// There is no room: none of kMost is over.
   bool full() const { return faults_.size() >= kMost && !oldest_over(); }
   /// All there have been.
   std::size_t armed() const { return armed_; }
@@ -36,18 +37,19 @@ class FaultBoard {
   bool any_active() const { return active_ > 0; }
   /// Some fault, over or not, is of the hosts' adapter.
   bool any_of_adapter() const { return any_of_adapter_; }
-  LiveFault& operator[](std::size_t fault) { return faults_[fault]; }
-  const LiveFault& operator[](std::size_t fault) const { return faults_[fault]; }
+  /// One that has not been dropped.
+  LiveFault& operator[](std::size_t order) { return faults_[*place(order)]; }
+  const LiveFault& operator[](std::size_t order) const { return faults_[*place(order)]; }
   auto begin() { return faults_.begin(); }
   auto end() { return faults_.end(); }
   /// In the order in which they were armed.
   std::vector<FaultReport> reports() const;
 
-  /// There must be room. Gives it a name of its own, and returns its place.
+  /// There must be room. Gives it a name that none of those kept has, and returns its order.
   std::size_t arm(Fault fault, SimTime now);
-  /// Returns false when it has been cleared before.
-  bool start(std::size_t fault, SimTime now);
-  void stop(std::size_t fault);
+  /// Returns false when it has been cleared or dropped before.
+  bool start(std::size_t order, SimTime now);
+  void stop(std::size_t order);
   /// Those that are not over and have this name, are of this kind, or all of them: "all".
   std::vector<std::size_t> find(const std::string& which) const;
 
@@ -55,7 +57,7 @@ class FaultBoard {
   /// as one step is to take. Each counts as looked at.
   std::vector<std::size_t> take_turns(SimTime now);
   /// The same for this one, whether it is its turn or not.
-  bool take_turn(std::size_t fault, SimTime now);
+  bool take_turn(std::size_t order, SimTime now);
 
   // What active faults do to one drive.
 
@@ -98,14 +100,17 @@ class FaultBoard {
 
  private:
   std::string free_name(const Fault& fault) const;
+  /// Places in `faults_`.
+  std::optional<std::size_t> place(std::size_t order) const;
   std::optional<std::size_t> oldest_over() const;
+  bool take_turn(LiveFault& live, SimTime now);
 
   std::uint64_t bus_seed_;
-  std::vector<LiveFault> faults_;
+  std::vector<LiveFault> faults_;  // by order
   std::size_t armed_ = 0;
   std::size_t active_ = 0;
   bool any_of_adapter_ = false;
-  std::size_t turn_ = 0;  // which is looked at next
+  std::size_t turn_ = 0;  // the place of the one that is looked at next
 };
 
 /// What one fault does to the motor of one of its drives.

@@ -117,7 +117,7 @@ TEST(ConditionsPart, HoldOnceAndGiveBackWhatWaited) {
   const auto view = [&](int id) { return bus.view(id); };
   Conditions conditions;
   conditions.add(10ms, {1, CommandSeen{0x9C, 2}}, Directive{1, PowerOff{}});
-  conditions.add(0ms, {1, ErrorSet{model::Error::kStall}}, FaultBegin{3, 0});
+  conditions.add(0ms, {1, ErrorSet{model::Error::kStall}}, FaultBegin{3});
   EXPECT_FALSE(conditions.count(1, 0x9C, 5ms));  // too early to count
   EXPECT_FALSE(conditions.count(1, 0x9C, 10ms));
   EXPECT_FALSE(conditions.count(2, 0x9C, 10ms));

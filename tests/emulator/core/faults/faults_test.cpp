@@ -5,6 +5,7 @@
 #include <functional>
 #include <random>
 
+#include "emulator/core/faults/make_fault.hpp"
 #include "tests/emulator/core/faults/fault_support.hpp"
 
 namespace lk::emulator {
@@ -340,6 +341,21 @@ TEST(Faults, ANewOneTakesThePlaceOfTheOldestThatIsOver) {
   EXPECT_EQ(kept.back().fault.name, "reset" + std::to_string(Bus::kMostFaults));
   EXPECT_EQ(host.bus.faults_armed(), Bus::kMostFaults + 1);
   EXPECT_EQ(host.bus.unfinished_faults(), 1U);
+}
+
+TEST(Faults, TheLastArmedHoldsWhicheverMadeRoomForIt) {
+  Host host(test::bus_config({1}));
+  const auto inject = [&](Fault what) { return host.bus.apply({kWholeBus, SetFault{what}}); };
+  ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
+  ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 3}}, {1})));
+  for (std::size_t n = 2; n < Bus::kMostFaults; ++n) {
+    ASSERT_TRUE(inject(fault("reset", {}, {}, {1})));
+  }
+  ASSERT_TRUE(inject(make_fault("wrong_dlc", {{"dlc", 2}}, {1})));
+  host.wait(1s);  // the drive has started
+  const auto replies = host.talk(test::frame("141#9C00000000000000"), 10ms);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].dlc, 2);
 }
 
 TEST(Faults, ThoseThatAreClearedMakeRoom) {
