@@ -105,9 +105,11 @@ void LiveScenario::perform_due(Part& part, SimTime now) {
   while (part.next_event < part.events.size() &&
          part.beginning.start + part.events[part.next_event].at <= now) {
     TimedDirective event = part.events[part.next_event++];
-    event.at = now;
+    const SimTime planned = std::exchange(event.at, now);
     if (!event.said.empty()) part.line->announce(event.said);
-    part.line->perform(event);
+    if (part.line->perform(event)) continue;
+    part.refused.push_back(part.line->name() + ": the event planned for " + time_text(planned) +
+                           " found no room on the bus; clear faults or conditions before it");
   }
 }
 
@@ -141,6 +143,7 @@ Verdict LiveScenario::verdict_of(const Part& part) const {
   Verdict verdict;
   const Bus& bus = part.line->bus();
   add_to_verdict(part.judge, bus, part.line->name(), part.beginning, verdict);
+  std::ranges::copy(part.refused, std::back_inserter(verdict.invalid));
   return verdict;
 }
 

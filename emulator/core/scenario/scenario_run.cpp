@@ -26,8 +26,10 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   for (ExpectationResult& result : judge.results(bus.time())) {
     verdict.expectations.push_back(std::move(result));
   }
+  std::size_t dropped = bus.faults_armed() - beginning.faults;
   for (const FaultReport& report : bus.faults()) {
     if (report.order < beginning.faults) continue;
+    --dropped;
     PlannedFault fault{interface, report};
     FaultEvidence& evidence = fault.report.evidence;
     evidence.armed_at -= beginning.start;
@@ -35,6 +37,11 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
     if (evidence.first_effect_at) *evidence.first_effect_at -= beginning.start;
     if (!fault.took_effect()) verdict.invalid.push_back(invalid_text(fault));
     verdict.faults.push_back(std::move(fault));
+  }
+  if (dropped > 0) {
+    verdict.invalid.push_back(interface + ": " + std::to_string(dropped) +
+                              " faults ended and made room for others before the verdict, so what "
+                              "they did is not known; inject fewer");
   }
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!bus.has(id)) continue;

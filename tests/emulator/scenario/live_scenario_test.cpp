@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "emulator/core/faults/fault_table.hpp"
+#include "emulator/core/faults/make_fault.hpp"
 #include "tests/support/test_bus.hpp"
 
 namespace lk::emulator {
@@ -104,6 +105,44 @@ TEST_F(Live, TimesCountFromItsBeginningAndItsFaultsEndWithIt) {
   EXPECT_EQ(verdict.faults[0].report.evidence.began_at, 500ms);
   EXPECT_EQ(verdict.faults[0].report.evidence.first_effect_at, 600ms);
   EXPECT_EQ(line_.bus().faults().at(0).evidence.state, FaultEvidence::State::kCleared);
+}
+
+/// The verdict does not pass over what it cannot know.
+TEST_F(Live, FaultsThatMadeRoomForOthersMakeItSayNothing) {
+  LiveScenario live(
+      scenario(), {&line_}, [] {}, well);
+  for (std::size_t n = 0; n < Bus::kMostFaults + 2; ++n) {
+    const Fault reset = make_fault("reset", {}, {1});
+    ASSERT_TRUE(line_.perform({line_.bus().time(), {kWholeBus, SetFault{reset}}, std::nullopt}));
+  }
+  go_to(11s);
+  live.finish();
+  const Verdict verdict = live.report().verdict;
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  ASSERT_EQ(verdict.invalid.size(), 1U);
+  EXPECT_EQ(verdict.invalid[0], line_.name() +
+                                    ": 2 faults ended and made room for others before the verdict, "
+                                    "so what they did is not known; inject fewer");
+}
+
+TEST_F(Live, AFaultThatFoundNoRoomMakesItSayNothing) {
+  Scenario plan = scenario();
+  plan.robot[0].events = {
+      {500ms, {kWholeBus, SetFault{make_fault("hang", {}, {1})}}, std::nullopt}};
+  LiveScenario live(
+      plan, {&line_}, [] {}, well);
+  for (std::size_t n = 0; n < Bus::kMostFaults; ++n) {
+    const Fault later = make_fault("reset", {}, {2});
+    ASSERT_TRUE(line_.perform({10s + 900ms, {kWholeBus, SetFault{later}}, std::nullopt}));
+  }
+  go_to(11s);
+  live.finish();
+  const Verdict verdict = live.report().verdict;
+  EXPECT_EQ(verdict.outcome, Outcome::kInvalid);
+  ASSERT_FALSE(verdict.invalid.empty());
+  EXPECT_EQ(verdict.invalid.back(), line_.name() +
+                                        ": the event planned for 0.5 s found no room on the bus; "
+                                        "clear faults or conditions before it");
 }
 
 TEST_F(Live, FaultsThatWereThereBeforeAreNotIts) {
