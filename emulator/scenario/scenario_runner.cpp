@@ -127,22 +127,25 @@ class Advisers {
 };
 
 /// Finds protections that trip before the first frame and before any event of the scenario: its
-/// frames then meet a drive with an error.
+/// frames then meet a drive with an error. One that trips less than kChunk before that frame is
+/// not found.
 class EarlyTrips {
  public:
   explicit EarlyTrips(const Scenario& scenario) : robot_(scenario.robot) {}
 
-  /// Call it every kChunk, with the frames since the last call.
-  void look(const ScenarioRun& run, const std::vector<Traffic>& traffic) {
+  void hear(const std::vector<Traffic>& traffic) {
+    over_ = over_ || std::ranges::any_of(traffic, &Traffic::from_host);
+  }
+  /// Call it every kChunk.
+  void look(const ScenarioRun& run) {
     if (over_) return;
-    over_ = std::ranges::any_of(traffic, &Traffic::from_host);
     for (std::size_t n = 0; n < robot_.size(); ++n) {
       const bool acted = !robot_[n].events.empty() && robot_[n].events.front().at <= run.time();
       for (const ServoConfig& servo : robot_[n].servos) {
         model::ErrorBits& known = errors_[{n, servo.id}];
         const model::ErrorBits errors = run.bus(n).telemetry(servo.id).errors;
         if (!acted) note(n, servo.id, errors, known, run.time());
-        known = errors;
+        known |= errors;
       }
     }
   }
@@ -193,10 +196,13 @@ RunReport run_scenario(Scenario scenario, const RunOutputs& outputs) {
     traffic.clear();
     run.take_traffic(traffic);
     advisers.hear(traffic);
-    early_trips.look(run, traffic);
+    early_trips.hear(traffic);
     // Whatever else is written, they look at the same instants.
     const bool whole = run.time() > SimTime{0} && run.time() % kChunk == SimTime{0};
-    if (whole || run.time() >= scenario.duration) advisers.look(run);
+    if (whole || run.time() >= scenario.duration) {
+      advisers.look(run);
+      early_trips.look(run);
+    }
     for (const Traffic& one : traffic) {
       frames.write(one.bus, one.frame.at, one.frame.frame, one.from_host);
     }
