@@ -152,7 +152,8 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   }
   const auto broadcast = feed_broadcast(byte, rested);
   if (broadcast) {
-    size_ = 0;  // what looked like a packet inside it
+    size_ = 0;  // what looked like a packet inside it, or like a bad header
+    dropping_ = false;
     return broadcast;
   }
   return feed_packet(byte);

@@ -151,6 +151,15 @@ TEST(SerialReceiver, APacketForSeveralIsFoundByTheRestOfTheLine) {
   EXPECT_EQ(first.heard.size(), 3U);
 }
 
+/// Inside it is what looks like a bad header, 3E 00 00 00 00: where the rest of the line is dropped
+/// after such a one, the packet behind it is heard all the same.
+TEST(SerialReceiver, APacketForSeveralLeavesNothingOfWhatItLookedLike) {
+  Line line{Receiver({.scan = false, .broadcast_gap = 20us})};
+  line.send("02 81 3E 00 00 00 00 00 00 00 C1");
+  line.send("3E 9A 01 00 D9");
+  EXPECT_EQ(line.heard.size(), 2U);
+}
+
 /// Rubbish with good packets in it, the same for a seed.
 Bytes rubbish(std::mt19937& random, int pieces) {
   Bytes all;
