@@ -19,6 +19,10 @@ struct FaultRow;
 
 inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 
+/// A fault that begins again and again does so this far apart at least: closer, a run would be busy
+/// with nothing else.
+inline constexpr SimTime kClosestFaults = std::chrono::milliseconds(1);
+
 /// A word of those that a parameter offers, by its place among them; whoever acts on it has an
 /// enumeration in the same order.
 enum class FaultChoice : std::uint8_t {};
@@ -53,8 +57,8 @@ struct Fault {
   std::vector<int> ids;             // the drives that have it, ascending; empty: the bus as a whole
   FaultValues values{};             // in the order and the units of the row's parameters
   double probability = 1;           // of each frame, for kinds that act on frames
-  std::optional<SimTime> duration;  // of each time; absent: until it is cleared
-  // From one beginning to the next, longer than `duration`; absent: once.
+  std::optional<SimTime> duration;  // of each time, up to kLongestTime; absent: until it is cleared
+  // From one beginning to the next, longer than `duration`, at least kClosestFaults; absent: once.
   std::optional<SimTime> every;
   int times = 0;  // beginnings in all, with `every`; 0: no end
 };

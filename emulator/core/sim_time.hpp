@@ -11,6 +11,9 @@ namespace lk::emulator {
 /// clock in here; the shell decides how it relates to wall time.
 using SimTime = std::chrono::nanoseconds;
 
+/// Nothing is asked for longer than this, about three years, so that sums of times fit.
+inline constexpr SimTime kLongestTime = std::chrono::seconds(100'000'000);
+
 /// A frame and an instant. Of a host's frame: when the host put it on its interface. Of a drive's:
 /// when its last bit was on the bus; where hosts have an adapter, when that hands it over.
 struct TimedFrame {

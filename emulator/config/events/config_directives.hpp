@@ -55,8 +55,7 @@ const Signal* read_signal(TableReader& reader, const std::string& key, const Bus
 /// Why a text of people cannot stand in a line of a log or a recording; empty when it can.
 std::string text_problem(const std::string& text, std::size_t longest);
 
-/// Seconds, within what SimTime holds.
-inline constexpr double kLongest_s = 1e8;  // three years
+/// Seconds, up to kLongestTime.
 std::optional<SimTime> read_duration(TableReader& reader, const std::string& key);
 
 }  // namespace lk::emulator

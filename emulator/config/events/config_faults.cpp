@@ -50,10 +50,6 @@ void read_params(TableReader& reader, Fault& fault) {
   }
 }
 
-/// Beginnings closer than this are no faults one after the other, and a run would be busy with
-/// nothing else.
-constexpr SimTime kClosest = std::chrono::milliseconds(1);
-
 /// for_s, every_s, times.
 void read_course(TableReader& reader, Fault& fault) {
   const FaultRow& row = *fault.row;
@@ -71,7 +67,7 @@ void read_course(TableReader& reader, Fault& fault) {
     if (!fault.duration && !row.momentary()) {
       reader.fail("every_s", "needs for_s: how long it lasts each time");
     }
-    if (*fault.every < kClosest) reader.fail("every_s", "must be at least 0.001");
+    if (*fault.every < kClosestFaults) reader.fail("every_s", "must be at least 0.001");
     if (*fault.every <= fault.duration.value_or(SimTime{0})) {
       reader.fail("every_s", "must be longer than it lasts each time");
     }

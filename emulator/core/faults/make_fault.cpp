@@ -27,7 +27,8 @@ std::string allowed(const FaultParam& param) {
 
 bool fits(const FaultParam& param, const FaultValue& value) {
   if (param.choices.empty()) {
-    return value.is_number() && value.number() >= param.min && value.number() <= param.max;
+    return value.is_number() && value.number() >= param.min && value.number() <= param.max &&
+           (!param.whole || value.number() == std::floor(value.number()));
   }
   return !value.is_number() && static_cast<std::size_t>(value.choice()) < param.choices.size();
 }
@@ -43,9 +44,8 @@ std::optional<FaultValue> value_of(const FaultParam& param, const FaultSetting& 
     if (found == param.choices.end()) return std::nullopt;
     return static_cast<FaultChoice>(found - param.choices.begin());
   }
-  const double number = std::get<double>(setting.value());
-  const bool whole = !param.whole || number == std::floor(number);
-  return whole && fits(param, number) ? std::optional<FaultValue>(number) : std::nullopt;
+  const FaultValue number = std::get<double>(setting.value());
+  return fits(param, number) ? std::optional(number) : std::nullopt;
 }
 
 const FaultRow& row_of(std::string_view kind) {
@@ -93,8 +93,13 @@ std::string course_problem(const Fault& fault) {
     return "probability is " + plain_number(fault.probability) + "; allowed: 0 to 1";
   }
   if (fault.duration && fault.row->momentary()) return "is done at once and takes no duration";
-  if (fault.duration && lasts <= SimTime{0}) return "duration must be above 0";
+  if (fault.duration && (lasts <= SimTime{0} || lasts > kLongestTime)) {
+    return "duration must be above 0 s, and at most 100000000 s";
+  }
   if (fault.every && !fault.duration && !fault.row->momentary()) return "every needs a duration";
+  if (fault.every && (*fault.every < kClosestFaults || *fault.every > kLongestTime)) {
+    return "every must be at least 0.001 s, and at most 100000000 s";
+  }
   if (fault.every && *fault.every <= lasts) return "every must be longer than duration";
   return fault.times < 0 ? "times must not be negative" : "";
 }

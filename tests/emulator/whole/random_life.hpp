@@ -104,7 +104,8 @@ class RandomLife {
       fault.duration = up_to(dear ? longest_fault_ / 10 : longest_fault_) + SimTime{1};
     }
     if (one_in(8)) {
-      fault.every = fault.duration.value_or(SimTime{1}) + up_to(5 * longest_fault_) + SimTime{1};
+      fault.every = std::max(fault.duration.value_or(SimTime{0}), emulator::kClosestFaults) +
+                    up_to(5 * longest_fault_) + SimTime{1};
       fault.times = 1 + below(20);
     }
     if (!row.of_bus) {
@@ -197,7 +198,8 @@ class RandomLife {
     if (parameter.word == "tx_us" || parameter.word == "tail_us") return between(0, 20'000);
     // Mostly what may happen, at times the most that may be asked for.
     const double value = between(parameter.min, parameter.max);
-    return one_in(4) ? value : std::clamp(value / 1000, parameter.min, parameter.max);
+    const double fit = one_in(4) ? value : std::clamp(value / 1000, parameter.min, parameter.max);
+    return parameter.whole ? std::ceil(fit) : fit;
   }
 
   std::mt19937 random_;

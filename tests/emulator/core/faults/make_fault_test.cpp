@@ -109,7 +109,21 @@ TEST_F(BusMistakes, AFaultThatCannotBeIsRefused) {
   fault.duration = 1s;
   EXPECT_EQ(refusal_of(fault), "fault 'jam': every must be longer than duration");
   fault.duration = 0s;
-  EXPECT_EQ(refusal_of(fault), "fault 'jam': duration must be above 0");
+  const char* const kDuration = "fault 'jam': duration must be above 0 s, and at most 100000000 s";
+  EXPECT_EQ(refusal_of(fault), kDuration);
+  fault.duration = SimTime::max();
+  EXPECT_EQ(refusal_of(fault), kDuration);
+  fault.duration.reset();
+  fault = make_fault("reset", {}, {1});
+  for (const SimTime every : {SimTime{1}, SimTime::max()}) {
+    fault.every = every;
+    EXPECT_EQ(refusal_of(fault),
+              "fault 'reset': every must be at least 0.001 s, and at most 100000000 s");
+  }
+  fault = make_fault("wrong_dlc", {{"dlc", 1}}, {1});
+  fault.values[0] = 1.5;
+  EXPECT_EQ(refusal_of(fault),
+            "fault 'wrong_dlc': wrong value of dlc; allowed: 0 to 7, whole numbers");
   fault = make_fault("reset", {}, {1});
   fault.duration = 1s;
   EXPECT_EQ(refusal_of(fault), "fault 'reset': is done at once and takes no duration");
