@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <system_error>
 
 #include "emulator/ground/start_error.hpp"
 
@@ -19,12 +20,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is there of it, at least the root directory.
+/// Whether `path` or a directory on the way to it belongs to another user.
+bool is_below_another(fs::path path) {
+  for (;; path = path.parent_path()) {
+    struct stat found {};
+    if (::stat(path.c_str(), &found) == 0 && found.st_uid != ::geteuid()) return true;
+    if (!path.has_relative_path()) return false;
+  }
+}
+
+/// The place may be a link, such as that of a terminal: removing it takes rights in its own
+/// directory, writing below it takes rights where it leads.
 bool belongs_to_another(const fs::path& place) {
-  struct stat found {};
-  fs::path path = fs::absolute(place);
-  while (::stat(path.c_str(), &found) != 0 && path.has_relative_path()) path = path.parent_path();
-  return found.st_uid != ::geteuid();
+  const fs::path path = fs::absolute(place);
+  std::error_code ignored;
+  return is_below_another(fs::weakly_canonical(path.parent_path(), ignored)) ||
+         is_below_another(fs::weakly_canonical(path, ignored));
 }
 
 [[noreturn]] void fail() {
