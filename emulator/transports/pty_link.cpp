@@ -1,7 +1,9 @@
 #include "emulator/transports/pty_link.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/inotify.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
@@ -80,34 +82,62 @@ PtyLink::PtyLink(boost::asio::io_context& loop, const std::string& name, std::st
   const int events = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (events < 0) return;
   events_.assign(events);
-  if (::inotify_add_watch(events, terminal_name_.c_str(), IN_OPEN | IN_CLOSE) >= 0) watch_hosts();
+  if (watch(IN_OPEN | IN_CLOSE)) wait_for_hosts();
 }
 
-void PtyLink::watch_hosts() {
+bool PtyLink::watch(std::uint32_t events) {
+  return ::inotify_add_watch(events_.native_handle(), terminal_name_.c_str(), events) >= 0;
+}
+
+void PtyLink::wait_for_hosts() {
   events_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
                      [this](const boost::system::error_code& error) {
                        if (error) return;
                        follow_hosts();
-                       watch_hosts();
+                       wait_for_hosts();
                      });
+}
+
+/// Asks the kernel: inotify merges equal events, so counting them goes wrong. The master hangs up
+/// when no process has the terminal open, so this process closes it for a moment. What is watched
+/// keeps its own opening and closing out of the events.
+bool PtyLink::host_has_it_open() {
+  int is_exclusive = 0;
+  ::ioctl(terminal_.get(), TIOCGEXCL, &is_exclusive);
+  ::ioctl(terminal_.get(), TIOCNXCL);  // else it cannot be opened again
+  watch(IN_OPEN);
+  terminal_ = Descriptor();
+  watch(IN_CLOSE);  // a host that closes it from here on causes an event
+  pollfd master{.fd = master_.get(), .events = 0, .revents = 0};
+  ::poll(&master, 1, 0);
+  const bool has_host = (master.revents & POLLHUP) == 0;
+  terminal_ = Descriptor(::open(terminal_name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  watch(IN_OPEN | IN_CLOSE);
+  if (has_host && is_exclusive != 0) ::ioctl(terminal_.get(), TIOCEXCL);
+  return has_host;
 }
 
 void PtyLink::follow_hosts() {
   if (!events_.is_open()) return;
+  bool is_closed = false;
+  bool is_opened_as_first = false;
   std::array<char, 4096> events{};
   for (;;) {
     const ssize_t size = ::read(events_.native_handle(), events.data(), events.size());
-    if (size <= 0) return;
+    if (size <= 0) break;
     for (std::size_t at = 0; at < static_cast<std::size_t>(size);) {
       inotify_event event{};
       std::memcpy(&event, events.data() + at, sizeof event);
       at += sizeof event + event.len;
-      const int before = hosts_;
-      if ((event.mask & IN_OPEN) != 0) ++hosts_;
-      if ((event.mask & IN_CLOSE) != 0) hosts_ = std::max(hosts_ - 1, 0);
-      if (before == 0 || hosts_ == 0) ::tcflush(terminal_.get(), TCIFLUSH);
+      if ((event.mask & IN_CLOSE) != 0) is_closed = true;
+      // Opened after a close: the one that closed it has most likely restarted.
+      if ((event.mask & IN_OPEN) == 0) continue;
+      if (is_closed || !has_host_) is_opened_as_first = true;
+      has_host_ = true;
     }
   }
+  if (is_closed) has_host_ = host_has_it_open();
+  if (is_opened_as_first || (is_closed && !has_host_)) ::tcflush(terminal_.get(), TCIFLUSH);
 }
 
 PtyLink::~PtyLink() {

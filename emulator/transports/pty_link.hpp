@@ -2,6 +2,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <cstdint>
 #include <string>
 
 #include "emulator/files/regular_file.hpp"
@@ -29,19 +30,19 @@ class PtyLink {
   int descriptor() const { return master_.get(); }
   /// Discards unread bytes if a host has opened the terminal as the first one, or closed it as the
   /// last one. Call it before reading what hosts have written, or a reply to that may be discarded.
-  /// The kernel merges equal events: the count may be low while several hosts have the terminal
-  /// open.
   void follow_hosts();
 
  private:
-  void watch_hosts();
+  void wait_for_hosts();
+  bool watch(std::uint32_t events);
+  bool host_has_it_open();
 
   std::string path_;
   std::string terminal_name_;
   Descriptor master_;
   Descriptor terminal_;  // as long as it is open here, hosts may come and go
   boost::asio::posix::stream_descriptor events_;  // inotify's: hosts open and close the terminal
-  int hosts_ = 0;                                 // that have it open
+  bool has_host_ = false;                         // after the last event: a host has it open
 };
 
 }  // namespace lk::emulator

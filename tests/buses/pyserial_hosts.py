@@ -4,6 +4,7 @@ the same way. Needs no CAN bus. Prints how many transactions a second it came to
 usage: pyserial_hosts.py LK_EMU
 """
 
+import fcntl
 import os
 import select
 import subprocess
@@ -153,6 +154,14 @@ class Rs485(TestCase):
                 self.assertEqual(os.read(port, 4), bytes([0x3E, 0x9C, 1, 7]))
                 os.close(port)  # with nine bytes of the reply in it
                 time.sleep(0.05)
+
+    def test_a_host_that_keeps_others_out_makes_room_when_it_leaves(self):
+        with emulator("--bus", self.bus, "--ids", "1", "--baud", "1000000"):
+            for _ in range(3):
+                port = self.open(1_000_000)
+                fcntl.ioctl(port.fd, termios.TIOCEXCL)  # as libserialport does
+                self.assertEqual(len(ask(port, 0x9C, 1)), 13)
+                port.close()
 
     def test_noise_of_a_host_that_has_left_does_not_keep_the_line(self):
         with emulator("--bus", self.bus, "--ids", "1", "--baud", "9600") as running:  # 1 MB takes 1042 s
