@@ -29,7 +29,8 @@ class PtyLink {
   /// Our side; it never blocks.
   int descriptor() const { return master_.get(); }
   /// Discards unread bytes if a host has opened the terminal as the first one, or closed it as the
-  /// last one. Call it before reading what hosts have written, or a reply to that may be discarded.
+  /// last one. Call it after reading what hosts have written, and before replying: a host that was
+  /// read has then been followed, and its replies stay.
   void follow_hosts();
 
  private:

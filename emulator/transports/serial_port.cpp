@@ -110,12 +110,10 @@ bool SerialPort::is_understood() {
 }
 
 Port::Batch SerialPort::next_batch(Wait /*wait*/) {
-  if (pty_) pty_->follow_hosts();
   const ssize_t size = ::read(descriptor(), bytes_.data(), bytes_.size());
-  if (size <= 0) {
-    const bool nothing = size < 0 && (errno == EAGAIN || errno == EINTR);
-    return {{}, false, nothing ? 0 : size == 0 ? EIO : errno};
-  }
+  const int error = size < 0 ? errno : EIO;
+  if (pty_) pty_->follow_hosts();
+  if (size <= 0) return {{}, false, error == EAGAIN || error == EINTR ? 0 : error};
   std::span<std::uint8_t> bytes(bytes_.data(), static_cast<std::size_t>(size));
   if (pty_) host_flags_ = flags_of(descriptor());
   if (!is_understood()) {

@@ -105,10 +105,10 @@ void StreamPort::wait_readable() {
 
 Port::Batch StreamPort::next_batch(Wait wait) {
   received_.clear();
-  if (pty_) pty_->follow_hosts();
   const ClientSet::Collected collected = clients_.collect(
       received_, std::chrono::ceil<std::chrono::milliseconds>(
                      wait == Wait::kForOne ? CanSocket::kPatience : CanSocket::kPatience.zero()));
+  if (pty_) pty_->follow_hosts();
   if (collected.watched) let_in();  // who may have something to say already
   return {received_, collected.more || collected.watched, 0};
 }

@@ -1,0 +1,83 @@
+// Hosts that come just before a port reads: this program's read is its own.
+
+#undef _FORTIFY_SOURCE  // its header defines read too, and Clang takes no second one
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "emulator/transports/serial_port.hpp"
+#include "emulator/transports/slcan.hpp"
+#include "emulator/transports/stream_port.hpp"
+#include "tests/support/serial.hpp"
+#include "tests/support/temp_directory.hpp"
+
+namespace {
+
+std::function<void()> before_next_terminal_read;
+
+}  // namespace
+
+extern "C" ssize_t read(int fd, void* bytes, size_t size) {
+  if (before_next_terminal_read && ::isatty(fd) != 0) {
+    std::exchange(before_next_terminal_read, nullptr)();
+  }
+  return ::syscall(SYS_read, fd, bytes, size);
+}
+
+namespace lk::emulator {
+namespace pty_read_test {
+
+/// A port with a pseudo-terminal, and a host that opens it and writes just before the port reads.
+class HostBeforeRead : public testing::Test {
+ protected:
+  void expect_reply(Port& port, std::string_view query, const std::function<void()>& reply) {
+    Descriptor host;
+    before_next_terminal_read = [&] {
+      host = Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+      EXPECT_EQ(::write(host.get(), query.data(), query.size()),
+                static_cast<ssize_t>(query.size()));
+    };
+    const auto ignore = [](std::span<const ReceivedFrame>) {};
+    port.receive(ignore);
+    ASSERT_TRUE(host);
+    reply();
+    port.receive(ignore);  // the port finds the event of the opening here at the latest
+    pollfd readable{.fd = host.get(), .events = POLLIN, .revents = 0};
+    EXPECT_EQ(::poll(&readable, 1, 0), 1) << "the reply was discarded";
+  }
+
+  test::TempDirectory own_;
+  std::string path_ = own_.path("arm");
+  boost::asio::io_context loop_;
+};
+
+TEST_F(HostBeforeRead, GetsTheReplyOfADriveOnRs485) {
+  SerialPort port(loop_, "rs485:" + path_, path_, {.as_tty = false}, [] {});
+  std::vector<protocol::Frame> frames;
+  protocol::append_frames(test::bytes("3E 9A 01 00 D9"), frames);
+  expect_reply(port, "\x3E\x9A\x01", [&] { port.send(frames); });
+}
+
+TEST_F(HostBeforeRead, GetsTheAnswerOfAnSlcanAdapter) {
+  const std::string name = "slcan-pty:" + path_;
+  StreamPort port(loop_, name,
+                  {.place = bus_name(name),
+                   .most_clients = 1,
+                   .refusal = "",
+                   .meet = [] { return std::make_unique<Slcan>(0); }},
+                  [] {});
+  expect_reply(port, "V\r", [&] { port.end_turn(); });
+}
+
+}  // namespace pty_read_test
+}  // namespace lk::emulator
