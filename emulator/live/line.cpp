@@ -22,7 +22,7 @@ constexpr std::size_t kMostLeaving = 256;
 /// Frames sent before time slipped are read within this time after it.
 constexpr SimTime kAfterSlip = std::chrono::milliseconds(2);
 /// A host that sent more frames meanwhile does not wait for replies (assumed: a query every 10 ms
-/// for 0.6 s).
+/// for 0.6 s). They are put on the bus as it has room; no more than these wait for that.
 constexpr std::size_t kMostSpaced = 64;
 /// On a line that is never quiet frames wait no longer.
 constexpr SimTime kLongestWait = std::chrono::seconds(1);
@@ -80,9 +80,15 @@ void Line::take_in(const TimedFrame& in) {
   spaced_ = spaced_ && (bus_.time() < spaced_until_ || !backlog_.empty() || !bus_.line_is_quiet());
   if (spaced_ && backlog_.size() >= kMostSpaced) {
     spaced_ = false;
-    for (; !backlog_.empty(); backlog_.pop_front()) put_on_bus(backlog_.front());
+    flooded_ = true;
   }
-  if (!backlog_.empty() || spaced_) {
+  if (flooded_) {  // the backlog goes first, as far as there is room
+    bring_to(frame_instant(in.at, bus_.time()), MonoTime::max(), Patience::kNone);
+    flooded_ = !backlog_.empty();
+  }
+  // The bus drops a frame for which there is no room in either queue.
+  const bool is_lost = flooded_ && backlog_.size() >= kMostSpaced && bus_.host_queue_full();
+  if (spaced_ || (!backlog_.empty() && !is_lost)) {
     keep_for_later(in);
     return;
   }

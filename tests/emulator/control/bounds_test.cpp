@@ -69,7 +69,7 @@ const std::vector<List> kLists = {
      R"({"command": "state_2", "id": 1})", "/frames"},
     {"frames in an adapter without a depth", "bus", "core/adapter_times.hpp", "kMostInAdapter", kLost},
     {"frames while time stands still", "bus", "live/line.hpp", "kMostBacklog", kLost},
-    {"packets that waited while time slipped", "bus", "live/line.cpp", "kMostSpaced", "not spaced: as they come"},
+    {"packets that waited while time slipped", "bus", "live/line.cpp", "kMostSpaced", "as they come; lost, and counted, if the wire has no room either"},
     {"replies that wait for the disk", "drive", "rom/rom_gate.hpp", "kMostHeld", kLost},
     {"advice", "bus", "advice/given.hpp", "kMost", "counted"},
     {"causes of one kind of advice", "drive", "advice/given.hpp", "kMostCauses", "counted"},
