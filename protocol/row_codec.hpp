@@ -151,7 +151,7 @@ using RowAt = std::remove_cvref_t<decltype(at<kPlace>(kRows))>;
 /// The place of a kind of reply: that of the first command that has it; kCount if none does.
 template <const auto& kRows, class Kind, std::size_t N = 0>
 constexpr std::size_t reply_place() {
-  if constexpr (N == kCount<kRows>) {
+  if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then
     return N;
   } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::ReplyType, Kind>) {
     return N;
@@ -162,7 +162,7 @@ constexpr std::size_t reply_place() {
 /// The place of a kind of query; kCount if there is none.
 template <const auto& kRows, class Kind, std::size_t N = 0>
 constexpr std::size_t query_place() {
-  if constexpr (N == kCount<kRows>) {
+  if constexpr (N == kCount<kRows>) {  // NOLINT(bugprone-branch-clone): there is no row N then
     return N;
   } else if constexpr (std::is_same_v<typename RowAt<kRows, N>::QueryType, Kind>) {
     return N;

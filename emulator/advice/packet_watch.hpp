@@ -49,7 +49,7 @@ class SumWatch {
   static constexpr int kTimes = 3;
 
   /// Bytes that were no packet.
-  std::optional<Finding> hear(const protocol::Frame& bytes);
+  std::optional<Finding> hear(const protocol::Frame& frame);
 
  private:
   static constexpr std::size_t kRules = 3;

@@ -10,6 +10,7 @@
 
 #include "emulator/core/generation.hpp"
 #include "emulator/ground/text.hpp"
+#include "protocol/field.hpp"
 
 namespace lk::emulator {
 namespace {

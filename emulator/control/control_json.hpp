@@ -4,6 +4,7 @@
 
 #include "emulator/files/json_table.hpp"
 #include "emulator/live/line.hpp"
+#include "emulator/live/world.hpp"
 
 namespace lk::emulator {
 

@@ -29,6 +29,8 @@ class SerialPort final : public Port {
   /// `name` is the bus's. Opens it, and makes the link. Throws StartError.
   SerialPort(boost::asio::io_context& loop, std::string name, std::string path,
              const SerialPortOptions& options, std::function<void()> on_frames);
+  SerialPort(const SerialPort&) = delete;
+  SerialPort& operator=(const SerialPort&) = delete;
   ~SerialPort() override;
 
   void check_link() override;

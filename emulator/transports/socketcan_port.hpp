@@ -23,7 +23,8 @@ class SocketCanPort final : public Port {
   /// `on_frames` is called when there may be something to `receive`. Call `check_link` to start.
   SocketCanPort(boost::asio::io_context& loop, std::string interface, Interfaces allowed,
                 Reception reception, std::function<void()> on_frames);
-
+  SocketCanPort(const SocketCanPort&) = delete;
+  SocketCanPort& operator=(const SocketCanPort&) = delete;
   // NOLINTNEXTLINE(bugprone-exception-escape): a timer and a descriptor of ours can be let go of
   ~SocketCanPort() override { close(); }
 

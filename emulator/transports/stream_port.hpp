@@ -34,6 +34,8 @@ class StreamPort final : public Port {
   /// StartError.
   StreamPort(boost::asio::io_context& loop, const std::string& name, Setup setup,
              std::function<void()> on_frames);
+  StreamPort(const StreamPort&) = delete;
+  StreamPort& operator=(const StreamPort&) = delete;
   ~StreamPort() override;
 
   void check_link() override;

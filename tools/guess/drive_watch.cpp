@@ -168,8 +168,8 @@ void DriveWatch::reply(const Told& told, const protocol::Frame& heard, std::opti
   if (serial) evidence_.on_serial();
   if (told.sure && fits) {
     const std::uint32_t base = heard.id - static_cast<std::uint32_t>(told.drive);
-    const std::size_t value = static_cast<std::size_t>(
-        std::ranges::find(protocol::kReplyIdBases, base) - protocol::kReplyIdBases.begin());
+    const auto value = static_cast<std::size_t>(std::ranges::find(protocol::kReplyIdBases, base) -
+                                                protocol::kReplyIdBases.begin());
     if (!serial) evidence_.see(Trait::kReplyId, only(value), Weight::kLikely, sighting);
     // A frame like the reply of the brake may be a later command to it; writing ROM takes long.
     const auto* const row = protocol::command_of(told.frame);

@@ -18,6 +18,7 @@ class BodySignals {
   BodySignals(std::span<const std::string> parts, BodyState beginning);
   BodySignals(const BodySignals&) = delete;
   BodySignals& operator=(const BodySignals&) = delete;
+  ~BodySignals() = default;
 
   std::span<const Signal> all() const { return signals_; }
   const BodyState& beginning() const { return beginning_; }

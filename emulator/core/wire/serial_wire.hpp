@@ -119,9 +119,9 @@ class SerialWire {
   Sending& next_of_all() {
     return sending_[static_cast<std::size_t>(next_sending() - sending_.data())];
   }
-  /// It began before the other, or is the one to be heard of two that began together.
-  static bool is_first(const Sending& one, const Sending& other) {
-    return one.start < other.start || (one.start == other.start && &one < &other);
+  /// It began before the second, or is the one to be heard of two that began together.
+  static bool is_first(const Sending& first, const Sending& second) {
+    return first.start < second.start || (first.start == second.start && &first < &second);
   }
   /// What `ended` has on the line covers what `other` has.
   static void cover(const Sending& ended, Sending& other, SimTime until);
