@@ -109,10 +109,14 @@ int write_back(const BusConfig& config, Framing framing, bool lowered) {
       Frame low = write;
       std::transform(low.data.begin() + 4, low.data.end(), low.data.begin() + 4,
                      [](std::uint8_t byte) { return static_cast<std::uint8_t>(byte / 2); });
-      if (lowered) EXPECT_EQ(ask(host, low).size(), 1U);
+      if (lowered) {
+        EXPECT_EQ(ask(host, low).size(), 1U);
+      }
       EXPECT_EQ(ask(host, write).size(), 1U);
       EXPECT_EQ(ask(host, pair.read), read);
-      if (!lowered) EXPECT_EQ(Kept(host), before);
+      if (!lowered) {
+        EXPECT_EQ(Kept(host), before);
+      }
     }
   }
   return values;
