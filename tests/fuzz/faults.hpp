@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "emulator/core/directive.hpp"
 #include "emulator/core/faults/fault_table.hpp"
@@ -16,7 +17,8 @@ inline emulator::FaultValue parameter_from(const emulator::FaultParam& param, st
   if (!param.choices.empty()) {
     return static_cast<emulator::FaultChoice>(byte % param.choices.size());
   }
-  return param.min + (param.max - param.min) * byte / 255.0;
+  const double value = param.min + (param.max - param.min) * byte / 255.0;
+  return param.whole ? std::floor(value) : value;
 }
 
 /// Of the drive `id`.
