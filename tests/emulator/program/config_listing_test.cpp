@@ -49,6 +49,11 @@ TEST(ConfigListing, NamesTheAdapterOfABus) {
   EXPECT_EQ(describe_run({bus}).substr(0, 38), "test: 1 Mbit/s, adapter ch348, 1 drive");
 }
 
+TEST(ConfigListing, CountsOneDriveInTheSingular) {
+  EXPECT_NE(describe_run({test::bus_config({1})}).find(" 1 drive, "), std::string::npos);
+  EXPECT_NE(describe_run({test::bus_config({1, 2})}).find(" 2 drives, "), std::string::npos);
+}
+
 /// A hip with a speed Kp of 250: against its gear it rings at 300 Hz.
 TEST(ConfigListing, SaysWhichLoopsRing) {
   BusConfig bus = test::bus_config({1}, 1'000'000);

@@ -40,6 +40,7 @@ TEST(ScenarioRunner, WarnsOfAProtectionThatTripsBeforeTheFirstFrame) {
       << report.warnings[0];
   EXPECT_NE(report_text(report, false).find("  warning: vcan0 drive 1: lost_input"),
             std::string::npos);
+  EXPECT_NE(report_text(report, false).find(", 1 drive, "), std::string::npos);
 }
 
 TEST(ScenarioRunner, WarnsOfNoProtectionThatTripsLaterOrOnPurpose) {
