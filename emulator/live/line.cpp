@@ -83,8 +83,11 @@ void Line::take_in(const TimedFrame& in) {
     flooded_ = true;
   }
   if (flooded_) {  // the backlog goes first, as far as there is room
-    bring_to(frame_instant(in.at, bus_.time()), MonoTime::max(), Patience::kNone);
-    flooded_ = !backlog_.empty();
+    if (advancing_) {
+      take_from_backlog();
+    } else {
+      bring_to(frame_instant(in.at, bus_.time()), MonoTime::max(), Patience::kNone);
+    }
   }
   // The bus drops a frame for which there is no room in either queue.
   const bool is_lost = flooded_ && backlog_.size() >= kMostSpaced && bus_.host_queue_full();
@@ -144,11 +147,14 @@ void Line::take_from_backlog() {
     put_on_bus(backlog_.front());
     backlog_.pop_front();
   }
+  flooded_ = flooded_ && !backlog_.empty();
 }
 
 void Line::advance_to(SimTime until) {
   AllWatchers all{watchers_};
+  const bool from_watcher = std::exchange(advancing_, true);
   deliver_watched(bus_, until, all);
+  advancing_ = from_watcher;
   send_replies();  // replies do not wait for motors that they do not depend on
   bus_.settle();
   look_after_hosts();

@@ -157,6 +157,7 @@ class Line {
   bool spaced_ = false;             // frames wait until the line is quiet, since time slipped,
   SimTime spaced_until_{0};         // at least until then
   bool flooded_ = false;            // too many frames for that: the backlog waits for room only
+  bool advancing_ = false;          // watchers look, and may put frames on the bus
   std::uint64_t moves_ = 0;         // of the bus, when it was last looked at
   std::uint64_t backlog_lost_ = 0;
   std::array<std::uint64_t, protocol::kMaxId + 1> sent_{};  // by drive

@@ -120,6 +120,7 @@ bool PtyLink::host_has_it_open() {
 void PtyLink::follow_hosts() {
   if (!events_.is_open()) return;
   bool is_closed = false;
+  bool is_closed_last = false;
   bool is_opened_as_first = false;
   std::array<char, 4096> events{};
   for (;;) {
@@ -129,14 +130,16 @@ void PtyLink::follow_hosts() {
       inotify_event event{};
       std::memcpy(&event, events.data() + at, sizeof event);
       at += sizeof event + event.len;
-      if ((event.mask & IN_CLOSE) != 0) is_closed = true;
+      if ((event.mask & IN_CLOSE) != 0) is_closed = is_closed_last = true;
       // Opened after a close: the one that closed it has most likely restarted.
       if ((event.mask & IN_OPEN) == 0) continue;
       if (is_closed || !has_host_) is_opened_as_first = true;
       has_host_ = true;
+      is_closed_last = false;
     }
   }
-  if (is_closed) has_host_ = host_has_it_open();
+  // A host that opened it last is there, and makes an event of its own when it closes it.
+  if (is_closed_last) has_host_ = host_has_it_open();
   if (is_opened_as_first || (is_closed && !has_host_)) ::tcflush(terminal_.get(), TCIFLUSH);
 }
 

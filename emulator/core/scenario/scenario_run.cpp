@@ -40,8 +40,9 @@ void add_to_verdict(const Judge& judge, const Bus& bus, const std::string& inter
   }
   if (dropped > 0) {
     verdict.invalid.push_back(interface + ": " + std::to_string(dropped) +
-                              " faults ended and made room for others before the verdict, so what "
-                              "they did is not known; inject fewer");
+                              (dropped == 1 ? " fault" : " faults") +
+                              " ended and made room for others before the verdict; what they did "
+                              "is not known");
   }
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
     if (!bus.has(id)) continue;
