@@ -152,7 +152,8 @@ std::optional<Frame> Receiver::feed(std::uint8_t byte, std::chrono::nanoseconds 
   }
   const auto broadcast = feed_broadcast(byte, rested);
   if (broadcast) {
-    size_ = 0;  // what looked like a packet inside it, or like a bad header
+    // Its bytes may have looked like a packet or a bad header.
+    size_ = 0;
     dropping_ = false;
     return broadcast;
   }

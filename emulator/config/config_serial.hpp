@@ -15,7 +15,7 @@ inline constexpr std::int64_t kDefaultBaud = 115'200;
 /// Why `baud` cannot be the bit rate of RS-485; empty when it can: 0, or one that drives have.
 std::string baud_problem(std::int64_t baud);
 /// The number that the vendor's tool has for a rate; kAsWired for 0, with which any rate will do.
-/// The number of the rate in the tool. Without `has_921600`, later rates have lower numbers by one.
+/// Without `has_921600`, higher rates have numbers lower by one.
 std::uint8_t rate_code(std::int64_t baud, bool has_921600);
 /// The number of the nearest CAN rate.
 std::uint8_t can_rate_code(std::int64_t bitrate);

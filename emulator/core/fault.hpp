@@ -19,8 +19,8 @@ struct FaultRow;
 
 inline constexpr int kWholeBus = 0;  // in place of a drive's ID
 
-/// A fault that begins again and again does so this far apart at least: closer, a run would be busy
-/// with nothing else.
+/// The shortest time between two beginnings of a fault: with a shorter one it takes all the time of
+/// a run.
 inline constexpr SimTime kClosestFaults = std::chrono::milliseconds(1);
 
 /// A word of those that a parameter offers, by its place among them; whoever acts on it has an

@@ -11,7 +11,7 @@ namespace lk::emulator {
 /// clock in here; the shell decides how it relates to wall time.
 using SimTime = std::chrono::nanoseconds;
 
-/// Nothing is asked for longer than this, about three years, so that sums of times fit.
+/// The longest time that can be asked for, about three years: sums of such times fit.
 inline constexpr SimTime kLongestTime = std::chrono::seconds(100'000'000);
 
 /// A frame and an instant. Of a host's frame: when the host put it on its interface. Of a drive's:

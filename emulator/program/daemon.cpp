@@ -218,7 +218,7 @@ Daemon::Daemon(std::vector<BusConfig> buses, const RunOptions& options)
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     world_.lines()[i]->connect(loop_, allowed, [this, i] { world_.serve(i); });
-    world_.lines()[i]->port()->check_link();  // opens it
+    world_.lines()[i]->port()->check_link();  // opens an interface
   }
   // Their receive buffers were the last that takes a capability.
   give_up_privileges(places_of(options, buses));

@@ -52,7 +52,7 @@ class LiveScenario {
     ErrorWatch errors;
     std::vector<TimedDirective> events;  // by time, since the beginning
     std::size_t next_event = 0;
-    std::vector<std::string> refused = {};  // what of them found no room, a sentence each
+    std::vector<std::string> refused = {};  // events that found no room, a sentence each
     Beginning beginning;
     std::uint64_t replies = 0;  // of drives, so far
     std::uint64_t replies_hash = 0;

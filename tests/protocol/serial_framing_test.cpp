@@ -151,8 +151,8 @@ TEST(SerialReceiver, APacketForSeveralIsFoundByTheRestOfTheLine) {
   EXPECT_EQ(first.heard.size(), 3U);
 }
 
-/// Inside it is what looks like a bad header, 3E 00 00 00 00: where the rest of the line is dropped
-/// after such a one, the packet behind it is heard all the same.
+/// The broadcast contains 3E 00 00 00 00, a bad header. The next packet must still be heard, also
+/// without `scan`.
 TEST(SerialReceiver, APacketForSeveralLeavesNothingOfWhatItLookedLike) {
   Line line{Receiver({.scan = false, .broadcast_gap = 20us})};
   line.send("02 81 3E 00 00 00 00 00 00 00 C1");

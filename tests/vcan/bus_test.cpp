@@ -128,8 +128,8 @@ TEST(Buses, ManyQueriesAtOnceAreAllAnsweredOnce) {
       {"--rom", ":memory:", "--bus", "vcan0", "--ids", "1-32", "--bitrate", "0"});
   ASSERT_TRUE(emulator.wait_ready());
   Host host("vcan0");
-  // A drive's queue holds what is asked of it at once: where no wire paces the host, and the
-  // program is held up, all that waited comes at one instant.
+  // Without a bit rate, queries that waited while the program was held up arrive at one instant.
+  // They must fit into the queue of each drive.
   constexpr int kRounds = 20, kAtOnce = 100;
   const auto drive = [](int n) { return 0x141U + static_cast<canid_t>(n % 32); };
   for (int round = 0; round < kRounds; ++round) {

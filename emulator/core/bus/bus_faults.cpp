@@ -9,8 +9,8 @@
 namespace lk::emulator {
 
 void Bus::begin_fault(std::size_t fault) {
-  if (!faults_.start(fault, time_))
-    return;  // cleared by what its condition set off before it, or dropped since
+  // Another directive of the same instant may have cleared it, or it was dropped.
+  if (!faults_.start(fault, time_)) return;
   LiveFault& live = faults_[fault];
   const FaultRow& row = live.row();
   if (live.comes_again()) agenda_.enter(time_ + *live.fault.every, FaultBegin{fault});

@@ -24,7 +24,7 @@ class Duplicates {
   /// Owners of frames from here on are duplicates'. The low six bits are the ID, as those of every
   /// identifier of a drive.
   static constexpr std::uint32_t kFirstOwner = 0x10000;
-  /// So many faults in a row have owners of their own: far more than a bus keeps.
+  /// Owners repeat after so many faults, far more than a bus keeps.
   static constexpr std::uint32_t kOwners = 1U << 20;
 
   bool empty() const { return drives_.empty(); }

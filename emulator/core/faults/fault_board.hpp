@@ -28,7 +28,7 @@ class FaultBoard {
   explicit FaultBoard(std::uint64_t bus_seed) : bus_seed_(bus_seed) {}
 
   std::uint64_t bus_seed() const { return bus_seed_; }
-  /// There is no room: none of kMost is over.
+  /// No fault can be armed: kMost are kept, and none of them is over.
   bool full() const { return faults_.size() >= kMost && !oldest_over(); }
   /// All there have been.
   std::size_t armed() const { return armed_; }
@@ -45,7 +45,7 @@ class FaultBoard {
   /// In the order in which they were armed.
   std::vector<FaultReport> reports() const;
 
-  /// There must be room. Gives it a name that none of those kept has, and returns its order.
+  /// The board must not be full. Gives the fault a name that no kept one has. Returns its order.
   std::size_t arm(Fault fault, SimTime now);
   /// Returns false when it has been cleared or dropped before.
   bool start(std::size_t order, SimTime now);

@@ -119,7 +119,7 @@ class SerialWire {
   Sending& next_of_all() {
     return sending_[static_cast<std::size_t>(next_sending() - sending_.data())];
   }
-  /// It began before the second, or is the one to be heard of two that began together.
+  /// `first` began earlier, or is heard if both began together.
   static bool is_first(const Sending& first, const Sending& second) {
     return first.start < second.start || (first.start == second.start && &first < &second);
   }

@@ -21,6 +21,12 @@ class Pty : public testing::Test {
   Descriptor open() const {
     return Descriptor(::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   }
+  /// Opens the terminal as a host, and lets the link follow.
+  Descriptor come() {
+    Descriptor host = open();
+    link_.follow_hosts();
+    return host;
+  }
   void reply(std::string_view bytes) {
     ASSERT_EQ(::write(link_.descriptor(), bytes.data(), bytes.size()),
               static_cast<ssize_t>(bytes.size()));
@@ -50,35 +56,29 @@ TEST_F(Pty, KeepsUnreadBytesWhileOneOfTwoHostsStays) {
 }
 
 TEST_F(Pty, DiscardsUnreadBytesWhenTwoHostsCloseItAtOnce) {
-  Descriptor first = open();
-  link_.follow_hosts();
-  Descriptor second = open();
-  link_.follow_hosts();
+  Descriptor first = come();
+  Descriptor second = come();
   reply("old");
   first = Descriptor();
   second = Descriptor();  // inotify merges both closings into one event
   link_.follow_hosts();
-  const Descriptor next = open();
-  link_.follow_hosts();
+  const Descriptor next = come();
   EXPECT_EQ(read(next), "");
   reply("new");
   EXPECT_EQ(read(next), "new");
 }
 
 TEST_F(Pty, DiscardsBytesThatCameWhileNoHostHadItOpen) {
-  Descriptor host = open();
-  link_.follow_hosts();
+  Descriptor host = come();
   host = Descriptor();
   link_.follow_hosts();
   reply("late");
-  host = open();
-  link_.follow_hosts();
+  host = come();
   EXPECT_EQ(read(host), "");
 }
 
 TEST_F(Pty, DiscardsUnreadBytesOfAHostThatOpensItAgainAtOnce) {
-  Descriptor host = open();
-  link_.follow_hosts();
+  Descriptor host = come();
   reply("old");
   host = Descriptor();
   host = open();
@@ -87,8 +87,7 @@ TEST_F(Pty, DiscardsUnreadBytesOfAHostThatOpensItAgainAtOnce) {
 }
 
 TEST_F(Pty, KeepsWhatAHostWroteBeforeItClosedIt) {
-  Descriptor host = open();
-  link_.follow_hosts();
+  Descriptor host = come();
   ASSERT_EQ(::write(host.get(), "query", 5), 5);
   host = Descriptor();
   link_.follow_hosts();
