@@ -15,8 +15,9 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 PACKAGE, NAME = "lkemu", "lk_emu"
 PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below its prefix
 # Of share/: what the program looks for, its manual, and what its licences ask for. The Python beside them is left out: it is the package.
-DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "man/man1", "doc/lk-emu/licenses",
+DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
+MANUAL = "man/man1"  # installed only where there is help2man
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644
@@ -121,7 +122,7 @@ def installed_program():
         return {}, None
     files = {"scripts/lk-emu": read(program)}
     share = os.path.join(prefix, "share")
-    for place in DATA:
+    for place in (*DATA, MANUAL) if os.path.isdir(os.path.join(share, MANUAL)) else DATA:
         files.update({f"data/share/{path}": data for path, data in files_below(share, place).items()})
     return files, machine
 

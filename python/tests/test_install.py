@@ -77,6 +77,15 @@ def test_a_program_that_needs_nothing_is_carried(tmp_path):
     assert build(source, tmp_path / "again").read_bytes() == wheel.read_bytes()
 
 
+def test_a_program_is_carried_without_a_manual_page(tmp_path):
+    source = install(tmp_path / "prefix", elf(PT_LOAD))
+    shutil.rmtree(tmp_path / "prefix" / "share" / "man")
+    with zipfile.ZipFile(build(source, tmp_path / "wheels")) as packed:
+        names = packed.namelist()
+    assert any(name.endswith("/scripts/lk-emu") for name in names)
+    assert not any("man1" in name for name in names)
+
+
 def test_a_program_that_needs_libraries_is_not_carried(tmp_path):
     for number, program in enumerate((elf(PT_LOAD, PT_INTERP), b"#!/bin/sh\n", b"\x7fELF\x02\x01", b"")):
         source = install(tmp_path / f"prefix{number}", program)
