@@ -5,21 +5,13 @@
 # shellcheck source=tests/bare/campaign.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/campaign.sh" "$@"
 snakemake=(snakemake --snakefile "$file" --cores 2 --config "plan=$plan" "shards=$shards")
-is_done() { [[ -e shard-$1.done ]]; }
-another_grows() {
-  local shard
-  for shard in $(seq 0 $((shards - 1))); do
-    if ! is_done "$shard" && grows "$shard"; then return; fi
-  done
-  return 1
-}
+computes() { grep -qsz "^shard-$1.db\$" /proc/[0-9]*/cmdline; }
 
 "${snakemake[@]}" >first.log 2>&1 &
 first=$!
 until_true grows 0
 kill_program 0
-until_true is_done 0
-until_true another_grows
+until_true computes 0 # again
 # As where the machine goes off: Snakemake, and what it has started.
 kill -KILL "$first"
 for shard in $(seq 0 $((shards - 1))); do
