@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The simulators of examples/shafts, with mujoco.tgz beside the clone; none of them is skipped.
 set -euxo pipefail
-scripts/packages build body test
+scripts/packages build body test release
 apt-get -q -y --no-install-recommends install nodejs
 sha512sum --check <<<'58f51889dbb8171f3eb8ce2142ff3448e03489fa561abb0d260b8ab3c24157c4824f18ca436febaac87cf349d41f4fd5c1af2fb9e7e086f090924a1e7776e452  ../mujoco.tgz'
 tar -C .. -xf ../mujoco.tgz package/mujoco.js package/mujoco.wasm package/package.json
