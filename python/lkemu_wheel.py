@@ -18,6 +18,7 @@ PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below i
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 MANUAL = "man/man1"  # installed only where there is help2man
+EXTRAS = {"plot": ["matplotlib >=3.6"]}  # as in Debian 12; matplotlib brings numpy
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644
@@ -54,6 +55,10 @@ def tag(machine):
 
 def about(machine):
     """Files of the .dist-info directory; `machine` is what the program is for, if there is one."""
+    extras = "".join(
+        f"Provides-Extra: {extra}\n" + "".join(f"Requires-Dist: {library}; extra == '{extra}'\n" for library in libraries)
+        for extra, libraries in EXTRAS.items()
+    )
     return {
         "METADATA": f"""Metadata-Version: 2.1
 Name: {NAME.replace("_", "-")}
@@ -64,7 +69,7 @@ Requires-Python: >=3.9
 Classifier: Framework :: Pytest
 Classifier: Operating System :: POSIX :: Linux
 Classifier: Typing :: Typed
-""",
+{extras}""",
         "WHEEL": f"""Wheel-Version: 1.0
 Generator: lkemu_wheel
 Root-Is-Purelib: {str(not machine).lower()}

@@ -59,6 +59,9 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
     said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
     assert said.stdout == f"{site}/lkemu/__init__.py ['lkemu.pytest_plugin']\n"
     assert (site / "lkemu" / "py.typed").exists()
+    look = "import importlib.metadata as m; print(m.metadata('lk-emu').get_all('Provides-Extra'), m.requires('lk-emu'))"
+    said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
+    assert said.stdout == """['plot'] ["matplotlib >=3.6; extra == 'plot'"]\n"""
 
 
 def test_a_program_that_needs_nothing_is_carried(tmp_path):

@@ -11,6 +11,9 @@ python3 -m venv '/opt/any where'
 '/opt/any where/bin/lk-emu' motors | grep mf7015
 '/opt/any where/bin/lk-emu' campaign every_fault --dry-run | grep cases
 [[ -e '/opt/any where/share/doc/lk-emu/licenses/glibc' ]]
+# It runs the Python of its environment, which lacks matplotlib, or is too old on Debian 11.
+said=$('/opt/any where/bin/lk-emu' plot run.csv 2>&1) || true
+[[ $said == *"pip install 'lk-emu[plot]'" || $said == *'needs Python 3.11 or newer; /opt/any where/bin/python3 is 3.9' ]]
 
 # It is not in PATH; the package finds it all the same. No vcan here, and python-can is not there.
 '/opt/any where/bin/python' -c '

@@ -80,7 +80,7 @@ quietly python3 -B "$(dirname "$0")/hardening_test.py" "$program"
 "$program" motors | grep mf7015 >/dev/null || fail "it does not find its motors"
 quietly "$program" --config "$root/usr/share/lk-emu/buses/bench.toml" --check
 quietly "$program" run --quiet "$root/usr/share/lk-emu/scenarios/jammed_joint.toml" --csv "$scratch/run.csv"
-quietly "$program" plot "$scratch/run.csv"
+PATH=/usr/bin:/bin quietly "$program" plot "$scratch/run.csv"
 "$root/usr/bin/with-vcan" --help >/dev/null || fail "with-vcan does not find its files"
 for file in "$(dirname "$0")"/../../scripts/lib/*vcan*.py; do
   cmp -s "$file" "$root/usr/share/lk-emu/with-vcan/lib/${file##*/}" || fail "with-vcan lacks ${file##*/}"

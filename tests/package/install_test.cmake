@@ -1,5 +1,5 @@
 # Installs into a prefix of its own, moves that elsewhere, and runs the program from there.
-# Variables: BUILD_DIR, SCRATCH, ANALYSIS
+# Variables: BUILD_DIR, SCRATCH
 file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${SCRATCH}/first
   OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
@@ -19,13 +19,12 @@ foreach(file share/lk-emu/buses/example.toml share/doc/lk-emu/README.md share/do
     message(FATAL_ERROR "${file} is not installed")
   endif()
 endforeach()
-# It draws with nothing beside it.
-if(ANALYSIS)
-  file(WRITE ${SCRATCH}/run.csv "time_s,1.iq_A\n0,1\n")
-  execute_process(COMMAND ${program} plot ${SCRATCH}/run.csv WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
-  if(NOT EXISTS ${SCRATCH}/run.svg)
-    message(FATAL_ERROR "lk-emu plot has drawn nothing")
-  endif()
+# It draws by the Python package that came with it.
+file(WRITE ${SCRATCH}/run.csv "time_s,1.iq_A\n0,1\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin:/bin ${program} plot ${SCRATCH}/run.csv
+  WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+if(NOT EXISTS ${SCRATCH}/run.svg)
+  message(FATAL_ERROR "lk-emu plot has drawn nothing")
 endif()
 # The Python package finds the program that it came with.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=LKEMU PYTHONDONTWRITEBYTECODE=1

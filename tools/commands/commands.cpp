@@ -13,7 +13,7 @@ constexpr Command kCommands[] = {
     {"identify", "find a motor's numbers in logs of it, and write a motor file", run_identify,
      identify_app},
     {"motors", "list the motor profiles, or show one of them", run_motors, motors_app},
-    {"plot", "draw a CSV file of a run as SVG", run_plot, plot_app},
+    {"plot", "draw a CSV file of a run as SVG or PNG", run_plot, plot_app},
     {"replay", "run a recording again and compare, or compare a real robot's log", run_replay,
      replay_app},
     {"run", "run scenarios in simulated time, without a CAN bus", run_scenarios, scenarios_app},

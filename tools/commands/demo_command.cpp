@@ -15,6 +15,7 @@
 #include "emulator/ground/start_error.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/commands/python_package.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -66,15 +67,11 @@ Demo find_demo(const std::string& word) {
   throw StartError(fmt::format("demo: unknown robot \"{}\", known are {}", word, known));
 }
 
-/// Beside the motors where lk-emu is installed; of a build tree in the sources, as they are.
 fs::path demo_script() {
+  const fs::path script = python_directory() / "examples/demo.py";
   std::error_code none_there;
-  const fs::path installed = config_directory() / "python/examples/demo.py";
-  if (fs::exists(installed, none_there)) return installed;
-  const fs::path configs = fs::weakly_canonical(config_directory(), none_there);
-  const fs::path source = configs.parent_path() / "python/examples/demo.py";
-  if (fs::exists(source, none_there)) return source;
-  throw StartError("demo: " + installed.string() + " not found");
+  if (fs::exists(script, none_there)) return script;
+  throw StartError("demo: python/examples/demo.py not found in " + config_directory().string());
 }
 
 /// Becomes that program, the first of the words, which is looked for in PATH; returns why not.

@@ -1,4 +1,5 @@
-// What lk-emu plot shows, before it is drawn: rows, traces, axes, drives and panels.
+// What the pictures in reports of campaign and identify show, before they are drawn: rows, traces,
+// axes, drives and panels.
 
 #include <gtest/gtest.h>
 

@@ -24,7 +24,7 @@ CaseResult shrunk(const Plan& plan, OfflineRunner& runner, const CaseResult& fai
 std::string command_of(const Plan& plan, const Answer& answer, const CaseResult& failing,
                        const CaseResult& smallest);
 
-/// The picture of a case, as `lk-emu plot` draws it: SVG.
+/// The picture of a case, as SVG.
 std::string picture_of_case(const Plan& plan, const CaseResult& result);
 
 /// For each kind of fault and each outcome among the failures of `answer`, its smallest case. So
