@@ -11,7 +11,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
+#include <utility>
 
 #include "emulator/config/config.hpp"
 #include "emulator/config/config_error.hpp"
@@ -21,6 +23,7 @@
 #include "emulator/files/profile_files.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/ground/text.hpp"
+#include "emulator/record/recording.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"
@@ -50,7 +53,9 @@ struct DecodeApp {
 
   DecodeApp() {
     app.footer(kDecodeFooter);
-    app.add_option("FILE", file, "what candump printed or logged (default, and -: standard input)");
+    app.add_option("FILE", file,
+                   "what candump printed or logged (default, and -: standard input), or the "
+                   "directory of a recording, which tells what its drives are");
     app.add_option("--generation", generation,
                    "firmware of the drives, one of " + comma_list(generation_words()) +
                        " (default legacy); seen: what drives of the motor were seen to speak")
@@ -217,12 +222,12 @@ std::string motor_sold_as(const std::string& label) {
 
 /// Reads all that comes, and says where not a single frame did.
 template <class Reader>
-void read_log(const DecodeApp& given, Reader& reader) {
-  const bool from_input = given.file.empty() || given.file == "-";
-  const std::string name = from_input ? "standard input" : on_one_line(given.file);
+void read_log(const std::string& log, Reader& reader) {
+  const bool from_input = log.empty() || log == "-";
+  const std::string name = from_input ? "standard input" : on_one_line(log);
   Descriptor file;
   if (!from_input) {
-    file = Descriptor(::open(given.file.c_str(), O_RDONLY | O_CLOEXEC));
+    file = Descriptor(::open(log.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file) throw StartError("decode: cannot read " + name + ": " + because());
   } else if (::isatty(STDIN_FILENO) != 0) {
     std::fputs(
@@ -248,15 +253,27 @@ std::shared_ptr<CLI::App> decode_app() {
 int run_decode(int argc, const char* const* argv) {
   DecodeApp given;
   if (!parse_arguments(given.app, argc, argv)) return 0;
+  std::error_code unreadable;
+  const bool recorded = std::filesystem::is_directory(given.file, unreadable);
+  const std::string log =
+      recorded ? (std::filesystem::path(given.file) / kFramesFile).string() : given.file;
   if (given.guess) {
     Guesser guesser({.json = given.json,
                      .language = chosen_language(given.language),
                      .motor_of = motor_sold_as});
-    read_log(given, guesser);
-  } else {
-    Decoder decoder(read_options(given));
-    read_log(given, decoder);
+    read_log(log, guesser);
+    return 0;
   }
+  DecodeOptions options = read_options(given);
+  if (recorded) {
+    for (const char* option : {"--generation", "--motor"}) {
+      if (given.app.count(option) == 0) continue;
+      throw StartError(std::string("decode: ") + option + " is for logs; a recording has its own");
+    }
+    options.buses = read_recording(given.file).buses;
+  }
+  Decoder decoder(std::move(options));
+  read_log(log, decoder);
   return 0;
 }
 

@@ -136,7 +136,7 @@ std::string steps_json(std::uint64_t number_of_line) {
 std::string summary_json(const DecodeSummary& summary, const DecodeOptions& options) {
   Json buses = Json::array();
   for (const auto& [interface, bus] : summary.buses) buses.push_back(bus_json(interface, bus));
-  return line({{"type", "summary"},
+  Json json = {{"type", "summary"},
                {"frames", summary.frames},
                {"bad_lines", summary.bad_lines},
                {"generation", generation_name(options.generation)},
@@ -145,7 +145,13 @@ std::string summary_json(const DecodeSummary& summary, const DecodeOptions& opti
                {"motor_assumed", !options.motor_given},
                {"stamps_are_steps", summary.steps},
                {"odd_states", summary.odd_states},
-               {"buses", std::move(buses)}});
+               {"buses", std::move(buses)}};
+  if (!options.buses.empty()) {  // each drive has its own
+    for (const char* key : {"generation", "generation_assumed", "motor", "motor_assumed"}) {
+      json.erase(key);
+    }
+  }
+  return line(json);
 }
 
 }  // namespace lk::emulator

@@ -114,7 +114,7 @@ std::string note_line(const Words& words, const DecodeOptions& options) {
 }
 
 std::string assumption_line(const DecodeOptions& options, protocol::Framing framing) {
-  if (options.generation_given && options.motor_given) return "";
+  if (!options.buses.empty() || (options.generation_given && options.motor_given)) return "";
   const bool chinese = options.language == Language::kChinese;
   const auto format =
       protocol::wire_format(quirks_of(options.generation, framing).dialect, options.profile.series);

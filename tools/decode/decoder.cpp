@@ -1,5 +1,6 @@
 #include "tools/decode/decoder.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "emulator/core/generation.hpp"
@@ -9,10 +10,10 @@
 namespace lk::emulator {
 namespace {
 
-/// All the drives that there can be, of the same kind.
-BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing) {
-  BusConfig bus;
+/// A drive at every ID: those of `bus` as they are, the others as `options` say.
+BusConfig every_drive(const DecodeOptions& options, protocol::Framing framing, BusConfig bus = {}) {
   for (int id = protocol::kMinId; id <= protocol::kMaxId; ++id) {
+    if (std::ranges::count(bus.servos, id, &ServoConfig::id) > 0) continue;
     ServoConfig servo;
     servo.id = id;
     servo.profile = options.profile;
@@ -41,7 +42,12 @@ bool is_odd(const protocol::Payload& data, protocol::State1Layout layout) {
 Decoder::Decoder(DecodeOptions options)
     : options_(std::move(options)),
       readers_{FrameReader(every_drive(options_, protocol::Framing::kCan)),
-               FrameReader(every_drive(options_, protocol::Framing::kSerial))} {}
+               FrameReader(every_drive(options_, protocol::Framing::kSerial))} {
+  for (const BusConfig& bus : options_.buses) {
+    const auto framing = bus.serial ? protocol::Framing::kSerial : protocol::Framing::kCan;
+    recorded_drives_.emplace(bus.interface, every_drive(options_, framing, bus));
+  }
+}
 
 std::string Decoder::take(std::string_view line) {
   ++lines_;
@@ -53,9 +59,11 @@ std::string Decoder::take(std::string_view line) {
     return refuse("too many interfaces, max " + std::to_string(kMostInterfaces));
   }
   BusTally& tally = summary_.buses[shown.line.interface];
-  const auto framing = protocol::framing_of(shown.line.frame);
+  const auto readers = readers_of(shown.line.interface, protocol::framing_of(shown.line.frame));
   Conversation& talk =
-      conversations_.try_emplace({shown.line.interface, framing}, reader_of(framing)).first->second;
+      conversations_
+          .try_emplace({shown.line.interface, protocol::framing_of(shown.line.frame)}, readers)
+          .first->second;
 
   DecodedFrame frame{.line = lines_,
                      .interface = shown.line.interface,
@@ -65,7 +73,7 @@ std::string Decoder::take(std::string_view line) {
   if (!first_at_) first_at_ = frame.at;
   if (frame.at) frame.since = *frame.at - *first_at_;
   frame.told = talk.hear({shown.line.frame, frame.at, from_host(shown.line.direction)});
-  frame.words = read(frame.told);
+  frame.words = read(frame.told, readers.front());
   ++summary_.frames;
   tally.count(frame.told, frame.words, frame.at);
   for (const Settled& settled : talk.take_settled()) tally.count(settled);
@@ -124,16 +132,25 @@ std::string Decoder::look_at_generation(const Told& told) {
   const bool state_1 = told.role == Role::kReply && (command == 0x9A || command == 0x9B);
   const auto layout =
       quirks_of(options_.generation, protocol::framing_of(told.frame)).dialect.state_1;
-  if (!state_1 || !is_odd(told.frame.data, layout) || summary_.odd_states++ > 0) return "";
+  if (!options_.buses.empty() || !state_1 || !is_odd(told.frame.data, layout) ||
+      summary_.odd_states++ > 0) {
+    return "";
+  }
   return note_line({"this state 1 does not look like the generation: its voltage may be wrong; try "
                     "another --generation",
                     "这个状态 1 看上去不属于该固件代，电压可能不对：换一个 --generation 试试"},
                    options_);
 }
 
-FrameWords Decoder::read(const Told& told) const {
+std::span<const FrameReader> Decoder::readers_of(std::string_view interface,
+                                                 protocol::Framing framing) const {
+  const auto found = recorded_drives_.find(interface);
+  if (found != recorded_drives_.end()) return {&found->second, 1};
+  return std::span(readers_).subspan(static_cast<std::size_t>(framing), 1);
+}
+
+FrameWords Decoder::read(const Told& told, const FrameReader& reader) {
   const bool error = told.frame.kind == protocol::FrameKind::kError;
-  const FrameReader& reader = reader_of(protocol::framing_of(told.frame)).front();
   return error || told.role == Role::kReply ? reader.reply(told.frame) : reader.query(told.frame);
 }
 

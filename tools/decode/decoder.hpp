@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "emulator/core/bus_config.hpp"
 #include "emulator/frames/candump_text.hpp"
@@ -26,6 +27,7 @@ struct DecodeOptions {
   bool json = false;
   bool colour = false;
   Language language = Language::kEnglish;
+  std::vector<BusConfig> buses;  // of a recording, which has its drives; empty: of a log
 };
 
 /// One frame with what is known of it.
@@ -70,16 +72,16 @@ class Decoder {
   std::string refuse(const std::string& problem);
   std::string notes(const ShownFrame& shown);
   std::string steps_found();
-  FrameWords read(const Told& told) const;
+  static FrameWords read(const Told& told, const FrameReader& reader);
   std::string look_at_generation(const Told& told);
 
   /// One reader.
-  std::span<const FrameReader> reader_of(protocol::Framing framing) const {
-    return std::span(readers_).subspan(static_cast<std::size_t>(framing), 1);
-  }
+  std::span<const FrameReader> readers_of(std::string_view interface,
+                                          protocol::Framing framing) const;
 
   DecodeOptions options_;
-  std::array<FrameReader, 2> readers_;  // by Framing
+  std::array<FrameReader, 2> readers_;                               // by Framing
+  std::map<std::string, FrameReader, std::less<>> recorded_drives_;  // by interface
   StampReader stamps_;
   std::map<std::pair<std::string, protocol::Framing>, Conversation> conversations_;
   DecodeSummary summary_;

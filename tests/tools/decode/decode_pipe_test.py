@@ -132,7 +132,7 @@ class Files(unittest.TestCase):
                 self.assertRegex(ran.stderr, rb"decode: .*\.log has no frame")
 
     def test_mistakes_are_said(self):
-        for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "cannot read /"),
+        for arguments, said in ((["/no/such/file"], "cannot read /no/such/file"), (["/"], "/ is not a recording"),
                                 (["--motor", "mf7051"], "did you mean mf7015?"),
                                 (["--generation", "v237"], "not one of legacy, late-legacy, v235, v236, v236b"),
                                 (["--guess", "--generation", "v235"], " excludes --g"),

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "emulator/core/generation.hpp"
 #include "emulator/core/servo/signals.hpp"
 #include "emulator/frames/decode_words.hpp"
 #include "protocol/field_values.hpp"
@@ -248,6 +249,31 @@ TEST(DecodeSerial, TellsTheWiresOfOneInterfaceApart) {
              json_options(Generation::kV236));
   EXPECT_EQ(roles(out), (Roles{"query", "query", "reply", "reply"}));
   EXPECT_EQ(out[3]["values"]["voltage_V"], 48.72);
+}
+
+/// docs/protocol.md §10.1: the voltage of legacy is in [3:4], 0.1 V, that of v236 in [2:3], 0.01 V.
+TEST(Decode, ReadsDrivesOfARecordingByTheirOwnFirmware) {
+  DecodeOptions options = json_options();
+  ServoConfig servo;
+  servo.id = 2;
+  servo.profile = options.profile;
+  servo.generation = Generation::kV236;
+  servo.quirks = quirks_of(Generation::kV236);
+  BusConfig bus;
+  bus.interface = "a";
+  bus.servos.push_back(servo);
+  options.buses.push_back(bus);
+  const std::vector<std::string> lines = {
+      "(1.000000) a 141#9A00000000000000 T", "(1.000300) a 141#9A1900F000000000 R",
+      "(1.001000) a 142#9A00000000000000 T", "(1.001300) a 142#9A19600900000000 R",
+      "(1.002000) b 142#9A00000000000000 T", "(1.002300) b 142#9A1900F000000000 R"};
+  const auto decoded = decode(lines, options);
+  for (const std::size_t reply : {1U, 3U, 5U}) {
+    EXPECT_EQ(decoded[reply]["values"]["voltage_V"], 24) << reply;
+  }
+  EXPECT_FALSE(decoded.back().contains("generation"));
+  EXPECT_EQ(decoded.back()["odd_states"], 0);
+  EXPECT_EQ(text(lines, options).find("assumed"), std::string::npos);
 }
 
 const std::vector<std::string> kTalk = {"(10.000000) a 141#9C00000000000000",
