@@ -15,33 +15,10 @@ namespace {
 /// Lines gather for so long: a write for each frame would cost more than the frame.
 constexpr auto kGather = std::chrono::milliseconds(10);
 
-class LineFiles : public LogSink {
- public:
-  explicit LineFiles(std::array<Descriptor, kFiles> files) : files_(std::move(files)) {}
-
-  int write(const Batch& batch) override {
-    for (std::size_t n = 0; n < kFiles; ++n) {
-      const int error = write_all(files_[n].get(), batch[n]);
-      if (error != 0) return error;
-    }
-    return 0;
-  }
-  int finish(const std::string& last_lines) override {
-    return write_all(files_[0].get(), last_lines);
-  }
-
- private:
-  std::array<Descriptor, kFiles> files_;
-};
-
 }  // namespace
 
-std::unique_ptr<LogSink> line_files(std::array<Descriptor, LogSink::kFiles> files) {
-  return std::make_unique<LineFiles>(std::move(files));
-}
-
-LogWriter::LogWriter(std::unique_ptr<LogSink> sink, OnEnd on_end, std::size_t most_waiting)
-    : sink_(std::move(sink)), on_end_(std::move(on_end)), most_waiting_(most_waiting) {
+LogWriter::LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end, std::size_t most_waiting)
+    : files_(std::move(files)), on_end_(std::move(on_end)), most_waiting_(most_waiting) {
   const SignalsBlocked blocked;
   thread_ = std::thread([this] { run(); });
 }
@@ -88,6 +65,14 @@ bool LogWriter::failed() const {
   return failed_;
 }
 
+int LogWriter::write(const Batch& batch) {
+  for (std::size_t n = 0; n < kFiles; ++n) {
+    const int error = write_all(files_[n].get(), batch[n]);
+    if (error != 0) return error;
+  }
+  return 0;
+}
+
 void LogWriter::run() {
   bool refused = false;  // nothing may follow what is not there
   std::unique_lock lock(mutex_);
@@ -99,8 +84,8 @@ void LogWriter::run() {
     waiting_bytes_ = 0;
     const bool whole = !failed_;
     lock.unlock();
-    int error = refused ? 0 : sink_->write(batch);
-    if (error == 0 && last && whole) error = sink_->finish(last_lines_);
+    int error = refused ? 0 : write(batch);
+    if (error == 0 && last && whole) error = write_all(files_[0].get(), last_lines_);
     refused = refused || error != 0;
     lock.lock();
     if (error != 0 && !std::exchange(failed_, true)) {

@@ -4,7 +4,6 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -13,26 +12,6 @@
 #include "emulator/files/durable_file.hpp"
 
 namespace lk::emulator {
-
-/// Where the lines of two logs go.
-class LogSink {
- public:
-  static constexpr std::size_t kFiles = 2;
-  /// Lines of each log, with their ends. None of the second are there before those of the first.
-  using Batch = std::array<std::string, kFiles>;
-
-  LogSink() = default;
-  LogSink(const LogSink&) = delete;
-  LogSink& operator=(const LogSink&) = delete;
-  virtual ~LogSink() = default;
-  /// Returns 0 or errno; nothing is written after that.
-  virtual int write(const Batch& batch) = 0;
-  /// The last lines of the first log; nothing follows.
-  virtual int finish(const std::string& last_lines) = 0;
-};
-
-/// Appends to two files; each batch goes to the first before it goes to the second.
-std::unique_ptr<LogSink> line_files(std::array<Descriptor, LogSink::kFiles> files);
 
 /// Writes the lines of two logs on a thread of its own, so that nobody waits for the disk. What a
 /// kill leaves of the second log never runs ahead of the first.
@@ -44,7 +23,10 @@ class LogWriter {
   /// Called once, on any thread, when it cannot go on, with the reason; nothing is written then.
   using OnEnd = std::function<void(const std::string& reason)>;
 
-  LogWriter(std::unique_ptr<LogSink> sink, OnEnd on_end, std::size_t most_waiting = kMostWaiting);
+  static constexpr std::size_t kFiles = 2;
+
+  LogWriter(std::array<Descriptor, kFiles> files, OnEnd on_end,
+            std::size_t most_waiting = kMostWaiting);
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
   /// Waits until all is written, or cannot be.
@@ -62,14 +44,18 @@ class LogWriter {
   bool failed() const;
 
  private:
-  void run();
+  using Batch = std::array<std::string, kFiles>;  // lines of each log, with their ends
 
-  std::unique_ptr<LogSink> sink_;
+  void run();
+  /// Appends to the first file before it appends to the second. Returns 0 or errno.
+  int write(const Batch& batch);
+
+  std::array<Descriptor, kFiles> files_;
   OnEnd on_end_;
   std::size_t most_waiting_;
   mutable std::mutex mutex_;  // of all below
   std::condition_variable changed_;
-  LogSink::Batch waiting_;
+  Batch waiting_;
   std::size_t waiting_bytes_ = 0;
   bool failed_ = false;
   bool stop_ = false;

@@ -12,7 +12,6 @@
 
 #include "emulator/config/candump_log.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "emulator/record/mcap_recording.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -42,30 +41,18 @@ RecordingInfo recording_info(const RecordRequest& request, SimTime start) {
 Recorder::Recorder(std::filesystem::path directory, const RecordingInfo& info,
                    const ConfigTexts& texts, std::vector<BusConfig> buses)
     : directory_(std::move(directory)), buses_(std::move(buses)) {
-  if (!is_mcap(directory_)) {
-    begin_recording(directory_, info, texts, buses_, [this] { start_files(); });
-    return;
+  if (directory_.extension() == ".mcap") {
+    throw StartError("cannot record in " + directory_.string() +
+                     ": record into a directory, then run python3 -m lkemu.mcap DIRECTORY");
   }
-  auto file =
-      std::make_unique<McapRecording>(directory_, recorded_texts(info, texts, buses_), buses_);
-  try {
-    start_writer(std::move(file));
-  } catch (const StartError&) {
-    std::error_code ignored;
-    std::filesystem::remove(directory_, ignored);
-    throw;
-  }
+  begin_recording(directory_, info, texts, buses_, [this] { start_writer(); });
 }
 
-void Recorder::start_files() {
+void Recorder::start_writer() {
   std::array files{open_log(directory_ / kInputsFile), open_log(directory_ / kFramesFile)};
-  start_writer(line_files(std::move(files)));
-}
-
-void Recorder::start_writer(std::unique_ptr<LogSink> sink) {
   try {
     writer_ = std::make_unique<LogWriter>(
-        std::move(sink), [where = directory_.string()](const std::string& reason) {
+        std::move(files), [where = directory_.string()](const std::string& reason) {
           spdlog::error("recording in {} has ended: {}", where, reason);
         });
   } catch (const std::system_error& problem) {  // no thread to be had

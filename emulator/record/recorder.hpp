@@ -29,8 +29,7 @@ RecordingInfo recording_info(const RecordRequest& request, SimTime start);
 /// the log, and everything else goes on.
 class Recorder {
  public:
-  /// `directory` is a file where its name ends with .mcap; `buses` are as the drives start, or
-  /// started. Throws StartError.
+  /// `buses` are as the drives start, or started. Throws StartError.
   Recorder(std::filesystem::path directory, const RecordingInfo& info, const ConfigTexts& texts,
            std::vector<BusConfig> buses);
 
@@ -54,8 +53,7 @@ class Recorder {
   bool done() const { return writer_->done(); }
 
  private:
-  void start_files();
-  void start_writer(std::unique_ptr<LogSink> sink);
+  void start_writer();
   std::string input_line(std::size_t bus, SimTime at, decltype(RecordedInput::what) what) const;
 
   std::filesystem::path directory_;

@@ -310,6 +310,31 @@ std::vector<BusConfig> read_buses(const fs::path& directory, const ParsedInfo& p
   return buses;
 }
 
+/// A file of a recording, by its name in it.
+struct RecordedText {
+  std::string name;
+  std::string text;
+};
+
+/// All that is known at the beginning; `buses` are as the drives start. recording.json is the last.
+std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
+                                         const std::vector<BusConfig>& buses) {
+  std::vector<RecordedText> all;
+  if (texts.config) all.push_back({"config.toml", *texts.config});
+  for (const auto& [asked, copy] : copies_of(texts.motors)) {
+    all.push_back({"motors/" + copy, texts.motors.at(asked).text});
+  }
+  for (const BusConfig& bus : buses) {
+    for (const ServoConfig& servo : bus.servos) {
+      if (!was_written(servo)) continue;
+      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
+      all.push_back({rom_file(bus, servo).string(), print_rom(owner, servo.rom, servo.wear)});
+    }
+  }
+  all.push_back({kRecordingFile, print_info(info, texts, buses)});
+  return all;
+}
+
 /// A line that a kill has cut off is none.
 std::vector<RecordedInput> read_inputs(const fs::path& file) {
   const std::string text = read_regular_file(file, kLongestLog);
@@ -387,24 +412,6 @@ Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::st
 }
 
 // --- the directory
-
-std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
-                                         const std::vector<BusConfig>& buses) {
-  std::vector<RecordedText> all;
-  if (texts.config) all.push_back({"config.toml", *texts.config});
-  for (const auto& [asked, copy] : copies_of(texts.motors)) {
-    all.push_back({"motors/" + copy, texts.motors.at(asked).text});
-  }
-  for (const BusConfig& bus : buses) {
-    for (const ServoConfig& servo : bus.servos) {
-      if (!was_written(servo)) continue;
-      const RomOwner owner{bus.interface, servo.id, servo.profile.name};
-      all.push_back({rom_file(bus, servo).string(), print_rom(owner, servo.rom, servo.wear)});
-    }
-  }
-  all.push_back({kRecordingFile, print_info(info, texts, buses)});
-  return all;
-}
 
 void begin_recording(const fs::path& directory, const RecordingInfo& info, const ConfigTexts& texts,
                      const std::vector<BusConfig>& buses, const std::function<void()>& go_on) {

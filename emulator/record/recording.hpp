@@ -73,16 +73,6 @@ RecordedInput::RestoredRom record_rom(const Registers& rom, const RomWear& wear,
 Registers restored_rom(const RecordedInput::RestoredRom& restored, const std::string& bus,
                        const ServoConfig& servo);
 
-/// A file of a recording, by its name in it.
-struct RecordedText {
-  std::string name;
-  std::string text;
-};
-
-/// All that is known at the beginning; `buses` are as the drives start. recording.json is the last.
-std::vector<RecordedText> recorded_texts(const RecordingInfo& info, const ConfigTexts& texts,
-                                         const std::vector<BusConfig>& buses);
-
 /// Writes all that is known at the beginning; `buses` are as the drives start. `go_on` then opens
 /// the logs. Throws StartError, so when there is something in `directory` already, and whatever
 /// `go_on` throws: nothing is left then.

@@ -118,8 +118,7 @@ void add_options(CLI::App& app, Raw& raw) {
       ->type_name("DIR");
   app.add_flag("--wipe-rom", raw.line.rom.wipe,
                "remove the ROM files of these drives first: they start as configured");
-  app.add_option("--record", raw.record,
-                 "directory to record into, for lk-emu replay; or FILE.mcap, for Foxglove")
+  app.add_option("--record", raw.record, "directory to record into, for lk-emu replay")
       ->type_name("DIR");
   app.add_flag("--create-bus", raw.line.create_bus,
                "create missing interfaces as vcan and bring them up (needs CAP_NET_ADMIN)");

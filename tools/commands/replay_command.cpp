@@ -16,7 +16,6 @@
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "emulator/record/log_compare.hpp"
-#include "emulator/record/mcap_recording.hpp"
 #include "emulator/record/replay_csv.hpp"
 #include "emulator/record/replay_directory.hpp"
 #include "emulator/record/replay_text.hpp"
@@ -103,11 +102,6 @@ void check(const CLI::App& app, const ReplayRequest& request) {
     if (app.count(option) > 0 && request.csv.empty()) {
       throw StartError(std::string("replay: ") + option + " belongs to --csv");
     }
-  }
-  if (is_mcap(request.directory)) {
-    throw StartError("replay: " + request.directory +
-                     ": MCAP files cannot be replayed; record with --record DIR and replay DIR "
-                     "(to read MCAP, use Foxglove or Python's mcap package)");
   }
   if (log && request.config.empty()) {
     throw StartError("replay: --log needs --config, the robot that it is of");

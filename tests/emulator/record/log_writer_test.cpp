@@ -23,8 +23,7 @@ TEST(LogWriter, SaysOnceThatTheDiskIsFullAndWritesNothingMore) {
                       Descriptor(::open("/dev/full", O_WRONLY))};
   std::vector<std::string> said;
   {
-    LogWriter writer(line_files(std::move(files)),
-                     [&](const std::string& reason) { said.push_back(reason); });
+    LogWriter writer(std::move(files), [&](const std::string& reason) { said.push_back(reason); });
     for (int n = 0; n < 1000; ++n) writer.add(1, "line");
     writer.finish("last\n");
   }
@@ -41,7 +40,7 @@ TEST(LogWriter, NeverWaitsForASlowDisk) {
     std::array files = {Descriptor(ends[1]), Descriptor(::open("/dev/null", O_WRONLY))};
     constexpr std::size_t kMost = 1 << 20;
     LogWriter writer(
-        line_files(std::move(files)), [&](const std::string& r) { said.push_back(r); }, kMost);
+        std::move(files), [&](const std::string& r) { said.push_back(r); }, kMost);
     const std::string line(1000, 'x');
     while (!writer.failed()) writer.add(0, line);  // would hang here
     EXPECT_FALSE(writer.done());
@@ -54,8 +53,7 @@ TEST(LogWriter, WhoGetsNoThreadForItHearsSignalsAsBefore) {
   const test::NoThreads none;
   std::array files = {Descriptor(::open("/dev/null", O_WRONLY)),
                       Descriptor(::open("/dev/null", O_WRONLY))};
-  EXPECT_THROW(LogWriter(line_files(std::move(files)), [](const std::string&) {}),
-               std::system_error);
+  EXPECT_THROW(LogWriter(std::move(files), [](const std::string&) {}), std::system_error);
   sigset_t blocked;
   ASSERT_EQ(::pthread_sigmask(SIG_SETMASK, nullptr, &blocked), 0);
   for (const int signal : {SIGTERM, SIGINT}) EXPECT_EQ(sigismember(&blocked, signal), 0) << signal;

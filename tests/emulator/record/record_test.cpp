@@ -401,5 +401,18 @@ TEST_F(Record, WantsADirectoryOfItsOwn) {
   EXPECT_EQ(text_of(directory() / "mine"), "precious");
 }
 
+TEST_F(Record, TellsHowToMakeAnMcapFile) {
+  const fs::path file = directory().parent_path() / "run.mcap";
+  try {
+    const Live live(file, robot());
+    FAIL() << "no complaint";
+  } catch (const StartError& problem) {
+    EXPECT_EQ(problem.what(), "cannot record in " + file.string() +
+                                  ": record into a directory, then run python3 -m lkemu.mcap "
+                                  "DIRECTORY");
+  }
+  EXPECT_FALSE(fs::exists(file));
+}
+
 }  // namespace record_test
 }  // namespace lk::emulator
