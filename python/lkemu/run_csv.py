@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import BinaryIO, Iterator, List, NamedTuple, NoReturn, Tuple
 
 from .command import printable
@@ -62,9 +63,10 @@ class RunCsv:
     @staticmethod
     def _open(path: str, command: str) -> BinaryIO:
         try:
+            if os.path.exists(path) and not os.path.isfile(path):
+                what = "a directory" if os.path.isdir(path) else "not a regular file"  # a pipe would wait for its writer
+                raise StartError(f"{command}: {path}: is {what}")
             return open(path, "rb")
-        except IsADirectoryError:
-            raise StartError(f"{command}: {path} is a directory") from None
         except OSError as problem:
             raise StartError(f"{command}: cannot read {path}: {problem.strerror}") from None
 

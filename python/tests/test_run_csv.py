@@ -1,6 +1,7 @@
 """The reader of CSV files, and what the commands in Python share."""
 
 import math
+import os
 
 import pytest
 
@@ -63,7 +64,7 @@ def test_refuses(read, data, problem):
 
 def test_refuses_what_cannot_be_opened(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for path, problem in (("none.csv", "plot: cannot read none.csv: No such file or directory"), (".", "plot: . is a directory")):
+    for path, problem in (("none.csv", "plot: cannot read none.csv: No such file or directory"), (".", "plot: .: is a directory")):
         with pytest.raises(StartError, match=problem):
             RunCsv(path, "plot")
 
@@ -73,3 +74,10 @@ def test_ids():
     for text, problem in (("1-", '"1-" is not an ID'), ("33", '"33" is not an ID'), ("", '"" is not an ID'), ("4-2", "runs backwards"), ("1,1-2", "an ID twice")):
         with pytest.raises(StartError, match=problem):
             parse_ids(text)
+
+
+def test_a_pipe_and_a_directory_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    for name, what in (("pipe.csv", "not a regular file"), (".", "a directory")):
+        with pytest.raises(StartError, match=f"is {what}$"):
+            RunCsv(str(tmp_path / name), "plot")
