@@ -1,0 +1,174 @@
+"""`python3 -m lkemu.identify`, the command `lk-emu identify`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from typing import List, Optional
+
+from . import motor_file, plan
+from ..errors import StartError
+from .motor import Unusable, is_path, load_motor, run_program, shown_line
+
+EPILOG = """
+Example, at the motor and after it:
+  lk-emu identify --plan excite.py --motor mg4005 --id 1
+  python3 excite.py --interface socketcan --channel can0 --log my_motor.log
+  lk-emu identify my_motor.log --motor mg4005 -o my_motor.toml --report my_motor.html
+  lk-emu identify may.log --motor mg4005 --expect my_motor.toml
+
+Exit status: 0 done, 1 something is not as --expect has it, 2 unusable input.
+"""
+LONGEST_TEXT = 1 << 20  # bytes of a motor file
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> "None":  # type: ignore[override]
+        raise Unusable(f"identify: {message}")
+
+
+def parse(words: List[str]) -> argparse.Namespace:
+    parser = Parser("lk-emu identify", description="Find a motor's numbers in logs of it, and write a motor file", epilog=EPILOG,
+                    formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)  # fmt: skip
+    parser.add_argument("logs", nargs="*", metavar="LOG", help="log of candump -L of the motor at work, or of the script of --plan")
+    parser.add_argument("--motor", default="mf7015", help="what is known of the motor, a name or a file: gear, encoder, torque constant "
+                        "(default %(default)s)")  # fmt: skip
+    parser.add_argument("--generation", help="firmware of the drives, one of legacy, late-legacy, v235, v236, v236b, seen "
+                        "(default: as the log shows)")  # fmt: skip
+    parser.add_argument("--id", type=int, help="this drive alone (default: all that the log has)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="motor file to write")
+    parser.add_argument("--report", metavar="FILE", help="page with pictures to write, one HTML file")
+    parser.add_argument("--expect", metavar="FILE", help="motor file of an earlier time; prints what has changed")
+    parser.add_argument("--plan", metavar="FILE", help="write a Python script that moves drive --id for 30 s and logs it, instead of "
+                        "reading a log")  # fmt: skip
+    given = parser.parse_args(words)
+    if given.id is not None and not 1 <= given.id <= 32:
+        raise Unusable(f"identify: --id: {given.id} is not in the range 1..32")
+    if not given.logs and given.plan is None:
+        raise Unusable("identify: needs a log, or --plan FILE for a script that makes one")
+    if given.logs and given.plan is not None:
+        raise Unusable("identify: a log or --plan, not both")
+    if given.plan is not None:
+        for option in ("output", "report", "expect"):
+            if getattr(given, option) is not None:
+                raise Unusable(f"identify: --{option} belongs to a log, not to --plan")
+    return given
+
+
+def write_text(path: str, option: str, text: str) -> None:
+    """Complete or not at all."""
+    made = None
+    try:
+        with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(path) or ".", delete=False, encoding="utf-8") as file:
+            made = file.name
+            file.write(text)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(made, 0o666 & ~umask)
+        os.replace(made, path)
+    except OSError as problem:
+        if made is not None:
+            os.unlink(made)
+        raise Unusable(f"{option}: cannot write {shown_line(path)}: {problem.strerror}") from None
+
+
+def read_text(path: str) -> str:
+    try:
+        if not os.path.isfile(path) and os.path.exists(path):
+            raise Unusable(f"identify: {shown_line(path)} is not a regular file")
+        with open(path, encoding="utf-8", errors="replace") as file:
+            text = file.read(LONGEST_TEXT + 1)
+    except OSError as problem:
+        raise Unusable(f"identify: cannot read {shown_line(path)}: {problem.strerror}") from None
+    if len(text) > LONGEST_TEXT:
+        raise Unusable(f"identify: {shown_line(path)} is larger than {LONGEST_TEXT} bytes")
+    return text
+
+
+def same_file(a: Optional[str], b: Optional[str]) -> bool:
+    if not a or not b:
+        return False
+    return a == b or (os.path.exists(a) and os.path.exists(b) and os.path.samefile(a, b))
+
+
+def write_motor(path: str, text: str) -> None:
+    """Writes a file that loads, or says why the log gives none."""
+    with tempfile.TemporaryDirectory() as folder:
+        tried = os.path.join(folder, "motor.toml")
+        write_text(tried, "--output", text)
+        try:
+            run_program("motors", tried)
+        except Unusable as problem:
+            raise Unusable(f"identify: the log gives a motor that cannot be: {str(problem).replace(tried, path)}") from None
+    write_text(path, "--output", text)
+
+
+def compare(drive: "object", expected: "list[motor_file.Expected]", file: str) -> int:
+    from .quantities import changes
+
+    found = changes(drive, expected, shown_line(file))  # type: ignore[arg-type]
+    if not found.compared:
+        raise Unusable(f"identify: nothing of {shown_line(file)} is told by this log within 15 %: nothing was compared")
+    for line in found.lines:
+        print(line)
+    if not found.lines:
+        print(f"{found.compared} of {len(expected)} values compared, as {shown_line(file)} has them")
+    if found.not_compared:
+        print(f"not compared: {', '.join(found.not_compared)}")
+    return 1 if found.lines else 0
+
+
+def read_logs(given: argparse.Namespace) -> int:
+    from .quantities import identify
+    from .report import report_html, table_text
+    from .track import FEWEST_SAMPLES, read_tracks
+
+    if same_file(given.output, given.expect) or same_file(given.output, given.motor):
+        raise Unusable("identify: --output would overwrite the file that it is compared with or made from")
+    expected = motor_file.expected_values(read_text(given.expect), given.expect) if given.expect else []
+    motor = load_motor(given.motor)
+    generation = given.generation
+    if generation == "seen":
+        generation = motor.data.get("seen_generation", "seen")
+    for log in given.logs:
+        if os.path.exists(log) and not os.path.isfile(log):
+            raise Unusable(f"identify: {shown_line(log)} is not a regular file")
+    drives = [identify(track) for track in read_tracks(given.logs, given.motor, motor, generation, given.id)]
+    if not drives:
+        which = f" {given.id}" if given.id else ""
+        raise Unusable(f"identify: no drive{which} has told enough of its shaft: {FEWEST_SAMPLES} replies to 0x9C or to motion commands "
+                       "are needed")  # fmt: skip
+    if len(drives) > 1 and (given.output or given.expect):
+        raise Unusable(f"identify: the log has {len(drives)} drives; say which with --id")
+    for drive in drives:
+        print(table_text(drive), end="")
+    if given.report:
+        write_text(given.report, "--report", report_html(drives, given.logs))
+    if given.output:
+        base = os.path.abspath(given.motor) if is_path(given.motor) else given.motor
+        write_motor(given.output, motor_file.motor_text(drives[0], base, given.logs))
+    return compare(drives[0], expected, given.expect) if given.expect else 0
+
+
+def main() -> int:
+    try:
+        given = parse(sys.argv[1:])
+        if given.plan is None:
+            return read_logs(given)
+        script, said = plan.write_plan(load_motor(given.motor), given.motor, given.id, given.generation)
+        write_text(given.plan, "--plan", script)
+        print(given.plan, said)
+        return 0
+    except (Unusable, StartError) as problem:
+        print(f"lk-emu: {problem}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as problem:
+        name = str(problem.name).split(".")[0]
+        print(f"lk-emu: identify needs {name}: install the Debian package python3-{name}, or lk-emu[identify] with pip", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

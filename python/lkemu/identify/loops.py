@@ -1,0 +1,161 @@
+"""The loops of a drive: how the speed loop answers to cogging, and what the voltage lets through."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, Iterator, List, Optional, Tuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from .balance import BalanceFit
+from .estimate import Estimate
+from .timing import Timing
+from .track import SPEED, TORQUE, Track
+from .windows import SLOWEST_RAD_S
+
+SETTLES_S, SHORTEST_S = 0.2, 0.5  # after a new speed, for its step to have died away; what is worth looking at (assumed)
+NYQUIST_SHARE = 0.8  # cogging beyond it is not told from slower one
+LIMIT_SHARE, LIMIT_LESS_A = 0.8, 0.3  # at the limit is what gives so much less than it is told (assumed)
+LIMIT_FEWEST, LIMIT_SPREAD_A = 40, 1.5  # a line needs two ends (assumed)
+PLATEAU_A = 0.3
+PARTS = 20  # of the jackknife
+T_95 = 2.093  # of Student's t with 19 degrees
+
+
+def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
+    """(order, first, last) of samples [first, last) that follow one absolute order of a kind without a gap; an order that is
+    said again is the same."""
+    orders, at = track.orders, track.orders.at(track.time)
+    if len(orders.time) == 0:
+        return
+    new = np.ones(len(orders.time), bool)
+    new[1:] = (np.diff(orders.what) != 0) | (np.diff(orders.value) != 0) | (orders.absolute[1:] == 0)
+    number = np.where(at >= 0, np.cumsum(new)[at], 0)
+    edge = np.flatnonzero((np.diff(number) != 0) | (np.diff(track.stretch) != 0)) + 1
+    for first, last in zip([0, *edge], [*edge, len(number)]):
+        order = at[first]
+        if order >= 0 and orders.what[order] == what and orders.absolute[order]:
+            yield int(order), int(first), int(last)
+
+
+# --- the speed loop ---
+
+
+def ripple(time: np.ndarray, angle: np.ndarray, iq: np.ndarray, orders: List[int]) -> "Optional[Tuple[np.ndarray, ...]]":
+    """Complex amplitudes at the orders of the angle about a parabola and of the current, their deviations, and the speed."""
+    length = time[-1] - time[0]
+    u = (time - time[0]) / length
+    columns = [np.ones_like(u), u, u * u]
+    for order in orders:
+        columns += [np.cos(order * angle), np.sin(order * angle)]
+    rows, seen = np.column_stack(columns), np.column_stack((angle, iq))
+    found = np.linalg.lstsq(rows, seen, rcond=None)[0]
+    left = np.sum((rows @ found - seen) ** 2, axis=0) / (len(u) - rows.shape[1])
+    waves = found[3::2] - 1j * found[4::2]
+    return waves, np.sqrt(2 * left / len(u)), (found[1, 0] + found[2, 0]) / length
+
+
+def mean(values: List[Tuple[float, float]]) -> Optional[Estimate]:
+    """Of values with deviations; where they differ by more, so does the mean."""
+    if len(values) < 3:
+        return None
+    value, deviation = np.array(values).T
+    weight = 1 / deviation**2
+    middle = float(np.sum(weight * value) / np.sum(weight))
+    spread = max(1.0, float(np.sum(weight * (value - middle) ** 2)) / (len(value) - 1))
+    return Estimate(middle, float(student.ppf(0.975, len(value) - 1)) * math.sqrt(spread / float(np.sum(weight))))
+
+
+def fit_speed_loop(track: Track, timing: Timing, balance: BalanceFit) -> "Tuple[Optional[Estimate], Optional[Estimate]]":
+    """Kp (A·s/rad) and Ki (A/rad): of iq = −(Kp + Ki/s)·ω the log has both sides at steady speeds, at each order of cogging."""
+    orders = [one.order for one in balance.cogging if one.amplitude.told]
+    kp: List[Tuple[float, float]] = []
+    ki: List[Tuple[float, float]] = []
+    if not orders:
+        return None, None
+    control = track.motor.data["control"]
+    pwm_s, motion_s = 1 / track.motor.number("inverter", "f_pwm_kHz", 1e3), track.motor.motion_period_s
+    # The estimator, a period of the motion loops, the current loop (docs/model.md §10, §11).
+    lag_s = 1 / control["estimator_bandwidth_rad_s"] + motion_s + pwm_s + 1 / control["current_bandwidth_rad_s"]
+    for order, first, last in held(track, SPEED):
+        first = int(np.searchsorted(track.time, track.time[first] + SETTLES_S))
+        if first >= last or timing.time[last - 1] - timing.time[first] < SHORTEST_S:
+            continue
+        if abs(track.orders.value[order]) < SLOWEST_RAD_S or last - first < 4 * (3 + 2 * len(orders)):
+            continue
+        part = slice(first, last)
+        waves, deviation, speed = ripple(timing.time[part], track.angle[part], track.iq[part], orders)
+        for n, times in enumerate(orders):
+            omega = times * speed
+            swing = 1j * omega * waves[n, 0]
+            off = abs(omega) * deviation[0]
+            if abs(omega) > NYQUIST_SHARE * math.pi / track.step_s or abs(swing) < 4 * off:
+                continue
+            gain = -waves[n, 1] / swing * np.exp(1j * omega * lag_s)
+            uncertain = math.hypot(deviation[1], abs(gain) * off) / abs(swing)
+            kp.append((gain.real, uncertain))
+            ki.append((-gain.imag * omega, uncertain * abs(omega)))
+    return mean(kp), mean(ki)
+
+
+# --- the windings ---
+
+
+@dataclass
+class VoltageFit:
+    no_load: Estimate  # rad/s, where the voltage is used up
+    k_t: Optional[Estimate]
+    resistance: Optional[Estimate]
+
+
+def limited(track: Track) -> "Tuple[np.ndarray, np.ndarray]":
+    """Speeds and currents in the direction of turning where the drive gives less than it is told."""
+    orders, now = track.orders, track.orders.at(track.time)
+    if len(orders.time) == 0:
+        return np.zeros(0), np.zeros(0)
+    before = np.concatenate(([-1], now[:-1]))
+    told = np.where(now >= 0, orders.value[now], 0.0)
+    sign = np.sign(told)
+    iq, speed = sign * track.iq, sign * track.speed
+    chosen = (before >= 0) & (orders.what[now] == TORQUE) & (told != 0)
+    # The same order a sample before: the current has come to where it goes.
+    chosen &= (orders.value[before] == told) & (orders.what[before] == TORQUE)
+    chosen &= (speed > 0) & (iq <= LIMIT_SHARE * np.abs(told)) & (iq <= np.abs(told) - LIMIT_LESS_A)
+    speed, iq = speed[chosen], iq[chosen]
+    # A torque limit gives less too, at any speed: where many have the largest current, it is that one (assumed).
+    if len(iq):
+        high = iq > iq.max() - PLATEAU_A
+        if 5 * np.count_nonzero(high) > len(iq):
+            speed, iq = speed[~high], iq[~high]
+    return speed, iq
+
+
+def fit_voltage(track: Track) -> Optional[VoltageFit]:
+    """√(V² − (ω_e·L_q·iq)²) = R·iq + p·ψ·ω."""
+    speed, iq = limited(track)
+    if len(iq) < LIMIT_FEWEST or np.ptp(iq) < LIMIT_SPREAD_A:
+        return None
+    motor = track.motor
+    most_V = motor.modulation * (track.supply_V or motor.supply_V)
+    across_V = motor.pole_pairs * speed * motor.number("motor", "L_q_mH", 1e-3) * iq
+    volts = np.sqrt(np.maximum(most_V**2 - across_V**2, 0.0))
+    rows = np.column_stack((iq, speed))
+    part = np.arange(len(iq)) * PARTS // len(iq)
+
+    def windings(chosen: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq(rows[chosen], volts[chosen], rcond=None)[0]
+
+    whole, without = windings(part >= 0), [windings(part != n) for n in range(PARTS)]
+
+    def estimate(of: Callable[[np.ndarray], float]) -> Estimate:
+        made = np.array([of(one) for one in without])
+        spread = T_95 * math.sqrt(float(np.mean((made - made.mean()) ** 2)) * (PARTS - 1))
+        return Estimate(float(of(whole)), math.hypot(0.01 * of(whole), spread))  # the voltage is known to 1 % (assumed)
+
+    known = track.supply_V > 0
+    return VoltageFit(
+        estimate(lambda w: most_V / w[1]), estimate(lambda w: 1.5 * w[1]) if known else None,
+        estimate(lambda w: w[0]) if known else None,
+    )  # fmt: skip

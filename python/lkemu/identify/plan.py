@@ -1,0 +1,115 @@
+"""The script of --plan: half a minute of rest, speeds, torque pulses and moves that a person runs at the real motor."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+from typing import List, Optional, Tuple
+
+from ..program import find_program
+from .motor import DEG, Motor, Unusable, shown_line
+
+REST_S, SPEED_S, MOVE_S = 1.5, 2.0, 0.5
+SPEED_SHARES = (0.1, -0.1, 0.2, -0.2, 1.0, -1.0)
+PULSES, PULSE_S, PULSE_SHARES = 130, (0.02, 0.04, 0.06), (1.0, 0.7)
+MOVES_DEG = (90.0, 0.0, 180.0, 0.0, 90.0, -90.0, 0.0)
+MOST_SPEED_DPS, TRAVEL_TURNS, RATE_HZ = 720.0, 20.0, 200.0
+REACTION_STEPS = 1.5  # exchanges from a speed that is too high until the torque ends (assumed)
+PLACE = "# (here stand the constants of the plan)\n"
+
+
+@dataclass
+class Limits:
+    """At the rotor."""
+
+    current_A: float
+    speed_dps: float  # of the speeds; torque never makes it faster than twice that, if the host is on time
+    dps_per_A_s: float  # acceleration per ampere, at most
+
+    @property
+    def late_dps(self) -> float:
+        """By how much the rotor gets faster while the host is 10 ms late."""
+        return 0.01 * self.dps_per_A_s * self.current_A
+
+
+def plan_limits(motor: Motor) -> Limits:
+    """Three times the friction, a twentieth of the no-load speed, half of what the sensors show (assumed). The inertia of the
+    file is that of the free rotor: with anything attached the acceleration is less."""
+    inertia = motor.J + motor.J_out / motor.N**2
+    dps_per_A_s = motor.k_t / inertia / DEG
+    speed_dps = min(MOST_SPEED_DPS, motor.no_load_rad_s / DEG / 20)
+    current_A = min(3 * (motor.coulomb + motor.coulomb_out / motor.N) / motor.k_t, motor.number("current_sensor", "range_A") / 2)
+    # A pulse from rest has to fit below the limit.
+    return Limits(min(current_A, 1.6 * speed_dps / (dps_per_A_s * REACTION_STEPS / RATE_HZ)), speed_dps, dps_per_A_s)
+
+
+def plan_steps(limits: Limits) -> List[Tuple[str, float, float]]:
+    """(what, A or dps or degrees, seconds). Pulses of alternate and pseudo-random sign, so that the shaft stays about where it
+    is; never more than two of one sign."""
+    steps = [("torque", 0.0, REST_S)]
+    steps += [("speed", share * limits.speed_dps, SPEED_S) for share in SPEED_SHARES]
+    steps.append(("torque", 0.0, MOVE_S))
+    state, sign = 0xACE1, 1.0
+    for n in range(PULSES):
+        for _ in range(5):  # Galois' shift register of 16 bits
+            state = state >> 1 ^ (0xB400 if state & 1 else 0)
+        sign = -sign if n % 2 else (1.0 if state & 1 else -1.0)
+        seconds = PULSE_S[(state >> 5) % len(PULSE_S)]
+        steps.append(("torque", sign * PULSE_SHARES[state >> 3 & 1] * limits.current_A, seconds))
+        steps.append(("torque", 0.0, seconds))
+    return steps + [("position", move, MOVE_S) for move in MOVES_DEG]
+
+
+def dialect(motor_name: str, generation: str) -> Tuple[float, List[int]]:
+    """A per LSB of 0xA1, and the first queries that this generation knows."""
+    frames = "(0.000000) can0 141#A1000000E8030000\n(1.000000) can0 141#3000000000000000\n(2.000000) can0 141#8C00000000000000\n"
+    words = [find_program(), "decode", "-", "--json", "--motor", motor_name, "--generation", generation]
+    done = subprocess.run(words, input=frames, capture_output=True, text=True)
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines()[-1].removeprefix("lk-emu: ")
+        raise Unusable(said)
+    read = [json.loads(line) for line in done.stdout.splitlines()]
+    known = [int(one["command"], 16) for one in read[1:3] if "drawback" not in one]
+    return read[0]["values"]["iq_A"] / 1000, [0x9A, *known]
+
+
+def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits: Limits) -> str:
+    lsb, queries = dialect(motor_name, generation)
+    steps = "".join(f'    ("{what}", {value:.4g}, {seconds:.3g}),\n' for what, value, seconds in plan_steps(limits))
+    constants = (
+        f"MOTOR, DRIVE, GENERATION = {json.dumps(shown_line(motor_name))}, {id}, {json.dumps(generation)}\n"
+        f"QUERY_ID, REPLY_ID = 0x140 + {id}, 0x140 + {id}\n"
+        f"A_PER_LSB = {lsb!r}\n"
+        f"COUNTS, ROTOR_TURNS = {motor.counts}, {motor.span_turns():g}  # of the encoder field, and the turns that they span\n"
+        f"FIRST_QUERIES = [{', '.join(f'0x{one:02X}' for one in queries)}]\n"
+        f"RATE_HZ = {RATE_HZ:g}\n"
+        f"SPEED_DPS = {limits.speed_dps:g}  # of the speeds\n"
+        "MOST_DPS = 2 * SPEED_DPS  # no pulse makes the rotor faster; above 2.5 times that, everything coasts\n"
+        f"DPS_PER_STEP = {limits.dps_per_A_s * REACTION_STEPS / RATE_HZ:.4g}  # by how much 1 A makes it faster until the torque ends\n"
+        f"TRAVEL_TURNS = {TRAVEL_TURNS:g}  # of the rotor, to either side\n"
+        f"# what, A or dps or degrees from the start, seconds\nSTEPS = [\n{steps}]\n"
+    )
+    with open(os.path.join(os.path.dirname(__file__), "excite.py.in"), encoding="utf-8") as file:
+        return file.read().replace(PLACE, constants)
+
+
+def write_plan(motor: Motor, motor_name: str, id: Optional[int], generation: Optional[str]) -> Tuple[str, str]:
+    """The script, and what to say about it."""
+    if not motor.reports_current:
+        raise Unusable(f"identify: {shown_line(motor_name)} is an MS motor, which reports no current: a plan would tell nothing of it")
+    if id is None:
+        raise Unusable("identify: --plan needs --id, the drive that it moves")
+    spoken = generation or "legacy"
+    if spoken == "seen":
+        spoken = motor.data.get("seen_generation") or "seen"
+    limits = plan_limits(motor)
+    script = plan_script(motor, motor_name, id, spoken, limits)
+    said = (
+        f"moves drive {id} for 30 s, with up to {limits.current_A:.2f} A and {2 * limits.speed_dps:.0f} dps of its rotor, "
+        f"{limits.late_dps:.0f} dps more if the host is 10 ms late; it asks before it moves.\nIts shaft must be free."
+    )
+    if generation is None:
+        said += f"\nIt speaks to generation {spoken}, which is a guess: with another one its currents may be too small. --generation names it."
+    return script, said

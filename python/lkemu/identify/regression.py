@@ -1,0 +1,124 @@
+"""Weighted least squares over windows with instruments, and how sure what comes of them is.
+
+The acceleration is measured with noise, and least squares would make an inertia too small of that. So where torque was
+commanded its equation is weighed by the acceleration that the commands let expect, which has no such noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Callable, List
+
+import numpy as np
+
+from .estimate import Estimate
+from .windows import INERTIA, Windows
+
+GROUPS = 24  # of the jackknife: each has something of each part of the log
+RUN_S = 0.2  # windows that overlap stay together
+STUDENT = 2.069  # 95 % with GROUPS − 1 degrees
+OUTLIER = 5.0  # standard deviations: there a line of the log is lost
+ROUNDS = 6
+FEWEST_MEASURED = 20
+
+
+@dataclass
+class Regression:
+    """`given`: the current of each window; `used`: the columns of `terms` that are looked for."""
+
+    windows: Windows
+    terms: np.ndarray
+    given: np.ndarray
+    used: List[int]
+    experiment: bool  # the inertia is told by commanded torques alone
+    rough: np.ndarray  # A² of each window, beside the noise
+    coefficients: np.ndarray = field(init=False)
+    weights: np.ndarray = field(init=False)
+    kept: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        count = len(self.given)
+        self.weights, self.kept = np.ones(count), np.ones(count, bool)
+        self.coefficients = np.zeros(self.terms.shape[1])
+        self.instrument = self.terms[:, INERTIA].copy()
+        if self.experiment:
+            self.instrument[~self.windows.commanded] = 0
+        self.speed = np.abs(self.windows.speed)
+        for number in range(ROUNDS):
+            self._fit()
+            if self.experiment and self.coefficients[INERTIA] > 0:
+                self._expect()
+            self._weigh()
+            if number:
+                self._trim()
+        self._fit()
+
+    def residual(self) -> np.ndarray:
+        return self.given - self.terms @ self.coefficients
+
+    def _sums(self, chosen: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
+        rows = self.terms[np.ix_(chosen, self.used)]
+        left = rows.copy()
+        left[:, self.used.index(INERTIA)] = self.instrument[chosen]
+        left *= self.weights[chosen, None]
+        return left.T @ rows, left.T @ self.given[chosen]
+
+    def _solve(self, normal: np.ndarray, right: np.ndarray) -> np.ndarray:
+        # Terms have units: each is scaled to 1 before it is solved.
+        scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(normal)), 1e-300))
+        scaled = normal * scale[:, None] * scale
+        found = np.zeros(self.terms.shape[1])
+        found[self.used] = np.linalg.lstsq(scaled, scale * right, rcond=1e-12)[0] * scale
+        return found
+
+    def _fit(self) -> None:
+        self.coefficients = self._solve(*self._sums(np.flatnonzero(self.kept)))
+
+    def _expect(self) -> None:
+        """The acceleration that follows from what was commanded."""
+        commanded = self.windows.commanded
+        others = self.coefficients.copy()
+        others[INERTIA] = 0
+        expected = (self.given - self.terms @ others) / self.coefficients[INERTIA]
+        self.instrument[commanded] = expected[commanded]
+
+    def _weigh(self) -> None:
+        squares = self.residual() ** 2
+        commanded = self.windows.commanded
+        chosen = commanded & self.kept
+        if np.any(chosen):
+            self.weights[commanded] = 1 / max(np.mean(squares[chosen]), 1e-12)
+        measured = np.flatnonzero(~commanded)
+        if len(measured) <= FEWEST_MEASURED:
+            return
+        # The quieter half has the variance of steady speed; beyond, it grows with the acceleration and with the speed.
+        acceleration = self.terms[measured, INERTIA] ** 2
+        quiet = acceleration <= np.median(acceleration)
+        steady = np.empty(len(measured))
+        fast = self.speed[measured] > np.median(self.speed[measured[quiet]])
+        for which in (fast, ~fast):
+            some = quiet & which if np.count_nonzero(quiet & which) > FEWEST_MEASURED else quiet
+            steady[which] = max(np.mean(squares[measured[some]]), 1e-12)
+        more = np.sum(squares[measured[~quiet]] - steady[~quiet])
+        per = max(more / max(np.sum(acceleration[~quiet]), 1e-300), 0.0)
+        self.weights[measured] = 1 / (steady + per * acceleration + self.rough[measured])
+
+    def _trim(self) -> None:
+        """Of measured currents none is left out: what is far off there is often what tells the inertia."""
+        commanded = self.windows.commanded
+        if np.any(commanded):
+            off = np.abs(self.residual())
+            self.kept = ~commanded | (off <= OUTLIER * 1.4826 * np.median(off[commanded]))
+
+    def jackknife(self) -> np.ndarray:
+        """The coefficients without each group."""
+        group = (self.windows.time / RUN_S).astype(int) % GROUPS
+        sums = [self._sums(np.flatnonzero(self.kept & (group == n))) for n in range(GROUPS)]
+        normal, right = sum(one[0] for one in sums), sum(one[1] for one in sums)
+        return np.array([self._solve(normal - one[0], right - one[1]) for one in sums])
+
+
+def estimate(of: Callable[[np.ndarray], float], fitted: np.ndarray, without: np.ndarray) -> Estimate:
+    """What a function of the coefficients is, and how well it is known; `without`: of jackknife()."""
+    made = np.array([of(one) for one in without])
+    return Estimate(float(of(fitted)), float(STUDENT * np.sqrt(np.mean((made - made.mean()) ** 2) * (GROUPS - 1))))

@@ -1,0 +1,209 @@
+"""The table that is printed, and the HTML page of --report."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import io
+import math
+from typing import Any, List
+
+import numpy as np
+
+from .balance import FEWEST_COMMANDED, BalanceFit
+from .motor import Unusable, shown_line
+from .quantities import QUANTITIES, Drive
+from .windows import COULOMB, INERTIA, VISCOUS, WINDOW_S
+
+SHOWN_S = 6.0  # of the log, in the pictures
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
+table { border-collapse: collapse; width: 100% }
+th, td { text-align: left; padding: .2em .6em; border-bottom: 1px solid #ddd; vertical-align: top }
+.qA { background: #d5efdc } .qB { background: #eef3cf } .qC { background: #fbe6c9 } .qU { color: #666 }
+svg { max-width: 100%; height: auto; margin: 1em 0 }
+"""
+
+
+def is_shown(drive: Drive, key: str) -> bool:
+    found = drive.values[key]
+    return found is not None and found.letter != "U"
+
+
+def letter_of(drive: Drive, key: str) -> str:
+    found = drive.values[key]
+    return found.letter if found is not None else "U"
+
+
+def of_stamps(drive: Drive) -> str:
+    t = drive.timing
+    return (
+        f"Time stamps are off by {t.query_s * 1e3:.2f} ms (queries) and {t.reply_s * 1e3:.2f} ms (replies) rms; "
+        f"{t.sample_s * 1e3:.2f} ms with both used."
+    )
+
+
+def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
+    if fit.commanded >= FEWEST_COMMANDED:
+        return []
+    if fit.weak_pulses:
+        return [
+            f"The torque pulses were too weak: {fit.weak_pulses} were commanded, and the shaft hardly moved. Run the plan again "
+            "with the friction that was found: lk-emu identify --plan excite.py --motor ./my_motor.toml"
+            + ("" if drive.track.generation_given else f" --generation {drive.track.generation}")
+            + f" --id {drive.track.id}"
+        ]
+    return [
+        "Hardly any torque was commanded, so iq between the samples is unknown, and the inertia with it. "
+        "lk-emu identify --plan writes a script that does better."
+    ]
+
+
+def notes(drive: Drive) -> List[str]:
+    """What the reader has to know about the quality of the numbers."""
+    if not drive.track.motor.reports_current:
+        return ["An MS drive reports no current: its log tells nothing about its mechanics."]
+    if drive.too_rough:
+        return [of_stamps(drive), drive.too_rough]
+    fit = drive.balance
+    if fit is None:
+        return ["The shaft hardly turned: a log of it at work, or that of a plan, would tell more."]
+    lines = []
+    if not drive.voltage or not drive.voltage.k_t:
+        lines.append(
+            "Torques show in amperes, over k_t: a motor with twice the inertia, friction and k_t gives the same log. A known weight "
+            "or inertia on the shaft tells them apart, or a run at the voltage limit."
+        )
+    ratio = f"{fit.held_out_ratio:.2f}" + ("" if fit.held_out_ratio <= 1.2 else ": the log is too short, or the motor changed on the way")
+    lines.append(
+        f"{len(fit.time)} windows of {1e3 * max(WINDOW_S, 2 * drive.track.step_s):.0f} ms, {fit.commanded} with a commanded torque; "
+        f"{fit.rms_A:.3g} A rms of residuals. Residuals of the half that was held out, over those of the fitted half: {ratio}."
+    )
+    lines.append(
+        f"Autocorrelation of the residuals: {fit.autocorrelation:.2f}"
+        + ("" if abs(fit.autocorrelation) <= 0.2 else ": something acts on the shaft that the model does not have, a load or a cable")
+        + "."
+    )
+    lines += of_pulses(drive, fit)
+    lines.append(of_stamps(drive))
+    if fit.commanded >= FEWEST_COMMANDED:
+        lag = f", and the current follows with a lag of {fit.lag_s * 1e3:.1f} ms" if fit.lag_s > 0.5e-3 else ""
+        lines.append(f"A command acts {fit.delay_s * 1e3:.2f} ms after its stamp{lag}.")
+    lines += fit.notes
+    ripples = []
+    for one in fit.cogging:
+        offsets = "; the pole pairs: perhaps offsets of the current sensors" if one.order == drive.track.motor.pole_pairs else ""
+        ripples.append(f"{one.order} times a turn ({one.amplitude.value:.2g} A{offsets})")
+    if ripples:
+        lines.append(f"It cogs {', '.join(ripples)}.")
+    if fit.one_speed:
+        orders = ", ".join(str(one) for one in fit.one_speed[:5])
+        lines.append(f"Ripples of {orders} a turn show at one speed only, so they may be oscillations in time and not cogging.")
+    return lines
+
+
+def table_text(drive: Drive) -> str:
+    track, name = drive.track, shown_line(drive.track.motor.name)
+    text = (
+        f"drive {track.id} on {shown_line(track.interface)}: {track.options()}, {len(track.time)} replies, "
+        f"every {track.step_s * 1e3:.1f} ms\n"
+    )
+    for one in QUANTITIES:
+        found, base = drive.values[one.key], one.base(track.motor)
+        if is_shown(drive, one.key) and found is not None:
+            value = f"{found.value:.4g}  {found.low:.4g} .. {found.high:.4g}"
+            rest = f"{one.unit:<8} ({name} {f'{base:.4g}' if base > 0 else '-'})"
+        else:
+            value, rest = "not told", f"{'':<8} to measure it: {one.experiment}"
+        text += f"  {letter_of(drive, one.key)}  {one.label:<46} {value:<34} {rest}".rstrip() + "\n"
+    return text + "".join(f"  {line}\n" for line in notes(drive))
+
+
+# --- the page ---
+
+
+def pyplot() -> Any:
+    try:
+        matplotlib = importlib.import_module("matplotlib")
+        matplotlib.use("svg")
+        return importlib.import_module("matplotlib.pyplot")
+    except ImportError:
+        raise Unusable("identify: --report needs matplotlib, Debian package python3-matplotlib") from None
+
+
+def svg(figure: Any) -> str:
+    out = io.StringIO()
+    figure.savefig(out, format="svg", metadata={"Date": None})
+    pyplot().close(figure)
+    text = out.getvalue()
+    return text[text.index("<svg") :]
+
+
+def balance_picture(drive: Drive, fit: BalanceFit) -> str:
+    # The busiest part of the log.
+    starts = fit.time[:: max(1, len(fit.time) // 200)]
+    begin = max(starts, key=lambda at: float(np.sum(fit.given[(fit.time >= at) & (fit.time <= at + SHOWN_S)] ** 2)))
+    shown = (fit.time >= begin) & (fit.time <= begin + SHOWN_S)
+    time, given, expected = fit.time[shown], fit.given[shown], fit.expected()[shown]
+    base = np.zeros(fit.terms.shape[1])
+    for term, key in ((INERTIA, "inertia_A_s2_rad"), (COULOMB, "coulomb_A"), (VISCOUS, "viscous_A_s_rad")):
+        base[term] = next(one for one in QUANTITIES if one.key == key).base(drive.track.motor)
+    figure, (currents, left, speed) = pyplot().subplots(3, sharex=True, figsize=(11, 8), height_ratios=(3, 1, 1))
+    currents.plot(time, fit.terms[shown] @ base, ":", color="0.6", label="expected with the motor file, without cogging")
+    currents.plot(time, given, lw=2.5, alpha=0.5, label="log")
+    currents.plot(time, expected, lw=1, label="expected with the numbers found")
+    currents.set(ylabel="iq, A", title=f"Drive {drive.track.id}: torque current and what the balance of torques expects")
+    currents.legend()
+    left.plot(time, given - expected, color="tab:green")
+    left.set(ylabel="residual, A")
+    speed.plot(time, fit.terms[shown, VISCOUS] * 180 / math.pi)
+    speed.set(ylabel="speed, dps", xlabel="time, s")
+    return svg(figure)
+
+
+def moves_picture(drive: Drive) -> str:
+    fit = drive.position
+    assert fit is not None
+    figure, (angle, left) = pyplot().subplots(2, sharex=True, figsize=(11, 6), height_ratios=(3, 1))
+    angle.plot(fit.time, fit.logged * 180 / math.pi, lw=2.5, alpha=0.5, label="log")
+    angle.plot(fit.time, fit.emulated * 180 / math.pi, lw=1, label="emulated")
+    angle.set(ylabel="angle, degrees", title=f"Drive {drive.track.id}: moves of the log, and emulated")
+    angle.legend()
+    left.plot(fit.time, (fit.logged - fit.emulated) * 180 / math.pi, color="tab:green")
+    left.set(ylabel="difference, degrees", xlabel="time, s")
+    return svg(figure)
+
+
+def drive_html(drive: Drive) -> str:
+    track = drive.track
+    text = (
+        f"<h2>Drive {track.id} on {html.escape(track.interface)}</h2>\n<p>{html.escape(track.options())}, {len(track.time)} replies, "
+        f"{track.unanswered} of {track.queries} queries unanswered.</p>\n<table><tr><th></th><th>value</th><th>95 % interval</th>"
+        f"<th>quality</th><th>{html.escape(track.motor.name)}</th><th>from</th></tr>\n"
+    )
+    for one in QUANTITIES:
+        found, shown, base = drive.values[one.key], is_shown(drive, one.key), one.base(track.motor)
+        value = f"{found.value:.4g}" if shown and found else "not told"
+        interval = f"{found.low:.4g} to {found.high:.4g}" if shown and found else ""
+        letter = letter_of(drive, one.key)
+        how = one.how if shown else "to measure it: " + one.experiment
+        text += (
+            f"<tr><td>{html.escape(one.label)}{', ' + html.escape(one.unit) if one.unit else ''}</td><td>{value}</td><td>{interval}</td>"
+            f'<td class="q{letter}">{letter}</td><td>{f"{base:.4g}" if base > 0 else "-"}</td><td>{html.escape(how)}</td></tr>\n'
+        )
+    text += "</table>\n<ul>\n" + "".join(f"<li>{html.escape(line)}</li>\n" for line in notes(drive)) + "</ul>\n"
+    if drive.balance:
+        text += balance_picture(drive, drive.balance)
+    return text + (moves_picture(drive) if drive.position else "")
+
+
+def report_html(drives: List[Drive], logs: List[str]) -> str:
+    names = ", ".join(html.escape(shown_line(log)) for log in logs)
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
+        f"<title>What the log tells of the motors</title>\n<style>{STYLE}</style></head><body>\n<h1>What the log tells of the motors</h1>\n"
+        f"<p>{names}. Quality: A within 5 %, B within 15 %, C within 50 %, U: not told.</p>\n"
+        + "".join(drive_html(drive) for drive in drives)
+        + "</body></html>\n"
+    )

@@ -1,0 +1,169 @@
+"""The balance of torques over windows, in amperes of torque current: what the drive gave is what inertia, friction, cogging
+and gravity took.
+
+    ⟨iq⟩ = J/k_t·Δω/T + i_c·⟨s(ω)⟩ + B/k_t·⟨ω⟩ + i_0 + Σ cogging + gravity
+
+with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/model.md §4. Δω is the difference of two speeds
+that the drive reported: it measures them with its own clock, and stamps that are off do not matter to them. They are the
+mean over some time before, so windows are from where the shaft had these speeds, and the current is smoothed alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import List
+
+import numpy as np
+
+from .current import Commands, trapezoids
+from .motor import Motor
+from .timing import Timing
+from .track import Track
+
+WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at least (assumed)
+SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
+PARTS = 8  # of the time between two samples
+FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
+BEFORE_S = 0.004  # for a command that was in force before to have ended (assumed)
+INERTIA, COULOMB, VISCOUS, CONSTANT, GRAVITY_SIN, GRAVITY_COS, GEAR_LOSS, PULSE_COULOMB, PULSE_VISCOUS = range(9)
+FIXED_TERMS = 9
+
+
+def friction_shape(motor: Motor, speed: np.ndarray) -> np.ndarray:
+    excess = motor.static / motor.coulomb - 1 if motor.coulomb > 0 else 0.0
+    return np.sign(speed) * (1 + excess / (1 + (speed / motor.stribeck) ** 2))
+
+
+@dataclass
+class Windows:
+    first: np.ndarray  # samples
+    last: np.ndarray
+    length: np.ndarray  # s
+    time: np.ndarray  # of the middle
+    speed: np.ndarray
+    commanded: np.ndarray  # of torque, all the way
+    terms: np.ndarray  # a row a window
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+class Balance:
+    """What the windows of a track are made of: integrals from the first sample to each."""
+
+    def __init__(self, track: Track, timing: Timing) -> None:
+        self.track, self.timing = track, timing
+        lag = timing.speed_lag_s
+        self.time = timing.time - lag
+        self.angle = track.angle - lag * track.speed
+        self.commands = Commands(track, timing)
+        self.smoothing = [lag * share for share in (-0.55, -0.18, 0.18, 0.55)] if lag > 0.3e-3 else [0.0]
+        self.measured = self.smoothed(timing.time, trapezoids(timing.time, track.iq))
+        # Samples before which torque alone was commanded for a while.
+        self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
+        self.windows = self._windows()
+
+    def _windows(self) -> Windows:
+        track, time, speed = self.track, self.time, self.track.speed
+        span = max(WINDOW_S, 2 * track.step_s)
+        first = np.arange(len(time))
+        last = np.searchsorted(time, time + span)
+        last = np.minimum(last, len(time) - 1)
+        nearer = (last > 0) & (time[last - 1] - time > span - (time[last] - time - span) - 1e-12)
+        nearer &= np.abs(time[last - 1] - time - span) < np.abs(time[last] - time - span)
+        last = np.where(nearer, last - 1, last)
+        ways = [np.concatenate(([0], np.cumsum(sign * speed >= SLOWEST_RAD_S))) for sign in (1, -1)]
+        turned = np.diff(track.angle)
+        moves = [np.concatenate(([0], np.cumsum(sign * turned > 0))) for sign in (1, -1)]
+        one_way = np.zeros(len(time), bool)
+        for way, move in zip(ways, moves):
+            one_way |= (way[last + 1] - way[first] == last + 1 - first) & (move[last] - move[first] == last - first)
+        length = time[last] - time[first]
+        stretch = track.stretch
+        good = one_way & (stretch[first] == stretch[last]) & (last - first >= 2)
+        good &= (length > 0.6 * span) & (length < 1.5 * span)
+        first, last, length = first[good], last[good], length[good]
+        commanded = self.commands.only_torque(time[first] - BEFORE_S, time[last])
+        terms = np.zeros((len(first), FIXED_TERMS))
+        made = Windows(first, last, length, (time[first] + time[last]) / 2, np.zeros(0), commanded, terms)
+        made.speed = (self.angle[last] - self.angle[first]) / length
+        terms[:, INERTIA] = (speed[last] - speed[first]) / length
+        terms[:, COULOMB] = self.mean(friction_shape(track.motor, speed), made)
+        terms[:, VISCOUS] = made.speed
+        terms[:, CONSTANT] = 1
+        out = self.angle / track.motor.N
+        terms[:, GRAVITY_SIN] = self.mean(np.sin(out), made)
+        terms[:, GRAVITY_COS] = self.mean(np.cos(out), made)
+        terms[commanded, PULSE_COULOMB] = terms[commanded, COULOMB]
+        terms[commanded, PULSE_VISCOUS] = terms[commanded, VISCOUS]
+        return made
+
+    def mean(self, values: np.ndarray, windows: Windows) -> np.ndarray:
+        """Over the windows, of values at the samples."""
+        whole = trapezoids(self.time, values)
+        return (whole[windows.last] - whole[windows.first]) / windows.length
+
+    def gear_loss(self, phase: float) -> np.ndarray:
+        track = self.track
+        return self.mean(np.sign(track.speed) * np.abs(np.sin(self.angle / track.motor.N + phase)), self.windows)
+
+    def smoothed(self, time: np.ndarray, integral: np.ndarray) -> np.ndarray:
+        """At our times, as the reported speed smooths."""
+        return sum(np.interp(self.time + by, time, integral) for by in self.smoothing) / len(self.smoothing)
+
+    def taken(self) -> np.ndarray:
+        """The measured current of each window."""
+        w = self.windows
+        return (self.measured[w.last] - self.measured[w.first]) / w.length
+
+    def followed(self, delay_s: float, lag_s: float) -> np.ndarray:
+        """The current of each window that follows the commands."""
+        w, path = self.windows, self.commands.path(delay_s, lag_s)
+        if len(path.at) == 0:
+            return np.zeros(len(w))
+        begin, end = self.time[w.first], self.time[w.last]
+        return sum(path(end + by)[1] - path(begin + by)[1] for by in self.smoothing) / len(self.smoothing) / w.length
+
+    def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
+        """What the measured currents are beyond that, at samples."""
+        path = self.commands.path(delay_s, lag_s)
+        if len(path.at) == 0:
+            return self.track.iq[samples]
+        return self.track.iq[samples] - path(self.timing.time[samples])[0]
+
+    def over(self, values: np.ndarray) -> np.ndarray:
+        """The mean over the samples of each window."""
+        w, sums = self.windows, np.concatenate(([0.0], np.cumsum(values)))
+        return (sums[w.last + 1] - sums[w.first]) / (w.last + 1 - w.first)
+
+    def cogging(self, orders: "List[int]") -> np.ndarray:
+        """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
+        commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
+        track, time, w = self.track, self.time, self.windows
+        steps = np.diff(time)
+        a, b = self.angle[:-1], self.angle[1:]
+        # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
+        va = np.clip(track.speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        vb = np.clip(track.speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        paths = []
+        for part in range(PARTS):
+            u = (part + 0.5) / PARTS
+            v = 1 - u
+            paths.append(v * v * (1 + 2 * u) * a + u * u * (1 + 2 * v) * b + u * v * (v * va - u * vb))
+        made = np.empty((len(w), len(orders)), complex)
+        for k, order in enumerate(orders):
+            fine = sum(np.exp(1j * order * path) for path in paths) / PARTS * steps
+            at = np.exp(1j * order * self.angle)
+            coarse = (at[1:] + at[:-1]) / 2 * steps
+            for chosen, pieces in ((w.commanded, fine), (~w.commanded, coarse)):
+                whole = self.smoothed(time, np.concatenate(([0.0], np.cumsum(pieces))))
+                made[chosen, k] = (whole[w.last[chosen]] - whole[w.first[chosen]]) / w.length[chosen]
+        return made
+
+    def some(self, chosen: "np.ndarray | slice") -> "Balance":
+        """The same of some of the windows."""
+        made = object.__new__(Balance)
+        made.__dict__.update(self.__dict__)
+        w = self.windows
+        made.windows = Windows(*(one[chosen] for one in (w.first, w.last, w.length, w.time, w.speed, w.commanded, w.terms)))
+        return made
