@@ -18,7 +18,8 @@ PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below i
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 MANUAL = "man/man1"  # installed only where there is help2man
-EXTRAS = {"plot": ["matplotlib >=3.6"]}  # as in Debian 12; matplotlib brings numpy
+# As in Debian 12; matplotlib brings numpy.
+EXTRAS = {"identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"], "plot": ["matplotlib >=3.6"]}
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644
@@ -133,8 +134,7 @@ def installed_program():
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    names = [name for name in sorted(os.listdir(os.path.join(HERE, PACKAGE))) if name.endswith((".py", "py.typed"))]
-    files = {f"{PACKAGE}/{name}": read(os.path.join(HERE, PACKAGE, name)) for name in names}
+    files = {name: data for name, data in files_below(HERE, PACKAGE).items() if name.endswith((".py", ".py.in", "py.typed"))}
     return pack(wheel_directory, files, *installed_program())
 
 

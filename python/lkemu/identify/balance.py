@@ -260,7 +260,8 @@ class Fit:
         used = looked.used(len(self.orders))
         windows = self.balance.some(chosen).windows
         rough = self.rough[chosen] if len(self.rough) else np.zeros(len(windows))
-        return Regression(windows, self.terms[chosen], given[chosen], used, bool(self.experiment), rough)
+        expected = self.balance.instrument(self.delay_s, self.lag_s)[chosen] if self.experiment else given[chosen]
+        return Regression(windows, self.terms[chosen], given[chosen], used, bool(self.experiment), rough, expected)
 
     def note_rough(self, regression: Regression) -> None:
         """Currents at the samples tell little of a ripple that is faster than these: such windows hardly count."""

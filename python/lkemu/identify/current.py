@@ -59,5 +59,6 @@ class Commands:
         last = np.searchsorted(self.time, end, side="right")
         return (first >= 0) & (self._others[last] == self._others[np.maximum(first, 0)])
 
-    def path(self, delay_s: float, lag_s: float) -> Path:
-        return Path(self.time + delay_s + (lag_s if lag_s < LEAST_LAG_S else 0.0), self.value, lag_s)
+    def path(self, delay_s: float, lag_s: float, time: "np.ndarray | None" = None) -> Path:
+        """`time`: of the commands, in place of the best that is known."""
+        return Path((self.time if time is None else time) + delay_s + (lag_s if lag_s < LEAST_LAG_S else 0.0), self.value, lag_s)

@@ -109,6 +109,7 @@ class Emulation:
         duration = BOOT_S + (self.time[-1] - self.time[0] if lines else 0) + 0.01
         scenario = ["robot = \"robot.toml\"", f"duration_s = {duration:.3f}"]
         scenario += ["[[send]]", 'play = "moves.log"', f"from_s = {lines[0][1:lines[0].index(')')]}"] if lines else []
+        scenario += ["[[expect]]", 'says = "the drive runs"', "id = 1", 'signal = "temperature_C"', "min = -100"]
         for name, text in (("robot.toml", robot), ("moves.toml", scenario), ("moves.log", lines)):
             with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
                 file.write("\n".join(text) + "\n")

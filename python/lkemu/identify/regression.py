@@ -32,6 +32,7 @@ class Regression:
     used: List[int]
     experiment: bool  # the inertia is told by commanded torques alone
     rough: np.ndarray  # A² of each window, beside the noise
+    expected: np.ndarray  # the current of each window without the noise of its stamps
     coefficients: np.ndarray = field(init=False)
     weights: np.ndarray = field(init=False)
     kept: np.ndarray = field(init=False)
@@ -79,7 +80,7 @@ class Regression:
         commanded = self.windows.commanded
         others = self.coefficients.copy()
         others[INERTIA] = 0
-        expected = (self.given - self.terms @ others) / self.coefficients[INERTIA]
+        expected = (self.expected - self.terms @ others) / self.coefficients[INERTIA]
         self.instrument[commanded] = expected[commanded]
 
     def _weigh(self) -> None:

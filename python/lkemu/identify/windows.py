@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from typing import List
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
-from .current import Commands, trapezoids
+from .current import Commands, Path, trapezoids
 from .motor import Motor
 from .timing import Timing
 from .track import Track
@@ -24,6 +25,7 @@ WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at leas
 SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
 PARTS = 8  # of the time between two samples
 FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
+EVEN_SAMPLES = 21
 BEFORE_S = 0.004  # for a command that was in force before to have ended (assumed)
 INERTIA, COULOMB, VISCOUS, CONSTANT, GRAVITY_SIN, GRAVITY_COS, GEAR_LOSS, PULSE_COULOMB, PULSE_VISCOUS = range(9)
 FIXED_TERMS = 9
@@ -32,6 +34,12 @@ FIXED_TERMS = 9
 def friction_shape(motor: Motor, speed: np.ndarray) -> np.ndarray:
     excess = motor.static / motor.coulomb - 1 if motor.coulomb > 0 else 0.0
     return np.sign(speed) * (1 + excess / (1 + (speed / motor.stribeck) ** 2))
+
+
+def even_times(time: np.ndarray) -> np.ndarray:
+    """The running mean over EVEN_SAMPLES of times, about a line."""
+    line = np.linspace(time[0], time[-1], len(time)) if len(time) > 1 else time
+    return line + uniform_filter1d(time - line, EVEN_SAMPLES, mode="nearest")
 
 
 @dataclass
@@ -59,6 +67,9 @@ class Balance:
         self.commands = Commands(track, timing)
         self.smoothing = [lag * share for share in (-0.55, -0.18, 0.18, 0.55)] if lag > 0.3e-3 else [0.0]
         self.measured = self.smoothed(timing.time, trapezoids(timing.time, track.iq))
+        # Times without the jitter of each stamp, for what must not depend on it; the host's own jitter is missing there.
+        self.even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
+        self.even_orders = np.interp(timing.orders, timing.time, self.even)
         # Samples before which torque alone was commanded for a while.
         self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
         self.windows = self._windows()
@@ -121,8 +132,18 @@ class Balance:
         w, path = self.windows, self.commands.path(delay_s, lag_s)
         if len(path.at) == 0:
             return np.zeros(len(w))
-        begin, end = self.time[w.first], self.time[w.last]
-        return sum(path(end + by)[1] - path(begin + by)[1] for by in self.smoothing) / len(self.smoothing) / w.length
+        return self.average(path, self.time)
+
+    def instrument(self, delay_s: float, lag_s: float) -> np.ndarray:
+        """As `followed`, but without the noise that the stamps of a window have."""
+        commands = self.commands
+        path = commands.path(delay_s, lag_s, self.even_orders)
+        return self.average(path, self.even - self.timing.speed_lag_s)
+
+    def average(self, path: Path, time: np.ndarray) -> np.ndarray:
+        w = self.windows
+        begin, end = time[w.first], time[w.last]
+        return sum(path(end + by)[1] - path(begin + by)[1] for by in self.smoothing) / len(self.smoothing) / (end - begin)
 
     def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
         """What the measured currents are beyond that, at samples."""

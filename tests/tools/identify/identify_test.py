@@ -1,0 +1,215 @@
+#!/usr/bin/python3
+"""`python3 -m lkemu.identify` on logs of a motor that is a few equations here: the emulator has no part in them, so that a
+mistake which it shares with identify shows.
+
+usage: identify_test.py LK_EMU
+"""
+
+import contextlib
+import io
+import math
+import os
+import random
+import struct
+import sys
+import tempfile
+import tomllib
+import unittest
+from unittest import mock
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+sys.path.insert(0, os.path.join(ROOT, "python"))
+os.environ["LKEMU"] = os.path.abspath(sys.argv.pop(1))
+
+from lkemu.identify import __main__ as command  # noqa: E402
+from lkemu.identify import plan  # noqa: E402
+from lkemu.identify.motor import load_motor  # noqa: E402
+
+DEG = math.pi / 180
+A_PER_LSB = 33 / 4096  # MF, v235
+COUNTS = 65536
+
+
+class Motor:
+    """Torques over k_t, at the rotor. The current follows commands with a lag; the speed that is reported is that of 1 ms."""
+
+    J, friction, cogging, order = 9e-4, 0.16, 0.03, 24
+    STEP_S = 0.25e-3
+
+    def __init__(self, lag_s=0.0):
+        self.angle, self.speed, self.current, self.integral, self.lag = 0.3, 0.0, 0.0, 0.0, lag_s
+        self.order_of, self.recent = ("torque", 0.0), [0.3] * 5
+
+    def step(self):
+        what, value = self.order_of
+        if what == "speed":
+            error = value * DEG - self.speed
+            self.integral += 8 * error * self.STEP_S
+            wanted = max(-8.0, min(8.0, 0.12 * error + self.integral))
+        else:
+            wanted, self.integral = value, 0.0
+        self.current += (wanted - self.current) * (1 - math.exp(-self.STEP_S / self.lag) if self.lag else 1.0)
+        push = self.current - self.cogging * math.sin(self.order * self.angle + 0.7)
+        if self.speed == 0 and abs(push) <= self.friction:
+            speed = 0.0
+        else:
+            speed = self.speed + (push - math.copysign(self.friction, self.speed or push)) / self.J * self.STEP_S
+            speed = 0.0 if speed * self.speed < 0 else speed
+        self.angle += (self.speed + speed) / 2 * self.STEP_S
+        self.speed = speed
+        self.recent = [*self.recent[1:], self.angle]
+
+    def state(self, opcode, noise):
+        counts = round((self.angle / (2 * math.pi) * COUNTS) + noise(0.4)) % COUNTS
+        speed = (self.recent[-1] - self.recent[0]) / (4 * self.STEP_S) / DEG + noise(2.0)
+        iq = round((self.current + noise(0.05)) / A_PER_LSB)
+        return struct.pack("<BbhhH", opcode, 30, iq, round(speed), counts)
+
+
+def record(steps, rate_Hz=200, seed=1, lag_s=0.0):
+    """[(seconds, frame, is of the host)] of a host that follows steps of torque and speed."""
+    draw, motor, now, frames = random.Random(seed), Motor(lag_s), 1.0, []
+    for what, value, seconds in steps:
+        for _ in range(max(1, round(seconds * rate_Hz))):
+            period = (1 + draw.uniform(-0.15, 0.15)) / rate_Hz
+            ask = struct.pack("<Bxxxi", 0xA2, round(value * 100))
+            if what == "torque":
+                ask = struct.pack("<BxxxhH", 0xA1, round(value / A_PER_LSB), 0)
+                value = round(value / A_PER_LSB) * A_PER_LSB
+            frames.append((now, ask.hex().upper(), True))
+            frames.append((now + 0.34e-3, motor.state(ask[0], lambda sd: draw.gauss(0, sd)).hex().upper(), False))
+            motor.order_of = (what, value)
+            for _ in range(round(period / motor.STEP_S)):
+                motor.step()
+            now += round(period / motor.STEP_S) * motor.STEP_S
+    return frames
+
+
+def log_of(frames, query_early_s=0.0, reply_late_s=0.0, seed=5, shift_s=0.0):
+    draw, lines = random.Random(seed), []
+    for at, data, is_query in frames:
+        off = -draw.uniform(0, query_early_s) if is_query else draw.uniform(0, reply_late_s)
+        lines.append(f"({at + off + shift_s:.6f}) can0 141#{data}")
+    return "\n".join(lines) + "\n"
+
+
+def planned():
+    return [step for step in plan.plan_steps(plan.plan_limits(load_motor("mf7015"))) if step[0] != "position"]
+
+
+class Identify(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.frames = record(planned())
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def identify(self, text, *options):
+        """(status, standard output, standard error, table [identified])."""
+        log, made = self.path("a.log"), self.path("made.toml")
+        with open(log, "w", encoding="ascii") as file:
+            file.write(text)
+        out, err = io.StringIO(), io.StringIO()
+        words = ["identify", log, "--motor", "mf7015", "--generation", "v235", "-o", made, *options]
+        with mock.patch.object(sys, "argv", words), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = command.main()
+        found = {}
+        if status != 2 and os.path.exists(made):
+            with open(made, "rb") as file:
+                found = tomllib.load(file)["identified"]
+            os.unlink(made)
+        return status, out.getvalue(), err.getvalue(), found
+
+    def assertInside(self, three, true):
+        self.assertLessEqual(three[1], true)
+        self.assertGreaterEqual(three[2], true)
+
+    def assertWithin(self, three, share):
+        self.assertLessEqual((three[2] - three[1]) / 2, share * three[0])
+
+    def test_finds_the_numbers_of_a_clean_log(self):
+        status, out, _, found = self.identify(log_of(self.frames))
+        self.assertEqual(status, 0)
+        self.assertIn("--generation v235, as was said", out)
+        self.assertInside(found["inertia_A_s2_rad"], Motor.J)
+        self.assertWithin(found["inertia_A_s2_rad"], 0.05)
+        self.assertInside(found["coulomb_A"], Motor.friction)
+        self.assertWithin(found["coulomb_A"], 0.15)
+        self.assertEqual(found["cogging_order"], Motor.order)
+
+    def test_rough_stamps_do_not_make_the_inertia_wrong(self):
+        for early, late in ((1e-3, 1e-3), (2e-3, 2e-3)):
+            with self.subTest(early=early, late=late):
+                _, out, _, found = self.identify(log_of(self.frames, early, late))
+                self.assertIn("Time stamps are off by", out)
+                if "inertia_A_s2_rad" in found:
+                    self.assertInside(found["inertia_A_s2_rad"], Motor.J)
+
+    def test_answers_where_stamps_are_a_little_off(self):
+        _, _, _, found = self.identify(log_of(self.frames, 0.3e-3, 0.3e-3))
+        self.assertWithin(found["inertia_A_s2_rad"], 0.05)
+        self.assertInside(found["inertia_A_s2_rad"], Motor.J)
+
+    def test_a_microsecond_changes_no_verdict(self):
+        def letters(shift_s):
+            out = self.identify(log_of(self.frames, shift_s=shift_s))[1]
+            return [line[2] for line in out.splitlines()[1:14]]
+
+        at_zero = letters(0.0)
+        self.assertEqual(letters(1e-6), at_zero)
+        self.assertEqual(letters(-1e-6), at_zero)
+
+    def test_replies_after_the_next_query_are_refused(self):
+        """A reply that comes a whole exchange late looks like that of the next query."""
+        late = [(at + (0 if is_query else 5.5e-3), data, is_query) for at, data, is_query in self.frames]
+        _, out, _, found = self.identify(log_of(sorted(late)))
+        self.assertNotIn("inertia_A_s2_rad", found)
+        self.assertRegex(out, "(which cannot be|nobody can tell which query)")
+
+    def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
+        _, _, _, found = self.identify(log_of(record(planned(), lag_s=5e-3)))
+        if "inertia_A_s2_rad" in found:
+            self.assertInside(found["inertia_A_s2_rad"], Motor.J)
+        self.assertInside(found["current_lag_s"], 5e-3)
+
+    def test_one_speed_shows_no_cogging(self):
+        _, out, _, found = self.identify(log_of(record([("torque", 0, 1), ("speed", 200, 25)])))
+        self.assertNotIn("cogging_A", found)
+        self.assertIn("at one speed only", out)
+
+    def test_weak_pulses_are_named(self):
+        weak = [(what, value * 0.45 if what == "torque" else value, seconds) for what, value, seconds in planned()]
+        _, out, _, _ = self.identify(log_of(record(weak)))
+        self.assertIn("--motor ./my_motor.toml", out)
+
+    def test_a_guessed_generation_is_marked(self):
+        with mock.patch.object(sys, "argv", ["identify", self.path("a.log"), "--motor", "mf7015"]):
+            with open(self.path("a.log"), "w", encoding="ascii") as file:
+                file.write(log_of(self.frames[:2000]))
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                self.assertEqual(command.main(), 0)
+        self.assertIn("a guess", out.getvalue().splitlines()[0])
+
+    def test_expect_names_what_has_changed(self):
+        then = self.path("then.toml")
+        with open(then, "w", encoding="ascii") as file:
+            file.write(f"[identified]\ncoulomb_A = [{Motor.friction / 1.4}, {Motor.friction / 1.42}, {Motor.friction / 1.38}]\n")
+        status, out, _, _ = self.identify(log_of(self.frames), "--expect", then)
+        self.assertEqual(status, 1)
+        self.assertRegex(out, r"drive 1: Coulomb friction is (39|4\d) % more than in ")
+
+    def test_unusable_input_is_one_line(self):
+        for text, reason in (("", "nothing"), ("no frame\n", "nothing in it"), (log_of(self.frames[:100]), "200 replies")):
+            status, _, err, _ = self.identify(text)
+            self.assertEqual((status, err.count("\n")), (2, 1), err)
+            self.assertTrue(err.startswith("lk-emu: "), err)
+
+
+if __name__ == "__main__":
+    unittest.main()

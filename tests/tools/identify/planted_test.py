@@ -1,0 +1,142 @@
+#!/usr/bin/python3
+"""What lkemu.identify finds of planted motors: in clean logs, and in logs whose time stamps are off.
+
+usage: planted_test.py LK_EMU
+
+LKEMU_PLANTED_MOTORS (20) motors; LKEMU_JITTER_LOGS (200) logs of them with up to 3 ms of jitter.
+"""
+
+import math
+import os
+import random
+import statistics
+import sys
+import tempfile
+import unittest
+
+os.environ["LKEMU"] = os.path.abspath(sys.argv.pop(1))
+import planted  # noqa: E402
+
+from lkemu.identify.balance import TooRough, fit_balance  # noqa: E402
+from lkemu.identify.quantities import identify  # noqa: E402
+from lkemu.identify.timing import timing  # noqa: E402
+from lkemu.identify.track import read_tracks  # noqa: E402
+
+MOTORS = int(os.environ.get("LKEMU_PLANTED_MOTORS", "20"))
+LOGS = int(os.environ.get("LKEMU_JITTER_LOGS", "200"))
+SMALL_JITTER_S, MOST_JITTER_S = 0.3e-3, 3e-3
+FEWEST_FOR_A_MEDIAN = 10
+
+
+def binomial(hits, tries):
+    """How likely so few hits are of tries that each hit with 95 %."""
+    return sum(math.comb(tries, k) * 0.95**k * 0.05 ** (tries - k) for k in range(hits + 1))
+
+
+class Found:
+    """Estimates of one quantity, over the motors."""
+
+    def __init__(self):
+        self.errors, self.inside = [], 0
+
+    def add(self, estimate, true):
+        self.errors.append(abs(estimate.value / true - 1))
+        self.inside += abs(estimate.value - true) <= estimate.half_width
+
+    def __str__(self):
+        return f"{len(self.errors)} told, median error {statistics.median(self.errors):.2%}, {self.inside} inside the interval"
+
+
+class PlantedMotors(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.motors, scripts = [], {}
+        for seed in range(1, MOTORS + 1):
+            motor = planted.Planted(seed)
+            if motor.motor not in scripts:
+                scripts[motor.motor] = planted.script_of(motor.motor, "--generation", "v235")
+            cls.motors.append((motor, planted.frames(motor, scripts[motor.motor])))
+
+    def track(self, motor, text, generation=None):
+        with tempfile.NamedTemporaryFile("w", suffix=".log") as file:
+            file.write(text)
+            file.flush()
+            return read_tracks([file.name], motor.motor, motor.base, generation, None)[0]
+
+    def assertCovers(self, found, key):
+        tries = len(found.errors)
+        self.assertGreaterEqual(binomial(found.inside, tries), 0.01, f"{key}: {found.inside} of {tries}")
+
+    def test_are_found_in_logs_of_plans(self):
+        found, orders = {}, 0
+        for motor, frames in self.motors:
+            drive = identify(self.track(motor, planted.log_text(frames, random.Random(motor.seed))))
+            self.assertIsNotNone(drive.balance, motor.seed)
+            self.assertLessEqual(drive.balance.held_out_ratio, 1.2, motor.seed)
+            truth = motor.truth()
+            orders += drive.cogging() is not None and drive.cogging().order == truth["cogging_order"]
+            for key, true in truth.items():
+                if key in drive.values and drive.told(key):
+                    found.setdefault(key, Found()).add(drive.values[key], true)
+            # A log of a free shaft cannot tell these.
+            for key in ("gravity_A", "k_t_Nm_A", "R_ohm"):
+                self.assertFalse(drive.told(key), f"{motor.seed}: {key}")
+        for key, one in found.items():
+            print(f"{key}: {one}")
+        self.assertGreaterEqual(orders, 0.95 * MOTORS)
+        for key, one in found.items():
+            self.assertCovers(one, key)
+            if len(one.errors) >= FEWEST_FOR_A_MEDIAN:
+                self.assertLessEqual(statistics.median(one.errors), 0.05, key)
+        for key in ("inertia_A_s2_rad", "coulomb_A", "cogging_A"):
+            self.assertGreaterEqual(len(found[key].errors), 0.9 * MOTORS, key)
+
+    def test_are_found_in_spite_of_rough_stamps(self):
+        """Half of the logs have small jitter; one half of the adapters stamps queries early and replies late, the other to
+        either side."""
+        told, answered, small = Found(), 0, 0
+        for number in range(LOGS):
+            motor, frames = self.motors[number % MOTORS]
+            draw = random.Random(number)
+            jitter = draw.uniform(0, SMALL_JITTER_S) if number // MOTORS % 2 else draw.uniform(SMALL_JITTER_S, MOST_JITTER_S)
+            off = (0.0 if draw.random() < 0.5 else -jitter, jitter)
+            track = self.track(motor, planted.log_text(frames, draw, query_early_s=off, reply_late_s=off))
+            try:
+                inertia = fit_balance(track, timing(track)).inertia
+            except TooRough:
+                inertia = None
+            if jitter <= SMALL_JITTER_S:
+                small += 1
+                answered += inertia is not None and inertia.letter == "A"
+            if inertia is not None and inertia.told:
+                told.add(inertia, motor.truth()["inertia_A_s2_rad"])
+        print(f"jitter: {told} of {LOGS}; within 5 % of {small} with small jitter: {answered}")
+        self.assertCovers(told, "inertia")
+        self.assertGreaterEqual(answered, 0.95 * small)
+
+    def test_play_of_a_gear_does_not_make_the_inertia_wrong(self):
+        motor = planted.Planted(2)
+        self.assertGreater(motor.base.N, 1)
+        motor.drive["load"] = {"J_g_cm2": 0.5 * motor.profile["mechanics"]["J_g_cm2"] * motor.base.N**2}
+        motor.profile["mechanics"]["backlash_arcmin"] = 30
+        frames = planted.frames(motor, planted.script_of(motor.motor, "--generation", "v235"))
+        self.check_inertia(motor, frames)
+
+    def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
+        motor = planted.Planted(2)
+        motor.profile["control"]["current_bandwidth_rad_s"] = 200
+        self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor, "--generation", "v235")))
+
+    def check_inertia(self, motor, frames):
+        """Not told within 5 %, or right within 5 %."""
+        inertia = identify(self.track(motor, planted.log_text(frames, random.Random(1)))).values["inertia_A_s2_rad"]
+        true = motor.truth()["inertia_A_s2_rad"]
+        print(f"inertia {inertia.value / true:.3f} ± {inertia.half_width / true:.3f} of the true one")
+        if inertia.letter == "A":
+            self.assertLessEqual(abs(inertia.value / true - 1), 0.05)
+        if inertia.told:
+            self.assertLessEqual(abs(inertia.value - true), inertia.half_width)
+
+
+if __name__ == "__main__":
+    unittest.main()
