@@ -25,10 +25,11 @@ HIGHEST_ORDER, MOST_ORDERS = 200, 4
 # By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
 ORDER_GAIN = 43.0
 SEEN_GAIN = 12.0  # and at each of two speeds at least (assumed)
-SEARCHED = 20_000  # windows that are enough to find an order by
+SEARCHED = 6_000  # windows that are enough to find an order by
 NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
 LAGS_S = (0.0, 0.5e-3, 2e-3, 5e-3, 12e-3, 30e-3)
+LATE_S = 0.010  # after a change of the command (assumed)
 MOST_ROWS = 1500  # windows and samples that are enough to find a delay by
 AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # more than that is refused (assumed)
 NEGATIVE_S = 0.5e-3  # a drive cannot act before it is told; so much may be the stamps (assumed)
@@ -308,22 +309,56 @@ def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
 def autocorrelation(fit: Fit, regression: Regression) -> float:
     """Of what is left in windows that follow each other and share no sample."""
     left, first, last = whitened(regression), fit.windows.first, fit.windows.last
-    after = np.searchsorted(first, last)
+    after = np.searchsorted(first, last + 1)
     inside = after < len(first)
-    follows = np.flatnonzero(inside & (first[np.minimum(after, len(first) - 1)] == last) & regression.kept)
+    follows = np.flatnonzero(inside & (first[np.minimum(after, len(first) - 1)] == last + 1) & regression.kept)
     follows = follows[regression.kept[after[follows]]]
     squares = np.sum(left[follows] ** 2)
     return float(np.sum(left[follows] * left[after[follows]]) / squares) if squares > 0 else 0.0
 
 
-def widened_inertia(fit: Fit, inertia: Estimate) -> Estimate:
+def widened_inertia(fit: Fit, inertia: Estimate, difference: Optional[Estimate]) -> Estimate:
     """And of what windows do not see. Where torques were commanded: the current rises along a curve (1 %, assumed). Where
     they were not, a current may have come and gone between two samples (a half, assumed). Within the play of a gear, and in
-    short pulses, the flange of the output hangs on the rotor or does not."""
+    short pulses, the flange of the output hangs on the rotor or does not. Where the beginning of pulses tells another inertia
+    than later windows, the interval has both."""
     motor = fit.track.motor
     flange = motor.J_out / (motor.N**2 * motor.J + motor.J_out) if motor.N > 1 else 0.0
     unseen = (0.01 if fit.experiment else 0.5, flange / 2)
-    return Estimate(inertia.value, math.hypot(inertia.half_width, *(share * inertia.value for share in unseen)))
+    width = math.hypot(inertia.half_width, *(share * inertia.value for share in unseen))
+    if difference is not None and abs(difference.value) > difference.half_width:
+        width += abs(difference.value) - difference.half_width
+    return Estimate(inertia.value, width)
+
+
+def late_inertia(fit: Fit, regression: Regression) -> Optional[Estimate]:
+    """The inertia of windows well after the last change of the command, less that of all. Play in a gear and a current that
+    follows otherwise than modelled make a difference there."""
+    balance, w, c = fit.balance, fit.windows, regression.coefficients
+    orders = balance.commands
+    changes = orders.time[1:][np.diff(orders.value) != 0]
+    if len(changes) == 0:
+        return None
+    latest = np.searchsorted(changes, balance.time[w.last]) - 1
+    since = balance.time[w.first] - np.where(latest >= 0, changes[np.maximum(latest, 0)], -np.inf)
+    usable = w.commanded & regression.kept
+    late = usable & (since >= LATE_S)
+    if np.count_nonzero(late) < FEWEST_COMMANDED or np.count_nonzero(usable) - np.count_nonzero(late) < FEWEST_COMMANDED:
+        return None
+    others = c.copy()
+    others[INERTIA] = 0
+    weight = regression.weights * regression.instrument
+    left, acceleration = weight * (regression.given - regression.terms @ others), weight * regression.terms[:, INERTIA]
+    group = (w.time / RUN_S).astype(int) % GROUPS
+
+    def without(chosen: np.ndarray) -> np.ndarray:
+        """Of all, and without each group."""
+        sums = [np.bincount(group[chosen], one[chosen], GROUPS) for one in (left, acceleration)]
+        totals = [float(np.sum(one)) for one in sums]
+        return np.concatenate(([totals[0] / totals[1]], (totals[0] - sums[0]) / (totals[1] - sums[1])))
+
+    difference = without(late) - without(usable)
+    return estimate(lambda one: float(one[0]), difference[:1], difference[1:, None])
 
 
 def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights: np.ndarray) -> Estimate:
@@ -350,6 +385,11 @@ def check_stamps(track: Track, timing: Timing) -> None:
         raise TooRough(
             f"{share:.0%} of the replies came after the next query, so that nobody can tell which query they answer: log with "
             "fewer exchanges per second, or with time stamps of the kernel."
+        )
+    if abs(timing.angle_ratio - 1) > 0.1:
+        raise TooRough(
+            f"The shaft turns {timing.angle_ratio:.2f} times as far as the reported speeds say: the encoder of the motor file (bits, "
+            "encoder_span, gear_ratio) is not that of the drive."
         )
     if timing.sample_s > ROUGH_S:
         raise TooRough("The time stamps are too rough for a balance of torques: log with time stamps of the kernel (candump does).")
@@ -402,15 +442,23 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         at = FIXED_TERMS + 2 * n
         amplitude = of(lambda one, at=at: float(math.hypot(one[at], one[at + 1])))
         cogging.append(Cogging(order, widened_cogging(fit, order, at, amplitude, regression.weights), math.atan2(c[at], c[at + 1])))
+    difference = late_inertia(fit, regression) if fit.experiment else None
+    inertia = widened_inertia(fit, of(coefficient(INERTIA)), difference)
+    notes = []
+    if difference is not None and abs(difference.value) - difference.half_width > 0.02 * inertia.value:
+        notes.append(
+            "The inertia is another at the beginning of torque pulses than later: play in the gear or a load on a spring. Its interval "
+            "is wider for that."
+        )
     given = fit.given()
     weight = np.where(regression.kept, regression.weights, 0)
     return BalanceFit(
-        inertia=widened_inertia(fit, of(coefficient(INERTIA))), coulomb=coulomb, viscous=of(coefficient(VISCOUS)),
+        inertia=inertia, coulomb=coulomb, viscous=of(coefficient(VISCOUS)),
         gravity=of(gravity_of) if looked.gravity else None,
         gear_loss=of(lambda one: float(one[GEAR_LOSS] / gravity_of(one))) if looked.gear_loss else None, gravity_phase=phase,
         cogging=sorted(cogging, key=lambda one: -one.amplitude.value), one_speed=fit.one_speed, delay_s=fit.delay_s, lag_s=fit.lag_s, lag=fit.lag,
         commanded=int(np.count_nonzero(fit.windows.commanded)), weak_pulses=weak_pulses(fit),
         rms_A=float(np.sqrt(np.sum(weight * regression.residual() ** 2) / np.sum(weight))),
         held_out_ratio=held_out_ratio(fit, looked, given), autocorrelation=autocorrelation(fit, regression),
-        time=fit.windows.time, given=given, terms=fit.terms, coefficients=c,
+        time=fit.windows.time, given=given, terms=fit.terms, coefficients=c, notes=notes,
     )  # fmt: skip

@@ -20,6 +20,7 @@ STUDENT = 2.069  # 95 % with GROUPS − 1 degrees
 OUTLIER = 5.0  # standard deviations: there a line of the log is lost
 ROUNDS = 6
 FEWEST_MEASURED = 20
+CHUNK = 8192  # windows at a time, for memory
 
 
 @dataclass
@@ -58,11 +59,16 @@ class Regression:
         return self.given - self.terms @ self.coefficients
 
     def _sums(self, chosen: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-        rows = self.terms[np.ix_(chosen, self.used)]
-        left = rows.copy()
-        left[:, self.used.index(INERTIA)] = self.instrument[chosen]
-        left *= self.weights[chosen, None]
-        return left.T @ rows, left.T @ self.given[chosen]
+        count, at = len(self.used), self.used.index(INERTIA)
+        normal, right = np.zeros((count, count)), np.zeros(count)
+        for part in np.array_split(chosen, len(chosen) // CHUNK + 1):
+            rows = self.terms[np.ix_(part, self.used)]
+            left = rows.copy()
+            left[:, at] = self.instrument[part]
+            left *= self.weights[part, None]
+            normal += left.T @ rows
+            right += left.T @ self.given[part]
+        return normal, right
 
     def _solve(self, normal: np.ndarray, right: np.ndarray) -> np.ndarray:
         # Terms have units: each is scaled to 1 before it is solved.

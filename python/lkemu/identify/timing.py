@@ -26,6 +26,7 @@ class Timing:
     reply_s: float
     sample_s: float
     speed_lag_s: float  # of the reported speed behind the angle
+    angle_ratio: float  # how far the shaft turns, over what the reported speeds say; 1 if the encoder is as the motor file has it
 
 
 def spread(values: np.ndarray) -> float:
@@ -67,6 +68,14 @@ def speed_lag_s(track: Track, stamps: np.ndarray) -> float:
     return min(max(lag, 0.0), MOST_LAG_S)
 
 
+def angle_ratio(track: Track) -> float:
+    mean = (track.speed[1:] + track.speed[:-1]) / 2
+    fast = (np.diff(track.stretch) == 0) & (np.abs(mean) > FAST_RAD_S)
+    if np.count_nonzero(fast) < FEWEST:
+        return 1.0
+    return float(np.median(np.diff(track.angle)[fast] / (mean * np.diff(track.time))[fast]))
+
+
 def timing(track: Track) -> Timing:
     latency = track.reply - track.time
     usual = float(np.median(latency))
@@ -86,4 +95,4 @@ def timing(track: Track) -> Timing:
     place = np.minimum(place, len(time) - 1)
     known = track.time[place] == track.orders.time
     orders = np.where(known, time[place], track.orders.time + float(np.median(time - track.time)))
-    return Timing(time, np.maximum.accumulate(orders), float(query), float(reply), sample, speed_lag_s(track, time))
+    return Timing(time, np.maximum.accumulate(orders), float(query), float(reply), sample, speed_lag_s(track, time), angle_ratio(track))

@@ -18,6 +18,7 @@ from .motor import DEG, Motor, Unusable, run_program, shown_line
 FEWEST_SAMPLES = 200  # replies with the second state: ten seconds at 20 Hz (assumed)
 GAP_STEPS = 5  # a gap is longer than so many usual steps (assumed)
 BETWEEN_LOGS_S = 3600.0
+MOST_WAITING = 64  # queries without a reply that are kept
 NOTHING, TORQUE, SPEED, POSITION = range(4)  # what a drive follows
 STOPS = {"80", "81", "88", "A0", "18", "07"}
 # Which quantity of a motion command is the order, and what it makes the drive follow.
@@ -112,12 +113,11 @@ def monotone(log: str) -> "tuple[IO[bytes], array[float], int]":
 def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[Dict[str, Any]]:
     words = [find_program(), "decode", "-", "--json", "--motor", motor, "--generation", generation]
     with tempfile.TemporaryFile() as errors:
-        popen = subprocess.Popen(words, stdin=log, stdout=subprocess.PIPE, stderr=errors)
-        assert popen.stdout is not None
-        with popen.stdout as lines:
-            for line in lines:
+        with subprocess.Popen(words, stdin=log, stdout=subprocess.PIPE, stderr=errors) as popen:
+            assert popen.stdout is not None
+            for line in popen.stdout:
                 yield json.loads(line)
-        if popen.wait() != 0:
+        if popen.returncode != 0:
             errors.seek(0)
             said = errors.read().decode(errors="replace").strip().splitlines() or ["decode has failed"]
             raise Unusable(f"identify: {shown_line(name)}: {said[-1].removeprefix('lk-emu: ').removeprefix('decode: ')}")
@@ -126,7 +126,8 @@ def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[
 class Builder:
     """One drive of one log, frame by frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, id: int) -> None:
+        self.id = id
         self.rows = {name: array("d") for name in ("time", "reply", "iq", "speed", "counts")}
         self.orders = {name: array("d") for name in ("time", "what", "value", "limit", "absolute")}
         self.gains: Optional[Dict[str, int]] = None
@@ -136,15 +137,20 @@ class Builder:
     def query(self, frame: Dict[str, Any], at: float) -> None:
         self.queries += 1
         self.waiting.append((frame["time_s"], at))
+        del self.waiting[:-MOST_WAITING]
         self.note_gains(frame)
         values, name = frame.get("values", {}), frame.get("name", "")
         what, key, unit = MOTION.get(name, (NOTHING, "", 1.0))
         if what:
-            if key in values:
-                self.order(at, what, values[key] * unit)
+            value = values.get(key, values.get(str(self.id)))  # of a command for several drives, by ID
+            if value is not None:
+                self.order(at, what, value * unit)
         elif name.startswith("position"):
-            absolute = "angle_deg" in values and "multi-turn" in name
-            self.order(at, POSITION, values.get("angle_deg", 0.0) * DEG, values.get("max_speed_dps", 0.0) * DEG, absolute)
+            if frame["drive"] == 0 and str(self.id) not in values:
+                return
+            absolute = frame["drive"] == 0 or ("angle_deg" in values and "multi-turn" in name)
+            angle = values.get("angle_deg", values.get(str(self.id), 0.0)) * DEG
+            self.order(at, POSITION, angle, values.get("max_speed_dps", 0.0) * DEG, absolute)
         elif frame.get("command") in STOPS:
             self.order(at, NOTHING, 0.0)
 
@@ -201,13 +207,11 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
     tracks = []
     for spoken, ones in by_generation.items():
         wanted = {(one["interface"], one["drive"]): one for one in ones}
-        built: Dict[Any, Builder] = defaultdict(Builder)
+        built = {place: Builder(place[1]) for place in wanted}
         file, stamps, back = monotone(log)
         start = None
         with file:
             for frame in decoded(file, log, motor_name, spoken):
-                if frame["type"] == "summary":
-                    break
                 place = (frame.get("interface"), frame.get("drive"))
                 if frame["type"] != "frame" or (place not in wanted and place[1] != 0):
                     continue
@@ -223,10 +227,10 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
         for place, one in built.items():
             if len(one.rows["time"]) < FEWEST_SAMPLES:
                 continue
-            rows = {name: np.array(values) for name, values in one.rows.items()}
+            rows = {name: np.frombuffer(values) for name, values in one.rows.items()}
             span = motor.span_turns(wanted[place].get("quirks", {}).get("encoder_span", ""))
             angle = unwrapped(rows["time"], rows["speed"], rows.pop("counts"), motor.counts, span)
-            orders = {name: np.array(values) for name, values in one.orders.items()}
+            orders = {name: np.frombuffer(values) if values else np.zeros(0) for name, values in one.orders.items()}
             tracks.append(
                 Track(
                     interface=place[0], id=place[1], motor=motor, generation=spoken, generation_given=generation is not None,

