@@ -12,6 +12,7 @@ import numpy as np
 
 from .balance import FEWEST_COMMANDED, BalanceFit
 from .motor import Unusable, shown_line
+from .plan import dialect
 from .quantities import QUANTITIES, Drive
 from .windows import COULOMB, INERTIA, VISCOUS, WINDOW_S
 
@@ -60,6 +61,22 @@ def of_pulses(drive: Drive, fit: BalanceFit) -> List[str]:
     ]
 
 
+def of_generation(drive: Drive) -> List[str]:
+    """Currents are scaled by the generation, so a wrong guess scales every value in amperes."""
+    track = drive.track
+    if track.generation_given or len(track.fits) < 2:
+        return []
+    scales = {one: dialect(track.motor.path, one)[0] for one in track.fits}
+    own = scales.get(track.generation) or dialect(track.motor.path, track.generation)[0]
+    others = [f"{scale / own:.2g} times for {one}" for one, scale in scales.items() if abs(scale / own - 1) > 0.05]
+    if not others:
+        return []
+    return [
+        f"The generation is a guess, and the log fits others that scale currents otherwise: every value in A is {', '.join(others)}. "
+        "--generation sets it."
+    ]
+
+
 def notes(drive: Drive) -> List[str]:
     """What the reader has to know about the quality of the numbers."""
     if not drive.track.motor.reports_current:
@@ -67,9 +84,9 @@ def notes(drive: Drive) -> List[str]:
     if drive.too_rough:
         return [of_stamps(drive), drive.too_rough]
     fit = drive.balance
+    lines = of_generation(drive)
     if fit is None:
-        return ["The shaft hardly turned: a log of it at work, or that of a plan, would tell more."]
-    lines = []
+        return [*lines, "The shaft hardly turned: a log of it at work, or that of a plan, would tell more."]
     if not drive.voltage or not drive.voltage.k_t:
         lines.append(
             "Torques show in amperes, over k_t: a motor with twice the inertia, friction and k_t gives the same log. A known weight "

@@ -3,9 +3,9 @@ and gravity took.
 
     ⟨iq⟩ = J/k_t·Δω/T + i_c·⟨s(ω)⟩ + B/k_t·⟨ω⟩ + i_0 + Σ cogging + gravity
 
-with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/model.md §4. Δω is the difference of two speeds
-that the drive reported: it measures them with its own clock, and stamps that are off do not matter to them. They are the
-mean over some time before, so windows are from where the shaft had these speeds, and the current is smoothed alike.
+with s(ω) = sign ω·(1 + (τ_s/τ_c − 1)/(1 + (ω/ω_s)²)), the friction of docs/model.md §4. Δω is the difference of two speeds,
+from the source with less noise: the speeds that the drive reports, which it measures with its own clock, so that stamps do
+not matter to them; or angles over stamps, which lag less. Either is a mean over some time, and the current is averaged alike.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ PARTS = 8  # of the time between two samples
 FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
 EVEN_SAMPLES = 21
 MANY_SAMPLES = 20_000
+SHARES = (-0.75, -0.25, 0.25, 0.75)  # of half of a time, for means over it
+REPORT_HALF = 0.73  # of the lag: a report that is held as long as it was measured is a triangle; this has the same width
+REPORT_NOISE_RAD_S = 0.05  # of a reported speed: 1 dps and the encoder (assumed)
 BEFORE_S = 0.004  # for a command that was in force before to have ended (assumed)
 INERTIA, COULOMB, VISCOUS, CONSTANT, GRAVITY_SIN, GRAVITY_COS, GEAR_LOSS, PULSE_COULOMB, PULSE_VISCOUS = range(9)
 FIXED_TERMS = 9
@@ -62,21 +65,48 @@ class Balance:
 
     def __init__(self, track: Track, timing: Timing) -> None:
         self.track, self.timing = track, timing
-        lag = timing.speed_lag_s
-        self.time = timing.time - lag
-        self.angle = track.angle - lag * track.speed
         self.commands = Commands(track, timing)
-        self.smoothing = [lag * share for share in (-0.55, -0.18, 0.18, 0.55)] if lag > 0.3e-3 else [0.0]
+        # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
+        self.by_angles = self._less_noise_by_angles()
+        if self.by_angles:
+            place = np.arange(len(timing.time))
+            start, end = track.first[track.stretch - 1], np.append(track.first[1:], len(place))[track.stretch - 1] - 1
+            before, after = np.maximum(place - 1, start), np.minimum(place + 1, end)
+            self.half = np.maximum((timing.time[after] - timing.time[before]) / 2, 1e-6)
+            self.time = (timing.time[after] + timing.time[before]) / 2
+            self.speed = (track.angle[after] - track.angle[before]) / (2 * self.half)
+            self.angle = np.interp(self.time, timing.time, track.angle)
+        else:
+            lag = timing.speed_lag_s
+            self.half = np.full(len(timing.time), REPORT_HALF * lag)
+            self.time, self.speed, self.angle = timing.time - lag, track.speed, track.angle - lag * track.speed
         self.measured = self.smoothed(timing.time, trapezoids(timing.time, track.iq))
         # Times without the jitter of each stamp, for what must not depend on it; the host's own jitter is missing there.
-        self.even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
-        self.even_orders = np.interp(timing.orders, timing.time, self.even)
+        even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
+        self.even = even + np.median(self.time - timing.time)
+        self.even_orders = np.interp(timing.orders, timing.time, even)
         # Samples before which torque alone was commanded for a while.
         self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
         self.windows = self._windows()
 
+    def _less_noise_by_angles(self) -> bool:
+        """Noise of a speed from stamps that are off, and from a report that is late by up to twice its usual lag."""
+        track, timing = self.track, self.timing
+        if track.step_s <= 0:
+            return False
+        steps = np.diff(timing.time)
+        turning = np.abs(track.speed[1:]) > SLOWEST_RAD_S
+        if not np.any(turning):
+            return False
+        acceleration = (np.diff(track.speed) / np.maximum(steps, track.step_s / 4))[turning]
+        counts_rad = 2 * np.pi * track.span_turns / track.motor.counts
+        speed = np.sqrt(np.mean(track.speed[1:][turning] ** 2))
+        of_angles = np.hypot(speed * timing.sample_s, counts_rad / 3) * np.sqrt(2) / (2 * track.step_s)
+        of_reports = np.hypot(np.sqrt(np.mean(acceleration**2)) * timing.speed_lag_s / np.sqrt(12), REPORT_NOISE_RAD_S)
+        return bool(of_angles < of_reports)
+
     def _windows(self) -> Windows:
-        track, time, speed = self.track, self.time, self.track.speed
+        track, time, speed = self.track, self.time, self.speed
         span = max(WINDOW_S, 2 * track.step_s)
         first = np.arange(len(time))
         last = np.searchsorted(time, time + span)
@@ -120,11 +150,11 @@ class Balance:
 
     def gear_loss(self, phase: float) -> np.ndarray:
         track = self.track
-        return self.mean(np.sign(track.speed) * np.abs(np.sin(self.angle / track.motor.N + phase)), self.windows)
+        return self.mean(np.sign(self.speed) * np.abs(np.sin(self.angle / track.motor.N + phase)), self.windows)
 
     def smoothed(self, time: np.ndarray, integral: np.ndarray) -> np.ndarray:
-        """At our times, as the reported speed smooths."""
-        return sum(np.interp(self.time + by, time, integral) for by in self.smoothing) / len(self.smoothing)
+        """At the middles, over the time that the speeds are means of."""
+        return sum(np.interp(self.time + share * self.half, time, integral) for share in SHARES) / len(SHARES)
 
     def taken(self) -> np.ndarray:
         """The measured current of each window."""
@@ -142,12 +172,13 @@ class Balance:
         """As `followed`, but without the noise that the stamps of a window have."""
         commands = self.commands
         path = commands.path(delay_s, lag_s, self.even_orders)
-        return self.average(path, self.even - self.timing.speed_lag_s)
+        return self.average(path, self.even)
 
     def average(self, path: Path, time: np.ndarray) -> np.ndarray:
-        w = self.windows
+        w, half = self.windows, self.half
         begin, end = time[w.first], time[w.last]
-        return sum(path(end + by)[1] - path(begin + by)[1] for by in self.smoothing) / len(self.smoothing) / (end - begin)
+        areas = (path(end + share * half[w.last])[1] - path(begin + share * half[w.first])[1] for share in SHARES)
+        return sum(areas) / len(SHARES) / (end - begin)
 
     def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
         """What the measured currents are beyond that, at samples."""
@@ -168,8 +199,8 @@ class Balance:
         steps = np.diff(time)
         a, b = self.angle[:-1], self.angle[1:]
         # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
-        va = np.clip(track.speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
-        vb = np.clip(track.speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        va = np.clip(self.speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        vb = np.clip(self.speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
         paths = []
         for part in range(PARTS):
             u = (part + 0.5) / PARTS
