@@ -6,10 +6,10 @@ import argparse
 import os
 import sys
 import tempfile
-from typing import List, Optional
+from typing import Any, List, Optional
 
-from . import motor_file, plan
-from ..errors import StartError
+from ..command import Parser, libraries, output_file, run
+from . import plan
 from .motor import Unusable, is_path, load_motor, run_program, shown_line
 
 EPILOG = """
@@ -22,11 +22,6 @@ Example, at the motor and after it:
 Exit status: 0 done, 1 something is not as --expect has it, 2 unusable input.
 """
 LONGEST_TEXT = 1 << 20  # bytes of a motor file
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> "None":  # type: ignore[override]
-        raise Unusable(f"identify: {message}")
 
 
 def parse(words: List[str]) -> argparse.Namespace:
@@ -58,20 +53,8 @@ def parse(words: List[str]) -> argparse.Namespace:
 
 
 def write_text(path: str, option: str, text: str) -> None:
-    """Complete or not at all."""
-    made = None
-    try:
-        with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(path) or ".", delete=False, encoding="utf-8") as file:
-            made = file.name
-            file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(made, 0o666 & ~umask)
-        os.replace(made, path)
-    except OSError as problem:
-        if made is not None:
-            os.unlink(made)
-        raise Unusable(f"{option}: cannot write {shown_line(path)}: {problem.strerror}") from None
+    with output_file(path, option) as file:
+        file.write(text.encode())
 
 
 def read_text(path: str) -> str:
@@ -105,29 +88,28 @@ def write_motor(path: str, text: str) -> None:
     write_text(path, "--output", text)
 
 
-def compare(drive: "object", expected: "list[motor_file.Expected]", file: str) -> int:
-    from .quantities import changes
-
-    found = changes(drive, expected, shown_line(file))  # type: ignore[arg-type]
+def compare(found: Any, expected: int, file: str) -> int:
     if not found.compared:
         raise Unusable(f"identify: nothing of {shown_line(file)} is told by this log within 15 %: nothing was compared")
     for line in found.lines:
         print(line)
     if not found.lines:
-        print(f"{found.compared} of {len(expected)} values compared, as {shown_line(file)} has them")
+        print(f"{found.compared} of {expected} values compared, as {shown_line(file)} has them")
     if found.not_compared:
         print(f"not compared: {', '.join(found.not_compared)}")
     return 1 if found.lines else 0
 
 
 def read_logs(given: argparse.Namespace) -> int:
-    from .quantities import identify
-    from .report import report_html, table_text
-    from .track import FEWEST_SAMPLES, read_tracks
+    with libraries("identify", __name__):
+        from .motor_file import expected_values, motor_text
+        from .quantities import changes, identify
+        from .report import report_html, table_text
+        from .track import FEWEST_SAMPLES, read_tracks
 
     if same_file(given.output, given.expect) or same_file(given.output, given.motor):
         raise Unusable("identify: --output would overwrite the file that it is compared with or made from")
-    expected = motor_file.expected_values(read_text(given.expect), given.expect) if given.expect else []
+    expected = expected_values(read_text(given.expect), given.expect) if given.expect else []
     motor = load_motor(given.motor)
     generation = given.generation
     if generation == "seen":
@@ -148,27 +130,22 @@ def read_logs(given: argparse.Namespace) -> int:
         write_text(given.report, "--report", report_html(drives, given.logs))
     if given.output:
         base = os.path.abspath(given.motor) if is_path(given.motor) else given.motor
-        write_motor(given.output, motor_file.motor_text(drives[0], base, given.logs))
-    return compare(drives[0], expected, given.expect) if given.expect else 0
+        write_motor(given.output, motor_text(drives[0], base, given.logs))
+    return compare(changes(drives[0], expected, shown_line(given.expect)), len(expected), given.expect) if given.expect else 0
 
 
-def main() -> int:
-    try:
-        given = parse(sys.argv[1:])
-        if given.plan is None:
-            return read_logs(given)
-        script, said = plan.write_plan(load_motor(given.motor), given.motor, given.id, given.generation)
-        write_text(given.plan, "--plan", script)
-        print(given.plan, said)
-        return 0
-    except (Unusable, StartError) as problem:
-        print(f"lk-emu: {problem}", file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as problem:
-        name = str(problem.name).split(".")[0]
-        print(f"lk-emu: identify needs {name}: install the Debian package python3-{name}, or lk-emu[identify] with pip", file=sys.stderr)
-        return 2
+def main() -> None:
+    given = parse(sys.argv[1:])
+    if given.plan is None:
+        status = read_logs(given)
+        if status:
+            sys.stdout.flush()
+            sys.exit(status)
+        return
+    script, said = plan.write_plan(load_motor(given.motor), given.motor, given.id, given.generation)
+    write_text(given.plan, "--plan", script)
+    print(given.plan, said)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(main)

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Dict, List
 
+from ..command import printable as shown_line
+from ..errors import StartError
 from ..program import find_program
 
 WIRE_BITS = 16  # wider encoders show their top 16 bits
 DEG = math.pi / 180
 
 
-class Unusable(Exception):
+class Unusable(StartError):
     """Input that nothing can be made of: one line, exit status 2."""
 
 
@@ -32,11 +34,6 @@ def run_program(*words: str) -> str:
 
 def is_path(name: str) -> bool:
     return "/" in name or name.endswith(".toml")
-
-
-def shown_line(text: str) -> str:
-    """On one line, whatever is in it."""
-    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def merged(paths: List[str]) -> Dict[str, Any]:

@@ -145,8 +145,8 @@ def pyplot() -> Any:
         matplotlib = importlib.import_module("matplotlib")
         matplotlib.use("svg")
         return importlib.import_module("matplotlib.pyplot")
-    except ImportError:
-        raise Unusable("identify: --report needs matplotlib, Debian package python3-matplotlib") from None
+    except ImportError as problem:
+        raise Unusable(f"identify: --report: {problem}: apt install python3-matplotlib, or pip install 'lk-emu[identify]'") from None
 
 
 def svg(figure: Any) -> str:

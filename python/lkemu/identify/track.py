@@ -246,7 +246,8 @@ def run_guess(log: str) -> str:
     try:
         return run_program("decode", log, "--guess", "--json")
     except Unusable as problem:
-        raise Unusable(f"identify: {shown_line(log)}: {str(problem).removeprefix('decode: ')}") from None
+        said = str(problem).removeprefix("decode: ")
+        raise Unusable(f"identify: {said if log in said else f'{shown_line(log)}: {said}'}") from None
 
 
 def joined(track: Track, more: Track) -> Track:
