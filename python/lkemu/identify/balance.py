@@ -25,6 +25,7 @@ HIGHEST_ORDER, MOST_ORDERS = 200, 4
 # By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
 ORDER_GAIN = 43.0
 SEEN_GAIN = 12.0  # and at each of two speeds at least (assumed)
+MISSED = 0.02  # windows that miss more of a ripple hardly count (assumed)
 SEARCHED = 6_000  # windows that are enough to find an order by
 NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
@@ -270,9 +271,7 @@ class Fit:
         self.rough = np.zeros(len(w))
         for n, order in enumerate(self.orders):
             at = FIXED_TERMS + 2 * n
-            x = np.minimum(order * np.abs(w.speed) * self.track.step_s / 2, 1.5)
-            lost = 1 - x / np.tan(np.maximum(x, 1e-6))
-            self.rough += np.where(lost > 0.05, 9 * (c[at] ** 2 + c[at + 1] ** 2), 0.0)
+            self.rough += np.where(missed(order, w.speed, self.track.step_s) > MISSED, 9 * (c[at] ** 2 + c[at + 1] ** 2), 0.0)
 
 
 def clipped(values: np.ndarray) -> float:
@@ -361,6 +360,12 @@ def late_inertia(fit: Fit, regression: Regression) -> Optional[Estimate]:
     return estimate(lambda one: float(one[0]), difference[:1], difference[1:, None])
 
 
+def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
+    """The share of a ripple that a sum over samples misses."""
+    x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
+    return 1 - x / np.tan(x)
+
+
 def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights: np.ndarray) -> Estimate:
     """Currents at the samples miss of a ripple what is too fast for them, and half of that may have gone to the inertia
     unseen (assumed). Windows count by what they tell of the ripple."""
@@ -368,7 +373,8 @@ def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights:
     tells = np.sum(fit.terms[:, at : at + 2] ** 2, axis=1) * weights
     x = order * np.abs(w.speed) * w.length / 4
     lost = np.where(w.commanded, 0.0, 1 - np.sinc(x / math.pi) ** 2)
-    share = float(np.sum(tells * lost) / np.sum(tells)) / 2
+    coarse = np.where(w.commanded, 0.0, missed(order, w.speed, fit.track.step_s))
+    share = float(np.sum(tells * np.hypot(lost / 2, coarse)) / np.sum(tells))
     return Estimate(amplitude.value, math.hypot(amplitude.half_width, share * amplitude.value))
 
 

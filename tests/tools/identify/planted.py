@@ -11,7 +11,6 @@ import json
 import math
 import os
 import random
-import subprocess
 import sys
 import tempfile
 import types
@@ -21,6 +20,7 @@ sys.path.insert(0, os.path.join(ROOT, "python"))
 
 import lkemu  # noqa: E402
 from lkemu.identify.motor import load_motor  # noqa: E402
+from lkemu.identify.plan import RATE_HZ, write_plan  # noqa: E402
 
 MOTORS = ("mg4005", "mf7015", "mg5010", "mf9025", "mg6010")
 ORDERS = (12, 14, 20, 26, 28, 40, 42)
@@ -132,13 +132,8 @@ class SlcanHost:
         return None
 
 
-def script_of(motor, *words):
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "excite.py")
-        subprocess.run([lkemu.program.find_program(), "identify", "--plan", path, "--motor", motor, "--id", "1", *words],
-                       check=True, stdout=subprocess.DEVNULL)  # fmt: skip
-        with open(path, encoding="utf-8") as file:
-            return file.read()
+def script_of(motor, generation="v235"):
+    return write_plan(load_motor(motor), motor, 1, generation)[0]
 
 
 def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
@@ -157,6 +152,8 @@ def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
             space["can"] = types.SimpleNamespace(
                 Message=lambda arbitration_id, data, is_extended_id: types.SimpleNamespace(
                     arbitration_id=arbitration_id, data=data))  # fmt: skip
+            # A host at another rate reacts sooner or later.
+            space["DPS_PER_STEP"] *= RATE_HZ / rate
             space.update(time=time, RATE_HZ=rate, **({"STEPS": steps} if steps else {}))
             with contextlib.redirect_stderr(io.StringIO()):
                 space["run"](SlcanHost(terminal, time), io.StringIO())
@@ -184,7 +181,7 @@ def main():
             continue
         planted = Planted(seed)
         if planted.motor not in scripts:
-            scripts[planted.motor] = script_of(planted.motor, "--generation", "v235")
+            scripts[planted.motor] = script_of(planted.motor)
         made = frames(planted, scripts[planted.motor])
         with open(os.path.join(directory, f"{seed}.json"), "w", encoding="utf-8") as file:
             json.dump({"motor": planted.motor, "truth": planted.truth(), "frames": made}, file)

@@ -54,14 +54,14 @@ class PlantedMotors(unittest.TestCase):
         for seed in range(1, MOTORS + 1):
             motor = planted.Planted(seed)
             if motor.motor not in scripts:
-                scripts[motor.motor] = planted.script_of(motor.motor, "--generation", "v235")
+                scripts[motor.motor] = planted.script_of(motor.motor)
             cls.motors.append((motor, planted.frames(motor, scripts[motor.motor])))
 
-    def track(self, motor, text, generation=None):
+    def track(self, motor, text):
         with tempfile.NamedTemporaryFile("w", suffix=".log") as file:
             file.write(text)
             file.flush()
-            return read_tracks([file.name], motor.motor, motor.base, generation, None)[0]
+            return read_tracks([file.name], motor.motor, motor.base, "v235", None)[0]
 
     def assertCovers(self, found, key):
         tries = len(found.errors)
@@ -119,13 +119,13 @@ class PlantedMotors(unittest.TestCase):
         self.assertGreater(motor.base.N, 1)
         motor.drive["load"] = {"J_g_cm2": 0.5 * motor.profile["mechanics"]["J_g_cm2"] * motor.base.N**2}
         motor.profile["mechanics"]["backlash_arcmin"] = 30
-        frames = planted.frames(motor, planted.script_of(motor.motor, "--generation", "v235"))
+        frames = planted.frames(motor, planted.script_of(motor.motor))
         self.check_inertia(motor, frames)
 
     def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
         motor = planted.Planted(2)
         motor.profile["control"]["current_bandwidth_rad_s"] = 200
-        self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor, "--generation", "v235")))
+        self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor)))
 
     def check_inertia(self, motor, frames):
         """Not told within 5 %, or right within 5 %."""
