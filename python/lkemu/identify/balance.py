@@ -24,7 +24,11 @@ GRAVITY_TRAVEL_RAD = 1.0  # of the output, for gravity to show (assumed)
 HIGHEST_ORDER, MOST_ORDERS = 200, 4
 # By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
 ORDER_GAIN = 43.0
-SEEN_GAIN = 12.0  # and at each of two speeds at least (assumed)
+SEEN_GAIN, OTHER_SPEED = 12.0, 1.4  # and at each of two speeds at least, so many times apart (assumed)
+PATH_SHARE = 0.02  # of an amplitude, for the path between samples (assumed)
+# Time since a change of the command, for the mean response of the current; what is later is its end.
+AGES_S = np.array([0.0, 1e-3, 2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
+SIGNIFICANT = 4.0  # standard deviations of χ²
 MISSED = 0.02  # windows that miss more of a ripple hardly count (assumed)
 SEARCHED = 6_000  # windows that are enough to find an order by
 NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
@@ -168,16 +172,19 @@ class Fit:
         # The sum of both is what the shaft tells; how it is shared, what the measured currents do.
         sums = [(loss(d, 0.0), d) for d in DELAYS_S]
         whole = min(sums)[1]
-        shares = [(loss(whole - lag, lag), lag) for lag in LAGS_S]
+        if whole < 0:
+            self.delay_s, self.lag_s = whole, 0.0
+            return
+        shares = [(loss(max(whole - lag, 0.0), lag), lag) for lag in LAGS_S]
         lag = min(shares)[1]
-        start = np.array([whole - lag, lag]) * 1e3
+        start = np.array([max(whole - lag, 0.0), lag]) * 1e3
         steps = np.array([start, start + (0.5, 0.0), start + (-0.3 - lag * 250, 0.3 + lag * 250)])
-        found = minimize(lambda x: loss(x[0] / 1e3, abs(x[1]) / 1e3), start, method="Nelder-Mead",
+        found = minimize(lambda x: loss(abs(x[0]) / 1e3, abs(x[1]) / 1e3), start, method="Nelder-Mead",
                          options={"initial_simplex": steps, "xatol": 0.02, "fatol": 0.1, "maxfev": 40})  # fmt: skip
-        self.delay_s, self.lag_s = found.x[0] / 1e3, abs(found.x[1]) / 1e3
+        self.delay_s, self.lag_s = np.abs(found.x) / 1e3
         # As far as the loss rises by what one degree of freedom lets it rise in 95 of 100 logs.
         step = 0.1e-3
-        while step < 0.1 and loss(self.delay_s - step, self.lag_s + step) < found.fun + 3.84:
+        while step < 0.1 and loss(max(self.delay_s - step, 0.0), self.lag_s + step) < found.fun + 3.84:
             step *= 2
         self.lag = Estimate(self.lag_s, step)
 
@@ -210,13 +217,13 @@ class Fit:
 
     def at_several_speeds(self, average: np.ndarray, weight: np.ndarray, left: np.ndarray, speed: np.ndarray, overlap: float) -> bool:
         """Whatever goes on in time looks like cogging while the shaft turns at one speed, and at another it does not."""
-        label = np.sign(speed) * (100 + np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.5)))
-        seen = 0
+        label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
+        seen = []
         for one in np.unique(label):
             some = label == one
-            if np.count_nonzero(some) >= 3 * overlap:
-                seen += gain(average[some], weight[some], left[some]) / overlap >= SEEN_GAIN
-        return seen >= 2
+            if np.count_nonzero(some) >= 3 * overlap and gain(average[some], weight[some], left[some]) / overlap >= SEEN_GAIN:
+                seen.append(float(np.mean(speed[some])))
+        return bool(seen) and not (min(seen) * max(seen) > 0 and max(map(abs, seen)) < OTHER_SPEED * min(map(abs, seen)))
 
     def find_orders(self, looked: Looked, given: np.ndarray) -> None:
         every = len(self.windows) // SEARCHED + 1
@@ -231,18 +238,46 @@ class Fit:
 
     # --- all of it ---
 
-    def given(self) -> np.ndarray:
+    def response(self) -> np.ndarray:
+        """At the samples, what the measured currents are beyond the model, as a mean over the log: in proportion to the last
+        change of the command, by the time since. 0 where that is not significant."""
+        balance, commands = self.balance, self.balance.commands
+        changes = np.flatnonzero(np.diff(commands.value) != 0) + 1
+        none = np.zeros(len(balance.time))
+        if len(changes) < FEWEST_COMMANDED:
+            return none
+        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None))
+        latest = np.searchsorted(commands.time[changes] + self.delay_s, self.timing.time, side="right") - 1
+        place = np.maximum(latest, 0)
+        age = self.timing.time - commands.time[changes][place] - self.delay_s
+        step = np.diff(commands.value)[changes - 1][place]
+        bins = np.where(latest >= 0, np.searchsorted(AGES_S, age), len(AGES_S))
+        chosen = balance.follows & (bins < len(AGES_S))
+        if not np.any(chosen):
+            return none
+        size = np.bincount(bins[chosen], step[chosen] ** 2, len(AGES_S) + 1)
+        share = np.bincount(bins[chosen], step[chosen] * beyond[chosen], len(AGES_S) + 1) / np.maximum(size, 1e-12)
+        noise = spread(beyond[chosen] - (share[bins] * step)[chosen])
+        told = size > 0
+        chi_squared = np.sum(share[told] ** 2 * size[told]) / max(noise**2, 1e-12)
+        if chi_squared < np.count_nonzero(told) + SIGNIFICANT * math.sqrt(2 * np.count_nonzero(told)):
+            return none
+        share[-1] = 0
+        return share[bins] * step
+
+    def given(self, response: np.ndarray) -> np.ndarray:
         """The current of each window: what follows the commands, and what the measured ones are beyond that, as far as it
         is more than their noise."""
         balance, w = self.balance, self.windows
         if not np.any(w.commanded):
             return balance.taken()
-        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None))
+        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None)) - response
         mean = balance.over(beyond)[w.commanded]
-        noise = spread(beyond[balance.follows]) ** 2 / (np.median(w.last - w.first) + 1)
-        share = max(0.0, 1 - 1.5 * noise / max(spread(mean) ** 2, 1e-12))
+        noise = spread(np.diff(beyond[balance.follows])) ** 2 / 2 / (np.median(w.last - w.first) + 1)
+        share = min(1.0, max(0.0, 2 * spread(mean) ** 2 / max(noise, 1e-12) - 2.4))  # noise alone has 1, none from 1.2 on
         made = balance.taken()
-        made[w.commanded] = balance.followed(self.delay_s, self.lag_s)[w.commanded] + share * mean
+        followed = balance.followed(self.delay_s, self.lag_s) + balance.integrated(response)
+        made[w.commanded] = followed[w.commanded] + share * mean
         return made
 
     def leave_out_limits(self) -> None:
@@ -256,7 +291,7 @@ class Fit:
         self.terms = self.terms[sure]
 
     def fit(self, looked: Looked) -> Regression:
-        return self.regression(looked, self.given())
+        return self.regression(looked, self.given(self.response()))
 
     def regression(self, looked: Looked, given: np.ndarray, chosen: "np.ndarray | slice" = slice(None)) -> Regression:
         used = looked.used(len(self.orders))
@@ -375,7 +410,7 @@ def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights:
     lost = np.where(w.commanded, 0.0, 1 - np.sinc(x / math.pi) ** 2)
     coarse = np.where(w.commanded, 0.0, missed(order, w.speed, fit.track.step_s))
     share = float(np.sum(tells * np.hypot(lost / 2, coarse)) / np.sum(tells))
-    return Estimate(amplitude.value, math.hypot(amplitude.half_width, share * amplitude.value))
+    return Estimate(amplitude.value, math.hypot(amplitude.half_width, share * amplitude.value, PATH_SHARE * amplitude.value))
 
 
 def weak_pulses(fit: Fit) -> int:
@@ -419,7 +454,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     fit.find_delay()
     check_delay(fit)
     fit.leave_out_limits()
-    fit.find_orders(looked, fit.given())
+    fit.find_orders(looked, fit.given(fit.response()))
     phase = 0.0
     if looked.gravity:
         # Where there is none, what a gear takes of it looks like friction.
@@ -450,13 +485,18 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         cogging.append(Cogging(order, widened_cogging(fit, order, at, amplitude, regression.weights), math.atan2(c[at], c[at + 1])))
     difference = late_inertia(fit, regression) if fit.experiment else None
     inertia = widened_inertia(fit, of(coefficient(INERTIA)), difference)
+    response = fit.response()
+    if np.any(response):
+        # Half of what the mean response changes may be wrong (assumed).
+        plain = fit.regression(looked, fit.given(np.zeros_like(response))).coefficients[INERTIA]
+        inertia.half_width += abs(plain - c[INERTIA]) / 2
     notes = []
     if difference is not None and abs(difference.value) - difference.half_width > 0.02 * inertia.value:
         notes.append(
             "The inertia is another at the beginning of torque pulses than later: play in the gear or a load on a spring. Its interval "
             "is wider for that."
         )
-    given = fit.given()
+    given = fit.given(response)
     weight = np.where(regression.kept, regression.weights, 0)
     return BalanceFit(
         inertia=inertia, coulomb=coulomb, viscous=of(coefficient(VISCOUS)),

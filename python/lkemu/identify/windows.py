@@ -19,13 +19,15 @@ from scipy.ndimage import uniform_filter1d
 from .current import Commands, Path, trapezoids
 from .motor import Motor
 from .timing import Timing
-from .track import Track
+from .track import TORQUE, Track
 
 WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at least (assumed)
 SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
 PARTS = 8  # of the time between two samples
+MOST_EXACT = 8  # orders that are integrated exactly
 FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
 EVEN_SAMPLES = 21
+FEWEST_PULSES = 100  # commands of torque (assumed)
 MANY_SAMPLES = 20_000
 SHARES = (-0.75, -0.25, 0.25, 0.75)  # of half of a time, for means over it
 REPORT_HALF = 0.73  # of the lag: a report that is held as long as it was measured is a triangle; this has the same width
@@ -67,7 +69,9 @@ class Balance:
         self.track, self.timing = track, timing
         self.commands = Commands(track, timing)
         # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
-        self.by_angles = self._less_noise_by_angles()
+        torque = (track.orders.what == TORQUE) & (track.orders.value != 0)
+        self.pulses = bool(np.count_nonzero(torque) >= FEWEST_PULSES)
+        self.by_angles = self.pulses and self._less_noise_by_angles()
         if self.by_angles:
             place = np.arange(len(timing.time))
             start, end = track.first[track.stretch - 1], np.append(track.first[1:], len(place))[track.stretch - 1] - 1
@@ -80,7 +84,6 @@ class Balance:
             lag = timing.speed_lag_s
             self.half = np.full(len(timing.time), REPORT_HALF * lag)
             self.time, self.speed, self.angle = timing.time - lag, track.speed, track.angle - lag * track.speed
-        self.measured = self.smoothed(timing.time, trapezoids(timing.time, track.iq))
         # Times without the jitter of each stamp, for what must not depend on it; the host's own jitter is missing there.
         even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
         self.even = even + np.median(self.time - timing.time)
@@ -107,7 +110,9 @@ class Balance:
 
     def _windows(self) -> Windows:
         track, time, speed = self.track, self.time, self.speed
-        span = max(WINDOW_S, 2 * track.step_s)
+        # Without commanded torques an inertia is hardly told, and short windows see faster ripples.
+        least = 2 if self.pulses else 1
+        span = max(WINDOW_S * least / 2, least * track.step_s)
         first = np.arange(len(time))
         last = np.searchsorted(time, time + span)
         last = np.minimum(last, len(time) - 1)
@@ -122,7 +127,7 @@ class Balance:
             one_way |= (way[last + 1] - way[first] == last + 1 - first) & (move[last] - move[first] == last - first)
         length = time[last] - time[first]
         stretch = track.stretch
-        good = one_way & (stretch[first] == stretch[last]) & (last - first >= 2)
+        good = one_way & (stretch[first] == stretch[last]) & (last - first >= least)
         good &= (length > 0.6 * span) & (length < 1.5 * span)
         # Neighbours that overlap for the most part tell nearly the same: of long logs not all are needed.
         every = 1 if len(time) < MANY_SAMPLES else max(1, int(np.median(last - np.arange(len(time)))) // 2)
@@ -156,10 +161,14 @@ class Balance:
         """At the middles, over the time that the speeds are means of."""
         return sum(np.interp(self.time + share * self.half, time, integral) for share in SHARES) / len(SHARES)
 
+    def integrated(self, values: np.ndarray) -> np.ndarray:
+        """The mean over each window of values at the samples' own times."""
+        w, whole = self.windows, self.smoothed(self.timing.time, trapezoids(self.timing.time, values))
+        return (whole[w.last] - whole[w.first]) / w.length
+
     def taken(self) -> np.ndarray:
         """The measured current of each window."""
-        w = self.windows
-        return (self.measured[w.last] - self.measured[w.first]) / w.length
+        return self.integrated(self.track.iq)
 
     def followed(self, delay_s: float, lag_s: float) -> np.ndarray:
         """The current of each window that follows the commands."""
@@ -206,13 +215,19 @@ class Balance:
             u = (part + 0.5) / PARTS
             v = 1 - u
             paths.append(v * v * (1 + 2 * u) * a + u * u * (1 + 2 * v) * b + u * v * (v * va - u * vb))
-        made = np.empty((len(w), len(orders)), np.complex64 if len(orders) > 8 else complex)
+        search = len(orders) > MOST_EXACT  # for finding orders, a mean over each step is enough
+        made = np.empty((len(w), len(orders)), np.complex64 if search else complex)
+        fine_time = np.append((time[:-1, None] + steps[:, None] * np.arange(PARTS) / PARTS).ravel(), time[-1])
         for k, order in enumerate(orders):
-            fine = sum(np.exp(1j * order * path) for path in paths) / PARTS * steps
+            fine = [np.exp(1j * order * path) / PARTS * steps for path in paths]
+            if search:
+                at_fine, fine_sums = time, np.cumsum(sum(fine))
+            else:
+                at_fine, fine_sums = fine_time, np.cumsum(np.column_stack(fine).ravel())
             at = np.exp(1j * order * self.angle)
-            coarse = (at[1:] + at[:-1]) / 2 * steps
-            for chosen, pieces in ((w.commanded, fine), (~w.commanded, coarse)):
-                whole = self.smoothed(time, np.concatenate(([0.0], np.cumsum(pieces))))
+            coarse_sums = np.cumsum((at[1:] + at[:-1]) / 2 * steps)
+            for chosen, at_time, sums in ((w.commanded, at_fine, fine_sums), (~w.commanded, time, coarse_sums)):
+                whole = self.smoothed(at_time, np.concatenate(([0.0], sums)))
                 made[chosen, k] = (whole[w.last[chosen]] - whole[w.first[chosen]]) / w.length[chosen]
         return made
 

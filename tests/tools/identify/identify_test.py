@@ -79,8 +79,10 @@ def record(steps, rate_Hz=200, seed=1, lag_s=0.0):
                 value = round(value / A_PER_LSB) * A_PER_LSB
             frames.append((now, ask.hex().upper(), True))
             frames.append((now + 0.34e-3, motor.state(ask[0], lambda sd: draw.gauss(0, sd)).hex().upper(), False))
+            steps_until_next = round(period / motor.STEP_S)
+            motor.step()  # a drive says how it is, and then does what it was told
             motor.order_of = (what, value)
-            for _ in range(round(period / motor.STEP_S)):
+            for _ in range(steps_until_next - 1):
                 motor.step()
             now += round(period / motor.STEP_S) * motor.STEP_S
     return frames
@@ -181,12 +183,26 @@ class Thorough(Logs):
         self.assertEqual(letters(1e-6), at_zero)
         self.assertEqual(letters(-1e-6), at_zero)
 
-    def test_replies_after_the_next_query_are_refused(self):
-        """A reply that comes a whole exchange late looks like that of the next query."""
-        late = [(at + (0 if is_query else 5.5e-3), data, is_query) for at, data, is_query in self.frames]
-        _, out, _, found = self.identify(log_of(sorted(late)))
+    def test_late_replies_do_not_make_the_inertia_wrong(self):
+        """3 ms late, and later than the next query, where a reply looks like that to the next one."""
+        for late_s in (3e-3, 5.5e-3):
+            late = sorted((at + (0 if is_query else late_s), data, is_query) for at, data, is_query in self.frames)
+            with self.subTest(late_s=late_s):
+                _, out, _, found = self.identify(log_of(late))
+                self.assertNotRegex(out, "acts -")
+                if "inertia_A_s2_rad" in found:
+                    self.assertInside(found["inertia_A_s2_rad"], Motor.J)
+
+    def test_commands_that_act_before_their_stamps_are_refused(self):
+        # Every exchange has the state of the one after it, as where a reply was taken for that of an earlier query.
+        queries = [one for one in self.frames if one[2]]
+        replies = [one for one in self.frames if not one[2]][1:]
+        mixed = []
+        for query, reply in zip(queries, replies):
+            mixed += [query, (query[0] + 0.3e-3, reply[1], False)]
+        _, out, _, found = self.identify(log_of(mixed))
         self.assertNotIn("inertia_A_s2_rad", found)
-        self.assertRegex(out, "(which cannot be|nobody can tell which query)")
+        self.assertIn("which cannot be", out)
 
     def test_a_slow_current_loop_does_not_make_the_inertia_wrong(self):
         _, _, _, found = self.identify(log_of(record(planned(), lag_s=5e-3)))
