@@ -8,9 +8,9 @@ import sys
 import tempfile
 from typing import Any, List, Optional
 
-from ..command import Parser, libraries, output_file, run
+from ..command import Parser, libraries, output_file, printable, run
 from . import plan
-from .motor import Unusable, is_path, load_motor, run_program, shown_line
+from .motor import Unusable, is_path, load_motor, run_program
 
 EPILOG = """
 Example, at the motor and after it:
@@ -60,13 +60,13 @@ def write_text(path: str, option: str, text: str) -> None:
 def read_text(path: str) -> str:
     try:
         if not os.path.isfile(path) and os.path.exists(path):
-            raise Unusable(f"identify: {shown_line(path)} is not a regular file")
+            raise Unusable(f"identify: {printable(path)} is not a regular file")
         with open(path, encoding="utf-8", errors="replace") as file:
             text = file.read(LONGEST_TEXT + 1)
     except OSError as problem:
-        raise Unusable(f"identify: cannot read {shown_line(path)}: {problem.strerror}") from None
+        raise Unusable(f"identify: cannot read {printable(path)}: {problem.strerror}") from None
     if len(text) > LONGEST_TEXT:
-        raise Unusable(f"identify: {shown_line(path)} is larger than {LONGEST_TEXT} bytes")
+        raise Unusable(f"identify: {printable(path)} is larger than {LONGEST_TEXT} bytes")
     return text
 
 
@@ -90,11 +90,11 @@ def write_motor(path: str, text: str) -> None:
 
 def compare(found: Any, expected: int, file: str) -> int:
     if not found.compared:
-        raise Unusable(f"identify: nothing of {shown_line(file)} is told by this log within 15 %: nothing was compared")
+        raise Unusable(f"identify: nothing of {printable(file)} is told by this log within 15 %: nothing was compared")
     for line in found.lines:
         print(line)
     if not found.lines:
-        print(f"{found.compared} of {expected} values compared, as {shown_line(file)} has them")
+        print(f"{found.compared} of {expected} values compared, as {printable(file)} has them")
     if found.not_compared:
         print(f"not compared: {', '.join(found.not_compared)}")
     return 1 if found.lines else 0
@@ -116,7 +116,7 @@ def read_logs(given: argparse.Namespace) -> int:
         generation = motor.data.get("seen_generation", "seen")
     for log in given.logs:
         if os.path.exists(log) and not os.path.isfile(log):
-            raise Unusable(f"identify: {shown_line(log)} is not a regular file")
+            raise Unusable(f"identify: {printable(log)} is not a regular file")
     drives = [identify(track) for track in read_tracks(given.logs, given.motor, motor, generation, given.id)]
     if not drives:
         which = f" {given.id}" if given.id else ""
@@ -131,7 +131,7 @@ def read_logs(given: argparse.Namespace) -> int:
     if given.output:
         base = os.path.abspath(given.motor) if is_path(given.motor) else given.motor
         write_motor(given.output, motor_text(drives[0], base, given.logs))
-    return compare(changes(drives[0], expected, shown_line(given.expect)), len(expected), given.expect) if given.expect else 0
+    return compare(changes(drives[0], expected, printable(given.expect)), len(expected), given.expect) if given.expect else 0
 
 
 def main() -> None:

@@ -8,34 +8,16 @@ from dataclasses import dataclass, field
 from typing import Callable, List, Optional
 
 import numpy as np
-from scipy.optimize import minimize
 
 from .estimate import Estimate
-from .regression import GROUPS, OUTLIER, RUN_S, Regression, estimate
+from .fit import FEWEST_COMMANDED, Fit, Looked, missed
+from .regression import GROUPS, RUN_S, Regression, estimate
 from .timing import Timing, spread
 from .track import TORQUE, Track
-from .windows import (
-    COULOMB, CONSTANT, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, PULSE_COULOMB, PULSE_VISCOUS, VISCOUS, Balance,
-)  # fmt: skip
+from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS
 
-FEWEST_WINDOWS = 240
-FEWEST_COMMANDED = 100  # with a commanded torque, to count as an experiment (assumed)
-GRAVITY_TRAVEL_RAD = 1.0  # of the output, for gravity to show (assumed)
-HIGHEST_ORDER, MOST_ORDERS = 200, 4
-# By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
-ORDER_GAIN = 43.0
-SEEN_GAIN, OTHER_SPEED = 12.0, 1.4  # and at each of two speeds at least, so many times apart (assumed)
-PATH_SHARE = 0.02  # of an amplitude, for the path between samples (assumed)
-# Time since a change of the command, for the mean response of the current; what is later is its end.
-AGES_S = np.array([0.0, 1e-3, 2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
-SIGNIFICANT = 4.0  # standard deviations of χ²
-MISSED = 0.02  # windows that miss more of a ripple hardly count (assumed)
-SEARCHED = 6_000  # windows that are enough to find an order by
-NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
-DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
-LAGS_S = (0.0, 0.5e-3, 2e-3, 5e-3, 12e-3, 30e-3)
+PATH_SHARE = 0.03  # of an amplitude, for the path between samples (assumed)
 LATE_S = 0.010  # after a change of the command (assumed)
-MOST_ROWS = 1500  # windows and samples that are enough to find a delay by
 AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # more than that is refused (assumed)
 NEGATIVE_S = 0.5e-3  # a drive cannot act before it is told; so much may be the stamps (assumed)
 
@@ -78,27 +60,6 @@ class BalanceFit:
     def expected(self) -> np.ndarray:
         return self.terms @ self.coefficients
 
-
-@dataclass
-class Looked:
-    """Which of the terms are looked for."""
-
-    constant: bool
-    viscous: bool
-    pulses: bool  # for their friction apart
-    gravity: bool
-    gear_loss: bool = False
-
-    def used(self, orders: int) -> List[int]:
-        chosen = [INERTIA, COULOMB]
-        for wanted, terms in (
-            (self.constant, [CONSTANT]), (self.viscous, [VISCOUS]), (self.pulses, [PULSE_COULOMB]),
-            (self.pulses and self.viscous, [PULSE_VISCOUS]), (self.gravity, [GRAVITY_SIN, GRAVITY_COS]), (self.gear_loss, [GEAR_LOSS]),
-        ):  # fmt: skip
-            chosen += terms if wanted else []
-        return chosen + list(range(FIXED_TERMS, FIXED_TERMS + 2 * orders))
-
-
 def gravity_of(coefficients: np.ndarray) -> float:
     return float(math.hypot(coefficients[GRAVITY_SIN], coefficients[GRAVITY_COS]))
 
@@ -106,229 +67,13 @@ def gravity_of(coefficients: np.ndarray) -> float:
 def coefficient(term: int) -> Callable[[np.ndarray], float]:
     return lambda c: float(c[term])
 
-
-class Fit:
-    def __init__(self, track: Track, timing: Timing) -> None:
-        self.track, self.timing = track, timing
-        self.balance = Balance(track, timing)
-        self.windows = self.balance.windows
-        self.orders: List[int] = []
-        self.one_speed: List[int] = []
-        self.delay_s = self.lag_s = 0.0
-        self.lag: Optional[Estimate] = None
-        self.terms = self.windows.terms
-        self.rough = np.zeros(0)
-
-    def possible(self) -> bool:
-        return len(self.windows) >= FEWEST_WINDOWS
-
-    # --- what can be looked for ---
-
-    def looked(self) -> Looked:
-        w, track = self.windows, self.track
-        self.experiment = np.count_nonzero(w.commanded) >= FEWEST_COMMANDED
-        # Friction changes its sign with the speed, and an offset does not: a tenth turns the other way (assumed).
-        share = np.mean(w.speed > 0)
-        # Of the windows with little acceleration, the fast ones are so much faster than the slow ones (assumed).
-        quiet = np.argsort(np.abs(w.terms[:, INERTIA]))[: len(w) // 2]
-        low, high = np.percentile(np.abs(w.speed[quiet]), (10, 90))
-        known = len(track.first) == 1 or track.span_turns == track.motor.N
-        turned = np.ptp(track.angle) / track.motor.N
-        geared = track.motor.N > 1
-        measured = len(w) - np.count_nonzero(w.commanded)
-        return Looked(
-            constant=bool(0.1 < share < 0.9), viscous=bool(high > 2.5 * low),
-            pulses=geared and bool(self.experiment) and measured >= FEWEST_COMMANDED,
-            gravity=bool(known and turned >= GRAVITY_TRAVEL_RAD),
-        )  # fmt: skip
-
-    # --- delay and lag of the current ---
-
-    def find_delay(self) -> None:
-        """Those with which the commands explain the accelerations and the measured currents best."""
-        if not self.experiment:
-            return
-        w, balance = self.windows, self.balance
-        runs = (w.time / RUN_S).astype(int)
-        rows = np.flatnonzero(w.commanded)
-        # Whole runs of them, from all over the log.
-        numbers = np.unique(runs[rows])
-        rows = rows[np.isin(runs[rows], numbers[:: len(rows) // MOST_ROWS + 1])]
-        own = balance.some(rows)
-        acceleration = w.terms[rows, INERTIA]
-        others = np.column_stack((w.terms[rows][:, [COULOMB, VISCOUS, CONSTANT]], self.terms[rows, FIXED_TERMS:]))
-        followed = np.flatnonzero(balance.follows)
-        followed = followed[:: len(followed) // MOST_ROWS + 1]
-        overlap = max(1.0, float(np.median(w.last - w.first)))
-
-        def loss(delay_s: float, lag_s: float) -> float:
-            columns = np.column_stack((own.followed(delay_s, max(lag_s, 0.0)), others))
-            left = acceleration - columns @ np.linalg.lstsq(columns, acceleration, rcond=None)[0]
-            kept = np.abs(left) < OUTLIER * np.median(np.abs(left))
-            left = acceleration - columns @ np.linalg.lstsq(columns[kept], acceleration[kept], rcond=None)[0]
-            off = balance.beyond(delay_s, max(lag_s, 0.0), followed)
-            return len(rows) / overlap * math.log(clipped(left)) + len(followed) * math.log(clipped(off))
-
-        # The sum of both is what the shaft tells; how it is shared, what the measured currents do.
-        sums = [(loss(d, 0.0), d) for d in DELAYS_S]
-        whole = min(sums)[1]
-        if whole < 0:
-            self.delay_s, self.lag_s = whole, 0.0
-            return
-        shares = [(loss(max(whole - lag, 0.0), lag), lag) for lag in LAGS_S]
-        lag = min(shares)[1]
-        start = np.array([max(whole - lag, 0.0), lag]) * 1e3
-        steps = np.array([start, start + (0.5, 0.0), start + (-0.3 - lag * 250, 0.3 + lag * 250)])
-        found = minimize(lambda x: loss(abs(x[0]) / 1e3, abs(x[1]) / 1e3), start, method="Nelder-Mead",
-                         options={"initial_simplex": steps, "xatol": 0.02, "fatol": 0.1, "maxfev": 40})  # fmt: skip
-        self.delay_s, self.lag_s = np.abs(found.x) / 1e3
-        # As far as the loss rises by what one degree of freedom lets it rise in 95 of 100 logs.
-        step = 0.1e-3
-        while step < 0.1 and loss(max(self.delay_s - step, 0.0), self.lag_s + step) < found.fun + 3.84:
-            step *= 2
-        self.lag = Estimate(self.lag_s, step)
-
-    # --- cogging ---
-
-    def set_terms(self, phase: float = 0.0) -> None:
-        averages = self.balance.cogging(self.orders)
-        parts = np.empty((len(self.windows), 2 * len(self.orders)))
-        parts[:, 0::2], parts[:, 1::2] = averages.real, averages.imag
-        self.terms = np.column_stack((self.windows.terms, parts))
-
-    def next_order(self, regression: Regression, averages: np.ndarray, every: int) -> int:
-        """The order that explains most of what is left at two speeds at least; 0: none explains enough."""
-        chosen = np.flatnonzero(regression.kept[::every])
-        weight = regression.weights[::every][chosen]
-        left = regression.residual()[::every][chosen]
-        overlap = max(1.0, float(np.median(self.windows.last - self.windows.first)) / every)
-        speed = self.windows.speed[::every][chosen]
-        gains = np.array([gain(averages[chosen, k], weight, left) for k in range(averages.shape[1])]) / overlap
-        for order in [*self.orders, *self.one_speed]:
-            gains[order - 1] = 0
-        while True:
-            best = int(np.argmax(gains)) + 1
-            if gains[best - 1] < ORDER_GAIN:
-                return 0
-            if self.at_several_speeds(averages[chosen, best - 1], weight, left, speed, overlap):
-                return best
-            self.one_speed.append(best)
-            gains[best - 1] = 0
-
-    def at_several_speeds(self, average: np.ndarray, weight: np.ndarray, left: np.ndarray, speed: np.ndarray, overlap: float) -> bool:
-        """Whatever goes on in time looks like cogging while the shaft turns at one speed, and at another it does not."""
-        label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
-        seen = []
-        for one in np.unique(label):
-            some = label == one
-            if np.count_nonzero(some) >= 3 * overlap and gain(average[some], weight[some], left[some]) / overlap >= SEEN_GAIN:
-                seen.append(float(np.mean(speed[some])))
-        return bool(seen) and not (min(seen) * max(seen) > 0 and max(map(abs, seen)) < OTHER_SPEED * min(map(abs, seen)))
-
-    def find_orders(self, looked: Looked, given: np.ndarray) -> None:
-        every = len(self.windows) // SEARCHED + 1
-        averages = self.balance.some(slice(None, None, every)).cogging(list(range(1, HIGHEST_ORDER + 1)))
-        while len(self.orders) < MOST_ORDERS:
-            regression = self.regression(looked, given)
-            order = self.next_order(regression, averages, every)
-            if order == 0:
-                return
-            self.orders.append(order)
-            self.set_terms()
-
-    # --- all of it ---
-
-    def response(self) -> np.ndarray:
-        """At the samples, what the measured currents are beyond the model, as a mean over the log: in proportion to the last
-        change of the command, by the time since. 0 where that is not significant."""
-        balance, commands = self.balance, self.balance.commands
-        changes = np.flatnonzero(np.diff(commands.value) != 0) + 1
-        none = np.zeros(len(balance.time))
-        if len(changes) < FEWEST_COMMANDED:
-            return none
-        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None))
-        latest = np.searchsorted(commands.time[changes] + self.delay_s, self.timing.time, side="right") - 1
-        place = np.maximum(latest, 0)
-        age = self.timing.time - commands.time[changes][place] - self.delay_s
-        step = np.diff(commands.value)[changes - 1][place]
-        bins = np.where(latest >= 0, np.searchsorted(AGES_S, age), len(AGES_S))
-        chosen = balance.follows & (bins < len(AGES_S))
-        if not np.any(chosen):
-            return none
-        size = np.bincount(bins[chosen], step[chosen] ** 2, len(AGES_S) + 1)
-        share = np.bincount(bins[chosen], step[chosen] * beyond[chosen], len(AGES_S) + 1) / np.maximum(size, 1e-12)
-        noise = spread(beyond[chosen] - (share[bins] * step)[chosen])
-        told = size > 0
-        chi_squared = np.sum(share[told] ** 2 * size[told]) / max(noise**2, 1e-12)
-        if chi_squared < np.count_nonzero(told) + SIGNIFICANT * math.sqrt(2 * np.count_nonzero(told)):
-            return none
-        share[-1] = 0
-        return share[bins] * step
-
-    def given(self, response: np.ndarray) -> np.ndarray:
-        """The current of each window: what follows the commands, and what the measured ones are beyond that, as far as it
-        is more than their noise."""
-        balance, w = self.balance, self.windows
-        if not np.any(w.commanded):
-            return balance.taken()
-        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None)) - response
-        mean = balance.over(beyond)[w.commanded]
-        noise = spread(np.diff(beyond[balance.follows])) ** 2 / 2 / (np.median(w.last - w.first) + 1)
-        share = min(1.0, max(0.0, 2 * spread(mean) ** 2 / max(noise, 1e-12) - 2.4))  # noise alone has 1, none from 1.2 on
-        made = balance.taken()
-        followed = balance.followed(self.delay_s, self.lag_s) + balance.integrated(response)
-        made[w.commanded] = followed[w.commanded] + share * mean
-        return made
-
-    def leave_out_limits(self) -> None:
-        """Windows in which the drive gave less than it was told: it was at a limit, or did not hear."""
-        balance = self.balance
-        off = np.abs(balance.over(balance.beyond(self.delay_s, self.lag_s, slice(None))))
-        told = np.abs(balance.followed(self.delay_s, self.lag_s))
-        sure = ~self.windows.commanded | (off <= NOT_GIVEN_A + NOT_GIVEN_SHARE * told)
-        self.balance = balance.some(sure)
-        self.windows = self.balance.windows
-        self.terms = self.terms[sure]
-
-    def fit(self, looked: Looked) -> Regression:
-        return self.regression(looked, self.given(self.response()))
-
-    def regression(self, looked: Looked, given: np.ndarray, chosen: "np.ndarray | slice" = slice(None)) -> Regression:
-        used = looked.used(len(self.orders))
-        windows = self.balance.some(chosen).windows
-        rough = self.rough[chosen] if len(self.rough) else np.zeros(len(windows))
-        expected = self.balance.instrument(self.delay_s, self.lag_s)[chosen] if self.experiment else given[chosen]
-        return Regression(windows, self.terms[chosen], given[chosen], used, bool(self.experiment), rough, expected)
-
-    def note_rough(self, regression: Regression) -> None:
-        """Currents at the samples tell little of a ripple that is faster than these: such windows hardly count."""
-        w, c = self.windows, regression.coefficients
-        self.rough = np.zeros(len(w))
-        for n, order in enumerate(self.orders):
-            at = FIXED_TERMS + 2 * n
-            self.rough += np.where(missed(order, w.speed, self.track.step_s) > MISSED, 9 * (c[at] ** 2 + c[at + 1] ** 2), 0.0)
-
-
-def clipped(values: np.ndarray) -> float:
-    """The mean square, with what is far off taken for as far as is usual."""
-    off = np.abs(values)
-    return float(np.mean(np.minimum(off, max(1.5 * OUTLIER * np.median(off), 1e-6)) ** 2))
-
-
-def gain(average: np.ndarray, weight: np.ndarray, left: np.ndarray) -> float:
-    rows = np.column_stack((average.real, average.imag))
-    weighed = rows * weight[:, None]
-    right = weighed.T @ left
-    return float(right @ np.linalg.lstsq(weighed.T @ rows, right, rcond=1e-9)[0])
-
-
 def whitened(regression: Regression) -> np.ndarray:
     return np.sqrt(regression.weights) * regression.residual()
 
 
 def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
     """Each half of the log is fitted and tried on the other: what is left there, over what is left where it was fitted."""
-    half = (fit.windows.time / 0.2).astype(int) % 2
+    half = (fit.windows.time / RUN_S).astype(int) % 2
     fitted = held = 0.0
     for n in (0, 1):
         own, other = half == n, half != n
@@ -393,13 +138,6 @@ def late_inertia(fit: Fit, regression: Regression) -> Optional[Estimate]:
 
     difference = without(late) - without(usable)
     return estimate(lambda one: float(one[0]), difference[:1], difference[1:, None])
-
-
-def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
-    """The share of a ripple that a sum over samples misses."""
-    x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
-    return 1 - x / np.tan(x)
-
 
 def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights: np.ndarray) -> Estimate:
     """Currents at the samples miss of a ripple what is too fast for them, and half of that may have gone to the inertia
@@ -466,7 +204,6 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     if fit.orders:
         fit.find_delay()
         check_delay(fit)
-    fit.note_rough(fit.fit(looked))
     regression = fit.fit(looked)
     without, c = regression.jackknife(), regression.coefficients
 
@@ -478,6 +215,9 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         coulomb.half_width = abs(coulomb.value)
     if not looked.viscous:  # what of it grows with the speed is in it: a tenth, assumed
         coulomb.half_width = math.hypot(coulomb.half_width, 0.1 * coulomb.value)
+    # The shape of friction over speed is the motor file's, right to 1 % (assumed).
+    viscous = of(coefficient(VISCOUS))
+    viscous.half_width = math.hypot(viscous.half_width, 0.01 * coulomb.value / float(np.percentile(np.abs(fit.windows.speed), 90)))
     cogging = []
     for n, order in enumerate(fit.orders):
         at = FIXED_TERMS + 2 * n
@@ -499,7 +239,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     given = fit.given(response)
     weight = np.where(regression.kept, regression.weights, 0)
     return BalanceFit(
-        inertia=inertia, coulomb=coulomb, viscous=of(coefficient(VISCOUS)),
+        inertia=inertia, coulomb=coulomb, viscous=viscous,
         gravity=of(gravity_of) if looked.gravity else None,
         gear_loss=of(lambda one: float(one[GEAR_LOSS] / gravity_of(one))) if looked.gear_loss else None, gravity_phase=phase,
         cogging=sorted(cogging, key=lambda one: -one.amplitude.value), one_speed=fit.one_speed, delay_s=fit.delay_s, lag_s=fit.lag_s, lag=fit.lag,

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Dict, List
 
-from ..command import printable as shown_line
 from ..errors import StartError
 from ..program import find_program
 

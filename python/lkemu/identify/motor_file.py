@@ -7,13 +7,14 @@ import re
 import tomllib
 from typing import List
 
+from ..command import printable
 from .estimate import Estimate
-from .motor import Unusable, shown_line
+from .motor import Unusable
 from .quantities import QUANTITIES, Drive, Expected
 
 
 def toml_string(text: str) -> str:
-    return '"' + shown_line(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return '"' + printable(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 class Section:
@@ -47,7 +48,7 @@ def mechanics(drive: Drive, k_t: float) -> Section:
         tau = max(drive.number("coulomb_A") * k_t - motor.coulomb_out / motor.N / efficiency_of(drive), 0.0)
         excess = motor.static / motor.coulomb if motor.coulomb > 0 else 1.0
         section.add("tau_coulomb_mNm", tau * 1e3, "coulomb_A")
-        section.say(f"{'tau_static_mNm':<26} = {excess * tau * 1e3:<11.5g} # in proportion to that of {shown_line(motor.name)}")
+        section.say(f"{'tau_static_mNm':<26} = {excess * tau * 1e3:<11.5g} # in proportion to that of {printable(motor.name)}")
     if drive.told("viscous_A_s_rad"):
         section.add("B_uNm_s_rad", drive.number("viscous_A_s_rad") * k_t * 1e6, "viscous_A_s_rad")
     cogging = drive.cogging()
@@ -107,7 +108,7 @@ def motor_text(drive: Drive, base: str, logs: List[str]) -> str:
     k_t = drive.number("k_t_Nm_A") if own_k_t else motor.k_t
     of = "the torque constant of the log" if own_k_t else f"the torque constant of {motor.name}, because the log does not show it"
     text = (
-        f"# {shown_line(motor.model)} as drive {drive.track.id} of a robot has it.\n"
+        f"# {printable(motor.model)} as drive {drive.track.id} of a robot has it.\n"
         "# A within 5 %, B within 15 %, with the 95 % interval of the log.\n"
         f"# In Nm with {of}: {k_t:.4g} Nm/A.\n"
         f"# Firmware: {drive.track.options()}\n"
@@ -143,7 +144,7 @@ def expected_values(text: str, file: str) -> List[Expected]:
         table = tomllib.loads(text).get("identified")
     except tomllib.TOMLDecodeError as problem:
         at = re.search(r"\(at line (\d+)", str(problem))
-        raise Unusable(f"{file}:{at[1] if at else 1}: {shown_line(str(problem))}") from None
+        raise Unusable(f"{file}:{at[1] if at else 1}: {printable(str(problem))}") from None
     if not isinstance(table, dict):
         raise Unusable(f"{file}: identified: is missing; lk-emu identify -o writes it")
     values = []

@@ -8,8 +8,9 @@ import subprocess
 from dataclasses import dataclass
 from typing import List, Optional, Tuple
 
+from ..command import printable
 from ..program import find_program
-from .motor import DEG, Motor, Unusable, shown_line
+from .motor import DEG, Motor, Unusable
 
 REST_S, SPEED_S, MOVE_S = 1.5, 2.0, 0.5
 SPEED_SHARES = (0.1, -0.1, 0.2, -0.2, 1.0, -1.0)
@@ -79,7 +80,7 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
     lsb, queries = dialect(motor_name, generation)
     steps = "".join(f'    ("{what}", {value:.4g}, {seconds:.3g}),\n' for what, value, seconds in plan_steps(limits))
     constants = (
-        f"MOTOR, DRIVE, GENERATION = {json.dumps(shown_line(motor_name))}, {id}, {json.dumps(generation)}\n"
+        f"MOTOR, DRIVE, GENERATION = {json.dumps(printable(motor_name))}, {id}, {json.dumps(generation)}\n"
         f"QUERY_ID, REPLY_ID = 0x140 + {id}, 0x140 + {id}\n"
         f"A_PER_LSB = {lsb!r}\n"
         f"COUNTS, ROTOR_TURNS = {motor.counts}, {motor.span_turns():g}  # of the encoder field, and the turns that they span\n"
@@ -98,7 +99,7 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
 def write_plan(motor: Motor, motor_name: str, id: Optional[int], generation: Optional[str]) -> Tuple[str, str]:
     """The script, and what to say about it."""
     if not motor.reports_current:
-        raise Unusable(f"identify: {shown_line(motor_name)} is an MS motor, which reports no current: a plan would tell nothing of it")
+        raise Unusable(f"identify: {printable(motor_name)} is an MS motor, which reports no current: a plan would tell nothing of it")
     if id is None:
         raise Unusable("identify: --plan needs --id, the drive that it moves")
     spoken = generation or "legacy"

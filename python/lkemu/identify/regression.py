@@ -32,7 +32,6 @@ class Regression:
     given: np.ndarray
     used: List[int]
     experiment: bool  # the inertia is told by commanded torques alone
-    rough: np.ndarray  # A² of each window, beside the noise
     expected: np.ndarray  # the current of each window without the noise of its stamps
     coefficients: np.ndarray = field(init=False)
     weights: np.ndarray = field(init=False)
@@ -108,7 +107,7 @@ class Regression:
             steady[which] = max(np.mean(squares[measured[some]]), 1e-12)
         more = np.sum(squares[measured[~quiet]] - steady[~quiet])
         per = max(more / max(np.sum(acceleration[~quiet]), 1e-300), 0.0)
-        self.weights[measured] = 1 / (steady + per * acceleration + self.rough[measured])
+        self.weights[measured] = 1 / (steady + per * acceleration)
 
     def _trim(self) -> None:
         """Of measured currents none is left out: what is far off there is often what tells the inertia."""

@@ -10,8 +10,9 @@ from typing import Any, List
 
 import numpy as np
 
+from ..command import printable
 from .balance import FEWEST_COMMANDED, BalanceFit
-from .motor import Unusable, shown_line
+from .motor import Unusable
 from .plan import dialect
 from .quantities import QUANTITIES, Drive
 from .windows import COULOMB, INERTIA, VISCOUS, WINDOW_S
@@ -121,9 +122,9 @@ def notes(drive: Drive) -> List[str]:
 
 
 def table_text(drive: Drive) -> str:
-    track, name = drive.track, shown_line(drive.track.motor.name)
+    track, name = drive.track, printable(drive.track.motor.name)
     text = (
-        f"drive {track.id} on {shown_line(track.interface)}: {track.options()}, {len(track.time)} replies, "
+        f"drive {track.id} on {printable(track.interface)}: {track.options()}, {len(track.time)} replies, "
         f"every {track.step_s * 1e3:.1f} ms\n"
     )
     for one in QUANTITIES:
@@ -216,7 +217,7 @@ def drive_html(drive: Drive) -> str:
 
 
 def report_html(drives: List[Drive], logs: List[str]) -> str:
-    names = ", ".join(html.escape(shown_line(log)) for log in logs)
+    names = ", ".join(html.escape(printable(log)) for log in logs)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
         f"<title>What the log tells of the motors</title>\n<style>{STYLE}</style></head><body>\n<h1>What the log tells of the motors</h1>\n"

@@ -12,8 +12,9 @@ from typing import Any, Dict, IO, Iterator, List, Optional, Tuple
 
 import numpy as np
 
+from ..command import printable
 from ..program import find_program
-from .motor import DEG, Motor, Unusable, run_program, shown_line
+from .motor import DEG, Motor, Unusable, run_program
 
 FEWEST_SAMPLES = 200  # replies with the second state: ten seconds at 20 Hz (assumed)
 GAP_STEPS = 5  # a gap is longer than so many usual steps (assumed)
@@ -107,7 +108,7 @@ def monotone(log: str) -> "tuple[IO[bytes], array[float], int]":
             made.seek(0)
             return made, stamps, back
     except OSError as problem:
-        raise Unusable(f"identify: cannot read {shown_line(log)}: {problem.strerror}") from None
+        raise Unusable(f"identify: cannot read {printable(log)}: {problem.strerror}") from None
 
 
 def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[Dict[str, Any]]:
@@ -120,7 +121,7 @@ def decoded(log: IO[bytes], name: str, motor: str, generation: str) -> Iterator[
         if popen.returncode != 0:
             errors.seek(0)
             said = errors.read().decode(errors="replace").strip().splitlines() or ["decode has failed"]
-            raise Unusable(f"identify: {shown_line(name)}: {said[-1].removeprefix('lk-emu: ').removeprefix('decode: ')}")
+            raise Unusable(f"identify: {printable(name)}: {said[-1].removeprefix('lk-emu: ').removeprefix('decode: ')}")
 
 
 class Builder:
@@ -216,7 +217,7 @@ def read_log(log: str, motor_name: str, motor: Motor, generation: Optional[str],
                 if frame["type"] != "frame" or (place not in wanted and place[1] != 0):
                     continue
                 if "time_s" not in frame:
-                    raise Unusable(f"identify: {shown_line(log)}: has no time stamps; candump -L writes them")
+                    raise Unusable(f"identify: {printable(log)}: has no time stamps; candump -L writes them")
                 at = stamps[frame["line"] - 1] if stamps else frame["time_s"]
                 start = at if start is None else start
                 if frame["role"] == "query":
@@ -247,7 +248,7 @@ def run_guess(log: str) -> str:
         return run_program("decode", log, "--guess", "--json")
     except Unusable as problem:
         said = str(problem).removeprefix("decode: ")
-        raise Unusable(f"identify: {said if log in said else f'{shown_line(log)}: {said}'}") from None
+        raise Unusable(f"identify: {said if log in said else f'{printable(log)}: {said}'}") from None
 
 
 def joined(track: Track, more: Track) -> Track:

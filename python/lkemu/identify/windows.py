@@ -204,7 +204,7 @@ class Balance:
     def cogging(self, orders: "List[int]") -> np.ndarray:
         """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
         commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
-        track, time, w = self.track, self.time, self.windows
+        time, w = self.time, self.windows
         steps = np.diff(time)
         a, b = self.angle[:-1], self.angle[1:]
         # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
