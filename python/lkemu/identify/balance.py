@@ -14,10 +14,10 @@ from .fit import FEWEST_COMMANDED, Fit, Looked, missed
 from .regression import GROUPS, RUN_S, Regression, estimate
 from .timing import Timing, spread
 from .track import TORQUE, Track
-from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS
+from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS, WINDOW_S
 
+LAG_SHARE = 0.2
 PATH_SHARE = 0.03  # of an amplitude, for the path between samples (assumed)
-LATE_S = 0.010  # after a change of the command (assumed)
 AMBIGUOUS_SHARE, ROUGH_S = 0.2, 2.5e-3  # more than that is refused (assumed)
 NEGATIVE_S = 0.5e-3  # a drive cannot act before it is told; so much may be the stamps (assumed)
 
@@ -96,48 +96,20 @@ def autocorrelation(fit: Fit, regression: Regression) -> float:
     return float(np.sum(left[follows] * left[after[follows]]) / squares) if squares > 0 else 0.0
 
 
-def widened_inertia(fit: Fit, inertia: Estimate, difference: Optional[Estimate]) -> Estimate:
+def widened_inertia(fit: Fit, inertia: Estimate, shorter: Optional[Estimate]) -> Estimate:
     """And of what windows do not see. Where torques were commanded: the current rises along a curve (1 %, assumed). Where
-    they were not, a current may have come and gone between two samples (a half, assumed). Within the play of a gear, and in
-    short pulses, the flange of the output hangs on the rotor or does not. Where the beginning of pulses tells another inertia
-    than later windows, the interval has both."""
+    they were not, a current may have come and gone between two samples (a half, assumed). A current that lags need not lag in
+    first order (a fifth of the lag, assumed). Within the play of a gear, and in
+    short pulses, the flange of the output hangs on the rotor or does not. A load behind the play of a gear shows as another
+    inertia in shorter windows: three times by how much more than their interval (assumed)."""
     motor = fit.track.motor
     flange = motor.J_out / (motor.N**2 * motor.J + motor.J_out) if motor.N > 1 else 0.0
-    unseen = (0.01 if fit.experiment else 0.5, flange / 2)
+    unseen = (0.01 if fit.experiment else 0.5, flange / 2, LAG_SHARE * fit.lag_s / WINDOW_S)
     width = math.hypot(inertia.half_width, *(share * inertia.value for share in unseen))
-    if difference is not None and abs(difference.value) > difference.half_width:
-        width += abs(difference.value) - difference.half_width
+    if shorter is not None:
+        width += 3 * max(abs(shorter.value - inertia.value) - shorter.half_width, 0.0)
     return Estimate(inertia.value, width)
 
-
-def late_inertia(fit: Fit, regression: Regression) -> Optional[Estimate]:
-    """The inertia of windows well after the last change of the command, less that of all. Play in a gear and a current that
-    follows otherwise than modelled make a difference there."""
-    balance, w, c = fit.balance, fit.windows, regression.coefficients
-    orders = balance.commands
-    changes = orders.time[1:][np.diff(orders.value) != 0]
-    if len(changes) == 0:
-        return None
-    latest = np.searchsorted(changes, balance.time[w.last]) - 1
-    since = balance.time[w.first] - np.where(latest >= 0, changes[np.maximum(latest, 0)], -np.inf)
-    usable = w.commanded & regression.kept
-    late = usable & (since >= LATE_S)
-    if np.count_nonzero(late) < FEWEST_COMMANDED or np.count_nonzero(usable) - np.count_nonzero(late) < FEWEST_COMMANDED:
-        return None
-    others = c.copy()
-    others[INERTIA] = 0
-    weight = regression.weights * regression.instrument
-    left, acceleration = weight * (regression.given - regression.terms @ others), weight * regression.terms[:, INERTIA]
-    group = (w.time / RUN_S).astype(int) % GROUPS
-
-    def without(chosen: np.ndarray) -> np.ndarray:
-        """Of all, and without each group."""
-        sums = [np.bincount(group[chosen], one[chosen], GROUPS) for one in (left, acceleration)]
-        totals = [float(np.sum(one)) for one in sums]
-        return np.concatenate(([totals[0] / totals[1]], (totals[0] - sums[0]) / (totals[1] - sums[1])))
-
-    difference = without(late) - without(usable)
-    return estimate(lambda one: float(one[0]), difference[:1], difference[1:, None])
 
 def widened_cogging(fit: Fit, order: int, at: int, amplitude: Estimate, weights: np.ndarray) -> Estimate:
     """Currents at the samples miss of a ripple what is too fast for them, and half of that may have gone to the inertia
@@ -200,6 +172,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         looked.gravity = estimate(gravity_of, regression.coefficients, regression.jackknife()).letter != "U"
         looked.gear_loss = looked.gravity and track.motor.N > 1
         phase = math.atan2(regression.coefficients[GRAVITY_COS], regression.coefficients[GRAVITY_SIN])
+        fit.phase = phase
         fit.terms[:, GEAR_LOSS] = fit.balance.gear_loss(phase)
     if fit.orders:
         fit.find_delay()
@@ -223,19 +196,21 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         at = FIXED_TERMS + 2 * n
         amplitude = of(lambda one, at=at: float(math.hypot(one[at], one[at + 1])))
         cogging.append(Cogging(order, widened_cogging(fit, order, at, amplitude, regression.weights), math.atan2(c[at], c[at + 1])))
-    difference = late_inertia(fit, regression) if fit.experiment else None
-    inertia = widened_inertia(fit, of(coefficient(INERTIA)), difference)
+    inertia, shorter, notes = of(coefficient(INERTIA)), None, []
+    if fit.experiment:
+        half = fit.shorter(looked)
+        shorter = estimate(coefficient(INERTIA), half.coefficients, half.jackknife())
+    told = inertia.half_width
+    inertia = widened_inertia(fit, inertia, shorter)
+    if fit.experiment and inertia.half_width > told + 0.05 * inertia.value:
+        notes.append(
+            "Shorter windows show another inertia: play in the gear, or a load on a spring. The interval is wider for that."
+        )
     response = fit.response()
     if np.any(response):
         # Half of what the mean response changes may be wrong (assumed).
         plain = fit.regression(looked, fit.given(np.zeros_like(response))).coefficients[INERTIA]
         inertia.half_width += abs(plain - c[INERTIA]) / 2
-    notes = []
-    if difference is not None and abs(difference.value) - difference.half_width > 0.02 * inertia.value:
-        notes.append(
-            "The inertia is another at the beginning of torque pulses than later: play in the gear or a load on a spring. Its interval "
-            "is wider for that."
-        )
     given = fit.given(response)
     weight = np.where(regression.kept, regression.weights, 0)
     return BalanceFit(

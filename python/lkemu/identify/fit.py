@@ -14,7 +14,8 @@ from .regression import OUTLIER, RUN_S, Regression
 from .timing import Timing, spread
 from .track import Track
 from .windows import (
-    COULOMB, CONSTANT, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, PULSE_COULOMB, PULSE_VISCOUS, VISCOUS, Balance,
+    COULOMB, CONSTANT, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, PULSE_COULOMB, PULSE_VISCOUS, VISCOUS, WINDOW_S,
+    Balance,
 )  # fmt: skip
 
 FEWEST_WINDOWS = 240
@@ -55,14 +56,15 @@ class Looked:
         return chosen + list(range(FIXED_TERMS, FIXED_TERMS + 2 * orders))
 
 class Fit:
-    def __init__(self, track: Track, timing: Timing) -> None:
+    def __init__(self, track: Track, timing: Timing, window_s: float = WINDOW_S) -> None:
         self.track, self.timing = track, timing
-        self.balance = Balance(track, timing)
+        self.balance = Balance(track, timing, window_s)
         self.windows = self.balance.windows
         self.orders: List[int] = []
         self.one_speed: List[int] = []
         self.delay_s = self.lag_s = 0.0
         self.lag: Optional[Estimate] = None
+        self.phase = 0.0  # of gravity
         self.terms = self.windows.terms
 
     def possible(self) -> bool:
@@ -189,6 +191,15 @@ class Fit:
             self.set_terms()
 
     # --- all of it ---
+
+    def shorter(self, looked: Looked) -> Regression:
+        """The same over windows of half the length."""
+        half = Fit(self.track, self.timing, WINDOW_S / 2)
+        half.experiment, half.orders, half.delay_s, half.lag_s = self.experiment, self.orders, self.delay_s, self.lag_s
+        half.set_terms()
+        half.terms[:, GEAR_LOSS] = half.balance.gear_loss(self.phase)
+        half.leave_out_limits()
+        return half.fit(looked)
 
     def response(self) -> np.ndarray:
         """At the samples, what the measured currents are beyond the model, as a mean over the log: in proportion to the last

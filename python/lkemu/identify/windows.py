@@ -65,8 +65,8 @@ class Windows:
 class Balance:
     """What the windows of a track are made of: integrals from the first sample to each."""
 
-    def __init__(self, track: Track, timing: Timing) -> None:
-        self.track, self.timing = track, timing
+    def __init__(self, track: Track, timing: Timing, window_s: float = WINDOW_S) -> None:
+        self.track, self.timing, self.window_s = track, timing, window_s
         self.commands = Commands(track, timing)
         # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
         torque = (track.orders.what == TORQUE) & (track.orders.value != 0)
@@ -112,7 +112,7 @@ class Balance:
         track, time, speed = self.track, self.time, self.speed
         # Without commanded torques an inertia is hardly told, and short windows see faster ripples.
         least = 2 if self.pulses else 1
-        span = max(WINDOW_S * least / 2, least * track.step_s)
+        span = max(self.window_s * least / 2, least * track.step_s)
         first = np.arange(len(time))
         last = np.searchsorted(time, time + span)
         last = np.minimum(last, len(time) - 1)
