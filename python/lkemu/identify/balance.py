@@ -200,12 +200,11 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     if fit.experiment:
         half = fit.shorter(looked)
         shorter = estimate(coefficient(INERTIA), half.coefficients, half.jackknife())
-    told = inertia.half_width
+        if 3 * (abs(shorter.value - inertia.value) - shorter.half_width) > 0.03 * inertia.value:
+            notes.append(
+                "Shorter windows show another inertia: play in the gear, or a load on a spring. The interval is wider for that."
+            )
     inertia = widened_inertia(fit, inertia, shorter)
-    if fit.experiment and inertia.half_width > told + 0.05 * inertia.value:
-        notes.append(
-            "Shorter windows show another inertia: play in the gear, or a load on a spring. The interval is wider for that."
-        )
     response = fit.response()
     if np.any(response):
         # Half of what the mean response changes may be wrong (assumed).

@@ -17,7 +17,7 @@ SPEED_SHARES = (0.1, -0.1, 0.2, -0.2, 1.0, -1.0)
 PULSES, PULSE_S, PULSE_SHARES = 130, (0.02, 0.04, 0.06), (1.0, 0.7)
 MOVES_DEG = (90.0, 0.0, 180.0, 0.0, 90.0, -90.0, 0.0)
 MOST_SPEED_DPS, TRAVEL_TURNS, RATE_HZ = 720.0, 20.0, 200.0
-REACTION_STEPS = 1.5  # exchanges from a speed that is too high until the torque ends (assumed)
+REACTION_STEPS = 2.5  # exchanges from a speed that is too high until the torque ends: a reply is one old, and hosts jitter (assumed)
 PLACE = "# (here stand the constants of the plan)\n"
 
 
@@ -26,8 +26,22 @@ class Limits:
     """At the rotor."""
 
     current_A: float
-    speed_dps: float  # of the speeds; torque never makes it faster than twice that, if the host is on time
+    speed_dps: float  # of the speeds
     dps_per_A_s: float  # acceleration per ampere, at most
+
+    @property
+    def reach_dps(self) -> float:
+        """By how much a pulse makes the rotor faster after it has become too fast."""
+        return self.dps_per_A_s * self.current_A * REACTION_STEPS / RATE_HZ
+
+    @property
+    def pulse_dps(self) -> float:
+        """Pulses end at this speed: they keep below twice that of the speeds, but are not cut below that."""
+        return max(2 * self.speed_dps - self.reach_dps, self.speed_dps)
+
+    @property
+    def most_dps(self) -> float:
+        return self.pulse_dps + self.reach_dps
 
     @property
     def late_dps(self) -> float:
@@ -42,8 +56,7 @@ def plan_limits(motor: Motor) -> Limits:
     dps_per_A_s = motor.k_t / inertia / DEG
     speed_dps = min(MOST_SPEED_DPS, motor.no_load_rad_s / DEG / 20)
     current_A = min(3 * (motor.coulomb + motor.coulomb_out / motor.N) / motor.k_t, motor.number("current_sensor", "range_A") / 2)
-    # A pulse from rest has to fit below the limit.
-    return Limits(min(current_A, 1.6 * speed_dps / (dps_per_A_s * REACTION_STEPS / RATE_HZ)), speed_dps, dps_per_A_s)
+    return Limits(current_A, speed_dps, dps_per_A_s)
 
 
 def plan_steps(limits: Limits) -> List[Tuple[str, float, float]]:
@@ -87,8 +100,8 @@ def plan_script(motor: Motor, motor_name: str, id: int, generation: str, limits:
         f"FIRST_QUERIES = [{', '.join(f'0x{one:02X}' for one in queries)}]\n"
         f"RATE_HZ = {RATE_HZ:g}\n"
         f"SPEED_DPS = {limits.speed_dps:g}  # of the speeds\n"
-        "MOST_DPS = 2 * SPEED_DPS  # no pulse makes the rotor faster; above 2.5 times that, everything coasts\n"
-        f"DPS_PER_STEP = {limits.dps_per_A_s * REACTION_STEPS / RATE_HZ:.4g}  # by how much 1 A makes it faster until the torque ends\n"
+        f"PULSE_DPS = {limits.pulse_dps:.0f}  # pulses of torque end at this speed\n"
+        f"MOST_DPS = {limits.most_dps:.0f}  # that they reach until then, if the host is on time; above it, everything coasts\n"
         f"TRAVEL_TURNS = {TRAVEL_TURNS:g}  # of the rotor, to either side\n"
         f"# what, A or dps or degrees from the start, seconds\nSTEPS = [\n{steps}]\n"
     )
@@ -108,7 +121,7 @@ def write_plan(motor: Motor, motor_name: str, id: Optional[int], generation: Opt
     limits = plan_limits(motor)
     script = plan_script(motor, motor_name, id, spoken, limits)
     said = (
-        f"moves drive {id} for 30 s, with up to {limits.current_A:.2f} A and {2 * limits.speed_dps:.0f} dps of its rotor, "
+        f"moves drive {id} for 30 s, with up to {limits.current_A:.2f} A and {limits.most_dps:.0f} dps of its rotor, "
         f"{limits.late_dps:.0f} dps more if the host is 10 ms late; it asks before it moves.\nIts shaft must be free."
     )
     if generation is None:

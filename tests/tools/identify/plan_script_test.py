@@ -1,5 +1,6 @@
 """The script of a plan, run against a motor that is a few lines of Python: no waiting, no bus."""
 
+import re
 import runpy
 import struct
 import subprocess
@@ -61,6 +62,50 @@ class Motor:
         return False
 
 
+class Rotor(Motor):
+    """Accelerates as the bare rotor of an mg4005 without friction does, for as long as a torque is commanded."""
+
+    DPS_PER_A_S, A_PER_LSB = 250_000, 0.016
+
+    def __init__(self):
+        super().__init__()
+        self.current, self.fastest_dps = 0.0, 0.0
+
+    def send(self, message):
+        speed, data = self.speed_dps, bytes(message.data)
+        super().send(message)
+        self.current = 0.0
+        if data[0] == 0xA1:
+            self.speed_dps, self.current = speed, struct.unpack_from("<h", data, 4)[0] * self.A_PER_LSB
+
+    def sleep(self, seconds):
+        self.now += seconds + 1e-6  # its angle does not matter
+        friction = min(abs(self.speed_dps), 12_000 * seconds) if not self.current else 0
+        self.speed_dps += self.current * self.DPS_PER_A_S * seconds - (friction if self.speed_dps > 0 else -friction)
+        self.fastest_dps = max(self.fastest_dps, abs(self.speed_dps))
+
+
+class Socket(Motor):
+    """A bus that delivers own frames and the kernel's time stamps."""
+
+    def __init__(self):
+        super().__init__()
+        self.echoes = []
+
+    def send(self, message):
+        super().send(message)
+        self.echoes.append(bytes(message.data))
+
+    def recv(self, timeout):
+        if self.echoes:
+            return types.SimpleNamespace(arbitration_id=0x141, data=self.echoes.pop(), is_error_frame=False, is_rx=False,
+                                         timestamp=self.now + 0.25)
+        message = super().recv(timeout)
+        if message is not None:
+            message.is_rx, message.timestamp = True, self.now + 0.2503
+        return message
+
+
 class PlanScript(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -90,6 +135,20 @@ class PlanScript(unittest.TestCase):
         self.assertEqual([motor.sent[-2][0], motor.sent[-1][0]], [0x81, 0x80])
         for command in (0x9A, 0xA1, 0xA2, 0xA4):
             self.assertTrue(any(data[0] == command for data in motor.sent), hex(command))
+
+    def test_logs_the_stamps_of_the_kernel(self):
+        query, reply = self.run_script(Socket(), "--yes").splitlines()[:2]
+        self.assertEqual(query, "(100.250000) can0 141#9200000000000000")
+        self.assertEqual(reply.split()[0], "(100.250300)")
+
+    def test_keeps_to_the_speed_that_it_announces(self):
+        said = subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mg4005"], check=True,
+                              capture_output=True, text=True).stdout
+        most = float(re.search(r"and (\d+) dps of its rotor", said)[1])
+        motor = Rotor()
+        self.run_script(motor, "--yes")
+        self.assertGreater(motor.fastest_dps, 0.5 * most)
+        self.assertLessEqual(motor.fastest_dps, most)
 
     def test_moves_nothing_unless_told(self):
         for answer in ("", "\n", "no\n"):

@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(ROOT, "python"))
 
 import lkemu  # noqa: E402
 from lkemu.identify.motor import load_motor  # noqa: E402
-from lkemu.identify.plan import RATE_HZ, write_plan  # noqa: E402
+from lkemu.identify.plan import write_plan  # noqa: E402
 
 MOTORS = ("mg4005", "mf7015", "mg5010", "mf9025", "mg6010")
 ORDERS = (12, 14, 20, 26, 28, 40, 42)
@@ -152,8 +152,6 @@ def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
             space["can"] = types.SimpleNamespace(
                 Message=lambda arbitration_id, data, is_extended_id: types.SimpleNamespace(
                     arbitration_id=arbitration_id, data=data))  # fmt: skip
-            # A host at another rate reacts sooner or later.
-            space["DPS_PER_STEP"] *= RATE_HZ / rate
             space.update(time=time, RATE_HZ=rate, **({"STEPS": steps} if steps else {}))
             with contextlib.redirect_stderr(io.StringIO()):
                 space["run"](SlcanHost(terminal, time), io.StringIO())
