@@ -29,6 +29,7 @@ SEEN_GAIN, OTHER_SPEED = 9.0, 1.4  # and at other speeds than where it shows bes
 AGES_S = np.array([2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
 SIGNIFICANT = 4.0  # standard deviations of χ²
 MISSED = 0.02  # windows of measured currents that miss more of a ripple tell nothing of it (assumed)
+SEARCH_RUN = 300
 SEARCHED = 6_000  # windows that are enough to find an order by
 NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
@@ -146,13 +147,14 @@ class Fit:
         parts[:, 0::2], parts[:, 1::2] = averages.real, averages.imag
         self.terms = np.column_stack((w.terms, parts))
 
-    def next_order(self, regression: Regression, averages: np.ndarray, every: int) -> int:
+    def next_order(self, regression: Regression, averages: np.ndarray, rows: np.ndarray) -> int:
         """The order that explains most of what is left at two speeds at least; 0: none explains enough."""
-        chosen = np.flatnonzero(regression.kept[::every])
-        weight = regression.weights[::every][chosen]
-        left = regression.residual()[::every][chosen]
-        overlap = max(1.0, float(np.median(self.windows.last - self.windows.first)) / every)
-        speed = self.windows.speed[::every][chosen]
+        chosen = np.flatnonzero(regression.kept[rows])
+        weight = regression.weights[rows][chosen]
+        left = regression.residual()[rows][chosen]
+        w = self.windows
+        overlap = max(1.0, float(np.median(w.last - w.first)) / max(1.0, float(np.median(np.diff(w.first)))))
+        speed = w.speed[rows][chosen]
         gains = np.array([gain(averages[chosen, k], weight, left) for k in range(averages.shape[1])]) / overlap
         for order in [*self.orders, *self.one_speed]:
             gains[order - 1] = 0
@@ -180,11 +182,13 @@ class Fit:
         return gain(average[others], weight[others], left[others]) / overlap >= SEEN_GAIN
 
     def find_orders(self, looked: Looked, given: np.ndarray) -> None:
-        every = len(self.windows) // SEARCHED + 1
-        averages = self.balance.some(slice(None, None, every)).cogging(list(range(1, HIGHEST_ORDER + 1)))
+        # Runs of windows from all over the log.
+        rows = np.arange(len(self.windows))
+        rows = rows[rows // SEARCH_RUN % (len(rows) // SEARCHED + 1) == 0]
+        averages = self.balance.some(rows).cogging(list(range(1, HIGHEST_ORDER + 1)))
         while len(self.orders) < MOST_ORDERS:
             regression = self.regression(looked, given)
-            order = self.next_order(regression, averages, every)
+            order = self.next_order(regression, averages, rows)
             if order == 0:
                 return
             self.orders.append(order)

@@ -25,6 +25,7 @@ WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at leas
 SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
 PARTS = 8  # of the time between two samples
 MOST_EXACT = 8  # orders that are integrated exactly
+BLOCK, BLOCK_GAP = 4096, 50  # windows; samples between windows that follow each other, at most
 FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
 EVEN_SAMPLES = 21
 FEWEST_PULSES = 100  # commands of torque (assumed)
@@ -204,31 +205,48 @@ class Balance:
     def cogging(self, orders: "List[int]") -> np.ndarray:
         """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
         commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
-        time, w = self.time, self.windows
+        w = self.windows
+        made = np.empty((len(w), len(orders)), np.complex64 if len(orders) > MOST_EXACT else complex)
+        # A block of windows at a time, for memory; windows that do not follow each other are in different ones.
+        blocks = np.flatnonzero(np.diff(w.first) > BLOCK_GAP) + 1
+        for block in np.split(np.arange(len(w)), blocks):
+            for part in np.array_split(block, len(block) // BLOCK + 1):
+                if len(part):
+                    made[part] = self._cogging(orders, part)
+        return made
+
+    def _cogging(self, orders: "List[int]", part: np.ndarray) -> np.ndarray:
+        w = self.windows
+        low, high = max(int(w.first[part].min()) - 3, 0), int(w.last[part].max()) + 4
+        time, angle, speed, half = (one[low:high] for one in (self.time, self.angle, self.speed, self.half))
+        first, last, commanded = w.first[part] - low, w.last[part] - low, w.commanded[part]
         steps = np.diff(time)
-        a, b = self.angle[:-1], self.angle[1:]
+        a, b = angle[:-1], angle[1:]
         # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
-        va = np.clip(self.speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
-        vb = np.clip(self.speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
-        paths = []
-        for part in range(PARTS):
-            u = (part + 0.5) / PARTS
-            v = 1 - u
-            paths.append(v * v * (1 + 2 * u) * a + u * u * (1 + 2 * v) * b + u * v * (v * va - u * vb))
-        search = len(orders) > MOST_EXACT  # for finding orders, a mean over each step is enough
-        made = np.empty((len(w), len(orders)), np.complex64 if search else complex)
+        va = np.clip(speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        vb = np.clip(speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+        u = (np.arange(PARTS) + 0.5) / PARTS
+        v = 1 - u
+        path = np.outer(a, v * v * (1 + 2 * u)) + np.outer(b, u * u * (1 + 2 * v)) + u * v * (np.outer(va, v) - np.outer(vb, u))
         fine_time = np.append((time[:-1, None] + steps[:, None] * np.arange(PARTS) / PARTS).ravel(), time[-1])
+        search = len(orders) > MOST_EXACT  # then the orders are 1, 2, …, and a mean over each step is enough
+        once, once_at = np.exp(1j * path), np.exp(1j * angle)
+        power, power_at = np.ones_like(once), np.ones_like(once_at)
+        made = np.empty((len(part), len(orders)), complex)
+        nodes = [time + share * half for share in SHARES]
         for k, order in enumerate(orders):
-            fine = [np.exp(1j * order * path) / PARTS * steps for path in paths]
             if search:
-                at_fine, fine_sums = time, np.cumsum(sum(fine))
+                power *= once
+                power_at *= once_at
             else:
-                at_fine, fine_sums = fine_time, np.cumsum(np.column_stack(fine).ravel())
-            at = np.exp(1j * order * self.angle)
-            coarse_sums = np.cumsum((at[1:] + at[:-1]) / 2 * steps)
-            for chosen, at_time, sums in ((w.commanded, at_fine, fine_sums), (~w.commanded, time, coarse_sums)):
-                whole = self.smoothed(at_time, np.concatenate(([0.0], sums)))
-                made[chosen, k] = (whole[w.last[chosen]] - whole[w.first[chosen]]) / w.length[chosen]
+                power, power_at = once**order, once_at**order
+            pieces = power * (steps / PARTS)[:, None]
+            coarse = (power_at[1:] + power_at[:-1]) / 2 * steps
+            fine = (time, pieces.sum(axis=1)) if search else (fine_time, pieces.ravel())
+            for chosen, (at, each) in ((commanded, fine), (~commanded, (time, coarse))):
+                sums = np.concatenate(([0.0], np.cumsum(each)))
+                whole = sum(np.interp(node, at, sums) for node in nodes) / len(SHARES)
+                made[chosen, k] = (whole[last[chosen]] - whole[first[chosen]]) / w.length[part][chosen]
         return made
 
     def some(self, chosen: "np.ndarray | slice") -> "Balance":

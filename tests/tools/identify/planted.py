@@ -137,7 +137,7 @@ def script_of(motor, generation="v235"):
 
 
 def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
-    """(seconds, "141#…", is of the host) of a run of the script; `steps`: others than its own."""
+    """(seconds, "141#…", is of the host) of a run of the script; `steps`: others than its own, without its limits."""
     script = script.replace("import can\n", "")
     space = {"__name__": "excite"}
     exec(compile(script, "excite.py", "exec"), space)
@@ -152,7 +152,9 @@ def frames(planted, script, steps=None, jitter=0.2, rate_Hz=None):
             space["can"] = types.SimpleNamespace(
                 Message=lambda arbitration_id, data, is_extended_id: types.SimpleNamespace(
                     arbitration_id=arbitration_id, data=data))  # fmt: skip
-            space.update(time=time, RATE_HZ=rate, **({"STEPS": steps} if steps else {}))
+            space.update(time=time, RATE_HZ=rate)
+            if steps:
+                space.update(STEPS=steps, PULSE_DPS=1e9, MOST_DPS=1e9, TRAVEL_TURNS=1e9)
             with contextlib.redirect_stderr(io.StringIO()):
                 space["run"](SlcanHost(terminal, time), io.StringIO())
         with open(os.path.join(record, "frames.log"), encoding="ascii") as file:

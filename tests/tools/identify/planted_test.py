@@ -127,6 +127,34 @@ class PlantedMotors(unittest.TestCase):
         motor.profile["control"]["current_bandwidth_rad_s"] = 200
         self.check_inertia(motor, planted.frames(motor, planted.script_of(motor.motor)))
 
+    def test_show_the_arm_on_the_output(self):
+        motor = planted.Planted(2)
+        eta = motor.base.efficiency
+        motor.drive["load"] = {"J_g_cm2": 200_000, "tau_gravity_Nm": 1.5}
+        steps = [("position", 1200.0 if n % 2 == 0 else -1200.0, 3.5) for n in range(8)]
+        frames = planted.frames(motor, planted.script_of(motor.motor), steps)
+        drive = identify(self.track(motor, planted.log_text(frames, random.Random(1))))
+        # The mean of what lifting takes and lowering gives back.
+        gravity_A = 1.5 / motor.base.N * (1 / eta + eta) / 2 / motor.base.k_t
+        self.assertAlmostEqual(drive.number("gravity_A"), gravity_A, delta=0.05 * gravity_A)
+        self.assertAlmostEqual(drive.number("gear_loss"), 1 - eta, delta=0.05)
+
+    def test_show_their_windings_at_the_limit_of_the_voltage(self):
+        motor = planted.Planted(1)
+        self.assertEqual(motor.base.N, 1)
+        windings = dict(motor.base.data["motor"])
+        windings["R_s_ohm"] *= 1.3
+        windings["psi_f_Wb"] *= 0.9
+        motor.profile["motor"] = windings
+        motor.profile["mechanics"]["J_g_cm2"] *= 60  # a wheel: it takes its time
+        steps = [("torque", 8.0 if n % 2 == 0 else -8.0, 4) for n in range(6)]
+        frames = planted.frames(motor, planted.script_of(motor.motor), steps)
+        drive = identify(self.track(motor, planted.log_text(frames, random.Random(1))))
+        k_t = 0.9 * motor.base.k_t
+        self.assertAlmostEqual(drive.number("k_t_Nm_A"), k_t, delta=0.05 * k_t)
+        R = motor.base.resistance + windings["R_s_ohm"] / 1.3 * 0.3
+        self.assertAlmostEqual(drive.number("R_ohm"), R, delta=0.05 * R)
+
     def check_inertia(self, motor, frames):
         """Not told within 5 %, or right within 5 %."""
         inertia = identify(self.track(motor, planted.log_text(frames, random.Random(1)))).values["inertia_A_s2_rad"]
