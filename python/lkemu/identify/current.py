@@ -8,6 +8,7 @@ import numpy as np
 from .timing import Timing
 from .track import TORQUE, Track
 
+CHUNK = 8192  # commands at a time, for memory
 LEAST_LAG_S = 50e-6  # less is none: no log has so many samples
 
 
@@ -24,11 +25,15 @@ class Path:
         steps, area = np.diff(at), value[:-1] * np.diff(at)
         if self.lag:
             decay = np.exp(-steps / self.lag)
-            i, begin = 0.0, [0.0]
-            for keep, towards in zip(decay.tolist(), value.tolist()):
-                i = towards + (i - towards) * keep
-                begin.append(i)
-            self.off = np.array(begin) - value  # by what the current is beyond each command when that acts
+            begin, i = np.zeros(len(value)), 0.0
+            for first in range(0, len(decay), CHUNK):
+                part = slice(first, first + CHUNK)
+                made = []
+                for keep, towards in zip(decay[part].tolist(), value[part].tolist()):
+                    i = towards + (i - towards) * keep
+                    made.append(i)
+                begin[first + 1 : first + 1 + len(made)] = made
+            self.off = begin - value  # by what the current is beyond each command when that acts
             area = area + self.off[:-1] * self.lag * (1 - decay)
         self.area = np.concatenate(([0.0], np.cumsum(area)))
 
