@@ -29,6 +29,7 @@ from lkemu.identify.motor import load_motor  # noqa: E402
 DEG = math.pi / 180
 A_PER_LSB = 33 / 4096  # MF, v235
 COUNTS = 16384
+MOVE_DPS = 573
 
 
 class Motor:
@@ -43,8 +44,9 @@ class Motor:
 
     def step(self):
         what, value = self.order_of
-        if what == "speed":
-            error = value * DEG - self.speed
+        if what in ("speed", "position"):
+            wanted = value if what == "speed" else max(-MOVE_DPS, min(MOVE_DPS, 40 * (value - self.angle / DEG)))
+            error = wanted * DEG - self.speed
             self.integral += 8 * error * self.STEP_S
             wanted = max(-8.0, min(8.0, 0.12 * error + self.integral))
         else:
@@ -77,6 +79,8 @@ def record(steps, rate_Hz=200, seed=1, lag_s=0.0):
             if what == "torque":
                 ask = struct.pack("<BxxxhH", 0xA1, round(value / A_PER_LSB), 0)
                 value = round(value / A_PER_LSB) * A_PER_LSB
+            if what == "position":
+                ask = struct.pack("<BxHi", 0xA4, MOVE_DPS, round(value * 100))
             frames.append((now, ask.hex().upper(), True))
             frames.append((now + 0.34e-3, motor.state(ask[0], lambda sd: draw.gauss(0, sd)).hex().upper(), False))
             steps_until_next = round(period / motor.STEP_S)
@@ -214,6 +218,16 @@ class Thorough(Logs):
         _, out, _, found = self.identify(log_of(record([("torque", 0, 1), ("speed", 200, 25)])))
         self.assertNotIn("cogging_A", found)
         self.assertIn("at one speed only", out)
+
+    def test_a_robot_at_work_tells_friction_and_cogging(self):
+        moves = [("position", 0.0 if n % 2 else 720.0, 1.7) for n in range(24)]
+        _, _, _, found = self.identify(log_of(record(moves, rate_Hz=83)))
+        self.assertAlmostEqual(found["coulomb_A"][0], Motor.friction, delta=0.05 * Motor.friction)
+        self.assertEqual(found["cogging_order"], Motor.order)
+        self.assertFalse("inertia_A_s2_rad" in found and self.is_told(found["inertia_A_s2_rad"]))
+
+    def is_told(self, three):
+        return (three[2] - three[1]) / 2 <= 0.15 * three[0]
 
     def test_weak_pulses_are_named(self):
         weak = [(what, value * 0.45 if what == "torque" else value, seconds) for what, value, seconds in planned()]
