@@ -311,6 +311,7 @@ Json fault_kinds_json() {
       } else {
         one["min"] = param.min;
         one["max"] = param.max;
+        one["whole"] = param.whole;
       }
       if (!param.required) one["default"] = parameter_value(param, param.fallback);
       params.push_back(std::move(one));
@@ -323,6 +324,7 @@ Json fault_kinds_json() {
                      {"rs485", row.serial},
                      {"per_frame", row.per_frame},
                      {"momentary", row.momentary()},
+                     {"needs_one", row.needs_one},
                      {"parameters", params}});
   }
   return kinds;

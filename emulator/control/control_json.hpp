@@ -8,6 +8,8 @@
 
 namespace lk::emulator {
 
+class World;
+
 double seconds(SimTime time);
 
 Json bus_json(const Line& line);

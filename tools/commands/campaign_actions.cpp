@@ -16,7 +16,7 @@
 #include "emulator/scenario/scenario_report.hpp"
 #include "emulator/scenario/scenario_runner.hpp"
 #include "tools/campaign/hosts/run_host.hpp"
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_files.hpp"
 #include "tools/campaign/plan/plan_check.hpp"
 #include "tools/campaign/plan/sampling.hpp"
 #include "tools/campaign/report/answer_json.hpp"

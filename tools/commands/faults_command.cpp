@@ -6,6 +6,7 @@
 #include <string>
 
 #include "emulator/config/config_reader.hpp"
+#include "emulator/control/control_json.hpp"
 #include "emulator/core/faults/fault_table.hpp"
 #include "emulator/ground/start_error.hpp"
 #include "tools/commands/cli.hpp"
@@ -35,10 +36,12 @@ struct FaultsApp {
   CLI::App app{"List the faults that can be injected, or show one of them", "lk-emu faults"};
   std::string word;
   bool markdown = false;
+  bool json = false;
 
   FaultsApp() {
     app.footer(kFaultsFooter);
     app.add_option("FAULT", word, "fault to show");
+    app.add_flag("--json", json, "print all faults with their parameters as JSON");
     app.add_flag("--markdown", markdown, "as the page docs/faults.md has them");
   }
 };
@@ -55,6 +58,8 @@ int run_faults(int argc, const char* const* argv) {
   if (!parse_arguments(given.app, argc, argv)) return 0;
   if (given.markdown) {
     std::fputs(fault_page().c_str(), stdout);
+  } else if (given.json) {
+    std::fputs((fault_kinds_json().dump(1) + '\n').c_str(), stdout);
   } else if (given.word.empty()) {
     std::fputs(list_faults().c_str(), stdout);
   } else {

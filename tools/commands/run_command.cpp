@@ -14,6 +14,7 @@
 #include "emulator/scenario/scenario_files.hpp"
 #include "emulator/scenario/scenario_report.hpp"
 #include "emulator/scenario/scenario_runner.hpp"
+#include "tools/cases/case_stream.hpp"
 #include "tools/commands/cli.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/language_option.hpp"
@@ -36,12 +37,12 @@ struct RawRun {
   bool quiet = false;
   bool strict = false;
   std::string language;
+  CaseInput cases;
 };
 
 void add_options(CLI::App& app, RawRun& raw) {
   app.add_option("SCENARIO", raw.files,
-                 "scenarios to run: files, or names of shipped ones (docs/scenarios.md)")
-      ->required();
+                 "scenarios to run: files, or names of shipped ones (docs/scenarios.md)");
   app.add_option("--seed", raw.seed, "seed, in place of the scenario's")->type_name("N");
   app.add_option("--junit", raw.junit, "write the verdicts as JUnit XML")->type_name("FILE");
   app.add_option("--csv", raw.csv, "write signals of one scenario")->type_name("FILE");
@@ -60,6 +61,15 @@ void add_options(CLI::App& app, RawRun& raw) {
   app.add_flag("--strict", raw.strict, "advice about the host is a failure (docs/advice.md)");
   add_language_option(app, raw.language);
   app.add_flag("--quiet", raw.quiet, "print only what did not pass");
+  app.add_option("--cases", raw.cases.file,
+                 "run cases, a JSON object each line, \"-\": standard input (docs/cases.md)")
+      ->type_name("FILE");
+  app.add_option("--jobs", raw.cases.jobs, "threads for --cases (default 1)")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_flag("--check", raw.cases.check, "read --cases and run none");
+  app.add_option("--scenario", raw.cases.scenario, "write the only one of --cases as a scenario")
+      ->type_name("FILE");
 }
 
 struct ScenariosApp {
@@ -149,6 +159,15 @@ Outcome worse(Outcome a, Outcome b) {
   return a == Outcome::kPassed ? b : a;
 }
 
+int run_cases_alone(const CLI::App& app, const RawRun& raw) {
+  for (const char* option : {"SCENARIO", "--seed", "--junit", "--csv", "--candump", "--capture",
+                             "--rom", "--strict", "--quiet"}) {
+    if (app.count(option) > 0)
+      throw StartError(std::string(option) + ": not together with --cases");
+  }
+  return run_cases(raw.cases) ? 0 : 1;
+}
+
 }  // namespace
 
 std::shared_ptr<CLI::App> scenarios_app() {
@@ -161,6 +180,11 @@ int run_scenarios(int argc, const char* const* argv) {
   CLI::App& app = given.app;
   const RawRun& raw = given.raw;
   if (!parse_arguments(app, argc, argv)) return 0;
+  if (app.count("--cases") > 0) return run_cases_alone(app, raw);
+  for (const char* option : {"--jobs", "--check", "--scenario"}) {
+    if (app.count(option) > 0) throw StartError(std::string(option) + ": belongs to --cases");
+  }
+  if (raw.files.empty()) throw StartError("run: SCENARIO is required");
   const std::optional<std::uint64_t> seed = read_seed(app, raw);
   const RunOutputs outputs = read_outputs(app, raw);
   const Language language = chosen_language(raw.language);

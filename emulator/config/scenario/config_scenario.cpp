@@ -177,7 +177,11 @@ void take_names_of_robot(TableReader& reader, const ScenarioFiles& files,
 
 Scenario parse_scenario(const std::string& text, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files) {
-  const toml::table document = parse_toml(text, file);
+  return parse_scenario(parse_toml(text, file), file, seed, files);
+}
+
+Scenario parse_scenario(const toml::table& document, const std::string& file,
+                        std::optional<std::uint64_t> seed, const ScenarioFiles& files) {
   TableReader reader(document, file, "");
   refuse_robot(reader);
   Scenario scenario;

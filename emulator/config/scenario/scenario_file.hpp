@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "emulator/config/config.hpp"
+#include "emulator/config/config_reader.hpp"
 #include "emulator/core/scenario/scenario.hpp"
 
 namespace lk::emulator {
@@ -24,6 +25,9 @@ struct ScenarioFiles {
 
 /// For a robot of its own. `seed` wins over the file's. Throws ConfigError.
 Scenario parse_scenario(const std::string& text, const std::string& file,
+                        std::optional<std::uint64_t> seed, const ScenarioFiles& files);
+/// As above, from a document that has been parsed; `file` is its name in messages.
+Scenario parse_scenario(const toml::table& document, const std::string& file,
                         std::optional<std::uint64_t> seed, const ScenarioFiles& files);
 
 /// For buses that run already: the seed does not count, nor does the robot but for the names of its

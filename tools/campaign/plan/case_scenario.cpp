@@ -9,7 +9,7 @@
 #include "emulator/config/profile_fields.hpp"
 #include "emulator/config/scenario/config_scenario.hpp"
 #include "emulator/core/faults/fault_table.hpp"
-#include "tools/campaign/plan/toml_text.hpp"
+#include "tools/cases/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {

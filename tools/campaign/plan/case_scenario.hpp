@@ -10,16 +10,10 @@
 
 #include "emulator/config/config_reader.hpp"
 #include "emulator/core/scenario/scenario.hpp"
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_builder.hpp"
 #include "tools/campaign/plan/plan.hpp"
 
 namespace lk::emulator {
-
-/// A directive for one of a robot's buses.
-struct PlannedDirective {
-  std::size_t bus = 0;
-  TimedDirective directive;
-};
 
 /// What is looked at besides what the scenario expects: behind its own expectations, in this order.
 struct Watched {

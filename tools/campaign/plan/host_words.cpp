@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_files.hpp"
 
 namespace lk::emulator {
 

@@ -10,12 +10,12 @@
 #include "emulator/files/profile_files.hpp"
 #include "emulator/files/regular_file.hpp"
 #include "emulator/ground/start_error.hpp"
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_files.hpp"
 #include "tools/campaign/plan/case_scenario.hpp"
 #include "tools/campaign/plan/host_words.hpp"
 #include "tools/campaign/plan/plan_dimensions.hpp"
 #include "tools/campaign/plan/sampling.hpp"
-#include "tools/campaign/plan/toml_text.hpp"
+#include "tools/cases/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {

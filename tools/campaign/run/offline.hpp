@@ -16,7 +16,7 @@
 #include "tools/campaign/plan/plan.hpp"
 #include "tools/campaign/results/case_result.hpp"
 #include "tools/campaign/run/case_outcome.hpp"
-#include "tools/campaign/run/traffic_watch.hpp"
+#include "tools/cases/traffic_watch.hpp"
 
 namespace lk::emulator {
 

@@ -14,7 +14,7 @@
 #include "emulator/core/scenario/sampler.hpp"
 #include "emulator/scenario/csv_options.hpp"
 #include "emulator/scenario/csv_writer.hpp"
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_files.hpp"
 #include "tools/campaign/plan/case_scenario.hpp"
 #include "tools/campaign/run/campaign_run.hpp"
 #include "tools/plot/run_picture.hpp"

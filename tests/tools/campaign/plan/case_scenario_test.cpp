@@ -5,7 +5,7 @@
 #include "emulator/core/scenario/scenario_run.hpp"
 #include "tests/tools/campaign/plan/plan_support.hpp"
 #include "tools/campaign/plan/sampling.hpp"
-#include "tools/campaign/plan/toml_text.hpp"
+#include "tools/cases/toml_text.hpp"
 
 namespace lk::emulator {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/campaign/run/traffic_watch.hpp"
+#include "tools/cases/traffic_watch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/campaign/plan/toml_text.hpp"
+#include "tools/cases/toml_text.hpp"
 
 #include <algorithm>
 #include <charconv>

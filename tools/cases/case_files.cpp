@@ -1,4 +1,4 @@
-#include "tools/campaign/plan/case_files.hpp"
+#include "tools/cases/case_files.hpp"
 
 #include <utility>
 

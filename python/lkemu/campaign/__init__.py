@@ -1,0 +1,1 @@
+"""Campaigns: many cases of a scenario with faults, and what came of them (docs/campaigns.md)."""

@@ -1,0 +1,128 @@
+"""From what was seen of a case, and of the same case without its fault, to the outcome (docs/campaigns.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping, Optional
+
+from .plan import Plan
+from .sampling import Case
+
+NOT_FIRED = "not fired"
+NO_EFFECT = "no effect"
+TOLERATED = "tolerated"
+DETECTED_BY_DRIVE = "detected by the drive"
+DETECTED_BY_HOST = "detected by the host"
+LATE = "late"
+SILENTLY_WRONG = "silently wrong"
+HANG = "hang"
+CRASH = "crash"
+OUTCOMES = (NOT_FIRED, NO_EFFECT, TOLERATED, DETECTED_BY_DRIVE, DETECTED_BY_HOST, LATE, SILENTLY_WRONG, HANG, CRASH)
+
+
+@dataclass
+class Result:
+    """What came of one case. Times are ns since the scenario began; None: it did not happen."""
+
+    number: int
+    values: Case
+    outcome: str = NOT_FIRED
+    fault_at_ns: Optional[int] = None
+    first_effect_at_ns: Optional[int] = None
+    detected_by_drive_ns: Optional[int] = None
+    detected_by_host_ns: Optional[int] = None
+    violated_at_ns: Optional[int] = None  # the first hazardous expectation failed
+    violated: str = ""  # which
+    margin: Optional[float] = None  # 0 at the limit of the worst hazardous expectation, below 0 it failed
+    state: str = ""  # of the drive when the fault acted
+    command: str = ""  # the latest one that it had heard
+    note: str = ""
+    real_time: bool = False  # not reproducible to the bit
+    runs: int = 1
+    flips: int = 0  # runs with another outcome than the worst
+    said: str = ""  # by the host program; not part of the export
+    wall_s: float = 0.0  # not part of the export
+
+
+def earlier(first: Optional[int], second: Optional[int]) -> Optional[int]:
+    return second if first is None else first if second is None else min(first, second)
+
+
+def _came(expectation: Mapping[str, Any], by_failing: bool) -> Optional[int]:
+    """When a watched expectation came about; None: it did not."""
+    if by_failing:
+        return expectation.get("decided_at_ns") if expectation["status"] == "failed" else None
+    return expectation.get("at_ns") if expectation["status"] == "passed" else None
+
+
+def _because(without: Optional[int], at: Optional[int]) -> Optional[int]:
+    """`at` if the fault is the cause: without it, it came later or not at all."""
+    return at if at is not None and (without is None or at < without) else None
+
+
+def _drive_errors(seen: Mapping[str, Any]) -> Dict[Any, int]:
+    return {(one["bus"], one["id"], one["error"]): one["at_ns"] for one in seen["errors"]}
+
+
+def is_in_time(at: Optional[int], result: Result, tolerant_ns: Optional[int]) -> bool:
+    if at is None:
+        return False
+    since = next((one for one in (result.first_effect_at_ns, result.fault_at_ns) if one is not None), 0)
+    if tolerant_ns is not None and at > since + tolerant_ns:
+        return False
+    return result.violated_at_ns is None or at <= result.violated_at_ns
+
+
+def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Optional[Mapping[str, Any]]) -> None:
+    """Fills in all of `result` that follows from the runs. `reference`: without the fault; None if there is no fault."""
+    fault = seen.get("fault")
+    if fault is not None:
+        result.fault_at_ns, result.first_effect_at_ns = fault.get("began_at_ns"), fault.get("first_effect_at_ns")
+        result.state, result.command = fault["state"], fault["command"]
+    _judge_hazards(plan, result, seen, reference)
+    before = _drive_errors(reference) if reference is not None else {}
+    for which, at in _drive_errors(seen).items():
+        result.detected_by_drive_ns = earlier(result.detected_by_drive_ns, _because(before.get(which), at))
+    for n, rule in enumerate(plan.detection.host):
+        by_failing = "answered" in rule
+        anyway = None if reference is None else _came(reference["detect"][n], by_failing)
+        at = _because(anyway, _came(seen["detect"][n], by_failing))
+        result.detected_by_host_ns = earlier(result.detected_by_host_ns, at)
+    invalid: List[str] = seen.get("invalid", [])
+    invalid_without = [] if reference is None else reference.get("invalid", [])
+    if len(invalid) > len(invalid_without) and result.first_effect_at_ns is not None:
+        result.note = invalid[-1]
+    same_replies = reference is not None and reference["replies"] == seen["replies"]
+    result.outcome = outcome_of(plan, result, fault is not None, same_replies)
+
+
+def _judge_hazards(
+    plan: Plan, result: Result, seen: Mapping[str, Any], reference: Optional[Mapping[str, Any]]
+) -> None:
+    for n, one in enumerate(seen["expect"]):
+        hazardous = not plan.hazards or plan.expectations[n] in plan.hazards
+        # A failure without the fault says nothing about the fault.
+        if not hazardous or (reference is not None and reference["expect"][n]["status"] != "passed"):
+            continue
+        if "margin" in one:
+            result.margin = one["margin"] if result.margin is None else min(result.margin, one["margin"])
+        if one["status"] == "passed":
+            continue
+        at = one.get("decided_at_ns", 0)
+        if result.violated_at_ns is None or at < result.violated_at_ns:
+            result.violated_at_ns, result.violated = at, one["says"]
+
+
+def outcome_of(plan: Plan, result: Result, has_fault: bool, same_replies: bool) -> str:
+    """The first that fits."""
+    if has_fault and result.first_effect_at_ns is None:
+        return NOT_FIRED
+    if is_in_time(result.detected_by_host_ns, result, plan.tolerant_time_ns):
+        return DETECTED_BY_HOST
+    if is_in_time(result.detected_by_drive_ns, result, plan.tolerant_time_ns):
+        return DETECTED_BY_DRIVE
+    if result.detected_by_host_ns is not None or result.detected_by_drive_ns is not None:
+        return LATE
+    if result.violated_at_ns is not None:
+        return SILENTLY_WRONG
+    return NO_EFFECT if same_replies else TOLERATED

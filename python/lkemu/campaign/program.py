@@ -1,0 +1,67 @@
+"""lk-emu as the engine of a campaign: what it knows, and the cases that it computes (docs/cases.md)."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import threading
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence
+
+from ..program import find_program
+
+
+class ProgramError(Exception):
+    """lk-emu ended with an error."""
+
+
+class Program:
+    def __init__(self, path: Optional[str] = None) -> None:
+        self.path = find_program(path)
+
+    def faults(self) -> List[Dict[str, Any]]:
+        return list(json.loads(self._output("faults", "--json")))
+
+    def version(self) -> str:
+        return self._output("--version").split()[-1]
+
+    def generations(self) -> List[str]:
+        return ["legacy", "v235", "v236"]
+
+    def check(self, requests: Sequence[Mapping[str, Any]]) -> List[Dict[str, Any]]:
+        """Reads cases and runs none. The answers are in any order."""
+        return list(self.run(requests, jobs=1, check=True))
+
+    def run(self, requests: Iterable[Optional[Mapping[str, Any]]], jobs: int, check: bool = False) -> Iterator[Dict[str, Any]]:
+        """Results in any order. None among the requests ends a pile, which one thread computes."""
+        command = [self.path, "run", "--cases", "-", "--jobs", str(jobs), *(["--check"] if check else [])]
+        with subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdin is not None and process.stdout is not None and process.stderr is not None
+            feeder = threading.Thread(target=_feed, args=(process.stdin, requests), daemon=True)
+            feeder.start()
+            try:
+                for line in process.stdout:
+                    yield json.loads(line)
+            finally:
+                process.stdout.close()
+                if process.poll() is None and feeder.is_alive():
+                    process.terminate()
+            said = process.stderr.read().strip()
+            if process.wait() not in (0, 1):
+                raise ProgramError(said or f"lk-emu run --cases ended with status {process.returncode}")
+
+    def _output(self, *arguments: str) -> str:
+        done = subprocess.run([self.path, *arguments], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise ProgramError(done.stderr.strip())
+        return done.stdout
+
+
+def _feed(stream: Any, requests: Iterable[Optional[Mapping[str, Any]]]) -> None:
+    try:
+        with stream:
+            for request in requests:
+                stream.write("\n" if request is None else json.dumps(request) + "\n")
+    except BrokenPipeError:
+        pass  # the program says why it ended

@@ -1,0 +1,235 @@
+"""Which cases a plan has. The number of a case gives its values, whichever other cases run."""
+
+from __future__ import annotations
+
+import bisect
+from typing import TYPE_CHECKING, Dict, List, Optional, Tuple
+
+from .values import Listed, Value
+
+if TYPE_CHECKING:
+    from .plan import Plan
+
+Case = Tuple[Optional[Value], ...]  # by the plan's dimensions; None where a dimension does not count
+BITS = (1 << 64) - 1
+MAX_NUMBER = (1 << 63) - 1
+MAX_ATTEMPTS = 1000
+MAX_PAIRS = 10_000_000  # about 1 GB
+MAX_LOOKS = 100_000  # about a second for one pair
+
+
+def mix(x: int) -> int:
+    """SplitMix64 (Steele, Lea, Flood 2014): neighbouring inputs give unrelated outputs."""
+    x = (x + 0x9E3779B97F4A7C15) & BITS
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & BITS
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & BITS
+    return x ^ (x >> 31)
+
+
+def uniform(bits: int) -> float:
+    """0 <= result < 1, with 53 bits."""
+    return (bits >> 11) * 2.0**-53
+
+
+def draw(seed: int, number: int, dimension: int, attempt: int) -> float:
+    return uniform(mix((mix((mix(seed) + number) & BITS) + mix(dimension * 1024 + attempt)) & BITS))
+
+
+def shuffled(number: int, count: int, key: int) -> int:
+    """Place of `number` in an order of 0 to count - 1: a Feistel network, walked until it is within."""
+    half = 1
+    while half < 31 and (1 << (2 * half)) < count:
+        half += 1
+    mask = (1 << half) - 1
+    while True:
+        left, right = number >> half, number & mask
+        for step in range(6):
+            left, right = right, left ^ (mix((mix((key + step) & BITS) + right) & BITS) & mask)
+        number = (left << half) | right
+        if number < count:
+            return number
+
+
+class Cases:
+    """The cases of a plan: numbers in, values out."""
+
+    def __init__(self, plan: "Plan") -> None:
+        self.plan = plan
+        self.numbers = plan.cases  # cases are numbered from 0 to this - 1
+        self._before_kind: List[int] = []
+        self._pairwise: List[Case] = []
+        if plan.sampling == "full":
+            self._before_kind = [0]
+            for kind in plan.kinds or [None]:
+                size = self._size_of(kind)
+                self._before_kind.append(min(self._before_kind[-1] + size, MAX_NUMBER))
+            self.numbers = self._before_kind[-1]
+        elif plan.sampling == "pairwise":
+            self._pairwise = Cover(plan).cases()
+            self.numbers = len(self._pairwise)
+
+    def values(self, number: int) -> Optional[Case]:
+        """The values of a case; None: it is excluded."""
+        if self.plan.sampling == "pairwise":
+            return self._pairwise[number]
+        if self.plan.sampling == "random":
+            return self._random(number)
+        values = self._full(number) if self.plan.sampling == "full" else self._latin(number)
+        return None if self.plan.excludes(values) else values
+
+    def _random(self, number: int) -> Case:
+        for attempt in range(MAX_ATTEMPTS):
+            values = self.plan.fill(
+                lambda n: self.plan.dimensions[n].values.quantile(draw(self.plan.seed, number, n, attempt))
+            )
+            if not self.plan.excludes(values):
+                return values
+        raise self.plan.error("exclude", "leaves next to nothing, a thousand draws were excluded")
+
+    def _size_of(self, kind: Optional[str]) -> int:
+        size = 1
+        for dimension in self.plan.dimensions:
+            if dimension.name == "fault.kind" or not self.plan.counts(dimension, kind):
+                continue
+            assert isinstance(dimension.values, Listed)
+            size = min(size * len(dimension.values.values), MAX_NUMBER)
+        return size
+
+    def _full(self, number: int) -> Case:
+        """Counts through all combinations; the last dimension varies fastest."""
+        place = bisect.bisect_right(self._before_kind, number) - 1
+        rest = number - self._before_kind[place]
+        kind = self.plan.kinds[place] if self.plan.kinds else None
+        values: List[Optional[Value]] = [None] * len(self.plan.dimensions)
+        for n in reversed(range(len(values))):
+            dimension = self.plan.dimensions[n]
+            assert isinstance(dimension.values, Listed)
+            if dimension.name == "fault.kind":
+                values[n] = kind
+            elif self.plan.counts(dimension, kind):
+                rest, choice = divmod(rest, len(dimension.values.values))
+                values[n] = dimension.values.values[choice]
+        return tuple(values)
+
+    def _latin(self, number: int) -> Case:
+        """Each dimension is cut into as many slices as there are cases; each slice is met once."""
+        seed = self.plan.seed
+
+        def value(n: int) -> Value:
+            part = shuffled(number, self.numbers, mix((seed + n * 0x9E37) & BITS))
+            share = (part + draw(seed, number, n, 0)) / self.numbers
+            return self.plan.dimensions[n].values.quantile(min(share, 1 - 2.0**-53))
+
+        return self.plan.fill(value)
+
+
+Choice = Tuple[int, int]  # a dimension, and the place of a value in its list
+Partial = List[Optional[int]]  # place of the chosen value of each dimension
+
+
+class Cover:
+    """Few cases in which any two values of any two dimensions meet, unless excluded.
+
+    Greedy, as AETG (Cohen, Dalal, Fredman, Patton 1997): each new case begins with a pair that has not met yet and
+    takes for each other dimension the value that adds most new pairs, as far as exclusions permit.
+    """
+
+    def __init__(self, plan: "Plan") -> None:
+        self.plan = plan
+        self.lists: List[Listed] = []
+        for dimension in plan.dimensions:
+            assert isinstance(dimension.values, Listed)
+            self.lists.append(dimension.values)
+        sizes = [len(one.values) for one in self.lists]
+        if sum(size * sum(sizes[:n]) for n, size in enumerate(sizes)) > MAX_PAIRS:
+            raise plan.error("sampling", "pairwise has more than 10 million pairs of values: shorten the lists, or take random")
+        excluding = {n for exclusion in plan.exclusions for n in exclusion}
+
+        def rank(n: int) -> int:
+            return 0 if plan.dimensions[n].name == "fault.kind" else 1 if n in excluding else 2
+
+        self.order = sorted(range(len(sizes)), key=rank)
+        # A dict keeps order: pairs in lexicographic order, each removed when it has met.
+        self.open: Dict[Tuple[Choice, Choice], None] = {
+            ((a, n), (b, m)): None
+            for a in range(len(sizes))
+            for n in range(sizes[a])
+            for b in range(a + 1, len(sizes))
+            for m in range(sizes[b])
+        }
+
+    def cases(self) -> List[Case]:
+        if len(self.lists) == 1:
+            return [(value,) for value in self.lists[0].values if not self.plan.excludes((value,))]
+        cases = []
+        for first in list(self.open):
+            if first not in self.open:
+                continue
+            chosen = self._complete(first, len(cases))
+            if chosen is not None:
+                self._strike(chosen)
+                cases.append(self._values(chosen))
+            self.open.pop(first, None)  # it has met, or only excluded cases have it
+        return cases
+
+    def _values(self, chosen: Partial) -> Case:
+        return tuple(None if place is None else one.values[place] for one, place in zip(self.lists, chosen))
+
+    def _kind(self, chosen: Partial) -> Optional[str]:
+        for n, dimension in enumerate(self.plan.dimensions):
+            if dimension.name == "fault.kind" and chosen[n] is not None:
+                return str(self.lists[n].values[chosen[n]])
+        return None
+
+    def _complete(self, pair: Tuple[Choice, Choice], number: int) -> Optional[Partial]:
+        chosen: Partial = [None] * len(self.lists)
+        for n, place in pair:
+            chosen[n] = place
+        self.looks = 0
+        if self.plan.excludes(self._values(chosen)):
+            return None
+        return chosen if self._fill(chosen, 0, mix((self.plan.seed + number) & BITS)) else None
+
+    def _fill(self, chosen: Partial, place: int, random: int) -> bool:
+        """Chooses for the dimensions from `place` of the order on; False: every choice ends in an excluded case."""
+        if place == len(self.order):
+            return True
+        n = self.order[place]
+        is_kind = self.plan.dimensions[n].name == "fault.kind"
+        if not is_kind and not self.plan.counts(self.plan.dimensions[n], self._kind(chosen)):
+            return self._fill(chosen, place + 1, random)
+        if chosen[n] is not None:  # a parameter of another fault does not fit
+            return (not is_kind or self._fits(chosen)) and self._fill(chosen, place + 1, random)
+        for choice in self._by_gain(chosen, n, mix((random + n) & BITS)):
+            self.looks += 1
+            if self.looks > MAX_LOOKS:
+                raise self.plan.error("exclude", "takes too long to check with pairwise: exclude less, or by fewer dimensions")
+            chosen[n] = choice
+            possible = not self.plan.excludes(self._values(chosen)) and (not is_kind or self._fits(chosen))
+            if possible and self._fill(chosen, place + 1, random):
+                return True
+        chosen[n] = None
+        return False
+
+    def _by_gain(self, chosen: Partial, n: int, random: int) -> List[int]:
+        """Places of the values of a dimension, most new pairs first; ties in the order of `random`."""
+        count = len(self.lists[n].values)
+        places = [(random + k) % count for k in range(count)]
+        return sorted(places, key=lambda place: -self._gain(chosen, (n, place)))
+
+    def _gain(self, chosen: Partial, choice: Choice) -> int:
+        others = ((m, place) for m, place in enumerate(chosen) if place is not None and m != choice[0])
+        return sum((min(other, choice), max(other, choice)) in self.open for other in others)
+
+    def _fits(self, chosen: Partial) -> bool:
+        kind = self._kind(chosen)
+        return all(
+            place is None or self.plan.counts(dimension, kind)
+            for dimension, place in zip(self.plan.dimensions, chosen)
+        )
+
+    def _strike(self, chosen: Partial) -> None:
+        choices = [(n, place) for n, place in enumerate(chosen) if place is not None]
+        for k, first in enumerate(choices):
+            for second in choices[k + 1 :]:
+                self.open.pop((first, second), None)

@@ -1,0 +1,242 @@
+"""The results of a campaign: one SQLite file with a row for each case."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import pathlib
+import sqlite3
+import time
+from dataclasses import dataclass, fields
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Set, Tuple
+
+from .judge import OUTCOMES, Result
+from .plan import MAX_CASES, Plan
+from .values import Value
+
+APPLICATION_ID = 0x4C4B4643  # "LKFC", which file(1) shows
+FORMAT = 3
+SYNC_S = 1.0  # a power failure loses no more than this; committed cases survive SIGKILL
+MAX_TEXT = 1_000_000  # bytes of one field
+HEAD = (
+    "version TEXT NOT NULL, plan_name TEXT NOT NULL, about TEXT NOT NULL, plan_text TEXT NOT NULL, "
+    "input_hash TEXT NOT NULL, sampling TEXT NOT NULL, seed INTEGER NOT NULL, numbers INTEGER NOT NULL, "
+    "cases INTEGER NOT NULL, plan_called TEXT NOT NULL, tolerant_time_ns INTEGER, dimensions TEXT NOT NULL"
+)
+SHARDS = "shard INTEGER NOT NULL, shards INTEGER NOT NULL, PRIMARY KEY (shards, shard)"
+
+
+class StoreError(Exception):
+    """A file of results that cannot be used; one line."""
+
+
+@dataclass(frozen=True)
+class Column:
+    name: str  # of Result, and in the file
+    sql: str
+    kind: type
+
+
+# All but `number` and `values`, in the order of Result.
+TYPES = {"str": ("TEXT NOT NULL", str), "int": ("INTEGER NOT NULL", int), "bool": ("INTEGER NOT NULL", bool),
+         "float": ("REAL NOT NULL", float), "Optional[int]": ("INTEGER", int), "Optional[float]": ("REAL", float)}  # fmt: skip
+COLUMNS = [Column(one.name, *TYPES[str(one.type)]) for one in fields(Result)[2:]]
+
+
+@dataclass(frozen=True)
+class Head:
+    """Which campaign results are of. All shards of a campaign have the same, but for `plan_called`."""
+
+    version: str
+    plan_name: str
+    about: str
+    plan_text: str
+    input_hash: str
+    sampling: str
+    seed: int
+    numbers: int  # cases are numbered from 0 to this - 1
+    cases: int  # not excluded, as far as counted
+    plan_called: str
+    tolerant_time_ns: Optional[int]
+    dimensions: Tuple[Dict[str, Any], ...]  # name, words or from and to, harmless_is_most
+
+    @property
+    def identity(self) -> Tuple[Any, ...]:
+        return tuple(getattr(self, one.name) for one in fields(self) if one.name != "plan_called")
+
+
+def head_of(plan: Plan, version: str, input_hash: str) -> Head:
+    dimensions: List[Dict[str, Any]] = []
+    for dimension in plan.dimensions:
+        values = dimension.values
+        one: Dict[str, Any] = {"name": dimension.name, "harmless_is_most": dimension.harmless_is_most}
+        if values.has_words:
+            one["words"] = list(values.values)  # type: ignore[union-attr]
+        else:
+            one.update({"from": values.least, "to": values.most})
+        dimensions.append(one)
+    return Head(version, plan.name, plan.about, plan.text, input_hash, plan.sampling, plan.seed, plan.numbers,
+                plan.included, plan.called, plan.tolerant_time_ns, tuple(dimensions))  # fmt: skip
+
+
+def quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'
+
+
+def schema(head: Head) -> Dict[str, str]:
+    dimensions = [
+        f"{quoted(one['name'])} {'TEXT' if 'words' in one else 'REAL'}" for one in head.dimensions
+    ]
+    columns = ["number INTEGER PRIMARY KEY", *dimensions, *(f"{one.name} {one.sql}" for one in COLUMNS)]
+    return {
+        "campaign": f"CREATE TABLE campaign ({HEAD}) STRICT",
+        "shards": f"CREATE TABLE shards ({SHARDS}) STRICT, WITHOUT ROWID",
+        "cases": f"CREATE TABLE cases ({', '.join(columns)}) STRICT",
+    }
+
+
+class Store:
+    """Open results. Rows are checked when they are read: the file may come from anybody."""
+
+    def __init__(self, path: pathlib.Path, connection: sqlite3.Connection, head: Head) -> None:
+        self.path, self.head, self._connection = path, head, connection
+        self._synced_at = time.monotonic()
+
+    # Ways to open one
+
+    @classmethod
+    def create(cls, path: pathlib.Path, head: Head) -> "Store":
+        """A new file. Raises StoreError if there is one."""
+        names = [one["name"].lower() for one in head.dimensions] + ["number"] + [one.name for one in COLUMNS]
+        if len(set(names)) < len(names):
+            raise StoreError(f"{path}: two columns would have the same name")
+        try:
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except FileExistsError:
+            raise StoreError(f"{path}: exists already; --resume continues it, -o FILE starts another") from None
+        except OSError as problem:
+            raise StoreError(f"{path}: {problem.strerror}") from None
+        connection = cls._connect(path, "rw")
+        with connection:
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {FORMAT}")
+            for sql in schema(head).values():
+                connection.execute(sql)
+            values = [json.dumps(value) if one.name == "dimensions" else value
+                      for one in fields(head) for value in [getattr(head, one.name)]]  # fmt: skip
+            connection.execute(f"INSERT INTO campaign VALUES ({', '.join('?' * len(values))})", values)
+        return cls._writing(path, connection, head)
+
+    @classmethod
+    def resume(cls, path: pathlib.Path, head: Head) -> "Store":
+        connection = cls._connect(path, "rw")
+        found = cls._read_head(path, connection)
+        if found.identity != head.identity:
+            raise StoreError(f"{path}: of another plan, version or file that the plan names; -o FILE starts another")
+        return cls._writing(path, connection, found)
+
+    @classmethod
+    def read(cls, path: pathlib.Path) -> "Store":
+        connection = cls._connect(path, "ro")
+        return cls(path, connection, cls._read_head(path, connection))
+
+    @classmethod
+    def _writing(cls, path: pathlib.Path, connection: sqlite3.Connection, head: Head) -> "Store":
+        # A commit survives SIGKILL; a checkpoint survives a power failure.
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = NORMAL")
+        return cls(path, connection, head)
+
+    @staticmethod
+    def _connect(path: pathlib.Path, mode: str) -> sqlite3.Connection:
+        if not path.is_file():
+            raise StoreError(f"{path}: no such file")
+        connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=10)
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, 16 * MAX_TEXT)
+        connection.execute("PRAGMA trusted_schema = OFF")
+        connection.execute("PRAGMA cell_size_check = ON")
+        return connection
+
+    @staticmethod
+    def _read_head(path: pathlib.Path, connection: sqlite3.Connection) -> Head:
+        def damaged(why: str) -> StoreError:
+            return StoreError(f"{path}: damaged: {why}")
+
+        try:
+            if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+                raise StoreError(f"{path}: not the results of a campaign")
+            format_ = connection.execute("PRAGMA user_version").fetchone()[0]
+            if format_ != FORMAT:
+                raise StoreError(f"{path}: format {format_}, this version reads {FORMAT}; run the campaign again")
+            rows = connection.execute("SELECT * FROM campaign").fetchall()
+            if len(rows) != 1:
+                raise damaged("it has no campaign")
+            *values, dimensions = rows[0]
+            head = Head(*values, dimensions=tuple(json.loads(dimensions)))
+            kept = dict(connection.execute("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite_%'"))
+            if kept != schema(head):
+                raise damaged("other tables")
+        except (sqlite3.Error, ValueError, KeyError, TypeError) as problem:
+            raise damaged(str(problem)) from None
+        if not 0 <= head.cases <= head.numbers <= MAX_CASES:
+            raise damaged("number of cases")
+        return head
+
+    # Reading and writing
+
+    def put(self, results: Iterable[Result]) -> None:
+        """Keeps results; they survive SIGKILL from now on."""
+        rows = [(one.number, *one.values, *(getattr(one, column.name) for column in COLUMNS)) for one in results]
+        places = ", ".join("?" * (1 + len(self.head.dimensions) + len(COLUMNS)))
+        with self._connection:
+            self._connection.executemany(f"INSERT INTO cases VALUES ({places})", rows)
+        if time.monotonic() - self._synced_at >= SYNC_S:
+            self._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
+            self._synced_at = time.monotonic()
+
+    def note_shard(self, shard: int, shards: int) -> None:
+        with self._connection:
+            self._connection.execute("INSERT OR IGNORE INTO shards VALUES (?, ?)", (shard, shards))
+
+    def shards(self) -> List[Tuple[int, int]]:
+        return [tuple(row) for row in self._connection.execute("SELECT shard, shards FROM shards ORDER BY shards, shard")]
+
+    def count(self) -> int:
+        return int(self._connection.execute("SELECT count(*) FROM cases").fetchone()[0])
+
+    def numbers_between(self, first: int, last: int) -> Set[int]:
+        rows = self._connection.execute("SELECT number FROM cases WHERE number BETWEEN ? AND ?", (first, last))
+        return {row[0] for row in rows}
+
+    def __iter__(self) -> Iterator[Result]:
+        """By number. Raises StoreError for a row that no campaign writes."""
+        try:
+            for row in self._connection.execute("SELECT * FROM cases ORDER BY number"):
+                yield self._result(row)
+        except sqlite3.Error as problem:
+            raise StoreError(f"{self.path}: damaged: {problem}") from None
+
+    def _result(self, row: Tuple[Any, ...]) -> Result:
+        number = row[0]
+        values = row[1 : 1 + len(self.head.dimensions)]
+        rest = row[1 + len(self.head.dimensions) :]
+        if not 0 <= number < self.head.numbers or rest[0] not in OUTCOMES:
+            raise StoreError(f"{self.path}: damaged: case {number}")
+        for value in row[1:]:
+            if (isinstance(value, str) and len(value) > MAX_TEXT) or (isinstance(value, float) and math.isnan(value)):
+                raise StoreError(f"{self.path}: damaged: case {number}")
+        read = {one.name: bool(value) if one.kind is bool else value for one, value in zip(COLUMNS, rest)}
+        return Result(number, tuple(values), **read)
+
+    def close(self) -> None:
+        """One file remains; other processes may have it open."""
+        if self._connection.in_transaction:
+            self._connection.rollback()
+        try:
+            self._connection.execute("PRAGMA journal_mode = DELETE")
+        except sqlite3.OperationalError:
+            pass  # read only, or open elsewhere
+        self._connection.close()
+
+

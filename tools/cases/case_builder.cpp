@@ -1,0 +1,203 @@
+#include "tools/cases/case_builder.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "emulator/config/events/config_directives.hpp"
+#include "emulator/config/profile_fields.hpp"
+#include "emulator/config/scenario/config_scenario.hpp"
+#include "emulator/files/profile_files.hpp"
+#include "emulator/files/regular_file.hpp"
+#include "tools/cases/toml_text.hpp"
+
+namespace lk::emulator {
+namespace {
+
+std::string file_of(const CaseRequest& request) { return "case " + std::to_string(request.number); }
+
+void insert_number(toml::table& table, const std::string& key, double value) {
+  if (value == std::round(value) && std::abs(value) < 0x1p53) {
+    table.insert_or_assign(key, static_cast<std::int64_t>(value));
+  } else {
+    table.insert_or_assign(key, value);
+  }
+}
+
+void assign_all(toml::table& to, const toml::table& from) {
+  for (const auto& [key, node] : from) {
+    node.visit([&, &name = key](const auto& value) { to.insert_or_assign(name, value); });
+  }
+}
+
+toml::array& array_of(toml::table& document, const char* key) {
+  if (!document.contains(key)) document.insert(key, toml::array{});
+  return *document[key].as_array();
+}
+
+/// A load as the keys of a file.
+toml::table load_table(const model::LoadParams& load) {
+  toml::table table;
+  table.is_inline(true);
+  for (const auto& field : profile_fields::kLoad) {
+    const double value = load.*std::get<double model::LoadParams::*>(field.member) / field.unit;
+    // An absent end stop has no number in a file.
+    if (value < field.min || value > field.max) continue;
+    insert_number(table, field.key, std::round(value * 1e9) / 1e9);
+  }
+  return table;
+}
+
+toml::table event_at_start(const BusConfig& bus, const ServoConfig& servo) {
+  return toml::table{{"at_s", 0}, {"bus", bus.interface}, {"id", servo.id}};
+}
+
+/// Events at 0 that give every drive the supply, ambient and load of the case.
+std::vector<toml::table> events_of(const CaseSettings& settings,
+                                   const std::vector<BusConfig>& robot) {
+  std::vector<toml::table> events;
+  for (const BusConfig& bus : robot) {
+    for (const ServoConfig& servo : bus.servos) {
+      for (const toml::table* one : {&settings.supply, &settings.ambient}) {
+        if (one->empty()) continue;
+        assign_all(events.emplace_back(event_at_start(bus, servo)), *one);
+      }
+      if (settings.load.empty()) continue;
+      toml::table load = load_table(servo.profile.drive.load);
+      assign_all(load, settings.load);
+      events.emplace_back(event_at_start(bus, servo)).insert("load", std::move(load));
+    }
+  }
+  return events;
+}
+
+/// A [[send]] whose frames win every arbitration and take this share of the wire.
+toml::table background(const BusConfig& bus, double share) {
+  constexpr double kBitsPerFrame = 111 + 19 / 2.0;  // 8 bytes, and about half of the stuff bits
+  const double bitrate = static_cast<double>(bus.bitrate);
+  const double every_s = std::round(kBitsPerFrame / bitrate / share * 1e7) / 1e7;
+  return toml::table{{"bus", bus.interface},
+                     {"at_s", 0},
+                     {"frame", "001#5555555555555555"},
+                     {"every_s", std::max(every_s, 1e-5)}};
+}
+
+void add_background(const CaseRequest& request, const std::vector<BusConfig>& robot,
+                    toml::table& document) {
+  bool can_be_loaded = false;
+  for (const BusConfig& bus : robot) {
+    if (bus.bitrate == 0 || bus.serial) continue;
+    array_of(document, "send").push_back(background(bus, request.settings.bus_load));
+    can_be_loaded = true;
+  }
+  if (can_be_loaded) return;
+  throw ConfigError(file_of(request), 0, "settings.bus_load", "needs a CAN bus with a bitrate");
+}
+
+void make_absolute(toml::table& table, const char* key, const std::filesystem::path& directory) {
+  const auto given = table[key].value<std::string>();
+  if (given) {
+    table.insert_or_assign(key, std::filesystem::absolute(directory / *given).string());
+  }
+}
+
+}  // namespace
+
+CaseBuilder::Base& CaseBuilder::base_of(const std::string& scenario) {
+  const auto known = bases_.find(scenario);
+  if (known != bases_.end()) return known->second;
+  const std::filesystem::path file = meant_file(kScenarios, scenario);
+  Base base{file, parse_toml(read_regular_file(file, kLongestText), file.string()),
+            std::make_unique<CaseFiles>(file.parent_path())};
+  return bases_.emplace(scenario, std::move(base)).first->second;
+}
+
+toml::table CaseBuilder::changed(const CaseRequest& request, Base& base) {
+  toml::table document = base.document;
+  assign_all(document, request.keys);
+  const CaseSettings& settings = request.settings;
+  const bool surroundings =
+      !settings.supply.empty() || !settings.ambient.empty() || !settings.load.empty();
+  if (surroundings || settings.bus_load > 0) {
+    const auto robot =
+        parse_scenario(document, base.file.string(), std::nullopt, base.files->files()).robot;
+    if (surroundings) {
+      // Before the scenario's own events at 0.
+      const std::vector<toml::table> events = events_of(settings, robot);
+      toml::array& all = array_of(document, "event");
+      all.insert(all.cbegin(), events.begin(), events.end());
+    }
+    if (settings.bus_load > 0) add_background(request, robot, document);
+  }
+  for (const toml::node& directive : request.directives) {
+    array_of(document, "event").push_back(*directive.as_table());
+  }
+  return document;
+}
+
+CaseCourse CaseBuilder::course(const CaseRequest& request) {
+  Base& base = base_of(request.scenario);
+  CaseCourse course;
+  course.scenario =
+      parse_scenario(changed(request, base), base.file.string(), std::nullopt, base.files->files());
+  Scenario& scenario = course.scenario;
+  course.own = scenario.expectations.size();
+  const double duration_s = std::chrono::duration<double>(scenario.duration).count();
+  const auto expect = [&](const toml::table& table, const char* key) {
+    TableReader reader(table, file_of(request), key);
+    scenario.expectations.push_back(read_expectation(reader, scenario));
+    reader.finish();
+  };
+  for (const BusConfig& bus : scenario.robot) {
+    for (const ServoConfig& servo : bus.servos) {
+      for (const std::string& error : request.drive_errors) {
+        expect(
+            toml::table{
+                {"bus", bus.interface}, {"id", servo.id}, {"error", error}, {"by_s", duration_s}},
+            "drive_errors");
+        ++course.drive_errors;
+      }
+    }
+  }
+  for (const toml::node& one : request.detect) expect(*one.as_table(), "detect");
+  const std::vector<Expectation>& all = scenario.expectations;
+  std::vector<std::size_t> by_bus(all.size());
+  std::iota(by_bus.begin(), by_bus.end(), std::size_t{0});
+  std::ranges::stable_sort(by_bus, {}, [&](std::size_t n) { return all[n].bus; });
+  course.places.resize(all.size());
+  for (std::size_t n = 0; n < all.size(); ++n) course.places[by_bus[n]] = n;
+  return course;
+}
+
+std::vector<PlannedDirective> CaseBuilder::fault(const CaseRequest& request,
+                                                 const Scenario& scenario) {
+  if (!request.fault) return {};
+  const toml::table& event = *request.fault;
+  TableReader reader(event, file_of(request), "fault");
+  std::optional<int> id;
+  if (const auto given = event["id"].value<std::int64_t>()) id = static_cast<int>(*given);
+  const std::size_t bus = scenario.robot.size() == 1 ? 0 : read_bus_of(reader, scenario.robot, id);
+  read_moment(reader, "at_s", scenario.duration);
+  std::vector<PlannedDirective> planned;
+  for (TimedDirective& one : read_directives(reader, scenario.robot[bus], Timing::kRequired)) {
+    if (!std::holds_alternative<SetFault>(one.directive.what)) reader.fail("", "is not a fault");
+    planned.push_back({bus, std::move(one)});
+  }
+  return planned;
+}
+
+std::string CaseBuilder::file_text(const CaseRequest& request) {
+  Base& base = base_of(request.scenario);
+  toml::table document = changed(request, base);
+  const std::filesystem::path directory = base.file.parent_path();
+  if (is_path(document["robot"].value_or(""))) make_absolute(document, "robot", directory);
+  if (auto* sends = document["send"].as_array()) {
+    for (toml::node& send : *sends) make_absolute(*send.as_table(), "play", directory);
+  }
+  if (request.fault) array_of(document, "event").push_back(*request.fault);
+  return toml_text(document);
+}
+
+}  // namespace lk::emulator

@@ -1,0 +1,154 @@
+#include "tools/cases/case_stream.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "emulator/files/output_file.hpp"
+#include "emulator/ground/start_error.hpp"
+#include "tools/cases/case_batch.hpp"
+#include "tools/cases/case_json.hpp"
+
+namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kMaxPile = 128;  // cases that one thread sorts and shares beginnings of
+constexpr std::size_t kMaxLine = 1024 * 1024;  // bytes
+
+/// Input and output, shared by the threads.
+class Lines {
+ public:
+  explicit Lines(const std::string& file) : name_(file == "-" ? "standard input" : file) {
+    if (file == "-") return;
+    opened_.open(file, std::ios::binary);
+    if (!opened_) throw StartError("--cases: cannot read " + file);
+    in_ = &opened_;
+  }
+  /// The next cases, up to a blank line or kMaxPile. Empty at the end. Throws StartError.
+  std::vector<CaseRequest> take() {
+    const std::scoped_lock lock(in_mutex_);
+    std::vector<CaseRequest> pile;
+    std::string line;
+    while (pile.size() < kMaxPile && next(line)) {
+      if (line.find_first_not_of(" \t\r") == std::string::npos) {
+        if (pile.empty()) continue;
+        break;
+      }
+      add(line, pile);
+    }
+    return pile;
+  }
+  void put(const std::string& lines) {
+    const std::scoped_lock lock(out_mutex_);
+    const bool written = std::fwrite(lines.data(), 1, lines.size(), stdout) == lines.size();
+    if (!written || std::fflush(stdout) != 0) throw StartError("standard output: cannot write");
+  }
+  bool all_read() const { return all_read_; }
+
+ private:
+  bool next(std::string& line) {
+    line.clear();
+    for (int c = in_->get(); c != std::istream::traits_type::eof(); c = in_->get()) {
+      if (line.empty()) ++number_;
+      if (c == '\n') return true;
+      line += static_cast<char>(c);
+      if (line.size() > kMaxLine) fail("is longer than 1 MB");
+    }
+    return !line.empty();
+  }
+  /// A line that is no case ends the program; a case that is impossible does not.
+  void add(const std::string& line, std::vector<CaseRequest>& pile) {
+    std::uint64_t number = 0;
+    Json json;
+    try {
+      json = parse_json(line);
+      number = read_case_number(json);
+    } catch (const JsonError& problem) {
+      fail(problem.where + ": " + problem.what());
+    }
+    try {
+      pile.push_back(read_case(json));
+    } catch (const std::exception& problem) {
+      all_read_ = false;
+      put(impossible_json(number, problem.what()));
+    }
+  }
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw StartError("--cases: " + name_ + ":" + std::to_string(number_) + ": " + reason);
+  }
+
+  std::string name_;
+  std::ifstream opened_;
+  std::istream* in_ = &std::cin;
+  std::size_t number_ = 0;  // of the line
+  std::mutex in_mutex_, out_mutex_;
+  bool all_read_ = true;
+};
+
+void write_scenario(Lines& lines, const std::string& file) {
+  const std::vector<CaseRequest> cases = lines.take();
+  if (cases.size() != 1 || !lines.take().empty()) {
+    throw StartError("--scenario: needs exactly one case");
+  }
+  try {
+    write_output(file, "--scenario", CaseBuilder().file_text(cases.front()));
+  } catch (const ConfigError& problem) {
+    throw StartError(problem.what());
+  } catch (const std::invalid_argument& problem) {
+    throw StartError(problem.what());
+  }
+}
+
+}  // namespace
+
+bool run_cases(const CaseInput& options) {
+  std::ios::sync_with_stdio(false);
+  Lines lines(options.file);
+  if (!options.scenario.empty()) {
+    write_scenario(lines, options.scenario);
+    return true;
+  }
+  std::mutex mutex;
+  bool all_possible = true;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    CaseBatch batch;
+    try {
+      for (;;) {
+        {
+          const std::scoped_lock lock(mutex);
+          if (failure) return;
+        }
+        const std::vector<CaseRequest> pile = lines.take();
+        if (pile.empty()) return;
+        const bool possible =
+            batch.run(pile, options.check, [&](const auto& out) { lines.put(out); });
+        const std::scoped_lock lock(mutex);
+        all_possible = all_possible && possible;
+      }
+    } catch (...) {
+      const std::scoped_lock lock(mutex);
+      failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    try {
+      for (int n = 1; n < options.jobs; ++n) threads.emplace_back(work);
+    } catch (const std::system_error&) {
+      // Fewer threads compute the same.
+    }
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+  return all_possible && lines.all_read();
+}
+
+}  // namespace lk::emulator
