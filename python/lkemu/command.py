@@ -7,16 +7,17 @@ import contextlib
 import os
 import sys
 import tempfile
-from typing import BinaryIO, Callable, Iterator, List, NoReturn
+from typing import BinaryIO, Callable, Iterator, List, NoReturn, Optional
 
 from .errors import Error, StartError
 
 
-def run(main: Callable[[], None]) -> None:
-    """Ends the process: status 0, or 2 after one line for a StartError, or 1 after one line for another failure."""
+def run(main: Callable[[], Optional[int]]) -> None:
+    """Ends the process with the status that `main` returns, 0 for None; 2 after one line for a StartError, 1 after
+    one line for another failure."""
     status = 0
     try:
-        main()
+        status = main() or 0
         sys.stdout.flush()
     except StartError as problem:
         status = tell(str(problem), 2)

@@ -178,7 +178,7 @@ std::vector<PlannedDirective> CaseBuilder::fault(const CaseRequest& request,
   TableReader reader(event, file_of(request), "fault");
   std::optional<int> id;
   if (const auto given = event["id"].value<std::int64_t>()) id = static_cast<int>(*given);
-  const std::size_t bus = scenario.robot.size() == 1 ? 0 : read_bus_of(reader, scenario.robot, id);
+  const std::size_t bus = read_bus_of(reader, scenario.robot, id);
   read_moment(reader, "at_s", scenario.duration);
   std::vector<PlannedDirective> planned;
   for (TimedDirective& one : read_directives(reader, scenario.robot[bus], Timing::kRequired)) {

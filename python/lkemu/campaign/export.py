@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Iterable, Iterator
 
 from .judge import Result
-from .plan import Plan
 from .values import value_text
 
 COLUMNS = (
@@ -18,9 +17,13 @@ def export(plan_names: Iterable[str], results: Iterable[Result]) -> Iterator[str
     """Lines of the export; results come by number."""
     yield ",".join(["number", *map(_text, plan_names), *COLUMNS]) + "\n"
     for result in results:
-        fields = [str(result.number), *map(_text, result.values)]
-        fields += [_text(getattr(result, column)) for column in COLUMNS]
-        yield ",".join(fields) + "\n"
+        yield line_of(result)
+
+
+def line_of(result: Result) -> str:
+    fields = [str(result.number), *map(_text, result.values)]
+    fields += [_text(getattr(result, column)) for column in COLUMNS]
+    return ",".join(fields) + "\n"
 
 
 def _text(value: Any) -> str:

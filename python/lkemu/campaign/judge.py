@@ -5,20 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional
 
+from .outcomes import (
+    DETECTED_BY_DRIVE,
+    DETECTED_BY_HOST,
+    LATE,
+    NO_EFFECT,
+    NOT_FIRED,
+    SILENTLY_WRONG,
+    TOLERATED,
+)
 from .plan import Plan
 from .sampling import Case
-
-NOT_FIRED = "not fired"
-NO_EFFECT = "no effect"
-TOLERATED = "tolerated"
-DETECTED_BY_DRIVE = "detected by the drive"
-DETECTED_BY_HOST = "detected by the host"
-LATE = "late"
-SILENTLY_WRONG = "silently wrong"
-HANG = "hang"
-CRASH = "crash"
-OUTCOMES = (NOT_FIRED, NO_EFFECT, TOLERATED, DETECTED_BY_DRIVE, DETECTED_BY_HOST, LATE, SILENTLY_WRONG, HANG, CRASH)
-
 
 @dataclass
 class Result:

@@ -188,9 +188,26 @@ def _fits(value: Optional[Value], what: Union[List[Value], Tuple[float, float]])
     return not isinstance(value, str) and what[0] <= value <= what[1]
 
 
-def load_plan(file: pathlib.Path, called: str, program: Program) -> Plan:
+def find_plan(called: str, program: Program) -> pathlib.Path:
+    """A file, or a delivered plan by its name. Raises PlanError."""
+    file = pathlib.Path(called)
+    if file.is_file() or "/" in called or called.endswith(".toml"):
+        return file
+    package = pathlib.Path(__file__).resolve().parents[2]
+    bin_directory = pathlib.Path(program.path).resolve().parent
+    shelves = (package / "campaigns", package.parent / "configs/campaigns", package / "configs/campaigns",
+               bin_directory.parent / "share/lk-emu/campaigns")  # fmt: skip
+    for shelf in shelves:
+        if (shelf / f"{called}.toml").is_file():
+            return shelf / f"{called}.toml"
+    known = sorted({one.stem for shelf in shelves for one in shelf.glob("*.toml")})
+    near = difflib.get_close_matches(called, known, 1)
+    raise PlanError(f'no campaign "{called}"' + (f"; did you mean {near[0]}?" if near else f"; delivered: {', '.join(known)}"))
+
+
+def load_plan(called: str, program: Program) -> Plan:
     """Raises PlanError: all that is wrong with a plan is found before a case runs."""
-    return _Reader(file, called, program).read()
+    return _Reader(find_plan(called, program), called, program).read()
 
 
 class _Reader:
@@ -429,12 +446,16 @@ class _Reader:
         ids = [drive["id"] for drive in plan.drives if drive["bus"] == bus]
         requests = []
         for kind, row in plan.faults.items():
-            parameters = {one["name"]: max(one.get("min", 0), 0) for one in row["parameters"] if one["required"]}
-            for drive in [None] if row["of_bus"] else ids:
-                event = {"at_s": 0, "bus": bus, "fault": {"kind": kind, **parameters}}
-                if drive is not None:
-                    event["id"] = drive
-                requests.append({"case": list(plan.faults).index(kind), "scenario": plan.scenario, "fault": event})
+            needed = [one for one in row["parameters"] if one["required"]]
+            needed += row["parameters"][:1] if row["needs_one"] else []
+            # A drive may refuse one end of a range: the ID that it has already.
+            for end in ("min", "max"):
+                parameters = {one["name"]: _number(one[end]) for one in needed}
+                for drive in [None] if row["of_bus"] else ids:
+                    event = {"at_s": 0, "bus": bus, "fault": {"kind": kind, **parameters}}
+                    if drive is not None:
+                        event["id"] = drive
+                    requests.append({"case": list(plan.faults).index(kind), "scenario": plan.scenario, "fault": event})
         possible = {seen["case"] for seen in self.program.check(requests) if "error" not in seen}
         return [kind for n, kind in enumerate(plan.faults) if n in possible]
 

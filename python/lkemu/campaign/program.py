@@ -7,11 +7,8 @@ import subprocess
 import threading
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence
 
+from ..errors import StartError
 from ..program import find_program
-
-
-class ProgramError(Exception):
-    """lk-emu ended with an error."""
 
 
 class Program:
@@ -25,7 +22,7 @@ class Program:
         return self._output("--version").split()[-1]
 
     def generations(self) -> List[str]:
-        return ["legacy", "v235", "v236"]
+        return ["legacy", "late-legacy", "v235", "v236", "v236b", "seen"]
 
     def check(self, requests: Sequence[Mapping[str, Any]]) -> List[Dict[str, Any]]:
         """Reads cases and runs none. The answers are in any order."""
@@ -38,7 +35,8 @@ class Program:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         ) as process:
             assert process.stdin is not None and process.stdout is not None and process.stderr is not None
-            feeder = threading.Thread(target=_feed, args=(process.stdin, requests), daemon=True)
+            problems: List[BaseException] = []
+            feeder = threading.Thread(target=_feed, args=(process.stdin, requests, problems), daemon=True)
             feeder.start()
             try:
                 for line in process.stdout:
@@ -47,21 +45,25 @@ class Program:
                 process.stdout.close()
                 if process.poll() is None and feeder.is_alive():
                     process.terminate()
+            if problems:
+                raise problems[0]
             said = process.stderr.read().strip()
             if process.wait() not in (0, 1):
-                raise ProgramError(said or f"lk-emu run --cases ended with status {process.returncode}")
+                raise StartError(said or f"lk-emu run --cases ended with status {process.returncode}")
 
     def _output(self, *arguments: str) -> str:
         done = subprocess.run([self.path, *arguments], capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            raise ProgramError(done.stderr.strip())
+            raise StartError(done.stderr.strip())
         return done.stdout
 
 
-def _feed(stream: Any, requests: Iterable[Optional[Mapping[str, Any]]]) -> None:
+def _feed(stream: Any, requests: Iterable[Optional[Mapping[str, Any]]], problems: List[BaseException]) -> None:
     try:
         with stream:
             for request in requests:
                 stream.write("\n" if request is None else json.dumps(request) + "\n")
     except BrokenPipeError:
         pass  # the program says why it ended
+    except Exception as problem:  # of the requests
+        problems.append(problem)

@@ -3,66 +3,105 @@
 from __future__ import annotations
 
 import json
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
 
+from ..errors import Error
 from .judge import Result, judge
 from .plan import Plan
-from .program import Program, ProgramError
+from .program import Program
 from .sampling import Case
 
 REFERENCE = 1 << 52  # added to the number of a case: the same without its fault
+MAX_GROUPS = 256  # references that are kept for cases to come
 
 
-def run_cases(
-    plan: Plan, program: Program, cases: Iterable[Tuple[int, Case]], jobs: int, pile: int
-) -> Iterator[List[Result]]:
-    """Results in any order, in small lists. `pile`: cases that one thread sorts together."""
-    waiting: Dict[int, Tuple[Case, str]] = {}  # cases under way
-    seen_of: Dict[int, Any] = {}  # computed, waiting for their reference
-    references: Dict[str, Optional[Any]] = {}  # by group; None: under way
-    users: Dict[str, List[int]] = {}  # cases that wait for the reference of their group
-    numbers: Dict[int, str] = {}  # of a reference: its group
+@dataclass
+class Group:
+    """Cases that differ in the fault alone share one run without it: the reference."""
 
-    def requests() -> Iterator[Optional[Dict[str, Any]]]:
+    reference: Optional[Any] = None  # None: under way
+    open: int = 0  # cases that are not judged yet
+    waiting: List[int] = field(default_factory=list)  # cases that were computed before the reference
+
+
+class ScenarioRuns:
+    """Cases under way. Requests are made by the thread that feeds the program, results are taken by another."""
+
+    def __init__(self, plan: Plan, program: Program, jobs: int) -> None:
+        self._plan, self._program, self._jobs = plan, program, jobs
+        self._lock = threading.Lock()
+        self._values: Dict[int, Tuple[Case, str]] = {}  # by case: its values and its group
+        self._seen: Dict[int, Any] = {}  # by case: what was computed
+        self._groups: "OrderedDict[str, Group]" = OrderedDict()
+        self._group_of: Dict[int, str] = {}  # by number of a reference
+
+    def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
+        """Results in any order. `pile`: cases that one thread computes together."""
+        for seen in self._program.run(self._requests(cases, pile), self._jobs):
+            number = seen["case"]
+            if "error" in seen:
+                raise Error(f"case {number % REFERENCE}: {seen['error']}")
+            with self._lock:
+                ready = self._take_reference(number, seen) if number >= REFERENCE else self._take_case(number, seen)
+                results = [self._judged(one) for one in ready]
+            if results:
+                yield results
+
+    def _requests(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[Optional[Dict[str, Any]]]:
         in_pile = 0
         for number, values in cases:
-            request = plan.request(number, values)
-            has_fault = "fault" in request
-            group = ""
-            if has_fault:
-                without = plan.request(number + REFERENCE, values, fault=False)
-                group = json.dumps({key: value for key, value in without.items() if key != "case"}, sort_keys=True)
-                if group not in references:
-                    references[group] = None
-                    numbers[number + REFERENCE] = group
-                    yield without
-            waiting[number] = (values, group)
+            request = self._plan.request(number, values)
+            key, without = "", None
+            if "fault" in request:
+                without = self._plan.request(number + REFERENCE, values, fault=False)
+                key = json.dumps({name: value for name, value in without.items() if name != "case"}, sort_keys=True)
+            with self._lock:
+                self._values[number] = values, key
+                if key in self._groups:
+                    self._groups.move_to_end(key)
+                    without = None
+                elif key:
+                    self._groups[key] = Group()
+                    self._group_of[number + REFERENCE] = key
+                    self._drop_old_groups()
+                if key:
+                    self._groups[key].open += 1
+            if without is not None:
+                yield without
             yield request
             in_pile += 1
             if in_pile == pile:
                 in_pile = 0
                 yield None
 
-    def judged(number: int) -> Result:
-        values, group = waiting.pop(number)
-        result = Result(number, values)
-        judge(plan, result, seen_of.pop(number), references[group] if group else None)
-        return result
+    def _drop_old_groups(self) -> None:
+        for key in list(self._groups)[: len(self._groups) - MAX_GROUPS]:
+            if self._groups[key].open == 0:
+                del self._groups[key]
 
-    for seen in program.run(requests(), jobs):
-        number = seen["case"]
-        if "error" in seen:
-            raise ProgramError(f"case {number % REFERENCE}: {seen['error']}")
-        if number >= REFERENCE:
-            group = numbers.pop(number)
-            references[group] = seen
-            ready = users.pop(group, [])
-        else:
-            seen_of[number] = seen
-            group = waiting[number][1]
-            if group and references[group] is None:
-                users.setdefault(group, []).append(number)
-                continue
-            ready = [number]
-        if ready:
-            yield [judged(one) for one in ready]
+    def _take_reference(self, number: int, seen: Any) -> List[int]:
+        group = self._groups[self._group_of.pop(number)]
+        group.reference = seen
+        ready, group.waiting = group.waiting, []
+        return ready
+
+    def _take_case(self, number: int, seen: Any) -> List[int]:
+        self._seen[number] = seen
+        key = self._values[number][1]
+        if not key or self._groups[key].reference is not None:
+            return [number]
+        self._groups[key].waiting.append(number)
+        return []
+
+    def _judged(self, number: int) -> Result:
+        values, key = self._values.pop(number)
+        reference = None
+        if key:
+            reference = self._groups[key].reference
+            self._groups[key].open -= 1
+        result = Result(number, values)
+        judge(self._plan, result, self._seen.pop(number), reference)
+        return result

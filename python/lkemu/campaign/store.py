@@ -11,7 +11,8 @@ import time
 from dataclasses import dataclass, fields
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Set, Tuple
 
-from .judge import OUTCOMES, Result
+from .judge import Result
+from .outcomes import OUTCOMES
 from .plan import MAX_CASES, Plan
 from .values import Value
 

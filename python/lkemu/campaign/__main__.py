@@ -1,0 +1,212 @@
+"""`python3 -m lkemu.campaign`, the command `lk-emu campaign`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import pathlib
+import shlex
+import signal
+import sys
+import time
+from typing import Callable, List, Optional
+
+from ..command import Parser, output_file, printable, run
+from ..errors import StartError
+from .engine import Shard, run_campaign
+from .export import export
+from .merge import merge
+from .plan import Plan, PlanError, load_plan, plan_hash
+from .program import Program
+from .progress import Progress
+from .store import Store, StoreError, head_of
+from .thresholds import Threshold, check_thresholds, parse_threshold
+
+EPILOG = """
+Examples:
+  lk-emu campaign every_fault --dry-run                     how many cases, and what they cost
+  lk-emu campaign every_fault -o night.db --html night.html
+  lk-emu campaign every_fault --case 4711 --csv case.csv    one of them again
+  lk-emu campaign every_fault -o part3.db --shard 3/8       and then: lk-emu campaign merge -o night.db part*.db
+
+Exit status: 0 done, 1 a --require does not hold (compare: cases are worse; merge: some are missing), 2 unusable input,
+130 interrupted: --resume goes on.
+"""
+
+
+def parse(words: List[str]) -> argparse.Namespace:
+    if words and words[0] in OTHER_ACTIONS:
+        parse_other, act = OTHER_ACTIONS[words[0]]
+        given = parse_other(f"lk-emu campaign {words[0]}", words[1:])
+        given.act = act
+        return given
+    parser = Parser("lk-emu campaign", description="Run many cases of a scenario with faults, and tell what came of them", epilog=EPILOG,
+                    formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)  # fmt: skip
+    parser.add_argument("plan", metavar="PLAN", help="a plan: a file, or the name of a shipped one")
+    parser.add_argument("-o", "--output", metavar="FILE", help="results, an SQLite file (default: the plan's name, .db)")
+    parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="cases at once (default: %(default)s)")
+    parser.add_argument("--shard", type=parse_shard, default=Shard(), metavar="I/N", help="only the cases whose number divided by N leaves I")
+    parser.add_argument("--resume", action="store_true", help="go on with a file that is there")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but what is wrong")
+    add_report_options(parser)
+    given = parser.parse_args(words)
+    given.act = run_plan
+    given.words = words
+    return given
+
+
+def add_report_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--html", metavar="FILE", help="write the report as a page")
+    parser.add_argument("--json", metavar="FILE", help="write the report as JSON")
+    parser.add_argument("--junit", metavar="FILE", help="write a test for each kind of fault, as JUnit XML")
+    parser.add_argument("--require", metavar="TEXT", action="append", default=[],
+                        help='what must hold, "coverage>=0.99" or "silently_wrong<=0"; may be given again')  # fmt: skip
+
+
+def parse_report(name: str, words: List[str]) -> argparse.Namespace:
+    parser = Parser(name, description="Tell what came of a campaign")
+    parser.add_argument("results", metavar="RESULTS", help="the file of a campaign")
+    add_report_options(parser)
+    return parser.parse_args(words)
+
+
+def parse_compare(name: str, words: List[str]) -> argparse.Namespace:
+    parser = Parser(name, description="Tell what is worse than before, case by case")
+    parser.add_argument("before", metavar="BEFORE", help="the file of an earlier campaign of the plan")
+    parser.add_argument("now", metavar="NOW", help="the file of a later one")
+    parser.add_argument("--json", metavar="FILE", help="write the comparison as JSON")
+    return parser.parse_args(words)
+
+
+def parse_export(name: str, words: List[str]) -> argparse.Namespace:
+    parser = Parser(name, description="Print all cases as CSV: the same bytes whoever computed them")
+    parser.add_argument("results", metavar="RESULTS", help="the file of a campaign")
+    return parser.parse_args(words)
+
+
+def parse_merge(name: str, words: List[str]) -> argparse.Namespace:
+    parser = Parser(name, description="Put the shards of a campaign together")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help="the new file")
+    parser.add_argument("parts", metavar="PART", nargs="+", help="files of shards, or of merges")
+    return parser.parse_args(words)
+
+
+def parse_shard(text: str) -> Shard:
+    index, _, count = text.partition("/")
+    if not (index.isdecimal() and count.isdecimal() and int(index) < int(count)):
+        raise argparse.ArgumentTypeError(f'"{text}" is none; of 8 shards the first is 0/8, the last 7/8')
+    return Shard(int(index), int(count))
+
+
+def run_plan(given: argparse.Namespace) -> int:
+    thresholds = [parse_threshold(text) for text in given.require]
+    program = Program()
+    plan = load_plan(given.plan, program)
+    path = pathlib.Path(given.output or f"{plan.name}.db")
+    store = store_of(path, plan, program, given.resume)
+    before, began = store.count(), time.monotonic()
+    progress = Progress(given.shard.size(plan.numbers), before, sys.stderr.isatty() and not given.quiet)
+    done = 0
+
+    def show(cases: int) -> None:
+        nonlocal done
+        done = cases
+        progress.show(cases)
+
+    # Batch systems end their jobs with SIGTERM.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        run_campaign(plan, program, store, given.shard, given.jobs, show)
+    except KeyboardInterrupt:
+        command = shlex.join(["lk-emu", "campaign", *given.words, *([] if given.resume else ["--resume"])])
+        print(f"lk-emu: stopped after {before + done} cases, all kept in {printable(str(path))}; {printable(command)} goes on", file=sys.stderr)
+        return 130
+    finally:
+        progress.end()
+        store.close()
+    if not given.quiet:
+        took_s = time.monotonic() - began
+        print(f"{plan.name}: {done} cases in {took_s:.3g} s, {done / max(took_s, 1e-9):.3g}/s; {printable(str(path))}")
+    return report(path, given, thresholds)
+
+
+def report(path: pathlib.Path, given: argparse.Namespace, thresholds: List[Threshold]) -> int:
+    """Prints and writes what came of a campaign. Status 1: something that is required does not hold."""
+    from . import report as reports  # pylint: disable=import-outside-toplevel  # its libraries take a second to load
+    from .answer import answer_of
+
+    with contextlib.closing(Store.read(path)) as store:
+        answer = answer_of(store.head, store)
+    required = check_thresholds(answer, thresholds)
+    write_text(given.html, "--html", lambda: reports.page(answer, required))
+    write_text(given.json, "--json", lambda: reports.json_report(answer, required))
+    write_text(given.junit, "--junit", lambda: reports.junit(answer))
+    if not getattr(given, "quiet", False):
+        print(reports.text_report(answer, required), end="")
+    else:
+        print("".join(f"{one}\n" for one in required if not one.holds), end="")
+    return 0 if all(one.holds for one in required) else 1
+
+
+def write_text(path: Optional[str], option: str, text: Callable[[], str]) -> None:
+    if path is not None:
+        with output_file(path, option) as file:
+            file.write(text().encode())
+
+
+def store_of(path: pathlib.Path, plan: Plan, program: Program, resume: bool) -> Store:
+    head = head_of(plan, program.version(), plan_hash(plan, program))
+    return Store.resume(path, head) if resume and path.exists() else Store.create(path, head)
+
+
+def export_results(given: argparse.Namespace) -> int:
+    store = Store.read(pathlib.Path(given.results))
+    names = [one["name"] for one in store.head.dimensions]
+    sys.stdout.writelines(export(names, store))
+    store.close()
+    return 0
+
+
+def merge_results(given: argparse.Namespace) -> int:
+    merged = merge(pathlib.Path(given.output), [pathlib.Path(part) for part in given.parts])
+    print(f"{printable(given.output)}: {merged}")
+    return 0 if merged.is_whole else 1
+
+
+def report_results(given: argparse.Namespace) -> int:
+    return report(pathlib.Path(given.results), given, [parse_threshold(text) for text in given.require])
+
+
+def compare_results(given: argparse.Namespace) -> int:
+    from . import report as reports  # pylint: disable=import-outside-toplevel
+    from .answer import Answer
+    from .compare import compare
+
+    with contextlib.closing(Store.read(pathlib.Path(given.before))) as before:
+        with contextlib.closing(Store.read(pathlib.Path(given.now))) as now:
+            comparison = compare(before.head, before, now.head, now)
+    answer = Answer(comparison.now)
+    print(reports.comparison_text(answer, comparison), end="")
+    write_text(given.json, "--json", lambda: reports.comparison_json(answer, comparison))
+    return 1 if comparison.worse else 0
+
+
+OTHER_ACTIONS = {
+    "export": (parse_export, export_results),
+    "merge": (parse_merge, merge_results),
+    "report": (parse_report, report_results),
+    "compare": (parse_compare, compare_results),
+}
+
+
+def main() -> int:
+    given = parse(sys.argv[1:])
+    try:
+        return int(given.act(given))
+    except (PlanError, StoreError) as problem:
+        raise StartError(str(problem)) from None
+
+
+if __name__ == "__main__":
+    run(main)

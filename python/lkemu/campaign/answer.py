@@ -1,0 +1,236 @@
+"""What a campaign says, from its results."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import tomllib
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Dict, Iterable, List, Mapping, Optional, Tuple
+
+from scipy.special import betaincinv
+
+from .judge import Result, earlier
+from .outcomes import CRASH, DETECTED_BY_DRIVE, DETECTED_BY_HOST, HANG, LATE, NOT_FIRED, OUTCOMES
+from .store import Head
+
+CONFIDENCE = 0.95
+MAX_RESIDUAL = 25_000  # failures of each outcome that are kept; of the others there are counts
+STATES = ("off", "stopped", "running")
+
+
+def is_dangerous(result: Result) -> bool:
+    """A hazard of the plan occurred, or the host did not live to prevent one."""
+    return result.outcome != NOT_FIRED and (result.violated_at_ns is not None or result.outcome in (HANG, CRASH))
+
+
+def clopper_pearson(hits: int, trials: int) -> Tuple[float, float]:
+    """The exact interval of Clopper and Pearson (1934), with half of 1 - CONFIDENCE on either side."""
+    tail = (1 - CONFIDENCE) / 2
+    lower = float(betaincinv(hits, trials - hits + 1, tail)) if hits > 0 else 0.0
+    upper = 1 - float(betaincinv(trials - hits, hits + 1, tail)) if hits < trials else 1.0
+    return lower, upper
+
+
+@dataclass
+class Coverage:
+    """Diagnostic coverage, λ_DD / λ_D of IEC 61508: of the dangerous cases, the share that was detected in time."""
+
+    detected: int = 0  # dangerous, and detected in time
+    dangerous: int = 0
+    interval: Optional[Tuple[float, float]] = None
+
+    @property
+    def share(self) -> Optional[float]:
+        return self.detected / self.dangerous if self.dangerous else None
+
+
+class Latencies:
+    """From the first effect of a fault to its detection, in ns."""
+
+    def __init__(self) -> None:
+        self._values = array("q")
+        self._sorted = True
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def add(self, since: Optional[int], at: Optional[int]) -> None:
+        if since is not None and at is not None:
+            self._values.append(at - since)
+            self._sorted = False
+
+    def quantile_s(self, share: float) -> Optional[float]:
+        """The nearest rank: the least latency that at least this share of the cases do not exceed."""
+        if not self._values:
+            return None
+        if not self._sorted:
+            self._values = array("q", sorted(self._values))
+            self._sorted = True
+        return self._values[max(math.ceil(share * len(self._values)), 1) - 1] / 1e9
+
+    @property
+    def worst_s(self) -> Optional[float]:
+        return self.quantile_s(1.0)
+
+
+@dataclass
+class Group:
+    """The cases of one kind of fault, or all."""
+
+    kind: str  # empty: all
+    outcomes: "Counter[str]" = field(default_factory=Counter)
+    coverage: Coverage = field(default_factory=Coverage)
+    safe_detected: int = 0  # no hazard, and detected, in time or late
+    safe_undetected: int = 0
+    by_drive: Latencies = field(default_factory=Latencies)
+    by_host: Latencies = field(default_factory=Latencies)
+    first: Latencies = field(default_factory=Latencies)  # by whichever was first
+
+    @property
+    def cases(self) -> int:
+        return sum(self.outcomes.values())
+
+    @property
+    def fired(self) -> int:
+        return self.cases - self.outcomes[NOT_FIRED]
+
+    @property
+    def failures(self) -> int:
+        return sum(count for name, count in self.outcomes.items() if OUTCOMES[name].failure)
+
+    def add(self, result: Result) -> None:
+        self.outcomes[result.outcome] += 1
+        if result.outcome == NOT_FIRED:
+            return
+        in_time = OUTCOMES[result.outcome].in_time
+        if is_dangerous(result):
+            self.coverage.dangerous += 1
+            self.coverage.detected += in_time
+        elif in_time or result.outcome == LATE:
+            self.safe_detected += 1
+        else:
+            self.safe_undetected += 1
+        effect, drive, host = result.first_effect_at_ns, result.detected_by_drive_ns, result.detected_by_host_ns
+        self.by_drive.add(effect, drive)
+        self.by_host.add(effect, host)
+        self.first.add(effect, earlier(drive, host))
+
+
+@dataclass
+class Space:
+    """Where faults met the drive: kind of fault × run state × latest command."""
+
+    kinds: List[str] = field(default_factory=list)
+    states: List[str] = field(default_factory=lambda: list(STATES))
+    commands: List[str] = field(default_factory=list)
+    cells: Dict[Tuple[str, str, str], List[int]] = field(default_factory=dict)  # cases and failures
+
+    @property
+    def size(self) -> int:
+        return len(self.kinds) * len(self.states) * len(self.commands)
+
+    @property
+    def holes(self) -> int:
+        return self.size - len(self.cells)
+
+    def add(self, kind: str, result: Result) -> None:
+        if not result.state and not result.command:
+            return  # of what a host program has commanded nothing is known
+        place = kind, result.state or "unknown", result.command or "none"
+        for word, known in zip(place, (self.kinds, self.states, self.commands)):
+            if word not in known:
+                known.append(word)
+        cell = self.cells.setdefault(place, [0, 0])
+        cell[0] += 1
+        cell[1] += OUTCOMES[result.outcome].failure
+
+
+@dataclass
+class Answer:
+    head: Head
+    all: Group = field(default_factory=lambda: Group(""))
+    kinds: Dict[str, Group] = field(default_factory=dict)
+    space: Space = field(default_factory=Space)
+    residual: List[Result] = field(default_factory=list)
+    real_time: int = 0  # cases in real time
+    flipped: int = 0  # of these, those whose runs differ in their outcome
+    rates: Mapping[str, float] = field(default_factory=dict)  # failure rates of the plan, by kind
+    has_hazard: bool = True  # the plan says which expectations are hazards
+
+    @property
+    def missing(self) -> int:
+        return self.head.cases - self.all.cases
+
+    def command_of(self, number: int) -> str:
+        return shlex.join(["lk-emu", "campaign", self.head.plan_called or self.head.plan_name + ".toml", "--case", str(number)])
+
+    @property
+    def weighted_coverage(self) -> Optional[float]:
+        """By the failure rates of the plan: of each kind, its rate times its share of dangerous cases. None: no rates."""
+        detected = dangerous = 0.0
+        for kind, rate in self.rates.items():
+            group = self.kinds.get(kind)
+            if group is not None and group.fired > 0:
+                detected += rate * group.coverage.detected / group.fired
+                dangerous += rate * group.coverage.dangerous / group.fired
+        return detected / dangerous if dangerous > 0 else None
+
+
+def kind_place(head: Head) -> Optional[int]:
+    names = [one["name"] for one in head.dimensions]
+    return names.index("fault.kind") if "fault.kind" in names else None
+
+
+def kind_of(result: Result, place: Optional[int]) -> str:
+    if place is None:
+        return "any"
+    kind = result.values[place]
+    return "none" if kind is None else str(kind)
+
+
+def answer_of(head: Head, results: Iterable[Result]) -> Answer:
+    plan = tomllib.loads(head.plan_text)
+    answer = Answer(head, rates=plan.get("rates", {}), has_hazard="hazard" in plan)
+    place = kind_place(head)
+    if place is not None:
+        answer.kinds = {kind: Group(kind) for kind in head.dimensions[place]["words"]}
+        answer.space.kinds = list(answer.kinds)
+    kept: "Counter[str]" = Counter()
+    for result in results:
+        kind = kind_of(result, place)
+        answer.all.add(result)
+        answer.kinds.setdefault(kind, Group(kind)).add(result)
+        answer.real_time += result.real_time
+        answer.flipped += result.flips > 0
+        if result.outcome != NOT_FIRED:
+            answer.space.add(kind, result)
+        if OUTCOMES[result.outcome].failure and kept[result.outcome] < MAX_RESIDUAL:
+            kept[result.outcome] += 1
+            answer.residual.append(result)
+    answer.space.commands.sort()
+    if head.sampling == "random":
+        for group in (answer.all, *answer.kinds.values()):
+            group.coverage.interval = clopper_pearson(group.coverage.detected, group.coverage.dangerous)
+    return answer
+
+
+def conclusion(answer: Answer) -> str:
+    """One or two sentences that say what the campaign found."""
+    group, coverage = answer.all, answer.all.coverage
+    if not answer.has_hazard:
+        return (
+            f"{group.failures} of {group.cases} cases failed. "
+            "The plan has no [hazard], so no case is dangerous by its words and there is no coverage."
+        )
+    if coverage.dangerous == 0:
+        return f"None of {group.fired} cases whose fault took effect was dangerous."
+    by = ", ".join(
+        f"{group.outcomes[name]} {name}" for name in (DETECTED_BY_DRIVE, DETECTED_BY_HOST) if group.outcomes[name]
+    )
+    text = f"{coverage.dangerous} of {group.cases} cases were dangerous; "
+    if coverage.detected == 0:
+        return text + "none was detected in time."
+    return text + f"{coverage.detected} of these were detected in time ({100 * coverage.detected / coverage.dangerous:.1f} %). In all: {by}."
