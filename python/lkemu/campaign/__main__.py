@@ -17,12 +17,14 @@ from ..errors import StartError
 from .engine import Shard, run_campaign
 from .export import export
 from .merge import merge
+from .one_case import run_one, tell_cost, values_of, write_outputs
 from .plan import Plan, PlanError, load_plan, plan_hash
 from .program import Program
 from .progress import Progress
 from .store import Store, StoreError, head_of
 from .thresholds import Threshold, check_thresholds, parse_threshold
 
+MANY = 1_000_000_000  # cases that nobody asks for by mistake
 EPILOG = """
 Examples:
   lk-emu campaign every_fault --dry-run                     how many cases, and what they cost
@@ -49,11 +51,37 @@ def parse(words: List[str]) -> argparse.Namespace:
     parser.add_argument("--shard", type=parse_shard, default=Shard(), metavar="I/N", help="only the cases whose number divided by N leaves I")
     parser.add_argument("--resume", action="store_true", help="go on with a file that is there")
     parser.add_argument("--quiet", action="store_true", help="print nothing but what is wrong")
+    parser.add_argument("--dry-run", action="store_true", help="tell the cases, what each dimension gives, and the cost")
+    parser.add_argument("--yes", action="store_true", help="more than 1000 million cases are meant")
+    parser.add_argument("--case", type=int, metavar="NUMBER", help="run one case and show it")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="of this case, in place of what it has")
+    parser.add_argument("--scenario", metavar="FILE", help="write this case as a scenario, for lk-emu run")
+    parser.add_argument("--csv", metavar="FILE", help="write signals of this case")
+    parser.add_argument("--signals", metavar="SIGNALS", help="which: true_angle_deg,speed_dps,…")
+    parser.add_argument("--rate", metavar="HZ", help="rows per simulated second (default 100)")
+    parser.add_argument("--candump", metavar="FILE", help="write all frames of this case, as candump -L does")
     add_report_options(parser)
     given = parser.parse_args(words)
     given.act = run_plan
     given.words = words
+    check_options(given)
     return given
+
+
+def check_options(given: argparse.Namespace) -> None:
+    """Options that make no sense together. Raises StartError."""
+    if given.jobs < 1:
+        raise StartError("--jobs: must be 1 or more")
+    for option in ("set", "scenario", "csv", "signals", "rate", "candump"):
+        if getattr(given, option) and given.case is None:
+            raise StartError(f"--{option}: belongs to --case")
+    for option in ("signals", "rate"):
+        if getattr(given, option) and given.csv is None:
+            raise StartError(f"--{option}: belongs to --csv")
+    for first, chosen in (("--case", given.case is not None), ("--dry-run", given.dry_run)):
+        for option in ("resume", "html", "json", "junit", "require"):
+            if chosen and getattr(given, option):
+                raise StartError(f"--{option}: does not go together with {first}")
 
 
 def add_report_options(parser: argparse.ArgumentParser) -> None:
@@ -103,6 +131,13 @@ def run_plan(given: argparse.Namespace) -> int:
     thresholds = [parse_threshold(text) for text in given.require]
     program = Program()
     plan = load_plan(given.plan, program)
+    if given.case is not None:
+        return show_case(plan, program, given)
+    if given.dry_run:
+        tell_cost(plan, program, given.jobs)
+        return 0
+    if plan.numbers > MANY and not given.yes:
+        raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; --yes if they are meant, --dry-run tells why")
     path = pathlib.Path(given.output or f"{plan.name}.db")
     store = store_of(path, plan, program, given.resume)
     before, began = store.count(), time.monotonic()
@@ -129,6 +164,17 @@ def run_plan(given: argparse.Namespace) -> int:
         took_s = time.monotonic() - began
         print(f"{plan.name}: {done} cases in {took_s:.3g} s, {done / max(took_s, 1e-9):.3g}/s; {printable(str(path))}")
     return report(path, given, thresholds)
+
+
+def show_case(plan: Plan, program: Program, given: argparse.Namespace) -> int:
+    from . import report as reports  # pylint: disable=import-outside-toplevel
+    from .answer import Answer
+
+    values = values_of(plan, given.case, given.set)
+    result = run_one(plan, program, given.case, values)
+    print(reports.sentence(Answer(head_of(plan, program.version(), "")), result))
+    write_outputs(plan, program, given.case, values, given)
+    return 0
 
 
 def report(path: pathlib.Path, given: argparse.Namespace, thresholds: List[Threshold]) -> int:

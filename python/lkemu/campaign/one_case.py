@@ -1,0 +1,163 @@
+"""--case and --dry-run: single cases, and what a campaign will cost."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from typing import Dict, List, Optional, Tuple
+
+from ..errors import StartError
+from .judge import Result
+from .outcomes import NOT_FIRED
+from .plan import Plan
+from .program import Program
+from .sampling import Case, Cases
+from .scenario_runs import ScenarioRuns
+from .values import Value, value_text
+
+TRIED = 64  # cases for the estimate of time
+TRIED_OF_KIND = 8  # and for whether a kind of fault can take effect at all
+MAX_LOOKS = 100_000  # numbers
+SHOWN = 8  # values of a list
+
+
+def values_of(plan: Plan, number: int, changes: List[str]) -> Case:
+    """The values of a case, with NAME=VALUE of --set in their place. Raises StartError."""
+    cases = Cases(plan)
+    if not 0 <= number < cases.numbers:
+        raise StartError(f"--case: {number} is not one of the {cases.numbers} of {plan.name}, from 0")
+    values = cases.values(number)
+    if values is None:
+        raise StartError(f"--case: {number} is excluded")
+    for change in changes:
+        values = _changed(plan, values, change)
+    kind = plan.kind_of(values)
+    changed: List[Optional[Value]] = list(values)
+    for n, dimension in enumerate(plan.dimensions):
+        if not plan.counts(dimension, kind):
+            changed[n] = None
+        elif changed[n] is None:
+            raise StartError(f"--set: such a case needs {dimension.name} too")
+    if plan.excludes(tuple(changed)):
+        raise StartError("--set: the plan excludes such a case")
+    return tuple(changed)
+
+
+def _changed(plan: Plan, values: Case, change: str) -> Case:
+    name, sign, given = change.partition("=")
+    place = next((n for n, dimension in enumerate(plan.dimensions) if dimension.name == name), None)
+    if place is None or not sign:
+        raise StartError(f'--set: "{change}" is not NAME=VALUE of a dimension of this plan')
+    allowed = plan.dimensions[place].values
+    value: Value = given
+    if allowed.has_words:
+        if given not in allowed.values:  # type: ignore[union-attr]
+            raise StartError(f'--set: {name} never is "{given}" in this plan')
+    else:
+        try:
+            value = float(given)
+        except ValueError:
+            value = float("nan")
+        if not allowed.least <= value <= allowed.most:
+            raise StartError(f"--set: {name} is a number from {value_text(allowed.least)} to {value_text(allowed.most)}")
+    return (*values[:place], value, *values[place + 1 :])
+
+
+def run_one(plan: Plan, program: Program, number: int, values: Case) -> Result:
+    ((result,),) = ScenarioRuns(plan, program, 1).run([(number, values)], 1)
+    return result
+
+
+def write_outputs(plan: Plan, program: Program, number: int, values: Case, given: argparse.Namespace) -> None:
+    """--scenario, --csv and --candump."""
+    with tempfile.TemporaryDirectory() as folder:
+        scenario = given.scenario or os.path.join(folder, "case.toml")
+        line = json.dumps(plan.request(number, values, watch=False))
+        _run([program.path, "run", "--cases", "-", "--scenario", scenario], line)
+        options = [word for name in ("csv", "signals", "rate", "candump")
+                   for word in ([f"--{name}", str(getattr(given, name))] if getattr(given, name) is not None else [])]  # fmt: skip
+        if options:
+            print(_run([program.path, "run", scenario, *options], "", statuses=(0, 1)), end="")
+
+
+def _run(command: List[str], text: str, statuses: Tuple[int, ...] = (0,)) -> str:
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    if done.returncode not in statuses:
+        raise StartError(done.stderr.strip().removeprefix("lk-emu: "))
+    return done.stdout
+
+
+def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
+    print(f"{plan.name}: {plan.included} cases, sampling {plan.sampling}, scenario {os.path.basename(plan.scenario)}")
+    if plan.included < plan.numbers:
+        print(f"  {plan.numbers - plan.included} more are excluded")
+    for dimension in plan.dimensions:
+        print(f"  {dimension.name:<36} {_described(dimension.values)}")
+    some = _spread(plan)
+    began = time.monotonic()
+    count = sum(len(results) for results in ScenarioRuns(plan, program, 1).run(some, len(some)))
+    each_s = (time.monotonic() - began) / count
+    print(f"about {1 / each_s:.3g} cases/s for each of {jobs} jobs ({count} tried): {_duration(each_s * plan.included / jobs)}")
+    idle = _idle_kinds(plan, program, jobs)
+    if idle:
+        print(f"took no effect in any of up to {TRIED_OF_KIND} cases each, leave them out or give them longer: {', '.join(idle)}")
+
+
+def _spread(plan: Plan) -> List[Tuple[int, Case]]:
+    cases = Cases(plan)
+    count = min(TRIED, cases.numbers)
+    some: List[Tuple[int, Case]] = []
+    number = 0
+    for n in range(count):
+        number = max(number, cases.numbers * n // count)
+        for number in range(number, min(number + MAX_LOOKS, cases.numbers)):
+            values = cases.values(number)
+            if values is not None:
+                some.append((number, values))
+                number += 1
+                break
+    if not some:
+        raise plan.error("exclude", "leaves no case that could be found")
+    return some
+
+
+def _idle_kinds(plan: Plan, program: Program, jobs: int) -> List[str]:
+    """Kinds of fault that never took effect in a few cases of each."""
+    cases = Cases(plan)
+    count: "Counter[str]" = Counter()
+    tried: List[Tuple[int, Case]] = []
+    for number in range(min(cases.numbers, MAX_LOOKS)):
+        values = cases.values(number)
+        kind = plan.kind_of(values) if values is not None else None
+        if values is None or kind is None or count[kind] == TRIED_OF_KIND:
+            continue
+        count[kind] += 1
+        tried.append((number, values))
+        if len(tried) == TRIED_OF_KIND * len(plan.kinds):
+            break
+    fired: Dict[str, bool] = dict.fromkeys(count, False)
+    for results in ScenarioRuns(plan, program, jobs).run(tried, TRIED_OF_KIND):
+        for result in results:
+            kind = plan.kind_of(result.values)
+            assert kind is not None
+            fired[kind] = fired[kind] or result.outcome != NOT_FIRED
+    return [kind for kind, did in fired.items() if not did]
+
+
+def _described(values: object) -> str:
+    if hasattr(values, "values"):
+        listed = values.values
+        return f"{len(listed)}: {', '.join(value_text(value) for value in listed[:SHOWN])}" + (", …" if len(listed) > SHOWN else "")
+    return f"{value_text(values.least)} to {value_text(values.most)}"  # type: ignore[attr-defined]
+
+
+def _duration(seconds: float) -> str:
+    for limit, unit, name in ((120, 1, "s"), (7200, 60, "min")):
+        if seconds < limit:
+            return f"{seconds / unit:.3g} {name}"
+    return f"{seconds / 3600:.3g} h"
