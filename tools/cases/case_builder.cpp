@@ -50,6 +50,22 @@ toml::table load_table(const model::LoadParams& load) {
   return table;
 }
 
+/// [[expect]] tables: an error bit of a drive each, then those of `detect`.
+std::vector<toml::table> watched(const CaseRequest& request, const Scenario& scenario) {
+  const double duration_s = std::chrono::duration<double>(scenario.duration).count();
+  std::vector<toml::table> tables;
+  for (const BusConfig& bus : scenario.robot) {
+    for (const ServoConfig& servo : bus.servos) {
+      for (const std::string& error : request.drive_errors) {
+        tables.push_back(toml::table{
+            {"bus", bus.interface}, {"id", servo.id}, {"error", error}, {"by_s", duration_s}});
+      }
+    }
+  }
+  for (const toml::node& one : request.detect) tables.push_back(*one.as_table());
+  return tables;
+}
+
 toml::table event_at_start(const BusConfig& bus, const ServoConfig& servo) {
   return toml::table{{"at_s", 0}, {"bus", bus.interface}, {"id", servo.id}};
 }
@@ -144,24 +160,12 @@ CaseCourse CaseBuilder::course(const CaseRequest& request) {
       parse_scenario(changed(request, base), base.file.string(), std::nullopt, base.files->files());
   Scenario& scenario = course.scenario;
   course.own = scenario.expectations.size();
-  const double duration_s = std::chrono::duration<double>(scenario.duration).count();
-  const auto expect = [&](const toml::table& table, const char* key) {
-    TableReader reader(table, file_of(request), key);
+  for (const toml::table& table : watched(request, scenario)) {
+    TableReader reader(table, file_of(request), "detect");
     scenario.expectations.push_back(read_expectation(reader, scenario));
     reader.finish();
-  };
-  for (const BusConfig& bus : scenario.robot) {
-    for (const ServoConfig& servo : bus.servos) {
-      for (const std::string& error : request.drive_errors) {
-        expect(
-            toml::table{
-                {"bus", bus.interface}, {"id", servo.id}, {"error", error}, {"by_s", duration_s}},
-            "drive_errors");
-        ++course.drive_errors;
-      }
-    }
   }
-  for (const toml::node& one : request.detect) expect(*one.as_table(), "detect");
+  course.drive_errors = scenario.expectations.size() - course.own - request.detect.size();
   const std::vector<Expectation>& all = scenario.expectations;
   std::vector<std::size_t> by_bus(all.size());
   std::iota(by_bus.begin(), by_bus.end(), std::size_t{0});
@@ -195,6 +199,12 @@ std::string CaseBuilder::file_text(const CaseRequest& request) {
   if (is_path(document["robot"].value_or(""))) make_absolute(document, "robot", directory);
   if (auto* sends = document["send"].as_array()) {
     for (toml::node& send : *sends) make_absolute(*send.as_table(), "play", directory);
+  }
+  if (!request.drive_errors.empty() || !request.detect.empty()) {
+    const Scenario scenario =
+        parse_scenario(document, base.file.string(), std::nullopt, base.files->files());
+    toml::array& all = array_of(document, "expect");
+    for (toml::table& table : watched(request, scenario)) all.push_back(std::move(table));
   }
   if (request.fault) array_of(document, "event").push_back(*request.fault);
   return toml_text(document);

@@ -39,7 +39,8 @@ class CaseBuilder {
   CaseCourse course(const CaseRequest& request);
   /// Empty if the case has no fault. Throws ConfigError if the drive cannot have this fault.
   static std::vector<PlannedDirective> fault(const CaseRequest& request, const Scenario& scenario);
-  /// The case with its fault as a scenario file for any directory. Throws as `course`.
+  /// The case with its fault, and what is watched as expectations behind its own, as a scenario
+  /// file for any directory. Throws as `course`.
   std::string file_text(const CaseRequest& request);
 
  private:

@@ -6,8 +6,9 @@ import contextlib
 import pathlib
 import time
 from dataclasses import dataclass
-from typing import Callable, Iterator, List, Tuple
+from typing import Callable, Iterator, List, Tuple, Union
 
+from .host_runs import HostRuns
 from .judge import Result
 from .plan import Plan
 from .program import Program
@@ -47,13 +48,17 @@ def cases_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[Tuple[i
                     yield number, values
 
 
+def runs_of(plan: Plan, program: Program, jobs: int) -> Union[ScenarioRuns, HostRuns]:
+    return HostRuns(plan, program, jobs) if plan.host is not None else ScenarioRuns(plan, program, jobs)
+
+
 def run_campaign(
     plan: Plan, program: Program, store: Store, shard: Shard, jobs: int, progress: Callable[[int], None]
 ) -> int:
     """Returns how many cases were run. KeyboardInterrupt ends it; what is finished has been written."""
     store.note_shard(shard.index, shard.count)
     pile = min(max(shard.size(plan.numbers) // (4 * jobs + 1), MIN_PILE), MAX_PILE)
-    results = ScenarioRuns(plan, program, jobs).run(cases_left(plan, store.path, shard), pile)
+    results = runs_of(plan, program, jobs).run(cases_left(plan, store.path, shard), pile)
     done, batch, written_at = 0, [], time.monotonic()
     try:
         for some in results:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Dict, List, Mapping, Optional
 
 from .outcomes import (
+    CRASH,
     DETECTED_BY_DRIVE,
     DETECTED_BY_HOST,
+    HANG,
     LATE,
     NO_EFFECT,
     NOT_FIRED,
@@ -39,6 +41,18 @@ class Result:
     flips: int = 0  # runs with another outcome than the worst
     said: str = ""  # by the host program; not part of the export
     wall_s: float = 0.0  # not part of the export
+
+
+@dataclass
+class HostEnd:
+    """How a host program ended, and what it noticed."""
+
+    EXITED, HUNG, DIED = "exited", "hung", "died"
+
+    kind: str
+    note: str  # "exit status 3"
+    said: str = ""  # the last line of one that hung or died
+    notices: List[Mapping[str, Any]] = field(default_factory=list)
 
 
 def earlier(first: Optional[int], second: Optional[int]) -> Optional[int]:
@@ -108,6 +122,37 @@ def _judge_hazards(
         at = one.get("decided_at_ns", 0)
         if result.violated_at_ns is None or at < result.violated_at_ns:
             result.violated_at_ns, result.violated = at, one["says"]
+
+
+def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[HostEnd]) -> None:
+    """After `judge`: what a host program adds. `reference`: its end without the fault; None if there is no fault."""
+    result.note, result.said = end.note, end.said
+    notice = _noticed(result, end, reference)
+    if notice is not None:
+        result.detected_by_host_ns = earlier(result.detected_by_host_ns, notice["at_ns"])
+        if notice["rule"] > 0:
+            result.note += f"; line {notice['rule']} of [detect]"
+            result.said = notice["text"]
+    has_fault = reference is not None
+    result.outcome = outcome_of(plan, result, has_fault, result.outcome == NO_EFFECT)
+    if reference is not None and reference.kind != HostEnd.EXITED:
+        result.outcome = NOT_FIRED
+        result.note, result.said = f"without the fault too: {reference.note}", reference.said
+    elif end.kind != HostEnd.EXITED and not (has_fault and result.first_effect_at_ns is None):
+        result.outcome = HANG if end.kind == HostEnd.HUNG else CRASH
+
+
+def _noticed(result: Result, end: HostEnd, reference: Optional[HostEnd]) -> Optional[Mapping[str, Any]]:
+    """The first that the host says because of the fault. In real time no two runs say the same at the same instant:
+    there it means nothing whenever the other says it too."""
+    since = (result.first_effect_at_ns or 0) // 1000 * 1000  # hosts' times are in microseconds
+    for one in end.notices:
+        anyway = reference is not None and any(
+            other["gist"] == one["gist"] and (result.real_time or other["at_ns"] <= one["at_ns"]) for other in reference.notices
+        )
+        if one["at_ns"] >= since and not anyway:
+            return one
+    return None
 
 
 def outcome_of(plan: Plan, result: Result, has_fault: bool, same_replies: bool) -> str:

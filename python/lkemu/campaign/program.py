@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import tempfile
 import threading
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence
 
@@ -51,8 +52,15 @@ class Program:
             if process.wait() not in (0, 1):
                 raise StartError(said or f"lk-emu run --cases ended with status {process.returncode}")
 
-    def _output(self, *arguments: str) -> str:
-        done = subprocess.run([self.path, *arguments], capture_output=True, text=True, check=False)
+    def scenario_text(self, request: Mapping[str, Any]) -> str:
+        """The case as a scenario file, with what is watched as expectations behind its own."""
+        with tempfile.NamedTemporaryFile(suffix=".toml") as file:
+            self._output("run", "--cases", "-", "--scenario", file.name, text=json.dumps(request))
+            with open(file.name, encoding="utf-8") as written:
+                return written.read()
+
+    def _output(self, *arguments: str, text: str = "") -> str:
+        done = subprocess.run([self.path, *arguments], input=text, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise StartError(done.stderr.strip())
         return done.stdout

@@ -1,0 +1,73 @@
+"""What a host program says, and which lines mean that it has noticed something."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Callable, Dict, List, Sequence
+
+import regex
+
+MAX_LINE = 2000  # bytes of a line that are searched
+MAX_NOTICE = 500  # characters that are kept of one
+MAX_NOTICES = 1000
+MAX_TAIL = 4096  # bytes of the end of the output that are kept
+SEARCH_S = 1.0  # an expression that takes longer to search one line is refused
+EXIT_STATUS = 0  # in place of the number of an expression
+
+
+@dataclass(frozen=True)
+class Notice:
+    at_ns: int  # since the scenario began
+    text: str
+    rule: int  # which expression, from 1; EXIT_STATUS: its exit status
+    gist: str  # what another run says too, if it says the same
+
+
+class SlowExpression(Exception):
+    """A regular expression that does not come to an end."""
+
+
+def gist_of(line: str) -> str:
+    """The words without digits and slashes, which are times, ports and paths."""
+    return "".join(word + " " for word in line.split(" ") if not any(c.isdigit() or c == "/" for c in word))
+
+
+class Output:
+    def __init__(self, expressions: Sequence[str], now_ns: Callable[[], int]) -> None:
+        self._expressions = [regex.compile(one) for one in expressions]
+        self._now_ns = now_ns
+        self._line = b""
+        self.tail = b""
+        self.notices: List[Notice] = []
+
+    def take(self, data: bytes) -> None:
+        self.tail = (self.tail + data)[-MAX_TAIL:]
+        *lines, rest = data.split(b"\n")
+        for line in lines:
+            self._look(self._line + line[:MAX_LINE])
+            self._line = b""
+        self._line = (self._line + rest)[:MAX_LINE]
+
+    def finish(self) -> None:
+        if self._line:
+            self._look(self._line)
+
+    def _look(self, data: bytes) -> None:
+        line = data[:MAX_LINE].removesuffix(b"\r").decode(errors="replace")
+        rule = next((n for n, one in enumerate(self._expressions, 1) if self._found(one, line)), None)
+        if rule is None or len(self.notices) >= MAX_NOTICES:
+            return
+        gist = gist_of(line)
+        if all(gist != one.gist for one in self.notices):
+            self.notices.append(Notice(self._now_ns(), line[:MAX_NOTICE], rule, gist))
+
+    @staticmethod
+    def _found(expression: Any, line: str) -> bool:
+        try:
+            return expression.search(line, timeout=SEARCH_S) is not None
+        except TimeoutError:
+            raise SlowExpression(f'detect.host.says: "{expression.pattern}" takes too long to search a line; make it simpler') from None
+
+
+def notices_json(notices: Sequence[Notice]) -> List[Dict[str, Any]]:
+    return [asdict(one) for one in notices]
