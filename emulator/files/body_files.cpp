@@ -19,8 +19,10 @@ BodyMaker& maker() {
   return made_by;
 }
 
-/// A bare name has no suffix.
-fs::path model_file(const std::string& robot_file, const std::string& model) {
+}  // namespace
+
+fs::path body_file(const std::string& robot_file, const std::string& model) {
+  // A bare name has no suffix.
   const bool is_path = model.find('/') != std::string::npos || fs::path(model).has_extension();
   if (is_path) {
     const fs::path file = fs::path(robot_file).parent_path() / model;
@@ -43,14 +45,12 @@ fs::path model_file(const std::string& robot_file, const std::string& model) {
                               comma_list(known) + "; or give a path to an .xml file)");
 }
 
-}  // namespace
-
 void use_bodies(BodyMaker made_by) { maker() = made_by; }
 
 LoadBody body_loader() {
   if (maker() == nullptr) return {};
   return [](const std::string& file, const std::string& model, SimTime step) {
-    return maker()(model_file(file, model), step);
+    return maker()(body_file(file, model), step);
   };
 }
 

@@ -125,7 +125,8 @@ CaseBuilder::Base& CaseBuilder::base_of(const std::string& scenario) {
   const auto known = bases_.find(scenario);
   if (known != bases_.end()) return known->second;
   const std::filesystem::path file = meant_file(kScenarios, scenario);
-  Base base{file, parse_toml(read_regular_file(file, kLongestText), file.string()),
+  const std::string text = read_regular_file(file, kLongestText);
+  Base base{file, text_hash(text), parse_toml(text, file.string()),
             std::make_unique<CaseFiles>(file.parent_path())};
   return bases_.emplace(scenario, std::move(base)).first->second;
 }
@@ -158,6 +159,7 @@ CaseCourse CaseBuilder::course(const CaseRequest& request) {
   CaseCourse course;
   course.scenario =
       parse_scenario(changed(request, base), base.file.string(), std::nullopt, base.files->files());
+  course.inputs = base.hash + base.files->hash();
   Scenario& scenario = course.scenario;
   course.own = scenario.expectations.size();
   for (const toml::table& table : watched(request, scenario)) {

@@ -3,6 +3,7 @@
 /// @file From a requested case to a scenario that can run.
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -28,6 +29,7 @@ struct CaseCourse {
   Scenario scenario;
   std::size_t own = 0;
   std::size_t drive_errors = 0;
+  std::uint64_t inputs = 0;  // a hash of the files that the scenario names, and of itself
   /// Place of each expectation in Verdict::expectations, which is sorted by bus.
   std::vector<std::size_t> places;
 };
@@ -46,6 +48,7 @@ class CaseBuilder {
  private:
   struct Base {
     std::filesystem::path file;
+    std::uint64_t hash;  // of its text
     toml::table document;
     std::unique_ptr<CaseFiles> files;
   };

@@ -36,9 +36,17 @@ std::vector<BusConfig> CaseFiles::robot(const std::string& name, const Overrides
         is_path(name) ? directory_ / name : shipped_file(kRobots, name);
     Overrides without_seed = overrides;
     without_seed.seed.reset();
+    LoadBody load = body_loader();
+    if (load) {
+      load = [this, make = load](const std::string& robot_file, const std::string& model,
+                                 SimTime step) {
+        text(body_file(robot_file, model), kLongestLog);  // counts for the hash
+        return make(robot_file, model, step);
+      };
+    }
     known = robots_
                 .emplace(key, parse_config(text(file, kLongestText), file.string(), without_seed,
-                                           profile_finder(motors_), body_loader()))
+                                           profile_finder(motors_), load))
                 .first;
   }
   std::vector<BusConfig> robot = known->second;

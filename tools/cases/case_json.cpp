@@ -103,6 +103,7 @@ std::string possible_json(const CaseRun& one) {
     expectations.push_back(scenario.expectations[n].says);
   }
   return Json{{"case", one.request->number},
+              {"inputs", fmt::format("{:016x}", one.course->inputs)},
               {"duration_s", std::chrono::duration<double>(scenario.duration).count()},
               {"drives", std::move(drives)},
               {"expect", std::move(expectations)}}

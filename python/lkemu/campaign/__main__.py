@@ -16,8 +16,9 @@ from ..command import Parser, output_file, printable, run
 from ..errors import StartError
 from .engine import Shard, run_campaign
 from .export import export
+from .host_runs import HostRuns
 from .merge import merge
-from .one_case import run_one, tell_cost, values_of, write_outputs
+from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
 from .plan import Plan, PlanError, load_plan, plan_hash
 from .program import Program
 from .progress import Progress
@@ -139,6 +140,8 @@ def run_plan(given: argparse.Namespace) -> int:
     if plan.numbers > MANY and not given.yes:
         raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; --yes if they are meant, --dry-run tells why")
     path = pathlib.Path(given.output or f"{plan.name}.db")
+    if plan.host is not None:
+        HostRuns(plan, program, 1).check(spread_cases(plan, 1)[0])
     store = store_of(path, plan, program, given.resume)
     before, began = store.count(), time.monotonic()
     progress = Progress(given.shard.size(plan.numbers), before, sys.stderr.isatty() and not given.quiet)

@@ -7,6 +7,8 @@ from typing import Any, Callable, Dict, List, Sequence
 
 import regex
 
+from ..errors import StartError
+
 MAX_LINE = 2000  # bytes of a line that are searched
 MAX_NOTICE = 500  # characters that are kept of one
 MAX_NOTICES = 1000
@@ -21,10 +23,6 @@ class Notice:
     text: str
     rule: int  # which expression, from 1; EXIT_STATUS: its exit status
     gist: str  # what another run says too, if it says the same
-
-
-class SlowExpression(Exception):
-    """A regular expression that does not come to an end."""
 
 
 def gist_of(line: str) -> str:
@@ -66,7 +64,7 @@ class Output:
         try:
             return expression.search(line, timeout=SEARCH_S) is not None
         except TimeoutError:
-            raise SlowExpression(f'detect.host.says: "{expression.pattern}" takes too long to search a line; make it simpler') from None
+            raise StartError(f'detect.host.says: "{expression.pattern}" takes too long to search a line; make it simpler') from None
 
 
 def notices_json(notices: Sequence[Notice]) -> List[Dict[str, Any]]:

@@ -12,6 +12,7 @@ from collections import Counter
 from typing import Dict, List, Optional, Tuple
 
 from ..errors import StartError
+from .engine import runs_of
 from .judge import Result
 from .outcomes import NOT_FIRED
 from .plan import Plan
@@ -69,7 +70,7 @@ def _changed(plan: Plan, values: Case, change: str) -> Case:
 
 
 def run_one(plan: Plan, program: Program, number: int, values: Case) -> Result:
-    ((result,),) = ScenarioRuns(plan, program, 1).run([(number, values)], 1)
+    ((result,),) = runs_of(plan, program, 1).run([(number, values)], 1)
     return result
 
 
@@ -98,19 +99,20 @@ def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
         print(f"  {plan.numbers - plan.included} more are excluded")
     for dimension in plan.dimensions:
         print(f"  {dimension.name:<36} {_described(dimension.values)}")
-    some = _spread(plan)
+    some = spread_cases(plan, TRIED if plan.host is None else 1)
     began = time.monotonic()
-    count = sum(len(results) for results in ScenarioRuns(plan, program, 1).run(some, len(some)))
+    count = sum(len(results) for results in runs_of(plan, program, 1).run(some, len(some)))
     each_s = (time.monotonic() - began) / count
     print(f"about {1 / each_s:.3g} cases/s for each of {jobs} jobs ({count} tried): {_duration(each_s * plan.included / jobs)}")
-    idle = _idle_kinds(plan, program, jobs)
+    idle = _idle_kinds(plan, program, jobs) if plan.host is None else []
     if idle:
         print(f"took no effect in any of up to {TRIED_OF_KIND} cases each, leave them out or give them longer: {', '.join(idle)}")
 
 
-def _spread(plan: Plan) -> List[Tuple[int, Case]]:
+def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
+    """A few, spread over all of them."""
     cases = Cases(plan)
-    count = min(TRIED, cases.numbers)
+    count = min(most, cases.numbers)
     some: List[Tuple[int, Case]] = []
     number = 0
     for n in range(count):

@@ -7,11 +7,12 @@ import hashlib
 import math
 import os
 import pathlib
-import re
 import shlex
 import tomllib
 from dataclasses import dataclass, field
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Union
+
+import regex
 
 from .program import Program
 from .sampling import Case, Cases
@@ -88,6 +89,7 @@ class Plan:
     drives: List[Mapping[str, Any]] = field(default_factory=list)
     expectations: List[str] = field(default_factory=list)
     duration_s: float = 0.0
+    inputs: str = ""  # a hash of the files that the scenario names
 
     @property
     def name(self) -> str:
@@ -230,7 +232,7 @@ class _Reader:
             raise PlanError(f"{self.file}: {problem}") from None
         self.lines = _lines_of(self.text)
         known = {"about", "scenario", "sampling", "cases", "seed", "tolerant_time_s", "dimension", "exclude", "hazard",
-                 "detect", "host"}  # fmt: skip
+                 "detect", "host", "rates"}  # fmt: skip
         self.check_keys(document, known, "")
         plan = self.read_head(document)
         plan.faults = {row["kind"]: row for row in self.program.faults()}
@@ -246,6 +248,7 @@ class _Reader:
         if "host" in document:
             plan.host = self.read_host(self.table(document, "host", HOST_KEYS))
         self.check_fault(plan)
+        self.check_rates(document.get("rates", {}), plan)
         self.check_lists(plan)
         self.count_cases(plan)
         return plan
@@ -303,6 +306,7 @@ class _Reader:
         if "error" in seen:
             raise self.fail("scenario", seen["error"])
         plan.drives, plan.expectations, plan.duration_s = seen["drives"], seen["expect"], seen["duration_s"]
+        plan.inputs = seen["inputs"]
 
     # Dimensions
 
@@ -491,8 +495,8 @@ class _Reader:
         for rule in table.get("host", ()):
             if "says" in rule:
                 try:
-                    re.compile(rule["says"])
-                except re.error as problem:
+                    regex.compile(rule["says"])
+                except regex.error as problem:
                     raise self.fail("detect.host.says", f'"{rule["says"]}" is no regular expression: {problem}') from None
                 lines.append(rule["says"])
             elif "exit_status" in rule:
@@ -549,6 +553,19 @@ class _Reader:
                 first = row["parameters"][0]["name"]
                 raise self.fail("dimension", f'"fault.{kind}.{first}" or another of its parameters is required')
 
+    def check_rates(self, rates: Any, plan: Plan) -> None:
+        """Failure rates of the kinds, in any unit: only their ratios count. The report reads them from the text."""
+        if not isinstance(rates, dict):
+            raise self.fail("rates", "must be a table")
+        for kind, rate in rates.items():
+            if kind not in plan.kinds:
+                raise self.fail(f"rates.{kind}", "is no kind of fault of this plan")
+            if not (_is_number(rate) and 0 <= rate <= ANYTHING):
+                raise self.fail(f"rates.{kind}", "must be a number, 0 or more")
+        missing = [kind for kind in plan.kinds if kind not in rates]
+        if rates and missing:
+            raise self.fail("rates", f"say nothing about {', '.join(missing)}")
+
     def check_lists(self, plan: Plan) -> None:
         if plan.sampling in ("full", "pairwise"):
             for dimension in plan.dimensions:
@@ -568,8 +585,14 @@ class _Reader:
 
 def plan_hash(plan: Plan, program: Program) -> str:
     """Of the plan, the program's version and all files that decide results: hexadecimal."""
-    sum_ = hashlib.sha256(program.version().encode() + b"\0" + plan.text.encode())
-    return sum_.hexdigest()[:16]
+    total = hashlib.sha256(f"{program.version()}\0{plan.inputs}\0{plan.text}".encode())
+    if plan.host is not None:
+        # Words of the command that are files beside the plan: the script of a host.
+        for word in plan.host.command:
+            file = plan.file.absolute().parent / word
+            if file.is_file():
+                total.update(word.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return total.hexdigest()[:16]
 
 
 def _is_whole(value: Any) -> bool:
