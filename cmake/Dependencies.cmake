@@ -83,12 +83,6 @@ if(LKEMU_PROGRAM)
   lkemu_require(Eigen3 3.4)
   lkemu_require(nlohmann_json 3.11)
 endif()
-if(LKEMU_PROGRAM AND LKEMU_ANALYSIS)
-  if(LKEMU_STATIC)
-    set(CMAKE_FIND_LIBRARY_SUFFIXES .a)  # Debian has this one in both kinds
-  endif()
-  lkemu_require(SQLite3 3.40)
-endif()
 # Bodies of robots: where MuJoCo is, unless it is not wanted; a program that is linked with nothing shared has none.
 # Debian's own mujocoConfig.cmake names a directory that its package does not bring, and CMake refuses that.
 set(mujoco_is_there OFF)

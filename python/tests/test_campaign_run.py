@@ -135,6 +135,45 @@ def test_refuses_a_wrong_plan_in_one_line(plan, change, problem):
     assert not pathlib.Path("plan.db").exists()
 
 
+@pytest.mark.parametrize(
+    "options, problem",
+    [
+        (("--html", "none/night.html"), "there is no directory none"),
+        (("--json", "."), ". is a directory"),
+        (("--html", "plan.toml"), "plan.toml is also the plan"),
+        (("-o", "a.db", "--json", "./a.db"), "is also the file of the results"),
+        (("--html", "a", "--json", "a"), "a is also for --html"),
+        (("--require", "coverage"), "MEASURE>=NUMBER"),
+        (("--shard", "3/3"), '"3/3" is none'),
+        (("--resume", "--case", "1"), "does not go together with --case"),
+        (("--csv", "a.csv"), "belongs to --case"),
+        (("--case", "40"), "is not one of the 40"),
+    ],
+)
+def test_refuses_wrong_options_before_anything_runs(plan, options, problem):
+    done = campaign(plan, *options, check=False)
+    assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
+    assert plan.read_text() == PLAN.format(cases=40) and not list(plan.parent.glob("*.db"))
+
+
+def test_one_case_again(plan):
+    campaign(plan, "--quiet")
+    row = export("plan.db").splitlines()[8].split(",")
+    done = campaign(plan, "--case", row[0], "--csv", "case.csv", "--signals", "true_angle_deg", "--candump", "case.log", "--scenario", "case.toml")
+    assert done.stdout.startswith(f"case {row[0]}: ") and row[7] in done.stdout.splitlines()[0]
+    assert pathlib.Path("case.csv").read_text().startswith("time_s,1.true_angle_deg\n") and "141#" in pathlib.Path("case.log").read_text()
+    changed = campaign(plan, "--case", row[0], "--set", "fault.at_s=3.5").stdout
+    assert "fault.at_s=3.5" in changed
+
+
+def test_a_dry_run_tells_the_cost_and_what_cannot_fire(plan):
+    plan.write_text(plan.read_text().replace('"jam", ', '"jam", "rom_worn", '))
+    said = campaign(plan, "--dry-run").stdout
+    assert said.startswith("plan: 40 cases, sampling random, scenario joint_moves\n")
+    assert "cases/s" in said and "took no effect" in said and "rom_worn" in said.splitlines()[-1]
+    assert not pathlib.Path("plan.db").exists()
+
+
 def test_refuses_to_resume_or_merge_another_plan(plan):
     campaign(plan, "-o", "old.db", "--quiet", "--shard", "0/8")
     plan.write_text(plan.read_text() + "[detect]\ndrive = \"none\"\n")

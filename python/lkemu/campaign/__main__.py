@@ -10,7 +10,7 @@ import shlex
 import signal
 import sys
 import time
-from typing import Callable, List, Optional
+from typing import Callable, Dict, List, Optional
 
 from ..command import Parser, output_file, printable, run
 from ..errors import StartError
@@ -140,6 +140,7 @@ def run_plan(given: argparse.Namespace) -> int:
     if plan.numbers > MANY and not given.yes:
         raise StartError(f"{plan.file}: has {plan.numbers} cases, more than 1000 million; --yes if they are meant, --dry-run tells why")
     path = pathlib.Path(given.output or f"{plan.name}.db")
+    check_outputs(given, {"the file of the results": str(path), "the plan": str(plan.file), "the plan's scenario": plan.scenario})
     if plan.host is not None:
         HostRuns(plan, program, 1).check(spread_cases(plan, 1)[0])
     store = store_of(path, plan, program, given.resume)
@@ -204,6 +205,25 @@ def write_text(path: Optional[str], option: str, text: Callable[[], str]) -> Non
             file.write(text().encode())
 
 
+def check_outputs(given: argparse.Namespace, others: Dict[str, str]) -> None:
+    """Reports must have a place of their own, before a night is spent on them. `others`: files by what they are."""
+    for option in ("html", "json", "junit"):
+        file = getattr(given, option)
+        if file is None:
+            continue
+        folder = os.path.dirname(file) or "."
+        if not os.path.isdir(folder):
+            raise StartError(f"--{option}: there is no directory {folder}")
+        if os.path.isdir(file):
+            raise StartError(f"--{option}: {file} is a directory")
+        if not os.access(folder, os.W_OK):
+            raise StartError(f"--{option}: {file} cannot be written: {folder} is read-only")
+        for what, other in others.items():
+            if os.path.realpath(file) == os.path.realpath(other):
+                raise StartError(f"--{option}: {file} is also {what}; give it a name of its own")
+        others = {**others, f"for --{option}": file}
+
+
 def store_of(path: pathlib.Path, plan: Plan, program: Program, resume: bool) -> Store:
     head = head_of(plan, program.version(), plan_hash(plan, program))
     return Store.resume(path, head) if resume and path.exists() else Store.create(path, head)
@@ -224,6 +244,7 @@ def merge_results(given: argparse.Namespace) -> int:
 
 
 def report_results(given: argparse.Namespace) -> int:
+    check_outputs(given, {"the file of the results": given.results})
     return report(pathlib.Path(given.results), given, [parse_threshold(text) for text in given.require])
 
 
