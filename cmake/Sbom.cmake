@@ -12,7 +12,6 @@ set(sbom_parts
   "libstdc++     | GPL-3.0-or-later WITH GCC-exception-3.1 | core    | libstdc++.a"
   "nlohmann-json | MIT                                     | program | nlohmann/json.hpp"
   "spdlog        | MIT                                     | program | spdlog/spdlog.h"
-  "SQLite        | blessing                                | static  | libsqlite3.a"
   "toml++        | MIT                                     | core    | toml++/toml.h"
   "three.js      | MIT                                     | program | web/vendor/three.module.min.js"
   "uPlot         | MIT                                     | program | web/vendor/uPlot.min.js")
