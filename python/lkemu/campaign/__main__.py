@@ -19,7 +19,9 @@ from .export import export
 from .host_runs import HostRuns
 from .merge import merge
 from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
-from .plan import Plan, PlanError, load_plan, plan_hash
+from .plan import Plan, PlanError
+from .plan_file import load_plan
+from .plan_host import plan_hash
 from .program import Program
 from .progress import Progress
 from .store import Store, StoreError, head_of

@@ -1,0 +1,72 @@
+"""The tables [host] and [detect] of a plan, and the hash of all that decides results."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from typing import Any, Mapping
+
+import regex
+
+from .plan import Detection, Host, Plan
+from .plan_text import PlanText, is_number, is_whole
+from .program import Program
+
+HOST_KEYS = {"command", "bus", "clock", "timeout_s", "runs"}
+REALTIME_RUNS = 2  # the least that shows a case with two outcomes
+
+
+def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
+    drive = table.get("drive", "any")
+    errors = [] if drive == "none" else [drive] if isinstance(drive, str) else list(drive)
+    host, lines, statuses = [], [], []
+    for rule in table.get("host", ()):
+        if "says" in rule:
+            try:
+                regex.compile(rule["says"])
+            except regex.error as problem:
+                raise text.fail("detect.host.says", f'"{rule["says"]}" is no regular expression: {problem}') from None
+            lines.append(rule["says"])
+        elif "exit_status" in rule:
+            if not (is_whole(rule["exit_status"]) and 0 <= rule["exit_status"] <= 255):
+                raise text.fail("detect.host.exit_status", "must be a whole number from 0 to 255")
+            statuses.append(rule["exit_status"])
+        elif "reply" in rule or "answered" in rule:
+            host.append(rule)
+        else:
+            raise text.fail("detect.host", "needs one of reply, answered, says and exit_status")
+    return Detection(tuple(errors), tuple(host), tuple(lines), tuple(statuses))
+
+
+def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
+    command = table.get("command")
+    try:
+        words = shlex.split(command) if isinstance(command, str) else list(command or ())
+    except ValueError as problem:
+        raise text.fail("host.command", str(problem)) from None
+    if not words:
+        raise text.fail("host.command", "missing, or empty")
+    clock = table.get("clock", "realtime")
+    if clock not in ("realtime", "stepped"):
+        raise text.fail("host.clock", "must be realtime or stepped")
+    timeout_s = table.get("timeout_s", 60.0)
+    if not (is_number(timeout_s) and 0.1 <= timeout_s <= 1e5):
+        raise text.fail("host.timeout_s", "must be a number from 0.1 to 1e5")
+    runs = table.get("runs", 1 if clock == "stepped" else REALTIME_RUNS)
+    if not (is_whole(runs) and 1 <= runs <= 1000):
+        raise text.fail("host.runs", "must be a whole number from 1 to 1000")
+    if clock == "stepped" and runs > 1:
+        raise text.fail("host.runs", 'belongs to clock = "realtime": a stepped host does the same each time')
+    return Host(tuple(words), table.get("bus", "slcan-tcp"), clock == "stepped", float(timeout_s), runs)
+
+
+def plan_hash(plan: Plan, program: Program) -> str:
+    """Of the plan, the program's version and all files that decide results: hexadecimal."""
+    total = hashlib.sha256(f"{program.version()}\0{plan.inputs}\0{plan.text}".encode())
+    if plan.host is not None:
+        # Words of the command that are files beside the plan: the script of a host.
+        for word in plan.host.command:
+            file = plan.file.absolute().parent / word
+            if file.is_file():
+                total.update(word.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    return total.hexdigest()[:16]

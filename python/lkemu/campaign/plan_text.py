@@ -1,0 +1,84 @@
+"""The text of a plan: its tables, and the line on which each key is."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import pathlib
+import tomllib
+from typing import Any, Dict, List, Mapping, Tuple
+
+from .plan import PlanError
+
+
+class PlanText:
+    """Raises PlanError: the file cannot be read, or is not TOML."""
+
+    def __init__(self, file: pathlib.Path) -> None:
+        self.file = file
+        try:
+            self.text = file.read_text(encoding="utf-8")
+            self.document = tomllib.loads(self.text)
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as problem:
+            raise PlanError(f"{file}: {problem}") from None
+        self.lines = lines_of(self.text)
+
+    def fail(self, key: str, reason: str) -> PlanError:
+        """With the line on which the key is complete."""
+        place = next((f":{n}" for name, n in self.lines.items() if name == key), "")
+        return PlanError(f"{self.file}{place}: {key}: {reason}")
+
+    def check_keys(self, table: Mapping[str, Any], known: set[str], path: str) -> None:
+        for key in table:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, 1)
+                raise self.fail(path + key, "unknown key" + (f", did you mean {near[0]}?" if near else ""))
+
+    def table(self, key: str, known: set[str]) -> Mapping[str, Any]:
+        table = self.document.get(key, {})
+        if not isinstance(table, dict):
+            raise self.fail(key, "must be a table")
+        self.check_keys(table, known, key + ".")
+        return table
+
+    def number(self, key: str, value: Any, otherwise: str) -> float:
+        if not is_number(value):
+            raise self.fail(key, otherwise)
+        return float(value)
+
+
+def is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def is_values(table: Mapping[str, Any]) -> bool:
+    return any(key in table for key in ("from", "to", "values", "mean"))
+
+
+def flat(table: Mapping[str, Any], prefix: str = "") -> List[Tuple[str, Any]]:
+    """`fault.kind = …` is a table in a table, `"fault.kind" = …` is not: both give fault.kind."""
+    names: List[Tuple[str, Any]] = []
+    for key, node in table.items():
+        if isinstance(node, dict) and node and not is_values(node):
+            names += flat(node, f"{prefix}{key}.")
+        else:
+            names.append((prefix + key, node))
+    return names
+
+
+def lines_of(text: str) -> Dict[str, int]:
+    """The line on which each key is complete: tomllib tells no places, but reads beginnings of the text."""
+    lines = text.split("\n")
+    found: Dict[str, int] = {}
+    for n in range(1, len(lines) + 1):
+        try:
+            document = tomllib.loads("\n".join(lines[:n]))
+        except tomllib.TOMLDecodeError:
+            continue
+        for name, _ in flat(document):
+            found.setdefault(name, n)
+    return found
