@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 import tomllib
 from array import array
@@ -12,18 +13,20 @@ from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
 from scipy.special import betaincinv
 
-from .judge import Result, earlier
+from .judge import DANGEROUS, EXCEPTION, Result, earlier
 from .outcomes import CRASH, DETECTED_BY_DRIVE, DETECTED_BY_HOST, HANG, LATE, NOT_FIRED, OUTCOMES
 from .store import Head
 
 CONFIDENCE = 0.95
 MAX_RESIDUAL = 25_000  # failures of each outcome that are kept; of the others there are counts
+MAX_ENDS = 100  # ways to die that are counted
 STATES = ("off", "stopped", "running")
 
 
 def is_dangerous(result: Result) -> bool:
-    """A hazard of the plan occurred, or the host did not live to prevent one."""
-    return result.outcome != NOT_FIRED and (result.violated_at_ns is not None or result.outcome in (HANG, CRASH))
+    """A hazard of the plan occurred, or would have without the host's reaction, or the host did not live to prevent one."""
+    hazard = result.violated_at_ns is not None or result.passive == DANGEROUS
+    return result.outcome != NOT_FIRED and (hazard or result.outcome in (HANG, CRASH))
 
 
 def clopper_pearson(hits: int, trials: int) -> Tuple[float, float]:
@@ -36,15 +39,32 @@ def clopper_pearson(hits: int, trials: int) -> Tuple[float, float]:
 
 @dataclass
 class Coverage:
-    """Diagnostic coverage, λ_DD / λ_D of IEC 61508: of the dangerous cases, the share that was detected in time."""
+    """Diagnostic coverage, λ_DD / λ_D of IEC 61508: of the dangerous cases, the share that was detected in time.
+
+    A case that was detected and without a hazard is dangerous if one would have occurred without the host's reaction.
+    Where nothing tells that, coverage lies between two bounds."""
 
     detected: int = 0  # dangerous, and detected in time
     dangerous: int = 0
+    open_in_time: int = 0  # detected in time; nothing tells whether they were dangerous
+    open_late: int = 0
     interval: Optional[Tuple[float, float]] = None
 
     @property
     def share(self) -> Optional[float]:
-        return self.detected / self.dangerous if self.dangerous else None
+        """The lower bound: what was detected in time was safe, what was detected late was not."""
+        dangerous = self.dangerous + self.open_late
+        return self.detected / dangerous if dangerous else None
+
+    @property
+    def upper(self) -> Optional[float]:
+        dangerous = self.dangerous + self.open_in_time
+        return (self.detected + self.open_in_time) / dangerous if dangerous else None
+
+    def add_interval(self) -> None:
+        lower, _ = clopper_pearson(self.detected, self.dangerous + self.open_late)
+        _, upper = clopper_pearson(self.detected + self.open_in_time, self.dangerous + self.open_in_time)
+        self.interval = lower, upper
 
 
 class Latencies:
@@ -85,6 +105,7 @@ class Group:
     coverage: Coverage = field(default_factory=Coverage)
     safe_detected: int = 0  # no hazard, and detected, in time or late
     safe_undetected: int = 0
+    false_alarms: int = 0  # the host notices something without the fault
     by_drive: Latencies = field(default_factory=Latencies)
     by_host: Latencies = field(default_factory=Latencies)
     first: Latencies = field(default_factory=Latencies)  # by whichever was first
@@ -101,8 +122,9 @@ class Group:
     def failures(self) -> int:
         return sum(count for name, count in self.outcomes.items() if OUTCOMES[name].failure)
 
-    def add(self, result: Result) -> None:
+    def add(self, result: Result, can_react: bool) -> None:
         self.outcomes[result.outcome] += 1
+        self.false_alarms += result.false_alarm
         if result.outcome == NOT_FIRED:
             return
         in_time = OUTCOMES[result.outcome].in_time
@@ -111,6 +133,9 @@ class Group:
             self.coverage.detected += in_time
         elif in_time or result.outcome == LATE:
             self.safe_detected += 1
+            if can_react and not result.passive:
+                self.coverage.open_in_time += in_time
+                self.coverage.open_late += not in_time
         else:
             self.safe_undetected += 1
         effect, drive, host = result.first_effect_at_ns, result.detected_by_drive_ns, result.detected_by_host_ns
@@ -159,6 +184,8 @@ class Answer:
     flipped: int = 0  # of these, those whose runs differ in their outcome
     rates: Mapping[str, float] = field(default_factory=dict)  # failure rates of the plan, by kind
     has_hazard: bool = True  # the plan says which expectations are hazards
+    machine_failures: Mapping[str, int] = field(default_factory=dict)  # cases without a result, by reason
+    ends: "Counter[str]" = field(default_factory=Counter)  # of hosts that died: how
 
     @property
     def missing(self) -> int:
@@ -169,13 +196,14 @@ class Answer:
 
     @property
     def weighted_coverage(self) -> Optional[float]:
-        """By the failure rates of the plan: of each kind, its rate times its share of dangerous cases. None: no rates."""
+        """By the failure rates of the plan: of each kind, its rate times its share of dangerous cases. None: no rates.
+        Where there are bounds, the lower one."""
         detected = dangerous = 0.0
         for kind, rate in self.rates.items():
             group = self.kinds.get(kind)
             if group is not None and group.fired > 0:
                 detected += rate * group.coverage.detected / group.fired
-                dangerous += rate * group.coverage.dangerous / group.fired
+                dangerous += rate * (group.coverage.dangerous + group.coverage.open_late) / group.fired
         return detected / dangerous if dangerous > 0 else None
 
 
@@ -191,9 +219,10 @@ def kind_of(result: Result, place: Optional[int]) -> str:
     return "none" if kind is None else str(kind)
 
 
-def answer_of(head: Head, results: Iterable[Result]) -> Answer:
+def answer_of(head: Head, results: Iterable[Result], machine_failures: Mapping[str, int] = {}) -> Answer:
     plan = tomllib.loads(head.plan_text)
-    answer = Answer(head, rates=plan.get("rates", {}), has_hazard="hazard" in plan)
+    answer = Answer(head, rates=plan.get("rates", {}), has_hazard="hazard" in plan, machine_failures=machine_failures)
+    can_react = "host" in plan  # the host of a scenario sends what it sends
     place = kind_place(head)
     if place is not None:
         answer.kinds = {kind: Group(kind) for kind in head.dimensions[place]["words"]}
@@ -201,24 +230,31 @@ def answer_of(head: Head, results: Iterable[Result]) -> Answer:
     kept: "Counter[str]" = Counter()
     for result in results:
         kind = kind_of(result, place)
-        answer.all.add(result)
-        answer.kinds.setdefault(kind, Group(kind)).add(result)
+        answer.all.add(result, can_react)
+        answer.kinds.setdefault(kind, Group(kind)).add(result, can_react)
         answer.real_time += result.real_time
         answer.flipped += result.flips > 0
         if result.outcome != NOT_FIRED:
             answer.space.add(kind, result)
+        end = result.note.partition("; ")[0]
+        if result.outcome == CRASH and (end in answer.ends or len(answer.ends) < MAX_ENDS):
+            answer.ends[end] += 1
         if OUTCOMES[result.outcome].failure and kept[result.outcome] < MAX_RESIDUAL:
             kept[result.outcome] += 1
             answer.residual.append(result)
     answer.space.commands.sort()
     if head.sampling == "random":
         for group in (answer.all, *answer.kinds.values()):
-            group.coverage.interval = clopper_pearson(group.coverage.detected, group.coverage.dangerous)
+            group.coverage.add_interval()
     return answer
 
 
 def conclusion(answer: Answer) -> str:
-    """One or two sentences that say what the campaign found."""
+    """A few sentences that say what the campaign found."""
+    return " ".join([_finding(answer), *(f"{said}." for said, _ in uncounted_ends(answer))])
+
+
+def _finding(answer: Answer) -> str:
     group, coverage = answer.all, answer.all.coverage
     if not answer.has_hazard:
         return (
@@ -226,11 +262,33 @@ def conclusion(answer: Answer) -> str:
             "The plan has no [hazard], so no case is dangerous by its words and there is no coverage."
         )
     if coverage.dangerous == 0:
-        return f"None of {group.fired} cases whose fault took effect was dangerous."
-    by = ", ".join(
-        f"{group.outcomes[name]} {name}" for name in (DETECTED_BY_DRIVE, DETECTED_BY_HOST) if group.outcomes[name]
-    )
-    text = f"{coverage.dangerous} of {group.cases} cases were dangerous; "
-    if coverage.detected == 0:
-        return text + "none was detected in time."
-    return text + f"{coverage.detected} of these were detected in time ({100 * coverage.detected / coverage.dangerous:.1f} %). In all: {by}."
+        text = f"In none of {group.fired} cases whose fault took effect did a hazard occur."
+    else:
+        text = f"{coverage.dangerous} of {group.cases} cases were dangerous; "
+        if coverage.detected == 0:
+            text += "none was detected in time."
+        else:
+            by = ", ".join(f"{group.outcomes[name]} {name}" for name in (DETECTED_BY_DRIVE, DETECTED_BY_HOST) if group.outcomes[name])
+            text += f"{coverage.detected} of these were detected in time ({100 * coverage.detected / coverage.dangerous:.1f} %). In all: {by}."
+    open_ = coverage.open_in_time + coverage.open_late
+    if open_:
+        text += (
+            f" {open_} more were detected and without a hazard; the plan does not tell whether there would have been one "
+            "without the host's reaction ([host] passive)."
+        )
+    return text
+
+
+def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
+    """How hosts ended that did not end well, and what in a plan would count it as a detection; empty: nothing would."""
+    told = []
+    for end, count in sorted(answer.ends.items(), key=lambda one: (-one[1], one[0])):
+        hosts = f"{count} host{'' if count == 1 else 's'}"
+        if end.startswith("exit status "):
+            told.append((f"{hosts} exited with status {end.split()[-1]}, which [detect] does not count", f"exit_status = {end.split()[-1]}"))
+        elif end.startswith(EXCEPTION):
+            name = end.removeprefix(EXCEPTION)
+            told.append((f"{hosts} ended by an uncaught {name}, which [detect] does not count", f"says = '^{re.escape(name)}\\b'"))
+        else:
+            told.append((f"{hosts} died: {end}", ""))
+    return told

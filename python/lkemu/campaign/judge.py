@@ -19,6 +19,10 @@ from .outcomes import (
 from .plan import Plan
 from .sampling import Case
 
+DANGEROUS, SAFE = "dangerous", "safe"
+EXCEPTION = "uncaught "  # the note of a host that ended so; the name of the exception follows
+
+
 @dataclass
 class Result:
     """What came of one case. Times are ns since the scenario began; None: it did not happen."""
@@ -39,6 +43,8 @@ class Result:
     real_time: bool = False  # not reproducible to the bit
     runs: int = 1
     flips: int = 0  # runs with another outcome than the worst
+    false_alarm: bool = False  # the host notices something without the fault
+    passive: str = ""  # DANGEROUS or SAFE: what came of the case with a host that does not react; empty: it was not run
     said: str = ""  # by the host program; not part of the export
     wall_s: float = 0.0  # not part of the export
 
@@ -84,6 +90,12 @@ def is_in_time(at: Optional[int], result: Result, tolerant_ns: Optional[int]) ->
     return result.violated_at_ns is None or at <= result.violated_at_ns
 
 
+def is_safe_by_detection(result: Result) -> bool:
+    """No hazard occurred, and the fault was detected: without a reaction to it one might have occurred."""
+    detected = earlier(result.detected_by_drive_ns, result.detected_by_host_ns) is not None
+    return detected and result.violated_at_ns is None and result.outcome not in (NOT_FIRED, HANG, CRASH)
+
+
 def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Optional[Mapping[str, Any]]) -> None:
     """Fills in all of `result` that follows from the runs. `reference`: without the fault; None if there is no fault."""
     fault = seen.get("fault")
@@ -97,6 +109,7 @@ def judge(plan: Plan, result: Result, seen: Mapping[str, Any], reference: Option
     for n, rule in enumerate(plan.detection.host):
         by_failing = "answered" in rule
         anyway = None if reference is None else _came(reference["detect"][n], by_failing)
+        result.false_alarm = result.false_alarm or anyway is not None
         at = _because(anyway, _came(seen["detect"][n], by_failing))
         result.detected_by_host_ns = earlier(result.detected_by_host_ns, at)
     invalid: List[str] = seen.get("invalid", [])
@@ -127,6 +140,7 @@ def _judge_hazards(
 def judge_host(plan: Plan, result: Result, end: HostEnd, reference: Optional[HostEnd]) -> None:
     """After `judge`: what a host program adds. `reference`: its end without the fault; None if there is no fault."""
     result.note, result.said = end.note, end.said
+    result.false_alarm = result.false_alarm or (reference is not None and bool(reference.notices))
     notice = _noticed(result, end, reference)
     if notice is not None:
         result.detected_by_host_ns = earlier(result.detected_by_host_ns, notice["at_ns"])

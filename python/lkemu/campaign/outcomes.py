@@ -27,6 +27,7 @@ LATE = "late"
 SILENTLY_WRONG = "silently wrong"
 HANG = "hang"
 CRASH = "crash"
+MACHINE_FAILED = "machine failed"  # no outcome: the case says nothing and has no result
 
 # In this order in tables. The rank says what is worse: to lose a detection is.
 _TABLE = (

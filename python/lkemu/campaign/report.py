@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 import jinja2
 
 from ..command import printable
-from .answer import Answer, Coverage, Group, Latencies, conclusion, kind_of, kind_place
+from .answer import Answer, Coverage, Group, Latencies, conclusion, kind_of, kind_place, uncounted_ends
 from .compare import Comparison
 from .judge import Result
 from .outcomes import NOT_FIRED, OUTCOMES
@@ -29,8 +29,11 @@ def number_text(value: Optional[float]) -> str:
 
 def coverage_text(coverage: Coverage) -> str:
     if coverage.share is None:
-        return "no case was dangerous"
-    text = f"{coverage.share:.4f}, {coverage.detected} of {coverage.dangerous}"
+        return "no hazard occurred, or all dangerous cases were detected in time" if coverage.open_in_time else "no case was dangerous"
+    if coverage.open_in_time + coverage.open_late:
+        text = f"from {coverage.share:.4f} to {coverage.upper:.4f}"
+    else:
+        text = f"{coverage.share:.4f}, {coverage.detected} of {coverage.dangerous}"
     if coverage.interval is not None:
         text += f" (95 %: {coverage.interval[0]:.4f} to {coverage.interval[1]:.4f})"
     return text
@@ -78,9 +81,9 @@ def _render(template: str, answer: Answer, required: Sequence[Checked], most: in
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters.update(number=number_text, coverage=coverage_text, sentence=lambda result: sentence(answer, result))
+    environment.filters.update(number=number_text, printable=printable, coverage=coverage_text, sentence=lambda result: sentence(answer, result))
     return environment.get_template(template).render(
-        answer=answer, head=answer.head, conclusion=conclusion(answer), required=required, residual=_residual(answer, most), **more
+        answer=answer, head=answer.head, conclusion=conclusion(answer), uncounted=uncounted_ends(answer), required=required, residual=_residual(answer, most), **more
     )
 
 
@@ -146,6 +149,7 @@ def json_report(answer: Answer, required: Sequence[Checked]) -> str:
         "conclusion": conclusion(answer),
         "case_command": answer.command_of(0)[:-1],
         "outcomes": [one.key for one in OUTCOMES.values()],
+        "machine_failures": dict(answer.machine_failures),
         "real_time": answer.real_time,
         "flipped": answer.flipped,
         "all": _group_json(answer, answer.all),
@@ -199,11 +203,13 @@ def _group_json(answer: Answer, group: Group) -> Dict[str, Any]:
         "kind": group.kind,
         "cases": group.cases,
         "outcomes": {one.key: group.outcomes[name] for name, one in OUTCOMES.items()},
-        "coverage": {"detected": coverage.detected, "dangerous": coverage.dangerous, "share": coverage.share, "interval": coverage.interval}
+        "coverage": {"detected": coverage.detected, "dangerous": coverage.dangerous, "open_in_time": coverage.open_in_time, "open_late": coverage.open_late,
+                     "share": coverage.share, "upper": coverage.upper, "interval": coverage.interval}
         if answer.has_hazard
         else None,
         "safe_detected": group.safe_detected,
         "safe_undetected": group.safe_undetected,
+        "false_alarms": group.false_alarms,
         "latency": {"drive": _latency_json(group.by_drive), "host": _latency_json(group.by_host), "first": _latency_json(group.first)},
     }
 
