@@ -36,9 +36,21 @@ for n in range(1, 31):
     if fault and how == "computes":
         while True:
             pass
-    if fault and how == "waits":
+    if fault and how == "advances":
+        while True:
+            clock.advance(0.01)
+    if fault and how == "eats":
+        eaten = bytearray(400_000_000)
+        clock.advance(0.1)
+    if fault and how == "floods":
+        while True:
+            print("a line of no interest")
+    if fault and how == "raises":
+        raise ValueError("no such angle: 361")
+    if fault and how.endswith("waits"):
+        open("waiting", "w").close()
         time.sleep(1000)
-    if n == 1 and how == "leaves":
+    if n == 1 and how.startswith("leaves"):
         subprocess.Popen(["sleep", "7654321"], start_new_session=True)
     if how == "always":
         print("error: an alarm that the fault does not cause")
@@ -56,6 +68,7 @@ host.how = [{hows}]
 command = ["{python}", "host.py", "{{host.how}}"]
 clock = "stepped"
 timeout_s = {timeout_s}
+{more}
 [detect]
 drive = "none"
 [[detect.host]]
@@ -74,9 +87,9 @@ def write(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "host.py").write_text(HOST)
 
-    def write_plan(*hows, timeout_s=20.0, says="^error: "):
+    def write_plan(*hows, timeout_s=20.0, says="^error: ", more=""):
         quoted = ", ".join(f'"{how}"' for how in hows)
-        (tmp_path / "plan.toml").write_text(PLAN.format(hows=quoted, python=sys.executable, timeout_s=timeout_s, says=says))
+        (tmp_path / "plan.toml").write_text(PLAN.format(hows=quoted, python=sys.executable, timeout_s=timeout_s, says=says, more=more))
 
     return write_plan
 
@@ -101,6 +114,44 @@ def are_running(*words):
     return [line for line in listed.splitlines() if all(word in line for word in words)]
 
 
+def start(*words):
+    """A campaign of hosts of which one waits: returns when it does."""
+    running = subprocess.Popen([sys.executable, "-m", "lkemu.campaign", "plan.toml", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True)  # fmt: skip
+    assert waits_again(running), running.stderr.read()
+    return running
+
+
+def waits_again(running):
+    """Returns when a host waits; False: the campaign has ended."""
+    waiting = pathlib.Path("waiting")
+    while not waiting.exists():
+        if running.poll() is not None:
+            return False
+        time.sleep(0.02)  # between two looks
+    waiting.unlink()
+    return True
+
+
+def below(parent, *words):
+    """Process IDs of descendants whose command line has all these words."""
+    listed = subprocess.run(["ps", "-eo", "pid,ppid,args"], capture_output=True, text=True, check=True).stdout
+    rows = [line.split(None, 2) for line in listed.splitlines()[1:]]
+    found, above = [], [str(parent)]
+    while above:
+        children = [row for row in rows if row[1] in above]
+        found += [int(row[0]) for row in children if len(row) > 2 and all(word in row[2] for word in words)]
+        above = [row[0] for row in children]
+    return found
+
+
+def wait_until_gone(*words):
+    patience = time.monotonic() + 30
+    while are_running(*words):
+        assert time.monotonic() < patience
+        time.sleep(0.02)
+
+
 def test_what_hosts_notice_is_of_the_instant_at_which_they_did(run):
     assert run("says", "status", "always", "well").returncode == 0
     says, status, always, well = rows()
@@ -112,9 +163,46 @@ def test_what_hosts_notice_is_of_the_instant_at_which_they_did(run):
 
 
 def test_how_hosts_end(run):
-    assert run("dies", "killed", "computes", "waits", timeout_s=0.5).returncode == 0
-    assert [row["outcome"] for row in rows()] == ["crash", "crash", "hang", "hang"]
-    assert [row["note"] for row in rows()] == ["exit status 1", "killed by SIGKILL", "did not end in time", "did not end in time"]
+    done = run("dies", "killed", "raises")
+    assert [row["outcome"] for row in rows()] == ["crash"] * 3
+    assert [row["note"] for row in rows()] == ["exit status 1", "killed by SIGKILL", "uncaught ValueError"]
+    assert "uncaught ValueError; ValueError: no such angle: 361" in done.stdout, "the report has the last line of the traceback"
+    assert "1 host ended by an uncaught ValueError, which [detect] does not count." in done.stdout
+    assert "[[detect.host]]\n  exit_status = 1\n" in done.stdout and "[[detect.host]]\n  says = '^ValueError\\b'\n" in done.stdout
+
+
+def test_an_exception_that_the_plan_names_is_a_detection(run):
+    run("raises", says=r"^ValueError\b")
+    (row,) = rows()
+    assert (row["outcome"], row["note"]) == ("detected by the host", "uncaught ValueError; line 1 of [detect]")
+
+
+def test_time_of_a_stepped_host_is_simulated_and_processor_time(run):
+    assert run("computes", "advances", "waits", timeout_s=3.5).returncode == 0
+    assert [row["outcome"] for row in rows()] == ["hang"] * 3
+    assert [row["note"] for row in rows()] == [
+        "did not end within 3.5 s of processor time", "did not end within 3.5 s of simulated time", "waited for something else than the clock",
+    ]  # fmt: skip
+
+
+def test_limits_of_memory_and_output(run):
+    assert run("eats", "floods", more="memory_MB = 300\noutput_MB = 1").returncode == 0
+    assert [row["outcome"] for row in rows()] == ["crash"] * 2
+    assert [row["note"] for row in rows()] == ["used more than 300 MB of memory (memory_MB)", "wrote more than 1 MB (output_MB)"]
+
+
+def test_a_busy_machine_changes_nothing(write):
+    write("says", "status", "well", "raises", "computes", "advances", timeout_s=3.5)
+    assert campaign("plan.toml", "-j", "1", "--quiet").returncode == 0
+    quiet = campaign("export", "plan.db").stdout
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(3)]
+    try:
+        assert campaign("plan.toml", "-j", "4", "-o", "busy.db", "--quiet").returncode == 0
+    finally:
+        for one in busy:
+            one.kill()
+            one.wait()
+    assert campaign("export", "busy.db").stdout == quiet
 
 
 def test_nothing_that_a_host_has_started_stays(run):
@@ -124,31 +212,53 @@ def test_nothing_that_a_host_has_started_stays(run):
 
 def test_nothing_stays_when_the_campaign_is_killed(write, tmp_path):
     write("waits")
-    command = [sys.executable, "-m", "lkemu.campaign", "plan.toml", "-j", "2"]
-    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while not are_running("host.py", "waits"):
-        assert running.poll() is None
-        time.sleep(0.02)  # between two looks at the processes
+    running = start("-j", "2")
     running.send_signal(signal.SIGKILL)
-    running.wait()
-    patience = time.monotonic() + 20
-    while are_running("host.py", "waits") or are_running(str(tmp_path)):
-        assert time.monotonic() < patience
-        time.sleep(0.02)
+    running.communicate()
+    wait_until_gone("host.py", "waits")
+    wait_until_gone(str(tmp_path))
 
 
-def test_a_worker_that_was_killed_is_no_result(write):
-    write("says", "waits", timeout_s=0.5)
-    command = [sys.executable, "-m", "lkemu.campaign", "plan.toml", "-j", "1", "--quiet"]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    while not are_running("host.py", "waits"):
-        assert running.poll() is None
-        time.sleep(0.02)  # between two looks at the processes
-    subprocess.run(["pkill", "-KILL", "-P", str(running.pid), "-f", "host_worker"], check=True)
-    assert "ended from outside" in running.communicate()[1] and running.returncode == 1
-    assert len(rows()) == 1
+# What a signal from outside ends. A worker has two processes, its parent comes first.
+VICTIMS = {"parent": (["host_worker"], 0), "worker": (["host_worker"], 1), "lk-emu": (["--end-with-stdin"], 0), "host": (["host.py", "waits"], 0)}
+
+
+@pytest.mark.parametrize("victim", VICTIMS)
+def test_a_kill_from_outside_leaves_nothing_and_is_no_result(write, victim):
+    write("leaves waits", timeout_s=300)
+    words, place = VICTIMS[victim]
+    running = start("-j", "1")
+    os.kill(below(running.pid, *words)[place], signal.SIGKILL)
+    assert waits_again(running), "a run that was ended from outside is repeated once"
+    time.sleep(1)  # a host that has slept for this long did not end itself
+    os.kill(below(running.pid, *words)[place], signal.SIGKILL)
+    out, err = running.communicate()
+    assert running.returncode == 1 and "1 case without a result, as the machine failed" in err and "was ended from outside" in out
+    assert not rows()
+    assert not are_running("host.py", "waits") and not are_running("sleep 7654321")
+
+
+def test_resume_runs_again_what_the_machine_kept_from_a_result(write):
+    write("says", "waits", timeout_s=3.5)
+    running = start("-j", "1", "--quiet")
+    while True:
+        os.kill(below(running.pid, "--end-with-stdin")[0], signal.SIGTERM)
+        if not waits_again(running):
+            break
+    running.communicate()
+    assert [row["outcome"] for row in rows()] == ["detected by the host"]
+    assert "1 case without a result, as the machine failed (lk-emu was ended from outside)" in campaign("report", "plan.db").stdout
     assert campaign("plan.toml", "--resume", "--quiet").returncode == 0
     assert [row["outcome"] for row in rows()] == ["detected by the host", "hang"]
+    assert "machine failed" not in campaign("report", "plan.db").stdout
+
+
+def test_a_signal_from_outside_costs_a_run_only(write):
+    write("waits", timeout_s=3.5)
+    running = start("-j", "1", "--quiet")
+    os.kill(below(running.pid, "host.py", "waits")[0], signal.SIGKILL)
+    running.communicate()
+    assert [row["note"] for row in rows()] == ["waited for something else than the clock"]
 
 
 def test_refuses_what_cannot_run(run):

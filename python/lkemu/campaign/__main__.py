@@ -165,11 +165,16 @@ def run_plan(given: argparse.Namespace) -> int:
         return 130
     finally:
         progress.end()
+        failures = store.failures()
         store.close()
     if not given.quiet:
         took_s = time.monotonic() - began
         print(f"{plan.name}: {done} cases in {took_s:.3g} s, {done / max(took_s, 1e-9):.3g}/s; {printable(str(path))}")
-    return report(path, given, thresholds)
+    status = report(path, given, thresholds)
+    if failures:
+        lacking = sum(failures.values())
+        print(f"lk-emu: {lacking} case{'' if lacking == 1 else 's'} without a result, as the machine failed; --resume runs them again", file=sys.stderr)
+    return 1 if failures else status
 
 
 def show_case(plan: Plan, program: Program, given: argparse.Namespace) -> int:
@@ -189,7 +194,7 @@ def report(path: pathlib.Path, given: argparse.Namespace, thresholds: List[Thres
     from .answer import answer_of
 
     with contextlib.closing(Store.read(path)) as store:
-        answer = answer_of(store.head, store)
+        answer = answer_of(store.head, store, store.failures())
     required = check_thresholds(answer, thresholds)
     write_text(given.html, "--html", lambda: reports.page(answer, required))
     write_text(given.json, "--json", lambda: reports.json_report(answer, required))

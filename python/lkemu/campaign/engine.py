@@ -10,6 +10,7 @@ from typing import Callable, Iterator, List, Tuple, Union
 
 from .host_runs import HostRuns
 from .judge import Result
+from .outcomes import MACHINE_FAILED
 from .plan import Plan
 from .program import Program
 from .sampling import Case, Cases
@@ -74,6 +75,8 @@ def run_campaign(
 
 
 def _write(store: Store, batch: List[Result]) -> int:
-    if batch:
-        store.put(batch)
-    return len(batch)
+    results = [one for one in batch if one.outcome != MACHINE_FAILED]
+    if results:
+        store.put(results)
+    store.note_failures((one.number, one.note) for one in batch if one.outcome == MACHINE_FAILED)
+    return len(results)

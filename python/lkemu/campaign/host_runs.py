@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -11,17 +12,24 @@ import sys
 import threading
 import tomllib
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Set, Tuple
+from typing import Any, Collection, Dict, Iterable, Iterator, List, Optional, Set, Tuple
 
 from ..command import printable
 from ..errors import Error, StartError
 from .host_bus import KINDS
-from .judge import HostEnd, Result, judge, judge_host
-from .outcomes import OUTCOMES
+from .judge import DANGEROUS, EXCEPTION, SAFE, HostEnd, Result, is_safe_by_detection, judge, judge_host
+from .outcomes import MACHINE_FAILED, OUTCOMES
 from .plan import Plan
 from .program import Program
 from .sampling import Case
 from .values import value_text
+
+EXCEPTION_STATUS = 1  # of Python
+SHELL_SIGNAL = 128  # a shell adds it to the number of the signal of which its program has died
+
+
+class MachineFailed(Exception):
+    """A case has no result: something that it needs was ended from outside, or did not answer."""
 
 
 class Worker:
@@ -39,13 +47,14 @@ class Worker:
             line = self._process.stdout.readline()
         except (BrokenPipeError, ValueError):
             line = b""
-        if not line:
-            raise Error(f"case {task['case']}: the process that ran it was ended from outside; --resume runs it again")
+        if not line.endswith(b"\n"):
+            return {"failed": "the process that ran it was ended from outside"}
         return dict(json.loads(line))
 
     def end(self) -> None:
         assert self._process.stdin is not None
-        self._process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.close()
         self._process.wait()
 
 
@@ -57,24 +66,31 @@ class HostRuns:
         self._lock = threading.Lock()
         self._references: Dict[str, "Future[Dict[str, Any]]"] = {}
         self._workers: Dict[int, Worker] = {}  # by thread
+        self._is_ending = False
 
     def check(self, first: Tuple[int, Case]) -> None:
         """The host must live through a case without a fault. Raises StartError."""
-        if self._host.bus not in KINDS:
-            raise StartError(f'{self._plan.file}: host.bus: "{self._host.bus}" is not one of {", ".join(KINDS)}')
-        name = self._host.command[0]
-        path = os.path.join(self._directory, name) if "/" in name else shutil.which(name)
-        if path is None or not os.access(path, os.X_OK):
-            raise StartError(f"{self._plan.file}: host.command: there is no program {name}")
+        host = self._host
+        what = "host.python" if host.python else "host.command"
+        if host.bus not in KINDS:
+            raise StartError(f'{self._plan.file}: host.bus: "{host.bus}" is not one of {", ".join(KINDS)}')
+        if not host.python:
+            name = host.command[0]
+            path = os.path.join(self._directory, name) if "/" in name else shutil.which(name)
+            if path is None or not os.access(path, os.X_OK):
+                raise StartError(f"{self._plan.file}: host.command: there is no program {name}")
         number, values = first
         try:
-            run = self._run(number, values, fault=False)
+            for passive in (False, True) if host.passive[0] else (False,):
+                end = self._end_of(self._run(number, values, fault=False, passive=passive))
+                if end.kind != HostEnd.EXITED:
+                    of_what = f"host.passive: even without a fault, {what}" if passive else f"host: even without a fault {what}"
+                    raise StartError(f"{self._plan.file}: {of_what} of case {number} ends like this: {end.note}"
+                                     + (f"; {end.said}" if end.said else ""))  # fmt: skip
+        except MachineFailed as problem:
+            raise Error(f"case {number}: {problem}; start it again") from None
         finally:
             self._end_workers()
-        end = self._end_of(run)
-        if end.kind != HostEnd.EXITED:
-            raise StartError(f"{self._plan.file}: host: even without a fault the command of case {number} ends like this: {end.note}"
-                             + (f"; {end.said}" if end.said else ""))  # fmt: skip
 
     def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
         """Results in any order. `pile` is for cases that share beginnings; these do not."""
@@ -93,6 +109,7 @@ class HostRuns:
         finally:
             for one in open_:
                 one.cancel()
+            self._is_ending = True
             self._end_workers()
             pool.shutdown()
 
@@ -103,6 +120,12 @@ class HostRuns:
             worker.end()
 
     def _case(self, number: int, values: Case) -> Result:
+        try:
+            return self._finished(number, values)
+        except MachineFailed as problem:
+            return Result(number, values, MACHINE_FAILED, note=str(problem))
+
+    def _finished(self, number: int, values: Case) -> Result:
         reference = None
         if self._plan.kind_of(values) is not None:
             reference = self._reference(number, values)
@@ -113,11 +136,15 @@ class HostRuns:
         worst.runs = len(results)
         worst.flips = sum(one.outcome != worst.outcome for one in results)
         worst.wall_s = sum(one.wall_s for one in results)
+        if self._host.passive[0] and reference is not None and is_safe_by_detection(worst):
+            without = self._reference(number, values, passive=True)
+            runs = [self._judged(number, values, self._run(number, values, passive=True), without) for _ in range(self._host.runs)]
+            worst.passive = DANGEROUS if any(one.violated_at_ns is not None for one in runs) else SAFE
         return worst
 
-    def _reference(self, number: int, values: Case) -> Dict[str, Any]:
+    def _reference(self, number: int, values: Case, passive: bool = False) -> Dict[str, Any]:
         """The run without the fault, shared by all cases that differ in nothing else."""
-        key = json.dumps([self._plan.request(0, values, fault=False), self._host_values(values)], sort_keys=True)
+        key = json.dumps([self._plan.request(0, values, fault=False), self._host_values(values), passive], sort_keys=True)
         with self._lock:
             reference = self._references.get(key)
             mine = reference is None
@@ -125,8 +152,10 @@ class HostRuns:
                 reference = self._references[key] = Future()
         if mine:
             try:
-                reference.set_result(self._run(number, values, fault=False))
+                reference.set_result(self._run(number, values, fault=False, passive=passive))
             except BaseException as problem:
+                with self._lock:
+                    del self._references[key]  # for the next case, the machine may be well again
                 reference.set_exception(problem)
         return reference.result()
 
@@ -137,24 +166,54 @@ class HostRuns:
             if dimension.name.startswith("host.") and value is not None
         }
 
-    def _run(self, number: int, values: Case, fault: bool = True) -> Dict[str, Any]:
+    def _run(self, number: int, values: Case, fault: bool = True, passive: bool = False) -> Dict[str, Any]:
+        """Raises MachineFailed. A host that dies of a signal by which others end processes is run once more. It has
+        sent the signal itself if it dies of it again, busy, and at the same simulated instant."""
+        task = self._task(number, values, fault, passive)
+        run = self._attempt(task)
+        known = self._plan.detection.exit_status
+        by = ended_by_others(run, known)
+        if by:
+            first, run = run, self._attempt(task)
+            again = ended_by_others(run, known)
+            is_its_own = self._host.stepped and again == by and run["ended_ns"] == first["ended_ns"] and not run["was_idle"]
+            if again and not is_its_own:
+                run = {"failed": f"the host was ended from outside by {by}"}
+        if "failed" in run:
+            raise MachineFailed(run["failed"])
+        return run
+
+    def _task(self, number: int, values: Case, fault: bool, passive: bool) -> Dict[str, Any]:
         text = self._program.scenario_text(self._plan.request(number, values, fault=fault))
         scenario = tomllib.loads(text)
         host = self._host
-        task = {
+        return {
             "case": number, "program": self._program.path, "scenario": text, "robot": scenario.get("robot", ""),
             **{key: scenario.get(key) for key in ("seed", "bitrate", "generation")},
-            "command": list(host.command), "bus": host.bus, "stepped": host.stepped, "timeout_s": host.timeout_s,
-            "directory": self._directory, "host_values": self._host_values(values), "lines": list(self._plan.detection.lines),
-            "exit_status": list(self._plan.detection.exit_status),
+            "command": list(host.command), "python": host.python, "bus": host.bus, "stepped": host.stepped, "timeout_s": host.timeout_s,
+            "memory_MB": host.memory_MB, "output_MB": host.output_MB, "directory": self._directory,
+            "host_values": self._host_values(values), "environment": dict([host.passive]) if passive else {},
+            "lines": list(self._plan.detection.lines), "exit_status": list(self._plan.detection.exit_status),
         }  # fmt: skip
-        with self._lock:
-            worker = self._workers.get(threading.get_ident())
-            if worker is None:
-                worker = self._workers[threading.get_ident()] = Worker()
-        run = worker.run(task)
-        if "error" in run:
-            raise StartError(f"case {number}: {run['error']}")
+
+    def _attempt(self, task: Dict[str, Any]) -> Dict[str, Any]:
+        """A run, or why the machine failed; this once more. Raises StartError."""
+        run: Dict[str, Any] = {}
+        for _ in range(2):
+            with self._lock:
+                if self._is_ending:
+                    raise MachineFailed("the campaign is ending")
+                worker = self._workers.get(threading.get_ident())
+                if worker is None:
+                    worker = self._workers[threading.get_ident()] = Worker()
+            run = worker.run(task)
+            if "error" in run:
+                raise StartError(f"case {task['case']}: {run['error']}")
+            if "failed" not in run:
+                break
+            with self._lock:
+                self._workers.pop(threading.get_ident(), None)
+            worker.end()
         return run
 
     # What was seen of a run, as `lk-emu run --cases` says it
@@ -179,20 +238,21 @@ class HostRuns:
         return seen
 
     def _end_of(self, run: Dict[str, Any]) -> HostEnd:
-        status = run["status"]
+        status, lines = run["status"], run["output"].rstrip().splitlines()
+        said = printable(lines[-1]) if lines else ""
         if run["end"] == "timeout":
-            end = HostEnd(HostEnd.HUNG, "did not end in time")
-        elif run["end"] == "signal":
-            end = HostEnd(HostEnd.DIED, f"killed by {signal.Signals(status).name}")
-        else:
-            known = status == 0 or status in self._plan.detection.exit_status
-            end = HostEnd(HostEnd.EXITED if known else HostEnd.DIED, f"exit status {status}")
-        if end.kind == HostEnd.EXITED:
-            end.notices = run["notices"]
-        else:
-            lines = run["output"].rstrip().splitlines()
-            end.said = printable(lines[-1]) if lines else ""
-        return end
+            return HostEnd(HostEnd.HUNG, run["why"], said)
+        if run["end"] == "limit":
+            return HostEnd(HostEnd.DIED, run["why"], said)
+        if run["end"] == "signal":
+            return HostEnd(HostEnd.DIED, f"killed by {signal.Signals(status).name}", said)
+        note = f"exit status {status}"
+        is_exception = status == EXCEPTION_STATUS and run["exception"]
+        if is_exception:
+            note, said = EXCEPTION + printable(run["exception"].partition(":")[0]), printable(run["exception"])
+        if status == 0 or status in self._plan.detection.exit_status or (is_exception and run["exception_is_known"]):
+            return HostEnd(HostEnd.EXITED, note, notices=run["notices"])
+        return HostEnd(HostEnd.DIED, note, said)
 
     def _judged(self, number: int, values: Case, run: Dict[str, Any], reference: Optional[Dict[str, Any]]) -> Result:
         result = Result(number, values, real_time=not self._host.stepped, wall_s=run["wall_s"])
@@ -201,6 +261,16 @@ class HostRuns:
         judge(self._plan, result, self._seen(run, planned), without)
         judge_host(self._plan, result, self._end_of(run), None if reference is None else self._end_of(reference))
         return result
+
+
+def ended_by_others(run: Dict[str, Any], known: Collection[int]) -> str:
+    """The name of a signal by which others end processes, if the host died of it; a shell tells it by its status."""
+    status = run.get("status", 0)
+    if run.get("end") == "exit" and status not in known:
+        status -= SHELL_SIGNAL
+    elif run.get("end") != "signal":
+        return ""
+    return signal.Signals(status).name if status in (signal.SIGKILL, signal.SIGTERM) else ""
 
 
 def _ns(seconds: Optional[float]) -> Optional[int]:

@@ -1,15 +1,15 @@
 """Runs cases with a host program, one after the other: `python3 -m lkemu.campaign.host_worker`.
 
-Reads a JSON object per line on standard input, writes one per line on standard output. All that a case has started
-ends with it, and with this process, which ends when its standard input does.
+Reads a JSON object per line on standard input, writes one per line on standard output. Two processes: a worker, and
+its parent, which ends the worker and all that a case has started as soon as standard input is closed, or the worker
+ends. The worker does the same when its parent ends. So no single kill leaves a process behind.
 """
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import selectors
+import select
 import shutil
 import signal
 import socket
@@ -17,93 +17,48 @@ import subprocess
 import sys
 import tempfile
 import time
-from typing import Any, Dict, List, Optional, Set
+from selectors import EVENT_READ, DefaultSelector
+from typing import Any, Dict, List, NoReturn, Optional, Union
 
 from ..client import Client
 from ..errors import Ended, Error, StartError
 from .host_bus import HostBus
+from .host_limits import Limits, Over
 from .host_output import EXIT_STATUS, Notice, Output, notices_json
+from .host_processes import adopt_orphans, end_descendants, end_with_parent, enter_own_network
+from .host_relay import Relay
+from .host_start import FunctionHost, FunctionProcess, ProgramHost
 
 START_S = 60.0  # a machine with much to do may take long to start lk-emu
 ANSWER_S = 600.0  # the rest of a long scenario may have to pass before an answer
 BEYOND_END_S = 0.001  # times of the control interface are rounded, so the last instant may be later
-WALL_FACTOR = 10.0  # a stepped host that computes is given so many times its timeout_s of wall time
-GLANCE_S = 1.0  # between two looks at the processor time of a stepped host
-MAX_DIRECTORY = 60  # characters: the path of a terminal in it has to fit into the name of a bus
-PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
-CLONE_NEWUSER, CLONE_NEWNET = 0x10000000, 0x40000000
-
-libc = ctypes.CDLL(None, use_errno=True)
+MAX_DIRECTORY = 50  # characters: the path of a terminal in it has to fit into the name of a bus
+OUTSIDE = (signal.SIGKILL, signal.SIGTERM)  # signals by which others end a process
 
 
-class Abandoned(Exception):
-    """The campaign has ended."""
+class MachineFailed(Exception):
+    """The case says nothing: something that it needs was ended from outside, or did not answer."""
 
 
-def children_of(parent: int) -> List[int]:
-    found = []
-    for name in os.listdir("/proc"):
-        if name.isdecimal() and _stat(int(name))[1:2] == [str(parent)]:
-            found.append(int(name))
-    return found
-
-
-def _stat(pid: int) -> List[str]:
-    """The fields of /proc/PID/stat behind the name: state, parent, …"""
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
-            return file.read().rpartition(")")[2].split()
-    except OSError:
-        return []
-
-
-def end_children(spared: Set[int]) -> None:
-    """Kills all children, then what has become one of ours because its parent ended, until there are none."""
-    while children := [pid for pid in children_of(os.getpid()) if pid not in spared]:
-        for pid in children:
-            try:
-                os.kill(pid, signal.SIGKILL)
-                os.waitpid(pid, 0)
-            except (ProcessLookupError, ChildProcessError):
-                pass
-
-
-def processor_time_s(pid: int) -> float:
-    """Of a process, its descendants and those of its children that have ended."""
-    fields = _stat(pid)
-    own = sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") if len(fields) > 15 else 0.0
-    return own + sum(processor_time_s(child) for child in children_of(pid))
-
-
-def enter_own_network() -> None:
-    if libc.unshare(CLONE_NEWNET) == 0:
-        return
-    user, group = os.geteuid(), os.getegid()
-    if libc.unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0:
-        raise StartError(f"no network of its own: {os.strerror(ctypes.get_errno())}; run the campaign under scripts/with-vcan, or say "
-                         'bus = "slcan-tcp"')  # fmt: skip
-    for file, text in (("setgroups", "deny"), ("uid_map", f"0 {user} 1\n"), ("gid_map", f"0 {group} 1\n")):
-        with open(f"/proc/self/{file}", "w", encoding="ascii") as out:
-            out.write(text)
-
-
-def die_with_parent() -> None:
-    libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    signal.pthread_sigmask(signal.SIG_SETMASK, [])
+class Abandoned(BaseException):
+    """The parent of the worker has ended."""
 
 
 class Case:
     """One case from its start to its verdict."""
 
-    def __init__(self, task: Dict[str, Any], directory: str) -> None:
-        self.task, self.directory = task, directory
-        self.selector = selectors.DefaultSelector()
-        self.selector.register(sys.stdin.fileno(), selectors.EVENT_READ, self._campaign_ended)
+    def __init__(self, task: Dict[str, Any], directory: str, functions: Optional[FunctionProcess]) -> None:
+        self.task, self.directory, self.functions = task, directory, functions
+        self.selector = DefaultSelector()
         self.bus = HostBus(task["bus"], directory)
         self.control = os.path.join(directory, "control")
         self.client = Client(self.control, ANSWER_S, Ended)
         self.output = Output(task["lines"], self.now_ns)
         self.began_s = 0.0
+
+    @property
+    def spared(self) -> List[int]:
+        return [] if self.functions is None else [self.functions.pid]
 
     # lk-emu
 
@@ -113,17 +68,33 @@ class Case:
         log = os.path.join(self.directory, "log")
         with open(log, "wb") as errors:
             emulator = subprocess.Popen(self._emulator_command(), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors,
-                                        preexec_fn=die_with_parent)  # fmt: skip
+                                        preexec_fn=end_with_parent)  # fmt: skip
         with emulator:
             try:
                 self._wait_ready(emulator)
-                return self._run_host(emulator.pid)
+                return self._run_host(emulator)
             except Ended as problem:
-                raise StartError(_last_line(log) or str(problem)) from None
+                status = emulator.wait()
+                if status == 0 or -status in OUTSIDE:  # 0: it takes SIGTERM
+                    raise MachineFailed("lk-emu was ended from outside") from None
+                raise StartError(_last_line(log) or f"lk-emu ended with status {status}: {problem}") from None
+            except Error as problem:
+                if isinstance(problem, StartError):
+                    raise
+                raise MachineFailed(str(problem)) from None  # no answer in time
             finally:
-                end_children(set())
-                self.bus.close()
-                self.client.close()
+                end_descendants(self.spared)
+                self._close()
+
+    def _close(self) -> None:
+        self.bus.close()
+        self.client.close()
+        for key in list(self.selector.get_map().values()):
+            if isinstance(key.fileobj, socket.socket):
+                key.fileobj.close()
+            else:
+                os.close(key.fd)
+        self.selector.close()
 
     def _emulator_command(self) -> List[str]:
         task = self.task
@@ -141,11 +112,11 @@ class Case:
         assert emulator.stdout is not None
         said = b""
         deadline = time.monotonic() + START_S
-        with selectors.DefaultSelector() as selector:
-            selector.register(emulator.stdout, selectors.EVENT_READ)
+        with DefaultSelector() as selector:
+            selector.register(emulator.stdout, EVENT_READ)
             while b"lk-emu ready" not in said:
                 if not selector.select(max(deadline - time.monotonic(), 0)):
-                    raise StartError(f"lk-emu was not ready within {START_S:g} s")
+                    raise MachineFailed(f"lk-emu was not ready within {START_S:g} s")
                 data = os.read(emulator.stdout.fileno(), 4096)
                 if not data:
                     raise Ended("lk-emu did not start")
@@ -157,82 +128,94 @@ class Case:
 
     # The host
 
-    def _run_host(self, emulator: int) -> Dict[str, Any]:
-        scenario = os.path.join(self.directory, f"case-{self.task['case']}.toml")
+    def _run_host(self, emulator: "subprocess.Popen[bytes]") -> Dict[str, Any]:
+        task = self.task
+        scenario = os.path.join(self.directory, f"case-{task['case']}.toml")
         with open(scenario, "w", encoding="utf-8") as file:
-            file.write(self.task["scenario"])
+            file.write(task["scenario"])
         self.client.post("/scenario", {"file": scenario})
         self.began_s = float(self.client.get("/scenario")["buses"][0]["started_s"])
-        relay = os.path.join(self.directory, "host") if self.task["stepped"] else ""
-        if relay:
-            self._listen(relay)
+        relay = None
+        if task["stepped"]:
+            relay = Relay(os.path.join(self.directory, "host"), self.control, self.selector, self._take_output,
+                          self.began_s + task["timeout_s"])  # fmt: skip
+        limits = Limits(task, self.output, relay, emulator.pid, self.spared)
         read_end, write_end = os.pipe()
         self.said: Optional[int] = read_end
         os.set_blocking(read_end, False)
-        self.selector.register(read_end, selectors.EVENT_READ, self._take_output)
+        self.selector.register(read_end, EVENT_READ, self._take_output)
         started = time.monotonic()
-        host = self._start_host(relay, write_end)
+        host = self._start_host(relay.path if relay else "", write_end)
         os.close(write_end)
-        end, status = self._wait_for(host)
+        over, status = self._wait_for(host, emulator, limits)
         wall_s = time.monotonic() - started
         self._take_output()
         ended_ns = self.now_ns()
-        end_children({emulator})
+        end_descendants([emulator.pid, *self.spared])
         self._take_output()
         self.output.finish()
+        end, number = "exit", os.waitstatus_to_exitcode(status)
+        if over is not None:
+            end, number = over.kind, 0
+        elif number < 0:
+            end, number = "signal", -number
         notices = list(self.output.notices)
-        if end == "exit" and status in self.task["exit_status"]:
-            text = f"exit status {status}"
+        if end == "exit" and number in task["exit_status"]:
+            text = f"exit status {number}"
             notices.append(Notice(ended_ns, text, EXIT_STATUS, text))
-        return {"case": self.task["case"], "end": end, "status": status, "notices": notices_json(notices), "wall_s": wall_s,
+        return {"case": task["case"], "end": end, "status": number, "why": over.why if over else "", "ended_ns": ended_ns,
+                "was_idle": limits.was_idle,
+                "notices": notices_json(notices), "wall_s": wall_s, "exception": self.output.exception,
+                "exception_is_known": self.output.exception_is_known,
                 "output": self.output.tail.decode(errors="replace"), "verdict": self._verdict()}  # fmt: skip
 
-    def _start_host(self, relay: str, out: int) -> "subprocess.Popen[bytes]":
+    def _start_host(self, relay: str, out: int) -> "Union[ProgramHost, FunctionHost]":
         task = self.task
-        values = {"bus": self.bus.name, "channel": self.bus.channel, "port": self.bus.port, "control": relay, "case": str(task["case"]),
-                  **{f"host.{name}": value for name, value in task["host_values"].items()}}  # fmt: skip
-        command = [_filled_in(word, values) for word in task["command"]]
-        environment = {**os.environ, **self.bus.environment(), "LKEMU_CASE": str(task["case"]), "PYTHONUNBUFFERED": "1"}
-        environment.pop("LKEMU_CONTROL", None)
+        environment = {**self.bus.environment(), "LKEMU_CASE": str(task["case"]), "PYTHONUNBUFFERED": "1", **task["environment"]}
         if relay:
             environment["LKEMU_CONTROL"] = relay
-        try:
-            return subprocess.Popen(command, cwd=task["directory"], env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
-                                    process_group=0, preexec_fn=die_with_parent)  # fmt: skip
-        except OSError as problem:
-            raise StartError(f"host: command: {command[0]} cannot be started: {problem.strerror}") from None
+        if self.functions is not None:
+            return self.functions.start(environment, task["host_values"], out)
+        values = {"bus": self.bus.name, "channel": self.bus.channel, "port": self.bus.port, "control": relay, "case": str(task["case"]),
+                  **{f"host.{name}": value for name, value in task["host_values"].items()}}  # fmt: skip
+        return ProgramHost([_filled_in(word, values) for word in task["command"]], task["directory"], environment, out)
 
-    def _wait_for(self, host: "subprocess.Popen[bytes]") -> "tuple[str, int]":
-        """How it ended: by itself, by a signal, or not in time. Time is processor time for a stepped host."""
-        timeout_s, stepped = self.task["timeout_s"], self.task["stepped"]
-        ended = os.pidfd_open(host.pid)
-        self.selector.register(ended, selectors.EVENT_READ, None)
-        look_at = time.monotonic()
-        deadline = look_at + timeout_s * (WALL_FACTOR if stepped else 1.0)
+    def _wait_for(
+        self, host: "Union[ProgramHost, FunctionHost]", emulator: "subprocess.Popen[bytes]", limits: Limits
+    ) -> "tuple[Optional[Over], int]":
+        """What it exceeded, or how it ended by itself, as waitpid() tells."""
+        emulator_ended = os.pidfd_open(emulator.pid)
+        self.selector.register(host, EVENT_READ, None)
+        self.selector.register(emulator_ended, EVENT_READ, None)
         try:
             while True:
-                now = time.monotonic()
-                left_s = deadline - now
-                if stepped and now >= look_at:
-                    look_at = now + GLANCE_S
-                    left_s = left_s if processor_time_s(host.pid) <= timeout_s else 0.0
-                if left_s <= 0:
-                    return "timeout", 0
-                is_over = False
-                for key, _ in self.selector.select(min(left_s, GLANCE_S) if stepped else left_s):
-                    if key.data is None:
-                        is_over = True  # what it said and asked before comes first
-                    else:
-                        key.data()
-                if is_over:
-                    status = host.wait()
-                    return ("signal", -status) if status < 0 else ("exit", status)
+                over = limits.check()
+                if over is not None:
+                    return over, 0
+                ended = [self._handle(key) for key, _ in self.selector.select(limits.until_next_look_s)]
+                if emulator_ended in ended:
+                    raise Ended("lk-emu ended")
+                if host.fileno() in ended:  # what it said and asked before comes first
+                    status, memory = host.finish()
+                    return limits.at_end(memory), status
+        except EOFError:
+            raise MachineFailed("the process of host.python was ended from outside") from None
         finally:
-            self.selector.unregister(ended)
-            os.close(ended)
+            self.selector.unregister(host)
+            self.selector.unregister(emulator_ended)
+            os.close(emulator_ended)
+
+    @staticmethod
+    def _handle(key: Any) -> int:
+        if key.data is None:
+            return int(key.fd)
+        key.data()
+        return -1
 
     def _take_output(self) -> None:
-        while self.said is not None:
+        for _ in range(32):  # a pipe holds less; a host that goes on writing must not keep us here
+            if self.said is None:
+                return
             try:
                 data = os.read(self.said, 1 << 16)
             except BlockingIOError:
@@ -243,39 +226,6 @@ class Case:
                 self.said = None
                 return
             self.output.take(data)
-
-    def _campaign_ended(self) -> None:
-        if not os.read(sys.stdin.fileno(), 1):
-            raise Abandoned
-
-    # The host's control socket: what it printed before a request is of the time before that.
-
-    def _listen(self, path: str) -> None:
-        listener = socket.socket(socket.AF_UNIX)
-        listener.bind(path)
-        listener.listen()
-        self.selector.register(listener, selectors.EVENT_READ, lambda: self._accept(listener))
-
-    def _accept(self, listener: socket.socket) -> None:
-        host = listener.accept()[0]
-        emulator = socket.socket(socket.AF_UNIX)
-        emulator.connect(self.control)
-        self.selector.register(host, selectors.EVENT_READ, lambda: self._pass_on(host, emulator, asks=True))
-        self.selector.register(emulator, selectors.EVENT_READ, lambda: self._pass_on(emulator, host, asks=False))
-
-    def _pass_on(self, source: socket.socket, to: socket.socket, asks: bool) -> None:
-        try:
-            data = source.recv(1 << 16)
-            if asks:
-                self._take_output()
-            if data:
-                to.sendall(data)
-                return
-        except OSError:
-            pass
-        for one in (source, to):
-            self.selector.unregister(one)
-            one.close()
 
     # The verdict
 
@@ -304,39 +254,61 @@ def _last_line(path: str) -> str:
     return lines[-1].removeprefix("lk-emu: ") if lines else ""
 
 
-def run_case(task: Dict[str, Any]) -> Dict[str, Any]:
-    above = tempfile.gettempdir()
-    directory = tempfile.mkdtemp(prefix="lk-case-", dir=above if len(above) <= MAX_DIRECTORY else "/tmp")
-    try:
-        return Case(task, directory).run()
-    except Error as problem:
-        return {"case": task["case"], "error": str(problem)}
-    finally:
-        shutil.rmtree(directory, ignore_errors=True)
+class Worker:
+    def __init__(self, directory: str) -> None:
+        self._directory = directory
+        self._functions: Optional[FunctionProcess] = None
+
+    def run(self, task: Dict[str, Any]) -> Dict[str, Any]:
+        directory = tempfile.mkdtemp(dir=self._directory)
+        try:
+            if task["python"] and (self._functions is None or not self._functions.is_alive):
+                self._functions = FunctionProcess(task["python"], task["directory"])
+            return Case(task, directory, self._functions).run()
+        except MachineFailed as problem:
+            return {"case": task["case"], "failed": str(problem)}
+        except Error as problem:
+            return {"case": task["case"], "error": str(problem)}
+        finally:
+            shutil.rmtree(directory, ignore_errors=True)
 
 
-def main() -> None:
-    libc.prctl(PR_SET_CHILD_SUBREAPER, 1)
-    os.setsid()  # Ctrl-C is for the campaign, which then ends this process
+def work(directory: str) -> None:
+    adopt_orphans()
+    signal.signal(signal.SIGTERM, _abandon)
+    end_with_parent(signal.SIGTERM)
+    worker = Worker(directory)
     try:
-        while line := _read_line():
-            answer = run_case(json.loads(line))
-            os.write(sys.stdout.fileno(), json.dumps(answer).encode() + b"\n")
+        for line in sys.stdin.buffer:
+            os.write(sys.stdout.fileno(), json.dumps(worker.run(json.loads(line))).encode() + b"\n")
     except (Abandoned, BrokenPipeError):
         pass
     finally:
-        end_children(set())
+        end_descendants()
 
 
-def _read_line() -> bytes:
-    """Byte by byte, so that nothing of the next line is taken."""
-    line = b""
-    while not line.endswith(b"\n"):
-        byte = os.read(sys.stdin.fileno(), 1)
-        if not byte:
-            return b""
-        line += byte
-    return line
+def _abandon(*_: object) -> NoReturn:
+    raise Abandoned
+
+
+def main() -> None:
+    adopt_orphans()
+    os.setsid()  # Ctrl-C is for the campaign, which then closes standard input
+    above = tempfile.gettempdir()
+    directory = tempfile.mkdtemp(prefix="lk-", dir=above if len(above) <= MAX_DIRECTORY else "/tmp")
+    worker = os.fork()
+    if worker == 0:
+        try:
+            work(directory)
+        finally:
+            os._exit(0)
+    os.close(sys.stdout.fileno())
+    poll = select.poll()
+    poll.register(sys.stdin.fileno(), 0)  # tells when it is closed
+    poll.register(os.pidfd_open(worker), select.POLLIN)
+    poll.poll()
+    end_descendants()
+    shutil.rmtree(directory, ignore_errors=True)
 
 
 if __name__ == "__main__":

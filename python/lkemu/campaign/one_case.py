@@ -11,10 +11,10 @@ import time
 from collections import Counter
 from typing import Dict, List, Optional, Tuple
 
-from ..errors import StartError
+from ..errors import Error, StartError
 from .engine import runs_of
 from .judge import Result
-from .outcomes import NOT_FIRED
+from .outcomes import MACHINE_FAILED, NOT_FIRED
 from .plan import Plan
 from .program import Program
 from .sampling import Case, Cases
@@ -71,6 +71,8 @@ def _changed(plan: Plan, values: Case, change: str) -> Case:
 
 def run_one(plan: Plan, program: Program, number: int, values: Case) -> Result:
     ((result,),) = runs_of(plan, program, 1).run([(number, values)], 1)
+    if result.outcome == MACHINE_FAILED:
+        raise Error(f"case {number}: {result.note}; run it again")
     return result
 
 

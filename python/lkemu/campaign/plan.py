@@ -31,13 +31,17 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Host:
-    """A host program that is started for each case."""
+    """A host program that is started for each case, or a function that is called for it."""
 
-    command: Tuple[str, ...]  # {host.NAME}, {channel} and others are filled in
+    command: Tuple[str, ...]  # {host.NAME}, {channel} and others are filled in; empty: `python`
+    python: str = ""  # file or module with run_case(bus, clock)
     bus: str = "slcan-tcp"
     stepped: bool = False
     timeout_s: float = 60.0
+    memory_MB: float = 2000.0
+    output_MB: float = 20.0
     runs: int = 1  # of each case in real time
+    passive: Tuple[str, str] = ("", "")  # environment variable that disables the host's reaction, and its value
 
 
 @dataclass(frozen=True)

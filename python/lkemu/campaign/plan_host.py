@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shlex
-from typing import Any, Mapping
+from typing import Any, Mapping, Tuple
 
 import regex
 
@@ -12,7 +12,7 @@ from .plan import Detection, Host, Plan
 from .plan_text import PlanText, is_number, is_whole
 from .program import Program
 
-HOST_KEYS = {"command", "bus", "clock", "timeout_s", "runs"}
+HOST_KEYS = {"command", "python", "bus", "clock", "timeout_s", "memory_MB", "output_MB", "runs", "passive"}
 REALTIME_RUNS = 2  # the least that shows a case with two outcomes
 
 
@@ -39,25 +39,43 @@ def read_detection(text: PlanText, table: Mapping[str, Any]) -> Detection:
 
 
 def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
-    command = table.get("command")
+    command, python = table.get("command"), table.get("python")
     try:
         words = shlex.split(command) if isinstance(command, str) else list(command or ())
     except ValueError as problem:
         raise text.fail("host.command", str(problem)) from None
-    if not words:
+    if python is not None and "command" in table:
+        raise text.fail("host.python", "does not go together with command")
+    if python is not None and not (isinstance(python, str) and python):
+        raise text.fail("host.python", "must be the name of a file or a module")
+    if python is None and not words:
         raise text.fail("host.command", "missing, or empty")
-    clock = table.get("clock", "realtime")
+    clock = table.get("clock", "realtime" if python is None else "stepped")
     if clock not in ("realtime", "stepped"):
         raise text.fail("host.clock", "must be realtime or stepped")
-    timeout_s = table.get("timeout_s", 60.0)
-    if not (is_number(timeout_s) and 0.1 <= timeout_s <= 1e5):
-        raise text.fail("host.timeout_s", "must be a number from 0.1 to 1e5")
+    if python is not None and clock != "stepped":
+        raise text.fail("host.clock", "must be stepped for host.python")
     runs = table.get("runs", 1 if clock == "stepped" else REALTIME_RUNS)
     if not (is_whole(runs) and 1 <= runs <= 1000):
         raise text.fail("host.runs", "must be a whole number from 1 to 1000")
     if clock == "stepped" and runs > 1:
         raise text.fail("host.runs", 'belongs to clock = "realtime": a stepped host does the same each time')
-    return Host(tuple(words), table.get("bus", "slcan-tcp"), clock == "stepped", float(timeout_s), runs)
+    limits = {}
+    for key, least, most in (("timeout_s", 0.1, 1e5), ("memory_MB", 50, 1e6), ("output_MB", 0.001, 1e4)):
+        limits[key] = table.get(key, getattr(Host, key))
+        if not (is_number(limits[key]) and least <= limits[key] <= most):
+            raise text.fail(f"host.{key}", f"must be a number from {least:g} to {most:g}")
+    return Host(tuple(words), python or "", table.get("bus", "slcan-tcp"), clock == "stepped", runs=runs,
+                passive=read_passive(text, table.get("passive")), **limits)  # fmt: skip
+
+
+def read_passive(text: PlanText, passive: Any) -> Tuple[str, str]:
+    if passive is None:
+        return "", ""
+    name, sign, value = passive.partition("=") if isinstance(passive, str) else ("", "", "")
+    if not (sign and name.isidentifier()):
+        raise text.fail("host.passive", 'must be an environment variable and its value, like "NO_STOP=1"')
+    return name, value
 
 
 def plan_hash(plan: Plan, program: Program) -> str:

@@ -8,6 +8,7 @@ import os
 import pathlib
 import sqlite3
 import time
+from collections import Counter
 from dataclasses import dataclass, fields
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Set, Tuple
 
@@ -17,7 +18,7 @@ from .plan import MAX_CASES, Plan
 from .values import Value
 
 APPLICATION_ID = 0x4C4B4643  # "LKFC", which file(1) shows
-FORMAT = 3
+FORMAT = 4
 SYNC_S = 1.0  # a power failure loses no more than this; committed cases survive SIGKILL
 MAX_TEXT = 1_000_000  # bytes of one field
 HEAD = (
@@ -25,6 +26,7 @@ HEAD = (
     "input_hash TEXT NOT NULL, sampling TEXT NOT NULL, seed INTEGER NOT NULL, numbers INTEGER NOT NULL, "
     "cases INTEGER NOT NULL, plan_called TEXT NOT NULL, tolerant_time_ns INTEGER, dimensions TEXT NOT NULL"
 )
+FAILURES = "number INTEGER PRIMARY KEY, reason TEXT NOT NULL"  # cases without a result: the machine failed
 SHARDS = "shard INTEGER NOT NULL, shards INTEGER NOT NULL, PRIMARY KEY (shards, shard)"
 
 
@@ -93,6 +95,7 @@ def schema(head: Head) -> Dict[str, str]:
     return {
         "campaign": f"CREATE TABLE campaign ({HEAD}) STRICT",
         "shards": f"CREATE TABLE shards ({SHARDS}) STRICT, WITHOUT ROWID",
+        "failures": f"CREATE TABLE failures ({FAILURES}) STRICT",
         "cases": f"CREATE TABLE cases ({', '.join(columns)}) STRICT",
     }
 
@@ -192,6 +195,7 @@ class Store:
         places = ", ".join("?" * (1 + len(self.head.dimensions) + len(COLUMNS)))
         with self._connection:
             self._connection.executemany(f"INSERT INTO cases VALUES ({places})", rows)
+            self._connection.executemany("DELETE FROM failures WHERE number = ?", [(row[0],) for row in rows])
         if time.monotonic() - self._synced_at >= SYNC_S:
             self._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
             self._synced_at = time.monotonic()
@@ -199,6 +203,16 @@ class Store:
     def note_shard(self, shard: int, shards: int) -> None:
         with self._connection:
             self._connection.execute("INSERT OR IGNORE INTO shards VALUES (?, ?)", (shard, shards))
+
+    def note_failures(self, failures: Iterable[Tuple[int, str]]) -> None:
+        """Cases that the machine kept from having a result, with the reason; --resume runs them again."""
+        with self._connection:
+            self._connection.executemany("INSERT OR REPLACE INTO failures VALUES (?, ?)", failures)
+
+    def failures(self) -> "Counter[str]":
+        """How many cases have no result for which reason."""
+        rows = self._connection.execute("SELECT substr(reason, 1, 1000), count(*) FROM failures GROUP BY 1 ORDER BY 1")
+        return Counter(dict(rows))
 
     def shards(self) -> List[Tuple[int, int]]:
         return [tuple(row) for row in self._connection.execute("SELECT shard, shards FROM shards ORDER BY shards, shard")]

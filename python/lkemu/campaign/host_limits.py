@@ -1,0 +1,86 @@
+"""What a host program may use: time, memory and output."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from typing import Any, Dict, List, Optional
+
+from .host_output import Output
+from .host_processes import Usage, descendants, usage_of
+from .host_relay import Relay
+
+LOOK_S = 0.25  # between two looks at the processes of a host
+IDLE_SHARE = 0.1  # of a processor: a stepped host that uses less waits for something else than the clock
+IDLE_FACTOR = 3.0  # it may wait so many times its timeout_s
+MB = 1_000_000
+
+
+@dataclass(frozen=True)
+class Over:
+    kind: str  # "timeout" or "limit"
+    why: str  # does not depend on the speed of the machine
+
+
+class Limits:
+    """In real time, `timeout_s` is just that. With a stepped clock it is simulated time and processor time, each for
+    itself: neither passes faster or slower on a busy machine. Beyond these such a host may only be idle."""
+
+    def __init__(self, task: Dict[str, Any], output: Output, relay: Optional[Relay], emulator: int, spared: List[int]) -> None:
+        self._task, self._output, self._relay, self._emulator, self._spared = task, output, relay, emulator, spared
+        self._began = self._looked = time.monotonic()
+        self._before = Usage()
+        self._requests = 0
+        self._idle_s = 0.0
+
+    @property
+    def until_next_look_s(self) -> float:
+        return max(0.0, self._looked + LOOK_S - time.monotonic())
+
+    @property
+    def was_idle(self) -> bool:
+        """A stepped host waited for something else than the clock when it was looked at last."""
+        return self._idle_s > 0
+
+    def check(self) -> Optional[Over]:
+        task = self._task
+        if self._output.bytes > task["output_MB"] * MB:
+            return Over("limit", f"wrote more than {task['output_MB']:g} MB (output_MB)")
+        if self._relay is not None and self._relay.is_over:
+            return self._timeout(" of simulated time")
+        now = time.monotonic()
+        if now < self._looked + LOOK_S:
+            return None
+        passed_s, self._looked = now - self._looked, now
+        usage = usage_of(descendants(os.getpid(), [self._emulator, *self._spared]))
+        if usage.memory > task["memory_MB"] * MB:
+            return self._over_memory()
+        if self._relay is None:
+            return self._timeout("") if now - self._began >= task["timeout_s"] else None
+        if usage.processor_s > task["timeout_s"]:
+            return self._timeout(" of processor time")
+        self._count_idle(usage, passed_s)
+        if self._idle_s > IDLE_FACTOR * task["timeout_s"]:
+            return Over("timeout", "waited for something else than the clock")
+        return None
+
+    def at_end(self, memory: int) -> Optional[Over]:
+        """`memory`: the most that the host had, in bytes."""
+        return self._over_memory() if memory > self._task["memory_MB"] * MB else None
+
+    def _count_idle(self, usage: Usage, passed_s: float) -> None:
+        assert self._relay is not None
+        emulator = usage_of(iter([self._emulator]))
+        used_s = usage.processor_s - self._before.processor_s
+        if self._relay.requests != self._requests:
+            self._idle_s = 0.0
+        elif not usage.is_running and not emulator.is_running and used_s < IDLE_SHARE * passed_s:
+            self._idle_s += passed_s
+        self._before, self._requests = usage, self._relay.requests
+
+    def _timeout(self, of_what: str) -> Over:
+        return Over("timeout", f"did not end within {self._task['timeout_s']:g} s{of_what}")
+
+    def _over_memory(self) -> Over:
+        return Over("limit", f"used more than {self._task['memory_MB']:g} MB of memory (memory_MB)")

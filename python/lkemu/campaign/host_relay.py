@@ -1,0 +1,52 @@
+"""The control socket of a stepped host: passes on what it asks lk-emu, and stops where its time is over."""
+
+from __future__ import annotations
+
+import re
+import socket
+from selectors import EVENT_READ, BaseSelector
+from typing import Callable
+
+TIME = re.compile(rb'"time_s": ?([0-9.e+-]+)')
+
+
+class Relay:
+    """What the host has printed before a request is of the time before that: `before_request` takes it."""
+
+    def __init__(
+        self, path: str, control: str, selector: BaseSelector, before_request: Callable[[], None], end_s: float
+    ) -> None:
+        self.path = path
+        self.requests = 0
+        self.is_over = False  # the host has let time pass to `end_s`; it gets no answer any more
+        self._control, self._selector, self._before_request, self._end_s = control, selector, before_request, end_s
+        listener = socket.socket(socket.AF_UNIX)
+        listener.bind(path)
+        listener.listen()
+        selector.register(listener, EVENT_READ, lambda: self._accept(listener))
+
+    def _accept(self, listener: socket.socket) -> None:
+        host = listener.accept()[0]
+        emulator = socket.socket(socket.AF_UNIX)
+        emulator.connect(self._control)
+        self._selector.register(host, EVENT_READ, lambda: self._pass_on(host, emulator, asks=True))
+        self._selector.register(emulator, EVENT_READ, lambda: self._pass_on(emulator, host, asks=False))
+
+    def _pass_on(self, source: socket.socket, to: socket.socket, asks: bool) -> None:
+        try:
+            data = source.recv(1 << 16)
+            if asks:
+                self.requests += 1
+                self._before_request()
+            elif any(float(time_s) >= self._end_s for time_s in TIME.findall(data)):
+                self.is_over = True
+            if self.is_over:
+                return
+            if data:
+                to.sendall(data)
+                return
+        except OSError:
+            pass
+        for one in (source, to):
+            self._selector.unregister(one)
+            one.close()

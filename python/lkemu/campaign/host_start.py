@@ -1,0 +1,100 @@
+"""Starts the host of a case: a program, or a function in a process that stays (host_functions.py)."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+from typing import Any, Dict, List, Mapping
+
+from ..errors import StartError
+from .host_processes import end_with_parent
+
+KB = 1024  # of ru_maxrss
+
+
+class ProgramHost:
+    """A process in a session of its own. Its descriptor is readable when it has ended."""
+
+    def __init__(self, command: List[str], directory: str, environment: Mapping[str, str], out: int) -> None:
+        whole = {name: value for name, value in os.environ.items() if name != "LKEMU_CONTROL"}
+        try:
+            self._process = subprocess.Popen(command, cwd=directory, env={**whole, **environment}, stdin=subprocess.DEVNULL, stdout=out,
+                                             stderr=out, start_new_session=True, preexec_fn=end_with_parent)  # fmt: skip
+        except OSError as problem:
+            raise StartError(f"host: command: {command[0]} cannot be started: {problem.strerror}") from None
+        self._ended = os.pidfd_open(self._process.pid)
+
+    def fileno(self) -> int:
+        return self._ended
+
+    def finish(self) -> "tuple[int, int]":
+        """Status as of waitpid(), and the most memory that it had."""
+        _, status, usage = os.wait4(self._process.pid, 0)
+        self._process.returncode = os.waitstatus_to_exitcode(status)
+        return status, usage.ru_maxrss * KB
+
+    def __del__(self) -> None:
+        os.close(self._ended)
+
+
+class FunctionProcess:
+    """Has loaded the module of `host.python`, and gives each case a copy of itself. Raises StartError."""
+
+    def __init__(self, python: str, directory: str) -> None:
+        self._socket, theirs = socket.socketpair()
+        with theirs:
+            # Hashes of words decide the order of sets: they are the same in all processes.
+            environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1"}
+            self._process = subprocess.Popen([sys.executable, "-m", "lkemu.campaign.host_functions", str(theirs.fileno()), python],
+                                             cwd=directory, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
+                                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+                                             preexec_fn=end_with_parent)  # fmt: skip
+        self.pid = self._process.pid
+        try:
+            problem = self._receive()["problem"]
+        except EOFError:
+            problem = f"{python}: the process that loads it ended with status {self._process.wait()}"
+        if problem:
+            raise StartError(f"host.python: {problem}")
+
+    @property
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    def start(self, environment: Mapping[str, str], settings: Mapping[str, Any], out: int) -> "FunctionHost":
+        task = {"environment": dict(environment), "settings": dict(settings)}
+        socket.send_fds(self._socket, [json.dumps(task).encode() + b"\n"], [out])
+        return FunctionHost(self)
+
+    def _receive(self) -> Dict[str, Any]:
+        line = b""
+        while not line.endswith(b"\n"):
+            data = self._socket.recv(4096)
+            if not data:
+                raise EOFError
+            line += data
+        return dict(json.loads(line))
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def receive_end(self) -> "tuple[int, int]":
+        ended = self._receive()
+        return int(ended["status"]), int(ended["memory_kB"]) * KB
+
+
+class FunctionHost:
+    """A case in a copy of a FunctionProcess. Its descriptor is readable when it has ended."""
+
+    def __init__(self, process: FunctionProcess) -> None:
+        self._process = process
+
+    def fileno(self) -> int:
+        return self._process.fileno()
+
+    def finish(self) -> "tuple[int, int]":
+        """As of ProgramHost. Raises EOFError: the FunctionProcess has ended."""
+        return self._process.receive_end()
