@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib.util
 import os
 import sys
 import tempfile
 from typing import BinaryIO, Callable, Iterator, List, NoReturn, Optional
 
 from .errors import Error, StartError
+
+# Commands that need all their libraries from the start: a night of cases must not end without a report.
+LIBRARIES = {"campaign": ("jinja2", "regex", "scipy")}
 
 
 def run(main: Callable[[], Optional[int]]) -> None:
@@ -51,8 +55,19 @@ def libraries(command: str, name: str) -> Iterator[None]:
     except ImportError as problem:
         if name != "__main__":
             raise
-        package = (problem.name or "").partition(".")[0]
-        sys.exit(tell(f"{command}: {sys.executable}: {problem}: apt install python3-{package}, or pip install 'lk-emu[{command}]'", 2))
+        sys.exit(tell_missing(command, str(problem), [(problem.name or "").partition(".")[0]]))
+
+
+def check_libraries(command: str) -> None:
+    """Ends the process with one line if the command lacks libraries."""
+    missing = [name for name in LIBRARIES.get(command, ()) if importlib.util.find_spec(name) is None]
+    if missing:
+        sys.exit(tell_missing(command, f"No module named {', '.join(map(repr, missing))}", missing))
+
+
+def tell_missing(command: str, problem: str, missing: List[str]) -> int:
+    packages = " ".join(f"python3-{name}" for name in missing)
+    return tell(f"{command}: {sys.executable}: {problem}: apt install {packages}, or pip install 'lk-emu[{command}]'", 2)
 
 
 def printable(text: str) -> str:

@@ -1,6 +1,7 @@
 """What pip gets, without network, setuptools and wheel."""
 
 import os
+import pathlib
 import shutil
 import struct
 import subprocess
@@ -8,6 +9,7 @@ import sys
 import zipfile
 
 import lkemu
+from lkemu.command import LIBRARIES
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PT_LOAD, PT_INTERP = 1, 3
@@ -61,7 +63,22 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
     assert (site / "lkemu" / "py.typed").exists()
     look = "import importlib.metadata as m; print(m.metadata('lk-emu').get_all('Provides-Extra'), m.requires('lk-emu'))"
     said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
-    assert said.stdout == """['plot'] ["matplotlib >=3.6; extra == 'plot'"]\n"""
+    extras, libraries = said.stdout.rstrip().split("] [")
+    assert extras == "['campaign', 'identify', 'plot'"
+    assert all(f"\"{name}" in libraries for name in LIBRARIES["campaign"]), libraries
+    assert """"scipy >=1.10; extra == 'identify'\"""" in libraries and """"matplotlib >=3.6; extra == 'plot'\"""" in libraries
+
+
+def test_the_wheel_has_every_file_of_the_package(tmp_path):
+    """Templates of pages, the style sheet, the script of identify --plan."""
+    with zipfile.ZipFile(build(ROOT, tmp_path / "wheels")) as packed:
+        names = {name for name in packed.namelist() if name.startswith("lkemu/")}
+        style = packed.read("lkemu/campaign/style.css")
+    package = pathlib.Path(ROOT, "lkemu")
+    there = {f"lkemu/{file.relative_to(package)}" for file in package.rglob("*") if file.is_file() and "__pycache__" not in file.parts}
+    assert names == there | {"lkemu/campaign/style.css"}
+    assert "lkemu/campaign/templates/page.html.j2" in names
+    assert style == pathlib.Path(ROOT, "../web/style.css").read_bytes()
 
 
 def test_a_program_that_needs_nothing_is_carried(tmp_path):

@@ -26,6 +26,16 @@ execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin
 if(NOT EXISTS ${SCRATCH}/run.svg)
   message(FATAL_ERROR "lk-emu plot has drawn nothing")
 endif()
+# A campaign finds its plan, its templates and the style sheet, and its workers find the package.
+file(COPY ${CMAKE_CURRENT_LIST_DIR}/../engines/plan.toml DESTINATION ${SCRATCH})
+execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin:/bin ${program} campaign ${SCRATCH}/plan.toml --shard 0/100
+  --quiet -o ${SCRATCH}/plan.db --html ${SCRATCH}/plan.html WORKING_DIRECTORY / COMMAND_ERROR_IS_FATAL ANY)
+file(READ ${SCRATCH}/plan.html page)
+if(NOT page MATCHES "data-theme")
+  message(FATAL_ERROR "the page of a campaign has no style sheet")
+endif()
+execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=PYTHONPATH PATH=/usr/bin:/bin ${program} campaign controller --case 1
+  WORKING_DIRECTORY / OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 # The Python package finds the program that it came with.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env --unset=LKEMU PYTHONDONTWRITEBYTECODE=1
   PYTHONPATH=${SCRATCH}/moved/share/lk-emu/python /usr/bin/python3 -c "import lkemu.program as p; print(p.find_program())"

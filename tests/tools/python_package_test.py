@@ -35,12 +35,24 @@ class Start(unittest.TestCase):
         os.makedirs(os.path.join(self.directory, "bin"), exist_ok=True)
         return shutil.copy(PROGRAM, os.path.join(self.directory, "bin/lk-emu"))
 
-    def plot(self, program, *arguments, **environment):
-        return subprocess.run([program, "plot", *arguments], cwd=self.directory, capture_output=True, text=True, timeout=60,
+    def package(self, **modules):
+        """The package of an installation, with these modules in place of its own."""
+        place = os.path.join(self.directory, "share/lk-emu/python/lkemu")
+        os.makedirs(place)
+        for name in ("command.py", "errors.py"):
+            shutil.copy(f"{SOURCES}/python/lkemu/{name}", place)
+        for name, text in {"__init__": "", **modules}.items():
+            self.put(f"share/lk-emu/python/lkemu/{name}.py", text)
+
+    def start(self, program, command, *arguments, **environment):
+        return subprocess.run([program, command, *arguments], cwd=self.directory, capture_output=True, text=True, timeout=60,
                               env={"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", **environment})
 
-    def refused(self, *arguments, **environment):
-        ran = self.plot(*arguments, **environment)
+    def plot(self, program, *arguments, **environment):
+        return self.start(program, "plot", *arguments, **environment)
+
+    def refused(self, *arguments, command="plot", **environment):
+        ran = self.start(arguments[0], command, *arguments[1:], **environment)
         self.assertEqual((ran.returncode, ran.stdout, ran.stderr.count("\n")), (2, "", 1), ran)
         return ran.stderr
 
@@ -59,9 +71,16 @@ class Start(unittest.TestCase):
 
     def test_takes_the_package_of_the_installation(self):
         program = self.alone()
-        self.put("share/lk-emu/python/lkemu/__init__.py", "")
-        self.put("share/lk-emu/python/lkemu/plot.py", "import sys\nprint(__name__, sys.argv[1:])\n")
+        self.package(plot="import sys\nprint(__name__, sys.argv[1:])\n")
         self.assertEqual(self.plot(program, "run.csv").stdout, "__main__ ['run.csv']\n")
+
+    def test_processes_of_the_command_find_the_package_too(self):
+        program = self.alone()
+        self.package(plot="import subprocess, sys\nsubprocess.run([sys.executable, '-m', 'lkemu.worker'], cwd='/')\n",
+                     worker="import os, sys\nprint(sys.path[1:3], os.environ['PYTHONPATH'])\n")
+        places = [f"{self.directory}/share/lk-emu/python", "/nowhere"]
+        self.assertEqual(self.plot(program, "run.csv", PYTHONPATH="/nowhere").stdout, f"{places} {':'.join(places)}\n")
+        self.assertEqual(self.plot(program, "run.csv").stdout.split()[-1], places[0])
 
     def test_reads_no_module_of_the_working_directory(self):
         self.put("argparse.py", "print('shadowed')")
@@ -77,6 +96,13 @@ class Start(unittest.TestCase):
         self.put("old/sitecustomize.py", "import sys\nsys.version_info = (3, 9, 2)\n")
         self.assertEqual(self.refused(PROGRAM, "run.csv", PYTHONPATH=f"{self.directory}/old"),
                          "lk-emu: plot: needs Python 3.11 or newer; /usr/bin/python3 is 3.9\n")
+
+    def test_a_campaign_names_all_missing_libraries_before_it_begins(self):
+        self.put("lib/sitecustomize.py", "import sys\nsys.path = [place for place in sys.path if not place.endswith('-packages')]\n")
+        self.assertEqual(self.refused(PROGRAM, "every_fault", command="campaign", PYTHONPATH=f"{self.directory}/lib"),
+                         "lk-emu: campaign: /usr/bin/python3: No module named 'jinja2', 'regex', 'scipy': apt install python3-jinja2 "
+                         "python3-regex python3-scipy, or pip install 'lk-emu[campaign]'\n")
+        self.assertEqual(os.listdir(self.directory), ["lib"])
 
 
 if __name__ == "__main__":

@@ -16,8 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // As python3 -m, but without modules of the working directory, and with one line for what is
-// missing. Arguments: the command, the module, the directory of the package or nothing.
-constexpr const char* kStart = R"(import importlib.util, runpy, sys
+// missing. PYTHONPATH is for the processes that the module starts. Arguments: the command, the
+// module, the directory of the package or nothing.
+constexpr const char* kStart = R"(import importlib.util, os, runpy, sys
 command, module, directory = sys.argv[1:4]
 del sys.argv[1:4]
 sys.path = [directory] * bool(directory) + [place for place in sys.path if place]
@@ -30,6 +31,10 @@ elif importlib.util.find_spec("lkemu") is None:
 if problem:
     sys.stderr.write("lk-emu: %s: needs %s\n" % (command, problem))
     sys.exit(2)
+from lkemu.command import check_libraries
+check_libraries(command)
+if directory:
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [directory, os.environ.get("PYTHONPATH")]))
 runpy.run_module(module, run_name="__main__", alter_sys=True)
 )";
 
