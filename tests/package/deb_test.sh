@@ -131,7 +131,7 @@ for name in deb-systemd-invoke systemctl; do
   printf '#!/bin/sh\necho "${0##*/} $*" >>"%s"\n' "$scratch/asked" >"$scratch/systemd/$name"
   chmod +x "$scratch/systemd/$name"
 done
-sed "s|/run/systemd/system|$scratch/systemd|" "$scratch/control/prerm" >"$scratch/prerm"
+sed "s|/run/systemd/system|$scratch/systemd|; s|\$DPKG_ROOT/usr|$root/usr|" "$scratch/control/prerm" >"$scratch/prerm"
 before_it_goes() { env -u DPKG_ROOT PATH="$scratch/systemd:$PATH" sh "$scratch/prerm" "$@"; }
 before_it_goes upgrade 99
 [[ ! -e $scratch/asked ]] || fail "an upgrade stops services"
@@ -153,6 +153,8 @@ quietly dpkg-deb --root-owner-group -Zgzip -z1 --build "$scratch/newer" "$scratc
 in_root --install "$scratch/newer.deb"
 [[ $(installed lk-emu) == "ii $(dpkg-deb -f "$deb" Version)+1" ]] || fail "not upgraded"
 [[ -e $rom && -L $wants/lk-emu@arm.service ]] || fail "an upgrade takes away what is not the package's"
+mkdir "$root/usr/share/lk-emu/python/lkemu/campaign/__pycache__" # by a campaign of root's
+: >"$root/usr/share/lk-emu/python/lkemu/campaign/__pycache__/plan.cpython-311.pyc"
 in_root --remove lk-emu-dev lk-emu
 [[ -e $rom ]] || fail "ROM is gone before a purge"
 [[ -L $wants/lk-emu@arm.service ]] || fail "an instance is disabled before a purge"
