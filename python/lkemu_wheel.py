@@ -18,17 +18,13 @@ PLACE = os.path.join("share", "lk-emu", "python")  # of an installation, below i
 DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns", "doc/lk-emu/licenses",
         "doc/lk-emu/LICENSE", "doc/lk-emu/lk-emu.spdx.json")  # fmt: skip
 MANUAL = "man/man1"  # installed only where there is help2man
-# Of the pages that campaigns write: as installed, and in the sources, where pip before 21.3 does not look.
-STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/campaign/style.css", os.path.join(HERE, "..", "web", "style.css")
 # As in Debian 12; matplotlib brings numpy.
-EXTRAS = {
-    "campaign": ["jinja2 >=3.1", "regex", "scipy >=1.10"],
-    "identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"],
-    "plot": ["matplotlib >=3.6"],
-}
+EXTRAS = {"campaign": ["jinja2 >=3.1", "regex", "scipy >=1.10"], "identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"], "plot": ["matplotlib >=3.6"]}
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644
+# Of the pages that campaigns write: as installed, and in the sources, where pip before 21.3 does not look.
+STYLE_SHEET, DASHBOARD_STYLE = f"{PACKAGE}/campaign/style.css", os.path.join(HERE, "..", "web", "style.css")
 
 
 def version():
