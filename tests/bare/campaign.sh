@@ -25,25 +25,23 @@ until_true() {
   done
 }
 
-# grows SHARD: its store is longer than when it was first looked at: there are cases in it. Only who writes it may read it.
-declare -A first_lengths
-grows() {
-  local length
-  length=$(stat -c %s "shard-$1.db") || return
-  first_lengths[$1]=${first_lengths[$1]:-$length}
-  ((length > first_lengths[$1]))
+# has_cases SHARD: its file has results already.
+has_cases() {
+  python3 -c '
+import sqlite3, sys
+sys.exit(not sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True).execute("SELECT count(*) FROM cases").fetchone()[0])' "shard-$1.db"
 }
 
-# kill_program SHARD: the process that works at it.
+# kill_program SHARD: the process that computes it, the only one with its file as an argument.
 kill_program() {
   local directory
   for directory in /proc/[0-9]*; do
-    if [[ $(<"$directory/comm") == lk-emu ]] && grep -qz "^shard-$1.db\$" "$directory/cmdline"; then
+    if grep -qz "^shard-$1.db\$" "$directory/cmdline"; then
       kill -KILL "${directory#/proc/}"
       return
     fi
   done 2>/dev/null
-  echo "no process works at shard $1" >&2
+  echo "no process computes shard $1" >&2
   exit 1
 }
 

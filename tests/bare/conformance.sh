@@ -1,13 +1,20 @@
 #!/usr/bin/env bash
-# Tests an installed program as the built one is tested: the frozen hashes, and hosts on slcan, socketcand, multicast and
-# RS-485. On Debian 12, whose Python the tests are written for; elsewhere it does nothing.
+# Tests an installed program as the built one is tested: the frozen hashes, hosts on slcan, socketcand, multicast and
+# RS-485, and the commands in Python. On Debian 12, whose Python the tests are written for; elsewhere it does nothing.
 # usage: conformance.sh PROGRAM
 set -euxo pipefail
 # shellcheck source=/dev/null
 [[ $(. /etc/os-release && echo "$VERSION_CODENAME") == bookworm ]] || exit 0
 tests=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")/..
 apt-get -q update
-apt-get -q -y --no-install-recommends install python3 python3-can python3-serial
+apt-get -q -y --no-install-recommends install python3 python3-can python3-jinja2 python3-matplotlib python3-regex python3-scipy python3-serial
+cd "$(mktemp -d)"
+"$1" run joint_moves --quiet --csv run.csv --candump run.log
+"$1" plot run.csv -o run.png
+"$1" identify run.log --motor mg4010 --report motor.html
+"$1" campaign "$tests/engines/plan.toml" --quiet -o plan.db --html plan.html
+grep -q 'data-theme="light"' plan.html # the dashboard's style sheet
+"$1" campaign "$tests/../configs/campaigns/controller.toml" --case 1 # with a host program
 /usr/bin/python3 -B "$tests/golden/freeze" "$1"
 for hosts in python_can_hosts pyserial_hosts rs485_tcp_hosts bad_clients; do
   /usr/bin/python3 -B "$tests/buses/$hosts.py" "$1"

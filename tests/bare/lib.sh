@@ -35,7 +35,7 @@ run_campaign() {
   local debs=("$BARE_BUILDS"/bookworm/release/lk-emu_*.deb)
   "$BARE/root" --file "${debs[0]}" bash -exc "
     apt-get -q update
-    DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install ../lk-emu_*.deb $2
+    DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install ../lk-emu_*.deb python3-jinja2 python3-regex python3-scipy $2
     sed 's/^cases = .*/cases = 8000/' tests/engines/plan.toml >../plan.toml
     $3 tests/bare/use_$1.sh /usr/bin/lk-emu /usr/share/lk-emu/engines/$4 ../plan.toml"
 }

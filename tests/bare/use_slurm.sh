@@ -43,9 +43,9 @@ until_true node_is_idle
 job=$(SHARDS=$shards sbatch --parsable --array=0-$((shards - 1)) "$file" "$plan")
 merge=$(sbatch --parsable --output=merge.log --dependency="afterok:$job" --wrap 'lk-emu campaign merge -o campaign.db shard-*.db')
 
-until_true grows 0
+until_true has_cases 0
 kill_program 0
-until_true grows 1
+until_true has_cases 1
 scontrol requeue "${job}_1"
 until_true is_over "$merge"
 

@@ -9,7 +9,7 @@ computes() { grep -qsz "^shard-$1.db\$" /proc/[0-9]*/cmdline; }
 
 "${snakemake[@]}" >first.log 2>&1 &
 first=$!
-until_true grows 0
+until_true has_cases 0
 kill_program 0
 until_true computes 0 # again
 # As where the machine goes off: Snakemake, and what it has started.

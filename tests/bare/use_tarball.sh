@@ -15,7 +15,13 @@ lk-emu motors | grep mf7015
 lk-emu --bus vcan0 --ids 1 --check
 lk-emu run --quiet "$top/share/lk-emu/scenarios/jammed_joint.toml"
 
-# with-vcan says in one line what it lacks.
+# What is missing is named in one line, by the program and by with-vcan.
+refuses() {
+  local said status=0
+  said=$(lk-emu campaign every_fault --dry-run 2>&1) || status=$?
+  [[ $status == 2 && $said == "lk-emu: campaign: "*"$1"* && $said != *$'\n'* ]]
+}
+refuses 'apt install python3'
 lacks() {
   local said status=0
   said=$(with-vcan true 2>&1) || status=$?
@@ -24,6 +30,7 @@ lacks() {
 lacks 'apt-get install python3'
 apt-get -q update
 apt-get -q -y --no-install-recommends install python3
+refuses 'apt install python3-jinja2 python3-regex python3-scipy' || refuses 'needs Python 3.11 or newer; /usr/bin/python3 is 3.9'
 WITH_VCAN=uml lacks 'apt-get install user-mode-linux'
 apt-get -q -y --no-install-recommends install user-mode-linux iproute2
 
