@@ -20,6 +20,7 @@ DATA = ("lk-emu/motors", "lk-emu/buses", "lk-emu/scenarios", "lk-emu/campaigns",
 MANUAL = "man/man1"  # installed only where there is help2man
 # As in Debian 12; matplotlib brings numpy.
 EXTRAS = {"campaign": ["jinja2 >=3.1", "regex", "scipy >=1.10"], "identify": ["matplotlib >=3.6", "numpy >=1.24", "scipy >=1.10"], "plot": ["matplotlib >=3.6"]}
+EXTRAS["campaign-dask"] = [*EXTRAS["campaign"], "distributed >=2022.12"]
 PT_INTERP = 3
 MACHINES = {62: "x86_64", 183: "aarch64"}  # e_machine of ELF, and what pip calls it
 EXECUTABLE, READABLE = 0o100755, 0o100644

@@ -49,6 +49,7 @@ struct CampaignApp {
         app.add_subcommand("compare", "tell what is worse than before, case by case");
     compare->add_option("BEFORE", text, "the file of an earlier campaign of the plan")->required();
     compare->add_option("NOW", text, "the file of a later one")->required();
+    compare->add_option("--html", text, "write a page, with the report of NOW")->type_name("FILE");
     compare->add_option("--json", text, "write the comparison as JSON")->type_name("FILE");
     CLI::App* const canonical = app.add_subcommand(
         "export", "print all cases as CSV: the same bytes whoever computed them");
@@ -64,6 +65,10 @@ struct CampaignApp {
     app.add_option("-j,--jobs", jobs, "cases at once (default: as many as there are processors)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
+    app.add_option(
+           "--dask", text,
+           "run the cases on the workers of a dask scheduler: 127.0.0.1:PORT, tls://HOST:PORT")
+        ->type_name("ADDRESS");
     app.add_option("--shard", text, "only the cases whose number divided by N leaves I, from 0")
         ->type_name("I/N");
     app.add_flag("--resume", flag, "go on with a file that is there");

@@ -7,16 +7,17 @@ import contextlib
 import os
 import pathlib
 import shlex
-import signal
 import sys
 import time
 from typing import Callable, Dict, List, Optional
 
 from ..command import Parser, output_file, printable, run
 from ..errors import StartError
-from .engine import Shard, run_campaign
+from .dask_runs import DaskRuns, check_address
+from .engine import Shard, run_campaign, runs_of
 from .export import export
 from .host_runs import HostRuns
+from .interruption import Interruption
 from .merge import merge
 from .one_case import run_one, spread_cases, tell_cost, values_of, write_outputs
 from .plan import Plan, PlanError
@@ -50,7 +51,8 @@ def parse(words: List[str]) -> argparse.Namespace:
                     formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)  # fmt: skip
     parser.add_argument("plan", metavar="PLAN", help="a plan: a file, or the name of a shipped one")
     parser.add_argument("-o", "--output", metavar="FILE", help="results, an SQLite file (default: the plan's name, .db)")
-    parser.add_argument("-j", "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="cases at once (default: %(default)s)")
+    parser.add_argument("-j", "--jobs", type=int, metavar="N", help=f"cases at once (default: {os.cpu_count() or 1})")
+    parser.add_argument("--dask", metavar="ADDRESS", help="run the cases on the workers of a dask scheduler: 127.0.0.1:PORT or tls://HOST:PORT")
     parser.add_argument("--shard", type=parse_shard, default=Shard(), metavar="I/N", help="only the cases whose number divided by N leaves I")
     parser.add_argument("--resume", action="store_true", help="go on with a file that is there")
     parser.add_argument("--quiet", action="store_true", help="print nothing but what is wrong")
@@ -73,8 +75,11 @@ def parse(words: List[str]) -> argparse.Namespace:
 
 def check_options(given: argparse.Namespace) -> None:
     """Options that make no sense together. Raises StartError."""
-    if given.jobs < 1:
+    if given.jobs is not None and given.jobs < 1:
         raise StartError("--jobs: must be 1 or more")
+    if given.dask is not None and given.jobs is not None:
+        raise StartError("--jobs: does not go together with --dask: the threads of its workers are the jobs")
+    given.jobs = given.jobs or os.cpu_count() or 1
     for option in ("set", "scenario", "csv", "signals", "rate", "candump"):
         if getattr(given, option) and given.case is None:
             raise StartError(f"--{option}: belongs to --case")
@@ -82,7 +87,7 @@ def check_options(given: argparse.Namespace) -> None:
         if getattr(given, option) and given.csv is None:
             raise StartError(f"--{option}: belongs to --csv")
     for first, chosen in (("--case", given.case is not None), ("--dry-run", given.dry_run)):
-        for option in ("resume", "html", "json", "junit", "require"):
+        for option in ("resume", "html", "json", "junit", "require", "dask"):
             if chosen and getattr(given, option):
                 raise StartError(f"--{option}: does not go together with {first}")
 
@@ -131,7 +136,10 @@ def parse_shard(text: str) -> Shard:
 
 
 def run_plan(given: argparse.Namespace) -> int:
+    interruption = Interruption()
     thresholds = [parse_threshold(text) for text in given.require]
+    if given.dask:
+        check_address(given.dask)
     program = Program()
     plan = load_plan(given.plan, program)
     if given.case is not None:
@@ -145,6 +153,7 @@ def run_plan(given: argparse.Namespace) -> int:
     check_outputs(given, {"the file of the results": str(path), "the plan": str(plan.file), "the plan's scenario": plan.scenario})
     if plan.host is not None:
         HostRuns(plan, program, 1).check(spread_cases(plan, 1)[0])
+    runs = DaskRuns(plan, program, given.dask) if given.dask else runs_of(plan, program, given.jobs)
     store = store_of(path, plan, program, given.resume)
     before, began = store.count(), time.monotonic()
     progress = Progress(given.shard.size(plan.numbers), before, sys.stderr.isatty() and not given.quiet)
@@ -155,11 +164,10 @@ def run_plan(given: argparse.Namespace) -> int:
         done = cases
         progress.show(cases)
 
-    # Batch systems end their jobs with SIGTERM.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        run_campaign(plan, program, store, given.shard, given.jobs, show)
+        run_campaign(plan, store, given.shard, runs, show, interruption)
     except KeyboardInterrupt:
+        progress.end()
         command = shlex.join(["lk-emu", "campaign", *given.words, *([] if given.resume else ["--resume"])])
         print(f"lk-emu: stopped after {before + done} cases, all kept in {printable(str(path))}; {printable(command)} goes on", file=sys.stderr)
         return 130
@@ -167,6 +175,8 @@ def run_plan(given: argparse.Namespace) -> int:
         progress.end()
         failures = store.failures()
         store.close()
+        if isinstance(runs, DaskRuns):
+            runs.close()
     if not given.quiet:
         took_s = time.monotonic() - began
         print(f"{plan.name}: {done} cases in {took_s:.3g} s, {done / max(took_s, 1e-9):.3g}/s; {printable(str(path))}")
@@ -281,6 +291,9 @@ def main() -> int:
     given = parse(sys.argv[1:])
     try:
         return int(given.act(given))
+    except KeyboardInterrupt:
+        print("lk-emu: interrupted", file=sys.stderr)
+        return 130
     except (PlanError, StoreError) as problem:
         raise StartError(str(problem)) from None
 

@@ -6,9 +6,11 @@ import contextlib
 import pathlib
 import time
 from dataclasses import dataclass
-from typing import Callable, Iterator, List, Tuple, Union
+from typing import Callable, Iterable, Iterator, List, Tuple, Union
 
+from .dask_runs import DaskRuns
 from .host_runs import HostRuns
+from .interruption import Interruption
 from .judge import Result
 from .outcomes import MACHINE_FAILED
 from .plan import Plan
@@ -36,17 +38,22 @@ class Shard:
         return max(0, (numbers - self.index + self.count - 1) // self.count)
 
 
-def cases_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[Tuple[int, Case]]:
-    """Number and values of the cases that have no result, in order. Opens the results in the thread that asks."""
-    cases = Cases(plan)
+def numbers_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[int]:
+    """Numbers that have no result, in order, with those of excluded cases. Opens the results in the thread that asks."""
     with contextlib.closing(Store.read(path)) as store:
-        for first in range(shard.index, cases.numbers, shard.count * LOOKED_UP):
-            numbers = range(first, min(first + shard.count * LOOKED_UP, cases.numbers), shard.count)
+        for first in range(shard.index, plan.numbers, shard.count * LOOKED_UP):
+            numbers = range(first, min(first + shard.count * LOOKED_UP, plan.numbers), shard.count)
             done = store.numbers_between(numbers[0], numbers[-1])
-            for number in numbers:
-                values = None if number in done else cases.values(number)
-                if values is not None:
-                    yield number, values
+            yield from (number for number in numbers if number not in done)
+
+
+def cases_of(plan: Plan, numbers: Iterable[int]) -> Iterator[Tuple[int, Case]]:
+    """With their values, without excluded ones."""
+    cases = Cases(plan)
+    for number in numbers:
+        values = cases.values(number)
+        if values is not None:
+            yield number, values
 
 
 def runs_of(plan: Plan, program: Program, jobs: int) -> Union[ScenarioRuns, HostRuns]:
@@ -54,29 +61,37 @@ def runs_of(plan: Plan, program: Program, jobs: int) -> Union[ScenarioRuns, Host
 
 
 def run_campaign(
-    plan: Plan, program: Program, store: Store, shard: Shard, jobs: int, progress: Callable[[int], None]
-) -> int:
-    """Returns how many cases were run. KeyboardInterrupt ends it; what is finished has been written."""
+    plan: Plan, store: Store, shard: Shard, runs: Union[ScenarioRuns, HostRuns, DaskRuns], progress: Callable[[int], None],
+    interruption: Interruption,
+) -> None:  # fmt: skip
+    """`progress` gets how many cases were run. KeyboardInterrupt ends it; what is finished has been written."""
     store.note_shard(shard.index, shard.count)
-    pile = min(max(shard.size(plan.numbers) // (4 * jobs + 1), MIN_PILE), MAX_PILE)
-    results = runs_of(plan, program, jobs).run(cases_left(plan, store.path, shard), pile)
-    done, batch, written_at = 0, [], time.monotonic()
-    try:
-        for some in results:
-            batch += some
-            if len(batch) >= BATCH or time.monotonic() - written_at >= BATCH_S:
-                done += _write(store, batch)
-                batch, written_at = [], time.monotonic()
-                progress(done)
-    finally:
-        done += _write(store, batch)
-    progress(done)
-    return done
+    most = runs.most if isinstance(runs, DaskRuns) else MAX_PILE
+    pile = min(max(shard.size(plan.numbers) // (4 * runs.jobs + 1), MIN_PILE), most)
+    numbers = numbers_left(plan, store.path, shard)
+    results = runs.run(numbers, pile) if isinstance(runs, DaskRuns) else runs.run(cases_of(plan, numbers), pile)
+    done = 0
+    batch: List[Result] = []
 
+    def write() -> None:
+        nonlocal done, batch
+        with interruption.shielded():
+            results = [one for one in batch if one.outcome != MACHINE_FAILED]
+            failed = [(one.number, one.note) for one in batch if one.outcome == MACHINE_FAILED]
+            if results:
+                store.put(results)
+            if failed:
+                store.note_failures(failed)
+            done, batch = done + len(results), []
+            progress(done)
 
-def _write(store: Store, batch: List[Result]) -> int:
-    results = [one for one in batch if one.outcome != MACHINE_FAILED]
-    if results:
-        store.put(results)
-    store.note_failures((one.number, one.note) for one in batch if one.outcome == MACHINE_FAILED)
-    return len(results)
+    written_at = time.monotonic()
+    with contextlib.closing(results):
+        try:
+            for some in results:
+                batch += some
+                if len(batch) >= BATCH or time.monotonic() - written_at >= BATCH_S:
+                    write()
+                    written_at = time.monotonic()
+        finally:
+            write()

@@ -61,7 +61,7 @@ class Worker:
 class HostRuns:
     def __init__(self, plan: Plan, program: Program, jobs: int) -> None:
         assert plan.host is not None
-        self._plan, self._program, self._jobs, self._host = plan, program, jobs, plan.host
+        self._plan, self._program, self.jobs, self._host = plan, program, jobs, plan.host
         self._directory = str(plan.file.absolute().parent)
         self._lock = threading.Lock()
         self._references: Dict[str, "Future[Dict[str, Any]]"] = {}
@@ -95,11 +95,11 @@ class HostRuns:
     def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
         """Results in any order. `pile` is for cases that share beginnings; these do not."""
         del pile
-        pool = ThreadPoolExecutor(self._jobs)
+        pool = ThreadPoolExecutor(self.jobs)
         open_: Set["Future[Result]"] = set()
         try:
             for number, values in cases:
-                if len(open_) >= 2 * self._jobs:
+                if len(open_) >= 2 * self.jobs:
                     done, open_ = wait(open_, return_when=FIRST_COMPLETED)
                     yield [one.result() for one in done]
                 open_.add(pool.submit(self._case, number, values))

@@ -8,7 +8,7 @@ import tempfile
 import threading
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence
 
-from ..errors import StartError
+from ..errors import Error, StartError
 from ..program import find_program
 
 
@@ -41,16 +41,20 @@ class Program:
             feeder.start()
             try:
                 for line in process.stdout:
-                    yield json.loads(line)
+                    if line.endswith("\n"):  # else the program was killed
+                        yield json.loads(line)
+            except BaseException:
+                process.terminate()
+                raise
             finally:
                 process.stdout.close()
-                if process.poll() is None and feeder.is_alive():
-                    process.terminate()
             if problems:
                 raise problems[0]
             said = process.stderr.read().strip()
-            if process.wait() not in (0, 1):
-                raise StartError(said or f"lk-emu run --cases ended with status {process.returncode}")
+            if process.wait() == 2:
+                raise StartError(said)
+            if process.returncode not in (0, 1):
+                raise Error(f"lk-emu run --cases ended with status {process.returncode}" + (f": {said}" if said else "") + "; --resume goes on")
 
     def scenario_text(self, request: Mapping[str, Any]) -> str:
         """The case as a scenario file, with what is watched as expectations behind its own."""

@@ -31,7 +31,7 @@ class ScenarioRuns:
     """Cases under way. Requests are made by the thread that feeds the program, results are taken by another."""
 
     def __init__(self, plan: Plan, program: Program, jobs: int) -> None:
-        self._plan, self._program, self._jobs = plan, program, jobs
+        self._plan, self._program, self.jobs = plan, program, jobs
         self._lock = threading.Lock()
         self._values: Dict[int, Tuple[Case, str]] = {}  # by case: its values and its group
         self._seen: Dict[int, Any] = {}  # by case: what was computed
@@ -40,7 +40,7 @@ class ScenarioRuns:
 
     def run(self, cases: Iterable[Tuple[int, Case]], pile: int) -> Iterator[List[Result]]:
         """Results in any order. `pile`: cases that one thread computes together."""
-        for seen in self._program.run(self._requests(cases, pile), self._jobs):
+        for seen in self._program.run(self._requests(cases, pile), self.jobs):
             number = seen["case"]
             if "error" in seen:
                 raise Error(f"case {number % REFERENCE}: {seen['error']}")

@@ -1,0 +1,176 @@
+"""--dask: batches of cases on the workers of a dask.distributed scheduler (docs/campaigns-engines.md)."""
+
+from __future__ import annotations
+
+import functools
+import ipaddress
+import itertools
+import logging
+import os
+import time
+import urllib.parse
+import uuid
+import warnings
+from dataclasses import dataclass
+from typing import Any, Iterable, Iterator, List, Set, Tuple, Union
+
+from .. import __version__
+from ..errors import Error, StartError
+from .host_runs import HostRuns
+from .judge import Result
+from .plan import Plan, PlanError
+from .plan_file import load_plan
+from .plan_host import plan_hash
+from .program import Program
+from .sampling import Cases
+from .scenario_runs import ScenarioRuns
+
+CONNECT_S = 10
+BATCHES_PER_THREAD = 3  # that wait or run; one that is done leaves no thread idle
+MIN_WAITING = 16  # a cluster that has no worker yet sees that there is work
+MAX_PILE = 1024  # seconds of a core; the scheduler handles some thousand batches a second
+MAX_HOST_PILE = 16
+LOOK_S = 1.0  # between two looks at the number of workers
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a worker has to know and to have: the same plan, files and version."""
+
+    plan: str  # an absolute path, or the name of a delivered plan
+    input_hash: str
+    package: str  # version of lkemu
+    campaign: str  # unique: a worker checks its files anew in each campaign
+
+
+Answer = Union[str, List[Result]]  # of a batch; a text: why the worker is refused
+
+
+def check_address(address: str) -> str:
+    """The address for dask. Workers execute what reaches them, so it is loopback or TLS. Raises StartError."""
+    scheme, _, place = address.rpartition("://")
+    try:
+        parts = urllib.parse.urlsplit(f"//{place}")
+        host, port = parts.hostname or "", parts.port
+    except ValueError:
+        host, port = "", None
+    if not port:
+        raise StartError(f'--dask: "{address}" is not an address like 127.0.0.1:8786 or tls://HOST:8786')
+    if scheme == "tls" or (scheme in ("", "tcp") and _is_loopback(host)):
+        return f"{scheme or 'tcp'}://{place}"
+    raise StartError(f"--dask: {address} is neither loopback nor tls://, and workers execute whatever reaches them; "
+                     "use TLS, or a tunnel (ssh -N -L 8786:localhost:8786 HOST) and --dask 127.0.0.1:8786")  # fmt: skip
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class DaskRuns:
+    """Batches on the workers of a scheduler. Their retries and their number are dask's matter."""
+
+    def __init__(self, plan: Plan, program: Program, address: str) -> None:
+        address = check_address(address)
+        try:
+            import distributed  # pylint: disable=import-outside-toplevel  # takes a second, and not everybody has it
+        except ImportError as problem:
+            raise StartError(f"--dask: {problem}: apt install python3-distributed, or pip install 'lk-emu[campaign-dask]'") from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters becomes an exception
+        warnings.filterwarnings("ignore", module="distributed")
+        self._as_completed, self._address = distributed.as_completed, address
+        try:
+            self._client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError, RuntimeError) as problem:
+            raise StartError(f"--dask: no scheduler answers at {address}: {_line(problem)}") from None
+        called = os.path.abspath(plan.file) if os.path.exists(plan.called) else plan.called
+        self._job = Job(called, plan_hash(plan, program), __version__, uuid.uuid4().hex)
+        self.most = MAX_PILE if plan.host is None else MAX_HOST_PILE
+        self._looked_at = 0.0
+        self.look()
+        self._check()
+
+    def look(self) -> int:
+        """The number of threads of all workers."""
+        if time.monotonic() - self._looked_at >= LOOK_S:
+            self.jobs = max(sum(self._client.nthreads().values()), 1)
+            self._looked_at = time.monotonic()
+        return self.jobs
+
+    def _check(self) -> None:
+        """Asks all workers that are there. Those that come later check before their first batch. Raises StartError."""
+        answers = self._client.run(run_batch, self._job, [], on_error="return")
+        for worker, answer in answers.items():
+            _results_of(answer, f"worker {worker}")
+
+    def run(self, numbers: Iterable[int], pile: int) -> Iterator[List[Result]]:
+        """Results in any order. `pile`: cases of one batch."""
+        numbers = iter(numbers)
+        batches = iter(lambda: list(itertools.islice(numbers, pile)), [])
+        done = self._as_completed(loop=self._client.loop)
+        waiting: Set[Any] = set()
+        try:
+            while True:
+                most = max(BATCHES_PER_THREAD * self.look(), MIN_WAITING)
+                for batch in itertools.islice(batches, max(most - len(waiting), 0)):
+                    future = self._client.submit(run_batch, self._job, batch, pure=False)
+                    waiting.add(future)
+                    done.add(future)
+                if not waiting:
+                    return
+                future = next(done)
+                waiting.discard(future)
+                yield _results_of(future.exception() or future.result(), f"scheduler {self._address}")
+        except OSError as problem:
+            raise Error(f"scheduler {self._address}: {_line(problem)}; --resume goes on") from None
+        finally:
+            self._client.cancel(list(waiting), force=True)
+
+    def close(self) -> None:
+        self._client.close(timeout=CONNECT_S)
+
+
+def _line(problem: BaseException) -> str:
+    return " ".join(str(problem).split()) or type(problem).__name__
+
+
+def _results_of(answer: Any, whose: str) -> List[Result]:
+    if isinstance(answer, str):
+        raise StartError(f"--dask: {answer}")
+    if isinstance(answer, BaseException):
+        raise Error(f"--dask: {whose}: {_line(answer)}; --resume goes on")
+    return list(answer)
+
+
+# On workers
+
+
+@functools.lru_cache(maxsize=4)
+def _plan_of(job: Job) -> Tuple[Plan, Program, Cases]:
+    """Raises StartError or PlanError."""
+    program = Program()
+    plan = load_plan(job.plan, program)
+    if job.package != __version__:
+        raise StartError(f"has lkemu {__version__}, the campaign {job.package}")
+    if plan_hash(plan, program) != job.input_hash:
+        raise StartError(f"has another {job.plan}, other files that it names, or another lk-emu than the campaign (it has {program.version()})")
+    return plan, program, Cases(plan)
+
+
+def run_batch(job: Job, numbers: List[int]) -> Answer:
+    """Runs in a worker. What no other worker could do either is a text; exceptions are dask's."""
+    import socket  # pylint: disable=import-outside-toplevel
+
+    try:
+        plan, program, cases = _plan_of(job)
+        batch = [(number, values) for number in numbers for values in [cases.values(number)] if values is not None]
+        if not batch:
+            return []
+        runs = ScenarioRuns(plan, program, 1) if plan.host is None else HostRuns(plan, program, 1)
+        return [result for results in runs.run(batch, len(batch)) for result in results]
+    except (StartError, PlanError) as problem:
+        return f"worker {socket.gethostname()}:{os.getpid()}: {problem}"
