@@ -76,13 +76,13 @@ def run_campaign(
     def write() -> None:
         nonlocal done, batch
         with interruption.shielded():
-            results = [one for one in batch if one.outcome != MACHINE_FAILED]
+            finished = [one for one in batch if one.outcome != MACHINE_FAILED]
             failed = [(one.number, one.note) for one in batch if one.outcome == MACHINE_FAILED]
-            if results:
-                store.put(results)
+            if finished:
+                store.put(finished)
             if failed:
                 store.note_failures(failed)
-            done, batch = done + len(results), []
+            done, batch = done + len(finished), []
             progress(done)
 
     written_at = time.monotonic()

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+import itertools
+import operator
 import os
 import pathlib
 import resource
 import tempfile
 from dataclasses import dataclass
-from typing import Iterator, List, Optional, Sequence, Tuple
+from typing import Iterator, List, Sequence, Tuple
 
-from .export import line_of
-from .judge import Result
-from .store import Store, StoreError
+from .store import Row, Store, StoreError, same_result
 
 BATCH = 1000
 MAX_NAMED = 10  # shards that are missing and named
@@ -23,7 +23,8 @@ MAX_NAMED = 10  # shards that are missing and named
 class Merged:
     cases: int
     all_cases: int
-    missing: List[Tuple[int, int]]  # shards
+    named: List[Tuple[int, int]]  # the first of the shards that are missing
+    missing: int  # shards
 
     @property
     def is_whole(self) -> bool:
@@ -32,8 +33,8 @@ class Merged:
     def __str__(self) -> str:
         text = f"{self.cases} of {self.all_cases} cases"
         if self.missing:
-            named = ", ".join(f"{index}/{count}" for index, count in self.missing[:MAX_NAMED])
-            more = len(self.missing) - MAX_NAMED
+            named = ", ".join(f"{index}/{count}" for index, count in self.named)
+            more = self.missing - len(self.named)
             return f"{text}; missing: shard {named}" + (f" and {more} more" if more > 0 else "")
         lacking = self.all_cases - self.cases
         return text + (f"; missing: {lacking} of shards that were interrupted" if lacking > 0 else "")
@@ -63,39 +64,36 @@ def merge(out: pathlib.Path, paths: Sequence[pathlib.Path]) -> Merged:
                 os.link(whole.path, out)
             except FileExistsError:
                 raise StoreError(f"{out}: exists already") from None
-    return Merged(cases, head.cases, _missing(shards))
+    return Merged(cases, head.cases, *_missing(shards))
 
 
 def _copy(parts: Sequence[Store], whole: Store) -> int:
     cases = 0
-    batch: List[Result] = []
-    for result in _once(parts):
-        batch.append(result)
-        cases += 1
-        if len(batch) == BATCH:
-            whole.put(batch)
-            batch = []
-    whole.put(batch)
+    rows = _once(parts)
+    while batch := list(itertools.islice(rows, BATCH)):
+        whole.put_rows(batch)
+        cases += len(batch)
     return cases
 
 
-def _once(parts: Sequence[Store]) -> Iterator[Result]:
+def _once(parts: Sequence[Store]) -> Iterator[Row]:
     """By number. Several parts may have a case, and then must have the same result."""
-    last: Optional[Tuple[Result, Store]] = None
-    streams = [((result, part) for result in part) for part in parts]
-    for result, part in heapq.merge(*streams, key=lambda one: one[0].number):
-        if last is None or last[0].number != result.number:
-            last = result, part
-            yield result
-        elif line_of(last[0]) != line_of(result):
-            raise StoreError(f"{part.path}: has another result of case {result.number} than {last[1].path}")
+    last: Row = (-1,)
+    for row in heapq.merge(*(part.rows() for part in parts), key=operator.itemgetter(0)):
+        if row[0] != last[0]:
+            yield row
+        elif not same_result(row, last):
+            names = [str(part.path) for part in parts if part.numbers_between(row[0], row[0])]
+            raise StoreError(f"{' and '.join(names)}: have different results of case {row[0]}")
+        last = row
 
 
-def _missing(shards: Sequence[Tuple[int, int]]) -> List[Tuple[int, int]]:
-    """Shards that are not there, if all are of one division."""
+def _missing(shards: Sequence[Tuple[int, int]]) -> Tuple[List[Tuple[int, int]], int]:
+    """The first shards that are not there, and how many, if all are of one division."""
     counts = {count for _, count in shards}
     if len(counts) != 1:
-        return []
+        return [], 0
     count = counts.pop()
     there = {index for index, _ in shards}
-    return [(index, count) for index in range(count) if index not in there]
+    absent = ((index, count) for index in range(count) if index not in there)
+    return list(itertools.islice(absent, MAX_NAMED)), count - len(there)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import pathlib
 import sqlite3
+import sys
 import time
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, fields
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Set, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
+from ..errors import Error
 from .judge import Result
 from .outcomes import OUTCOMES
 from .plan import MAX_CASES, Plan
@@ -45,6 +49,21 @@ class Column:
 TYPES = {"str": ("TEXT NOT NULL", str), "int": ("INTEGER NOT NULL", int), "bool": ("INTEGER NOT NULL", bool),
          "float": ("REAL NOT NULL", float), "Optional[int]": ("INTEGER", int), "Optional[float]": ("REAL", float)}  # fmt: skip
 COLUMNS = [Column(one.name, *TYPES[str(one.type)]) for one in fields(Result)[2:]]
+NOT_EXPORTED = ("said", "wall_s")
+BOOLS = [one.name for one in COLUMNS if one.kind is bool]
+Row = Tuple[Any, ...]
+
+
+def _check_of(column: Column) -> str:
+    """An SQL expression that is 1 for what a campaign writes."""
+    if column.name == "outcome":
+        return f"outcome IN ({', '.join(repr(name) for name in OUTCOMES)})"
+    kind = {str: "text", float: "real"}.get(column.kind, "integer")
+    check = f"typeof({column.name}) = '{kind}'"
+    check += {"text": f" AND length({column.name}) <= {MAX_TEXT}", "real": f" AND abs({column.name}) <= {sys.float_info.max!r}"}.get(kind, "")
+    if column.kind is bool:
+        check += f" AND {column.name} IN (0, 1)"
+    return f"({check})" if "NOT NULL" in column.sql else f"({column.name} IS NULL OR ({check}))"
 
 
 @dataclass(frozen=True)
@@ -83,6 +102,19 @@ def head_of(plan: Plan, version: str, input_hash: str) -> Head:
                 plan.included, plan.called, plan.tolerant_time_ns, tuple(dimensions))  # fmt: skip
 
 
+def _check_head(head: Head) -> None:
+    """Raises ValueError or TypeError for what head_of does not give."""
+    if not 0 <= head.cases <= head.numbers <= MAX_CASES:
+        raise ValueError("number of cases")
+    for one in head.dimensions:
+        texts, ends = [one["name"], *one.get("words", ())], [] if "words" in one else [one["from"], one["to"]]
+        if not all(isinstance(text, str) for text in texts) or not all(math.isfinite(end) for end in ends):
+            raise ValueError("dimensions")
+    rates = tomllib.loads(head.plan_text).get("rates", {})
+    if not all(math.isfinite(rate) and rate >= 0 for rate in rates.values()):
+        raise ValueError("rates")
+
+
 def quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
@@ -98,6 +130,12 @@ def schema(head: Head) -> Dict[str, str]:
         "failures": f"CREATE TABLE failures ({FAILURES}) STRICT",
         "cases": f"CREATE TABLE cases ({', '.join(columns)}) STRICT",
     }
+
+
+def same_result(row: Row, other: Row) -> bool:
+    """Whether two rows are equal in all that is exported."""
+    ignored = [n - len(COLUMNS) for n, one in enumerate(COLUMNS) if one.name in NOT_EXPORTED]
+    return all(a == b for n, (a, b) in enumerate(zip(row, other), -len(row)) if n not in ignored)
 
 
 class Store:
@@ -138,7 +176,10 @@ class Store:
         found = cls._read_head(path, connection)
         if found.identity != head.identity:
             raise StoreError(f"{path}: of another plan, version or file that the plan names; -o FILE starts another")
-        return cls._writing(path, connection, found)
+        store = cls._writing(path, connection, found)
+        with store._reading():
+            store._check_rows()
+        return store
 
     @classmethod
     def read(cls, path: pathlib.Path) -> "Store":
@@ -178,27 +219,32 @@ class Store:
                 raise damaged("it has no campaign")
             *values, dimensions = rows[0]
             head = Head(*values, dimensions=tuple(json.loads(dimensions)))
-            kept = dict(connection.execute("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite_%'"))
+            _check_head(head)
+            kept = dict(connection.execute("SELECT name, sql FROM sqlite_schema"))
             if kept != schema(head):
                 raise damaged("other tables")
-        except (sqlite3.Error, ValueError, KeyError, TypeError) as problem:
+        except (sqlite3.Error, ValueError, KeyError, TypeError, AttributeError, RecursionError) as problem:
             raise damaged(str(problem)) from None
-        if not 0 <= head.cases <= head.numbers <= MAX_CASES:
-            raise damaged("number of cases")
         return head
 
     # Reading and writing
 
     def put(self, results: Iterable[Result]) -> None:
         """Keeps results; they survive SIGKILL from now on."""
-        rows = [(one.number, *one.values, *(getattr(one, column.name) for column in COLUMNS)) for one in results]
+        self.put_rows([(one.number, *one.values, *(getattr(one, column.name) for column in COLUMNS)) for one in results])
+
+    def put_rows(self, rows: Sequence[Row]) -> None:
+        """As `rows` gives them."""
         places = ", ".join("?" * (1 + len(self.head.dimensions) + len(COLUMNS)))
-        with self._connection:
-            self._connection.executemany(f"INSERT INTO cases VALUES ({places})", rows)
-            self._connection.executemany("DELETE FROM failures WHERE number = ?", [(row[0],) for row in rows])
-        if time.monotonic() - self._synced_at >= SYNC_S:
-            self._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
-            self._synced_at = time.monotonic()
+        try:
+            with self._connection:
+                self._connection.executemany(f"INSERT INTO cases VALUES ({places})", rows)
+                self._connection.executemany("DELETE FROM failures WHERE number = ?", [row[:1] for row in rows])
+            if time.monotonic() - self._synced_at >= SYNC_S:
+                self._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
+                self._synced_at = time.monotonic()
+        except sqlite3.Error as problem:
+            raise Error(f"{self.path}: {problem}; --resume goes on") from None
 
     def note_shard(self, shard: int, shards: int) -> None:
         with self._connection:
@@ -215,7 +261,11 @@ class Store:
         return Counter(dict(rows))
 
     def shards(self) -> List[Tuple[int, int]]:
-        return [tuple(row) for row in self._connection.execute("SELECT shard, shards FROM shards ORDER BY shards, shard")]
+        """Raises StoreError."""
+        found = list(self._connection.execute("SELECT shard, shards FROM shards ORDER BY shards, shard"))
+        if not all(isinstance(shard, int) and isinstance(shards, int) and 0 <= shard < shards for shard, shards in found):
+            raise StoreError(f"{self.path}: damaged: shards")
+        return found
 
     def count(self) -> int:
         return int(self._connection.execute("SELECT count(*) FROM cases").fetchone()[0])
@@ -226,23 +276,52 @@ class Store:
 
     def __iter__(self) -> Iterator[Result]:
         """By number. Raises StoreError for a row that no campaign writes."""
-        try:
+        places = [n for n, one in enumerate(COLUMNS, 1 + len(self.head.dimensions)) if one.kind is bool]
+        values = slice(1, 1 + len(self.head.dimensions))
+        for row in self.rows():
+            result = Result(row[0], row[values], *row[values.stop :])
+            for name, place in zip(BOOLS, places):
+                setattr(result, name, bool(row[place]))
+            yield result
+
+    def rows(self) -> Iterator[Row]:
+        """By number: number, values, and the rest of a Result. Raises StoreError for a row that no campaign writes."""
+        with self._reading():
+            self._check_rows()
+            last = -1
             for row in self._connection.execute("SELECT * FROM cases ORDER BY number"):
-                yield self._result(row)
+                if row[0] <= last:
+                    raise StoreError(f"{self.path}: damaged: case {row[0]} after case {last}")
+                last = row[0]
+                yield row
+
+    @contextlib.contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Sees the file as it is now, whoever writes meanwhile."""
+        try:
+            self._connection.execute("BEGIN")
+            yield
         except sqlite3.Error as problem:
             raise StoreError(f"{self.path}: damaged: {problem}") from None
+        finally:
+            with contextlib.suppress(sqlite3.ProgrammingError):  # closed meanwhile
+                self._connection.rollback()
 
-    def _result(self, row: Tuple[Any, ...]) -> Result:
-        number = row[0]
-        values = row[1 : 1 + len(self.head.dimensions)]
-        rest = row[1 + len(self.head.dimensions) :]
-        if not 0 <= number < self.head.numbers or rest[0] not in OUTCOMES:
+    def _check_rows(self) -> None:
+        """One pass by SQLite itself: the file may come from anybody."""
+        checks, parameters = [f"number BETWEEN 0 AND {self.head.numbers - 1}"], []  # type: List[str], List[Any]
+        for one in self.head.dimensions:
+            name = quoted(one["name"])
+            if "words" in one:
+                checks.append(f"({name} IS NULL OR {name} IN ({', '.join('?' * len(one['words']))}))")
+                parameters += one["words"]
+            else:
+                checks.append(f"({name} IS NULL OR (typeof({name}) = 'real' AND {name} BETWEEN ? AND ?))")
+                parameters += [one["from"], one["to"]]
+        for column in COLUMNS:
+            checks.append(_check_of(column))
+        for (number,) in self._connection.execute(f"SELECT number FROM cases WHERE ({' AND '.join(checks)}) IS NOT 1 LIMIT 1", parameters):
             raise StoreError(f"{self.path}: damaged: case {number}")
-        for value in row[1:]:
-            if (isinstance(value, str) and len(value) > MAX_TEXT) or (isinstance(value, float) and math.isnan(value)):
-                raise StoreError(f"{self.path}: damaged: case {number}")
-        read = {one.name: bool(value) if one.kind is bool else value for one, value in zip(COLUMNS, rest)}
-        return Result(number, tuple(values), **read)
 
     def close(self) -> None:
         """One file remains; other processes may have it open."""
@@ -253,5 +332,3 @@ class Store:
         except sqlite3.OperationalError:
             pass  # read only, or open elsewhere
         self._connection.close()
-
-
