@@ -7,6 +7,7 @@ import contextlib
 import os
 import pathlib
 import shlex
+import sqlite3
 import sys
 import time
 from typing import Callable, Dict, List, Optional
@@ -111,6 +112,7 @@ def parse_compare(name: str, words: List[str]) -> argparse.Namespace:
     parser = Parser(name, description="Tell what is worse than before, case by case")
     parser.add_argument("before", metavar="BEFORE", help="the file of an earlier campaign of the plan")
     parser.add_argument("now", metavar="NOW", help="the file of a later one")
+    parser.add_argument("--html", metavar="FILE", help="write a page, with the report of NOW")
     parser.add_argument("--json", metavar="FILE", help="write the comparison as JSON")
     return parser.parse_args(words)
 
@@ -225,7 +227,7 @@ def write_text(path: Optional[str], option: str, text: Callable[[], str]) -> Non
 def check_outputs(given: argparse.Namespace, others: Dict[str, str]) -> None:
     """Reports must have a place of their own, before a night is spent on them. `others`: files by what they are."""
     for option in ("html", "json", "junit"):
-        file = getattr(given, option)
+        file = getattr(given, option, None)
         if file is None:
             continue
         folder = os.path.dirname(file) or "."
@@ -267,13 +269,15 @@ def report_results(given: argparse.Namespace) -> int:
 
 def compare_results(given: argparse.Namespace) -> int:
     from . import report as reports  # pylint: disable=import-outside-toplevel
-    from .answer import Answer
+    from .answer import Answer, answer_of
     from .compare import compare
 
+    check_outputs(given, {"the file of results before": given.before, "the file of results": given.now})
     with contextlib.closing(Store.read(pathlib.Path(given.before))) as before:
         with contextlib.closing(Store.read(pathlib.Path(given.now))) as now:
             comparison = compare(before.head, before, now.head, now)
-    answer = Answer(comparison.now)
+            answer = answer_of(now.head, now) if given.html else Answer(now.head)
+    write_text(given.html, "--html", lambda: reports.page(answer, (), comparison))
     print(reports.comparison_text(answer, comparison), end="")
     write_text(given.json, "--json", lambda: reports.comparison_json(answer, comparison))
     return 1 if comparison.worse else 0
@@ -296,6 +300,8 @@ def main() -> int:
         return 130
     except (PlanError, StoreError) as problem:
         raise StartError(str(problem)) from None
+    except sqlite3.Error as problem:
+        raise StartError(f"damaged results: {problem}") from None
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from scipy.special import betaincinv
 
 from .judge import DANGEROUS, EXCEPTION, Result, earlier
 from .outcomes import CRASH, DETECTED_BY_DRIVE, DETECTED_BY_HOST, HANG, LATE, NOT_FIRED, OUTCOMES
+from .smallest import Smallest
 from .store import Head
 
 CONFIDENCE = 0.95
@@ -180,12 +181,15 @@ class Answer:
     kinds: Dict[str, Group] = field(default_factory=dict)
     space: Space = field(default_factory=Space)
     residual: List[Result] = field(default_factory=list)
+    smallest: List[Tuple[str, Result]] = field(default_factory=list)  # kind and failing case (smallest.py)
     real_time: int = 0  # cases in real time
     flipped: int = 0  # of these, those whose runs differ in their outcome
+    in_time: "Counter[str]" = field(default_factory=Counter)  # dangerous cases that were detected in time, by outcome
+    ends: "Counter[str]" = field(default_factory=Counter)  # of hosts that hung or died: how
     rates: Mapping[str, float] = field(default_factory=dict)  # failure rates of the plan, by kind
     has_hazard: bool = True  # the plan says which expectations are hazards
     machine_failures: Mapping[str, int] = field(default_factory=dict)  # cases without a result, by reason
-    ends: "Counter[str]" = field(default_factory=Counter)  # of hosts that died: how
+    has_host: bool = False  # a program, which can react; that of a scenario sends what it sends
 
     @property
     def missing(self) -> int:
@@ -221,27 +225,32 @@ def kind_of(result: Result, place: Optional[int]) -> str:
 
 def answer_of(head: Head, results: Iterable[Result], machine_failures: Mapping[str, int] = {}) -> Answer:
     plan = tomllib.loads(head.plan_text)
-    answer = Answer(head, rates=plan.get("rates", {}), has_hazard="hazard" in plan, machine_failures=machine_failures)
-    can_react = "host" in plan  # the host of a scenario sends what it sends
+    answer = Answer(head, rates=plan.get("rates", {}), has_hazard="hazard" in plan, has_host="host" in plan, machine_failures=machine_failures)
     place = kind_place(head)
     if place is not None:
         answer.kinds = {kind: Group(kind) for kind in head.dimensions[place]["words"]}
         answer.space.kinds = list(answer.kinds)
     kept: "Counter[str]" = Counter()
+    smallest = Smallest(head.dimensions)
     for result in results:
         kind = kind_of(result, place)
-        answer.all.add(result, can_react)
-        answer.kinds.setdefault(kind, Group(kind)).add(result, can_react)
+        answer.all.add(result, answer.has_host)
+        answer.kinds.setdefault(kind, Group(kind)).add(result, answer.has_host)
+        if OUTCOMES[result.outcome].in_time and is_dangerous(result):
+            answer.in_time[result.outcome] += 1
         answer.real_time += result.real_time
         answer.flipped += result.flips > 0
         if result.outcome != NOT_FIRED:
             answer.space.add(kind, result)
         end = result.note.partition("; ")[0]
-        if result.outcome == CRASH and (end in answer.ends or len(answer.ends) < MAX_ENDS):
+        if result.outcome in (HANG, CRASH) and (end in answer.ends or len(answer.ends) < MAX_ENDS):
             answer.ends[end] += 1
-        if OUTCOMES[result.outcome].failure and kept[result.outcome] < MAX_RESIDUAL:
-            kept[result.outcome] += 1
-            answer.residual.append(result)
+        if OUTCOMES[result.outcome].failure:
+            smallest.add(kind, result)
+            if kept[result.outcome] < MAX_RESIDUAL:
+                kept[result.outcome] += 1
+                answer.residual.append(result)
+    answer.smallest = smallest.found()
     answer.space.commands.sort()
     if head.sampling == "random":
         for group in (answer.all, *answer.kinds.values()):
@@ -257,19 +266,11 @@ def conclusion(answer: Answer) -> str:
 def _finding(answer: Answer) -> str:
     group, coverage = answer.all, answer.all.coverage
     if not answer.has_hazard:
-        return (
-            f"{group.failures} of {group.cases} cases failed. "
-            "The plan has no [hazard], so no case is dangerous by its words and there is no coverage."
-        )
+        return f"{group.failures} of {group.cases} cases failed. The plan has no [hazard], so there is no coverage."
     if coverage.dangerous == 0:
         text = f"In none of {group.fired} cases whose fault took effect did a hazard occur."
     else:
-        text = f"{coverage.dangerous} of {group.cases} cases were dangerous; "
-        if coverage.detected == 0:
-            text += "none was detected in time."
-        else:
-            by = ", ".join(f"{group.outcomes[name]} {name}" for name in (DETECTED_BY_DRIVE, DETECTED_BY_HOST) if group.outcomes[name])
-            text += f"{coverage.detected} of these were detected in time ({100 * coverage.detected / coverage.dangerous:.1f} %). In all: {by}."
+        text = f"{coverage.dangerous} of {group.cases} cases were dangerous; {_detected(answer)}."
     open_ = coverage.open_in_time + coverage.open_late
     if open_:
         text += (
@@ -277,6 +278,14 @@ def _finding(answer: Answer) -> str:
             "without the host's reaction ([host] passive)."
         )
     return text
+
+
+def _detected(answer: Answer) -> str:
+    coverage = answer.all.coverage
+    if coverage.detected == 0:
+        return ("the host detected none" if answer.has_host else "none was detected") + " in time"
+    by = [f"{answer.in_time[name]} by the {who}" for name, who in ((DETECTED_BY_HOST, "host"), (DETECTED_BY_DRIVE, "drive")) if answer.in_time[name]]
+    return f"{coverage.detected} of these were detected in time, {' and '.join(by)} ({100 * coverage.detected / coverage.dangerous:.1f} %)"
 
 
 def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
@@ -290,5 +299,5 @@ def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
             name = end.removeprefix(EXCEPTION)
             told.append((f"{hosts} ended by an uncaught {name}, which [detect] does not count", f"says = '^{re.escape(name)}\\b'"))
         else:
-            told.append((f"{hosts} died: {end}", ""))
+            told.append((f"{hosts} {end}" if end.startswith("did not") else f"{hosts} died: {end}", ""))
     return told

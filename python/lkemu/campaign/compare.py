@@ -28,6 +28,11 @@ class Comparison:
     only_now: int = 0
     cases: List[Tuple[str, Result]] = field(default_factory=list)  # worse ones: outcome before, result now
 
+    @property
+    def changes(self) -> List[Tuple[Tuple[str, str], int]]:
+        """Outcomes before and now that differ, with the number of cases, most first."""
+        return sorted((move for move in self.moves.items() if move[0][0] != move[0][1]), key=lambda move: (-move[1], move[0]))
+
 
 def compare(before: Head, old: Iterable[Result], now: Head, new: Iterable[Result]) -> Comparison:
     """Both by number. A case is worse when its outcome has a higher rank (outcomes.py) than before.

@@ -20,6 +20,7 @@ from .values import value_text
 CASES_IN_TEXT = 5  # of each outcome
 CASES_IN_PAGE = 1000
 CASES_IN_JUNIT = 10
+SMALLEST_IN_TEXT = 10
 HEADINGS = ("not fired", "no effect", "tolerated", "drive", "host", "late", "silent", "hang", "crash")
 
 
@@ -61,12 +62,12 @@ def sentence(answer: Answer, result: Result) -> str:
 
 
 def text_report(answer: Answer, required: Sequence[Checked]) -> str:
-    return _render("report.txt.j2", answer, required, CASES_IN_TEXT, table=_table(answer))
+    return _render("report.txt.j2", answer, required, CASES_IN_TEXT, table=_table(answer), smallest_most=SMALLEST_IN_TEXT)
 
 
-def page(answer: Answer, required: Sequence[Checked]) -> str:
+def page(answer: Answer, required: Sequence[Checked], comparison: Optional[Comparison] = None) -> str:
     groups = [*(group for group in answer.kinds.values() if group.cases), answer.all]
-    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=_style_sheet(), groups=groups, outcomes=OUTCOMES)
+    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=_style_sheet(), groups=groups, outcomes=OUTCOMES, comparison=comparison)
 
 
 def junit(answer: Answer) -> str:
@@ -82,9 +83,16 @@ def _render(template: str, answer: Answer, required: Sequence[Checked], most: in
         undefined=jinja2.StrictUndefined,
     )
     environment.filters.update(number=number_text, printable=printable, coverage=coverage_text, sentence=lambda result: sentence(answer, result))
-    return environment.get_template(template).render(
-        answer=answer, head=answer.head, conclusion=conclusion(answer), uncounted=uncounted_ends(answer), required=required, residual=_residual(answer, most), **more
+    text = environment.get_template(template).render(
+        answer=answer, head=answer.head, conclusion=conclusion(answer), uncounted=uncounted_ends(answer), required=required,
+        residual=_residual(answer, most), most=most, **more
     )
+    return _clean(text)
+
+
+def _clean(text: str) -> str:
+    """Without control characters, which results of somebody else may have."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in text)
 
 
 def _residual(answer: Answer, most: int) -> List[Tuple[str, int, List[Result]]]:
@@ -98,9 +106,12 @@ def _residual(answer: Answer, most: int) -> List[Tuple[str, int, List[Result]]]:
 
 
 def _table(answer: Answer) -> str:
-    rows = [["fault", "cases", *HEADINGS, *(("dangerous", "in time", "coverage") if answer.has_hazard else ()), "p50 s", "p99 s", "worst s"]]
+    rates = ("rate",) if answer.rates else ()
+    rows = [["fault", "cases", *HEADINGS, *rates, *(("dangerous", "in time", "coverage") if answer.has_hazard else ()), "p50 s", "p99 s", "worst s"]]
     for group in (*(group for group in answer.kinds.values() if group.cases), answer.all):
         row = [printable(group.kind or "all"), str(group.cases), *(str(group.outcomes[name] or "-") for name in OUTCOMES)]
+        if answer.rates:
+            row.append(number_text(answer.rates.get(group.kind)))
         if answer.has_hazard:
             share = group.coverage.share
             row += [str(group.coverage.dangerous), str(group.coverage.detected), "-" if share is None else f"{share:.4f}"]
@@ -158,7 +169,9 @@ def json_report(answer: Answer, required: Sequence[Checked]) -> str:
         "space": _space_json(answer),
         "required": [{"text": one.threshold.text, "holds": one.holds, "measured": one.measured, "missing": one.missing} for one in required],
         "residual": [case_json(answer, one) for one in answer.residual],
-    }
+        "smallest": [{"kind": kind, "outcome": OUTCOMES[one.outcome].key, "command": answer.command_of(one.number),
+                      "case": case_json(answer, one)} for kind, one in answer.smallest],
+    }  # fmt: skip
     return json.dumps(report, ensure_ascii=False) + "\n"
 
 
@@ -190,17 +203,17 @@ def comparison_text(answer: Answer, comparison: Comparison) -> str:
         (comparison.only_now, "had no result before"),
     )  # fmt: skip
     lines += [f"{count} {what}" for count, what in neither if count]
-    moved = sorted((move for move in comparison.moves.items() if move[0][0] != move[0][1]), key=lambda move: -move[1])
-    lines += [f"  {count} {old} -> {new}" for (old, new), count in moved]
+    lines += [f"  {count} {old} -> {new}" for (old, new), count in comparison.changes]
     for old, result in comparison.cases[:CASES_IN_JUNIT]:
         lines += [f"was {old}: {sentence(answer, result)}", f"  {answer.command_of(result.number)}"]
-    return "\n".join(lines) + "\n"
+    return _clean("\n".join(lines) + "\n")
 
 
 def _group_json(answer: Answer, group: Group) -> Dict[str, Any]:
     coverage = group.coverage
     return {
         "kind": group.kind,
+        "failure_rate": answer.rates.get(group.kind),
         "cases": group.cases,
         "outcomes": {one.key: group.outcomes[name] for name, one in OUTCOMES.items()},
         "coverage": {"detected": coverage.detected, "dangerous": coverage.dangerous, "open_in_time": coverage.open_in_time, "open_late": coverage.open_late,
