@@ -21,7 +21,7 @@ from .store import Store
 
 MAX_PILE = 128  # cases that one thread sorts by time and shares beginnings of
 MIN_PILE = 8
-LOOKED_UP = 1024  # numbers that are looked up in the results at once
+LOOKED_UP = 4096  # numbers that are looked up in the results at once
 BATCH = 64  # results that are written together, at most BATCH_S after they came
 BATCH_S = 0.2
 
@@ -39,12 +39,12 @@ class Shard:
 
 
 def numbers_left(plan: Plan, path: pathlib.Path, shard: Shard) -> Iterator[int]:
-    """Numbers that have no result, in order, with those of excluded cases. Opens the results in the thread that asks."""
-    with contextlib.closing(Store.read(path)) as store:
-        for first in range(shard.index, plan.numbers, shard.count * LOOKED_UP):
-            numbers = range(first, min(first + shard.count * LOOKED_UP, plan.numbers), shard.count)
+    """Numbers that have no result, in order, with those of excluded cases. May be asked in another thread than the writer's."""
+    for first in range(shard.index, plan.numbers, shard.count * LOOKED_UP):
+        numbers = range(first, min(first + shard.count * LOOKED_UP, plan.numbers), shard.count)
+        with contextlib.closing(Store.read(path)) as store:  # closed again: the writer is to be the last
             done = store.numbers_between(numbers[0], numbers[-1])
-            yield from (number for number in numbers if number not in done)
+        yield from (number for number in numbers if number not in done)
 
 
 def cases_of(plan: Plan, numbers: Iterable[int]) -> Iterator[Tuple[int, Case]]:

@@ -45,6 +45,7 @@ class Program:
                         yield json.loads(line)
             except BaseException:
                 process.terminate()
+                feeder.join()  # it may be reading the results
                 raise
             finally:
                 process.stdout.close()
