@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import re
 from dataclasses import asdict
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
@@ -140,11 +141,13 @@ def _test(answer: Answer, group: Group) -> Dict[str, str]:
 
 
 def _style_sheet() -> str:
-    """That of the dashboard, so that both look alike."""
+    """That of the dashboard, so that both look alike; the page follows the browser's choice of light or dark, and prints light."""
     package = pathlib.Path(__file__).resolve().parent
     for place in (package / "style.css", package.parents[2] / "web/style.css"):
         if place.is_file():
-            return place.read_text(encoding="utf-8")
+            style = place.read_text(encoding="utf-8")
+            light = re.search(r':root\[data-theme="light"\] (\{.*?\})', style, re.DOTALL)
+            return style + (f"@media (prefers-color-scheme: light), print {{ :root {light[1]} }}\n" if light else "")
     return ""
 
 
