@@ -134,6 +134,18 @@ def test_an_interrupted_campaign_says_one_line_and_leaves_nothing(whole, how):
     assert campaign("export", "night.db") == whole
 
 
+def test_the_same_command_again_waits_for_the_one_that_runs(whole):
+    """As where GNU parallel was killed and its children were not."""
+    first, _ = started("-o", "night.db", "-j", "1")
+    second = subprocess.Popen([*COMMAND, "plan.toml", "--quiet", "-o", "night.db", "--resume"], stderr=subprocess.PIPE, text=True)
+    assert second.stderr.readline() == "lk-emu: night.db: another process writes it; waiting for its end\n"
+    first.kill()
+    first.communicate()
+    said = second.communicate(timeout=PATIENCE_S)[1]
+    assert second.returncode == 0 and not said
+    assert campaign("export", "night.db") == whole
+
+
 def test_many_signals_are_as_one():
     running, _ = started("-o", "night.db", "-j", "2")
     while running.poll() is None:

@@ -19,7 +19,7 @@ from ..errors import Error
 from .judge import Result
 from .outcomes import OUTCOMES
 from .plan import MAX_CASES, Plan
-from .values import Value
+from .writer_lock import WriterLock
 
 APPLICATION_ID = 0x4C4B4643  # "LKFC", which file(1) shows
 FORMAT = 4
@@ -144,6 +144,7 @@ class Store:
     def __init__(self, path: pathlib.Path, connection: sqlite3.Connection, head: Head) -> None:
         self.path, self.head, self._connection = path, head, connection
         self._synced_at = time.monotonic()
+        self._lock: Optional[WriterLock] = None
 
     # Ways to open one
 
@@ -159,6 +160,7 @@ class Store:
             raise StoreError(f"{path}: exists already; --resume continues it, -o FILE starts another") from None
         except OSError as problem:
             raise StoreError(f"{path}: {problem.strerror}") from None
+        lock = WriterLock(path)
         connection = cls._connect(path, "rw")
         with connection:
             connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -168,15 +170,20 @@ class Store:
             values = [json.dumps(value) if one.name == "dimensions" else value
                       for one in fields(head) for value in [getattr(head, one.name)]]  # fmt: skip
             connection.execute(f"INSERT INTO campaign VALUES ({', '.join('?' * len(values))})", values)
-        return cls._writing(path, connection, head)
+        return cls._writing(path, connection, head, lock)
 
     @classmethod
     def resume(cls, path: pathlib.Path, head: Head) -> "Store":
+        """Waits while another process writes the file."""
+        try:
+            lock = WriterLock(path)
+        except OSError as problem:
+            raise StoreError(f"{path}: {problem.strerror}") from None
         connection = cls._connect(path, "rw")
         found = cls._read_head(path, connection)
         if found.identity != head.identity:
             raise StoreError(f"{path}: of another plan, version or file that the plan names; -o FILE starts another")
-        store = cls._writing(path, connection, found)
+        store = cls._writing(path, connection, found, lock)
         with store._reading():
             store._check_rows()
         return store
@@ -187,11 +194,13 @@ class Store:
         return cls(path, connection, cls._read_head(path, connection))
 
     @classmethod
-    def _writing(cls, path: pathlib.Path, connection: sqlite3.Connection, head: Head) -> "Store":
+    def _writing(cls, path: pathlib.Path, connection: sqlite3.Connection, head: Head, lock: WriterLock) -> "Store":
         # A commit survives SIGKILL; a checkpoint survives a power failure.
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = NORMAL")
-        return cls(path, connection, head)
+        store = cls(path, connection, head)
+        store._lock = lock
+        return store
 
     @staticmethod
     def _connect(path: pathlib.Path, mode: str) -> sqlite3.Connection:
@@ -332,3 +341,5 @@ class Store:
         except sqlite3.OperationalError:
             pass  # read only, or open elsewhere
         self._connection.close()
+        if self._lock is not None:
+            self._lock.close()
