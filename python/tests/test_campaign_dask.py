@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -61,9 +62,9 @@ def wait_until(condition, *processes):
 
 
 class Cluster:
-    def __init__(self):
-        self.processes = []
-        self._start("dask_scheduler", "--port", "0", "--scheduler-file", "scheduler.json")
+    def __init__(self, *words):
+        self.processes, self.words = [], words
+        self._start("dask_scheduler", "--port", "0", "--scheduler-file", "scheduler.json", *words)
         wait_until(lambda: pathlib.Path("scheduler.json").exists() and pathlib.Path("scheduler.json").read_text().endswith("}"), *self.processes)
         self.address = json.loads(pathlib.Path("scheduler.json").read_text())["address"]
 
@@ -73,7 +74,7 @@ class Cluster:
         return self.processes[-1]
 
     def start_worker(self, **environment):
-        return self._start("dask_worker", self.address, "--nthreads", "1", "--no-nanny", "--local-directory", ".", env={**os.environ, **environment})
+        return self._start("dask_worker", self.address, "--nthreads", "1", "--no-nanny", "--local-directory", ".", *self.words, env={**os.environ, **environment})
 
     def end(self):
         for process in reversed(self.processes):
@@ -143,6 +144,37 @@ def test_host_programs_run_on_workers(cluster):
     cluster.start_worker()
     campaign("host.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address)
     assert campaign("export", "dask.db").stdout == campaign("export", "local.db").stdout
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl")
+def test_tls_as_the_page_of_engines_says(tmp_path, monkeypatch, local):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plan.toml").write_text(PLAN)
+    subprocess.run("openssl req -x509 -newkey rsa:3072 -nodes -days 30 -subj /CN=campaign -keyout key.pem -out cert.pem".split(),
+                   check=True, capture_output=True)  # fmt: skip
+    cluster = Cluster("--protocol", "tls", *"--tls-ca-file cert.pem --tls-cert cert.pem --tls-key key.pem".split())
+    try:
+        cluster.start_worker()
+        assert cluster.address.startswith("tls://127.0.0.1:")
+        refused = campaign("plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address, check=False)
+        assert refused.returncode == 2 and refused.stderr.count("\n") == 1, "without a key"
+        monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TLS__CA_FILE", str(tmp_path / "cert.pem"))
+        monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT", str(tmp_path / "cert.pem"))
+        monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY", str(tmp_path / "key.pem"))
+        campaign("plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address)
+    finally:
+        cluster.end()
+    assert campaign("export", "dask.db").stdout == local
+
+
+def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
+    (tmp_path / "other" / "lkemu").mkdir(parents=True)
+    (tmp_path / "other" / "lkemu" / "__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'lkemu'\", name='lkemu')\n")
+    worker = cluster.start_worker(PYTHONPATH=str(tmp_path / "other"))
+    wait_until(lambda: has_workers(cluster.address), worker)
+    done = campaign("plan.toml", "--dask", cluster.address, check=False)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "No module named 'lkemu'" in done.stderr, done.stderr
+    assert not pathlib.Path("plan.db").exists()
 
 
 @pytest.mark.parametrize("when", ["before", "later"])

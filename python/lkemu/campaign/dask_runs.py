@@ -80,7 +80,8 @@ class DaskRuns:
             import distributed  # pylint: disable=import-outside-toplevel  # takes a second, and not everybody has it
         except ImportError as problem:
             raise StartError(f"--dask: {problem}: apt install python3-distributed, or pip install 'lk-emu[campaign-dask]'") from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters becomes an exception
+        for name in ("distributed", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters becomes an exception
         warnings.filterwarnings("ignore", module="distributed")
         self._as_completed, self._address = distributed.as_completed, address
         try:
@@ -105,6 +106,8 @@ class DaskRuns:
         """Asks all workers that are there. Those that come later check before their first batch. Raises StartError."""
         answers = self._client.run(run_batch, self._job, [], on_error="return")
         for worker, answer in answers.items():
+            if isinstance(answer, BaseException) and "No module named" in str(answer):  # dask wraps the ImportError
+                raise StartError(f"--dask: worker {worker}: {_line(answer)}: install lk-emu there")
             _results_of(answer, f"worker {worker}")
 
     def run(self, numbers: Iterable[int], pile: int) -> Iterator[List[Result]]:
