@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The files of packaging/engines, as the engines that are not here would read them: `files_test.py DIRECTORY`."""
+"""The files of packaging/engines and the recipes of the page, as engines that are not here read them: `files_test.py DIRECTORY PAGE`."""
 import pathlib
 import re
 import sys
@@ -7,52 +7,51 @@ import unittest
 
 import yaml
 
-FILES = pathlib.Path(sys.argv.pop(1))
+from recipes import blocks
+
+FILES, PAGE = map(pathlib.Path, sys.argv[1:3])
+del sys.argv[1:3]
 
 
 class Kubernetes(unittest.TestCase):
     def setUp(self):
-        documents = list(yaml.safe_load_all((FILES / "kubernetes.yaml").read_text("utf-8")))
-        self.claim, self.shards, self.merge = documents
+        volume, shards = blocks(PAGE, "Kubernetes", "yaml")
+        self.claim, self.files = yaml.safe_load_all(volume)
+        self.shards = yaml.safe_load(shards)
 
-    def container(self, job):
-        containers = job["spec"]["template"]["spec"]["containers"]
-        self.assertEqual(len(containers), 1)
-        return containers[0]
-
-    def test_the_documents_are_a_claim_and_two_jobs(self):
-        self.assertEqual((self.claim["apiVersion"], self.claim["kind"]), ("v1", "PersistentVolumeClaim"))
-        for job in self.shards, self.merge:
-            self.assertEqual((job["apiVersion"], job["kind"]), ("batch/v1", "Job"))
+    def test_the_documents_are_a_claim_a_pod_and_a_job(self):
+        self.assertEqual([(one["apiVersion"], one["kind"]) for one in (self.claim, self.files, self.shards)],
+                         [("v1", "PersistentVolumeClaim"), ("v1", "Pod"), ("batch/v1", "Job")])
 
     def test_the_shards_are_an_indexed_job(self):
-        # The reference of batch/v1: Indexed needs completions, and parallelism of at most 100,000; a Job's pods are
-        # restarted OnFailure or Never; a name of a shard's pod, with its index, is at most 63 characters long.
+        # The reference of batch/v1: Indexed needs completions, and parallelism of at most 100,000; a name of a shard's pod,
+        # with its index, is at most 63 characters long.
         spec = self.shards["spec"]
         self.assertEqual(spec["completionMode"], "Indexed")
         self.assertTrue(1 <= spec["parallelism"] <= spec["completions"])
-        self.assertEqual(spec["template"]["spec"]["restartPolicy"], "OnFailure")
-        self.assertEqual(self.merge["spec"]["template"]["spec"]["restartPolicy"], "Never")
         self.assertLessEqual(len(f"{self.shards['metadata']['name']}-{spec['completions'] - 1}-12345"), 63)
+
+    def test_unusable_input_is_not_retried(self):
+        # The reference of batch/v1: a podFailurePolicy needs restartPolicy Never; its rules name a container of the pod.
+        spec = self.shards["spec"]
+        pod = spec["template"]["spec"]
+        self.assertEqual(pod["restartPolicy"], "Never")
+        fail, ignore = spec["podFailurePolicy"]["rules"]
+        self.assertEqual(fail, {"action": "FailJob", "onExitCodes": {"containerName": pod["containers"][0]["name"], "operator": "In", "values": [2]}})
+        self.assertEqual(ignore, {"action": "Ignore", "onPodConditions": [{"type": "DisruptionTarget"}]})
 
     def test_the_number_of_shards_is_the_same_everywhere(self):
         completions = self.shards["spec"]["completions"]
-        args = self.container(self.shards)["args"]
-        self.assertIn(f"$(JOB_COMPLETION_INDEX)/{completions}", args)
-        self.assertEqual(self.container(self.merge)["args"][4:],
-                         [f"/results/shard-{shard}.db" for shard in range(completions)])
+        [container] = self.shards["spec"]["template"]["spec"]["containers"]
+        self.assertIn(f"$(JOB_COMPLETION_INDEX)/{completions}", container["args"])
+        self.assertIn(f"$(seq -f 'shard-%.0f.db' 0 {completions - 1})", PAGE.read_text("utf-8"))
 
-    def test_volumes_and_labels_fit(self):
-        for job in self.shards, self.merge:
-            pod = job["spec"]["template"]["spec"]
-            volumes = {volume["name"] for volume in pod["volumes"]}
-            self.assertEqual({mount["name"] for mount in self.container(job)["volumeMounts"]}, volumes)
-            claims = [volume["persistentVolumeClaim"]["claimName"] for volume in pod["volumes"]
-                      if "persistentVolumeClaim" in volume]
+    def test_volumes_fit(self):
+        for pod in self.files["spec"], self.shards["spec"]["template"]["spec"]:
+            [container] = pod["containers"]
+            self.assertEqual({mount["name"] for mount in container["volumeMounts"]}, {volume["name"] for volume in pod["volumes"]})
+            claims = [volume["persistentVolumeClaim"]["claimName"] for volume in pod["volumes"] if "persistentVolumeClaim" in volume]
             self.assertEqual(claims, [self.claim["metadata"]["name"]])
-        self.assertEqual([document["metadata"]["labels"]["step"] for document in (self.claim, self.shards, self.merge)],
-                         ["storage", "shards", "merge"])
-        self.assertEqual(self.container(self.shards)["image"], self.container(self.merge)["image"])
 
 
 class GitHub(unittest.TestCase):

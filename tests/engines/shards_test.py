@@ -1,14 +1,16 @@
 #!/usr/bin/python3
-"""Campaigns in shards, as engines run them, give what one process gives: `shards_test.py PROGRAM FILES PLAN`.
+"""Campaigns in shards, as engines run them, give what one process gives: `shards_test.py PROGRAM FILES PAGE PLAN`.
 
-GNU parallel is real, and processes of its are killed; of Kubernetes and GitHub only the commands are run that they would.
+GNU parallel is real, and its processes are killed; of Kubernetes and GitHub only the commands run.
 Snakemake and Slurm have steps of tests/bare/run.
 """
+import contextlib
 import os
 import pathlib
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -17,8 +19,10 @@ import unittest
 
 import yaml
 
-PROGRAM, FILES, PLAN = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
-del sys.argv[1:4]
+from recipes import blocks
+
+PROGRAM, FILES, PAGE, PLAN = (pathlib.Path(argument).resolve() for argument in sys.argv[1:5])
+del sys.argv[1:5]
 SHARDS = 4
 
 
@@ -37,7 +41,6 @@ class Shards(unittest.TestCase):
     def setUp(self):
         self.work = self.directory / self.id().rsplit(".", 1)[1]
         self.work.mkdir()
-        self.first_lengths = {}
 
     @classmethod
     def lk_emu(cls, *args, work):
@@ -59,60 +62,67 @@ class Shards(unittest.TestCase):
         return result
 
     def process_of(self, shard):
-        """The program that works at a shard here."""
+        """The process that works at a shard here."""
         for directory in pathlib.Path("/proc").glob("[0-9]*"):
             try:
                 words = (directory / "cmdline").read_bytes().split(b"\0")
                 here = os.readlink(directory / "cwd") == str(self.work)
-                name = (directory / "comm").read_text().strip()
             except OSError:
                 continue
-            if here and name == "lk-emu" and f"shard-{shard}.db".encode() in words:
+            if here and any(word == b"lkemu.campaign" for word in words) and f"shard-{shard}.db".encode() in words:
                 return int(directory.name)
         return None
 
-    def grows(self, shard):
-        """Whether its store is longer than when it was first looked at: cases are in it. Only who writes it may read it."""
-        store = self.work / f"shard-{shard}.db"
-        if not store.exists():
-            return False
-        length = store.stat().st_size
-        return length > self.first_lengths.setdefault(shard, length)
+    def cases(self, shard):
+        """How many its file has."""
+        try:
+            with contextlib.closing(sqlite3.connect(f"file:{self.work}/shard-{shard}.db?mode=ro", uri=True)) as results:
+                return results.execute("SELECT count(*) FROM cases").fetchone()[0]
+        except sqlite3.OperationalError:
+            return 0
 
-    def parallel(self):
-        return subprocess.Popen([FILES / "parallel.sh", PLAN, str(SHARDS), "--jobs", "2"], cwd=self.work, env=self.environment,
-                                stdin=subprocess.DEVNULL, start_new_session=True)
+    def parallel(self, plan=PLAN):
+        """The recipe of the page, with fewer shards."""
+        [recipe] = blocks(PAGE, "GNU parallel", "sh")
+        for text, value in (("plan.toml", str(plan)), ("seq 0 15", f"seq 0 {SHARDS - 1}"), ("/16", f"/{SHARDS}"), ("--retries 3", "--retries 3 --jobs 2")):
+            self.assertIn(text, recipe)
+            recipe = recipe.replace(text, value)
+        return subprocess.Popen(["bash", "-c", recipe], cwd=self.work, env=self.environment, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
 
     def test_parallel_begins_a_killed_shard_again(self):
         child = self.parallel()
-        self.until(lambda: self.grows(1), child)
+        self.until(lambda: self.cases(1), child)
         os.kill(self.until(lambda: self.process_of(1), child), signal.SIGKILL)
         self.assertEqual(child.wait(), 0)
-        rows = [row.split("\t") for row in (self.work / "campaign.joblog").read_text().splitlines()[1:]]
-        ends = {row[8].split("shard-")[1].split(".db")[0]: row[6:8] for row in rows}
-        self.assertEqual(ends, {str(shard): ["0", "0"] for shard in range(SHARDS)})
         self.assert_is_the_whole(self.work / "campaign.db")
 
+    def test_a_killed_parallel_goes_on(self):
+        child = self.parallel()
+        self.until(lambda: self.cases(0), child)
+        [perl] = [int(one) for one in subprocess.run(["pgrep", "-s", str(child.pid), "-x", "perl|parallel"], capture_output=True, text=True).stdout.split()]
+        os.kill(perl, signal.SIGKILL)
+        self.assertNotEqual(child.wait(), 0)
+        self.assertFalse((self.work / "campaign.db").exists())
+        # Its shards end by themselves, and the same command need not wait for that.
+        self.assertEqual(self.parallel().wait(), 0)
+        self.assert_is_the_whole(self.work / "campaign.db")
+
+    def test_parallel_does_not_retry_a_wrong_plan(self):
+        (self.work / "wrong.toml").write_text("sampling = 'full'\n")
+        self.assertEqual(self.parallel(self.work / "wrong.toml").wait(), 2)
+        self.assertEqual([file.name for file in self.work.iterdir()], ["wrong.toml"])
+
     def test_what_containers_of_kubernetes_run(self):
-        _, shards, merge = yaml.safe_load_all((FILES / "kubernetes.yaml").read_text("utf-8"))
-        plan = self.work / "plan"
-        results = self.work / "results"
-        shutil.copytree(PLAN.parent, plan)
-        (plan / PLAN.name).rename(plan / "plan.toml")
-        results.mkdir()
-
-        def run(job, index=""):
-            def filled(word):
-                for what, value in (("$(JOB_COMPLETION_INDEX)", index), ("/plan/", f"{plan}/"), ("/results/", f"{results}/")):
-                    word = word.replace(what, value)
-                return word
-
-            self.lk_emu(*map(filled, job["spec"]["template"]["spec"]["containers"][0]["args"]), work="/")
-
-        for index in range(shards["spec"]["completions"]):
-            run(shards, str(index))
-        run(merge)
-        self.assert_is_the_whole(results / "campaign.db")
+        _, job = blocks(PAGE, "Kubernetes", "yaml")
+        shards = yaml.safe_load(job)["spec"]
+        [container] = shards["template"]["spec"]["containers"]
+        shutil.copy(PLAN, self.work / "plan.toml")
+        for index in range(shards["completions"]):
+            words = [word.replace("$(JOB_COMPLETION_INDEX)", str(index)).replace("/campaign/", f"{self.work}/") for word in container["args"]]
+            self.lk_emu(*words, work="/")
+        self.lk_emu("campaign", "merge", "-o", "campaign.db", *(f"shard-{index}.db" for index in range(shards["completions"])), work=self.work)
+        self.assert_is_the_whole(self.work / "campaign.db")
 
     def test_what_runners_of_github_run(self):
         jobs = yaml.safe_load((FILES / "github.yml").read_text("utf-8"))["jobs"]
