@@ -11,6 +11,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Mapping, Optional, Tuple
 
+import numpy
 from scipy.special import betaincinv
 
 from .judge import DANGEROUS, EXCEPTION, Result, earlier
@@ -88,7 +89,7 @@ class Latencies:
         if not self._values:
             return None
         if not self._sorted:
-            self._values = array("q", sorted(self._values))
+            numpy.frombuffer(self._values, numpy.int64).sort()
             self._sorted = True
         return self._values[max(math.ceil(share * len(self._values)), 1) - 1] / 1e9
 
