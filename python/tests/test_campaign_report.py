@@ -199,3 +199,16 @@ def test_junit_has_what_its_readers_need():
     for count, child in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
         assert int(suite.get(count)) == len(suite.findall(f"testcase/{child}"))
     assert int(suite.get("tests")) == len(cases) and all(one.get("message") for one in suite.findall("testcase/*"))
+
+
+def test_bounds_are_a_pale_bar_behind_the_lower_one():
+    """One dangerous case that nobody detected; one was detected in time, and nothing tells what it would have come to: from 0 to 1 of 2."""
+    rows = [case(0, "silently wrong", violated_at_ns=2 * SECOND), case(1, "detected by the host", detected_by_host_ns=SECOND)]
+    text = report.page(answer_of(head(2, PLAN + "[host]\n", "full"), rows), [])
+    assert [style for style in Page(text).styles if style[0] in "ui"] == [("u", "width: 50.0%"), ("i", "width: 0.0%")] * 2
+    assert "0.000 to 0.500" in text
+
+
+def test_only_late_detections_without_a_hazard():
+    answer = answer_of(head(1, PLAN + "[host]\n"), [case(0, "late", detected_by_host_ns=SECOND)])
+    assert "0, or no case was dangerous" in report.text_report(answer, []) and "0, or no case was dangerous" in report.page(answer, [])

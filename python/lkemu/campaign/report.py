@@ -32,6 +32,8 @@ def number_text(value: Optional[float]) -> str:
 def coverage_text(coverage: Coverage) -> str:
     if coverage.share is None:
         return "no hazard occurred, or all dangerous cases were detected in time" if coverage.open_in_time else "no case was dangerous"
+    if coverage.upper is None:
+        return "0, or no case was dangerous"  # all that may have been were detected late
     if coverage.open_in_time + coverage.open_late:
         text = f"from {coverage.share:.4f} to {coverage.upper:.4f}"
     else:
