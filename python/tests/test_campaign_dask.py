@@ -125,6 +125,18 @@ def test_a_killed_worker_changes_nothing(cluster, local):
     assert campaign("export", "dask.db").stdout == local
 
 
+def test_a_batch_whose_program_was_killed_runs_again(cluster, local, tmp_path):
+    dies_once = tmp_path / "lk-emu"
+    dies_once.write_text(f"""#!/bin/sh
+case "$*" in *--check*) ;; run*) [ -e {tmp_path}/died ] || {{ : > {tmp_path}/died; kill -9 $$; }};; esac
+exec {os.environ["LKEMU"]} "$@"
+""")
+    dies_once.chmod(0o755)
+    cluster.start_worker(LKEMU=str(dies_once))
+    campaign("plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address)
+    assert (tmp_path / "died").exists() and campaign("export", "dask.db").stdout == local
+
+
 def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(cluster, local):
     worker = cluster.start_worker()
     command = [sys.executable, "-m", "lkemu.campaign", "plan.toml", "-o", "dask.db", "--quiet", "--dask", cluster.address]

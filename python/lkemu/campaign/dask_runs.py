@@ -30,6 +30,7 @@ BATCHES_PER_THREAD = 3  # that wait or run; one that is done leaves no thread id
 MIN_WAITING = 16  # a cluster that has no worker yet sees that there is work
 MAX_PILE = 1024  # seconds of a core; the scheduler handles some thousand batches a second
 MAX_HOST_PILE = 16
+RETRIES = 2  # of a batch whose lk-emu was killed, say
 LOOK_S = 1.0  # between two looks at the number of workers
 
 
@@ -120,7 +121,7 @@ class DaskRuns:
             while True:
                 most = max(BATCHES_PER_THREAD * self.look(), MIN_WAITING)
                 for batch in itertools.islice(batches, max(most - len(waiting), 0)):
-                    future = self._client.submit(run_batch, self._job, batch, pure=False)
+                    future = self._client.submit(run_batch, self._job, batch, pure=False, retries=RETRIES)
                     waiting.add(future)
                     done.add(future)
                 if not waiting:
