@@ -146,6 +146,39 @@ def test_the_same_command_again_waits_for_the_one_that_runs(whole):
     assert campaign("export", "night.db") == whole
 
 
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
+def test_an_interrupted_campaign_ends_its_hosts(how):
+    pathlib.Path("host.toml").write_text(f"""
+scenario = "joint_moves"
+sampling = "full"
+[dimension]
+fault.kind = ["jam", "cut"]
+fault.id = 1
+fault.at_s = 1
+[host]
+command = ["{sys.executable}", "waits.py"]
+clock = "stepped"
+""")
+    pathlib.Path("waits.py").write_text("import lkemu, time\nclock = lkemu.attach().clock\nclock.advance_to(2)\nif clock.faults(): open('waits', 'w'); time.sleep(1000)\n")
+    command = [*COMMAND, "host.toml", "-j", "2", "--quiet"]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, "MARK": str(os.getcwd())})
+    deadline = time.monotonic() + PATIENCE_S
+    while not pathlib.Path("waits").exists():
+        assert running.poll() is None and time.monotonic() < deadline, running.communicate()[1]
+        time.sleep(0.01)
+    running.send_signal(how)
+    said = running.communicate(timeout=PATIENCE_S)[1]
+    assert running.returncode == 130 and said.count("\n") == 1, said
+    assert not [one for one in pathlib.Path("/proc").glob("[0-9]*/environ") if _has(one, f"MARK={os.getcwd()}")]
+
+
+def _has(file, text):
+    try:
+        return text.encode() in file.read_bytes().split(b"\0")
+    except OSError:
+        return False
+
+
 def test_many_signals_are_as_one():
     running, _ = started("-o", "night.db", "-j", "2")
     while running.poll() is None:
