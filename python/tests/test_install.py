@@ -65,6 +65,7 @@ def test_the_wheel_has_package_and_plugin(tmp_path):
     said = subprocess.run([sys.executable, "-c", look], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
     extras, libraries = said.stdout.split("] [")
     assert "'campaign'" in extras and "'identify'" in extras and "'plot'" in extras
+    assert "\"distributed >=2022.12; extra == 'campaign-dask'\"" in libraries
     assert all(f"\"{name}" in libraries for name in LIBRARIES["campaign"]), libraries
     assert """"scipy >=1.10; extra == 'identify'\"""" in libraries and """"matplotlib >=3.6; extra == 'plot'\"""" in libraries
 

@@ -70,7 +70,10 @@ def text_report(answer: Answer, required: Sequence[Checked]) -> str:
 
 def page(answer: Answer, required: Sequence[Checked], comparison: Optional[Comparison] = None) -> str:
     groups = [*(group for group in answer.kinds.values() if group.cases), answer.all]
-    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=_style_sheet(), groups=groups, outcomes=OUTCOMES, comparison=comparison)
+    latencies = [(group.kind, group.first) for group in groups[:-1] if len(group.first)]
+    latencies += [("all", answer.all.first), ("all, by the drive", answer.all.by_drive), ("all, by the host", answer.all.by_host)]
+    return _render("page.html.j2", answer, required, CASES_IN_PAGE, style=_style_sheet(), groups=groups, outcomes=OUTCOMES,
+                   comparison=comparison, latencies=latencies)  # fmt: skip
 
 
 def junit(answer: Answer) -> str:
