@@ -51,7 +51,7 @@ def test_coverage_counts_only_what_was_dangerous():
     assert answer.kinds["cut"].coverage.share is None
     assert answer.missing == 0
     assert conclusion(answer) == (
-        "2 of 5 cases were dangerous; 1 of these were detected in time, 1 by the drive (50.0 %)."
+        "2 of 5 cases were dangerous; 1 of these was detected in time, by the drive (50.0 %)."
     )
 
 

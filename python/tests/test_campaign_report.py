@@ -109,8 +109,14 @@ def test_the_conclusion_tells_who_detected():
     rows = [case(0, "detected by the host", detected_by_host_ns=SECOND, violated_at_ns=2 * SECOND), case(1, "hang", note="did not end in time"),
             case(2, "detected by the host", detected_by_host_ns=SECOND)]  # fmt: skip
     assert conclusion(answer_of(head(3), rows)) == (
-        "2 of 3 cases were dangerous; 1 of these were detected in time, 1 by the host (50.0 %). 1 host did not end in time."
+        "2 of 3 cases were dangerous; 1 of these was detected in time, by the host (50.0 %). 1 host did not end in time."
     )
+
+
+def test_the_conclusion_counts_drive_and_host():
+    rows = [case(n, "detected by the host" if n < 2 else "detected by the drive", violated_at_ns=2 * SECOND) for n in range(3)]
+    assert conclusion(answer_of(head(3), rows)) == "3 of 3 cases were dangerous; 3 of these were detected in time, 2 by the host and 1 by the drive (100.0 %)."
+    assert "2 of these were detected in time, all by the host" in conclusion(answer_of(head(2), rows[:2]))
 
 
 def test_rates_are_shown_or_said_to_be_missing():

@@ -286,7 +286,9 @@ def _detected(answer: Answer) -> str:
     if coverage.detected == 0:
         return ("the host detected none" if answer.has_host else "none was detected") + " in time"
     by = [f"{answer.in_time[name]} by the {who}" for name, who in ((DETECTED_BY_HOST, "host"), (DETECTED_BY_DRIVE, "drive")) if answer.in_time[name]]
-    return f"{coverage.detected} of these were detected in time, {' and '.join(by)} ({100 * coverage.detected / coverage.dangerous:.1f} %)"
+    if len(by) == 1:
+        by = ["all " + by[0].partition(" ")[2]] if coverage.detected > 1 else [by[0].partition(" ")[2]]
+    return f"{coverage.detected} of these {'was' if coverage.detected == 1 else 'were'} detected in time, {' and '.join(by)} ({100 * coverage.detected / coverage.dangerous:.1f} %)"
 
 
 def uncounted_ends(answer: Answer) -> List[Tuple[str, str]]:
