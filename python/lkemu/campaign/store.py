@@ -248,7 +248,8 @@ class Store:
         try:
             with self._connection:
                 self._connection.executemany(f"INSERT INTO cases VALUES ({places})", rows)
-                self._connection.executemany("DELETE FROM failures WHERE number = ?", [row[:1] for row in rows])
+                if self._connection.execute("SELECT EXISTS (SELECT 1 FROM failures)").fetchone()[0]:
+                    self._connection.executemany("DELETE FROM failures WHERE number = ?", [row[:1] for row in rows])
             if time.monotonic() - self._synced_at >= SYNC_S:
                 self._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
                 self._synced_at = time.monotonic()
