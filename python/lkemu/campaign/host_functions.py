@@ -8,6 +8,7 @@ another one.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import inspect
 import json
@@ -23,6 +24,8 @@ from ..attached import attach
 from .host_processes import end_with_parent
 
 FUNCTION = "run_case"
+# What a bus needs is loaded once, not in each copy.
+LIBRARIES = ("lkemu.stepped_bus", *(f"can.interfaces.{name}" for name in ("slcan", "socketcan", "socketcand", "udp_multicast")))
 
 
 def load(python: str) -> Callable[..., Any]:
@@ -36,6 +39,9 @@ def load(python: str) -> Callable[..., Any]:
     parameters = list(inspect.signature(function).parameters.values())
     if len(parameters) < 2:
         raise ImportError(f"{FUNCTION} of {python} takes {len(parameters)} parameters; it has to take bus and clock")
+    for library in LIBRARIES:
+        with contextlib.suppress(ImportError):  # of another interface than the plan's
+            importlib.import_module(library)
     if threading.active_count() > 1:
         raise ImportError(f"{python} starts threads when it is loaded; start them in {FUNCTION}, or use host.command")
     return function

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import modulefinder
+import pathlib
 import shlex
-from typing import Any, Mapping, Tuple
+from typing import Any, List, Mapping, Tuple
 
 import regex
 
@@ -55,6 +58,9 @@ def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
         raise text.fail("host.clock", "must be realtime or stepped")
     if python is not None and clock != "stepped":
         raise text.fail("host.clock", "must be stepped for host.python")
+    bus = table.get("bus", "slcan-tcp")
+    if python is not None and str(bus).startswith("rs485"):
+        raise text.fail("host.bus", "must be a CAN bus for host.python")
     runs = table.get("runs", 1 if clock == "stepped" else REALTIME_RUNS)
     if not (is_whole(runs) and 1 <= runs <= 1000):
         raise text.fail("host.runs", "must be a whole number from 1 to 1000")
@@ -65,7 +71,7 @@ def read_host(text: PlanText, table: Mapping[str, Any]) -> Host:
         limits[key] = table.get(key, getattr(Host, key))
         if not (is_number(limits[key]) and least <= limits[key] <= most):
             raise text.fail(f"host.{key}", f"must be a number from {least:g} to {most:g}")
-    return Host(tuple(words), python or "", table.get("bus", "slcan-tcp"), clock == "stepped", runs=runs,
+    return Host(tuple(words), python or "", bus, clock == "stepped", runs=runs,
                 passive=read_passive(text, table.get("passive")), **limits)  # fmt: skip
 
 
@@ -81,10 +87,22 @@ def read_passive(text: PlanText, passive: Any) -> Tuple[str, str]:
 def plan_hash(plan: Plan, program: Program) -> str:
     """Of the plan, the program's version and all files that decide results: hexadecimal."""
     total = hashlib.sha256(f"{program.version()}\0{plan.inputs}\0{plan.text}".encode())
-    if plan.host is not None:
-        # Words of the command that are files beside the plan: the script of a host.
-        for word in plan.host.command:
-            file = plan.file.absolute().parent / word
-            if file.is_file():
-                total.update(word.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
+    for file in host_files(plan):
+        total.update(f"{file.name}\0".encode() + hashlib.sha256(file.read_bytes()).digest())
     return total.hexdigest()[:16]
+
+
+def host_files(plan: Plan) -> List[pathlib.Path]:
+    """Files of the plan's directory that are words of the command or the module of `python`, and what these import from it."""
+    if plan.host is None:
+        return []
+    directory = plan.file.absolute().parent
+    words = [*plan.host.command, plan.host.python, plan.host.python.replace(".", "/") + ".py"]
+    files = {file.resolve() for file in (directory / word for word in words if word) if file.is_file()}
+    for file in list(files):
+        if file.suffix == ".py":
+            finder = modulefinder.ModuleFinder([str(file.parent), str(directory)])
+            with contextlib.suppress(SyntaxError):  # the host tells it
+                finder.run_script(str(file))
+            files.update(pathlib.Path(one.__file__).resolve() for one in finder.modules.values() if one.__file__)
+    return sorted(files)
