@@ -18,11 +18,11 @@ from .outcomes import MACHINE_FAILED, NOT_FIRED
 from .plan import Plan
 from .program import Program
 from .sampling import Case, Cases
-from .scenario_runs import ScenarioRuns
 from .values import Value, value_text
 
 TRIED = 64  # cases for the estimate of time
 TRIED_OF_KIND = 8  # and for whether a kind of fault can take effect at all
+MAX_TRIAL_S = 60.0  # for the latter, so estimated
 MAX_LOOKS = 100_000  # numbers
 SHOWN = 8  # values of a list
 
@@ -106,9 +106,13 @@ def tell_cost(plan: Plan, program: Program, jobs: int) -> None:
     count = sum(len(results) for results in runs_of(plan, program, 1).run(some, len(some)))
     each_s = (time.monotonic() - began) / count
     print(f"about {1 / each_s:.3g} cases/s for each of {jobs} jobs ({count} tried): {_duration(each_s * plan.included / jobs)}")
-    idle = _idle_kinds(plan, program, jobs) if plan.host is None else []
+    # Hosts take long: fewer cases of each kind, or none.
+    of_kind = min(TRIED_OF_KIND, int(MAX_TRIAL_S * jobs / (each_s * len(plan.kinds)))) if plan.kinds else 0
+    if plan.kinds and of_kind == 0:
+        print(f"not tried whether each of {len(plan.kinds)} kinds of fault takes effect: that would take {_duration(each_s * len(plan.kinds) / jobs)}")
+    idle = _idle_kinds(plan, program, jobs, of_kind)
     if idle:
-        print(f"took no effect in any of up to {TRIED_OF_KIND} cases each, leave them out or give them longer: {', '.join(idle)}")
+        print(f"took no effect in any of up to {of_kind} cases each, leave them out or give them longer: {', '.join(idle)}")
 
 
 def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
@@ -130,22 +134,24 @@ def spread_cases(plan: Plan, most: int) -> List[Tuple[int, Case]]:
     return some
 
 
-def _idle_kinds(plan: Plan, program: Program, jobs: int) -> List[str]:
+def _idle_kinds(plan: Plan, program: Program, jobs: int, of_kind: int) -> List[str]:
     """Kinds of fault that never took effect in a few cases of each."""
+    if of_kind == 0:
+        return []
     cases = Cases(plan)
     count: "Counter[str]" = Counter()
     tried: List[Tuple[int, Case]] = []
     for number in range(min(cases.numbers, MAX_LOOKS)):
         values = cases.values(number)
         kind = plan.kind_of(values) if values is not None else None
-        if values is None or kind is None or count[kind] == TRIED_OF_KIND:
+        if values is None or kind is None or count[kind] == of_kind:
             continue
         count[kind] += 1
         tried.append((number, values))
-        if len(tried) == TRIED_OF_KIND * len(plan.kinds):
+        if len(tried) == of_kind * len(plan.kinds):
             break
     fired: Dict[str, bool] = dict.fromkeys(count, False)
-    for results in ScenarioRuns(plan, program, jobs).run(tried, TRIED_OF_KIND):
+    for results in runs_of(plan, program, jobs).run(tried, TRIED_OF_KIND):
         for result in results:
             kind = plan.kind_of(result.values)
             assert kind is not None
