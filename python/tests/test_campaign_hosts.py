@@ -1,5 +1,6 @@
 """Campaigns with host programs, by the program that LKEMU names. Hosts are small and move the clock."""
 
+import json
 import os
 import pathlib
 import signal
@@ -270,7 +271,194 @@ def test_refuses_what_cannot_run(run):
     assert dies.stderr.count("\n") == 1 and not pathlib.Path("plan.db").exists()
 
 
-def test_an_expression_that_never_ends_is_refused(run):
-    pathlib.Path("host.py").write_text(HOST + f"print('{'a' * 200}!')\n")
-    done = run("well", says="^(a|aa)+$")
-    assert done.returncode == 2 and "takes too long" in done.stderr
+@pytest.mark.parametrize("expression", ["^(a|aa)+$", "(a+)+$"])
+def test_an_expression_that_never_ends_is_refused(run, expression):
+    pathlib.Path("host.py").write_text(HOST + f"print('{'a' * 1999}!')\n")
+    done = run("well", says=expression)
+    assert done.returncode == 2 and "takes too long" in done.stderr and done.stderr.count("\n") == 1
+
+
+FUNCTION = """
+calls = 0
+
+
+def run_case(bus, clock, how):
+    global calls
+    calls += 1
+    if calls > 1:
+        print("error: this is not the first call")
+    for n in range(1, 31):
+        clock.advance(0.1)
+        if any(one.first_effect_at_s is not None for one in clock.faults()):
+            if how == "says":
+                print("error: the joint does not move")
+            if how == "returns":
+                return 3
+            if how == "raises":
+                raise ValueError("no such angle: 361")
+            if how == "dies":
+                import os
+                os.abort()
+"""
+
+
+@pytest.fixture
+def function(write):
+    """A plan whose host is a function."""
+
+    def write_function(*hows, **more):
+        write(*hows, **more)
+        pathlib.Path("my_host.py").write_text(FUNCTION)
+        plan = pathlib.Path("plan.toml")
+        command = next(line for line in plan.read_text().splitlines() if line.startswith("command"))
+        plan.write_text(plan.read_text().replace(command, 'python = "my_host.py"'))
+
+    return write_function
+
+
+def test_a_function_is_called_in_a_copy_for_each_case(function):
+    function("well", "says", "returns", "raises", "dies")
+    assert campaign("plan.toml", "-j", "1", "--quiet").returncode == 0
+    assert [row["note"] for row in rows()] == [
+        "exit status 0", "exit status 0; line 1 of [detect]", "exit status 3", "uncaught ValueError", "killed by SIGABRT",
+    ]  # fmt: skip
+    assert rows()[0]["outcome"] == "silently wrong" and rows()[1]["detected_by_host_ns"] == "1100000000"
+    # A case by itself is computed in a process that has run no other.
+    assert "detected by the host" in campaign("plan.toml", "--case", "1").stdout
+    assert "; exit status 0\n" in campaign("plan.toml", "--case", "0").stdout
+
+
+@pytest.mark.parametrize(
+    "text, problem",
+    [("import no_such_library\n", "No module named 'no_such_library'"), ("def other(bus, clock): pass\n", "has no function run_case(bus, clock)"),
+     ("def run_case(bus): pass\n", "takes 1 parameters"), ("import os\nos._exit(5)\n", "ended with status 5"), ("x = (\n", "SyntaxError"),
+     ("def run_case(bus, clock): pass\n", "unexpected keyword argument 'how'")],
+)  # fmt: skip
+def test_refuses_a_function_that_cannot_be_called(function, text, problem):
+    function("well")
+    pathlib.Path("my_host.py").write_text(text)
+    done = campaign("plan.toml")
+    assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "change, problem",
+    [('clock = "realtime"', "must be stepped for host.python"), ('clock = "stepped"\npassive = "NO_STOP"', "host.passive: must be an environment"),
+     ('clock = "stepped"\nmemory_MB = 1', "must be a number from 50 to 1e+06"), ('clock = "stepped"\nbus = "rs485"', "must be a CAN bus"),
+     ('clock = "stepped"\ncommand = "true"', "does not go together with command")],
+)  # fmt: skip
+def test_refuses_a_wrong_host_table(function, change, problem):
+    function("well")
+    plan = pathlib.Path("plan.toml")
+    plan.write_text(plan.read_text().replace('clock = "stepped"', change))
+    done = campaign("plan.toml")
+    assert done.returncode == 2 and problem in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_results_belong_to_what_a_function_imports(function):
+    function("well")
+    pathlib.Path("helper.py").write_text("LIMIT = 1\n")
+    pathlib.Path("my_host.py").write_text("import helper\n" + FUNCTION)
+    assert campaign("plan.toml", "--quiet").returncode == 0
+    pathlib.Path("helper.py").write_text("LIMIT = 2\n")
+    done = campaign("plan.toml", "--resume")
+    assert done.returncode == 2 and "of another plan, version or file that the plan names" in done.stderr
+
+
+SCENARIO = """
+robot = "joint.toml"
+duration_s = 3
+[[expect]]
+says = "it stays within its space"
+id = 1
+signal = "true_angle_deg"
+max = 30
+"""
+
+# Turns the joint, and stops it: in the end, or when it meets a fault. One that is carefree does not need the latter.
+TURNING = """
+import os
+import struct
+import can
+
+
+def say(bus, command, value=0):
+    bus.send(can.Message(arbitration_id=0x141, is_extended_id=False, data=struct.pack("<B3xi", command, value)))
+
+
+def run_case(bus, clock, how):
+    passive = "NO_STOP" in os.environ
+    clock.advance(0.2)
+    say(bus, 0xA2, 12000)  # 20 degrees a second behind the gear
+    stopped = False
+    for n in range(3, 29):
+        clock.advance_to(0.1 * n)
+        fault = any(one.first_effect_at_s is not None for one in clock.faults())
+        if fault or how == "alarms":
+            print("error: something is wrong")
+        if not stopped and ((fault and not passive) or (n == 11 and (how != "needs" or not fault))):
+            say(bus, 0x81)
+            stopped = True
+"""
+
+STOPPING_PLAN = """
+scenario = "turns.toml"
+sampling = "full"
+[dimension]
+fault.kind = "friction"
+fault.id = 1
+fault.at_s = 0.5
+fault.friction.factor = 2
+host.how = ["needs", "carefree", "alarms"]
+[hazard]
+expectations = ["it stays within its space"]
+[host]
+python = "my_host.py"
+{more}
+[detect]
+drive = "none"
+[[detect.host]]
+says = "^error: "
+"""
+
+
+@pytest.fixture
+def stopping(tmp_path, monkeypatch):
+    """Runs a plan whose host prevents a hazard; the report as JSON."""
+    monkeypatch.chdir(tmp_path)
+    robot = pathlib.Path(__file__).parents[2] / "configs/scenarios/robots/joint.toml"
+    (tmp_path / "joint.toml").write_text(robot.read_text())
+    (tmp_path / "turns.toml").write_text(SCENARIO)
+    (tmp_path / "my_host.py").write_text(TURNING)
+
+    def run_plan(more):
+        (tmp_path / "plan.toml").write_text(STOPPING_PLAN.format(more=more))
+        done = campaign("plan.toml", "--quiet", "--json", "report.json")
+        assert done.returncode == 0, done.stderr
+        return json.loads(pathlib.Path("report.json").read_text())["all"]
+
+    return run_plan
+
+
+def test_a_hazard_that_the_reaction_prevents_is_dangerous_and_detected(stopping):
+    found = stopping('passive = "NO_STOP=1"')
+    assert [(row["outcome"], row["passive"]) for row in rows()] == [
+        ("detected by the host", "dangerous"), ("detected by the host", "safe"), ("tolerated", ""),
+    ]  # fmt: skip
+    assert (found["coverage"]["detected"], found["coverage"]["dangerous"], found["coverage"]["share"]) == (1, 1, 1.0)
+    assert (found["safe_detected"], found["safe_undetected"], found["false_alarms"]) == (1, 1, 1)
+
+
+def test_without_a_passive_host_coverage_has_bounds(stopping):
+    found = stopping("")
+    assert (found["coverage"]["dangerous"], found["coverage"]["open_in_time"]) == (0, 2)
+    assert (found["coverage"]["share"], found["coverage"]["upper"]) == (None, 1.0)
+    assert "2 more were detected and without a hazard" in campaign("report", "plan.db").stdout
+
+
+def test_a_dry_run_tells_what_cannot_fire_with_a_host(stopping):
+    stopping("")
+    plan = pathlib.Path("plan.toml")
+    plan.write_text(plan.read_text().replace('"friction"', '["friction", "drop"]').replace("0.5", "2.95"))
+    pathlib.Path("my_host.py").write_text("def run_case(bus, clock, how):\n    clock.advance(0.1)\n")
+    assert "took no effect" in campaign("plan.toml", "--dry-run").stdout.splitlines()[-1]
