@@ -61,6 +61,29 @@ def test_a_host_that_always_raises_an_alarm_gains_no_coverage():
     assert answer_of(head(), loud).all.coverage.share == answer_of(head(), quiet).all.coverage.share == 0
 
 
+def test_what_a_host_prevented_gives_bounds_unless_a_passive_host_ran():
+    """2 dangerous, 1 of these in time; detected without a hazard: 1 in time, 1 late."""
+    cases = [*five()[:3], case(3, "late", host=2 * SECOND)]
+    coverage = answer_of(head(plan=PLAN + "[host]\n", cases=4), cases).all.coverage
+    assert (coverage.share, coverage.upper) == (1 / 3, 2 / 3)
+    assert "from 0.3333 to 0.6667" in report.coverage_text(coverage)
+    cases[2].passive, cases[3].passive = "dangerous", "safe"
+    coverage = answer_of(head(plan=PLAN + "[host]\npassive = 'X=1'\n", cases=4), cases).all.coverage
+    assert coverage.share == coverage.upper == 2 / 3
+
+
+def test_the_report_tells_what_a_plan_would_have_to_count():
+    dead = [case(n, "crash") for n in range(3)]
+    dead[0].note = dead[1].note = "exit status 7"
+    dead[2].note = "uncaught lkemu.errors.NoReply"
+    answer = answer_of(head(cases=3), dead, {"lk-emu was ended from outside": 2})
+    assert conclusion(answer).endswith("2 hosts exited with status 7, which [detect] does not count. "
+                                       "1 host ended by an uncaught lkemu.errors.NoReply, which [detect] does not count.")  # fmt: skip
+    for text in (report.text_report(answer, []), report.page(answer, [])):
+        assert "exit_status = 7" in text and "lkemu\\.errors\\.NoReply" in text
+        assert "2 cases without a result, as the machine failed (lk-emu was ended from outside)" in text
+
+
 def test_a_plan_without_a_hazard_has_no_coverage():
     answer = answer_of(head(plan=""), five())
     assert "no [hazard]" in conclusion(answer)
