@@ -285,6 +285,7 @@ def work(directory: str) -> None:
         pass
     finally:
         end_descendants()
+        shutil.rmtree(directory, ignore_errors=True)
 
 
 def _abandon(*_: object) -> NoReturn:
