@@ -24,8 +24,16 @@ apt-get -q -y --no-install-recommends install "${recommended[@]}"
 lk-emu plot run.csv
 lk-emu campaign $plan --quiet -o plan.db --html plan.html
 [[ -s run.svg && -s plan.html ]]
-python3 -c 'import lkemu
-with lkemu.Emulator(ids="1", bus="auto", clock="stepped", arguments=["--record", "run"]) as emu: emu.clock.advance("1s")'
+python3 -c '
+import socket
+import lkemu
+with lkemu.Emulator(ids="1", bus="auto", arguments=["--record", "run"]) as emu:
+    host = socket.create_connection(("127.0.0.1", int(emu.bus.rpartition(":")[2])), 20)
+    host.sendall(b"O\rt14189A00000000000000\r")
+    said = b""
+    while b"t14189A" not in said:
+        said += host.recv(100)
+'
 python3 -m lkemu.mcap run
 [[ -s run.mcap ]]
 install -D -m 644 /usr/share/lk-emu/buses/bench.toml /etc/lk-emu/bench.toml
