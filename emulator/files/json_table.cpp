@@ -9,6 +9,9 @@
 namespace lk::emulator {
 namespace {
 
+/// Keys of one object: each is searched for among those before it.
+constexpr std::size_t kMostJsonKeys = 1000;
+
 std::string inside(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
 }
@@ -70,31 +73,57 @@ void add_value(const Json& value, const std::string& path, const Add& add) {
   throw JsonError(path, "null says nothing; leave the key out");
 }
 
+/// Refuses depth, keys that are given twice and objects with many keys. The library's own callback
+/// makes it search a whole list after each element of it.
+class Shape : public nlohmann::json_sax<Json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return open(); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(); }
+  bool end_array() override { return close(); }
+  bool key(string_t& name) override {
+    std::set<std::string>& keys = keys_.back();
+    if (!keys.insert(name).second) throw JsonError(name, "is given twice");
+    if (keys.size() > kMostJsonKeys) {
+      throw JsonError(name, "is one of more than " + std::to_string(kMostJsonKeys) + " keys");
+    }
+    return true;
+  }
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception& problem) override {
+    throw JsonError("byte " + std::to_string(position), "no JSON: " + short_reason(problem.what()));
+  }
+
+ private:
+  bool open() {
+    if (keys_.size() >= std::size_t{kDeepestJson}) {
+      throw JsonError("body", "is nested deeper than " + std::to_string(kDeepestJson) + " levels");
+    }
+    keys_.emplace_back();
+    return true;
+  }
+  bool close() {
+    keys_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> keys_;  // of the objects and lists that are open
+};
+
 }  // namespace
 
 Json parse_json(std::string_view text) {
-  // The library parses without recursion: depth costs memory only, and that is bounded by the text.
-  std::vector<std::set<std::string>> keys;  // of the objects that are open
-  const auto look = [&keys](int depth, Json::parse_event_t event, Json& parsed) {
-    using Event = Json::parse_event_t;
-    if (depth > kDeepestJson) {
-      throw JsonError("body", "is nested deeper than " + std::to_string(kDeepestJson) + " levels");
-    }
-    if (event == Event::object_start) keys.emplace_back();
-    if (event == Event::object_end) keys.pop_back();
-    if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second) {
-      throw JsonError(parsed.get<std::string>(), "is given twice");
-    }
-    return true;
-  };
-  try {
-    return Json::parse(text, look);
-  } catch (const Json::parse_error& problem) {
-    throw JsonError("byte " + std::to_string(problem.byte),
-                    "no JSON: " + short_reason(problem.what()));
-  } catch (const Json::exception& problem) {
-    throw JsonError("body", std::string("no JSON: ") + problem.what());
-  }
+  // The library parses without recursion.
+  Shape shape;
+  Json::sax_parse(text, &shape);
+  return Json::parse(text);
 }
 
 toml::table to_table(const Json& json) {

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kLanes = 8;  // drives in one block of a bank
 constexpr std::size_t kMaxCourses = 64;
+constexpr std::size_t kMaxCourseText = 1024 * 1024;  // bytes of the lines that courses come from
 // Traffic is taken in pieces, so memory does not grow with the length of a scenario.
 constexpr SimTime kPiece = std::chrono::milliseconds(500);
 
@@ -65,12 +66,18 @@ void note_fault(CaseRun& one, const ScenarioRun& run) {
 
 const CaseCourse& CaseBatch::course_of(const CaseRequest& request) {
   auto& course = courses_[request.group];
-  if (!course) course = std::make_unique<CaseCourse>(builder_.course(request));
+  if (!course) {
+    course = std::make_unique<CaseCourse>(builder_.course(request));
+    course_text_ += request.group.size();
+  }
   return *course;
 }
 
 bool CaseBatch::run(std::span<const CaseRequest> requests, bool check, const Take& take) {
-  if (courses_.size() > kMaxCourses) courses_.clear();
+  if (courses_.size() > kMaxCourses || course_text_ > kMaxCourseText) {
+    courses_.clear();
+    course_text_ = 0;
+  }
   bool all_possible = true;
   std::vector<CaseRun> cases;
   for (const CaseRequest& request : requests) {

@@ -48,6 +48,7 @@ class CaseBatch {
 
   CaseBuilder builder_;
   std::map<std::string, std::unique_ptr<CaseCourse>> courses_;  // by CaseRequest::group
+  std::size_t course_text_ = 0;
 };
 
 }  // namespace lk::emulator

@@ -16,6 +16,8 @@
 namespace lk::emulator {
 namespace {
 
+constexpr std::size_t kMaxBases = 16;  // scenario files that are kept
+
 std::string file_of(const CaseRequest& request) { return "case " + std::to_string(request.number); }
 
 void insert_number(toml::table& table, const std::string& key, double value) {
@@ -124,6 +126,7 @@ void make_absolute(toml::table& table, const char* key, const std::filesystem::p
 CaseBuilder::Base& CaseBuilder::base_of(const std::string& scenario) {
   const auto known = bases_.find(scenario);
   if (known != bases_.end()) return known->second;
+  if (bases_.size() >= kMaxBases) bases_.clear();
   const std::filesystem::path file = meant_file(kScenarios, scenario);
   const std::string text = read_regular_file(file, kLongestText);
   Base base{file, text_hash(text), parse_toml(text, file.string()),
@@ -186,15 +189,22 @@ std::vector<PlannedDirective> CaseBuilder::fault(const CaseRequest& request,
   if (const auto given = event["id"].value<std::int64_t>()) id = static_cast<int>(*given);
   const std::size_t bus = read_bus_of(reader, scenario.robot, id);
   read_moment(reader, "at_s", scenario.duration);
+  if (reader.has("when"))
+    reader.fail("when", "a case's fault begins at at_s; move it to directives");
+  std::vector<TimedDirective> all = scenario.robot[bus].events;
   std::vector<PlannedDirective> planned;
   for (TimedDirective& one : read_directives(reader, scenario.robot[bus], Timing::kRequired)) {
     if (!std::holds_alternative<SetFault>(one.directive.what)) reader.fail("", "is not a fault");
+    all.push_back(one);
     planned.push_back({bus, std::move(one)});
   }
+  check_room(reader, all);
   return planned;
 }
 
 std::string CaseBuilder::file_text(const CaseRequest& request) {
+  const Scenario scenario = course(request).scenario;
+  fault(request, scenario);  // throws if the drive cannot have it
   Base& base = base_of(request.scenario);
   toml::table document = changed(request, base);
   const std::filesystem::path directory = base.file.parent_path();
@@ -203,8 +213,6 @@ std::string CaseBuilder::file_text(const CaseRequest& request) {
     for (toml::node& send : *sends) make_absolute(*send.as_table(), "play", directory);
   }
   if (!request.drive_errors.empty() || !request.detect.empty()) {
-    const Scenario scenario =
-        parse_scenario(document, base.file.string(), std::nullopt, base.files->files());
     toml::array& all = array_of(document, "expect");
     for (toml::table& table : watched(request, scenario)) all.push_back(std::move(table));
   }

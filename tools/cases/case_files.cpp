@@ -7,6 +7,11 @@
 #include "emulator/files/regular_file.hpp"
 
 namespace lk::emulator {
+namespace {
+
+constexpr std::size_t kMaxRobots = 64;  // a campaign may vary the bit rate of every case
+
+}  // namespace
 
 std::uint64_t text_hash(std::string_view text, std::uint64_t so_far) {
   for (const char c : text) {
@@ -32,6 +37,7 @@ std::vector<BusConfig> CaseFiles::robot(const std::string& name, const Overrides
                      overrides.bitrate.value_or(-1)};
   auto known = robots_.find(key);
   if (known == robots_.end()) {
+    if (robots_.size() >= kMaxRobots) robots_.clear();
     const std::filesystem::path file =
         is_path(name) ? directory_ / name : shipped_file(kRobots, name);
     Overrides without_seed = overrides;

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include "emulator/ground/text.hpp"
 
 namespace lk::emulator {
 namespace {
@@ -112,7 +112,7 @@ std::string possible_json(const CaseRun& one) {
 }
 
 std::string impossible_json(std::uint64_t number, const std::string& reason) {
-  return Json{{"case", number}, {"error", reason}}.dump() + '\n';
+  return Json{{"case", number}, {"error", on_one_line(reason)}}.dump() + '\n';
 }
 
 }  // namespace lk::emulator

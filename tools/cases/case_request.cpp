@@ -2,12 +2,14 @@
 
 #include <utility>
 
+#include "emulator/config/events/config_directives.hpp"
 #include "emulator/config/profile_fields.hpp"
 
 namespace lk::emulator {
 namespace {
 
 constexpr std::int64_t kMaxNumber = std::int64_t{1} << 53;  // exact in every JSON library
+constexpr std::size_t kMaxPath = 4096;                      // bytes, as in Linux
 
 /// Moves `key` out of `from` if it is there.
 void take(toml::table& from, const char* key, toml::table& to) {
@@ -18,10 +20,13 @@ void take(toml::table& from, const char* key, toml::table& to) {
 }
 
 toml::array take_tables(TableReader& reader, toml::table& from, const char* key) {
+  toml::array* given = from[key].as_array();
+  if (given != nullptr && given->empty()) {
+    reader.texts(key);  // so that the key is known
+    return {};
+  }
   reader.tables(key);  // refuses anything but an array of tables
-  toml::array tables;
-  if (toml::array* given = from[key].as_array()) tables = std::move(*given);
-  return tables;
+  return given != nullptr ? std::move(*given) : toml::array{};
 }
 
 CaseSettings read_settings(TableReader& reader, toml::table& table) {
@@ -60,6 +65,8 @@ CaseRequest read_case(const Json& line) {
   TableReader reader(table, "case " + std::to_string(request.number), "");
   reader.integer("case", 0, kMaxNumber);
   if (const auto scenario = reader.text("scenario")) {
+    const std::string problem = text_problem(*scenario, kMaxPath);
+    if (!problem.empty()) reader.fail("scenario", problem);
     request.scenario = *scenario;
   } else {
     reader.note_missing("scenario");

@@ -92,6 +92,7 @@ const std::vector<List> kLists = {
     {"bytes of a header", "request", "control/http_session.hpp", "kLongestHeader", "431"},
     {"bytes of a body", "request", "control/http_session.hpp", "kLongestBody", "413"},
     {"levels of JSON", "request", "files/json_table.hpp", "kDeepestJson", "400"},
+    {"keys of a JSON object", "request", "files/json_table.cpp", "kMostJsonKeys", "400"},
     {"bytes of a message", "WebSocket", "control/http_session.hpp", "kLongestMessage", "closed"},
     {"bytes of a scenario", "scenario, and again its logs", "program/scenario_activity.hpp", "kLongestFile", "400"},
     {"bytes for the disk", "recording", "record/log_writer.hpp", "kMostWaiting", "it ends"},
