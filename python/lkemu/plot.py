@@ -247,7 +247,7 @@ def set_up(lang: str) -> None:
         "font.family": [*families, "sans-serif"], "font.sans-serif": ["Verdana"], "font.size": 9, "text.parse_math": False, "text.color": "#222222", "axes.edgecolor": "#8c8c8c",
         "axes.labelcolor": "#222222", "xtick.color": "#8c8c8c", "ytick.color": "#8c8c8c", "xtick.labelcolor": "#222222",
         "ytick.labelcolor": "#222222", "grid.color": "#e0e0e0", "legend.frameon": False, "legend.fontsize": 9,
-        "svg.fonttype": "none", "svg.hashsalt": "lk-emu",
+        "svg.fonttype": "none", "svg.hashsalt": "lk-emu", "path.simplify_threshold": 0.5,  # dots: leaves out what cannot be seen
     })  # fmt: skip
 
 
@@ -256,7 +256,12 @@ def rendered(figure: Figure, title: str, kind: str) -> bytes:
     data = io.BytesIO()
     metadata = {"Title": title, "Date": None, "Creator": None} if kind == "svg" else {"Title": title, "Software": None}
     figure.savefig(data, format=kind, dpi=DPI if kind == "svg" else 2 * DPI, metadata=metadata)
-    return data.getvalue()
+    return compacted(data.getvalue()) if kind == "svg" else data.getvalue()
+
+
+def compacted(svg: bytes) -> bytes:
+    """Paths on one line, to a hundredth of a dot; matplotlib writes a line for each point, to a millionth."""
+    return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0].replace(b"\n", b" ")), svg)
 
 
 class Picture:

@@ -3,6 +3,7 @@
 import math
 import os
 import random
+import re
 import struct
 import subprocess
 import sys
@@ -206,6 +207,21 @@ def test_no_spike_is_lost_in_a_long_file(figure):
     assert len(line.get_xdata()) < 4 * plot.MOST_POINTS
     assert line.get_xdata()[0] == 0 and np.all(np.diff(line.get_xdata()) > 0)
     assert len(plot.rendered(drawn, "run", "svg")) < 150_000
+
+
+def test_a_noisy_svg_stays_small_and_keeps_its_spike(figure):
+    chance = random.Random(1)
+    values = [chance.gauss(0, 1) for _ in range(4000)]
+    values[1234] = 30
+    drawn = figure("time_s,1.iq_A\n" + "".join(f"{n / 1000},{value!r}\n" for n, value in enumerate(values)))
+    svg = plot.rendered(drawn, "run", "svg").decode()
+    longest = max(re.findall(r' d="([^"]*)"', svg), key=len)
+    points = [tuple(map(float, point.split())) for point in re.split("[ML]", longest) if point.strip()]
+    assert len(svg) < 20 * len(values) and svg.count("\n") < 1000
+    x, y = min(points, key=lambda point: point[1])
+    axes = panels(drawn)[0]
+    spike = axes.transData.transform((1.234, 30)) * 72 / plot.DPI
+    assert (x, float(svg.split('height="')[1].split("pt")[0]) - y) == pytest.approx(tuple(spike), abs=0.5)
 
 
 def test_a_thinned_line_has_the_extremes_of_each_stretch(figure):
