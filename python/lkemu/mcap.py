@@ -13,6 +13,7 @@ from .mcap_writer import McapWriter
 from .program import find_program
 
 ATTACHED = (".json", ".toml")
+LARGEST_ATTACHMENT, LONGEST_LINE = 16 << 20, 1 << 20  # bytes; lk-emu writes less (assumed)
 
 
 def main(arguments: Optional[List[str]] = None) -> None:
@@ -39,7 +40,10 @@ def attach_files(writer: McapWriter, recording: str) -> None:
             if name.endswith(ATTACHED):
                 with open_file(path) as file:
                     kind = "application/json" if name.endswith(".json") else "application/toml"
-                    writer.attach(os.path.relpath(path, recording), kind, file.read())
+                    data = file.read(LARGEST_ATTACHMENT + 1)
+                if len(data) > LARGEST_ATTACHMENT:
+                    raise StartError(f"mcap: {path}: is larger than {LARGEST_ATTACHMENT >> 20} MiB, so it is not of lk-emu")
+                writer.attach(os.path.relpath(path, recording), kind, data)
 
 
 def add_directives(writer: McapWriter, recording: str) -> None:
@@ -48,7 +52,7 @@ def add_directives(writer: McapWriter, recording: str) -> None:
         try:
             directive = json.loads(line)
             writer.message("/directives", "lk_emu.Directive", directive["time_ns"], directive)
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             raise StartError(f"mcap: {path}:{number}: not as lk-emu writes it") from None
 
 
@@ -63,9 +67,9 @@ def add_frames(writer: McapWriter, recording: str) -> int:
             raise StartError(f"mcap: {path}:{number}: is not a frame of candump")
         try:
             time_ns, bus, raw = read_line(line)
+            writer.message(f"/{bus}/frames", "lk_emu.Frame", time_ns, raw)
         except ValueError:
             raise StartError(f"mcap: {path}:{number}: not as lk-emu writes it") from None
-        writer.message(f"/{bus}/frames", "lk_emu.Frame", time_ns, raw)
         values = {key: value for key, value in frame.get("values", {}).items() if isinstance(value, (int, float))}
         if values and frame["drive"]:
             topic, schema = (f"/{bus}/{frame['drive']}", "lk_emu.Reply") if raw["from"] == "drive" else (f"/{bus}/{frame['drive']}/command", "lk_emu.Command")
@@ -107,13 +111,19 @@ def read_line(line: str) -> Tuple[int, str, Dict[str, Any]]:
 def whole_lines(path: str) -> Iterator[Tuple[int, str]]:
     """Lines with their numbers, without one that a kill has cut off."""
     with open_file(path) as file:
-        for number, line in enumerate(file, 1):
+        number = 0
+        while line := file.readline(LONGEST_LINE):
+            number += 1
             if line.endswith(b"\n"):
                 yield number, line[:-1].decode(errors="replace")
+            elif len(line) == LONGEST_LINE:
+                raise StartError(f"mcap: {path}:{number}: is longer than {LONGEST_LINE >> 20} MiB")
 
 
 def open_file(path: str) -> Any:
     try:
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise StartError(f"mcap: {path}: is not a regular file")
         return open(path, "rb")
     except OSError as problem:
         raise StartError(f"mcap: cannot read {path}: {problem.strerror}") from None

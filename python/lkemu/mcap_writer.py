@@ -12,7 +12,7 @@ MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, ATTACHMENT, ATTACHMENT_INDEX, STATISTICS = range(1, 12)
 SUMMARY_OFFSET, DATA_END = 14, 15
 CHUNK_BYTES = 1 << 20  # of messages, after which another chunk begins
-JSON_TYPES = ((bool, "boolean"), ((int, float), "number"), (str, "string"), (dict, "object"))
+JSON_TYPES = ((bool, "boolean"), ((int, float), "number"), (str, "string"), (dict, "object"), (type(None), "null"))
 
 
 def record(op: int, *fields: bytes) -> bytes:
@@ -73,7 +73,9 @@ class McapWriter:
         self._attachments.append((name, media_type, data))
 
     def message(self, topic: str, schema: str, time_ns: int, value: Dict[str, object]) -> None:
-        """Messages of one topic have one schema."""
+        """Messages of one topic have one schema. Raises ValueError for a time that MCAP cannot have."""
+        if not isinstance(time_ns, int) or not 0 <= time_ns < 1 << 64:
+            raise ValueError(f"time_ns: {time_ns}")
         channel = self._channels.setdefault(topic, Channel(len(self._channels) + 1, topic, schema))
         properties = self._schemas.setdefault(schema, {})
         for key in value.keys() - properties.keys():

@@ -142,3 +142,31 @@ def test_what_is_no_recording_is_refused(recording):
     (recording / "frames.log").write_text("")
     assert refusal("recording") == "no such motor"
     assert sorted(os.listdir()) == ["lk-emu", "recording"]
+
+
+@pytest.mark.parametrize("name, text, reason", [
+    ("directives.jsonl", '{"time_ns":-1}\n', "directives.jsonl:1: not as lk-emu writes it"),
+    ("directives.jsonl", '{"time_ns":1e30}\n', "directives.jsonl:1: not as lk-emu writes it"),
+    ("directives.jsonl", '{"time_ns":36893488147419103232}\n', "directives.jsonl:1: not as lk-emu writes it"),
+    ("directives.jsonl", '{"time_ns":"1"}\n', "directives.jsonl:1: not as lk-emu writes it"),
+    ("directives.jsonl", "[" * 100_000 + "\n", "directives.jsonl:1: not as lk-emu writes it"),
+    ("directives.jsonl", "x" * (2 << 20), "directives.jsonl:1: is longer than 1 MiB"),
+    ("frames.log", "(9000000000000.000000) vcan0 141#9C T\n", "frames.log:1: not as lk-emu writes it"),
+    ("recording.json", "x" * (17 << 20), "recording.json: is larger than 16 MiB, so it is not of lk-emu"),
+], ids=range(8))  # fmt: skip
+def test_damaged_and_huge_files_are_one_line(recording, name, text, reason):
+    (recording / name).write_text(text)
+    assert refusal("recording") == f"mcap: recording/{reason}"
+
+
+@pytest.mark.parametrize("name", ["directives.jsonl", "frames.log", "robot.toml"])
+def test_a_pipe_is_refused_instead_of_waited_for(recording, name):
+    (recording / name).unlink(missing_ok=True)
+    os.mkfifo(recording / name)
+    assert refusal("recording") == f"mcap: recording/{name}: is not a regular file"
+
+
+def test_a_directive_may_have_an_empty_value(recording, capsys):
+    (recording / "directives.jsonl").write_text('{"time_ns":0,"x":null}\n')
+    mcap.main(["recording"])
+    assert capsys.readouterr().out == "recording.mcap: 2 frames\n"
