@@ -102,10 +102,10 @@ def compare(found: Any, expected: int, file: str) -> int:
 
 def read_logs(given: argparse.Namespace) -> int:
     with libraries("identify", __name__):
+        from .logs import FEWEST_SAMPLES, read_tracks
         from .motor_file import expected_values, motor_text
         from .quantities import changes, identify
         from .report import report_html, table_text
-        from .track import FEWEST_SAMPLES, read_tracks
 
     if same_file(given.output, given.expect) or same_file(given.output, given.motor):
         raise Unusable("identify: --output would overwrite the file that it is compared with or made from")

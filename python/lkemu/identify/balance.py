@@ -9,12 +9,13 @@ from typing import Callable, List, Optional
 
 import numpy as np
 
+from .cogging import missed
 from .estimate import Estimate
-from .fit import FEWEST_COMMANDED, Fit, Looked, missed
+from .fit import FEWEST_COMMANDED, Fit, Looked
 from .regression import GROUPS, RUN_S, Regression, estimate
 from .timing import Timing, spread
 from .track import TORQUE, Track
-from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS, WINDOW_S
+from .windows import COULOMB, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, VISCOUS, WINDOW_S, Balance
 
 LAG_SHARE = 0.2
 PATH_SHARE = 0.03  # of an amplitude, for the path between samples (assumed)
@@ -60,12 +61,14 @@ class BalanceFit:
     def expected(self) -> np.ndarray:
         return self.terms @ self.coefficients
 
+
 def gravity_of(coefficients: np.ndarray) -> float:
     return float(math.hypot(coefficients[GRAVITY_SIN], coefficients[GRAVITY_COS]))
 
 
 def coefficient(term: int) -> Callable[[np.ndarray], float]:
     return lambda c: float(c[term])
+
 
 def whitened(regression: Regression) -> np.ndarray:
     return np.sqrt(regression.weights) * regression.residual()
@@ -79,9 +82,9 @@ def held_out_ratio(fit: Fit, looked: Looked, given: np.ndarray) -> float:
         own, other = half == n, half != n
         if np.count_nonzero(own) < GROUPS or np.count_nonzero(other) < GROUPS:
             return 1.0
-        part = fit.regression(looked, given, own)
-        fitted += spread(part.residual()) ** 2
-        held += spread(given[other] - fit.terms[other] @ part.coefficients) ** 2
+        residual = fit.regression(looked, given, own).residual()
+        fitted += spread(residual[own]) ** 2
+        held += spread(residual[other]) ** 2
     return math.sqrt(held / fitted) if fitted > 0 else 1.0
 
 
@@ -129,6 +132,11 @@ def weak_pulses(fit: Fit) -> int:
     return pulses if not fit.experiment and pulses >= FEWEST_COMMANDED else 0
 
 
+def inertia_of_shorter(fit: Fit, looked: Looked) -> Estimate:
+    regression = fit.shorter(looked)
+    return estimate(coefficient(INERTIA), regression.coefficients, regression.jackknife())
+
+
 def check_stamps(track: Track, timing: Timing) -> None:
     """Raises TooRough."""
     share = track.ambiguous / max(len(track.time) + track.ambiguous, 1)
@@ -157,7 +165,7 @@ def check_delay(fit: Fit) -> None:
 def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
     """None where the drive hardly turned. Raises TooRough."""
     check_stamps(track, timing)
-    fit = Fit(track, timing)
+    fit = Fit(Balance(track, timing))
     if not fit.possible():
         return None
     looked = fit.looked()
@@ -198,8 +206,7 @@ def fit_balance(track: Track, timing: Timing) -> Optional[BalanceFit]:
         cogging.append(Cogging(order, widened_cogging(fit, order, at, amplitude, regression.weights), math.atan2(c[at], c[at + 1])))
     inertia, shorter, notes = of(coefficient(INERTIA)), None, []
     if fit.experiment:
-        half = fit.shorter(looked)
-        shorter = estimate(coefficient(INERTIA), half.coefficients, half.jackknife())
+        shorter = inertia_of_shorter(fit, looked)
         if 3 * (abs(shorter.value - inertia.value) - shorter.half_width) > 0.03 * inertia.value:
             notes.append(
                 "Shorter windows show another inertia: play in the gear, or a load on a spring. The interval is wider for that."

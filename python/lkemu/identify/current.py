@@ -8,7 +8,6 @@ import numpy as np
 from .timing import Timing
 from .track import TORQUE, Track
 
-CHUNK = 8192  # commands at a time, for memory
 LEAST_LAG_S = 50e-6  # less is none: no log has so many samples
 
 
@@ -26,35 +25,42 @@ class Path:
         if self.lag:
             decay = np.exp(-steps / self.lag)
             begin, i = np.zeros(len(value)), 0.0
-            for first in range(0, len(decay), CHUNK):
-                part = slice(first, first + CHUNK)
-                made = []
-                for keep, towards in zip(decay[part].tolist(), value[part].tolist()):
-                    i = towards + (i - towards) * keep
-                    made.append(i)
-                begin[first + 1 : first + 1 + len(made)] = made
+            for n, (keep, towards) in enumerate(zip(decay, value), 1):
+                i = towards + (i - towards) * keep
+                begin[n] = i
             self.off = begin - value  # by what the current is beyond each command when that acts
             area = area + self.off[:-1] * self.lag * (1 - decay)
         self.area = np.concatenate(([0.0], np.cumsum(area)))
 
-    def __call__(self, times: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
-        """The current, and its integral since the first command."""
+    def _place(self, times: np.ndarray) -> "tuple[np.ndarray, np.ndarray]":
+        """The command in force, -1 before the first one, and since when."""
         place = np.searchsorted(self.at, times, side="right") - 1
-        n = np.maximum(place, 0)
-        since = np.where(place >= 0, times - self.at[n], 0.0)
-        current, integral = self.value[n], self.area[n] + self.value[n] * since
+        return place, np.where(place >= 0, times - self.at[place], 0.0)
+
+    def current(self, times: np.ndarray) -> np.ndarray:
+        place, since = self._place(times)
+        current = self.value[place]
         if self.lag:
-            left = np.exp(-since / self.lag)
-            current, integral = current + self.off[n] * left, integral + self.off[n] * self.lag * (1 - left)
-        return np.where(place >= 0, current, 0.0), integral
+            current = current + self.off[place] * np.exp(-since / self.lag)
+        return np.where(place >= 0, current, 0.0)
+
+    def integral(self, times: np.ndarray) -> np.ndarray:
+        """Of the current since the first command."""
+        place, since = self._place(times)
+        place = np.maximum(place, 0)
+        integral = self.area[place] + self.value[place] * since
+        if self.lag:
+            integral += self.off[place] * self.lag * -np.expm1(-since / self.lag)
+        return integral
 
 
 class Commands:
-    """The commands of torque of a track. Where others are in force, the current is what was measured last."""
+    """The commands of torque of a track. Where others are in force, the current is what was measured at their end."""
 
     def __init__(self, track: Track, timing: Timing) -> None:
         torque = track.orders.what == TORQUE
-        self.value = np.where(torque, track.orders.value, np.interp(timing.orders, timing.time, track.iq))
+        ends = np.append(timing.orders[1:], np.inf)
+        self.value = np.where(torque, track.orders.value, np.interp(ends, timing.time, track.iq))
         self.time = timing.orders
         self._others = np.concatenate(([0], np.cumsum(~torque)))
 

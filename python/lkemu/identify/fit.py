@@ -9,31 +9,25 @@ from typing import List, Optional
 import numpy as np
 from scipy.optimize import minimize
 
+from .cogging import find_orders, set_terms
 from .estimate import Estimate
 from .regression import OUTLIER, RUN_S, Regression
-from .timing import Timing, spread
-from .track import Track
+from .timing import spread
 from .windows import (
-    COULOMB, CONSTANT, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, PULSE_COULOMB, PULSE_VISCOUS, VISCOUS, WINDOW_S,
-    Balance,
+    COULOMB, CONSTANT, FIXED_TERMS, GEAR_LOSS, GRAVITY_COS, GRAVITY_SIN, INERTIA, PULSE_COULOMB, PULSE_VISCOUS, VISCOUS,
+    WINDOW_S, Balance, Windows, parts,
 )  # fmt: skip
 
 FEWEST_WINDOWS = 240
 FEWEST_COMMANDED = 100  # with a commanded torque, to count as an experiment (assumed)
 GRAVITY_TRAVEL_RAD = 1.0  # of the output, for gravity to show (assumed)
-HIGHEST_ORDER, MOST_ORDERS = 200, 4
-# By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
-ORDER_GAIN = 43.0
-SEEN_GAIN, OTHER_SPEED = 9.0, 1.4  # and at other speeds than where it shows best, so many times apart (assumed)
 # Time since a change of the command, for the mean response of the current; what is later is its end.
 AGES_S = np.array([2e-3, 3.5e-3, 5e-3, 7e-3, 9e-3, 12e-3, 15e-3, 20e-3, 27e-3, 36e-3, 50e-3, 70e-3])
 SIGNIFICANT = 4.0  # standard deviations of χ²
-MISSED = 0.02  # windows of measured currents that miss more of a ripple tell nothing of it (assumed)
-SEARCH_RUN = 300
-SEARCHED = 6_000  # windows that are enough to find an order by
 NOT_GIVEN_A, NOT_GIVEN_SHARE = 0.5, 0.2  # a drive that gives less than it was told is at a limit (assumed)
 DELAYS_S = (-6e-3, -4e-3, -3e-3, -2e-3, -1e-3, 0.0, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 12e-3, 20e-3)
 LAGS_S = (0.0, 0.5e-3, 2e-3, 5e-3, 12e-3, 30e-3)
+MOST_RESPONSES = 200_000  # samples that are enough for the mean response
 MOST_ROWS = 1500  # windows and samples that are enough to find a delay by
 
 
@@ -56,17 +50,23 @@ class Looked:
             chosen += terms if wanted else []
         return chosen + list(range(FIXED_TERMS, FIXED_TERMS + 2 * orders))
 
+
 class Fit:
-    def __init__(self, track: Track, timing: Timing, window_s: float = WINDOW_S) -> None:
-        self.track, self.timing = track, timing
-        self.balance = Balance(track, timing, window_s)
-        self.windows = self.balance.windows
+    def __init__(self, balance: Balance) -> None:
+        self.track, self.timing, self.balance = balance.track, balance.timing, balance
         self.orders: List[int] = []
         self.one_speed: List[int] = []
         self.delay_s = self.lag_s = 0.0
         self.lag: Optional[Estimate] = None
         self.phase = 0.0  # of gravity
-        self.terms = self.windows.terms
+
+    @property
+    def windows(self) -> Windows:
+        return self.balance.windows
+
+    @property
+    def terms(self) -> np.ndarray:
+        return self.balance.windows.terms
 
     def possible(self) -> bool:
         return len(self.windows) >= FEWEST_WINDOWS
@@ -105,7 +105,8 @@ class Fit:
         rows = rows[np.isin(runs[rows], numbers[:: len(rows) // MOST_ROWS + 1])]
         own = balance.some(rows)
         acceleration = w.terms[rows, INERTIA]
-        others = np.column_stack((w.terms[rows][:, [COULOMB, VISCOUS, CONSTANT]], self.terms[rows, FIXED_TERMS:]))
+        ripples = self.terms[rows, FIXED_TERMS : FIXED_TERMS + 2 * len(self.orders)]
+        others = np.column_stack((w.terms[rows][:, [COULOMB, VISCOUS, CONSTANT]], ripples))
         followed = np.flatnonzero(balance.follows)
         followed = followed[:: len(followed) // MOST_ROWS + 1]
         overlap = max(1.0, float(np.median(w.last - w.first)))
@@ -137,70 +138,16 @@ class Fit:
             step *= 2
         self.lag = Estimate(self.lag_s, step)
 
-    # --- cogging ---
-
-    def set_terms(self) -> None:
-        averages, w = self.balance.cogging(self.orders), self.windows
-        for n, order in enumerate(self.orders):
-            averages[~w.commanded & (missed(order, w.speed, self.track.step_s) > MISSED), n] = 0
-        parts = np.empty((len(w), 2 * len(self.orders)))
-        parts[:, 0::2], parts[:, 1::2] = averages.real, averages.imag
-        self.terms = np.column_stack((w.terms, parts))
-
-    def next_order(self, regression: Regression, averages: np.ndarray, rows: np.ndarray) -> int:
-        """The order that explains most of what is left at two speeds at least; 0: none explains enough."""
-        chosen = np.flatnonzero(regression.kept[rows])
-        weight = regression.weights[rows][chosen]
-        left = regression.residual()[rows][chosen]
-        w = self.windows
-        overlap = max(1.0, float(np.median(w.last - w.first)) / max(1.0, float(np.median(np.diff(w.first)))))
-        speed = w.speed[rows][chosen]
-        gains = np.array([gain(averages[chosen, k], weight, left) for k in range(averages.shape[1])]) / overlap
-        for order in [*self.orders, *self.one_speed]:
-            gains[order - 1] = 0
-        while True:
-            best = int(np.argmax(gains)) + 1
-            if gains[best - 1] < ORDER_GAIN:
-                return 0
-            if self.at_several_speeds(averages[chosen, best - 1], weight, left, speed, overlap):
-                return best
-            self.one_speed.append(best)
-            gains[best - 1] = 0
-
-    def at_several_speeds(self, average: np.ndarray, weight: np.ndarray, left: np.ndarray, speed: np.ndarray, overlap: float) -> bool:
-        """Whatever goes on in time looks like cogging while the shaft turns at one speed, and at another it does not."""
-        label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
-        best, most = 0.0, 0.0
-        for one in np.unique(label):
-            some = label == one
-            if np.count_nonzero(some) >= 3 * overlap and (found := gain(average[some], weight[some], left[some])) > most:
-                best, most = float(np.mean(speed[some])), found
-        apart = np.abs(speed) / max(abs(best), 1e-9)
-        others = (speed * best < 0) | (apart > OTHER_SPEED) | (apart < 1 / OTHER_SPEED)
-        if np.count_nonzero(others) < 3 * overlap:
-            return False
-        return gain(average[others], weight[others], left[others]) / overlap >= SEEN_GAIN
+    # --- all of it ---
 
     def find_orders(self, looked: Looked, given: np.ndarray) -> None:
-        # Runs of windows from all over the log.
-        rows = np.arange(len(self.windows))
-        rows = rows[rows // SEARCH_RUN % (len(rows) // SEARCHED + 1) == 0]
-        averages = self.balance.some(rows).cogging(list(range(1, HIGHEST_ORDER + 1)))
-        while len(self.orders) < MOST_ORDERS:
-            regression = self.regression(looked, given)
-            order = self.next_order(regression, averages, rows)
-            if order == 0:
-                return
-            self.orders.append(order)
-            self.set_terms()
-
-    # --- all of it ---
+        find_orders(self.balance, lambda: self.regression(looked, given), self.orders, self.one_speed)
 
     def shorter(self, looked: Looked) -> Regression:
         """The same over windows of half the length."""
-        half = Fit(self.track, self.timing, WINDOW_S / 2)
+        half = Fit(self.balance.shortened(WINDOW_S / 2))
         half.experiment, half.orders, half.delay_s, half.lag_s = self.experiment, self.orders, self.delay_s, self.lag_s
-        half.set_terms()
+        set_terms(half.balance, half.orders)
         half.terms[:, GEAR_LOSS] = half.balance.gear_loss(self.phase)
         half.leave_out_limits()
         return half.fit(looked)
@@ -208,30 +155,39 @@ class Fit:
     def response(self) -> np.ndarray:
         """At the samples, what the measured currents are beyond the model, as a mean over the log: in proportion to the last
         change of the command, by the time since. 0 where that is not significant."""
-        balance, commands = self.balance, self.balance.commands
-        changes = np.flatnonzero(np.diff(commands.value) != 0) + 1
-        none = np.zeros(len(balance.time))
+        balance, time = self.balance, self.timing.time
+        changes = np.flatnonzero(np.diff(balance.commands.value) != 0) + 1
+        made = np.zeros(len(time), np.float32)
         if len(changes) < FEWEST_COMMANDED:
-            return none
-        beyond = balance.beyond(self.delay_s, self.lag_s, slice(None))
-        latest = np.searchsorted(commands.time[changes] + self.delay_s, self.timing.time, side="right") - 1
-        place = np.maximum(latest, 0)
-        age = self.timing.time - commands.time[changes][place] - self.delay_s
-        step = np.diff(commands.value)[changes - 1][place]
-        bins = np.where(latest >= 0, np.searchsorted(AGES_S, age), len(AGES_S))
+            return made
+        steps = np.append(np.diff(balance.commands.value)[changes - 1], 0.0)  # 0: before the first one
+        acts = np.append(balance.commands.time[changes] + self.delay_s, np.inf)
+
+        def last_change(samples: "np.ndarray | slice") -> "tuple[np.ndarray, np.ndarray]":
+            """The age of the last change, as a place in AGES_S, and its size."""
+            latest = np.searchsorted(acts, time[samples], side="right") - 1
+            return np.searchsorted(AGES_S, time[samples] - acts[latest]), steps[latest]
+
         # Near the change itself stamps that are off look like a response.
-        clear = np.append(False, AGES_S[:-1] >= AGES_S[0] + 3 * self.timing.sample_s)
-        chosen = balance.follows & (bins < len(AGES_S)) & np.append(clear, False)[bins]
-        if not np.any(chosen):
-            return none
-        size = np.bincount(bins[chosen], step[chosen] ** 2, len(AGES_S) + 1)
-        share = np.bincount(bins[chosen], step[chosen] * beyond[chosen], len(AGES_S) + 1) / np.maximum(size, 1e-12)
-        noise = spread(beyond[chosen] - (share[bins] * step)[chosen])
-        told = size > 0
-        chi_squared = np.sum(share[told] ** 2 * size[told]) / max(noise**2, 1e-12)
-        if chi_squared < np.count_nonzero(told) + SIGNIFICANT * math.sqrt(2 * np.count_nonzero(told)):
-            return none
-        return np.where(np.append(clear, False)[bins], share[bins] * step, 0.0)
+        clear = np.concatenate(([False], AGES_S[:-1] >= AGES_S[0] + 3 * self.timing.sample_s, [False]))
+        chosen = np.flatnonzero(balance.follows)
+        chosen = chosen[:: len(chosen) // MOST_RESPONSES + 1]
+        ages, step = last_change(chosen)
+        beyond = balance.beyond(self.delay_s, self.lag_s, chosen)
+        ages, step, beyond = (one[clear[ages]] for one in (ages, step, beyond))
+        if len(beyond) == 0:
+            return made
+        size = np.bincount(ages, step**2, len(clear))
+        share = np.bincount(ages, step * beyond, len(clear)) / np.maximum(size, 1e-12)
+        noise = spread(beyond - share[ages] * step)
+        told = np.count_nonzero(size)
+        chi_squared = np.sum(share**2 * size) / max(noise**2, 1e-12)
+        if chi_squared < told + SIGNIFICANT * math.sqrt(2 * told):
+            return made
+        for part in parts(len(time)):
+            ages, step = last_change(part)
+            made[part] = np.where(clear[ages], share[ages] * step, 0.0)
+        return made
 
     def given(self, response: np.ndarray) -> np.ndarray:
         """The current of each window: what follows the commands, and what the measured ones are beyond that, as far as it
@@ -255,33 +211,19 @@ class Fit:
         told = np.abs(balance.followed(self.delay_s, self.lag_s))
         sure = ~self.windows.commanded | (off <= NOT_GIVEN_A + NOT_GIVEN_SHARE * told)
         self.balance = balance.some(sure)
-        self.windows = self.balance.windows
-        self.terms = self.terms[sure]
 
     def fit(self, looked: Looked) -> Regression:
         return self.regression(looked, self.given(self.response()))
 
-    def regression(self, looked: Looked, given: np.ndarray, chosen: "np.ndarray | slice" = slice(None)) -> Regression:
-        used = looked.used(len(self.orders))
-        windows = self.balance.some(chosen).windows
-        expected = self.balance.instrument(self.delay_s, self.lag_s)[chosen] if self.experiment else given[chosen]
-        return Regression(windows, self.terms[chosen], given[chosen], used, bool(self.experiment), expected)
+    def regression(self, looked: Looked, given: np.ndarray, among: Optional[np.ndarray] = None) -> Regression:
+        used, windows = looked.used(len(self.orders)), self.windows
+        expected = self.balance.instrument(self.delay_s, self.lag_s) if self.experiment else given
+        if among is None:
+            among = np.ones(len(windows), bool)
+        return Regression(windows, windows.terms, given, used, bool(self.experiment), expected, among)
 
 
 def clipped(values: np.ndarray) -> float:
     """The mean square, with what is far off taken for as far as is usual."""
     off = np.abs(values)
     return float(np.mean(np.minimum(off, max(1.5 * OUTLIER * np.median(off), 1e-6)) ** 2))
-
-
-def gain(average: np.ndarray, weight: np.ndarray, left: np.ndarray) -> float:
-    rows = np.column_stack((average.real, average.imag))
-    weighed = rows * weight[:, None]
-    right = weighed.T @ left
-    return float(right @ np.linalg.lstsq(weighed.T @ rows, right, rcond=1e-9)[0])
-
-
-def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
-    """The share of a ripple that a sum over samples misses."""
-    x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
-    return 1 - x / np.tan(x)

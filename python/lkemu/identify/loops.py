@@ -33,7 +33,7 @@ def held(track: Track, what: int) -> Iterator[Tuple[int, int, int]]:
     new = np.ones(len(orders.time), bool)
     new[1:] = (np.diff(orders.what) != 0) | (np.diff(orders.value) != 0) | (orders.absolute[1:] == 0)
     number = np.where(at >= 0, np.cumsum(new)[at], 0)
-    edge = np.flatnonzero((np.diff(number) != 0) | (np.diff(track.stretch) != 0)) + 1
+    edge = np.flatnonzero((np.diff(number) != 0) | ~track.together) + 1
     for first, last in zip([0, *edge], [*edge, len(number)]):
         order = at[first]
         if order >= 0 and orders.what[order] == what and orders.absolute[order]:

@@ -33,13 +33,14 @@ class Regression:
     used: List[int]
     experiment: bool  # the inertia is told by commanded torques alone
     expected: np.ndarray  # the current of each window without the noise of its stamps
+    among: np.ndarray  # windows that may be used
     coefficients: np.ndarray = field(init=False)
     weights: np.ndarray = field(init=False)
     kept: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         count = len(self.given)
-        self.weights, self.kept = np.ones(count), np.ones(count, bool)
+        self.weights, self.kept = np.ones(count), self.among
         self.coefficients = np.zeros(self.terms.shape[1])
         self.instrument = self.terms[:, INERTIA].copy()
         if self.experiment:
@@ -94,7 +95,7 @@ class Regression:
         chosen = commanded & self.kept
         if np.any(chosen):
             self.weights[commanded] = 1 / max(np.mean(squares[chosen]), 1e-12)
-        measured = np.flatnonzero(~commanded)
+        measured = np.flatnonzero(~commanded & self.among)
         if len(measured) <= FEWEST_MEASURED:
             return
         # The quieter half has the variance of steady speed; beyond, it grows with the acceleration and with the speed.
@@ -112,9 +113,10 @@ class Regression:
     def _trim(self) -> None:
         """Of measured currents none is left out: what is far off there is often what tells the inertia."""
         commanded = self.windows.commanded
-        if np.any(commanded):
+        if np.any(commanded & self.among):
             off = np.abs(self.residual())
-            self.kept = ~commanded | (off <= OUTLIER * 1.4826 * np.median(off[commanded]))
+            usual = OUTLIER * 1.4826 * np.median(off[commanded & self.among])
+            self.kept = self.among & (~commanded | (off <= usual))
 
     def jackknife(self) -> np.ndarray:
         """The coefficients without each group."""

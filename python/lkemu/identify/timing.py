@@ -40,12 +40,11 @@ def jitter_s(track: Track, stamps: np.ndarray) -> "float | None":
     """Of stamps of the samples; None where the shaft did not turn steadily."""
     before, after = track.speed[:-1], track.speed[1:]
     mean = (before + after) / 2
-    together = np.diff(track.stretch) == 0
-    steady = together & (np.abs(after - before) <= STEADY * np.abs(mean)) & (np.abs(mean) > FAST_RAD_S)
+    steady = track.together & (np.abs(after - before) <= STEADY * np.abs(mean)) & (np.abs(mean) > FAST_RAD_S)
     if np.count_nonzero(steady) < FEWEST:
         return None
     left = np.diff(track.angle) - mean * np.diff(stamps)
-    slow = together & (np.abs(mean) > 0.3) & (np.abs(mean) < FAST_RAD_S)
+    slow = track.together & (np.abs(mean) > 0.3) & (np.abs(mean) < FAST_RAD_S)
     noise = spread(left[slow]) if np.count_nonzero(slow) >= FEWEST else 0.0
     fast = steady & (np.abs(mean) >= np.median(np.abs(mean[steady])))
     speed = float(np.sqrt(np.mean(mean[fast] ** 2)))
@@ -54,10 +53,9 @@ def jitter_s(track: Track, stamps: np.ndarray) -> "float | None":
 
 def speed_lag_s(track: Track, stamps: np.ndarray) -> float:
     """From one sample to the next the shaft turns further than its reported speeds say by the lag times their change."""
-    together = np.diff(track.stretch) == 0
     change = np.diff(track.speed)
     left = np.diff(track.angle) - (track.speed[1:] + track.speed[:-1]) / 2 * np.diff(stamps)
-    chosen = np.flatnonzero(together & (np.abs(change) > np.percentile(np.abs(change), 50)))
+    chosen = np.flatnonzero(track.together & (np.abs(change) > np.percentile(np.abs(change), 50)))
     lag = 0.0
     for _ in range(5):
         if len(chosen) < FEWEST:
@@ -70,7 +68,7 @@ def speed_lag_s(track: Track, stamps: np.ndarray) -> float:
 
 def angle_ratio(track: Track) -> float:
     mean = (track.speed[1:] + track.speed[:-1]) / 2
-    fast = (np.diff(track.stretch) == 0) & (np.abs(mean) > FAST_RAD_S)
+    fast = track.together & (np.abs(mean) > FAST_RAD_S)
     if np.count_nonzero(fast) < FEWEST:
         return 1.0
     return float(np.median(np.diff(track.angle)[fast] / (mean * np.diff(track.time))[fast]))

@@ -11,7 +11,7 @@ not matter to them; or angles over stamps, which lag less. Either is a mean over
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List
+from typing import Iterator
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -23,19 +23,18 @@ from .track import TORQUE, Track
 
 WINDOW_S = 0.020  # as long as the shortest pulse of a plan, two samples at least (assumed)
 SLOWEST_RAD_S = 1.0  # slower, friction is what is needed, not what it is (assumed)
-PARTS = 8  # of the time between two samples
-MOST_EXACT = 8  # orders that are integrated exactly
-BLOCK, BLOCK_GAP = 4096, 50  # windows; samples between windows that follow each other, at most
+PART = 1 << 16  # samples
+TIE_S = 1e-6  # resolution of stamps: of two samples that are as near, the later one ends a window
 FOLLOWS_S = 0.020  # for the current to come from torques alone (assumed)
 EVEN_SAMPLES = 21
-FEWEST_PULSES = 100  # commands of torque (assumed)
-MANY_SAMPLES = 20_000
+FEWEST_PULSES = 100  # samples with a commanded torque (assumed)
+MANY_SAMPLES, MOST_SAMPLES = 20_000, 200_000  # from which windows begin each half a window, each window (assumed)
 SHARES = (-0.75, -0.25, 0.25, 0.75)  # of half of a time, for means over it
 REPORT_HALF = 0.73  # of the lag: a report that is held as long as it was measured is a triangle; this has the same width
 REPORT_NOISE_RAD_S = 0.05  # of a reported speed: 1 dps and the encoder (assumed)
 BEFORE_S = 0.004  # for a command that was in force before to have ended (assumed)
 INERTIA, COULOMB, VISCOUS, CONSTANT, GRAVITY_SIN, GRAVITY_COS, GEAR_LOSS, PULSE_COULOMB, PULSE_VISCOUS = range(9)
-FIXED_TERMS = 9
+FIXED_TERMS, MOST_ORDERS = 9, 4  # and two terms for each order of cogging
 
 
 def friction_shape(motor: Motor, speed: np.ndarray) -> np.ndarray:
@@ -49,6 +48,16 @@ def even_times(time: np.ndarray) -> np.ndarray:
     return line + uniform_filter1d(time - line, EVEN_SAMPLES, mode="nearest")
 
 
+def parts(count: int) -> Iterator[slice]:
+    """Of so many samples, to compute without large temporary arrays."""
+    return (slice(first, first + PART) for first in range(0, count, PART))
+
+
+def counted(values: np.ndarray) -> np.ndarray:
+    """How many of the values before each place are true."""
+    return np.concatenate((np.zeros(1, np.int32), np.cumsum(values, dtype=np.int32)))
+
+
 @dataclass
 class Windows:
     first: np.ndarray  # samples
@@ -57,7 +66,7 @@ class Windows:
     time: np.ndarray  # of the middle
     speed: np.ndarray
     commanded: np.ndarray  # of torque, all the way
-    terms: np.ndarray  # a row a window
+    terms: np.ndarray  # a row a window; those of cogging are 0 until an order is found
 
     def __len__(self) -> int:
         return len(self.first)
@@ -67,23 +76,23 @@ class Balance:
     """What the windows of a track are made of: integrals from the first sample to each."""
 
     def __init__(self, track: Track, timing: Timing, window_s: float = WINDOW_S) -> None:
-        self.track, self.timing, self.window_s = track, timing, window_s
+        self.track, self.timing = track, timing
         self.commands = Commands(track, timing)
         # Of each sample: the speed, half of the time that it is the mean of, the middle of that time, and the angle then.
-        torque = (track.orders.what == TORQUE) & (track.orders.value != 0)
-        self.pulses = bool(np.count_nonzero(torque) >= FEWEST_PULSES)
+        torque = np.append((track.orders.what == TORQUE) & (track.orders.value != 0), False)  # False: of place -1
+        self.pulses = bool(np.count_nonzero(torque[track.orders.at(track.time)]) >= FEWEST_PULSES)
         self.by_angles = self.pulses and self._less_noise_by_angles()
         if self.by_angles:
-            place = np.arange(len(timing.time))
-            start, end = track.first[track.stretch - 1], np.append(track.first[1:], len(place))[track.stretch - 1] - 1
-            before, after = np.maximum(place - 1, start), np.minimum(place + 1, end)
+            before, after = np.arange(-1, len(timing.time) - 1), np.arange(1, len(timing.time) + 1)
+            before[track.first] += 1
+            after[np.append(track.first[1:], len(after)) - 1] -= 1
             self.half = np.maximum((timing.time[after] - timing.time[before]) / 2, 1e-6)
             self.time = (timing.time[after] + timing.time[before]) / 2
             self.speed = (track.angle[after] - track.angle[before]) / (2 * self.half)
             self.angle = np.interp(self.time, timing.time, track.angle)
         else:
             lag = timing.speed_lag_s
-            self.half = np.full(len(timing.time), REPORT_HALF * lag)
+            self.half = np.broadcast_to(REPORT_HALF * lag, len(timing.time))
             self.time, self.speed, self.angle = timing.time - lag, track.speed, track.angle - lag * track.speed
         # Times without the jitter of each stamp, for what must not depend on it; the host's own jitter is missing there.
         even = np.concatenate([even_times(part) for part in np.split(timing.time, track.first[1:])])
@@ -91,7 +100,7 @@ class Balance:
         self.even_orders = np.interp(timing.orders, timing.time, even)
         # Samples before which torque alone was commanded for a while.
         self.follows = self.commands.only_torque(timing.time - FOLLOWS_S, timing.time)
-        self.windows = self._windows()
+        self.windows = self._windows(window_s)
 
     def _less_noise_by_angles(self) -> bool:
         """Noise of a speed from stamps that are off, and from a report that is late by up to twice its usual lag."""
@@ -109,33 +118,38 @@ class Balance:
         of_reports = np.hypot(np.sqrt(np.mean(acceleration**2)) * timing.speed_lag_s / np.sqrt(12), REPORT_NOISE_RAD_S)
         return bool(of_angles < of_reports)
 
-    def _windows(self) -> Windows:
+    def shortened(self, window_s: float) -> "Balance":
+        """The same with other windows."""
+        made = object.__new__(Balance)
+        made.__dict__.update(self.__dict__)
+        made.windows = self._windows(window_s)
+        return made
+
+    def _windows(self, window_s: float) -> Windows:
         track, time, speed = self.track, self.time, self.speed
         # Without commanded torques an inertia is hardly told, and short windows see faster ripples.
         least = 2 if self.pulses else 1
-        span = max(self.window_s * least / 2, least * track.step_s)
-        first = np.arange(len(time))
-        last = np.searchsorted(time, time + span)
-        last = np.minimum(last, len(time) - 1)
-        nearer = (last > 0) & (time[last - 1] - time > span - (time[last] - time - span) - 1e-12)
-        nearer &= np.abs(time[last - 1] - time - span) < np.abs(time[last] - time - span)
-        last = np.where(nearer, last - 1, last)
-        ways = [np.concatenate(([0], np.cumsum(sign * speed >= SLOWEST_RAD_S))) for sign in (1, -1)]
-        turned = np.diff(track.angle)
-        moves = [np.concatenate(([0], np.cumsum(sign * turned > 0))) for sign in (1, -1)]
-        one_way = np.zeros(len(time), bool)
-        for way, move in zip(ways, moves):
-            one_way |= (way[last + 1] - way[first] == last + 1 - first) & (move[last] - move[first] == last - first)
+        span = max(window_s * least / 2, least * track.step_s)
+        # Neighbours that overlap tell nearly the same: of long logs not all are needed.
+        usual = max(1, round(max(WINDOW_S * least / 2, least * track.step_s) / max(track.step_s, 1e-6)))
+        stride = 1 if len(time) < MANY_SAMPLES else max(1, usual // 2) if len(time) < MOST_SAMPLES else usual
+        first = np.arange(0, len(time), stride, dtype=np.int32)
+        begin = time[first]
+        last = np.minimum(np.searchsorted(time, begin + span), len(time) - 1).astype(np.int32)
+        nearer = (last > 0) & (np.abs(time[last - 1] - begin - span) < np.abs(time[last] - begin - span) - TIE_S)
+        last[nearer] -= 1
         length = time[last] - time[first]
-        stretch = track.stretch
-        good = one_way & (stretch[first] == stretch[last]) & (last - first >= least)
+        good = (track.stretch(first) == track.stretch(last)) & (last - first >= least)
         good &= (length > 0.6 * span) & (length < 1.5 * span)
-        # Neighbours that overlap for the most part tell nearly the same: of long logs not all are needed.
-        every = 1 if len(time) < MANY_SAMPLES else max(1, int(np.median(last - np.arange(len(time)))) // 2)
-        good[np.arange(len(time)) % every != 0] = False
         first, last, length = first[good], last[good], length[good]
+        one_way = np.zeros(len(first), bool)
+        turned = np.diff(track.angle)
+        for sign in (1, -1):
+            way, move = counted(sign * speed >= SLOWEST_RAD_S), counted(sign * turned > 0)
+            one_way |= (way[last + 1] - way[first] == last + 1 - first) & (move[last] - move[first] == last - first)
+        first, last, length = first[one_way], last[one_way], length[one_way]
         commanded = self.commands.only_torque(time[first] - BEFORE_S, time[last])
-        terms = np.zeros((len(first), FIXED_TERMS))
+        terms = np.zeros((len(first), FIXED_TERMS + 2 * MOST_ORDERS))
         made = Windows(first, last, length, (time[first] + time[last]) / 2, np.zeros(0), commanded, terms)
         made.speed = (self.angle[last] - self.angle[first]) / length
         terms[:, INERTIA] = (speed[last] - speed[first]) / length
@@ -187,67 +201,21 @@ class Balance:
     def average(self, path: Path, time: np.ndarray) -> np.ndarray:
         w, half = self.windows, self.half
         begin, end = time[w.first], time[w.last]
-        areas = (path(end + share * half[w.last])[1] - path(begin + share * half[w.first])[1] for share in SHARES)
+        areas = (path.integral(end + share * half[w.last]) - path.integral(begin + share * half[w.first]) for share in SHARES)
         return sum(areas) / len(SHARES) / (end - begin)
 
     def beyond(self, delay_s: float, lag_s: float, samples: "np.ndarray | slice") -> np.ndarray:
         """What the measured currents are beyond that, at samples."""
+        made, time = self.track.iq[samples].copy(), self.timing.time[samples]
         path = self.commands.path(delay_s, lag_s)
-        if len(path.at) == 0:
-            return self.track.iq[samples]
-        return self.track.iq[samples] - path(self.timing.time[samples])[0]
+        for part in parts(len(made)) if len(path.at) else ():
+            made[part] -= path.current(time[part])
+        return made
 
     def over(self, values: np.ndarray) -> np.ndarray:
         """The mean over the samples of each window."""
-        w, sums = self.windows, np.concatenate(([0.0], np.cumsum(values)))
+        w, sums = self.windows, np.concatenate(([0.0], np.cumsum(values, dtype=float)))
         return (sums[w.last + 1] - sums[w.first]) / (w.last + 1 - w.first)
-
-    def cogging(self, orders: "List[int]") -> np.ndarray:
-        """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
-        commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
-        w = self.windows
-        made = np.empty((len(w), len(orders)), np.complex64 if len(orders) > MOST_EXACT else complex)
-        # A block of windows at a time, for memory; windows that do not follow each other are in different ones.
-        blocks = np.flatnonzero(np.diff(w.first) > BLOCK_GAP) + 1
-        for block in np.split(np.arange(len(w)), blocks):
-            for part in np.array_split(block, len(block) // BLOCK + 1):
-                if len(part):
-                    made[part] = self._cogging(orders, part)
-        return made
-
-    def _cogging(self, orders: "List[int]", part: np.ndarray) -> np.ndarray:
-        w = self.windows
-        low, high = max(int(w.first[part].min()) - 3, 0), int(w.last[part].max()) + 4
-        time, angle, speed, half = (one[low:high] for one in (self.time, self.angle, self.speed, self.half))
-        first, last, commanded = w.first[part] - low, w.last[part] - low, w.commanded[part]
-        steps = np.diff(time)
-        a, b = angle[:-1], angle[1:]
-        # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
-        va = np.clip(speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
-        vb = np.clip(speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
-        u = (np.arange(PARTS) + 0.5) / PARTS
-        v = 1 - u
-        path = np.outer(a, v * v * (1 + 2 * u)) + np.outer(b, u * u * (1 + 2 * v)) + u * v * (np.outer(va, v) - np.outer(vb, u))
-        fine_time = np.append((time[:-1, None] + steps[:, None] * np.arange(PARTS) / PARTS).ravel(), time[-1])
-        search = len(orders) > MOST_EXACT  # then the orders are 1, 2, …, and a mean over each step is enough
-        once, once_at = np.exp(1j * path), np.exp(1j * angle)
-        power, power_at = np.ones_like(once), np.ones_like(once_at)
-        made = np.empty((len(part), len(orders)), complex)
-        nodes = [time + share * half for share in SHARES]
-        for k, order in enumerate(orders):
-            if search:
-                power *= once
-                power_at *= once_at
-            else:
-                power, power_at = once**order, once_at**order
-            pieces = power * (steps / PARTS)[:, None]
-            coarse = (power_at[1:] + power_at[:-1]) / 2 * steps
-            fine = (time, pieces.sum(axis=1)) if search else (fine_time, pieces.ravel())
-            for chosen, (at, each) in ((commanded, fine), (~commanded, (time, coarse))):
-                sums = np.concatenate(([0.0], np.cumsum(each)))
-                whole = sum(np.interp(node, at, sums) for node in nodes) / len(SHARES)
-                made[chosen, k] = (whole[last[chosen]] - whole[first[chosen]]) / w.length[part][chosen]
-        return made
 
     def some(self, chosen: "np.ndarray | slice") -> "Balance":
         """The same of some of the windows."""

@@ -20,7 +20,7 @@ import planted  # noqa: E402
 from lkemu.identify.balance import TooRough, fit_balance  # noqa: E402
 from lkemu.identify.quantities import identify  # noqa: E402
 from lkemu.identify.timing import timing  # noqa: E402
-from lkemu.identify.track import read_tracks  # noqa: E402
+from lkemu.identify.logs import read_tracks  # noqa: E402
 
 MOTORS = int(os.environ.get("LKEMU_PLANTED_MOTORS", "20"))
 LOGS = int(os.environ.get("LKEMU_JITTER_LOGS", "200"))

@@ -1,0 +1,154 @@
+"""Orders of cogging: their averages over windows, and the search for orders in the residuals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable, List
+
+import numpy as np
+
+from .regression import Regression
+from .windows import FIXED_TERMS, MOST_ORDERS, SHARES, Balance
+
+HIGHEST_ORDER = 200
+# By how many variances a new order must lower the sum of squares: with 200 to choose from, noise does it once in 10⁷ logs.
+ORDER_GAIN = 43.0
+SEEN_GAIN, OTHER_SPEED = 9.0, 1.4  # and at other speeds than where it shows best, so many times apart (assumed)
+MISSED = 0.02  # windows of measured currents that miss more of a ripple tell nothing of it (assumed)
+SEARCH_RUN = 300  # windows that follow each other
+SEARCHED = 6_000  # windows that are enough to find an order by
+MOST_EXACT = 8  # orders that are integrated exactly
+PARTS = 8  # of the time between two samples, for an integral
+BLOCK, BLOCK_GAP = 4096, 50  # windows; samples between windows that follow each other, at most
+
+
+def averages(balance: Balance, orders: List[int]) -> np.ndarray:
+    """⟨e^(jnθ)⟩ of each window and order n: along a cubic through both angles with both speeds where torque was
+    commanded, at the samples where currents were measured: what is too fast for these is missed on both sides."""
+    w = balance.windows
+    made = np.empty((len(w), len(orders)), np.complex64 if len(orders) > MOST_EXACT else complex)
+    # A block of windows at a time, for memory; windows that do not follow each other are in different ones.
+    blocks = np.flatnonzero(np.diff(w.first) > BLOCK_GAP) + 1
+    for block in np.split(np.arange(len(w)), blocks):
+        for part in np.array_split(block, len(block) // BLOCK + 1):
+            if len(part):
+                made[part] = of_block(balance, orders, part)
+    return made
+
+
+def of_block(balance: Balance, orders: List[int], part: np.ndarray) -> np.ndarray:
+    w = balance.windows
+    low, high = max(int(w.first[part].min()) - 3, 0), int(w.last[part].max()) + 4
+    time, angle, speed, half = (one[low:high] for one in (balance.time, balance.angle, balance.speed, balance.half))
+    first, last, commanded = w.first[part] - low, w.last[part] - low, w.commanded[part]
+    steps = np.diff(time)
+    a, b = angle[:-1], angle[1:]
+    # Of stamps that are off the mean speed between them is not that of the ends: the path keeps to the angles.
+    va = np.clip(speed[:-1] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+    vb = np.clip(speed[1:] * steps, -np.abs(3 * (b - a)), np.abs(3 * (b - a)))
+    u = (np.arange(PARTS) + 0.5) / PARTS
+    v = 1 - u
+    path = np.outer(a, v * v * (1 + 2 * u)) + np.outer(b, u * u * (1 + 2 * v)) + u * v * (np.outer(va, v) - np.outer(vb, u))
+    fine_time = np.append((time[:-1, None] + steps[:, None] * np.arange(PARTS) / PARTS).ravel(), time[-1])
+    search = len(orders) > MOST_EXACT  # then the orders are 1, 2, …, and a mean over each step is enough
+    once, once_at = np.exp(1j * path), np.exp(1j * angle)
+    power, power_at = np.ones_like(once), np.ones_like(once_at)
+    made = np.empty((len(part), len(orders)), complex)
+    nodes = [time + share * half for share in SHARES]
+    for k, order in enumerate(orders):
+        if search:
+            power *= once
+            power_at *= once_at
+        else:
+            power, power_at = once**order, once_at**order
+        pieces = power * (steps / PARTS)[:, None]
+        coarse = (power_at[1:] + power_at[:-1]) / 2 * steps
+        fine = (time, pieces.sum(axis=1)) if search else (fine_time, pieces.ravel())
+        for chosen, (at, each) in ((commanded, fine), (~commanded, (time, coarse))):
+            sums = np.concatenate(([0.0], np.cumsum(each)))
+            whole = sum(np.interp(node, at, sums) for node in nodes) / len(SHARES)
+            made[chosen, k] = (whole[last[chosen]] - whole[first[chosen]]) / w.length[part][chosen]
+    return made
+
+
+def missed(order: int, speed: np.ndarray, step_s: float) -> np.ndarray:
+    """The share of a ripple that a sum over samples misses."""
+    x = np.clip(order * np.abs(speed) * step_s / 2, 1e-6, 1.5)
+    return 1 - x / np.tan(x)
+
+
+def set_terms(balance: Balance, orders: List[int], begin: int = 0) -> None:
+    """Those of the orders from this place on."""
+    w = balance.windows
+    for n, order in enumerate(orders[begin:], begin):
+        average = averages(balance, [order])[:, 0]
+        average[~w.commanded & (missed(order, w.speed, balance.track.step_s) > MISSED)] = 0
+        w.terms[:, FIXED_TERMS + 2 * n], w.terms[:, FIXED_TERMS + 2 * n + 1] = average.real, average.imag
+
+
+@dataclass
+class Residuals:
+    """Of some windows: what is left to explain, and how orders could."""
+
+    averages: np.ndarray  # a column an order
+    weight: np.ndarray
+    left: np.ndarray
+    speed: np.ndarray
+    overlap: float  # of windows, so many tell as much as one
+
+    def gain(self, order: int, some: "np.ndarray | slice" = slice(None)) -> float:
+        """By how many variances the order lowers the sum of squares."""
+        average = self.averages[some, order - 1]
+        rows = np.column_stack((average.real, average.imag))
+        weighed = rows * self.weight[some, None]
+        right = weighed.T @ self.left[some]
+        return float(right @ np.linalg.lstsq(weighed.T @ rows, right, rcond=1e-9)[0]) / self.overlap
+
+    def at_several_speeds(self, order: int) -> bool:
+        """Whatever goes on in time looks like cogging while the shaft turns at one speed, and at another it does not."""
+        speed, few = self.speed, 3 * self.overlap
+        label = np.floor(np.log(np.abs(speed) + 1e-9) / math.log(1.2)) + 1000 * (speed > 0)
+        best, most = 0.0, 0.0
+        for one in np.unique(label):
+            some = label == one
+            if np.count_nonzero(some) >= few and (found := self.gain(order, some)) > most:
+                best, most = float(np.mean(speed[some])), found
+        apart = np.abs(speed) / max(abs(best), 1e-9)
+        others = (speed * best < 0) | (apart > OTHER_SPEED) | (apart < 1 / OTHER_SPEED)
+        return bool(np.count_nonzero(others) >= few and self.gain(order, others) >= SEEN_GAIN)
+
+
+def next_order(residuals: Residuals, orders: List[int], one_speed: List[int]) -> int:
+    """The order that explains most of what is left at two speeds at least; 0: none explains enough."""
+    gains = np.array([residuals.gain(order + 1) for order in range(HIGHEST_ORDER)])
+    for order in [*orders, *one_speed]:
+        gains[order - 1] = 0
+    while True:
+        best = int(np.argmax(gains)) + 1
+        if gains[best - 1] < ORDER_GAIN:
+            return 0
+        if residuals.at_several_speeds(best):
+            return best
+        one_speed.append(best)
+        gains[best - 1] = 0
+
+
+def find_orders(balance: Balance, regress: Callable[[], Regression], orders: List[int], one_speed: List[int]) -> None:
+    """Appends to `orders`, which `regress` uses, and to `one_speed` those that show at one speed alone."""
+    # Runs of windows from all over the log.
+    w, rows = balance.windows, np.arange(len(balance.windows))
+    rows = rows[rows // SEARCH_RUN % (len(rows) // SEARCHED + 1) == 0]
+    made = averages(balance.some(rows), list(range(1, HIGHEST_ORDER + 1)))
+    overlap = max(1.0, float(np.median(w.last - w.first)) / max(1.0, float(np.median(np.diff(w.first)))))
+    while len(orders) < MOST_ORDERS:
+        regression = regress()
+        kept = regression.kept[rows]
+        chosen = rows[kept]
+        order = next_order(
+            Residuals(made[kept], regression.weights[chosen], regression.residual()[chosen], w.speed[chosen], overlap), orders, one_speed
+        )
+        if order == 0:
+            return
+        orders.append(order)
+        set_terms(balance, orders, len(orders) - 1)
