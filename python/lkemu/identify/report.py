@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import html
 import importlib
-import io
 import math
-from typing import Any, List
+from typing import Any, List, Sequence
 
 import numpy as np
 
@@ -141,20 +140,25 @@ def table_text(drive: Drive) -> str:
 # --- the page ---
 
 
-def pyplot() -> Any:
+def picture_library() -> Any:
     try:
-        matplotlib = importlib.import_module("matplotlib")
-        matplotlib.use("svg")
-        return importlib.import_module("matplotlib.pyplot")
+        library = importlib.import_module("lkemu.plot")
     except ImportError as problem:
         raise Unusable(f"identify: --report: {problem}: apt install python3-matplotlib, or pip install 'lk-emu[identify]'") from None
+    library.set_up("en")
+    return library
+
+
+def panels(height: float, ratios: Sequence[float]) -> "tuple[Any, Any]":
+    """A figure, and its axes above one time axis."""
+    figure = picture_library().Figure(figsize=(11, height), layout="constrained")
+    return figure, figure.subplots(len(ratios), sharex=True, height_ratios=ratios)
 
 
 def svg(figure: Any) -> str:
-    out = io.StringIO()
-    figure.savefig(out, format="svg", metadata={"Date": None})
-    pyplot().close(figure)
-    text = out.getvalue()
+    for artist in figure.findobj(match=lambda one: one.get_clip_on()):
+        artist.set_clip_on(False)  # the name of a clip path would differ from run to run
+    text = str(picture_library().rendered(figure, "", "svg").decode())
     return text[text.index("<svg") :]
 
 
@@ -167,7 +171,7 @@ def balance_picture(drive: Drive, fit: BalanceFit) -> str:
     base = np.zeros(fit.terms.shape[1])
     for term, key in ((INERTIA, "inertia_A_s2_rad"), (COULOMB, "coulomb_A"), (VISCOUS, "viscous_A_s_rad")):
         base[term] = next(one for one in QUANTITIES if one.key == key).base(drive.track.motor)
-    figure, (currents, left, speed) = pyplot().subplots(3, sharex=True, figsize=(11, 8), height_ratios=(3, 1, 1))
+    figure, (currents, left, speed) = panels(8, (3, 1, 1))
     currents.plot(time, fit.terms[shown] @ base, ":", color="0.6", label="expected with the motor file, without cogging")
     currents.plot(time, given, lw=2.5, alpha=0.5, label="log")
     currents.plot(time, expected, lw=1, label="expected with the numbers found")
@@ -183,7 +187,7 @@ def balance_picture(drive: Drive, fit: BalanceFit) -> str:
 def moves_picture(drive: Drive) -> str:
     fit = drive.position
     assert fit is not None
-    figure, (angle, left) = pyplot().subplots(2, sharex=True, figsize=(11, 6), height_ratios=(3, 1))
+    figure, (angle, left) = panels(6, (3, 1))
     angle.plot(fit.time, fit.logged * 180 / math.pi, lw=2.5, alpha=0.5, label="log")
     angle.plot(fit.time, fit.emulated * 180 / math.pi, lw=1, label="emulated")
     angle.set(ylabel="angle, degrees", title=f"Drive {drive.track.id}: moves of the log, and emulated")

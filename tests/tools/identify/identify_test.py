@@ -2,7 +2,7 @@
 """`python3 -m lkemu.identify` on logs of a motor that is a few equations here: the emulator has no part in them, so that a
 mistake which it shares with identify shows.
 
-usage: identify_test.py LK_EMU [Quick | Thorough]
+usage: identify_test.py LK_EMU [Quick | Thorough | Long]
 """
 
 import contextlib
@@ -11,6 +11,7 @@ import math
 import os
 import random
 import struct
+import subprocess
 import sys
 import tempfile
 import tomllib
@@ -243,6 +244,16 @@ class Thorough(Logs):
                 command.main()
         self.assertIn("a guess", out.getvalue().splitlines()[0])
 
+    def test_a_report_is_the_same_each_time(self):
+        pages = []
+        for name in ("one.html", "two.html"):
+            self.identify(log_of(self.frames), "--report", self.path(name))
+            with open(self.path(name), encoding="utf-8") as file:
+                pages.append(file.read())
+        self.assertEqual(pages[0], pages[1])
+        self.assertIn("<svg", pages[0])
+        self.assertNotIn("clip-path", pages[0])  # its name would differ from run to run
+
     def test_expect_names_what_has_changed(self):
         then = self.path("then.toml")
         with open(then, "w", encoding="ascii") as file:
@@ -250,6 +261,31 @@ class Thorough(Logs):
         status, out, _, _ = self.identify(log_of(self.frames), "--expect", then)
         self.assertEqual(status, 1)
         self.assertRegex(out, r"drive 1: Coulomb friction is (39|4\d) % more than in ")
+
+
+class Long(Logs):
+    def test_memory_is_at_most_three_times_the_log(self):
+        """Above that of Python and its libraries."""
+        log, megabytes, shift_s = self.path("long.log"), 40, 0.0
+        with open(log, "w", encoding="ascii") as file:
+            while file.tell() < megabytes << 20:
+                file.write(log_of(self.frames, 20e-6, 20e-6, seed=file.tell(), shift_s=shift_s))
+                shift_s += 40
+        script = (
+            "import sys\n"
+            "from lkemu.identify import __main__ as command, logs, motor_file, quantities, report\n"
+            "def peak(): return int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) << 10\n"
+            "before = peak()\n"
+            "command.main()\n"
+            "print(peak() - before, file=sys.stderr)\n"
+        )
+        words = [sys.executable, "-c", script, log, "--motor", "mf7015", "--generation", "v235"]
+        environment = {**os.environ, "PYTHONPATH": os.path.join(ROOT, "python")}
+        done = subprocess.run(words, capture_output=True, text=True, env=environment, check=True)
+        self.assertIn("inertia at the rotor", done.stdout)
+        share = int(done.stderr) / os.path.getsize(log)
+        print(f"{share:.2f} times the log")
+        self.assertLessEqual(share, 3)
 
 
 if __name__ == "__main__":

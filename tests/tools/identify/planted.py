@@ -3,6 +3,8 @@
 stepped clock the motor, and the recording of that run the log, with the true times.
 
 usage: planted.py FIRST LAST DIRECTORY   writes DIRECTORY/N.log and N.json for the seeds
+
+docs/pictures/identify.svg is the first picture of the report on 1.log (lk-emu identify 1.log --motor mf7015 --generation v235 --report 1.html).
 """
 
 import contextlib
@@ -185,6 +187,8 @@ def main():
         made = frames(planted, scripts[planted.motor])
         with open(os.path.join(directory, f"{seed}.json"), "w", encoding="utf-8") as file:
             json.dump({"motor": planted.motor, "truth": planted.truth(), "frames": made}, file)
+        with open(os.path.join(directory, f"{seed}.log"), "w", encoding="ascii") as file:
+            file.write(log_text(made, random.Random(seed)))
 
 
 if __name__ == "__main__":
