@@ -88,9 +88,9 @@ class Rotor(Motor):
 class Socket(Motor):
     """A bus that delivers own frames and the kernel's time stamps."""
 
-    def __init__(self):
+    def __init__(self, same_machine=False):
         super().__init__()
-        self.echoes = []
+        self.echoes, self.same_machine = [], same_machine
 
     def send(self, message):
         super().send(message)
@@ -98,11 +98,11 @@ class Socket(Motor):
 
     def recv(self, timeout):
         if self.echoes:
-            return types.SimpleNamespace(arbitration_id=0x141, data=self.echoes.pop(), is_error_frame=False, is_rx=False,
+            return types.SimpleNamespace(arbitration_id=0x141, data=self.echoes.pop(0), is_error_frame=False, is_rx=False,
                                          timestamp=self.now + 0.25)
         message = super().recv(timeout)
         if message is not None:
-            message.is_rx, message.timestamp = True, self.now + 0.2503
+            message.is_rx, message.timestamp = not self.same_machine, self.now + 0.2503
         return message
 
 
@@ -137,9 +137,32 @@ class PlanScript(unittest.TestCase):
             self.assertTrue(any(data[0] == command for data in motor.sent), hex(command))
 
     def test_logs_the_stamps_of_the_kernel(self):
-        query, reply = self.run_script(Socket(), "--yes").splitlines()[:2]
-        self.assertEqual(query, "(100.250000) can0 141#9200000000000000")
-        self.assertEqual(reply.split()[0], "(100.250300)")
+        for same_machine in (False, True):  # replies of an emulator on vcan do not look received
+            with self.subTest(same_machine=same_machine):
+                motor = Socket(same_machine)
+                lines = self.run_script(motor, "--yes").splitlines()
+                self.assertEqual(len(lines), 2 * (len(motor.sent) - len((0x81, 0x80))))
+                self.assertEqual(lines[0], "(100.250000) can0 141#9200000000000000")
+                self.assertEqual(lines[1].split()[0], "(100.250300)")
+
+    def test_takes_no_late_echo_for_a_reply(self):
+        motor, late, kept = Socket(), [], []
+        receive = motor.recv
+
+        def recv(timeout):
+            if late and len(motor.sent) > 300:
+                return late.pop()
+            message = receive(timeout)
+            if len(motor.sent) == 300 and not kept and message is not None and not message.is_rx:
+                kept.append(message)  # until the next query
+                late.append(message)
+                return None
+            return message
+
+        motor.recv = recv
+        lines = self.run_script(motor, "--yes").splitlines()
+        self.assertEqual((len(kept), late), (1, []))
+        self.assertEqual(len(lines), 2 * (len(motor.sent) - len((0x81, 0x80))))
 
     def test_keeps_to_the_speed_that_it_announces(self):
         said = subprocess.run([LK_EMU, "identify", "--plan", self.script, "--id", "1", "--motor", "mg4005"], check=True,
